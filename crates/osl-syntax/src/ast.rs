@@ -1,0 +1,403 @@
+//! The syntax tree of one translation unit, as written: no names resolved, no types.
+//!
+//! Expressions and statements sit in arenas of the [`Ast`] behind typed `u32` ids; everything carries the
+//! [`Span`] of the user's text. The tree is a value: what resolution learns goes into tables keyed by id,
+//! never into the tree. It must not know types, overloads or what a built-in is.
+
+use crate::span::Span;
+use std::sync::Arc;
+
+/// An identifier and where it stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// The identifier's text.
+    pub text: Arc<str>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// Index of an expression in [`Ast::exprs`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ExprId(pub u32);
+
+/// Index of a statement in [`Ast::stmts`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StmtId(pub u32);
+
+/// One parsed translation unit: the main file with everything that it includes.
+#[derive(Clone, Debug, Default)]
+pub struct Ast {
+    /// Declarations at file level, in order.
+    pub items: Vec<Item>,
+    /// The expression arena.
+    pub exprs: Vec<Expr>,
+    /// The statement arena.
+    pub stmts: Vec<Stmt>,
+}
+
+impl Ast {
+    /// Adds an expression.
+    pub fn expr(&mut self, span: Span, kind: ExprKind) -> ExprId {
+        self.exprs.push(Expr { span, kind });
+        ExprId(self.exprs.len() as u32 - 1)
+    }
+
+    /// Adds a statement.
+    pub fn stmt(&mut self, span: Span, kind: StmtKind) -> StmtId {
+        self.stmts.push(Stmt { span, kind });
+        StmtId(self.stmts.len() as u32 - 1)
+    }
+}
+
+impl std::ops::Index<ExprId> for Ast {
+    type Output = Expr;
+    fn index(&self, id: ExprId) -> &Expr {
+        &self.exprs[id.0 as usize]
+    }
+}
+
+impl std::ops::Index<StmtId> for Ast {
+    type Output = Stmt;
+    fn index(&self, id: StmtId) -> &Stmt {
+        &self.stmts[id.0 as usize]
+    }
+}
+
+/// A declaration at file level.
+#[derive(Clone, Debug)]
+pub enum Item {
+    /// `struct S { … };`
+    Struct(StructDecl),
+    /// A function, defined or only declared.
+    Function(Arc<FunctionDecl>),
+    /// A shader.
+    Shader(Arc<ShaderDecl>),
+}
+
+/// `struct name { fields };`
+#[derive(Clone, Debug)]
+pub struct StructDecl {
+    /// The whole declaration.
+    pub span: Span,
+    /// The struct's name.
+    pub name: Name,
+    /// Its fields in order; `float a, b;` makes two.
+    pub fields: Vec<FieldDecl>,
+}
+
+/// One field of a struct.
+#[derive(Clone, Debug)]
+pub struct FieldDecl {
+    /// Type of the field (of its elements, for an array).
+    pub ty: TypeSpec,
+    /// The field's name.
+    pub name: Name,
+    /// `[n]` behind the name.
+    pub array: Option<ArrayLen>,
+}
+
+/// A function, at file level or nested in a block.
+#[derive(Clone, Debug)]
+pub struct FunctionDecl {
+    /// The whole declaration.
+    pub span: Span,
+    /// Return type.
+    pub ret: TypeSpec,
+    /// The name, `__operator__add__` and the like included.
+    pub name: Name,
+    /// Formal parameters.
+    pub formals: Vec<Formal>,
+    /// Metadata blocks, joined.
+    pub metadata: Vec<Metadatum>,
+    /// The body; `None` for a prototype.
+    pub body: Option<Block>,
+}
+
+/// A shader declaration.
+#[derive(Clone, Debug)]
+pub struct ShaderDecl {
+    /// The whole declaration.
+    pub span: Span,
+    /// `shader`, `surface`, `displacement` or `volume`.
+    pub kind: ShaderKind,
+    /// The shader's name.
+    pub name: Name,
+    /// Metadata blocks, joined.
+    pub metadata: Vec<Metadatum>,
+    /// Parameters.
+    pub formals: Vec<Formal>,
+    /// The body.
+    pub body: Block,
+}
+
+/// What kind of shader a declaration makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShaderKind {
+    /// `shader`: any use.
+    Generic,
+    /// `surface`.
+    Surface,
+    /// `displacement`.
+    Displacement,
+    /// `volume`.
+    Volume,
+}
+
+/// A parameter of a shader or function.
+#[derive(Clone, Debug)]
+pub struct Formal {
+    /// From the type (or `output`) to the end of its metadata.
+    pub span: Span,
+    /// Whether `output` stands before the type.
+    pub output: bool,
+    /// Type (of the elements, for an array).
+    pub ty: TypeSpec,
+    /// The parameter's name.
+    pub name: Name,
+    /// `[n]` or `[]` behind the name.
+    pub array: Option<ArrayLen>,
+    /// Default value.
+    pub init: Option<ExprId>,
+    /// Metadata.
+    pub metadata: Vec<Metadatum>,
+}
+
+/// One entry of a metadata block: `type name = value`.
+#[derive(Clone, Debug)]
+pub struct Metadatum {
+    /// Type.
+    pub ty: TypeSpec,
+    /// Name.
+    pub name: Name,
+    /// `[n]` behind the name.
+    pub array: Option<ArrayLen>,
+    /// Value.
+    pub value: ExprId,
+}
+
+/// The brackets behind a declared name.
+#[derive(Clone, Copy, Debug)]
+pub struct ArrayLen {
+    /// The brackets.
+    pub span: Span,
+    /// The length as written; `None` for `[]`.
+    pub len: Option<ExprId>,
+}
+
+/// A type as written.
+#[derive(Clone, Debug)]
+pub struct TypeSpec {
+    /// Where it stands.
+    pub span: Span,
+    /// `closure` before `color`.
+    pub closure: bool,
+    /// The type's name.
+    pub name: TypeName,
+}
+
+/// Names of types.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "each variant is the keyword of its name")]
+pub enum TypeName {
+    Int,
+    Float,
+    Color,
+    Point,
+    Vector,
+    Normal,
+    Matrix,
+    String,
+    Void,
+    /// A struct, by name.
+    Struct(Arc<str>),
+}
+
+/// `{ statements }` as the body of a function or shader.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Braces included.
+    pub span: Span,
+    /// The statements.
+    pub stmts: Vec<StmtId>,
+}
+
+/// A statement.
+#[derive(Clone, Debug)]
+pub struct Stmt {
+    /// Where it stands.
+    pub span: Span,
+    /// What it is.
+    pub kind: StmtKind,
+}
+
+/// Kinds of statements.
+#[derive(Clone, Debug)]
+pub enum StmtKind {
+    /// `;`
+    Empty,
+    /// An expression for its effect.
+    Expr(ExprId),
+    /// `type a = e, b, c[3];`
+    Declare {
+        /// Type of each (of the elements, for arrays).
+        ty: TypeSpec,
+        /// The names with their lengths and initialisers.
+        vars: Vec<Declarator>,
+    },
+    /// `{ … }`
+    Block(Vec<StmtId>),
+    /// `if (cond) then else otherwise`
+    If {
+        /// Condition.
+        cond: ExprId,
+        /// Taken when true.
+        then: StmtId,
+        /// Taken when false.
+        otherwise: Option<StmtId>,
+    },
+    /// `while (cond) body`
+    While {
+        /// Condition.
+        cond: ExprId,
+        /// Body.
+        body: StmtId,
+    },
+    /// `do body while (cond);`
+    DoWhile {
+        /// Body.
+        body: StmtId,
+        /// Condition.
+        cond: ExprId,
+    },
+    /// `for (init; cond; iter) body`
+    For {
+        /// A declaration or an expression statement.
+        init: Option<StmtId>,
+        /// Condition; absent means true.
+        cond: Option<ExprId>,
+        /// Evaluated after the body.
+        iter: Option<ExprId>,
+        /// Body.
+        body: StmtId,
+    },
+    /// `break;`
+    Break,
+    /// `continue;`
+    Continue,
+    /// `return;` or `return value;`
+    Return(Option<ExprId>),
+    /// A function declared inside a block.
+    Function(Arc<FunctionDecl>),
+    /// Where the parser recovered. A diagnostic covers the same span.
+    Error,
+}
+
+/// One name of a declaration statement.
+#[derive(Clone, Debug)]
+pub struct Declarator {
+    /// The name.
+    pub name: Name,
+    /// `[n]` behind the name.
+    pub array: Option<ArrayLen>,
+    /// Initialiser; an [`ExprKind::InitList`] for `{…}`.
+    pub init: Option<ExprId>,
+}
+
+/// One expression as written.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// Where it stands.
+    pub span: Span,
+    /// What it is.
+    pub kind: ExprKind,
+}
+
+/// Kinds of expressions.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// An int literal, wrapped to 32 bits.
+    Int(i32),
+    /// A float literal.
+    Float(f32),
+    /// A string literal: escapes replaced, neighbours joined. Bytes above 0x7f stand as the user's UTF-8.
+    Str(Arc<str>),
+    /// A variable by name.
+    Name(Arc<str>),
+    /// A prefix operator. Unary plus is dropped by the parser.
+    Unary(UnaryOp, ExprId),
+    /// `++` and `--` before or behind an lvalue.
+    Step {
+        /// Whether it stands before its operand.
+        prefix: bool,
+        /// `++` rather than `--`.
+        increment: bool,
+        /// The lvalue.
+        target: ExprId,
+    },
+    /// A binary operator.
+    Binary(BinaryOp, ExprId, ExprId),
+    /// `target = value`, or `target op= value`.
+    Assign {
+        /// The operator of a compound assignment.
+        op: Option<BinaryOp>,
+        /// The lvalue.
+        target: ExprId,
+        /// The right-hand side.
+        value: ExprId,
+    },
+    /// `cond ? a : b`
+    Ternary(ExprId, ExprId, ExprId),
+    /// `(type) value`
+    Cast(TypeSpec, ExprId),
+    /// A constructor of a built-in type: `color("hsv", a, b, c)`, `float(x)`.
+    Construct(TypeSpec, Vec<ExprId>),
+    /// `callee(args)`; resolution decides whether it builds a struct or calls a function.
+    Call(Name, Vec<ExprId>),
+    /// `base[index]`
+    Index(ExprId, ExprId),
+    /// `base.field`
+    Field(ExprId, Name),
+    /// `a, b, c` where a comma list may stand; the value is the last.
+    Comma(Vec<ExprId>),
+    /// `( inner )`
+    Paren(ExprId),
+    /// `{ a, b, c }`
+    InitList(Vec<ExprId>),
+    /// Where the parser recovered. A diagnostic covers the same span.
+    Error,
+}
+
+/// Prefix operators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnaryOp {
+    /// `-`
+    Neg,
+    /// `!` and `not`
+    Not,
+    /// `~`
+    Compl,
+}
+
+/// Binary operators, loosest last within a family.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "named as in operator overloads, __operator__X__")]
+pub enum BinaryOp {
+    Mul,
+    Div,
+    Mod,
+    Add,
+    Sub,
+    Shl,
+    Shr,
+    Lt,
+    Le,
+    Gt,
+    Ge,
+    Eq,
+    Ne,
+    BitAnd,
+    BitXor,
+    BitOr,
+    And,
+    Or,
+}

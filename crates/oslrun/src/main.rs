@@ -1,0 +1,2 @@
+//! The `oslrun` command.
+fn main() {}
