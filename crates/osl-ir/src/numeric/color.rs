@@ -1,0 +1,226 @@
+//! Conversions between color systems, one color at a time.
+//!
+//! Choices (which sixth of the hue circle, which component is largest) are blends, so that a loop over colors
+//! vectorises. Nothing here knows the names of color spaces but those of [`ColorSystem::named`].
+
+use super::common::{max, min};
+use super::geometry::{Triple, cross, dot, select};
+use super::real::Real;
+
+/// Red, green, blue in 0..=1 from hue, saturation, value; the hue counts turns and wraps.
+#[inline(always)]
+pub fn hsv_to_rgb<R: Real>(hsv: Triple<R>) -> Triple<R> {
+    let [h, s, v] = hsv;
+    let one = R::lit(1.0);
+    let h = R::lit(6.0) * (h - h.floor());
+    let sixth = h.floor();
+    let f = h - sixth;
+    let p = v * (one - s);
+    let q = v * (one - s * f);
+    let t = v * (one - s * (one - f));
+
+    let is = |k: f32| sixth == R::lit(k);
+    // Rounding can make the hue a full turn, a seventh sixth; with NaN it falls to the last colors.
+    let red = R::select(is(1.0), q, R::select(is(2.0) | is(3.0), p, R::select(is(4.0), t, v)));
+    let green = R::select(is(0.0), t, R::select(is(1.0) | is(2.0), v, R::select(is(3.0), q, p)));
+    let blue = R::select(is(0.0) | is(1.0), p, R::select(is(2.0), t, R::select(is(3.0) | is(4.0), v, q)));
+    select(s < R::lit(0.0001), [v; 3], [red, green, blue])
+}
+
+/// Hue in turns 0..=1, saturation, value. A gray has hue 0.
+#[inline(always)]
+pub fn rgb_to_hsv<R: Real>(rgb: Triple<R>) -> Triple<R> {
+    let [r, g, b] = rgb;
+    let zero = R::lit(0.0);
+    let largest = max(r, max(g, b));
+    let range = largest - min(r, min(g, b));
+    let s = R::select(largest > zero, range / largest, zero);
+
+    // Sixths of a turn from red, by what is largest.
+    let from_blue = R::lit(4.0) + (r - g) / range;
+    let from_green = R::lit(2.0) + (b - r) / range;
+    let from_red = (g - b) / range;
+    let sixths = R::select(r == largest, from_red, R::select(g == largest, from_green, from_blue));
+    let h = sixths * R::lit(1.0 / 6.0);
+    let h = R::select(h < zero, h + R::lit(1.0), h);
+    [R::select(s > zero, h, zero), s, largest]
+}
+
+/// Red, green, blue from hue (turns), saturation, lightness.
+#[inline(always)]
+pub fn hsl_to_rgb<R: Real>(hsl: Triple<R>) -> Triple<R> {
+    let [h, s, l] = hsl;
+    let zero = R::lit(0.0);
+    let one = R::lit(1.0);
+    let value = R::select(l <= R::lit(0.5), l * (one + s), l * (one - s) + s);
+    let smallest = R::lit(2.0) * l - value;
+    let rgb = hsv_to_rgb([h, (value - smallest) / value, value]);
+    select(value <= zero, [zero; 3], rgb)
+}
+
+/// Hue (turns), saturation, lightness. A gray has hue and saturation 0.
+#[inline(always)]
+pub fn rgb_to_hsl<R: Real>(rgb: Triple<R>) -> Triple<R> {
+    let [r, g, b] = rgb;
+    let zero = R::lit(0.0);
+    let [h, _, largest] = rgb_to_hsv(rgb);
+    let smallest = min(r, min(g, b));
+    let range = largest - smallest;
+    let sum = smallest + largest;
+    let l = R::lit(0.5) * sum;
+    let s = range / R::select(l <= R::lit(0.5), sum, R::lit(2.0) - largest - smallest);
+    let gray = smallest == largest;
+    [R::select(gray, zero, h), R::select(gray, zero, s), l]
+}
+
+/// Nine numbers, row by row; colors are row vectors.
+pub type Matrix3 = [f32; 9];
+
+const RGB_TO_YIQ: Matrix3 = [0.299, 0.596, 0.212, 0.587, -0.275, -0.523, 0.114, -0.321, 0.311];
+const YIQ_TO_RGB: Matrix3 = [1.0, 1.0, 1.0, 0.9557, -0.2716, -1.1082, 0.6199, -0.6469, 1.7051];
+
+/// The color times a constant matrix.
+#[inline(always)]
+pub fn transform<R: Real>(c: Triple<R>, m: &Matrix3) -> Triple<R> {
+    let along = |column: usize| {
+        c[0] * R::lit(m[column]) + c[1] * R::lit(m[3 + column]) + c[2] * R::lit(m[6 + column])
+    };
+    [along(0), along(1), along(2)]
+}
+
+/// The NTSC broadcast system from RGB.
+#[inline(always)]
+pub fn rgb_to_yiq<R: Real>(rgb: Triple<R>) -> Triple<R> {
+    transform(rgb, &RGB_TO_YIQ)
+}
+
+/// RGB from the NTSC broadcast system.
+#[inline(always)]
+pub fn yiq_to_rgb<R: Real>(yiq: Triple<R>) -> Triple<R> {
+    transform(yiq, &YIQ_TO_RGB)
+}
+
+/// Chromaticity x, y and luminance Y from CIE XYZ; the chromaticity of black is 0, 0.
+#[inline(always)]
+pub fn xyz_to_xyy<R: Real>(xyz: Triple<R>) -> Triple<R> {
+    let [x, y, z] = xyz;
+    let sum = x + y + z;
+    let inverse = R::select(sum >= R::lit(1.0e-6), R::lit(1.0) / sum, R::lit(0.0));
+    [x * inverse, y * inverse, y]
+}
+
+/// CIE XYZ from chromaticity x, y and luminance Y; 0 where y is.
+#[inline(always)]
+pub fn xyy_to_xyz<R: Real>(xyy: Triple<R>) -> Triple<R> {
+    let [x, y, luminance] = xyy;
+    let k = R::select(y > R::lit(1.0e-6), luminance / y, R::lit(0.0));
+    [k * x, luminance, k * (R::lit(1.0) - x - y)]
+}
+
+/// Light from one component of an sRGB pixel (IEC 61966-2-1).
+#[inline(always)]
+pub fn srgb_to_linear<R: Real>(x: R) -> R {
+    let straight = x * R::lit(1.0 / 12.92);
+    let curved = ((x + R::lit(0.055)) * R::lit(1.0 / 1.055)).pow_accurate(R::lit(2.4));
+    R::select(x <= R::lit(0.04045), straight, curved)
+}
+
+/// One component of an sRGB pixel from light (IEC 61966-2-1).
+#[inline(always)]
+pub fn linear_to_srgb<R: Real>(x: R) -> R {
+    let curved = R::lit(1.055) * x.pow_accurate(R::lit(1.0 / 2.4)) - R::lit(0.055);
+    R::select(x <= R::lit(0.003_130_8), R::lit(12.92) * x, curved)
+}
+
+/// An RGB space: how its primaries relate to CIE XYZ.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorSystem {
+    /// XYZ to RGB, for row vectors.
+    pub rgb_from_xyz: Matrix3,
+    /// RGB to XYZ, for row vectors.
+    pub xyz_from_rgb: Matrix3,
+    /// What each of red, green, blue adds to the luminance; they sum to 1.
+    pub luminance: Triple<f32>,
+}
+
+const D65: [f32; 2] = [0.3127, 0.3291];
+const ILLUMINANT_C: [f32; 2] = [0.3101, 0.3162];
+const ILLUMINANT_E: [f32; 2] = [0.333_333_33, 0.333_333_33];
+const ACES_WHITE: [f32; 2] = [0.32168, 0.33767];
+
+impl ColorSystem {
+    /// OSL's working space unless told otherwise.
+    pub fn rec709() -> Self {
+        Self::from_primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65)
+    }
+
+    /// The system with this name, one of those that OSL knows; `None` for any other.
+    pub fn named(name: &str) -> Option<Self> {
+        let (red, green, blue, white) = match name {
+            "Rec709" | "sRGB" => return Some(Self::rec709()),
+            "NTSC" => ([0.67, 0.33], [0.21, 0.71], [0.14, 0.08], ILLUMINANT_C),
+            "EBU" | "PAL" | "SECAM" => ([0.64, 0.33], [0.29, 0.60], [0.15, 0.06], D65),
+            "SMPTE" => ([0.630, 0.340], [0.310, 0.595], [0.155, 0.070], D65),
+            "HDTV" => ([0.670, 0.330], [0.210, 0.710], [0.150, 0.060], D65),
+            "CIE" => ([0.7355, 0.2645], [0.2658, 0.7243], [0.1669, 0.0085], ILLUMINANT_E),
+            "AdobeRGB" => ([0.64, 0.33], [0.21, 0.71], [0.15, 0.06], D65),
+            "XYZ" => ([1.0, 0.0], [0.0, 1.0], [0.0, 0.0], ILLUMINANT_E),
+            "ACES2065-1" => ([0.7347, 0.2653], [0.0, 1.0], [0.0001, -0.077], ACES_WHITE),
+            "ACEScg" => ([0.713, 0.293], [0.165, 0.83], [0.128, 0.044], ACES_WHITE),
+            _ => return None,
+        };
+        Some(Self::from_primaries(red, green, blue, white))
+    }
+
+    /// The system with these chromaticities (x, y), such that equal red, green and blue have that of `white`.
+    pub fn from_primaries(red: [f32; 2], green: [f32; 2], blue: [f32; 2], white: [f32; 2]) -> Self {
+        let [red, green, blue, white] = [red, green, blue, white].map(|[x, y]| [x, y, 1.0 - x - y]);
+        // The rows of the inverse of the primaries, but for a factor each, which the white point fixes.
+        let rows = [cross(green, blue), cross(blue, red), cross(red, green)].map(|row| {
+            let weight = dot(row, white) / white[1];
+            row.map(|element| element / weight)
+        });
+        let [r, g, b] = rows;
+        let rgb_from_xyz = [r[0], g[0], b[0], r[1], g[1], b[1], r[2], g[2], b[2]];
+        let xyz_from_rgb = inverse(&rgb_from_xyz);
+        let (of_red, of_green) = (xyz_from_rgb[1], xyz_from_rgb[4]);
+        let luminance = [of_red, of_green, 1.0 - of_red - of_green];
+        Self { rgb_from_xyz, xyz_from_rgb, luminance }
+    }
+
+    /// RGB of this system from CIE XYZ.
+    #[inline(always)]
+    pub fn to_rgb<R: Real>(&self, xyz: Triple<R>) -> Triple<R> {
+        transform(xyz, &self.rgb_from_xyz)
+    }
+
+    /// CIE XYZ from RGB of this system.
+    #[inline(always)]
+    pub fn to_xyz<R: Real>(&self, rgb: Triple<R>) -> Triple<R> {
+        transform(rgb, &self.xyz_from_rgb)
+    }
+
+    /// The luminance of an RGB color, in its unit.
+    #[inline(always)]
+    pub fn luminance_of<R: Real>(&self, rgb: Triple<R>) -> R {
+        dot(rgb, self.luminance.map(R::lit))
+    }
+}
+
+/// The inverse of a matrix known to have one: adjugate over determinant.
+fn inverse(m: &Matrix3) -> Matrix3 {
+    let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
+    let adjugate = [
+        minor(4, 8, 7, 5),
+        minor(7, 2, 1, 8),
+        minor(1, 5, 4, 2),
+        minor(6, 5, 3, 8),
+        minor(0, 8, 6, 2),
+        minor(3, 2, 0, 5),
+        minor(3, 7, 6, 4),
+        minor(6, 1, 0, 7),
+        minor(0, 4, 3, 1),
+    ];
+    let determinant = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
+    adjugate.map(|element| element / determinant)
+}

@@ -1,0 +1,214 @@
+//! The small functions of the standard library: magnitudes, limits, blends, steps.
+//!
+//! Each is written for one number; the language applies it to each component of a triple. The order of operations is
+//! the reference's. Nothing here knows of vectors.
+
+use super::arith::{div, ge, gt, is_true, le};
+use super::real::Real;
+
+/// -1, 0 or 1 by the sign of `x`; NaN gives 1.
+#[inline(always)]
+pub fn sign<R: Real>(x: R) -> R {
+    let not_negative = R::select(x == R::lit(0.0), R::lit(0.0), R::lit(1.0));
+    R::select(x < R::lit(0.0), R::lit(-1.0), not_negative)
+}
+
+/// The smaller; the first where either is NaN.
+#[inline(always)]
+pub fn min<R: Real>(x: R, y: R) -> R {
+    R::select(le(x, y), x, y)
+}
+
+/// The larger; the first where either is NaN.
+#[inline(always)]
+pub fn max<R: Real>(x: R, y: R) -> R {
+    R::select(gt(x, y), x, y)
+}
+
+/// `x` held to `lo..=hi`; `lo` wins where the limits are reversed, NaN stays.
+#[inline(always)]
+pub fn clamp<R: Real>(x: R, lo: R, hi: R) -> R {
+    max(min(x, hi), lo)
+}
+
+/// [`min`] for integers.
+#[inline(always)]
+pub fn int_min(x: i32, y: i32) -> i32 {
+    x.min(y)
+}
+
+/// [`max`] for integers.
+#[inline(always)]
+pub fn int_max(x: i32, y: i32) -> i32 {
+    x.max(y)
+}
+
+/// [`clamp`] for integers; reversed limits are no error, `lo` wins.
+#[inline(always)]
+pub fn int_clamp(x: i32, lo: i32, hi: i32) -> i32 {
+    x.min(hi).max(lo)
+}
+
+/// `a` at t = 0, `b` at t = 1, straight on beyond them. Ratio `t` is not clamped.
+#[inline(always)]
+pub fn mix<R: Real>(a: R, b: R, t: R) -> R {
+    a * (R::lit(1.0) - t) + b * t
+}
+
+/// `b` where the condition `c` is not zero, else `a`: the *second* is chosen by a true condition.
+#[inline(always)]
+pub fn select<R: Real>(a: R, b: R, c: R) -> R {
+    R::select(is_true(c), b, a)
+}
+
+/// 0 below the edge, 1 from the edge on; NaN counts as above.
+#[inline(always)]
+pub fn step<R: Real>(edge: R, x: R) -> R {
+    R::select(x < edge, R::lit(0.0), R::lit(1.0))
+}
+
+/// 0 below `edge0`, 1 from `edge1` on, a cubic with flat ends between. With reversed edges it is a step at `edge0`.
+///
+/// Where a derivative of the result is wanted the reference multiplies in another order:
+/// [`smoothstep_with_derivative`].
+#[inline(always)]
+pub fn smoothstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
+    let t = (x - edge0) / (edge1 - edge0);
+    let between = (R::lit(3.0) - R::lit(2.0) * t) * (t * t);
+    outside_edges(edge0, edge1, x, between)
+}
+
+/// The value of [`smoothstep`] in the form that the reference computes together with derivatives.
+#[inline(always)]
+pub fn smoothstep_with_derivative<R: Real>(edge0: R, edge1: R, x: R) -> R {
+    let t = (x - edge0) / (edge1 - edge0);
+    let between = (R::lit(3.0) - t * R::lit(2.0)) * t * t;
+    outside_edges(edge0, edge1, x, between)
+}
+
+/// 0 below `edge0`, else 1 from `edge1` on, else `between`.
+#[inline(always)]
+fn outside_edges<R: Real>(edge0: R, edge1: R, x: R, between: R) -> R {
+    let above = R::select(x >= edge1, R::lit(1.0), between);
+    // The first test wins: it stands last.
+    R::select(x < edge0, R::lit(0.0), above)
+}
+
+/// 0 below `edge0`, 1 above `edge1`, straight between; a step where they are equal.
+#[inline(always)]
+pub fn linearstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
+    let ramp = div(clamp(x, edge0, edge1) - edge0, edge1 - edge0);
+    R::select(edge0 == edge1, step(edge0, x), ramp)
+}
+
+/// [`linearstep`] with its two corners rounded by parabolas that reach `eps` to either side (unit: that of `x`).
+#[inline(always)]
+pub fn smooth_linearstep<R: Real>(edge0: R, edge1: R, x: R, eps: R) -> R {
+    let one = R::lit(1.0);
+    let width = div(one, edge1 - edge0);
+    let reach = eps * width;
+    let t = (x - edge0) * width;
+    let twice = R::lit(2.0) * reach;
+
+    let r = R::select(t < reach, rounded(t + reach, twice), one - rounded(one + reach - t, twice));
+    let r = R::select(t >= one + reach, one, r);
+    let r = R::select((t >= reach) & (t <= one - reach), t, r);
+    let r = R::select(t <= -reach, R::lit(0.0), r);
+    R::select(edge0 == edge1, step(edge0, x), r)
+}
+
+/// The parabola through the origin with slope 1 at `r`.
+#[inline(always)]
+fn rounded<R: Real>(z: R, r: R) -> R {
+    div(R::lit(0.5), r) * z * z
+}
+
+/// A step at `edge` widened to a ramp by what the filter covers: `d_edge` and `d_s` are the filter widths of the
+/// edge and of `s`, in their unit.
+#[inline(always)]
+pub fn aastep<R: Real>(edge: R, s: R, d_edge: R, d_s: R) -> R {
+    let width = d_edge.abs() + d_s.abs();
+    let half = R::lit(0.5) * width;
+    let start = edge - half;
+    let ramp = div(s - start, width);
+    let above = R::select(ge(s, edge + half), R::lit(1.0), ramp);
+    R::select(le(s, start), R::lit(0.0), above)
+}
+
+/// The remainder with the sign of `b`: a - b·floor(a/b); `a` where `b` is 0.
+#[inline(always)]
+pub fn modulo<R: Real>(a: R, b: R) -> R {
+    a - b * div(a, b).floor()
+}
+
+/// The magnitude; also of -0 and NaN.
+#[inline(always)]
+pub fn abs<R: Real>(x: R) -> R {
+    x.abs()
+}
+
+/// The square root, 0 below zero and for NaN; that of -0 is -0.
+#[inline(always)]
+pub fn sqrt<R: Real>(x: R) -> R {
+    R::select(x >= R::lit(0.0), x.sqrt(), R::lit(0.0))
+}
+
+/// 1 / √x, in two roundings; 0 where `x` is not above zero.
+#[inline(always)]
+pub fn inversesqrt<R: Real>(x: R) -> R {
+    R::select(x > R::lit(0.0), R::lit(1.0) / x.sqrt(), R::lit(0.0))
+}
+
+/// √(a² + b²), unscaled: it overflows where a square does.
+#[inline(always)]
+pub fn hypot<R: Real>(a: R, b: R) -> R {
+    sqrt(a * a + b * b)
+}
+
+/// √(a² + b² + c²), unscaled.
+#[inline(always)]
+pub fn hypot3<R: Real>(a: R, b: R, c: R) -> R {
+    sqrt(a * a + b * b + c * c)
+}
+
+/// How far a value moves over one sample, from its two derivatives.
+#[inline(always)]
+pub fn filterwidth<R: Real>(dx: R, dy: R) -> R {
+    (dx * dx + dy * dy).sqrt()
+}
+
+/// Degrees from radians, by the reference's constant: 180/π divided in `f32`, one unit below the nearest.
+#[inline(always)]
+pub fn degrees<R: Real>(x: R) -> R {
+    x * R::lit(f32::from_bits(0x4265_2ee0))
+}
+
+/// Radians from degrees.
+#[inline(always)]
+pub fn radians<R: Real>(x: R) -> R {
+    x * R::lit(f32::from_bits(0x3c8e_fa35))
+}
+
+/// Logarithm of `x` to base `b`: the quotient of the natural logarithms.
+#[inline(always)]
+pub fn log_base<R: Real>(x: R, b: R) -> R {
+    div(x.log(), b.log())
+}
+
+/// 1 for NaN, else 0.
+#[inline(always)]
+pub fn isnan<R: Real>(x: R) -> i32 {
+    i32::from(x.is_nan())
+}
+
+/// 1 for the infinities, else 0.
+#[inline(always)]
+pub fn isinf<R: Real>(x: R) -> i32 {
+    i32::from(!x.is_finite() & !x.is_nan())
+}
+
+/// 1 for numbers, 0 for NaN and the infinities.
+#[inline(always)]
+pub fn isfinite<R: Real>(x: R) -> i32 {
+    i32::from(x.is_finite())
+}

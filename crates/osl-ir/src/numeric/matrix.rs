@@ -1,0 +1,222 @@
+//! 4×4 matrices in OSL's convention: row vectors, `p' = p · M`, the translation in the last row.
+//!
+//! A matrix is sixteen numbers row by row, so that element `[row][column]` stands at `4 * row + column`. Nothing
+//! here knows the names of coordinate systems.
+
+use super::geometry::Triple;
+use super::real::Real;
+
+/// Sixteen numbers, row by row.
+pub type Matrix<R> = [R; 16];
+
+/// `k` on the diagonal, 0 elsewhere; `k` = 1 is the identity.
+#[inline(always)]
+pub fn diagonal<R: Real>(k: R) -> Matrix<R> {
+    let mut m = [R::lit(0.0); 16];
+    for i in 0..4 {
+        m[5 * i] = k;
+    }
+    m
+}
+
+/// The product: applies `a` first, then `b`.
+#[inline(always)]
+pub fn multiply<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
+    let mut product = [R::lit(0.0); 16];
+    for row in 0..4 {
+        for column in 0..4 {
+            let at = 4 * row;
+            product[at + column] = a[at] * b[column]
+                + a[at + 1] * b[4 + column]
+                + a[at + 2] * b[8 + column]
+                + a[at + 3] * b[12 + column];
+        }
+    }
+    product
+}
+
+/// Every element times `k`.
+#[inline(always)]
+pub fn scale<R: Real>(m: Matrix<R>, k: R) -> Matrix<R> {
+    m.map(|element| element * k)
+}
+
+/// `a / b` of two matrices: a · inverse(b).
+#[inline(always)]
+pub fn divide<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
+    multiply(a, inverse(b))
+}
+
+/// `m / k`: by the plain reciprocal, infinite where `k` is 0.
+#[inline(always)]
+pub fn divide_by<R: Real>(m: Matrix<R>, k: R) -> Matrix<R> {
+    scale(m, R::lit(1.0) / k)
+}
+
+/// Rows and columns exchanged.
+#[inline(always)]
+pub fn transpose<R: Real>(m: Matrix<R>) -> Matrix<R> {
+    let mut t = m;
+    for row in 0..4 {
+        for column in 0..4 {
+            t[4 * row + column] = m[4 * column + row];
+        }
+    }
+    t
+}
+
+/// The determinant, by cofactors of the first row, each of them expanded along its first column.
+#[inline(always)]
+pub fn determinant<R: Real>(m: Matrix<R>) -> R {
+    let minor = |a: usize, b: usize, c: usize| {
+        let two = |upper: usize, lower: usize| m[upper + b] * m[lower + c] - m[upper + c] * m[lower + b];
+        m[4 + a] * two(8, 12) - m[8 + a] * two(4, 12) + m[12 + a] * two(4, 8)
+    };
+    m[0] * minor(1, 2, 3) - m[1] * minor(0, 2, 3) + m[2] * minor(0, 1, 3) - m[3] * minor(0, 1, 2)
+}
+
+/// The inverse; the identity where there is none.
+///
+/// A matrix whose last column is (0, 0, 0, 1) is inverted by cofactors of its upper left part, any other by
+/// elimination. A quotient that would overflow counts as singular.
+#[inline(always)]
+pub fn inverse<R: Real>(m: Matrix<R>) -> Matrix<R> {
+    let zero = R::lit(0.0);
+    let affine = m[3] == zero && m[7] == zero && m[11] == zero && m[15] == R::lit(1.0);
+    let inverse = if affine { inverse_affine(&m) } else { inverse_by_elimination(m) };
+    inverse.unwrap_or(diagonal(R::lit(1.0)))
+}
+
+/// The inverse of a matrix with last column (0, 0, 0, 1).
+#[inline(always)]
+fn inverse_affine<R: Real>(m: &Matrix<R>) -> Option<Matrix<R>> {
+    let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
+    let adjugate = [
+        [minor(5, 10, 9, 6), minor(9, 2, 1, 10), minor(1, 6, 5, 2)],
+        [minor(8, 6, 4, 10), minor(0, 10, 8, 2), minor(4, 2, 0, 6)],
+        [minor(4, 9, 8, 5), minor(8, 1, 0, 9), minor(0, 5, 4, 1)],
+    ];
+    let determinant = m[0] * adjugate[0][0] + m[1] * adjugate[1][0] + m[2] * adjugate[2][0];
+    let magnitude = determinant.abs();
+    let largest_safe = magnitude / R::lit(f32::MIN_POSITIVE);
+    let invertible =
+        magnitude >= R::lit(1.0) || adjugate.iter().flatten().all(|&element| largest_safe > element.abs());
+    if !invertible {
+        return None;
+    }
+    let mut inverse = diagonal(R::lit(1.0));
+    for column in 0..3 {
+        let part = [0, 1, 2].map(|row: usize| adjugate[row][column] / determinant);
+        for row in 0..3 {
+            inverse[4 * row + column] = part[row];
+        }
+        inverse[12 + column] = -m[12] * part[0] - m[13] * part[1] - m[14] * part[2];
+    }
+    Some(inverse)
+}
+
+/// The inverse by Gauss and Jordan's elimination, the largest element of each column as pivot.
+#[inline(always)]
+fn inverse_by_elimination<R: Real>(m: Matrix<R>) -> Option<Matrix<R>> {
+    let mut left = m;
+    let mut right = diagonal(R::lit(1.0));
+    for column in 0..4 {
+        let pivot = pivot_row(&left, column);
+        if left[4 * pivot + column] == R::lit(0.0) {
+            return None;
+        }
+        if pivot != column {
+            swap_rows(&mut left, pivot, column);
+            swap_rows(&mut right, pivot, column);
+        }
+        for row in column + 1..4 {
+            let factor = left[4 * row + column] / left[5 * column];
+            subtract_row(&mut left, row, column, factor);
+            subtract_row(&mut right, row, column, factor);
+        }
+    }
+    for column in (0..4).rev() {
+        let pivot = left[5 * column];
+        for at in 4 * column..4 * column + 4 {
+            left[at] = left[at] / pivot;
+            right[at] = right[at] / pivot;
+        }
+        for row in 0..column {
+            let factor = left[4 * row + column];
+            subtract_row(&mut left, row, column, factor);
+            subtract_row(&mut right, row, column, factor);
+        }
+    }
+    Some(right)
+}
+
+#[inline(always)]
+fn pivot_row<R: Real>(m: &Matrix<R>, column: usize) -> usize {
+    let mut best = column;
+    for row in column + 1..4 {
+        if m[4 * row + column].abs() > m[4 * best + column].abs() {
+            best = row;
+        }
+    }
+    best
+}
+
+#[inline(always)]
+fn swap_rows<R: Real>(m: &mut Matrix<R>, a: usize, b: usize) {
+    for column in 0..4 {
+        m.swap(4 * a + column, 4 * b + column);
+    }
+}
+
+/// Row `row` less `factor` times row `pivot`.
+#[inline(always)]
+fn subtract_row<R: Real>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R) {
+    for column in 0..4 {
+        m[4 * row + column] = m[4 * row + column] - factor * m[4 * pivot + column];
+    }
+}
+
+/// The point (x, y, z, 1) · M, divided by its fourth coordinate; zero where that is 0.
+#[inline(always)]
+pub fn transform_point<R: Real>(m: Matrix<R>, p: Triple<R>) -> Triple<R> {
+    let along =
+        |column: usize| p[0] * m[column] + p[1] * m[4 + column] + p[2] * m[8 + column] + m[12 + column];
+    let w = along(3);
+    let apart = w != R::lit(0.0);
+    [0, 1, 2].map(|column| R::select(apart, along(column) / w, R::lit(0.0)))
+}
+
+/// The vector (x, y, z) times the upper left part of M.
+#[inline(always)]
+pub fn transform_vector<R: Real>(m: Matrix<R>, v: Triple<R>) -> Triple<R> {
+    [0, 1, 2].map(|column| v[0] * m[column] + v[1] * m[4 + column] + v[2] * m[8 + column])
+}
+
+/// The normal times the transpose of the inverse of M, so that it stays perpendicular to transformed tangents.
+/// Loops over many normals and one matrix compute [`normal_matrix`] once.
+#[inline(always)]
+pub fn transform_normal<R: Real>(m: Matrix<R>, n: Triple<R>) -> Triple<R> {
+    transform_vector(normal_matrix(m), n)
+}
+
+/// The matrix that carries normals along where `m` carries points.
+#[inline(always)]
+pub fn normal_matrix<R: Real>(m: Matrix<R>) -> Matrix<R> {
+    transpose(inverse(m))
+}
+
+/// Whether every element equals that of the other.
+#[inline(always)]
+pub fn equal<R: Real>(a: Matrix<R>, b: Matrix<R>) -> bool {
+    let mut same = true;
+    for (x, y) in a.into_iter().zip(b) {
+        same &= x == y;
+    }
+    same
+}
+
+/// `k / m`: k · inverse(m).
+#[inline(always)]
+pub fn scalar_over<R: Real>(k: R, m: Matrix<R>) -> Matrix<R> {
+    scale(inverse(m), k)
+}

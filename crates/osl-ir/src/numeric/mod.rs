@@ -1,0 +1,38 @@
+//! The arithmetic of OSL, one lane at a time.
+//!
+//! This module owns what a number *becomes*: the value of every operator and of every built-in that works lane by
+//! lane, to the last bit. The constant folder calls these bodies for one lane; the batch interpreter stamps them into
+//! loops over slices. Folding and running therefore agree by construction.
+//!
+//! It must not know of lanes, masks, types of the language, or derivatives (those are written as ordinary
+//! instructions by a pass, which call the same bodies).
+//!
+//! Two habits make a plain loop over slices vectorise once these bodies are inlined into it:
+//!
+//! - every function is `#[inline(always)]`, so that it takes on the instruction set of the loop's function;
+//! - choices are [`Real::select`]s between values that are both computed; nothing returns early, looks into a
+//!   table, or calls a mathematical library.
+//!
+//! The modules, in reading order:
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`real`] | the element type of the arithmetic, as a trait |
+//! | [`rounding`] | floor, ceil, trunc, round and the conversion to integers, branch-free and exact |
+//! | [`arith`] | the operators: division, integer arithmetic, shifts, comparisons, conversions |
+//! | [`common`] | abs, mix, clamp, smoothstep and the other small functions |
+//! | [`geometry`] | dot, length, normalize, reflect, refract … on three numbers |
+//! | [`matrix`] | products, inverse, determinant, transforms; row vectors |
+//! | [`color`] | conversions between color systems |
+//! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
+
+pub mod arith;
+pub mod color;
+pub mod common;
+pub mod geometry;
+pub mod matrix;
+pub mod real;
+pub mod rounding;
+pub mod strict;
+
+pub use real::Real;

@@ -1,0 +1,205 @@
+//! The element type of the arithmetic.
+//!
+//! [`Real`] is what a body may do with a number. `f32` is the strict arithmetic: products and sums rounded one by
+//! one, and the approximations of [`strict`](super::strict). Other arithmetics (binary64 as an oracle, cheaper
+//! approximations) are other implementors; the bodies stay the same. Nothing here knows what a body computes.
+
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use super::{rounding, strict};
+
+/// A number of a lane.
+///
+/// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted. Comparisons are those
+/// of `PartialOrd`: false where an operand is NaN.
+///
+/// Beware when the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits depend on
+/// the platform. Call [`strict::sin`] there; in generic code the method below is the only candidate.
+pub trait Real:
+    Copy
+    + Debug
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The constant `value`, exactly.
+    fn lit(value: f32) -> Self;
+    /// `yes` where `mask`, else `no`. Both are computed; compiles to a blend.
+    fn select(mask: bool, yes: Self, no: Self) -> Self;
+    /// The nearest number to an integer, ties to even.
+    fn from_int(value: i32) -> Self;
+    /// Truncation to an integer; NaN and values out of range give `i32::MIN`.
+    fn to_int(self) -> i32;
+
+    /// True for NaN.
+    fn is_nan(self) -> bool;
+    /// True for everything but NaN and the infinities.
+    fn is_finite(self) -> bool;
+    /// The value with its sign bit cleared.
+    fn abs(self) -> Self;
+    /// The magnitude of `self` with the sign bit of `sign`.
+    fn copysign(self, sign: Self) -> Self;
+
+    /// The largest whole number not above; -0 stays.
+    fn floor(self) -> Self;
+    /// The smallest whole number not below; `ceil(-0.5)` is -0.
+    fn ceil(self) -> Self;
+    /// Without the fraction.
+    fn trunc(self) -> Self;
+    /// The nearest whole number, halves away from zero.
+    fn round(self) -> Self;
+    /// The IEEE square root, NaN below zero. OSL's guarded one is [`common::sqrt`](super::common::sqrt).
+    fn sqrt(self) -> Self;
+
+    /// Sine of an angle in radians, in -1..=1.
+    fn sin(self) -> Self;
+    /// Cosine of an angle in radians, in -1..=1.
+    fn cos(self) -> Self;
+    /// Tangent of an angle in radians.
+    fn tan(self) -> Self;
+    /// Arc sine in radians; the argument is clamped to -1..=1.
+    fn asin(self) -> Self;
+    /// Arc cosine in radians; the argument is clamped to -1..=1.
+    fn acos(self) -> Self;
+    /// Arc tangent in radians.
+    fn atan(self) -> Self;
+    /// Angle of the vector (`x`, `self`) in radians, in -π..=π.
+    fn atan2(self, x: Self) -> Self;
+    /// Hyperbolic sine.
+    fn sinh(self) -> Self;
+    /// Hyperbolic cosine.
+    fn cosh(self) -> Self;
+    /// Hyperbolic tangent.
+    fn tanh(self) -> Self;
+    /// e to the power of the argument; never 0, never infinite.
+    fn exp(self) -> Self;
+    /// 2 to the power of the argument clamped to -126..=126.
+    fn exp2(self) -> Self;
+    /// `exp(x) - 1`, with care near zero.
+    fn expm1(self) -> Self;
+    /// Natural logarithm of the argument clamped to the positive normal floats.
+    fn log(self) -> Self;
+    /// Logarithm to base 2 of the argument clamped to the positive normal floats.
+    fn log2(self) -> Self;
+    /// Logarithm to base 10 of the argument clamped to the positive normal floats.
+    fn log10(self) -> Self;
+    /// The binary exponent of the magnitude.
+    fn logb(self) -> Self;
+    /// Cube root, odd.
+    fn cbrt(self) -> Self;
+    /// `self` to the power of `y`, with OSL's special cases: never NaN for numbers.
+    fn pow(self, y: Self) -> Self;
+    /// Error function.
+    fn erf(self) -> Self;
+    /// Complement of the error function.
+    fn erfc(self) -> Self;
+    /// Remainder with the quotient truncated, for a divisor that varies: 0 for divisor 0, sign of `self`.
+    fn fmod(self, divisor: Self) -> Self;
+    /// Remainder with the quotient truncated, exact: for a divisor known to be constant and not 0.
+    fn fmod_exact(self, divisor: Self) -> Self;
+    /// `self` to the power of `y`, correct to about half a unit in the last place, for `self` > 0 and a result
+    /// in the normal range: what a good library's `pow` returns. Color transfer curves use it.
+    fn pow_accurate(self, y: Self) -> Self;
+}
+
+/// Methods that hand over to a function of the same name and arguments.
+macro_rules! hand_over {
+    ($($module:ident :: $name:ident ( $($arg:ident),* );)*) => {
+        $(
+            #[inline(always)]
+            fn $name(self $(, $arg: Self)*) -> Self {
+                $module::$name(self $(, $arg)*)
+            }
+        )*
+    };
+}
+
+impl Real for f32 {
+    #[inline(always)]
+    fn lit(value: f32) -> Self {
+        value
+    }
+
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        rounding::pick(mask, yes, no)
+    }
+
+    #[inline(always)]
+    fn from_int(value: i32) -> Self {
+        value as f32
+    }
+
+    #[inline(always)]
+    fn to_int(self) -> i32 {
+        rounding::trunc32(self)
+    }
+
+    #[inline(always)]
+    fn is_nan(self) -> bool {
+        f32::is_nan(self)
+    }
+
+    #[inline(always)]
+    fn is_finite(self) -> bool {
+        f32::is_finite(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32::abs(self)
+    }
+
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        f32::copysign(self, sign)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f32::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn fmod_exact(self, divisor: Self) -> Self {
+        // The IEEE remainder is exact, so that any library's is the same. It is the one body that calls.
+        self % divisor
+    }
+
+    hand_over! {
+        rounding::floor();
+        rounding::ceil();
+        rounding::trunc();
+        rounding::round();
+        strict::sin();
+        strict::cos();
+        strict::tan();
+        strict::asin();
+        strict::acos();
+        strict::atan();
+        strict::atan2(x);
+        strict::sinh();
+        strict::cosh();
+        strict::tanh();
+        strict::exp();
+        strict::exp2();
+        strict::expm1();
+        strict::log();
+        strict::log2();
+        strict::log10();
+        strict::logb();
+        strict::cbrt();
+        strict::pow(y);
+        strict::erf();
+        strict::erfc();
+        strict::fmod(divisor);
+        strict::pow_accurate(y);
+    }
+}

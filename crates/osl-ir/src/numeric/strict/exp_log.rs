@@ -1,0 +1,93 @@
+//! Exponentials and logarithms: exponent bits by integer arithmetic, the rest by a polynomial.
+//!
+//! Arguments are clamped, so that results are always finite and, for the exponentials, never zero. It knows
+//! nothing of powers.
+
+use super::{bits, clamp, crush, horner};
+use crate::numeric::rounding::{pick, trunc32};
+
+const LN2: f32 = bits(0x3f31_7218);
+const LOG2E: f32 = bits(0x3fb8_aa3b);
+const LOG10_2: f32 = bits(0x3e9a_209b);
+const LOG2_10: f32 = bits(0x4054_9a78);
+
+const MANTISSA: u32 = 0x007f_ffff;
+const ONE: u32 = 0x3f80_0000;
+
+const EXP2: [f32; 6] =
+    [bits(0x3aae_c44e), bits(0x3c20_bb9a), bits(0x3d63_6733), bits(0x3e75_f192), bits(0x3f31_71f1), 1.0];
+const LOG2_HIGH: [f32; 5] =
+    [bits(0xbc18_8b0d), bits(0x3d55_41c9), bits(0xbe0c_d4fd), bits(0x3e77_adbd), bits(0xbeb1_d206)];
+const LOG2_LOW: [f32; 3] = [bits(0x3ef5_162d), bits(0xbf38_9e54), bits(0x3fb8_aa10)];
+
+/// 2^x for x clamped to -126..=126, so the result lies in 2^-126..=2^126; NaN counts as -126.
+#[inline(always)]
+pub fn exp2(x: f32) -> f32 {
+    let x = clamp(x, -126.0, 126.0);
+    let whole = trunc32(x);
+    let fraction = crush(x - whole as f32, 1.0);
+    let r = horner(fraction, EXP2);
+    f32::from_bits(r.to_bits().wrapping_add((whole as u32) << 23))
+}
+
+/// e^x; saturates as [`exp2`] does.
+#[inline(always)]
+pub fn exp(x: f32) -> f32 {
+    exp2(x * LOG2E)
+}
+
+/// 10^x; saturates as [`exp2`] does. No built-in of the language.
+#[inline(always)]
+pub fn exp10(x: f32) -> f32 {
+    exp2(x * LOG2_10)
+}
+
+/// e^x - 1; two terms of the series near zero.
+#[inline(always)]
+pub fn expm1(x: f32) -> f32 {
+    let y = crush(x, 1.0);
+    let series = (0.5 * (y * y) + y).copysign(x);
+    pick(x.abs() < bits(0x3cf5_c28f), series, exp(x) - 1.0)
+}
+
+/// Logarithm to base 2 of the argument clamped to the positive normal floats: -126 for 0, negatives and NaN.
+#[inline(always)]
+pub fn log2(x: f32) -> f32 {
+    let word = clamp(x, f32::MIN_POSITIVE, f32::MAX).to_bits();
+    let exponent = (word >> 23) as i32 - 127;
+    let f = f32::from_bits((word & MANTISSA) | ONE) - 1.0;
+    let f2 = f * f;
+    let f4 = f2 * f2;
+    let high = horner(f, LOG2_HIGH);
+    let low = horner(f, LOG2_LOW);
+    (f4 * high + f * low) + exponent as f32
+}
+
+/// Natural logarithm, with the clamp of [`log2`].
+#[inline(always)]
+pub fn log(x: f32) -> f32 {
+    log2(x) * LN2
+}
+
+/// Logarithm to base 10, with the clamp of [`log2`].
+#[inline(always)]
+pub fn log10(x: f32) -> f32 {
+    log2(x) * LOG10_2
+}
+
+/// log(1 + x); two terms of the series near zero. No built-in of the language.
+#[inline(always)]
+pub fn log1p(x: f32) -> f32 {
+    let y = crush(x, 1.0);
+    let series = (-0.5 * (y * y) + y).copysign(x);
+    pick(x.abs() < bits(0x3c23_d70a), series, log(x + 1.0))
+}
+
+/// The exponent of |x| held to the normal floats: -126 for 0, 127 for infinity; 128 for NaN.
+#[inline(always)]
+pub fn logb(x: f32) -> f32 {
+    let x = x.abs();
+    let x = pick(x < f32::MIN_POSITIVE, f32::MIN_POSITIVE, x);
+    let x = pick(x > f32::MAX, f32::MAX, x);
+    ((x.to_bits() >> 23) as i32 - 127) as f32
+}

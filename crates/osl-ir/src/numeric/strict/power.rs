@@ -1,0 +1,119 @@
+//! Powers, the cube root and the remainder.
+//!
+//! `pow` is the reference's, special cases and all; `pow_accurate` is what a good mathematical library returns, for
+//! the few places where the reference calls one.
+
+use super::{bits, exp2, log2};
+use crate::numeric::rounding::{pick, trunc32};
+
+const THIRD: f32 = bits(0x3eaa_aaab);
+
+/// From here on every `f32` is an even whole number.
+const ALWAYS_EVEN: f32 = 16_777_216.0;
+
+/// x^y. In this order: y = 0 gives 1, x = 0 gives 0, y = 1 gives x, y = 2 gives x·x held to the largest float;
+/// a negative x with a y that is no whole number gives 0; the rest is ±2^(y·log2|x|), never 0 and never infinite.
+#[inline(always)]
+pub fn pow(x: f32, y: f32) -> f32 {
+    let magnitude = exp2(y * log2(x.abs()));
+
+    // Whole numbers up to 2^24 survive the way through an integer; larger ones are even, as NaN counts too.
+    let whole = trunc32(y);
+    let small = y.abs() < ALWAYS_EVEN;
+    let fractional = small & (whole as f32 != y);
+    let odd = small & (whole & 1 != 0);
+    let of_negative = pick(fractional, 0.0, pick(odd, -magnitude, magnitude));
+
+    let square = x * x;
+    let square = pick(square > f32::MAX, f32::MAX, square);
+
+    // The first test that holds decides: it stands last.
+    let r = pick(x < 0.0, of_negative, magnitude);
+    let r = pick(y == 2.0, square, r);
+    let r = pick(y == 1.0, x, r);
+    let r = pick(x == 0.0, 0.0, r);
+    pick(y == 0.0, 1.0, r)
+}
+
+/// Cube root, odd; two steps of Newton's method from a guess in the exponent bits. Infinities give NaN.
+#[inline(always)]
+pub fn cbrt(x: f32) -> f32 {
+    let magnitude = x.abs();
+    let mut a = f32::from_bits((magnitude.to_bits() / 3).wrapping_add(0x2a51_37a0));
+    a = THIRD * (2.0 * a + magnitude / (a * a));
+    a = THIRD * (2.0 * a + magnitude / (a * a));
+    pick(magnitude == 0.0, 0.0, a).copysign(x)
+}
+
+/// a less the truncated quotient times b, for a divisor that varies; 0 where b is 0. Where the quotient leaves the
+/// range of an `i32` the result is the reference's garbage, not a remainder.
+#[inline(always)]
+pub fn fmod(a: f32, b: f32) -> f32 {
+    let quotient = trunc32(a / b) as f32;
+    pick(b == 0.0, 0.0, -quotient * b + a)
+}
+
+/// 1 / (2k + 1), k from 9 down to 0: the series of artanh(s) / s in s².
+const ARTANH: [f64; 10] = [
+    1.0 / 19.0,
+    1.0 / 17.0,
+    1.0 / 15.0,
+    1.0 / 13.0,
+    1.0 / 11.0,
+    1.0 / 9.0,
+    1.0 / 7.0,
+    1.0 / 5.0,
+    1.0 / 3.0,
+    1.0,
+];
+
+/// 1 / k!, k from 13 down to 0.
+const EXP: [f64; 14] = [
+    1.0 / 6_227_020_800.0,
+    1.0 / 479_001_600.0,
+    1.0 / 39_916_800.0,
+    1.0 / 3_628_800.0,
+    1.0 / 362_880.0,
+    1.0 / 40_320.0,
+    1.0 / 5_040.0,
+    1.0 / 720.0,
+    1.0 / 120.0,
+    1.0 / 24.0,
+    1.0 / 6.0,
+    0.5,
+    1.0,
+    1.0,
+];
+
+/// x^y for normal x > 0 and a result in the normal range, within 0.501 units in the last place: logarithm and
+/// exponential run in binary64, and the one rounding to `f32` comes last. Outside that domain the value is
+/// unspecified, but the same everywhere.
+#[inline(always)]
+pub fn pow_accurate(x: f32, y: f32) -> f32 {
+    // The mantissa is brought to √½..√2, where artanh's series needs fewest terms.
+    let word = x.to_bits();
+    let offset = word.wrapping_sub(0x3f35_04f3);
+    let exponent = (offset as i32) >> 23;
+    let mantissa = f64::from(f32::from_bits(word.wrapping_sub((exponent as u32) << 23)));
+    let s = (mantissa - 1.0) / (mantissa + 1.0);
+    let ln_mantissa = 2.0 * s * series(s * s, ARTANH);
+    let ln_x = f64::from(exponent) * std::f64::consts::LN_2 + ln_mantissa;
+
+    let exponent = f64::from(y) * ln_x;
+    let periods = exponent * std::f64::consts::LOG2_E;
+    // 1.5 · 2^52: the sum rounds to a whole number, whose low bits then stand in the mantissa.
+    let shifted = periods + 6_755_399_441_055_744.0;
+    let whole = shifted - 6_755_399_441_055_744.0;
+    let rest = exponent - whole * std::f64::consts::LN_2;
+    let scale = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
+    (series(rest, EXP) * scale) as f32
+}
+
+#[inline(always)]
+fn series<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
+    let mut sum = 0.0;
+    for coefficient in coefficients {
+        sum = sum * x + coefficient;
+    }
+    sum
+}
