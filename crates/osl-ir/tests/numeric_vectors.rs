@@ -1,5 +1,7 @@
 //! Every row of the value forms of `fastmath_vectors.csv`, bit for bit; a NaN stands for any NaN.
 
+#![expect(clippy::expect_used, clippy::panic, reason = "a test ends where its data are not as expected")]
+
 use std::io::Read;
 use std::path::Path;
 

@@ -36,12 +36,12 @@ pub fn rgb_to_hsv<R: Real>(rgb: Triple<R>) -> Triple<R> {
     let range = largest - min(r, min(g, b));
     let s = R::select(largest > zero, range / largest, zero);
 
-    // Sixths of a turn from red, by what is largest.
-    let from_blue = R::lit(4.0) + (r - g) / range;
-    let from_green = R::lit(2.0) + (b - r) / range;
-    let from_red = (g - b) / range;
-    let sixths = R::select(r == largest, from_red, R::select(g == largest, from_green, from_blue));
-    let h = sixths * R::lit(1.0 / 6.0);
+    // From red, green or blue, whichever is largest, toward the second largest.
+    let six_ranges = R::lit(6.0) * range;
+    let from_red = (g - b) / six_ranges;
+    let from_green = R::lit(1.0 / 3.0) + (b - r) / six_ranges;
+    let from_blue = R::lit(2.0 / 3.0) + (r - g) / six_ranges;
+    let h = R::select(r == largest, from_red, R::select(g == largest, from_green, from_blue));
     let h = R::select(h < zero, h + R::lit(1.0), h);
     [R::select(s > zero, h, zero), s, largest]
 }
@@ -174,7 +174,7 @@ impl ColorSystem {
 
     /// The system with these chromaticities (x, y), such that equal red, green and blue have that of `white`.
     pub fn from_primaries(red: [f32; 2], green: [f32; 2], blue: [f32; 2], white: [f32; 2]) -> Self {
-        let [red, green, blue, white] = [red, green, blue, white].map(|[x, y]| [x, y, 1.0 - x - y]);
+        let [red, green, blue, white] = [red, green, blue, white].map(|[x, y]| [x, y, 1.0 - (x + y)]);
         // The rows of the inverse of the primaries, but for a factor each, which the white point fixes.
         let rows = [cross(green, blue), cross(blue, red), cross(red, green)].map(|row| {
             let weight = dot(row, white) / white[1];

@@ -65,12 +65,12 @@ pub fn transpose<R: Real>(m: Matrix<R>) -> Matrix<R> {
     t
 }
 
-/// The determinant, by cofactors of the first row, each of them expanded along its first column.
+/// The determinant, by cofactors of the first row, each of them expanded along its own first row.
 #[inline(always)]
 pub fn determinant<R: Real>(m: Matrix<R>) -> R {
     let minor = |a: usize, b: usize, c: usize| {
-        let two = |upper: usize, lower: usize| m[upper + b] * m[lower + c] - m[upper + c] * m[lower + b];
-        m[4 + a] * two(8, 12) - m[8 + a] * two(4, 12) + m[12 + a] * two(4, 8)
+        let two = |left: usize, right: usize| m[8 + left] * m[12 + right] - m[12 + left] * m[8 + right];
+        m[4 + a] * two(b, c) - m[4 + b] * two(a, c) + m[4 + c] * two(a, b)
     };
     m[0] * minor(1, 2, 3) - m[1] * minor(0, 2, 3) + m[2] * minor(0, 1, 3) - m[3] * minor(0, 1, 2)
 }

@@ -32,7 +32,7 @@ fn reduce(x: f32, per_period: f32, minus_period: [f32; 4]) -> (f32, bool) {
     let turns = nearest32(x * per_period);
     let mut rest = x;
     for part in minus_period {
-        rest = turns as f32 * part + rest;
+        rest += turns as f32 * part;
     }
     (rest, turns & 1 != 0)
 }
