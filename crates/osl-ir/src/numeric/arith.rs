@@ -4,7 +4,7 @@
 //! the built-in functions.
 
 use super::real::Real;
-use super::rounding::pick;
+use super::rounding::{pick, trunc_quotient};
 
 /// `a / b` as a shader writes it: 0 where the quotient is not finite, so x/0, 0/0 and an overflow are all 0.
 #[inline(always)]
@@ -25,9 +25,7 @@ pub fn div_by_constant<R: Real>(a: R, b: R) -> R {
 /// that is not whole stays at least 1/|b| away from the next whole number, relative to it more than 2^-32.
 #[inline(always)]
 pub fn int_div(a: i32, b: i32) -> i32 {
-    let quotient = (f64::from(a) / f64::from(b)) as i32;
-    let quotient = pick(b == -1, a.wrapping_neg(), quotient);
-    pick(b == 0, 0, quotient)
+    pick(b == 0, 0, trunc_quotient(f64::from(a) / f64::from(b)))
 }
 
 /// Integer `a % b` with the sign of `a`; 0 where `b` is 0 or -1. Also what `mod` does for integers other than

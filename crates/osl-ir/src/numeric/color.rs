@@ -82,10 +82,12 @@ const YIQ_TO_RGB: Matrix3 = [1.0, 1.0, 1.0, 0.9557, -0.2716, -1.1082, 0.6199, -0
 /// The color times a constant matrix.
 #[inline(always)]
 pub fn transform<R: Real>(c: Triple<R>, m: &Matrix3) -> Triple<R> {
-    let along = |column: usize| {
-        c[0] * R::lit(m[column]) + c[1] * R::lit(m[3 + column]) + c[2] * R::lit(m[6 + column])
-    };
-    [along(0), along(1), along(2)]
+    [column(c, [m[0], m[3], m[6]]), column(c, [m[1], m[4], m[7]]), column(c, [m[2], m[5], m[8]])]
+}
+
+#[inline(always)]
+fn column<R: Real>(c: Triple<R>, weights: [f32; 3]) -> R {
+    c[0] * R::lit(weights[0]) + c[1] * R::lit(weights[1]) + c[2] * R::lit(weights[2])
 }
 
 /// The NTSC broadcast system from RGB.
@@ -203,7 +205,8 @@ impl ColorSystem {
     /// The luminance of an RGB color, in its unit.
     #[inline(always)]
     pub fn luminance_of<R: Real>(&self, rgb: Triple<R>) -> R {
-        dot(rgb, self.luminance.map(R::lit))
+        let [red, green, blue] = self.luminance;
+        dot(rgb, [R::lit(red), R::lit(green), R::lit(blue)])
     }
 }
 

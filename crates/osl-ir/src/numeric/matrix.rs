@@ -3,7 +3,7 @@
 //! A matrix is sixteen numbers row by row, so that element `[row][column]` stands at `4 * row + column`. Nothing
 //! here knows the names of coordinate systems.
 
-use super::geometry::Triple;
+use super::geometry::{Triple, select};
 use super::real::Real;
 
 /// Sixteen numbers, row by row.
@@ -38,7 +38,11 @@ pub fn multiply<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
 /// Every element times `k`.
 #[inline(always)]
 pub fn scale<R: Real>(m: Matrix<R>, k: R) -> Matrix<R> {
-    m.map(|element| element * k)
+    let mut scaled = m;
+    for element in &mut scaled {
+        *element = *element * k;
+    }
+    scaled
 }
 
 /// `a / b` of two matrices: a · inverse(b).
@@ -106,7 +110,11 @@ fn inverse_affine<R: Real>(m: &Matrix<R>) -> Option<Matrix<R>> {
     }
     let mut inverse = diagonal(R::lit(1.0));
     for column in 0..3 {
-        let part = [0, 1, 2].map(|row: usize| adjugate[row][column] / determinant);
+        let part = [
+            adjugate[0][column] / determinant,
+            adjugate[1][column] / determinant,
+            adjugate[2][column] / determinant,
+        ];
         for row in 0..3 {
             inverse[4 * row + column] = part[row];
         }
@@ -179,17 +187,21 @@ fn subtract_row<R: Real>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R)
 /// The point (x, y, z, 1) · M, divided by its fourth coordinate; zero where that is 0.
 #[inline(always)]
 pub fn transform_point<R: Real>(m: Matrix<R>, p: Triple<R>) -> Triple<R> {
-    let along =
-        |column: usize| p[0] * m[column] + p[1] * m[4 + column] + p[2] * m[8 + column] + m[12 + column];
-    let w = along(3);
-    let apart = w != R::lit(0.0);
-    [0, 1, 2].map(|column| R::select(apart, along(column) / w, R::lit(0.0)))
+    let w = linear(&m, p, 3) + m[15];
+    let [x, y, z] = [linear(&m, p, 0) + m[12], linear(&m, p, 1) + m[13], linear(&m, p, 2) + m[14]];
+    select(w != R::lit(0.0), [x / w, y / w, z / w], [R::lit(0.0); 3])
 }
 
 /// The vector (x, y, z) times the upper left part of M.
 #[inline(always)]
 pub fn transform_vector<R: Real>(m: Matrix<R>, v: Triple<R>) -> Triple<R> {
-    [0, 1, 2].map(|column| v[0] * m[column] + v[1] * m[4 + column] + v[2] * m[8 + column])
+    [linear(&m, v, 0), linear(&m, v, 1), linear(&m, v, 2)]
+}
+
+/// The vector times the first three elements of a column.
+#[inline(always)]
+fn linear<R: Real>(m: &Matrix<R>, v: Triple<R>, column: usize) -> R {
+    v[0] * m[column] + v[1] * m[4 + column] + v[2] * m[8 + column]
 }
 
 /// The normal times the transpose of the inverse of M, so that it stays perpendicular to transformed tangents.

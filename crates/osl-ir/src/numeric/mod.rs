@@ -11,7 +11,8 @@
 //!
 //! - every function is `#[inline(always)]`, so that it takes on the instruction set of the loop's function;
 //! - choices are [`Real::select`]s between values that are both computed; nothing returns early, looks into a
-//!   table, or calls a mathematical library.
+//!   table, or calls a mathematical library. Closures handed to `map` are avoided: they are calls until inlined,
+//!   and inlined late; so are casts of floats to integers with `as`.
 //!
 //! The modules, in reading order:
 //!

@@ -4,7 +4,7 @@
 //! nothing of powers.
 
 use super::{bits, clamp, crush, horner};
-use crate::numeric::rounding::{pick, trunc32};
+use crate::numeric::rounding::{exponent_bits, pick, trunc};
 
 const LN2: f32 = bits(0x3f31_7218);
 const LOG2E: f32 = bits(0x3fb8_aa3b);
@@ -24,10 +24,10 @@ const LOG2_LOW: [f32; 3] = [bits(0x3ef5_162d), bits(0xbf38_9e54), bits(0x3fb8_aa
 #[inline(always)]
 pub fn exp2(x: f32) -> f32 {
     let x = clamp(x, -126.0, 126.0);
-    let whole = trunc32(x);
-    let fraction = crush(x - whole as f32, 1.0);
+    let whole = trunc(x);
+    let fraction = crush(x - whole, 1.0);
     let r = horner(fraction, EXP2);
-    f32::from_bits(r.to_bits().wrapping_add((whole as u32) << 23))
+    f32::from_bits(r.to_bits().wrapping_add(exponent_bits(whole)))
 }
 
 /// e^x; saturates as [`exp2`] does.

@@ -4,7 +4,7 @@
 //! the few places where the reference calls one.
 
 use super::{bits, exp2, log2};
-use crate::numeric::rounding::{pick, trunc32};
+use crate::numeric::rounding::{SIGNED_WHOLE_64, is_odd, pick, trunc, trunc32_as_float};
 
 const THIRD: f32 = bits(0x3eaa_aaab);
 
@@ -17,12 +17,9 @@ const ALWAYS_EVEN: f32 = 16_777_216.0;
 pub fn pow(x: f32, y: f32) -> f32 {
     let magnitude = exp2(y * log2(x.abs()));
 
-    // Whole numbers up to 2^24 survive the way through an integer; larger ones are even, as NaN counts too.
-    let whole = trunc32(y);
-    let small = y.abs() < ALWAYS_EVEN;
-    let fractional = small & (whole as f32 != y);
-    let odd = small & (whole & 1 != 0);
-    let of_negative = pick(fractional, 0.0, pick(odd, -magnitude, magnitude));
+    // From 2^24 on, and for NaN, `y` counts as even.
+    let fractional = (y.abs() < ALWAYS_EVEN) & (trunc(y) != y);
+    let of_negative = pick(fractional, 0.0, pick(is_odd(y), -magnitude, magnitude));
 
     let square = x * x;
     let square = pick(square > f32::MAX, f32::MAX, square);
@@ -49,7 +46,8 @@ pub fn cbrt(x: f32) -> f32 {
 /// range of an `i32` the result is the reference's garbage, not a remainder.
 #[inline(always)]
 pub fn fmod(a: f32, b: f32) -> f32 {
-    let quotient = trunc32(a / b) as f32;
+    // The sum with 0 makes -0 a 0, as an integer would.
+    let quotient = trunc32_as_float(a / b) + 0.0;
     pick(b == 0.0, 0.0, -quotient * b + a)
 }
 
@@ -101,9 +99,8 @@ pub fn pow_accurate(x: f32, y: f32) -> f32 {
 
     let exponent = f64::from(y) * ln_x;
     let periods = exponent * std::f64::consts::LOG2_E;
-    // 1.5 · 2^52: the sum rounds to a whole number, whose low bits then stand in the mantissa.
-    let shifted = periods + 6_755_399_441_055_744.0;
-    let whole = shifted - 6_755_399_441_055_744.0;
+    let shifted = periods + SIGNED_WHOLE_64;
+    let whole = shifted - SIGNED_WHOLE_64;
     let rest = exponent - whole * std::f64::consts::LN_2;
     let scale = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
     (series(rest, EXP) * scale) as f32

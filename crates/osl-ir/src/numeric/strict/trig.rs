@@ -4,7 +4,7 @@
 //! saturates. It knows nothing of the inverse functions.
 
 use super::{PI_2, PI_4, bits, clamp, crush, horner};
-use crate::numeric::rounding::{nearest32, pick};
+use crate::numeric::rounding::{is_odd, nearest32_as_float, pick};
 
 const INV_PI: f32 = bits(0x3ea2_f983);
 const TWO_INV_PI: f32 = bits(0x3f22_f983);
@@ -29,12 +29,12 @@ const TAN: [f32; 6] = [
 /// `x` less the nearest multiple of a period, and whether that multiple is odd.
 #[inline(always)]
 fn reduce(x: f32, per_period: f32, minus_period: [f32; 4]) -> (f32, bool) {
-    let turns = nearest32(x * per_period);
+    let turns = nearest32_as_float(x * per_period);
     let mut rest = x;
     for part in minus_period {
-        rest += turns as f32 * part;
+        rest += turns * part;
     }
-    (rest, turns & 1 != 0)
+    (rest, is_odd(turns))
 }
 
 #[inline(always)]
