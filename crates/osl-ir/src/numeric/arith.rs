@@ -28,8 +28,7 @@ pub fn int_div(a: i32, b: i32) -> i32 {
     pick(b == 0, 0, trunc_quotient(f64::from(a) / f64::from(b)))
 }
 
-/// Integer `a % b` with the sign of `a`; 0 where `b` is 0 or -1. Also what `mod` does for integers other than
-/// by zero; see [`int_mod`].
+/// Integer `a % b` with the sign of `a`; 0 where `b` is 0 or -1.
 #[inline(always)]
 pub fn int_rem(a: i32, b: i32) -> i32 {
     let rest = a.wrapping_sub(int_div(a, b).wrapping_mul(b));
