@@ -1,0 +1,67 @@
+//! The codes of this crate and one constructor for each message.
+//!
+//! `E00xx`, `W00xx`: preprocessing. `E01xx`: lexis and syntax. `W01xx`: quirks, which strict syntax makes errors of
+//! the same code. The constructors must not decide when a message is due.
+
+mod lexical;
+mod preprocessing;
+mod quirks;
+mod syntax;
+
+pub(crate) use lexical::*;
+pub(crate) use preprocessing::*;
+pub(crate) use quirks::*;
+pub(crate) use syntax::*;
+
+use crate::diagnostic::Code;
+
+/// Every code of this crate, in order of its number.
+pub const CODES: &[Code] = &[
+    INCLUDE_NOT_FOUND,
+    INCLUDE_DEPTH,
+    INCLUDE_COUNT,
+    BAD_DIRECTIVE,
+    UNKNOWN_DIRECTIVE,
+    BAD_DEFINE,
+    MACRO_ARGUMENTS,
+    UNTERMINATED_INVOCATION,
+    BAD_PASTE,
+    CONDITION,
+    UNBALANCED_CONDITIONAL,
+    UNTERMINATED_CONDITIONAL,
+    ERROR_DIRECTIVE,
+    EXPANSION_BUDGET,
+    EXPANSION_DEPTH,
+    TOKEN_BUDGET,
+    TOO_LARGE,
+    PRAGMA_ERROR,
+    MACRO_REDEFINED,
+    WARNING_DIRECTIVE,
+    PRAGMA_WARNING,
+    UNKNOWN_OSL_PRAGMA,
+    NESTED_COMMENT,
+    STRAY_CHARACTER,
+    UNTERMINATED_STRING,
+    UNTERMINATED_COMMENT,
+    INT_TOO_LARGE,
+    NUMBER_SUFFIX,
+    RESERVED_WORD,
+    TRIPLE_UNDERSCORE,
+    CHAR_LITERAL,
+    SYNTAX,
+    UNCLOSED,
+    STRAY_CLOSER,
+    NESTING,
+    NOT_ASSIGNABLE,
+    NOT_INDEXABLE,
+    ARRAY_LENGTH,
+    ARRAY_INITIALIZER,
+    EMPTY_INITIALIZER,
+    CLOSURE_TYPE,
+    TOO_MANY_ERRORS,
+    STRAY_BRACE,
+    BROKEN_STRING,
+    TRAILING_COMMA,
+    STRAY_SEMICOLON,
+    COMMA_OPERATOR,
+];

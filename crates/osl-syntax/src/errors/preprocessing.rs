@@ -1,0 +1,204 @@
+//! Messages of the preprocessor.
+
+use crate::diagnostic::{Code, Diagnostic};
+use crate::span::Span;
+
+pub(crate) const INCLUDE_NOT_FOUND: Code = Code { id: "E0001", name: "include-not-found" };
+pub(crate) const INCLUDE_DEPTH: Code = Code { id: "E0002", name: "include-depth" };
+pub(crate) const INCLUDE_COUNT: Code = Code { id: "E0003", name: "include-count" };
+pub(crate) const BAD_DIRECTIVE: Code = Code { id: "E0004", name: "bad-directive" };
+pub(crate) const UNKNOWN_DIRECTIVE: Code = Code { id: "E0005", name: "unknown-directive" };
+pub(crate) const BAD_DEFINE: Code = Code { id: "E0006", name: "bad-define" };
+pub(crate) const MACRO_ARGUMENTS: Code = Code { id: "E0007", name: "macro-arguments" };
+pub(crate) const UNTERMINATED_INVOCATION: Code = Code { id: "E0008", name: "unterminated-invocation" };
+pub(crate) const BAD_PASTE: Code = Code { id: "E0009", name: "bad-paste" };
+pub(crate) const CONDITION: Code = Code { id: "E0010", name: "bad-condition" };
+pub(crate) const UNBALANCED_CONDITIONAL: Code = Code { id: "E0011", name: "unbalanced-conditional" };
+pub(crate) const UNTERMINATED_CONDITIONAL: Code = Code { id: "E0012", name: "unterminated-conditional" };
+pub(crate) const ERROR_DIRECTIVE: Code = Code { id: "E0013", name: "error-directive" };
+pub(crate) const EXPANSION_BUDGET: Code = Code { id: "E0014", name: "expansion-budget" };
+pub(crate) const EXPANSION_DEPTH: Code = Code { id: "E0015", name: "expansion-depth" };
+pub(crate) const TOKEN_BUDGET: Code = Code { id: "E0016", name: "token-budget" };
+pub(crate) const TOO_LARGE: Code = Code { id: "E0017", name: "too-large" };
+pub(crate) const PRAGMA_ERROR: Code = Code { id: "E0018", name: "pragma-error" };
+pub(crate) const MACRO_REDEFINED: Code = Code { id: "W0001", name: "macro-redefined" };
+pub(crate) const WARNING_DIRECTIVE: Code = Code { id: "W0002", name: "warning-directive" };
+pub(crate) const PRAGMA_WARNING: Code = Code { id: "W0003", name: "pragma-warning" };
+pub(crate) const UNKNOWN_OSL_PRAGMA: Code = Code { id: "W0004", name: "unknown-osl-pragma" };
+pub(crate) const NESTED_COMMENT: Code = Code { id: "W0005", name: "nested-comment" };
+
+/// E0001: the provider has no such file.
+pub(crate) fn include_not_found(span: Span, name: &str, reason: &str) -> Diagnostic {
+    Diagnostic::error(INCLUDE_NOT_FOUND, span, format!("cannot include \"{name}\": {reason}"))
+        .label("asked for here")
+        .help("add the folder that holds it to the include path (-I)")
+}
+
+/// E0002: files that include each other without end.
+pub(crate) fn include_depth(span: Span, name: &str, limit: usize) -> Diagnostic {
+    Diagnostic::error(INCLUDE_DEPTH, span, format!("\"{name}\" is included more than {limit} levels deep"))
+        .label("this level is not read")
+        .note("a file that includes itself, directly or through others, never ends")
+        .help("guard the file with `#pragma once` or with `#ifndef NAME` … `#endif`")
+}
+
+/// E0003: too many inclusions in all.
+pub(crate) fn include_count(span: Span, limit: usize) -> Diagnostic {
+    Diagnostic::error(INCLUDE_COUNT, span, format!("more than {limit} inclusions"))
+        .label("no further file is read")
+        .help("guard the files with `#pragma once` or with `#ifndef NAME` … `#endif`")
+}
+
+/// E0004: a directive whose line does not have its form.
+pub(crate) fn bad_directive(span: Span, directive: &str, form: &str) -> Diagnostic {
+    Diagnostic::error(BAD_DIRECTIVE, span, format!("malformed `#{directive}`"))
+        .label(format!("expected `#{directive} {form}`"))
+}
+
+/// E0005: a word behind `#` that is no directive.
+pub(crate) fn unknown_directive(span: Span, name: &str) -> Diagnostic {
+    let known = [
+        "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error", "warning",
+        "line", "pragma",
+    ];
+    let near = known.iter().min_by_key(|k| strsim::damerau_levenshtein(k, name));
+    let near = near.filter(|k| strsim::damerau_levenshtein(k, name) <= 2);
+    let d = Diagnostic::error(UNKNOWN_DIRECTIVE, span, format!("unknown directive `#{name}`"))
+        .label("not a directive of the preprocessor");
+    match near {
+        Some(k) => d.help(format!("did you mean `#{k}`?")),
+        None => d,
+    }
+}
+
+/// E0006: a definition that cannot be: its name, its parameters or its body.
+pub(crate) fn bad_define(span: Span, what: &str) -> Diagnostic {
+    Diagnostic::error(BAD_DEFINE, span, format!("malformed macro definition: {what}")).label("here")
+}
+
+/// E0007: the wrong number of arguments to a macro.
+pub(crate) fn macro_arguments(
+    span: Span,
+    name: &str,
+    wanted: &str,
+    got: usize,
+    definition: Span,
+) -> Diagnostic {
+    Diagnostic::error(MACRO_ARGUMENTS, span, format!("macro `{name}` takes {wanted}, got {got}"))
+        .label(format!("{got} given"))
+        .also(definition, "defined here")
+}
+
+/// E0008: `NAME(` without its `)`.
+pub(crate) fn unterminated_invocation(span: Span, name: &str) -> Diagnostic {
+    Diagnostic::error(UNTERMINATED_INVOCATION, span, format!("the arguments of macro `{name}` never end"))
+        .label("its `(` has no `)`")
+}
+
+/// E0009: `##` made something that is no token.
+pub(crate) fn bad_paste(span: Span, left: &str, right: &str) -> Diagnostic {
+    Diagnostic::error(BAD_PASTE, span, format!("`##` of `{left}` and `{right}` does not make one token"))
+        .label("pasted here")
+}
+
+/// E0010: an `#if` whose expression has no value.
+pub(crate) fn condition(span: Span, why: &str) -> Diagnostic {
+    Diagnostic::error(CONDITION, span, format!("cannot evaluate the condition: {why}"))
+        .label("here")
+        .note("a condition is an integer expression of literals, macros and `defined(NAME)`")
+}
+
+/// E0011: `#else`, `#elif` or `#endif` that continues nothing.
+pub(crate) fn unbalanced_conditional(span: Span, directive: &str, opened: Option<Span>) -> Diagnostic {
+    let d = Diagnostic::error(
+        UNBALANCED_CONDITIONAL,
+        span,
+        match opened {
+            None => format!("`#{directive}` without `#if`"),
+            Some(_) => format!("`#{directive}` after `#else`"),
+        },
+    )
+    .label("continues no condition");
+    match opened {
+        None => d,
+        Some(at) => d.also(at, "the `#else`"),
+    }
+}
+
+/// E0012: a conditional that the file does not end.
+pub(crate) fn unterminated_conditional(span: Span, end: Span) -> Diagnostic {
+    Diagnostic::error(UNTERMINATED_CONDITIONAL, end, "the file ends inside a conditional")
+        .label("`#endif` is missing")
+        .also(span, "opened here")
+}
+
+/// E0013: `#error`.
+pub(crate) fn error_directive(span: Span, text: &str) -> Diagnostic {
+    Diagnostic::error(ERROR_DIRECTIVE, span, format!("#error: {text}")).label("reported by the source itself")
+}
+
+/// E0014: macros that grow without end.
+pub(crate) fn expansion_budget(span: Span, limit: usize) -> Diagnostic {
+    Diagnostic::error(EXPANSION_BUDGET, span, format!("macro expansion makes more than {limit} tokens"))
+        .label("given up here")
+        .note("macros that double each other grow without bound")
+}
+
+/// E0015: macro arguments within macro arguments, too deep.
+pub(crate) fn expansion_depth(span: Span, limit: usize) -> Diagnostic {
+    Diagnostic::error(EXPANSION_DEPTH, span, format!("macro calls nested more than {limit} levels deep"))
+        .label("not expanded any further")
+}
+
+/// E0016: a translation unit of too many tokens.
+pub(crate) fn token_budget(span: Span, limit: usize) -> Diagnostic {
+    Diagnostic::error(
+        TOKEN_BUDGET,
+        span,
+        format!("the file has more than {limit} tokens after preprocessing"),
+    )
+    .label("nothing from here on is read")
+}
+
+/// E0017: the sources together exceed 4 GiB.
+pub(crate) fn too_large(span: Span, name: &str) -> Diagnostic {
+    Diagnostic::error(TOO_LARGE, span, format!("{name} does not fit: all sources together may hold 4 GiB"))
+        .label("not read")
+}
+
+/// E0018: `#pragma error`.
+pub(crate) fn pragma_error(span: Span, text: &str) -> Diagnostic {
+    Diagnostic::error(PRAGMA_ERROR, span, text.to_owned()).label("reported by the source itself")
+}
+
+/// W0001: a second definition that differs. Fatal to the reference.
+pub(crate) fn macro_redefined(strict: bool, span: Span, name: &str, first: Span) -> Diagnostic {
+    super::quirk(strict, MACRO_REDEFINED, span, format!("macro `{name}` is defined again with another body"))
+        .label("the new body counts from here")
+        .also(first, "first defined here")
+        .help(format!("put `#undef {name}` before the new definition"))
+}
+
+/// W0002: `#warning`. Fatal to the reference.
+pub(crate) fn warning_directive(strict: bool, span: Span, text: &str) -> Diagnostic {
+    super::quirk(strict, WARNING_DIRECTIVE, span, format!("#warning: {text}"))
+        .label("reported by the source itself")
+}
+
+/// W0003: `#pragma warning`.
+pub(crate) fn pragma_warning(span: Span, text: &str) -> Diagnostic {
+    Diagnostic::warning(PRAGMA_WARNING, span, text.to_owned()).label("reported by the source itself")
+}
+
+/// W0004: `#pragma osl` with a word that it does not know.
+pub(crate) fn unknown_osl_pragma(span: Span, word: &str) -> Diagnostic {
+    Diagnostic::warning(UNKNOWN_OSL_PRAGMA, span, format!("unknown pragma `osl {word}`"))
+        .label("ignored")
+        .note("the only one is `#pragma osl nowarn`")
+}
+
+/// W0005: `/*` within a comment. Fatal to the reference.
+pub(crate) fn nested_comment(strict: bool, span: Span) -> Diagnostic {
+    super::quirk(strict, NESTED_COMMENT, span, "`/*` inside a comment")
+        .label("comments do not nest: the next `*/` ends both")
+}

@@ -1,0 +1,96 @@
+//! Messages about the order of tokens.
+
+use crate::diagnostic::{Code, Diagnostic, Edit};
+use crate::span::Span;
+
+pub(crate) const SYNTAX: Code = Code { id: "E0110", name: "syntax" };
+pub(crate) const UNCLOSED: Code = Code { id: "E0111", name: "unclosed" };
+pub(crate) const STRAY_CLOSER: Code = Code { id: "E0112", name: "stray-closer" };
+pub(crate) const NESTING: Code = Code { id: "E0113", name: "nesting" };
+pub(crate) const NOT_ASSIGNABLE: Code = Code { id: "E0114", name: "not-assignable" };
+pub(crate) const NOT_INDEXABLE: Code = Code { id: "E0115", name: "not-indexable" };
+pub(crate) const ARRAY_LENGTH: Code = Code { id: "E0116", name: "array-length" };
+pub(crate) const ARRAY_INITIALIZER: Code = Code { id: "E0117", name: "array-initializer" };
+pub(crate) const EMPTY_INITIALIZER: Code = Code { id: "E0118", name: "empty-initializer" };
+pub(crate) const CLOSURE_TYPE: Code = Code { id: "E0119", name: "closure-type" };
+pub(crate) const TOO_MANY_ERRORS: Code = Code { id: "E0120", name: "too-many-errors" };
+
+/// E0110: a token that the grammar does not allow here.
+pub(crate) fn syntax(span: Span, found: &str, expected: &str) -> Diagnostic {
+    Diagnostic::error(SYNTAX, span, format!("expected {expected}, found {found}")).label("not expected here")
+}
+
+/// E0111: brackets that are never closed, where the text ends or turns to something else.
+pub(crate) fn unclosed(span: Span, found: &str, opener: Span, bracket: &str) -> Diagnostic {
+    Diagnostic::error(UNCLOSED, span, format!("found {found}, but a `{bracket}` is still open"))
+        .label("not expected inside the brackets")
+        .also(opener, format!("this `{bracket}` is never closed"))
+}
+
+/// E0112: a closing bracket that closes nothing.
+pub(crate) fn stray_closer(span: Span, bracket: &str) -> Diagnostic {
+    Diagnostic::error(STRAY_CLOSER, span, format!("this `{bracket}` closes nothing"))
+        .label("no bracket is open here")
+        .fix(format!("remove the `{bracket}`"), vec![Edit { span, text: String::new() }])
+}
+
+/// E0113: constructs within constructs, too deep.
+pub(crate) fn nesting(span: Span, limit: u32) -> Diagnostic {
+    Diagnostic::error(NESTING, span, format!("nested more than {limit} levels deep"))
+        .label("the outermost part that is too deep")
+        .help("split it: give parts of it names of their own")
+}
+
+/// E0114: `=`, `++` and the like on something that is no variable.
+pub(crate) fn not_assignable(span: Span, action: &str) -> Diagnostic {
+    Diagnostic::error(NOT_ASSIGNABLE, span, format!("cannot {action} this expression"))
+        .label("not a variable")
+        .note("a target is a name, with indices and fields behind it; parentheses make it a value")
+}
+
+/// E0115: `[ ]` or `.` behind something that is no variable.
+pub(crate) fn not_indexable(span: Span, action: &str) -> Diagnostic {
+    Diagnostic::error(NOT_INDEXABLE, span, format!("cannot {action} this expression"))
+        .label("not a variable")
+        .note("OSL takes components, elements and fields of variables only")
+        .help("assign it to a variable first")
+}
+
+/// E0115: a fourth index in a row.
+pub(crate) fn too_many_indices(span: Span) -> Diagnostic {
+    Diagnostic::error(NOT_INDEXABLE, span, "more than three indices in a row")
+        .label("the fourth")
+        .note("an array of matrices, which takes three, is the deepest there is")
+}
+
+/// E0116: a length that is no positive int literal.
+pub(crate) fn array_length(span: Span) -> Diagnostic {
+    Diagnostic::error(ARRAY_LENGTH, span, "an array length is an int literal of at least 1")
+        .label("not such a literal")
+        .help("a macro that stands for a literal will do")
+}
+
+/// E0117: an array that begins as something that is no list.
+pub(crate) fn array_initializer(span: Span) -> Diagnostic {
+    Diagnostic::error(ARRAY_INITIALIZER, span, "an array is initialised by a list in braces")
+        .label("not a list")
+        .help("to copy another array, declare first and assign then")
+}
+
+/// E0118: `{ }` that says nothing.
+pub(crate) fn empty_initializer(span: Span) -> Diagnostic {
+    Diagnostic::error(EMPTY_INITIALIZER, span, "empty initialiser list")
+        .label("at least one value is needed")
+        .note("only the default of a shader's array parameter may be empty")
+}
+
+/// E0119: `closure` before anything but `color`.
+pub(crate) fn closure_type(span: Span) -> Diagnostic {
+    Diagnostic::error(CLOSURE_TYPE, span, "the only closure type is `closure color`").label("no such type")
+}
+
+/// E0120: the limit of reported errors.
+pub(crate) fn too_many_errors(span: Span, limit: usize) -> Diagnostic {
+    Diagnostic::error(TOO_MANY_ERRORS, span, format!("more than {limit} problems: the rest is not reported"))
+        .label("given up here")
+}

@@ -1,0 +1,220 @@
+//! Preprocessing tokens: what the text is made of before macros and keywords have a meaning.
+//!
+//! [`Raw`] is the alphabet (a logos automaton), [`Interner`] holds the spelling of names and literals, and a
+//! [`PpToken`] is one occurrence with its place. It must not know directives, keywords or the values of literals.
+
+use crate::span::Span;
+use logos::Logos;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// Kinds of preprocessing tokens, white space included.
+#[derive(Logos, Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Raw {
+    #[regex(r"[ \t\x0b\x0c\r]+")]
+    #[regex(r"\\[ \t]*\r?\n")]
+    Space,
+    #[token("\n")]
+    Newline,
+    // A backslash before the line break carries the comment on.
+    #[regex(r"//([^\\\n]|\\[^\r\n]|\\\r?\n)*\\?", allow_greedy = true)]
+    LineComment,
+    /// `/*` up to `*/`, or to the end of the text.
+    #[token("/*", block_comment)]
+    BlockComment,
+    #[regex(r"[A-Za-z_][A-Za-z0-9_]*")]
+    Ident,
+    /// A number and whatever letters stick to it; `token` splits them.
+    #[regex(r"0[xX][0-9a-fA-F]+[A-Za-z0-9_]*")]
+    #[regex(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?([A-Za-z_][A-Za-z0-9_]*)?")]
+    Number,
+    #[regex(r#""([^"\\\n]|\\\r?\n|\\[^\n])*""#)]
+    Str,
+    /// A `"` whose line holds no closing one.
+    #[regex(r#""([^"\\\n]|\\\r?\n|\\[^\n])*\\?"#)]
+    OpenStr,
+    #[regex(r"'([^'\\\n]|\\[^\n])+'")]
+    Char,
+    /// A `'` without a partner on its line.
+    #[token("'")]
+    OpenChar,
+    #[token("#")]
+    Hash,
+    #[token("##")]
+    HashHash,
+    #[token("...")]
+    Ellipsis,
+    #[token("+")]
+    Plus,
+    #[token("-")]
+    Minus,
+    #[token("*")]
+    Star,
+    #[token("/")]
+    Slash,
+    #[token("%")]
+    Percent,
+    #[token("++")]
+    PlusPlus,
+    #[token("--")]
+    MinusMinus,
+    #[token("=")]
+    Eq,
+    #[token("+=")]
+    PlusEq,
+    #[token("-=")]
+    MinusEq,
+    #[token("*=")]
+    StarEq,
+    #[token("/=")]
+    SlashEq,
+    #[token("&=")]
+    AmpEq,
+    #[token("|=")]
+    PipeEq,
+    #[token("^=")]
+    CaretEq,
+    #[token("<<=")]
+    ShlEq,
+    #[token(">>=")]
+    ShrEq,
+    #[token("==")]
+    EqEq,
+    #[token("!=")]
+    NotEq,
+    #[token("<")]
+    Lt,
+    #[token(">")]
+    Gt,
+    #[token("<=")]
+    Le,
+    #[token(">=")]
+    Ge,
+    #[token("&&")]
+    AmpAmp,
+    #[token("||")]
+    PipePipe,
+    #[token("!")]
+    Bang,
+    #[token("&")]
+    Amp,
+    #[token("|")]
+    Pipe,
+    #[token("^")]
+    Caret,
+    #[token("~")]
+    Tilde,
+    #[token("<<")]
+    Shl,
+    #[token(">>")]
+    Shr,
+    #[token("?")]
+    Question,
+    #[token(":")]
+    Colon,
+    #[token(",")]
+    Comma,
+    #[token(";")]
+    Semi,
+    #[token(".")]
+    Dot,
+    #[token("(")]
+    LParen,
+    #[token(")")]
+    RParen,
+    #[token("[")]
+    LBracket,
+    #[token("]")]
+    RBracket,
+    #[token("[[")]
+    LMeta,
+    #[token("{")]
+    LBrace,
+    #[token("}")]
+    RBrace,
+    /// A character that belongs to no token of the language.
+    Other,
+    /// Stands for an empty macro argument beside `##`.
+    Placemarker,
+}
+
+fn block_comment(lexer: &mut logos::Lexer<Raw>) {
+    let rest = lexer.remainder();
+    lexer.bump(rest.find("*/").map_or(rest.len(), |n| n + 2));
+}
+
+/// The next piece of `text` at or behind `at`, white space and comments included: its kind and its end.
+pub(crate) fn scan(text: &str, at: usize) -> Option<(Raw, usize)> {
+    let rest = text.get(at..)?;
+    let mut lexer = Raw::lexer(rest);
+    match lexer.next()? {
+        Ok(raw) => Some((raw, at + lexer.span().end)),
+        // Nothing matched here: exactly one character is to blame.
+        Err(()) => rest.chars().next().map(|c| (Raw::Other, at + c.len_utf8())),
+    }
+}
+
+/// An interned spelling.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Sym(u32);
+
+impl Sym {
+    /// The empty spelling; interned first by every [`Interner`].
+    pub(crate) const EMPTY: Sym = Sym(0);
+}
+
+/// The spellings of one translation unit.
+#[derive(Debug)]
+pub(crate) struct Interner {
+    ids: FxHashMap<Arc<str>, Sym>,
+    texts: Vec<Arc<str>>,
+}
+
+impl Default for Interner {
+    fn default() -> Self {
+        let mut new = Self { ids: FxHashMap::default(), texts: Vec::new() };
+        new.intern("");
+        new
+    }
+}
+
+impl Interner {
+    /// The symbol of a spelling.
+    pub(crate) fn intern(&mut self, text: &str) -> Sym {
+        if let Some(id) = self.ids.get(text) {
+            return *id;
+        }
+        let text: Arc<str> = text.into();
+        let id = Sym(self.texts.len() as u32);
+        self.texts.push(text.clone());
+        self.ids.insert(text, id);
+        id
+    }
+
+    /// The spelling of a symbol.
+    pub(crate) fn text(&self, sym: Sym) -> Arc<str> {
+        self.texts.get(sym.0 as usize).cloned().unwrap_or_default()
+    }
+
+    /// The spelling of a symbol, borrowed.
+    pub(crate) fn str(&self, sym: Sym) -> &str {
+        self.texts.get(sym.0 as usize).map_or("", |t| t)
+    }
+}
+
+/// One preprocessing token.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PpToken {
+    /// Its kind; never white space.
+    pub(crate) kind: Raw,
+    /// Its spelling.
+    pub(crate) sym: Sym,
+    /// Its place in the user's text. Tokens of a macro's body stand at the invocation.
+    pub(crate) span: Span,
+    /// Whether white space stands before it.
+    pub(crate) space: bool,
+    /// Whether it is the first of its line.
+    pub(crate) line_start: bool,
+    /// Whether it names a macro that was being expanded when it was seen; it stays a plain name for ever.
+    pub(crate) painted: bool,
+}

@@ -1,0 +1,96 @@
+//! From tokens to the tree: runs the generated parser, says what is wrong, cuts out the smallest construct around
+//! an error and goes on behind it.
+//!
+//! It must not know text or macros; a place is the index of a token until a message is written.
+
+mod expected;
+mod recover;
+
+use crate::ast::Ast;
+use crate::builder::Builder;
+use crate::diagnostic::Diagnostic;
+use crate::errors;
+use crate::span::Span;
+use crate::token::Token;
+use lalrpop_util::ParseError;
+
+#[expect(unreachable_pub, clippy::all, reason = "lalrpop's output is not ours to shape")]
+mod grammar {
+    lalrpop_util::lalrpop_mod!(generated, "/grammar.rs");
+    pub(crate) use generated::UnitParser;
+}
+
+/// Tokens with their places; the last place is the end of the text.
+#[derive(Clone, Debug)]
+pub(crate) struct Stream {
+    pub(crate) tokens: Vec<Token>,
+    pub(crate) spans: Vec<Span>,
+    /// Where the text ends.
+    pub(crate) end: Span,
+}
+
+/// Why a parse ended early.
+#[derive(Clone, Debug)]
+pub(crate) struct Failure {
+    /// The token that fits nothing; the number of tokens at the end of the text.
+    pub(crate) at: usize,
+    /// Terminals of the grammar that would have fitted.
+    pub(crate) expected: Vec<String>,
+}
+
+/// One run of the parser, without recovery.
+pub(crate) fn parse_once(
+    stream: &Stream,
+    strict: bool,
+    max_depth: u32,
+) -> Result<(Ast, Vec<Diagnostic>), (Failure, Vec<Diagnostic>)> {
+    let mut builder = Builder::new(&stream.tokens, &stream.spans, strict, max_depth);
+    let tokens = stream.tokens.iter().enumerate().map(|(n, t)| (n as u32, t.clone(), n as u32 + 1));
+    match grammar::UnitParser::new().parse(&mut builder, tokens) {
+        Ok(()) => Ok((builder.ast, builder.diagnostics)),
+        Err(e) => {
+            let (at, expected) = match e {
+                ParseError::UnrecognizedToken { token, expected } => (token.0 as usize, expected),
+                ParseError::UnrecognizedEof { expected, .. } => (stream.tokens.len(), expected),
+                ParseError::ExtraToken { token } => (token.0 as usize, Vec::new()),
+                ParseError::InvalidToken { location } => (location as usize, Vec::new()),
+                ParseError::User { .. } => (stream.tokens.len(), Vec::new()),
+            };
+            Err((Failure { at, expected }, builder.diagnostics))
+        }
+    }
+}
+
+/// Parses with recovery: every error is reported, and the tree holds what is sound.
+pub(crate) fn parse(mut stream: Stream, options: &crate::Options) -> (Ast, Vec<Diagnostic>) {
+    let mut reported = Vec::new();
+    let mut last: Option<Failure> = None;
+    loop {
+        match parse_once(&stream, options.strict, options.max_nesting) {
+            Ok((ast, mut diagnostics)) => {
+                diagnostics.append(&mut reported);
+                return (ast, diagnostics);
+            }
+            Err((failure, _)) => {
+                // A second failure at a place that was cut out is the first one again.
+                let fresh = !matches!(
+                    stream.tokens.get(failure.at),
+                    Some(Token::Stray | Token::Bad | Token::BadExpr)
+                );
+                let again = last.as_ref().is_some_and(|l| l.at >= failure.at);
+                if fresh && !again {
+                    reported.push(expected::message(&stream, &failure));
+                }
+                if reported.len() >= options.max_diagnostics {
+                    let span = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
+                    reported.push(errors::too_many_errors(span, options.max_diagnostics));
+                    return (Ast::default(), reported);
+                }
+                if !recover::cut(&mut stream, failure.at) {
+                    return (Ast::default(), reported);
+                }
+                last = Some(failure);
+            }
+        }
+    }
+}

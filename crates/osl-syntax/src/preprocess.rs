@@ -1,0 +1,268 @@
+//! The C preprocessor on tokens: files in, one stream of preprocessing tokens out, each with its place in the
+//! user's text.
+//!
+//! Macro expansion follows ISO C, section 6.10.3: arguments are expanded first, the result is scanned again, and a
+//! name met during its own expansion is painted, so that it never expands. It must not know keywords or grammar.
+
+mod condition;
+mod directive;
+mod expand;
+mod file;
+
+use crate::Options;
+use crate::diagnostic::Diagnostic;
+use crate::errors;
+use crate::lexer::{Interner, PpToken, Raw, Sym};
+use crate::source::{SourceMap, SourceProvider};
+use crate::span::Span;
+use expand::{Context, Macro};
+use file::FileCursor;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::rc::Rc;
+use std::sync::Arc;
+
+/// The version of the reference that the version macros name.
+const VERSION: [u32; 3] = [1, 13, 12];
+
+/// The header that every file includes before its first line.
+const STDOSL: &str = include_str!("../../../osl/stdosl.h");
+
+/// What preprocessing makes of a file.
+pub(crate) struct Preprocessed {
+    pub(crate) tokens: Vec<PpToken>,
+    pub(crate) names: Interner,
+    pub(crate) sources: SourceMap,
+    pub(crate) diagnostics: Vec<Diagnostic>,
+    /// Lines whose warnings `#pragma osl nowarn` drops.
+    pub(crate) nowarn: Vec<Span>,
+}
+
+/// Preprocesses the file `name` with the given text.
+pub(crate) fn preprocess(
+    name: &str,
+    text: &str,
+    provider: &dyn SourceProvider,
+    options: &Options,
+) -> Preprocessed {
+    let mut pp = Preprocessor::new(provider, options);
+    pp.run(name, text);
+    Preprocessed {
+        tokens: pp.output,
+        names: pp.names,
+        sources: pp.sources,
+        diagnostics: pp.diagnostics,
+        nowarn: pp.nowarn,
+    }
+}
+
+/// A file that has been read: where its text lies, and whether `#pragma once` guards it.
+#[derive(Clone)]
+struct Known {
+    text: Arc<str>,
+    base: u32,
+}
+
+/// An `#if` that waits for its `#endif`.
+struct Conditional {
+    opened: Span,
+    /// Whether one of its branches was taken.
+    taken: bool,
+    /// The `#else`, once seen.
+    other: Option<Span>,
+}
+
+struct Preprocessor<'a> {
+    provider: &'a dyn SourceProvider,
+    options: &'a Options,
+    sources: SourceMap,
+    names: Interner,
+    diagnostics: Vec<Diagnostic>,
+    nowarn: Vec<Span>,
+    output: Vec<PpToken>,
+    macros: FxHashMap<Sym, Macro>,
+    files: Vec<FileCursor>,
+    known: FxHashMap<String, Known>,
+    once: FxHashSet<String>,
+    n_includes: usize,
+    contexts: Vec<Context>,
+    /// Contexts below this belong to an outer expansion and must not be read.
+    floor: usize,
+    /// Whether tokens come from the contexts alone, not from the files.
+    isolated: bool,
+    /// Tokens that expansion has made so far.
+    n_expanded: usize,
+    /// Macro calls within arguments of macro calls.
+    depth: usize,
+    /// Set when a budget is used up: the stream ends here.
+    stopped: bool,
+    special: Special,
+}
+
+/// Names with a meaning of their own.
+struct Special {
+    defined: Sym,
+    line: Sym,
+    file: Sym,
+    va_args: Sym,
+}
+
+impl<'a> Preprocessor<'a> {
+    fn new(provider: &'a dyn SourceProvider, options: &'a Options) -> Self {
+        let mut names = Interner::default();
+        let special = Special {
+            defined: names.intern("defined"),
+            line: names.intern("__LINE__"),
+            file: names.intern("__FILE__"),
+            va_args: names.intern("__VA_ARGS__"),
+        };
+        Self {
+            provider,
+            options,
+            sources: SourceMap::default(),
+            names,
+            diagnostics: Vec::new(),
+            nowarn: Vec::new(),
+            output: Vec::new(),
+            macros: FxHashMap::default(),
+            files: Vec::new(),
+            known: FxHashMap::default(),
+            once: FxHashSet::default(),
+            n_includes: 0,
+            contexts: Vec::new(),
+            floor: 0,
+            isolated: false,
+            n_expanded: 0,
+            depth: 0,
+            stopped: false,
+            special,
+        }
+    }
+
+    fn run(&mut self, name: &str, text: &str) {
+        let text: Arc<str> = text.into();
+        let Some(_) = self.sources.add(name, text.clone()) else {
+            self.diagnostics.push(errors::too_large(Span::default(), name));
+            return;
+        };
+        self.known.insert(name.to_owned(), Known { text: text.clone(), base: 0 });
+        self.predefine();
+        self.files.push(FileCursor::new(name, text, 0));
+        self.enter_text("stdosl.h", STDOSL.into(), Span::default());
+        while let Some(token) = self.next_expanded() {
+            if self.output.len() >= self.options.max_tokens {
+                self.diagnostics.push(errors::token_budget(token.span, self.options.max_tokens));
+                break;
+            }
+            self.output.push(token);
+        }
+    }
+
+    /// Defines the version macros and what the options define, in a file of its own before the main one is read.
+    fn predefine(&mut self) {
+        let [major, minor, patch] = VERSION;
+        let mut text = format!(
+            "#define OSL_VERSION_MAJOR {major}\n#define OSL_VERSION_MINOR {minor}\n#define OSL_VERSION_PATCH {patch}\n\
+             #define OSL_VERSION {}\n",
+            10_000 * major + 100 * minor + patch
+        );
+        for (name, value) in &self.options.defines {
+            // A line break would begin another directive.
+            let value = value.replace(['\n', '\r'], " ");
+            text.push_str(&format!("#define {} {value}\n", name.replace(['\n', '\r'], " ")));
+        }
+        self.enter_text("<command line>", text.into(), Span::default());
+        while self.next_expanded().is_some() {}
+    }
+
+    /// Goes on with the text of a file; `at` is where it was asked for.
+    fn enter_text(&mut self, name: &str, text: Arc<str>, at: Span) {
+        let known = match self.known.get(name) {
+            Some(known) => known.clone(),
+            None => {
+                if self.sources.add(name, text.clone()).is_none() {
+                    self.diagnostics.push(errors::too_large(at, name));
+                    return;
+                }
+                let base = self.sources.files().last().map_or(0, |f| f.base);
+                let known = Known { text, base };
+                self.known.insert(name.to_owned(), known.clone());
+                known
+            }
+        };
+        self.files.push(FileCursor::new(name, known.text, known.base));
+    }
+
+    /// The next token with macros expanded; the end of everything is `None`.
+    fn next_expanded(&mut self) -> Option<PpToken> {
+        while !self.stopped {
+            let token = self.next_token()?;
+            if token.kind == Raw::Ident && !token.painted {
+                match self.try_expand(token) {
+                    expand::Outcome::Plain(token) => return Some(token),
+                    expand::Outcome::Pushed => continue,
+                }
+            }
+            return Some(token);
+        }
+        None
+    }
+
+    /// The next token without expansion: from the innermost expansion, else from the files, where directives are
+    /// carried out on the way.
+    fn next_token(&mut self) -> Option<PpToken> {
+        loop {
+            if self.stopped {
+                return None;
+            }
+            if self.contexts.len() > self.floor {
+                if let Some(token) = self.contexts.last_mut().and_then(Context::next) {
+                    return Some(token);
+                }
+                self.pop_context();
+                continue;
+            }
+            if self.isolated {
+                return None;
+            }
+            let Some(token) = self.next_of_file() else {
+                if self.files.len() > 1 {
+                    self.leave_file();
+                    continue;
+                }
+                self.leave_file();
+                return None;
+            };
+            if token.kind == Raw::Hash && token.line_start {
+                self.directive(token);
+                continue;
+            }
+            return Some(token);
+        }
+    }
+
+    fn leave_file(&mut self) {
+        let Some(file) = self.files.pop() else { return };
+        let end = file.here();
+        for open in file.conditionals {
+            self.diagnostics.push(errors::unterminated_conditional(open.opened, end));
+        }
+    }
+
+    fn pop_context(&mut self) {
+        let Some(context) = self.contexts.pop() else { return };
+        if let Some(name) = context.name
+            && let Some(m) = self.macros.get_mut(&name)
+        {
+            m.active = m.active.saturating_sub(1);
+        }
+    }
+
+    fn push_context(&mut self, tokens: Rc<[PpToken]>, name: Option<Sym>) {
+        if let Some(name) = name
+            && let Some(m) = self.macros.get_mut(&name)
+        {
+            m.active += 1;
+        }
+        self.contexts.push(Context { tokens, at: 0, name });
+    }
+}
