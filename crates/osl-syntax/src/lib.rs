@@ -5,12 +5,16 @@
 //! types, lanes, or the disk.
 
 pub mod ast;
+mod brackets;
 mod builder;
 pub mod diagnostic;
 pub mod errors;
 mod lexer;
 mod parser;
 mod preprocess;
+pub mod print;
+pub mod render;
+pub mod repair;
 pub mod source;
 pub mod span;
 pub mod token;
@@ -94,8 +98,12 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let end = text.len() as u32;
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
     let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).collect();
-    let (ast, diagnostics) = parser::parse(stream, options);
-    pre.diagnostics.extend(diagnostics);
+    let whole = !pre.diagnostics.iter().any(Diagnostic::is_error);
+    let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
+    let (ast, diagnostics) = lost.unwrap_or_else(|| parser::parse(stream, options, &pre.sources));
+    let fresh = diagnostics.into_iter().filter(|d| !is_echo(d, &pre.diagnostics, &pre.sources));
+    let fresh: Vec<_> = fresh.collect();
+    pre.diagnostics.extend(fresh);
     let mut parsed =
         Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), nowarn: pre.nowarn };
     pre.diagnostics.retain(|d| !parsed.is_silenced(d));
@@ -103,6 +111,18 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     pre.diagnostics.truncate(options.max_diagnostics + 1);
     parsed.diagnostics = pre.diagnostics;
     parsed
+}
+
+/// Whether a syntax error only repeats what was said before parsing: on the same line, or where an open comment has
+/// swallowed the text.
+fn is_echo(d: &Diagnostic, earlier: &[Diagnostic], sources: &SourceMap) -> bool {
+    let line = |span| sources.place(span).map(|p| (p.file, p.line));
+    let syntax = d.code == errors::SYNTAX || d.code == errors::UNCLOSED || d.code == errors::STRAY_CLOSER;
+    syntax
+        && earlier.iter().filter(|e| e.is_error()).any(|e| {
+            let swallowed = e.code == errors::UNTERMINATED_COMMENT && e.span.start <= d.span.start;
+            swallowed || line(e.span) == line(d.span)
+        })
 }
 
 /// A provider that finds no file: for text that includes none but the standard header.

@@ -6,10 +6,14 @@
 mod expected;
 mod recover;
 
+pub(crate) use expected::message;
+
+use crate::Options;
 use crate::ast::Ast;
 use crate::builder::Builder;
 use crate::diagnostic::Diagnostic;
 use crate::errors;
+use crate::source::SourceMap;
 use crate::span::Span;
 use crate::token::Token;
 use lalrpop_util::ParseError;
@@ -61,36 +65,37 @@ pub(crate) fn parse_once(
     }
 }
 
+/// Tokens that recovery may read over and over, in all. Small files never come near it.
+const RECOVERY_WORK: usize = 1 << 22;
+
 /// Parses with recovery: every error is reported, and the tree holds what is sound.
-pub(crate) fn parse(mut stream: Stream, options: &crate::Options) -> (Ast, Vec<Diagnostic>) {
+pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) -> (Ast, Vec<Diagnostic>) {
     let mut reported = Vec::new();
-    let mut last: Option<Failure> = None;
+    let mut furthest = None;
+    let mut work = 0;
     loop {
-        match parse_once(&stream, options.strict, options.max_nesting) {
+        let (failure, found) = match parse_once(&stream, options.strict, options.max_nesting) {
             Ok((ast, mut diagnostics)) => {
                 diagnostics.append(&mut reported);
                 return (ast, diagnostics);
             }
-            Err((failure, _)) => {
-                // A second failure at a place that was cut out is the first one again.
-                let fresh = !matches!(
-                    stream.tokens.get(failure.at),
-                    Some(Token::Stray | Token::Bad | Token::BadExpr)
-                );
-                let again = last.as_ref().is_some_and(|l| l.at >= failure.at);
-                if fresh && !again {
-                    reported.push(expected::message(&stream, &failure));
-                }
-                if reported.len() >= options.max_diagnostics {
-                    let span = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
-                    reported.push(errors::too_many_errors(span, options.max_diagnostics));
-                    return (Ast::default(), reported);
-                }
-                if !recover::cut(&mut stream, failure.at) {
-                    return (Ast::default(), reported);
-                }
-                last = Some(failure);
-            }
+            Err(failed) => failed,
+        };
+        // A stand-in that does not fit is the error before it again; what is behind was not read yet.
+        let stand_in =
+            matches!(stream.tokens.get(failure.at), Some(Token::Stray | Token::Bad | Token::BadExpr));
+        let place = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
+        if !stand_in && furthest.is_none_or(|f| f < place.start) {
+            reported.push(expected::message(&stream, &failure, sources));
         }
+        furthest = furthest.max(Some(place.start));
+        work += stream.tokens.len();
+        if reported.len() >= options.max_diagnostics {
+            reported.push(errors::too_many_errors(place, options.max_diagnostics));
+        } else if work < RECOVERY_WORK && recover::cut(&mut stream, failure.at) {
+            continue;
+        }
+        reported.extend(found);
+        return (Ast::default(), reported);
     }
 }

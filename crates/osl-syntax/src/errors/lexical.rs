@@ -33,9 +33,9 @@ pub(crate) fn unterminated_string(span: Span) -> Diagnostic {
 
 /// E0103: a comment that the file does not close.
 pub(crate) fn unterminated_comment(span: Span, end: Span) -> Diagnostic {
-    Diagnostic::error(UNTERMINATED_COMMENT, end, "the file ends inside a comment")
-        .label("`*/` is missing")
-        .also(span, "the comment begins here")
+    Diagnostic::error(UNTERMINATED_COMMENT, span, "this comment never ends")
+        .label("opened here")
+        .also(end, "`*/` is missing before the end of the file")
 }
 
 /// E0104: an int literal beyond 32 bits.

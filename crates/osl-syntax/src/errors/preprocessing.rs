@@ -127,9 +127,9 @@ pub(crate) fn unbalanced_conditional(span: Span, directive: &str, opened: Option
 
 /// E0012: a conditional that the file does not end.
 pub(crate) fn unterminated_conditional(span: Span, end: Span) -> Diagnostic {
-    Diagnostic::error(UNTERMINATED_CONDITIONAL, end, "the file ends inside a conditional")
-        .label("`#endif` is missing")
-        .also(span, "opened here")
+    Diagnostic::error(UNTERMINATED_CONDITIONAL, span, "this conditional never ends")
+        .label("opened here")
+        .also(end, "`#endif` is missing before the end of the file")
 }
 
 /// E0013: `#error`.

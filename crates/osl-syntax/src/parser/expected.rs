@@ -1,11 +1,216 @@
-//! The words of a syntax error.
+//! The words of a syntax error: what was found, what would have fitted, and what the likely slip is.
 
 use super::{Failure, Stream};
-use crate::diagnostic::Diagnostic;
+use crate::ast::{BinaryOp, TypeName, UnaryOp};
+use crate::brackets::Brackets;
+use crate::diagnostic::{Diagnostic, Edit};
 use crate::errors;
+use crate::print;
+use crate::source::SourceMap;
+use crate::span::Span;
+use crate::token::Token;
 
-pub(super) fn message(stream: &Stream, failure: &Failure) -> Diagnostic {
-    let span = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
-    let found = stream.tokens.get(failure.at).map_or("the end of the file".into(), |t| format!("{t:?}"));
-    errors::syntax(span, &found, &failure.expected.join(" "))
+/// The message about a failure. `sources` tells which tokens share a line.
+pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -> Diagnostic {
+    let at = failure.at;
+    let span = stream.spans.get(at).copied().unwrap_or(stream.end);
+    let found = stream.tokens.get(at).map_or("the end of the file".into(), describe);
+    let expects = |t: &str| failure.expected.iter().any(|e| e == t);
+    if let Some(d) = unclosed(stream, at, span, &found) {
+        return d;
+    }
+    if let (None, Some(Token::RParen | Token::RBracket | Token::RBrace)) =
+        (Brackets::of(&stream.tokens).parent(at), stream.tokens.get(at))
+    {
+        return errors::stray_closer(span, found.trim_matches('`'));
+    }
+    let before = at.checked_sub(1).and_then(|n| stream.spans.get(n)).copied();
+    if let Some(before) = before
+        && expects("\";\"")
+        && !expects("\"while\"")
+        && !same_line(sources, before, span)
+    {
+        return missing_semicolon(before, span, &found);
+    }
+    hint(stream, at, errors::syntax(span, &found, &words(&failure.expected)))
+}
+
+/// A bracket that is open where the file, a statement or the text before the shader ends.
+fn unclosed(stream: &Stream, at: usize, span: Span, found: &str) -> Option<Diagnostic> {
+    let brackets = Brackets::of(&stream.tokens);
+    let opener = brackets.around(at).find(|o| brackets.partner(*o).is_none_or(|p| p >= at))?;
+    let token = stream.tokens.get(opener)?;
+    let ends = match stream.tokens.get(at) {
+        None | Some(Token::ShaderKind(_)) => true,
+        Some(Token::Semi | Token::RBrace) => *token != Token::LBrace && brackets.partner(opener).is_none(),
+        Some(_) => false,
+    };
+    let opener_span = stream.spans.get(opener).copied()?;
+    ends.then(|| errors::unclosed(span, found, opener_span, describe(token).trim_matches('`')))
+}
+
+fn missing_semicolon(before: Span, span: Span, found: &str) -> Diagnostic {
+    let at = Span::new(before.end, before.end);
+    errors::syntax(at, found, "`;`")
+        .label("a `;` is missing here")
+        .also(span, "not expected here")
+        .fix("add the semicolon", vec![Edit { span: at, text: ";".to_owned() }])
+}
+
+fn same_line(sources: &SourceMap, a: Span, b: Span) -> bool {
+    sources.place(a).map(|p| (p.file, p.line)) == sources.place(b).map(|p| (p.file, p.line))
+}
+
+/// Adds what the likely slip is.
+fn hint(stream: &Stream, at: usize, d: Diagnostic) -> Diagnostic {
+    let token = stream.tokens.get(at);
+    let before = |n: usize| at.checked_sub(n).and_then(|n| stream.tokens.get(n));
+    let top = Brackets::of(&stream.tokens).parent(at).is_none();
+    match (before(1), token) {
+        (Some(Token::Ident(_)), Some(Token::Assign | Token::Semi | Token::LBracket)) if top => {
+            d.help("OSL has no global variables: make it a parameter of the shader, or a macro")
+        }
+        (_, Some(Token::Else)) => {
+            d.help("an `else` needs an `if` with one statement, or a block, right before it")
+        }
+        (_, Some(Token::LBrace)) if matches!(before(1), Some(Token::Assign)) => {
+            d.help("a list in braces may only initialise a declaration, be returned or be an argument")
+        }
+        (Some(Token::Type(TypeName::Void)), Some(Token::RParen)) => d.help("write `()` for no parameters"),
+        (Some(Token::Type(_)), Some(_)) if is_keyword(token) => d.help("keywords cannot be names"),
+        (Some(Token::ShaderKind(_) | Token::Type(_)), Some(Token::LBrace)) => d,
+        (Some(Token::Ident(_)), Some(Token::LBrace)) if top => {
+            d.help("a parameter list `( )` stands before the body")
+        }
+        (_, Some(Token::Unused)) => d.help("the word is reserved, but nothing in the language uses it"),
+        _ => d,
+    }
+}
+
+fn is_keyword(token: Option<&Token>) -> bool {
+    token.is_some_and(|t| {
+        matches!(
+            t,
+            Token::Type(_)
+                | Token::Break
+                | Token::Closure
+                | Token::Continue
+                | Token::Do
+                | Token::Else
+                | Token::For
+                | Token::If
+                | Token::Output
+                | Token::Return
+                | Token::Struct
+                | Token::While
+        )
+    })
+}
+
+/// The terminals that would have fitted, in words: classes where a class fits, else the tokens themselves.
+fn words(expected: &[String]) -> String {
+    let has = |t: &str| expected.iter().any(|e| e.trim_matches('"') == t);
+    let mut words: Vec<String> = Vec::new();
+    let statement = has("while");
+    let expression = has("int") && has("ident");
+    let declaration = has("struct");
+    if statement {
+        words.push("a statement".into());
+    } else if declaration {
+        words.push("a declaration".into());
+    } else if expression {
+        words.push("an expression".into());
+    } else if has("type") && has("ident") {
+        words.push("a type".into());
+    } else if has("ident") {
+        words.push("a name".into());
+    } else if has("type") {
+        words.push("a type".into());
+    }
+    for closer in [";", ",", ")", "]", "}", "{", ":", "=", "(", "[", "[[", "else", "while"] {
+        let covered = match closer {
+            "(" | "[" => expression || statement || has("*"),
+            "{" => statement,
+            ";" => statement || declaration,
+            "while" | "else" => statement,
+            "}" => declaration,
+            "=" => has("op="),
+            _ => false,
+        };
+        if has(closer) && !covered {
+            words.push(format!("`{closer}`"));
+        }
+    }
+    if has("*") {
+        words.push("an operator".into());
+    }
+    match words.as_slice() {
+        [] => "something else".into(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} or {last}", most.join(", ")),
+    }
+}
+
+/// A token in words.
+fn describe(token: &Token) -> String {
+    match token {
+        Token::Ident(name) => format!("`{name}`"),
+        Token::Int(v) => format!("`{v}`"),
+        Token::Float(v) => format!("`{v:?}`"),
+        Token::Str(_) => "a string".into(),
+        Token::Type(name) => format!("`{}`", print::type_name(name)),
+        Token::ShaderKind(kind) => format!("`{}`", print::shader_kind(*kind)),
+        Token::OpAssign(op) => format!("`{}=`", print::binary_op(*op)),
+        Token::MulOp(op) | Token::ShiftOp(op) | Token::RelOp(op) | Token::EqOp(op) => {
+            format!("`{}`", print::binary_op(*op))
+        }
+        Token::Prefix(UnaryOp::Compl) => "`~`".into(),
+        Token::Prefix(_) => "`!`".into(),
+        Token::Step(up) => if *up { "`++`" } else { "`--`" }.into(),
+        Token::Amp => op(BinaryOp::BitAnd),
+        Token::Caret => op(BinaryOp::BitXor),
+        Token::Pipe => op(BinaryOp::BitOr),
+        Token::AndAnd => op(BinaryOp::And),
+        Token::OrOr => op(BinaryOp::Or),
+        Token::Plus => op(BinaryOp::Add),
+        Token::Minus => op(BinaryOp::Sub),
+        Token::Unused => "a reserved word".into(),
+        Token::Stray | Token::Bad | Token::BadExpr => "something broken".into(),
+        word => format!("`{}`", fixed(word)),
+    }
+}
+
+fn op(op: BinaryOp) -> String {
+    format!("`{}`", print::binary_op(op))
+}
+
+/// The spelling of tokens that have just one.
+fn fixed(token: &Token) -> &'static str {
+    match token {
+        Token::Break => "break",
+        Token::Closure => "closure",
+        Token::Continue => "continue",
+        Token::Do => "do",
+        Token::Else => "else",
+        Token::For => "for",
+        Token::If => "if",
+        Token::Output => "output",
+        Token::Return => "return",
+        Token::Struct => "struct",
+        Token::While => "while",
+        Token::LParen => "(",
+        Token::RParen => ")",
+        Token::LBracket => "[",
+        Token::RBracket => "]",
+        Token::LMeta => "[[",
+        Token::LBrace => "{",
+        Token::RBrace => "}",
+        Token::Comma => ",",
+        Token::Semi => ";",
+        Token::Dot => ".",
+        Token::Question => "?",
+        Token::Colon => ":",
+        Token::Assign => "=",
+        _ => "",
+    }
 }

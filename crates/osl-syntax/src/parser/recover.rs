@@ -1,8 +1,169 @@
-//! Cutting out what does not parse.
+//! Cutting out what does not parse: the smallest construct around the error gives way to a stand-in that the grammar
+//! knows, so that the rest of the file is read as if it had not been there.
 
 use super::Stream;
+use crate::brackets::{Brackets, closer};
+use crate::span::Span;
+use crate::token::Token;
+use std::ops::Range;
 
-/// Replaces the smallest construct around token `at` by a stand-in. False when there is nothing left to cut.
-pub(super) fn cut(_stream: &mut Stream, _at: usize) -> bool {
+/// Replaces the smallest construct around token `at` by a stand-in. False when nothing is left to cut.
+pub(super) fn cut(stream: &mut Stream, at: usize) -> bool {
+    let brackets = Brackets::of(&stream.tokens);
+    if matches!(stream.tokens.get(at), None | Some(Token::ShaderKind(_))) && brackets.parent(at).is_some() {
+        return close_all(stream, &brackets, at);
+    }
+    for opener in brackets.around(at) {
+        let Some(token) = stream.tokens.get(opener) else { return false };
+        let is_list = *token != Token::LBrace || is_init_list(&stream.tokens, opener);
+        match brackets.partner(opener) {
+            Some(end) if is_list => {
+                if replace_in_list(stream, &brackets, opener, end, at) {
+                    return true;
+                }
+            }
+            // Parameters that never close: no declaration can be told from another until the next shader.
+            None if is_list && brackets.parent(opener).is_none() => return replace_rest(stream, opener),
+            // A parenthesis that never closes: its statement ends at the next semicolon.
+            None if is_list => {}
+            end => return replace_statement(stream, &brackets, Some(opener), end, at),
+        }
+    }
+    replace_statement(stream, &brackets, None, None, at)
+}
+
+/// Closes everything that is open before token `at`: the shader, or the end of the text.
+fn close_all(stream: &mut Stream, brackets: &Brackets, at: usize) -> bool {
+    let here = stream.spans.get(at).copied().unwrap_or(stream.end);
+    let here = Span::new(here.start, here.start);
+    let mut closers: Vec<Token> = Vec::new();
+    let mut parent = brackets.parent(at);
+    while let Some(opener) = parent {
+        closers.extend(stream.tokens.get(opener).and_then(closer));
+        let outer = brackets.parent(opener);
+        parent = outer;
+    }
+    if stream.tokens.get(at.wrapping_sub(1)) == Some(&Token::Bad) && closers.is_empty() {
+        return false;
+    }
+    let spans = vec![here; closers.len()];
+    stream.tokens.splice(at..at, closers);
+    stream.spans.splice(at..at, spans);
+    true
+}
+
+/// Whether a `{` opens a list of initialisers rather than a block.
+fn is_init_list(tokens: &[Token], mut opener: usize) -> bool {
+    loop {
+        match opener.checked_sub(1).and_then(|n| tokens.get(n)) {
+            Some(Token::Assign | Token::Comma | Token::LParen | Token::Return) => return true,
+            Some(Token::LBrace) => opener -= 1,
+            _ => return false,
+        }
+    }
+}
+
+fn is_stand_in(token: &Token) -> bool {
+    matches!(token, Token::Bad | Token::BadExpr)
+}
+
+/// Replaces one part of a list in brackets, or all of it; false when it is a stand-in already.
+fn replace_in_list(stream: &mut Stream, brackets: &Brackets, opener: usize, end: usize, at: usize) -> bool {
+    let all = opener + 1..end;
+    let whole = opener.checked_sub(1).and_then(|n| stream.tokens.get(n)) == Some(&Token::For);
+    let comma =
+        |n: &usize| stream.tokens.get(*n) == Some(&Token::Comma) && brackets.parent(*n) == Some(opener);
+    let from = (all.start..at).rev().find(comma).map_or(all.start, |n| n + 1);
+    let to = (at..all.end).find(comma).unwrap_or(all.end);
+    let part = if whole { all.clone() } else { from..to };
+    let stand_in = stand_in(&stream.tokens, opener);
+    for range in [part, all] {
+        let done =
+            stream.tokens.get(range.clone()).is_some_and(|t| t.len() == 1 && t.iter().all(is_stand_in));
+        if !done && range.start <= range.end {
+            replace(stream, range, stand_in);
+            return true;
+        }
+    }
     false
+}
+
+/// What stands for a part of the list that `opener` opens: a declaration or an expression.
+fn stand_in(tokens: &[Token], opener: usize) -> Token {
+    let before = |n: usize| opener.checked_sub(n).and_then(|n| tokens.get(n));
+    let declares = match (tokens.get(opener), before(1)) {
+        (Some(Token::LMeta), _) | (_, Some(Token::For | Token::RBracket)) => true,
+        (Some(Token::LParen), Some(Token::Ident(_))) => {
+            matches!(before(2), Some(Token::Ident(_) | Token::Type(_) | Token::ShaderKind(_)))
+        }
+        _ => false,
+    };
+    if declares { Token::Bad } else { Token::BadExpr }
+}
+
+/// Replaces the statement or declaration around token `at` in the block that `opener` opens, or in the file.
+fn replace_statement(
+    stream: &mut Stream,
+    brackets: &Brackets,
+    opener: Option<usize>,
+    end: Option<usize>,
+    at: usize,
+) -> bool {
+    let block = opener.map_or(0, |o| o + 1)..end.unwrap_or(stream.tokens.len());
+    let ends = |n: &usize| {
+        brackets.parent(*n) == opener && stream.tokens.get(*n) == Some(&Token::Semi)
+            || (closes_block(stream, brackets, opener, *n))
+    };
+    // The stand-in itself does not fit: the statement before it goes too.
+    let again = stream.tokens.get(at).is_some_and(is_stand_in);
+    let mut behind = (block.start..at).rev().filter(ends);
+    let start = if again { behind.nth(1) } else { behind.next() }.map_or(block.start, |n| n + 1);
+    // A `;` in parentheses counts too: they may lack their end.
+    let in_block =
+        |n: usize| brackets.around(n).find(|o| stream.tokens.get(*o) == Some(&Token::LBrace)) == opener;
+    let stop = |n: &usize| match stream.tokens.get(*n) {
+        Some(Token::Semi) => in_block(*n),
+        Some(Token::ShaderKind(_)) => opener.is_none() && *n > at,
+        _ => closes_block(stream, brackets, opener, *n),
+    };
+    let to = (at..block.end).find(stop).map_or(block.end, |n| match stream.tokens.get(n) {
+        Some(Token::ShaderKind(_)) => n,
+        _ => n + 1,
+    });
+    let range = start..to.max(start);
+    let done = stream.tokens.get(range.clone()).is_some_and(|t| t.len() == 1 && t.iter().all(is_stand_in));
+    if done {
+        return false;
+    }
+    replace(stream, range, Token::Bad);
+    true
+}
+
+/// Replaces everything from the declaration around `opener` up to the next shader.
+fn replace_rest(stream: &mut Stream, opener: usize) -> bool {
+    let ends = |n: &usize| matches!(stream.tokens.get(*n), Some(Token::Semi | Token::RBrace));
+    let start = (0..opener).rev().find(ends).map_or(0, |n| n + 1);
+    let shader = |n: &usize| matches!(stream.tokens.get(*n), Some(Token::ShaderKind(_)));
+    let to = (opener..stream.tokens.len()).find(shader).unwrap_or(stream.tokens.len());
+    replace(stream, start..to, Token::Bad);
+    true
+}
+
+/// Whether token `at` closes a block that lies directly in the block of `opener`, with no `else` behind it.
+fn closes_block(stream: &Stream, brackets: &Brackets, opener: Option<usize>, at: usize) -> bool {
+    if stream.tokens.get(at) != Some(&Token::RBrace) || stream.tokens.get(at + 1) == Some(&Token::Else) {
+        return false;
+    }
+    match brackets.parent(at) {
+        Some(own) => brackets.parent(own) == opener && brackets.partner(own) == Some(at),
+        None => opener.is_none(),
+    }
+}
+
+fn replace(stream: &mut Stream, range: Range<usize>, stand_in: Token) {
+    let covered = stream.spans.get(range.clone()).unwrap_or_default();
+    let here = stream.spans.get(range.start).copied().unwrap_or(stream.end);
+    let span = covered.iter().fold(covered.first().copied().unwrap_or(here), |s, t| s.to(*t));
+    stream.tokens.splice(range.clone(), [stand_in]);
+    stream.spans.splice(range, [span]);
 }
