@@ -6,7 +6,7 @@
 mod declare;
 mod express;
 
-pub(crate) use declare::{ForHead, FormalParts, FunctionHead};
+pub(crate) use declare::{ForHead, FormalParts, FunctionHead, ShaderHead};
 
 use crate::ast::{Ast, Expr, ExprId, ExprKind, Item, Name, StmtId, StmtKind};
 use crate::diagnostic::Diagnostic;

@@ -101,7 +101,8 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let whole = !pre.diagnostics.iter().any(Diagnostic::is_error);
     let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
     let (ast, diagnostics) = lost.unwrap_or_else(|| parser::parse(stream, options, &pre.sources));
-    let fresh = diagnostics.into_iter().filter(|d| !is_echo(d, &pre.diagnostics, &pre.sources));
+    let fresh =
+        diagnostics.into_iter().filter(|d| !pre.stopped && !is_echo(d, &pre.diagnostics, &pre.sources));
     let fresh: Vec<_> = fresh.collect();
     pre.diagnostics.extend(fresh);
     let mut parsed =
@@ -113,14 +114,15 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     parsed
 }
 
-/// Whether a syntax error only repeats what was said before parsing: on the same line, or where an open comment has
-/// swallowed the text.
+/// Whether a syntax error only repeats what was said before parsing: on the same line, or where an open comment or
+/// the open arguments of a macro have swallowed the text.
 fn is_echo(d: &Diagnostic, earlier: &[Diagnostic], sources: &SourceMap) -> bool {
     let line = |span| sources.place(span).map(|p| (p.file, p.line));
     let syntax = d.code == errors::SYNTAX || d.code == errors::UNCLOSED || d.code == errors::STRAY_CLOSER;
     syntax
         && earlier.iter().filter(|e| e.is_error()).any(|e| {
-            let swallowed = e.code == errors::UNTERMINATED_COMMENT && e.span.start <= d.span.start;
+            let open = [errors::UNTERMINATED_COMMENT, errors::UNTERMINATED_INVOCATION].contains(&e.code);
+            let swallowed = open && e.span.start <= d.span.start;
             swallowed || line(e.span) == line(d.span)
         })
 }

@@ -18,7 +18,12 @@ use crate::span::Span;
 use crate::token::Token;
 use lalrpop_util::ParseError;
 
-#[expect(unreachable_pub, clippy::all, reason = "lalrpop's output is not ours to shape")]
+#[expect(
+    unreachable_pub,
+    clippy::panic,
+    clippy::unwrap_used,
+    reason = "lalrpop's output is not ours to shape"
+)]
 mod grammar {
     lalrpop_util::lalrpop_mod!(generated, "/grammar.rs");
     pub(crate) use generated::UnitParser;

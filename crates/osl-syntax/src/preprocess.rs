@@ -35,6 +35,8 @@ pub(crate) struct Preprocessed {
     pub(crate) diagnostics: Vec<Diagnostic>,
     /// Lines whose warnings `#pragma osl nowarn` drops.
     pub(crate) nowarn: Vec<Span>,
+    /// Whether a budget cut the stream short.
+    pub(crate) stopped: bool,
 }
 
 /// Preprocesses the file `name` with the given text.
@@ -52,6 +54,7 @@ pub(crate) fn preprocess(
         sources: pp.sources,
         diagnostics: pp.diagnostics,
         nowarn: pp.nowarn,
+        stopped: pp.stopped,
     }
 }
 
@@ -84,6 +87,8 @@ struct Preprocessor<'a> {
     known: FxHashMap<String, Known>,
     once: FxHashSet<String>,
     n_includes: usize,
+    /// Whether files within files have met the limit.
+    too_deep: bool,
     contexts: Vec<Context>,
     /// Contexts below this belong to an outer expansion and must not be read.
     floor: usize,
@@ -128,6 +133,7 @@ impl<'a> Preprocessor<'a> {
             known: FxHashMap::default(),
             once: FxHashSet::default(),
             n_includes: 0,
+            too_deep: false,
             contexts: Vec::new(),
             floor: 0,
             isolated: false,
@@ -151,6 +157,7 @@ impl<'a> Preprocessor<'a> {
         while let Some(token) = self.next_expanded() {
             if self.output.len() >= self.options.max_tokens {
                 self.diagnostics.push(errors::token_budget(token.span, self.options.max_tokens));
+                self.stopped = true;
                 break;
             }
             self.output.push(token);

@@ -10,7 +10,7 @@ mod place;
 
 use crate::Options;
 use crate::ast::Ast;
-use crate::brackets::Brackets;
+use crate::brackets::{Brackets, closer};
 use crate::diagnostic::{Diagnostic, Edit, Fix};
 use crate::parser::{Failure, Stream, parse_once};
 use crate::source::{SourceMap, SourceProvider};
@@ -202,6 +202,14 @@ fn steps(state: &State, failure: &Failure, around: &[usize], text: &str) -> Vec<
             let mid = if place::ends_line(&state.stream, at, text) { 0 } else { MID_LINE };
             steps.push((at, token, INSERTION + mid));
         }
+    }
+    // What fits nothing may be a token late: in `a[2 = {` the parser has taken the `=` for an assignment.
+    if let Some(token) = around.first().and_then(|o| state.stream.tokens.get(*o)).and_then(closer)
+        && let Some(before) = at.checked_sub(1)
+        && around.first() < Some(&before)
+        && place::is_plain(&state.stream, before, text)
+    {
+        steps.push((before, token, INSERTION + 2 * MID_LINE));
     }
     if let Some(outermost) = around.last()
         && let Some(margin) = place::next_at_margin(&state.stream, *outermost, at, text)

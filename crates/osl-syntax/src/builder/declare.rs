@@ -15,6 +15,14 @@ pub(crate) struct FunctionHead {
     pub(crate) metadata: (Option<Vec<Metadatum>>, Option<Vec<Metadatum>>),
 }
 
+/// Everything of a shader but its body.
+pub(crate) struct ShaderHead {
+    pub(crate) kind: ShaderKind,
+    pub(crate) name: Name,
+    pub(crate) formals: Vec<Formal>,
+    pub(crate) metadata: (Option<Vec<Metadatum>>, Option<Vec<Metadatum>>),
+}
+
 /// The parts of a parameter.
 pub(crate) struct FormalParts {
     pub(crate) output: bool,
@@ -111,16 +119,8 @@ impl Builder<'_> {
         FunctionDecl { span: self.span(l, r), ret, name, formals, metadata: join(metadata), body }
     }
 
-    pub(crate) fn shader(
-        &mut self,
-        l: u32,
-        r: u32,
-        kind: ShaderKind,
-        name: Name,
-        metadata: (Option<Vec<Metadatum>>, Option<Vec<Metadatum>>),
-        formals: Vec<Formal>,
-        body: Block,
-    ) -> ShaderDecl {
+    pub(crate) fn shader(&mut self, l: u32, r: u32, head: ShaderHead, body: Block) -> ShaderDecl {
+        let ShaderHead { kind, name, formals, metadata } = head;
         ShaderDecl { span: self.span(l, r), kind, name, metadata: join(metadata), formals, body }
     }
 

@@ -37,7 +37,7 @@ pub(crate) fn stray_closer(span: Span, bracket: &str) -> Diagnostic {
 /// E0113: constructs within constructs, too deep.
 pub(crate) fn nesting(span: Span, limit: u32) -> Diagnostic {
     Diagnostic::error(NESTING, span, format!("nested more than {limit} levels deep"))
-        .label("the outermost part that is too deep")
+        .label("this part nests too deep")
         .help("split it: give parts of it names of their own")
 }
 

@@ -32,7 +32,24 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     {
         return missing_semicolon(before, span, &found);
     }
-    hint(stream, at, errors::syntax(span, &found, &words(&failure.expected)))
+    let d = hint(stream, at, errors::syntax(span, &found, &words(&failure.expected)));
+    let expanded =
+        stream.tokens.get(at).is_some_and(|t| has_fixed_spelling(t) && fixed_at(sources, span) != found);
+    if expanded { d.note("the token comes from the expansion of a macro") } else { d }
+}
+
+/// Whether the token is spelled one way only, so that other text at its place means that a macro made it.
+fn has_fixed_spelling(token: &Token) -> bool {
+    let words = matches!(token, Token::AndAnd | Token::OrOr | Token::Prefix(_) | Token::Unused);
+    !words
+        && !matches!(
+            token,
+            Token::Int(_) | Token::Float(_) | Token::Str(_) | Token::Stray | Token::Bad | Token::BadExpr
+        )
+}
+
+fn fixed_at(sources: &SourceMap, span: Span) -> String {
+    format!("`{}`", sources.text(span))
 }
 
 /// A bracket that is open where the file, a statement or the text before the shader ends.

@@ -101,7 +101,8 @@ impl Preprocessor<'_> {
             }
             _ => return self.malformed(head.span, "include", "\"file\"` or `#include <file>"),
         };
-        let span = tokens.iter().fold(head.span, |s, t| s.to(t.span));
+        let first = tokens.first().map_or(head.span, |t| t.span);
+        let span = tokens.iter().fold(first, |s, t| s.to(t.span));
         if name == "stdosl.h" {
             // Always there, and guarded: what it includes again is nothing.
             return self.enter_text("stdosl.h", super::STDOSL.into(), span);
@@ -111,7 +112,11 @@ impl Preprocessor<'_> {
 
     fn include_file(&mut self, name: &str, quoted: bool, span: Span) {
         if self.files.len() >= self.options.max_include_depth {
-            return self.diagnostics.push(errors::include_depth(span, name, self.options.max_include_depth));
+            // Once says it: files that include themselves twice would say it without end.
+            if !std::mem::replace(&mut self.too_deep, true) {
+                self.diagnostics.push(errors::include_depth(span, name, self.options.max_include_depth));
+            }
+            return;
         }
         self.n_includes += 1;
         if self.n_includes > self.options.max_includes {
