@@ -8,8 +8,9 @@ mod express;
 
 pub(crate) use declare::{ForHead, FormalParts, FunctionHead, ShaderHead};
 
+use crate::Options;
 use crate::ast::{Ast, Expr, ExprId, ExprKind, Item, Name, StmtId, StmtKind};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::errors;
 use crate::span::Span;
 use crate::token::Token;
@@ -19,10 +20,9 @@ use std::sync::Arc;
 pub(crate) struct Builder<'a> {
     tokens: &'a [Token],
     spans: &'a [Span],
-    strict: bool,
-    max_depth: u32,
+    options: &'a Options,
     pub(crate) ast: Ast,
-    pub(crate) diagnostics: Vec<Diagnostic>,
+    pub(crate) diagnostics: Sink,
     /// How deep each expression and statement reaches below itself, so that later visits may recurse.
     expr_depths: Vec<u32>,
     stmt_depths: Vec<u32>,
@@ -30,14 +30,13 @@ pub(crate) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    pub(crate) fn new(tokens: &'a [Token], spans: &'a [Span], strict: bool, max_depth: u32) -> Self {
+    pub(crate) fn new(tokens: &'a [Token], spans: &'a [Span], options: &'a Options) -> Self {
         Self {
             tokens,
             spans,
-            strict,
-            max_depth,
+            options,
             ast: Ast::default(),
-            diagnostics: Vec::new(),
+            diagnostics: Sink::new(options.max_diagnostics),
             expr_depths: Vec::new(),
             stmt_depths: Vec::new(),
             too_deep: false,
@@ -69,7 +68,7 @@ impl<'a> Builder<'a> {
 
     fn expr_at(&mut self, span: Span, kind: ExprKind) -> ExprId {
         let depth = 1 + self.children_depth(&kind);
-        if depth > self.max_depth {
+        if depth > self.options.max_nesting {
             self.deep(span);
             self.expr_depths.push(0);
             return self.ast.expr(span, ExprKind::Error);
@@ -82,7 +81,7 @@ impl<'a> Builder<'a> {
     pub(crate) fn stmt(&mut self, l: u32, r: u32, kind: StmtKind) -> StmtId {
         let span = self.span(l, r);
         let depth = 1 + self.stmt_children_depth(&kind);
-        if depth > self.max_depth {
+        if depth > self.options.max_nesting {
             self.deep(span);
             self.stmt_depths.push(0);
             return self.ast.stmt(span, StmtKind::Error);
@@ -94,7 +93,7 @@ impl<'a> Builder<'a> {
     fn deep(&mut self, span: Span) {
         // Constructs around it would only say the same again.
         if !std::mem::replace(&mut self.too_deep, true) {
-            self.report(errors::nesting(span, self.max_depth));
+            self.report(errors::nesting(span, self.options.max_nesting));
         }
     }
 
@@ -176,12 +175,12 @@ impl<'a> Builder<'a> {
 
     /// A comma behind the last argument or initialiser.
     pub(crate) fn trailing_comma(&mut self, at: u32) {
-        self.report(errors::trailing_comma(self.strict, self.token_span(at)));
+        self.report(errors::trailing_comma(self.options.strict, self.token_span(at)));
     }
 
     /// A `;` at file level.
     pub(crate) fn stray_semicolon(&mut self, at: u32) {
-        self.report(errors::stray_semicolon(self.strict, self.token_span(at)));
+        self.report(errors::stray_semicolon(self.options.strict, self.token_span(at)));
     }
 
     /// A `}` at file level, where nothing is open. Right before the shader it is a quirk.
@@ -190,7 +189,7 @@ impl<'a> Builder<'a> {
         let before_shader = matches!(self.tokens.get(at as usize + 1), Some(Token::ShaderKind(_)));
         let behind_body = !self.ast.items.is_empty();
         self.report(match before_shader && behind_body {
-            true => errors::stray_brace(self.strict, span),
+            true => errors::stray_brace(self.options.strict, span),
             false => errors::stray_closer(span, "}"),
         });
     }

@@ -124,3 +124,27 @@ impl Diagnostic {
         self.severity == Severity::Error
     }
 }
+
+/// A list of diagnostics that stops growing at a limit, so that a hostile file cannot fill the memory with them.
+#[derive(Clone, Debug)]
+pub(crate) struct Sink {
+    pub(crate) list: Vec<Diagnostic>,
+    limit: usize,
+    /// Where the first one was dropped.
+    pub(crate) dropped: Option<Span>,
+}
+
+impl Sink {
+    pub(crate) fn new(limit: usize) -> Self {
+        Self { list: Vec::new(), limit, dropped: None }
+    }
+
+    /// Adds a diagnostic, unless there are too many.
+    pub(crate) fn push(&mut self, d: Diagnostic) {
+        if self.list.len() < self.limit {
+            self.list.push(d);
+        } else {
+            self.dropped.get_or_insert(d.span);
+        }
+    }
+}

@@ -45,6 +45,9 @@ pub struct Options {
     pub max_nesting: u32,
     /// Diagnostics, at most.
     pub max_diagnostics: usize,
+    /// Tokens that the search for lost brackets may read, at most. Counted, not timed: the answer is the same on
+    /// every machine. The default takes some tenths of a second.
+    pub max_repair_work: usize,
 }
 
 impl Default for Options {
@@ -58,6 +61,7 @@ impl Default for Options {
             max_tokens: 1 << 22,
             max_nesting: 256,
             max_diagnostics: 64,
+            max_repair_work: 1 << 21,
         }
     }
 }
@@ -98,33 +102,49 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let end = text.len() as u32;
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
     let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).collect();
-    let whole = !pre.diagnostics.iter().any(Diagnostic::is_error);
+    let mut found = pre.diagnostics.list;
+    found.extend(pre.diagnostics.dropped.map(|span| errors::too_many_errors(span, options.max_diagnostics)));
+    let whole = !found.iter().any(Diagnostic::is_error);
     let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
     let (ast, diagnostics) = lost.unwrap_or_else(|| parser::parse(stream, options, &pre.sources));
-    let fresh =
-        diagnostics.into_iter().filter(|d| !pre.stopped && !is_echo(d, &pre.diagnostics, &pre.sources));
-    let fresh: Vec<_> = fresh.collect();
-    pre.diagnostics.extend(fresh);
+    if !pre.stopped {
+        let told = lines_with_errors(&found, &pre.sources);
+        found.extend(diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)));
+    }
     let mut parsed =
         Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), nowarn: pre.nowarn };
-    pre.diagnostics.retain(|d| !parsed.is_silenced(d));
-    pre.diagnostics.sort_by_key(|d| d.span.start);
-    pre.diagnostics.truncate(options.max_diagnostics + 1);
-    parsed.diagnostics = pre.diagnostics;
+    found.retain(|d| !parsed.is_silenced(d));
+    found.sort_by_key(|d| d.span.start);
+    found.truncate(options.max_diagnostics + 1);
+    parsed.diagnostics = found;
     parsed
 }
 
-/// Whether a syntax error only repeats what was said before parsing: on the same line, or where an open comment or
-/// the open arguments of a macro have swallowed the text.
-fn is_echo(d: &Diagnostic, earlier: &[Diagnostic], sources: &SourceMap) -> bool {
-    let line = |span| sources.place(span).map(|p| (p.file, p.line));
-    let syntax = d.code == errors::SYNTAX || d.code == errors::UNCLOSED || d.code == errors::STRAY_CLOSER;
-    syntax
-        && earlier.iter().filter(|e| e.is_error()).any(|e| {
-            let open = [errors::UNTERMINATED_COMMENT, errors::UNTERMINATED_INVOCATION].contains(&e.code);
-            let swallowed = open && e.span.start <= d.span.start;
-            swallowed || line(e.span) == line(d.span)
-        })
+/// What was said before parsing: lines with an error, and from where on text was swallowed by an open comment or the
+/// open arguments of a macro.
+struct Told {
+    lines: Vec<(String, u32)>,
+    swallowed_from: u32,
+}
+
+fn lines_with_errors(found: &[Diagnostic], sources: &SourceMap) -> Told {
+    let open = [errors::UNTERMINATED_COMMENT, errors::UNTERMINATED_INVOCATION];
+    let errors = || found.iter().filter(|d| d.is_error());
+    Told {
+        lines: errors().filter_map(|d| sources.place(d.span)).map(|p| (p.file, p.line)).collect(),
+        swallowed_from: errors()
+            .filter(|d| open.contains(&d.code))
+            .map(|d| d.span.start)
+            .min()
+            .unwrap_or(u32::MAX),
+    }
+}
+
+/// Whether a syntax error only repeats what was said before parsing.
+fn is_echo(d: &Diagnostic, told: &Told, sources: &SourceMap) -> bool {
+    let syntax = [errors::SYNTAX, errors::UNCLOSED, errors::STRAY_CLOSER].contains(&d.code);
+    let line = sources.place(d.span).map(|p| (p.file, p.line));
+    syntax && (d.span.start >= told.swallowed_from || line.is_some_and(|l| told.lines.contains(&l)))
 }
 
 /// A provider that finds no file: for text that includes none but the standard header.

@@ -11,7 +11,7 @@ pub(crate) use expected::message;
 use crate::Options;
 use crate::ast::Ast;
 use crate::builder::Builder;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Sink};
 use crate::errors;
 use crate::source::SourceMap;
 use crate::span::Span;
@@ -48,12 +48,8 @@ pub(crate) struct Failure {
 }
 
 /// One run of the parser, without recovery.
-pub(crate) fn parse_once(
-    stream: &Stream,
-    strict: bool,
-    max_depth: u32,
-) -> Result<(Ast, Vec<Diagnostic>), (Failure, Vec<Diagnostic>)> {
-    let mut builder = Builder::new(&stream.tokens, &stream.spans, strict, max_depth);
+pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sink), (Failure, Sink)> {
+    let mut builder = Builder::new(&stream.tokens, &stream.spans, options);
     let tokens = stream.tokens.iter().enumerate().map(|(n, t)| (n as u32, t.clone(), n as u32 + 1));
     match grammar::UnitParser::new().parse(&mut builder, tokens) {
         Ok(()) => Ok((builder.ast, builder.diagnostics)),
@@ -79,10 +75,10 @@ pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) 
     let mut furthest = None;
     let mut work = 0;
     loop {
-        let (failure, found) = match parse_once(&stream, options.strict, options.max_nesting) {
-            Ok((ast, mut diagnostics)) => {
-                diagnostics.append(&mut reported);
-                return (ast, diagnostics);
+        let (failure, found) = match parse_once(&stream, options) {
+            Ok((ast, found)) => {
+                reported.extend(found.list);
+                return (ast, reported);
             }
             Err(failed) => failed,
         };
@@ -100,7 +96,7 @@ pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) 
         } else if work < RECOVERY_WORK && recover::cut(&mut stream, failure.at) {
             continue;
         }
-        reported.extend(found);
+        reported.extend(found.list);
         return (Ast::default(), reported);
     }
 }

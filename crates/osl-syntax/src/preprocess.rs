@@ -10,7 +10,7 @@ mod expand;
 mod file;
 
 use crate::Options;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::Sink;
 use crate::errors;
 use crate::lexer::{Interner, PpToken, Raw, Sym};
 use crate::source::{SourceMap, SourceProvider};
@@ -32,7 +32,7 @@ pub(crate) struct Preprocessed {
     pub(crate) tokens: Vec<PpToken>,
     pub(crate) names: Interner,
     pub(crate) sources: SourceMap,
-    pub(crate) diagnostics: Vec<Diagnostic>,
+    pub(crate) diagnostics: Sink,
     /// Lines whose warnings `#pragma osl nowarn` drops.
     pub(crate) nowarn: Vec<Span>,
     /// Whether a budget cut the stream short.
@@ -79,7 +79,7 @@ struct Preprocessor<'a> {
     options: &'a Options,
     sources: SourceMap,
     names: Interner,
-    diagnostics: Vec<Diagnostic>,
+    diagnostics: Sink,
     nowarn: Vec<Span>,
     output: Vec<PpToken>,
     macros: FxHashMap<Sym, Macro>,
@@ -125,7 +125,7 @@ impl<'a> Preprocessor<'a> {
             options,
             sources: SourceMap::default(),
             names,
-            diagnostics: Vec::new(),
+            diagnostics: Sink::new(options.max_diagnostics),
             nowarn: Vec::new(),
             output: Vec::new(),
             macros: FxHashMap::default(),

@@ -20,11 +20,8 @@ use rustc_hash::FxHashSet;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Tokens that a search may read when repair was asked for: some tenths of a second.
-const WORK: usize = 1 << 21;
-
-/// Tokens that a search may read for the sake of a better message.
-const WORK_FOR_MESSAGE: usize = 1 << 19;
+/// The part of the budget that a search for the sake of a better message may use.
+const MESSAGE_PART: usize = 4;
 
 /// Insertions, at most.
 const MAX_INSERTIONS: usize = 24;
@@ -52,12 +49,12 @@ pub struct Repair {
 pub fn repair(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Option<Repair> {
     let mut pre = crate::preprocess::preprocess(name, text, provider, options);
     let (tokens, spans) = crate::token::convert(&pre.tokens, &pre.names, &mut pre.diagnostics);
-    if pre.diagnostics.iter().any(Diagnostic::is_error) {
+    if pre.diagnostics.list.iter().any(Diagnostic::is_error) {
         return None;
     }
     let end = text.len() as u32;
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
-    let found = search(&stream, text, options, WORK)?;
+    let found = search(&stream, text, options, options.max_repair_work)?;
     let edits = place::edits(&stream, text, &found.insertions);
     let text = apply(text, &edits)?;
     let parsed = crate::parse(name, &text, provider, options);
@@ -84,13 +81,46 @@ pub(crate) struct Insertion {
     token: Token,
 }
 
-/// A state of the search.
+/// A state of the search: what has been inserted so far, and at what cost.
 struct State {
-    stream: Stream,
-    /// For each token of `stream` its index in the stream as it was.
-    origin: Vec<usize>,
     insertions: Vec<Insertion>,
     cost: u32,
+}
+
+/// A stream with insertions made, those at one place in their order.
+struct Patched {
+    stream: Stream,
+    /// For each token, and for the end, its index in the stream as it was.
+    origin: Vec<usize>,
+}
+
+impl Patched {
+    fn new(stream: &Stream, insertions: &[Insertion]) -> Self {
+        let mut sorted: Vec<&Insertion> = insertions.iter().collect();
+        sorted.sort_by_key(|i| i.before);
+        let mut patched = Self {
+            stream: Stream { tokens: Vec::new(), spans: Vec::new(), end: stream.end },
+            origin: Vec::new(),
+        };
+        let mut from = 0;
+        for insertion in sorted {
+            patched.copy(stream, from, insertion.before);
+            from = insertion.before;
+            let place = stream.spans.get(from).copied().unwrap_or(stream.end);
+            patched.stream.tokens.push(insertion.token.clone());
+            patched.stream.spans.push(Span::new(place.start, place.start));
+            patched.origin.push(from);
+        }
+        patched.copy(stream, from, stream.tokens.len());
+        patched.origin.push(stream.tokens.len());
+        patched
+    }
+
+    fn copy(&mut self, stream: &Stream, from: usize, to: usize) {
+        self.stream.tokens.extend_from_slice(stream.tokens.get(from..to).unwrap_or_default());
+        self.stream.spans.extend_from_slice(stream.spans.get(from..to).unwrap_or_default());
+        self.origin.extend(from..to);
+    }
 }
 
 /// A stream that parses after insertions.
@@ -108,22 +138,18 @@ pub(crate) fn explain(
     options: &Options,
     sources: &SourceMap,
 ) -> Option<(Ast, Vec<Diagnostic>)> {
-    let Found { insertions, ast, mut diagnostics } = search(stream, text, options, WORK_FOR_MESSAGE)?;
-    let mut sorted: Vec<&Insertion> = insertions.iter().collect();
+    let Found { insertions, ast, mut diagnostics } =
+        search(stream, text, options, options.max_repair_work / MESSAGE_PART)?;
+    let mut sorted = insertions.clone();
     sorted.sort_by_key(|i| i.before);
-    let mut stream_so_far = stream.clone();
     let mut errors = Vec::new();
+    let mut made = 0;
     for site in sorted.chunk_by(|a, b| a.before == b.before) {
-        if let Err((failure, _)) = parse_once(&stream_so_far, options.strict, options.max_nesting) {
-            errors.push(crate::parser::message(&stream_so_far, &failure, sources));
+        let so_far = Patched::new(stream, sorted.get(..made).unwrap_or_default()).stream;
+        if let Err((failure, _)) = parse_once(&so_far, options) {
+            errors.push(crate::parser::message(&so_far, &failure, sources));
         }
-        for insertion in site {
-            let shift = stream_so_far.tokens.len() - stream.tokens.len();
-            let at = insertion.before + shift;
-            let place = stream_so_far.spans.get(at).copied().unwrap_or(stream.end);
-            stream_so_far.tokens.insert(at, insertion.token.clone());
-            stream_so_far.spans.insert(at, Span::new(place.start, place.start));
-        }
+        made += site.len();
     }
     errors.dedup();
     let edits = place::edits(stream, text, &insertions);
@@ -138,35 +164,38 @@ pub(crate) fn explain(
 
 /// The fewest insertions that make a stream parse; `None` when it does as it is, or when none are found.
 fn search(stream: &Stream, text: &str, options: &Options, budget: usize) -> Option<Found> {
-    let origin = (0..=stream.tokens.len()).collect();
-    let mut states = vec![Some(State { stream: stream.clone(), origin, insertions: Vec::new(), cost: 0 })];
+    let mut states = vec![Some(State { insertions: Vec::new(), cost: 0 })];
     let mut queue = BinaryHeap::from([(Reverse(0), 0, Reverse(0))]);
     let mut seen = FxHashSet::default();
     let mut work = 0;
     while let Some((_, _, Reverse(id))) = queue.pop() {
         let Some(state) = states.get_mut(id).and_then(Option::take) else { continue };
-        work += state.stream.tokens.len() + 1;
-        let failure = match parse_once(&state.stream, options.strict, options.max_nesting) {
-            Ok((ast, diagnostics))
-                if !diagnostics.iter().any(Diagnostic::is_error) && !state.insertions.is_empty() =>
+        let patched = Patched::new(stream, &state.insertions);
+        let failure = match parse_once(&patched.stream, options) {
+            Ok((ast, found))
+                if !found.list.iter().any(Diagnostic::is_error) && !state.insertions.is_empty() =>
             {
-                return Some(Found { insertions: state.insertions, ast, diagnostics });
+                return Some(Found { insertions: state.insertions, ast, diagnostics: found.list });
             }
             Ok(_) => continue,
             Err((failure, _)) => failure,
         };
-        let brackets = Brackets::of(&state.stream.tokens);
-        if state.insertions.is_empty() && !worth_a_search(&state, &failure, &brackets, text) {
+        let brackets = Brackets::of(&patched.stream.tokens);
+        if state.insertions.is_empty() && !worth_a_search(&patched.stream, &failure, &brackets, text) {
             return None;
         }
         let around: Vec<usize> = brackets.around(failure.at).collect();
-        let key = (state.origin.get(failure.at).copied(), around.len(), failure.expected.clone());
-        if !seen.insert(key) || state.insertions.len() >= MAX_INSERTIONS || work > budget {
+        let key = (patched.origin.get(failure.at).copied(), around.len(), failure.expected.clone());
+        if !seen.insert(key) || state.insertions.len() >= MAX_INSERTIONS {
             continue;
         }
-        for (at, token, cost) in steps(&state, &failure, &around, text) {
-            let Some(next) = insert(&state, at, token, cost) else { continue };
-            let least = Brackets::of(&next.stream.tokens).n_lonely as u32 * INSERTION;
+        for (at, token, cost) in steps(&patched.stream, &failure, &around, text) {
+            work += stream.tokens.len() + 1;
+            let Some(before) = patched.origin.get(at).copied().filter(|_| work <= budget) else { continue };
+            let mut next = State { insertions: state.insertions.clone(), cost: state.cost + cost };
+            next.insertions.push(Insertion { before, token });
+            let brackets = Brackets::of(&Patched::new(stream, &next.insertions).stream.tokens);
+            let least = brackets.n_lonely as u32 * INSERTION;
             queue.push((Reverse(next.cost + least), failure.at, Reverse(states.len())));
             states.push(Some(next));
         }
@@ -175,13 +204,13 @@ fn search(stream: &Stream, text: &str, options: &Options, budget: usize) -> Opti
 }
 
 /// Whether something seems to be lost at all: a bracket has no partner, or a line ends where a `;` would fit.
-fn worth_a_search(state: &State, failure: &Failure, brackets: &Brackets, text: &str) -> bool {
+fn worth_a_search(stream: &Stream, failure: &Failure, brackets: &Brackets, text: &str) -> bool {
     let semicolon = failure.expected.iter().any(|e| e == "\";\"");
-    brackets.n_lonely > 0 || (semicolon && place::ends_line(&state.stream, failure.at, text))
+    brackets.n_lonely > 0 || (semicolon && place::ends_line(stream, failure.at, text))
 }
 
 /// The insertions worth trying: place in the stream, token, cost.
-fn steps(state: &State, failure: &Failure, around: &[usize], text: &str) -> Vec<(usize, Token, u32)> {
+fn steps(stream: &Stream, failure: &Failure, around: &[usize], text: &str) -> Vec<(usize, Token, u32)> {
     let kinds = [
         ("\")\"", Token::RParen),
         ("\"]\"", Token::RBracket),
@@ -197,38 +226,24 @@ fn steps(state: &State, failure: &Failure, around: &[usize], text: &str) -> Vec<
             Token::LBrace | Token::Semi => false,
             _ => around.is_empty(),
         };
-        if failure.expected.iter().any(|e| e == name) && !useless && place::is_plain(&state.stream, at, text)
-        {
-            let mid = if place::ends_line(&state.stream, at, text) { 0 } else { MID_LINE };
+        if failure.expected.iter().any(|e| e == name) && !useless && place::is_plain(stream, at, text) {
+            let mid = if place::ends_line(stream, at, text) { 0 } else { MID_LINE };
             steps.push((at, token, INSERTION + mid));
         }
     }
     // What fits nothing may be a token late: in `a[2 = {` the parser has taken the `=` for an assignment.
-    if let Some(token) = around.first().and_then(|o| state.stream.tokens.get(*o)).and_then(closer)
+    if let Some(token) = around.first().and_then(|o| stream.tokens.get(*o)).and_then(closer)
         && let Some(before) = at.checked_sub(1)
         && around.first() < Some(&before)
-        && place::is_plain(&state.stream, before, text)
+        && place::is_plain(stream, before, text)
     {
         steps.push((before, token, INSERTION + 2 * MID_LINE));
     }
     if let Some(outermost) = around.last()
-        && let Some(margin) = place::next_at_margin(&state.stream, *outermost, at, text)
+        && let Some(margin) = place::next_at_margin(stream, *outermost, at, text)
         && margin < at
     {
         steps.push((margin, Token::RBrace, INSERTION - AT_MARGIN));
     }
     steps
-}
-
-fn insert(state: &State, at: usize, token: Token, cost: u32) -> Option<State> {
-    let before = *state.origin.get(at)?;
-    let mut stream = state.stream.clone();
-    let place = stream.spans.get(at).copied().unwrap_or(stream.end);
-    let mut origin = state.origin.clone();
-    stream.tokens.insert(at, token.clone());
-    stream.spans.insert(at, Span::new(place.start, place.start));
-    origin.insert(at, before);
-    let mut insertions = state.insertions.clone();
-    insertions.push(Insertion { before, token });
-    Some(State { stream, origin, insertions, cost: state.cost + cost })
 }

@@ -4,7 +4,7 @@
 //! It must not know the grammar, except that `shader` and its kin are keywords by position only.
 
 use crate::ast::{BinaryOp, ShaderKind, TypeName, UnaryOp};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::Sink;
 use crate::errors;
 use crate::lexer::{Interner, PpToken, Raw};
 use crate::span::Span;
@@ -74,11 +74,7 @@ pub enum Token {
 }
 
 /// Turns preprocessing tokens into tokens of the grammar, one for one but for joined strings and dropped modifiers.
-pub(crate) fn convert(
-    tokens: &[PpToken],
-    names: &Interner,
-    out: &mut Vec<Diagnostic>,
-) -> (Vec<Token>, Vec<Span>) {
+pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (Vec<Token>, Vec<Span>) {
     let mut c = Converter {
         names,
         out,
@@ -103,7 +99,7 @@ pub(crate) fn convert(
 
 struct Converter<'a> {
     names: &'a Interner,
-    out: &'a mut Vec<Diagnostic>,
+    out: &'a mut Sink,
     tokens: Vec<Token>,
     spans: Vec<Span>,
 }

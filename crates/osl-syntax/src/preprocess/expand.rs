@@ -6,6 +6,9 @@ use crate::lexer::{PpToken, Raw, Sym, scan};
 use crate::span::Span;
 use std::rc::Rc;
 
+/// Bytes that `#` and `##` may make for each token of the budget.
+const BYTES_A_TOKEN: usize = 16;
+
 /// A macro.
 #[derive(Clone)]
 pub(super) struct Macro {
@@ -256,6 +259,9 @@ impl Preprocessor<'_> {
             return vec![right];
         }
         let text = format!("{}{}", self.names.str(left.sym), self.names.str(right.sym));
+        if !self.charge(text.len() / BYTES_A_TOKEN, left.span) {
+            return Vec::new();
+        }
         match scan(&text, 0) {
             Some((kind, end))
                 if end == text.len()
@@ -291,6 +297,10 @@ impl Preprocessor<'_> {
             }
         }
         text.push('"');
+        let span = arg.first().map_or(Span::default(), |t| t.span);
+        if !self.charge(text.len() / BYTES_A_TOKEN, span) {
+            return Sym::EMPTY;
+        }
         self.names.intern(&text)
     }
 
