@@ -126,24 +126,29 @@ impl Diagnostic {
 }
 
 /// A list of diagnostics that stops growing at a limit, so that a hostile file cannot fill the memory with them.
+/// Warnings have a limit of their own: they must not crowd out an error.
 #[derive(Clone, Debug)]
 pub(crate) struct Sink {
     pub(crate) list: Vec<Diagnostic>,
     limit: usize,
-    /// Where the first one was dropped.
+    n_errors: usize,
+    n_warnings: usize,
+    /// Where the first error was dropped.
     pub(crate) dropped: Option<Span>,
 }
 
 impl Sink {
     pub(crate) fn new(limit: usize) -> Self {
-        Self { list: Vec::new(), limit, dropped: None }
+        Self { list: Vec::new(), limit, n_errors: 0, n_warnings: 0, dropped: None }
     }
 
-    /// Adds a diagnostic, unless there are too many.
+    /// Adds a diagnostic, unless there are too many of its severity.
     pub(crate) fn push(&mut self, d: Diagnostic) {
-        if self.list.len() < self.limit {
+        let n = if d.is_error() { &mut self.n_errors } else { &mut self.n_warnings };
+        if *n < self.limit {
+            *n += 1;
             self.list.push(d);
-        } else {
+        } else if d.is_error() {
             self.dropped.get_or_insert(d.span);
         }
     }

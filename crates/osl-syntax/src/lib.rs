@@ -43,7 +43,7 @@ pub struct Options {
     pub max_tokens: usize,
     /// Constructs within constructs, at most: what visits the tree may recurse.
     pub max_nesting: u32,
-    /// Diagnostics, at most.
+    /// Errors, at most, and warnings, at most. One more error says that there are more.
     pub max_diagnostics: usize,
     /// Tokens that the search for lost brackets may read, at most. Counted, not timed: the answer is the same on
     /// every machine. The default takes some tenths of a second.
@@ -102,21 +102,22 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let end = text.len() as u32;
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
     let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).collect();
-    let mut found = pre.diagnostics.list;
-    found.extend(pre.diagnostics.dropped.map(|span| errors::too_many_errors(span, options.max_diagnostics)));
-    let whole = !found.iter().any(Diagnostic::is_error);
+    let whole = !pre.diagnostics.list.iter().any(Diagnostic::is_error);
     let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
     let (ast, diagnostics) = lost.unwrap_or_else(|| parser::parse(stream, options, &pre.sources));
+    let mut found = pre.diagnostics;
     if !pre.stopped {
-        let told = lines_with_errors(&found, &pre.sources);
-        found.extend(diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)));
+        let told = lines_with_errors(&found.list, &pre.sources);
+        diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)).for_each(|d| found.push(d));
     }
     let mut parsed =
         Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), nowarn: pre.nowarn };
-    found.retain(|d| !parsed.is_silenced(d));
-    found.sort_by_key(|d| d.span.start);
-    found.truncate(options.max_diagnostics + 1);
-    parsed.diagnostics = found;
+    if !found.list.iter().any(|d| d.code == errors::TOO_MANY_ERRORS) {
+        found.list.extend(found.dropped.map(|span| errors::too_many_errors(span, options.max_diagnostics)));
+    }
+    found.list.retain(|d| !parsed.is_silenced(d));
+    found.list.sort_by_key(|d| d.span.start);
+    parsed.diagnostics = found.list;
     parsed
 }
 

@@ -78,6 +78,7 @@ pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) 
         let (failure, found) = match parse_once(&stream, options) {
             Ok((ast, found)) => {
                 reported.extend(found.list);
+                reported.extend(found.dropped.map(|at| errors::too_many_errors(at, options.max_diagnostics)));
                 return (ast, reported);
             }
             Err(failed) => failed,

@@ -109,11 +109,31 @@ fn a_file_of_too_many_tokens() {
 
 #[test]
 fn diagnostics_are_bounded() {
-    let parsed = lenient(&format!("shader s() {{ {} }}", "a = * ;\n".repeat(DEEP)));
-    assert!(codes(&parsed).len() <= Options::default().max_diagnostics + 1);
-    assert!(codes(&parsed).contains(&"E0120"));
-    let parsed = lenient(&"@\n".repeat(DEEP));
-    assert!(codes(&parsed).len() <= Options::default().max_diagnostics + 1);
+    let limit = Options::default().max_diagnostics;
+    for line in ["a = * ;\n", "@\n", "f(a,);\n", "\"\n", "a[0] = (1;\n", "/* /* */\n", "#foo\n", "(a) = 1;\n"]
+    {
+        let parsed = lenient(&format!("shader s() {{ {} }}", line.repeat(DEEP)));
+        let (errors, warnings): (Vec<_>, Vec<_>) = parsed.diagnostics.iter().partition(|d| d.is_error());
+        assert!(errors.len() <= limit + 1 && warnings.len() <= limit, "{line}");
+        assert_eq!(errors.len() >= limit, codes(&parsed).contains(&"E0120"), "{line}");
+    }
+}
+
+#[test]
+fn warnings_neither_fail_a_file_nor_hide_its_errors() {
+    let warnings = "f(a,); /* /* */\n".repeat(DEEP);
+    assert!(!lenient(&format!("shader s() {{ {warnings} }}")).has_errors());
+    assert!(lenient(&format!("shader s() {{ {warnings} a = ; }}")).has_errors());
+    assert!(lenient(&format!("shader s() {{ {warnings} (a) = 1; }}")).has_errors());
+}
+
+#[test]
+fn text_that_macros_paste_or_quote_is_bounded() {
+    let paste = format!("#define X(a) {}a\nX(b)", "a ## ".repeat(100_000));
+    let quote = format!("#define S(x) #x\n#define T(x) {}\nT({})", "S(x) ".repeat(DEEP), "a ".repeat(DEEP));
+    for text in [paste, quote] {
+        assert!(codes(&lenient(&text)).contains(&"E0014"), "{:.60}", text);
+    }
 }
 
 /// Pieces that make text which is nearly OSL.
