@@ -1,1 +1,21 @@
-//! Filled in by the commits that follow.
+//! Image files in and out, and texture lookup.
+//!
+//! This crate owns the picture side of rendering: EXR and PNG writing that never leaves a half-written file,
+//! bounded reading of EXR, PNG and JPEG, the wrap modes and filters of a texture lookup, and the cache that
+//! threads share. It must not know shaders: names, planes of `f32` and coordinates are all it sees.
+//!
+//! Pixel row 0 is the first scanline of a file, and `t = 0` in texture space. Nothing here converts colors on
+//! reading; writing PNG applies the transfer curve that the caller names.
+
+mod error;
+mod exr_out;
+mod file;
+mod png_out;
+mod read;
+mod transfer;
+
+pub use error::ImageError;
+pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
+pub use png_out::{BitDepth, PngOptions, write_png};
+pub use read::{ImageData, MAX_SAMPLES, StoredType, decode_image, read_image};
+pub use transfer::Transfer;

@@ -1,0 +1,66 @@
+//! What can go wrong with an image file, as one-line values.
+//!
+//! Every error names the path and the reason, so that a caller can print it as it stands. It must not know
+//! which format a file has beyond the text that a decoder gave.
+
+use std::path::{Path, PathBuf};
+
+/// Why an image could not be written or read. Its text is one line: the path, then the reason.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The operating system refused a step.
+    #[error("{}: cannot {action}: {source}", .path.display())]
+    Io {
+        /// The file that the caller named.
+        path: PathBuf,
+        /// The step that failed, as in "create a file in /tmp".
+        action: String,
+        /// The reason of the operating system.
+        source: std::io::Error,
+    },
+    /// The file is not an image that this crate reads, or is damaged.
+    #[error("{}: {reason}", .path.display())]
+    Format {
+        /// The file that the caller named.
+        path: PathBuf,
+        /// What the decoder or encoder found, on one line.
+        reason: String,
+    },
+    /// The image has more samples than the limit allows; nothing was allocated for it.
+    #[error("{}: {samples} samples are more than the limit of {limit}", .path.display())]
+    TooLarge {
+        /// The file that the caller named.
+        path: PathBuf,
+        /// Width times height times channels, saturated.
+        samples: u64,
+        /// The limit in force.
+        limit: u64,
+    },
+    /// The caller's planes or names do not make an image.
+    #[error("{}: {reason}", .path.display())]
+    Input {
+        /// The file that the caller named.
+        path: PathBuf,
+        /// Which expectation was not met.
+        reason: String,
+    },
+}
+
+impl ImageError {
+    pub(crate) fn io(path: &Path, action: impl Into<String>, source: std::io::Error) -> Self {
+        Self::Io { path: path.to_owned(), action: action.into(), source }
+    }
+
+    pub(crate) fn format(path: &Path, reason: impl ToString) -> Self {
+        Self::Format { path: path.to_owned(), reason: one_line(&reason.to_string()) }
+    }
+
+    pub(crate) fn input(path: &Path, reason: impl Into<String>) -> Self {
+        Self::Input { path: path.to_owned(), reason: reason.into() }
+    }
+}
+
+/// Joins the lines of a message from elsewhere.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}

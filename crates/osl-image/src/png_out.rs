@@ -1,0 +1,85 @@
+//! Writing: one or three planes as a PNG file.
+//!
+//! It must not know where the planes come from, nor whether they are light: the caller names the curve.
+
+use std::path::Path;
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::error::ImageError;
+use crate::exr_out::{check_plane, check_size};
+use crate::file;
+use crate::transfer::Transfer;
+
+/// The integers of a PNG file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum BitDepth {
+    /// 0 to 255.
+    #[default]
+    Eight,
+    /// 0 to 65535.
+    Sixteen,
+}
+
+/// How [`write_png`] stores its samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PngOptions {
+    /// The curve between the values and the stored integers. [`Transfer::for_channels`] is the usual choice: a
+    /// color through the sRGB curve; a single float as it is, since a mask is a ratio and 0.5 should read as
+    /// half of the range.
+    pub transfer: Transfer,
+    /// The integers' width.
+    pub depth: BitDepth,
+}
+
+/// Writes one plane as grey or three as RGB, clamped to 0..=1, halves rounded up, nan as 0.
+///
+/// **Shape**: each plane has `width * height` values, row 0 first.
+///
+/// **Errors**: a number of planes other than 1 or 3, sizes that do not fit, and what the disk refuses. The file
+/// at `path` is then as it was before.
+pub fn write_png(
+    path: &Path,
+    width: usize,
+    height: usize,
+    planes: &[&[f32]],
+    options: PngOptions,
+) -> Result<(), ImageError> {
+    check_size(path, width, height)?;
+    if !matches!(planes.len(), 1 | 3) {
+        return Err(ImageError::input(path, format!("a PNG takes 1 or 3 planes, not {}", planes.len())));
+    }
+    for (i, plane) in planes.iter().enumerate() {
+        check_plane(path, &format!("plane {i}"), plane, width * height)?;
+    }
+    let color_type = match (planes.len(), options.depth) {
+        (1, BitDepth::Eight) => ExtendedColorType::L8,
+        (1, BitDepth::Sixteen) => ExtendedColorType::L16,
+        (_, BitDepth::Eight) => ExtendedColorType::Rgb8,
+        (_, BitDepth::Sixteen) => ExtendedColorType::Rgb16,
+    };
+    let stored = quantized(planes, width * height, options);
+    let mut bytes = Vec::new();
+    // `check_size` made sure that both fit.
+    let encoded = PngEncoder::new(&mut bytes).write_image(&stored, width as u32, height as u32, color_type);
+    encoded.map_err(|error| ImageError::format(path, format!("cannot encode PNG: {error}")))?;
+    file::replace(path, &bytes)
+}
+
+/// The samples pixel by pixel, in the byte order of this machine, as the encoder wants them.
+fn quantized(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
+    let mut stored = Vec::with_capacity(n_pixels * planes.len() * 2);
+    for pixel in 0..n_pixels {
+        for plane in planes {
+            let value = plane[pixel];
+            match options.depth {
+                BitDepth::Eight => stored.push(options.transfer.quantize(value, 255) as u8),
+                BitDepth::Sixteen => {
+                    stored.extend(options.transfer.quantize(value, 65535).to_ne_bytes());
+                }
+            }
+        }
+    }
+    stored
+}

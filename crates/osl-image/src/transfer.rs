@@ -1,0 +1,98 @@
+//! Transfer curves: linear values to what an integer image file stores.
+//!
+//! Only correctly rounded operations are used (no `powf`), so that the same values give the same bytes on every
+//! machine. It must not know file formats.
+
+/// How a linear value becomes a fraction of the largest stored integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Transfer {
+    /// The piecewise curve of IEC 61966-2-1, for colors that are to be looked at.
+    Srgb,
+    /// The value itself, for masks, distances and other numbers that are not light.
+    Linear,
+}
+
+impl Transfer {
+    /// The usual choice: three channels are a color, one channel is a ratio and is stored as it is.
+    pub fn for_channels(n_channels: usize) -> Self {
+        if n_channels == 3 { Self::Srgb } else { Self::Linear }
+    }
+
+    /// The integer in `0..=max` that stores `linear`: clamped to 0..=1, through the curve, halves rounded up.
+    /// A nan is stored as 0.
+    pub fn quantize(self, linear: f32, max: u16) -> u16 {
+        let clamped = f64::from(linear).clamp(0.0, 1.0);
+        let encoded = match self {
+            Self::Srgb => srgb_from_linear(clamped),
+            Self::Linear => clamped,
+        };
+        // The cast truncates, which is the floor here, and turns a nan into 0.
+        (encoded * f64::from(max) + 0.5) as u16
+    }
+}
+
+/// The sRGB encoding of a value in 0..=1.
+fn srgb_from_linear(linear: f64) -> f64 {
+    if linear <= 0.003_130_8 {
+        return 12.92 * linear;
+    }
+    // linear^(1/2.4) = (linear^(1/12))^5.
+    let twelfth = cube_root(linear.sqrt().sqrt());
+    let square = twelfth * twelfth;
+    1.055 * (square * square * twelfth) - 0.055
+}
+
+/// The cube root of a value in 0.2..=1, to the last bits of an `f64`: Newton's method from a fixed start, which
+/// has converged after five steps in this interval.
+fn cube_root(value: f64) -> f64 {
+    let mut root = 0.8;
+    for _ in 0..6 {
+        root = (2.0 * root + value / (root * root)) / 3.0;
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_agrees_with_the_defining_power() {
+        for i in 0..=100_000 {
+            let x = f64::from(i) / 100_000.0;
+            let expected = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+            assert!((srgb_from_linear(x) - expected).abs() < 4e-16 * 4.0, "{x}");
+        }
+    }
+
+    #[test]
+    fn ends_and_oddities() {
+        for transfer in [Transfer::Srgb, Transfer::Linear] {
+            for max in [255, 65535] {
+                assert_eq!(transfer.quantize(0.0, max), 0);
+                assert_eq!(transfer.quantize(1.0, max), max);
+                assert_eq!(transfer.quantize(-1.0, max), 0);
+                assert_eq!(transfer.quantize(7.0, max), max);
+                assert_eq!(transfer.quantize(f32::NAN, max), 0);
+                assert_eq!(transfer.quantize(f32::INFINITY, max), max);
+                assert_eq!(transfer.quantize(f32::NEG_INFINITY, max), 0);
+            }
+        }
+    }
+
+    #[test]
+    fn known_values() {
+        assert_eq!(Transfer::Srgb.quantize(0.5, 255), 188);
+        assert_eq!(Transfer::Srgb.quantize(0.18, 255), 118);
+        assert_eq!(Transfer::Srgb.quantize(0.002, 255), 7);
+        assert_eq!(Transfer::Linear.quantize(0.5, 255), 128, "127.5 rounds up");
+        assert_eq!(Transfer::Linear.quantize(0.498, 255), 127);
+    }
+
+    #[test]
+    fn encoding_never_decreases() {
+        let codes: Vec<u16> =
+            (0..=65535_u32).map(|i| Transfer::Srgb.quantize(i as f32 / 65535.0, 65535)).collect();
+        assert!(codes.is_sorted());
+    }
+}
