@@ -47,6 +47,11 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
     Ok(bytes)
 }
 
+/// Whether there is something other than a directory at `path`.
+pub(crate) fn is_there(path: &Path) -> bool {
+    fs::metadata(path).is_ok_and(|meta| !meta.is_dir())
+}
+
 /// The file behind links; the path itself where nothing is there yet.
 fn resolve(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())

@@ -7,15 +7,25 @@
 //! Pixel row 0 is the first scanline of a file, and `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.
 
+mod cache;
 mod error;
 mod exr_out;
 mod file;
+mod filter;
+mod footprint;
+mod lookup;
 mod png_out;
 mod read;
+mod texture;
 mod transfer;
 
+pub use cache::{LoadFailure, TextureCache};
 pub use error::ImageError;
 pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
+pub use filter::{Interp, Sample, Wrap};
+pub use footprint::Footprint;
+pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, write_png};
 pub use read::{ImageData, MAX_SAMPLES, StoredType, decode_image, read_image};
+pub use texture::Texture;
 pub use transfer::Transfer;

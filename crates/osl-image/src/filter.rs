@@ -1,0 +1,234 @@
+//! One sample of one level: wrap modes, interpolation weights, and the weighted sum of texels.
+//!
+//! It must not know which level or how many samples a lookup needs.
+
+use crate::texture::Level;
+
+/// What lies outside the unit square, for one axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Wrap {
+    /// Zero.
+    #[default]
+    Black,
+    /// The nearest texel of the border.
+    Clamp,
+    /// The image again and again.
+    Periodic,
+    /// The image, every second time mirrored.
+    Mirror,
+}
+
+impl Wrap {
+    /// The wrap of this name. `default` is the file's own, which is black: none of the formats read here
+    /// carries one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "default" | "black" => Self::Black,
+            "clamp" => Self::Clamp,
+            "periodic" => Self::Periodic,
+            "mirror" => Self::Mirror,
+            _ => return None,
+        })
+    }
+
+    /// The texel that stands at `i`, in `0..n`; none where it is black. `n` is positive.
+    fn texel(self, i: i64, n: i64) -> Option<usize> {
+        let wrapped = match self {
+            _ if (0..n).contains(&i) => i,
+            Self::Black => return None,
+            Self::Clamp => i.clamp(0, n - 1),
+            Self::Periodic => i.rem_euclid(n),
+            Self::Mirror => {
+                let i = i.rem_euclid(2 * n);
+                if i < n { i } else { 2 * n - 1 - i }
+            }
+        };
+        Some(wrapped as usize)
+    }
+}
+
+/// How texels are joined to a continuous image, once the level is chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Interp {
+    /// The nearest texel; halfway, the lower one.
+    Closest,
+    /// Two texels an axis.
+    Linear,
+    /// The cubic B-spline, four texels an axis: smooth, and blurs a little.
+    Cubic,
+    /// [`Interp::Cubic`] in the finest level, where texels show, and [`Interp::Linear`] in the others.
+    #[default]
+    SmartCubic,
+}
+
+impl Interp {
+    /// The interpolation of this name. There are no other words for these: the reference takes `bilinear` for
+    /// an unknown name and stays with its default (measured).
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "closest" => Self::Closest,
+            "linear" => Self::Linear,
+            "cubic" => Self::Cubic,
+            "smartcubic" => Self::SmartCubic,
+            _ => return None,
+        })
+    }
+}
+
+/// Four channels, and how they change with s and t.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// The channels asked for, then zeros.
+    pub value: [f32; 4],
+    /// The partial derivatives with respect to s, across the whole texture.
+    pub d_ds: [f32; 4],
+    /// The partial derivatives with respect to t.
+    pub d_dt: [f32; 4],
+}
+
+impl Sample {
+    /// Adds `weight` times another sample.
+    pub(crate) fn add_scaled(&mut self, weight: f32, other: &Self) {
+        let lanes =
+            [(&mut self.value, &other.value), (&mut self.d_ds, &other.d_ds), (&mut self.d_dt, &other.d_dt)];
+        for (sum, term) in lanes {
+            for (sum, term) in sum.iter_mut().zip(term) {
+                *sum += weight * term;
+            }
+        }
+    }
+}
+
+/// Which channels of which level a sample reads, and what lies outside.
+#[derive(Clone, Copy)]
+pub(crate) struct Source<'a> {
+    pub(crate) level: &'a Level,
+    /// Channels of the level, at least 1.
+    pub(crate) n_stored: usize,
+    pub(crate) first: usize,
+    /// Channels that exist: at most 4, and `first + n_read <= n_stored`.
+    pub(crate) n_read: usize,
+    /// Channels that were asked for: at least `n_read`, at most 4.
+    pub(crate) n_wanted: usize,
+    /// The value of those that do not exist.
+    pub(crate) fill: f32,
+    pub(crate) wrap_s: Wrap,
+    pub(crate) wrap_t: Wrap,
+}
+
+/// The texels of one axis that a sample touches: index, weight, and the weight's change per unit of s or t.
+struct Taps {
+    n: usize,
+    texel: [Option<usize>; 4],
+    weight: [f32; 4],
+    slope: [f32; 4],
+}
+
+impl Taps {
+    /// Taps around the coordinate `s` of an axis of `n` texels.
+    fn at(s: f32, n: usize, wrap: Wrap, interp: Interp) -> Self {
+        // Texel i is centered on (i + 0.5) / n.
+        let x = s * n as f32 - 0.5;
+        let floor = x.floor();
+        // Far out there is no fraction left, and beyond the largest float not even a difference.
+        let fraction = if x.is_finite() { x - floor } else { 0.0 };
+        // This bound only keeps the sums below from overflowing.
+        let below = floor.clamp(-9e15, 9e15) as i64;
+        let (first, count, weight, slope) = match interp {
+            Interp::Closest => (below + i64::from(fraction > 0.5), 1, [1.0, 0.0, 0.0, 0.0], [0.0; 4]),
+            Interp::Linear => (below, 2, [1.0 - fraction, fraction, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0]),
+            Interp::Cubic | Interp::SmartCubic => {
+                (below - 1, 4, b_spline(fraction), b_spline_slope(fraction))
+            }
+        };
+        let texel = std::array::from_fn(|k| wrap.texel(first + k as i64, n as i64));
+        Self { n: count, texel, weight, slope: slope.map(|d| d * n as f32) }
+    }
+
+    /// The taps that are not black: texel, weight, slope.
+    fn iter(&self) -> impl Iterator<Item = (usize, f32, f32)> {
+        (0..self.n).filter_map(|k| self.texel[k].map(|texel| (texel, self.weight[k], self.slope[k])))
+    }
+}
+
+/// The weights of the uniform cubic B-spline at `f` in 0..1 past the second of four texels.
+fn b_spline(f: f32) -> [f32; 4] {
+    let g = 1.0 - f;
+    [
+        g * g * g / 6.0,
+        2.0 / 3.0 - 0.5 * f * f * (2.0 - f),
+        2.0 / 3.0 - 0.5 * g * g * (2.0 - g),
+        f * f * f / 6.0,
+    ]
+}
+
+/// The derivatives of [`b_spline`] with respect to `f`.
+fn b_spline_slope(f: f32) -> [f32; 4] {
+    let g = 1.0 - f;
+    [-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f]
+}
+
+/// One interpolated sample at `(s, t)`, both finite. The level has pixels.
+pub(crate) fn sample(source: &Source<'_>, s: f32, t: f32, interp: Interp) -> Sample {
+    let columns = Taps::at(s, source.level.width, source.wrap_s, interp);
+    let rows = Taps::at(t, source.level.height, source.wrap_t, interp);
+    let mut sum = Sample::default();
+    for (y, weight_t, slope_t) in rows.iter() {
+        for (x, weight_s, slope_s) in columns.iter() {
+            let start = (y * source.level.width + x) * source.n_stored + source.first;
+            let texel = source.level.samples.get(start..start + source.n_read).unwrap_or_default();
+            for (channel, &value) in texel.iter().enumerate().take(4) {
+                sum.value[channel] += weight_s * weight_t * value;
+                sum.d_ds[channel] += slope_s * weight_t * value;
+                sum.d_dt[channel] += weight_s * slope_t * value;
+            }
+        }
+    }
+    if source.n_read < source.n_wanted {
+        // Black outside is black in the missing channels too.
+        let covered: f32 =
+            columns.iter().map(|tap| tap.1).sum::<f32>() * rows.iter().map(|tap| tap.1).sum::<f32>();
+        sum.value
+            .iter_mut()
+            .take(source.n_wanted)
+            .skip(source.n_read)
+            .for_each(|v| *v = source.fill * covered);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wraps() {
+        let row = |wrap: Wrap| (-4..7).map(|i| wrap.texel(i, 3)).collect::<Vec<_>>();
+        let some = |texels: [usize; 11]| texels.map(Some).to_vec();
+        assert_eq!(row(Wrap::Clamp), some([0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2]));
+        assert_eq!(row(Wrap::Periodic), some([2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0]));
+        assert_eq!(row(Wrap::Mirror), some([2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0]));
+        assert_eq!(row(Wrap::Black)[3..8], [None, Some(0), Some(1), Some(2), None]);
+    }
+
+    #[test]
+    fn weights_sum_to_one_and_slopes_to_zero() {
+        for i in 0..100 {
+            let f = i as f32 / 100.0;
+            assert!((b_spline(f).iter().sum::<f32>() - 1.0).abs() < 2e-7);
+            assert!(b_spline_slope(f).iter().sum::<f32>().abs() < 2e-7);
+        }
+    }
+
+    #[test]
+    fn slopes_are_those_of_the_weights() {
+        let step = 1e-3;
+        for i in 1..100 {
+            let f = i as f32 / 100.0;
+            let (before, after) = (b_spline(f - step), b_spline(f + step));
+            for (k, slope) in b_spline_slope(f).into_iter().enumerate() {
+                assert!(((after[k] - before[k]) / (2.0 * step) - slope).abs() < 1e-3);
+            }
+        }
+    }
+}

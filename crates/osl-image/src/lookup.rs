@@ -1,0 +1,147 @@
+//! `texture()` for one point: footprint to levels and probes, probes to a value.
+//!
+//! It must not know files, nor how a shader names its options.
+
+use crate::filter::{Interp, Sample, Source, Wrap, sample};
+use crate::footprint::{Ellipse, Footprint, LevelBlend};
+use crate::texture::{Level, Texture};
+
+/// What a lookup does besides its coordinates. The default is what `texture(name, s, t)` does in OSL.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LookupOptions {
+    /// What lies left and right of the image.
+    pub wrap_s: Wrap,
+    /// What lies above and below the image.
+    pub wrap_t: Wrap,
+    /// How texels are joined.
+    pub interp: Interp,
+    /// The channel that becomes the first of the result.
+    pub first_channel: usize,
+    /// The value of channels that the file does not have (zero where the wrap is black).
+    pub fill: f32,
+    /// Factors for the footprint in s and t; 0 reads the finest level without any filtering.
+    pub width: (f32, f32),
+    /// What the footprint is grown by in s and t, in texture widths.
+    pub blur: (f32, f32),
+}
+
+impl Default for LookupOptions {
+    fn default() -> Self {
+        Self {
+            wrap_s: Wrap::Black,
+            wrap_t: Wrap::Black,
+            interp: Interp::SmartCubic,
+            first_channel: 0,
+            fill: 0.0,
+            width: (1.0, 1.0),
+            blur: (0.0, 0.0),
+        }
+    }
+}
+
+/// Looks up one point, with derivatives.
+///
+/// **Shape**: `n_channels` (up to 4) channels from `first_channel` on; to read alpha, ask for one channel more
+/// than the color has. The result's partials are with respect to s and t; the caller applies the chain rule.
+///
+/// **Units**: (0, 0) is the corner of the first pixel of the first scanline, (1, 1) the opposite corner.
+///
+/// Coordinates that are infinite or nan give zero everywhere.
+///
+/// **Source**: OSL language specification, "Texture mapping"; level choice, blend and rounding as measured on
+/// the reference, see the tests.
+pub fn lookup(
+    texture: &Texture,
+    s: f32,
+    t: f32,
+    footprint: &Footprint,
+    n_channels: usize,
+    options: &LookupOptions,
+) -> Sample {
+    let mut sum = Sample::default();
+    if !(s.is_finite() && t.is_finite()) || texture.width() == 0 {
+        return sum;
+    }
+    let ellipse = Ellipse::new(footprint, options.width, options.blur);
+    let blend = levels_for(texture, ellipse.probe_width());
+    for (ds, dt, weight) in ellipse.probes().iter() {
+        let probe = blended(texture, s + ds, t + dt, blend, n_channels, options);
+        sum.add_scaled(weight, &probe);
+    }
+    sum
+}
+
+/// Looks up one point: the channels alone.
+pub fn lookup_values(
+    texture: &Texture,
+    s: f32,
+    t: f32,
+    footprint: &Footprint,
+    n_channels: usize,
+    options: &LookupOptions,
+) -> [f32; 4] {
+    lookup(texture, s, t, footprint, n_channels, options).value
+}
+
+/// Chooses levels, without making the coarser ones where the finest will do.
+fn levels_for(texture: &Texture, width: f64) -> LevelBlend {
+    let shorter_side = |width: usize, height: usize| width.min(height);
+    let finest = shorter_side(texture.width(), texture.height());
+    if width * finest as f64 <= 1.0 {
+        return LevelBlend::FINEST;
+    }
+    let coarser = texture.coarser().iter().map(|level| shorter_side(level.width, level.height));
+    LevelBlend::for_width(width, std::iter::once(finest).chain(coarser))
+}
+
+/// One probe: the two levels, blended.
+fn blended(
+    texture: &Texture,
+    s: f32,
+    t: f32,
+    blend: LevelBlend,
+    n_channels: usize,
+    options: &LookupOptions,
+) -> Sample {
+    let finer = in_level(texture, blend.finer, s, t, n_channels, options);
+    let share = blend.share_of_coarser;
+    if share == 0.0 {
+        return finer;
+    }
+    let coarser = in_level(texture, blend.coarser, s, t, n_channels, options);
+    let mut sum = Sample::default();
+    sum.add_scaled(1.0 - share, &finer);
+    sum.add_scaled(share, &coarser);
+    sum
+}
+
+fn in_level(
+    texture: &Texture,
+    index: usize,
+    s: f32,
+    t: f32,
+    n_channels: usize,
+    options: &LookupOptions,
+) -> Sample {
+    let level = level_at(texture, index);
+    let n_stored = texture.channels().len();
+    let n_wanted = n_channels.min(4);
+    let first = options.first_channel.min(n_stored);
+    let n_read = n_wanted.min(n_stored - first);
+    let (wrap_s, wrap_t, fill) = (options.wrap_s, options.wrap_t, options.fill);
+    let source = Source { level, n_stored, first, n_read, n_wanted, fill, wrap_s, wrap_t };
+    let interp = match options.interp {
+        // Only the finest level can be magnified; between the others, neighbours are an octave apart at most.
+        Interp::SmartCubic if index == 0 => Interp::Cubic,
+        Interp::SmartCubic => Interp::Linear,
+        other => other,
+    };
+    sample(&source, s, t, interp)
+}
+
+fn level_at(texture: &Texture, index: usize) -> &Level {
+    match index.checked_sub(1) {
+        None => texture.finest(),
+        Some(coarser) => texture.coarser().get(coarser).unwrap_or(texture.finest()),
+    }
+}
