@@ -158,3 +158,74 @@ impl LevelBlend {
         Self { finer: last, coarser: last, share_of_coarser: 0.0 }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ellipse(steps: [f32; 4]) -> Ellipse {
+        let [ds_dx, dt_dx, ds_dy, dt_dy] = steps;
+        Ellipse::new(&Footprint { ds_dx, dt_dx, ds_dy, dt_dy }, (1.0, 1.0), (0.0, 0.0))
+    }
+
+    #[test]
+    fn axes_are_those_of_the_jacobian() {
+        let straight = ellipse([0.5, 0.0, 0.0, 0.125]);
+        assert_eq!((straight.major, straight.minor, straight.axis), (0.5, 0.125, (1.0, 0.0)));
+        let upright = ellipse([0.125, 0.0, 0.0, 0.5]);
+        assert_eq!((upright.major, upright.minor, upright.axis), (0.5, 0.125, (0.0, 1.0)));
+        // Turned by 45 degrees, twice as long as wide.
+        let turned = ellipse([0.5, 0.5, -0.25, 0.25]);
+        let root = 0.5_f64.sqrt();
+        assert!((turned.major - root).abs() < 1e-12 && (turned.minor - 0.5 * root).abs() < 1e-12);
+        assert!((turned.axis.0 - root).abs() < 1e-12 && (turned.axis.1 - root).abs() < 1e-12);
+    }
+
+    #[test]
+    fn round_footprints_take_one_probe_in_the_center() {
+        for steps in [[0.0; 4], [1.0 / 63.0, 0.0, 0.0, 1.0 / 63.0], [0.3, 0.4, -0.4, 0.3]] {
+            let probes: Vec<_> = ellipse(steps).probes().iter().collect();
+            assert_eq!(probes, [(0.0, 0.0, 1.0)]);
+        }
+    }
+
+    #[test]
+    fn long_footprints_take_a_bounded_number_of_balanced_probes() {
+        for (length, count) in [(1.5_f32, 2), (3.0, 5), (31.0, 61), (1000.0, 63), (1e30, 63)] {
+            let probes: Vec<_> = ellipse([length, 0.0, 0.0, 1.0]).probes().iter().collect();
+            assert_eq!(probes.len(), count);
+            assert!((probes.iter().map(|p| p.2).sum::<f32>() - 1.0).abs() < 1e-5);
+            let center: f32 = probes.iter().map(|p| p.0 * p.2).sum();
+            assert!(center.abs() <= length * 1e-5);
+        }
+        let flat: Vec<_> = ellipse([1.0, 0.0, 0.0, 0.0]).probes().iter().collect();
+        assert_eq!(flat.len(), 63);
+    }
+
+    #[test]
+    fn blur_falls_on_the_axes() {
+        let footprint = Footprint { ds_dx: 0.25, dt_dy: 0.25, ..Footprint::default() };
+        let along_t = Ellipse::new(&footprint, (1.0, 1.0), (0.0, 0.5));
+        assert_eq!((along_t.major, along_t.minor, along_t.axis.1.abs()), (0.75, 0.25, 1.0));
+    }
+
+    #[test]
+    fn levels_blend_linearly_in_width() {
+        let sizes = || [8, 4, 2, 1].into_iter();
+        let blend = |width| LevelBlend::for_width(width, sizes());
+        assert_eq!(blend(0.1), LevelBlend::FINEST);
+        assert_eq!(blend(0.125), LevelBlend::FINEST);
+        assert_eq!(blend(0.1875), LevelBlend { finer: 0, coarser: 1, share_of_coarser: 0.5 });
+        assert_eq!(blend(0.5), LevelBlend { finer: 1, coarser: 2, share_of_coarser: 1.0 });
+        assert_eq!(blend(7.0), LevelBlend { finer: 3, coarser: 3, share_of_coarser: 0.0 });
+        assert_eq!(blend(f64::NAN), LevelBlend { finer: 3, coarser: 3, share_of_coarser: 0.0 });
+    }
+
+    #[test]
+    fn gaussian_is_the_exponential() {
+        for i in 0..=200 {
+            let x = f64::from(i) / 100.0;
+            assert!((gaussian(x) - (-x).exp()).abs() < 1e-12, "{x}");
+        }
+    }
+}

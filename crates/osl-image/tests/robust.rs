@@ -1,0 +1,198 @@
+//! Hostile files and coordinates: error values or plain numbers, never a panic, and the same answer twice.
+#![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::path::Path;
+
+use osl_image::{
+    Footprint, ImageData, ImageError, Interp, LookupOptions, StoredType, Texture, Wrap, decode_image, lookup,
+    read_image,
+};
+use proptest::prelude::*;
+
+/// Small enough for damaged headers to ask for no more than a few megabytes.
+const LIMIT: u64 = 1 << 20;
+
+fn decode(bytes: &[u8]) -> Result<ImageData, ImageError> {
+    decode_image(Path::new("in memory"), bytes, LIMIT)
+}
+
+fn textures() -> Vec<Vec<u8>> {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/textures");
+    let names = ["tex3x2gray.png", "tex4rgba.exr", "tex64.png", "tex64f.exr"];
+    let mut files: Vec<Vec<u8>> = names.iter().map(|name| std::fs::read(dir.join(name)).unwrap()).collect();
+    files.push(jpeg());
+    files
+}
+
+fn jpeg() -> Vec<u8> {
+    let pixels: Vec<u8> = (0..16 * 16 * 3).map(|i| (i * 7 % 256) as u8).collect();
+    let mut bytes = Vec::new();
+    let encoder = image::codecs::jpeg::JpegEncoder::new(&mut bytes);
+    image::ImageEncoder::write_image(encoder, &pixels, 16, 16, image::ExtendedColorType::Rgb8).unwrap();
+    bytes
+}
+
+#[test]
+fn jpeg_is_read() {
+    let image = decode(&jpeg()).unwrap();
+    assert_eq!((image.width, image.height, image.channels.len()), (16, 16, 3));
+    assert_eq!(image.stored, StoredType::U8);
+}
+
+#[test]
+fn every_beginning_of_a_file_is_refused_or_read() {
+    for file in textures() {
+        assert!(decode(&file).is_ok());
+        for n in 0..file.len().min(600) {
+            let text = decode(&file[..n]).map(|_| String::new()).unwrap_or_else(|e| e.to_string());
+            assert!(!text.contains('\n'), "{text:?}");
+        }
+    }
+}
+
+#[test]
+fn too_large_images_are_refused_by_their_header() {
+    for file in textures() {
+        let error = decode_image(Path::new("big.exr"), &file, 5).unwrap_err();
+        assert!(matches!(error, ImageError::TooLarge { limit: 5, .. }), "{error}");
+    }
+}
+
+#[test]
+fn other_files_are_named() {
+    let text = |bytes: &[u8]| decode(bytes).unwrap_err().to_string();
+    assert_eq!(text(b"GIF89a plus something"), "in memory: not an EXR, PNG or JPEG file");
+    assert_eq!(text(b""), "in memory: not an EXR, PNG or JPEG file");
+    let missing = read_image(Path::new("no/such.exr")).unwrap_err().to_string();
+    assert!(missing.starts_with("no/such.exr: cannot open the file: "), "{missing}");
+    assert!(read_image(Path::new(".")).is_err());
+}
+
+fn small_texture(seed: u32, width: usize, height: usize, n_channels: usize) -> Texture {
+    let value = |i: usize| (i as u32).wrapping_mul(seed | 1).rotate_left(7) as f32 * 2.0_f32.powi(-32);
+    Texture::new(ImageData {
+        width,
+        height,
+        channels: vec!["c".to_owned(); n_channels],
+        stored: StoredType::Float,
+        samples: (0..width * height * n_channels).map(value).collect(),
+    })
+}
+
+fn any_wrap() -> impl Strategy<Value = Wrap> {
+    prop::sample::select(vec![Wrap::Black, Wrap::Clamp, Wrap::Periodic, Wrap::Mirror])
+}
+
+fn any_interp() -> impl Strategy<Value = Interp> {
+    prop::sample::select(vec![Interp::Closest, Interp::Linear, Interp::Cubic, Interp::SmartCubic])
+}
+
+prop_compose! {
+    /// Every float there is, in every place that takes one.
+    fn any_options()(
+        wrap_s in any_wrap(),
+        wrap_t in any_wrap(),
+        interp in any_interp(),
+        first_channel in prop_oneof![0_usize..5, Just(usize::MAX)],
+        fill: f32,
+        width: (f32, f32),
+        blur: (f32, f32),
+    ) -> LookupOptions {
+        LookupOptions { wrap_s, wrap_t, interp, first_channel, fill, width, blur }
+    }
+}
+
+/// A float of any bit pattern: nan, infinite, subnormal and huge ones are as likely as others.
+fn any_bits() -> impl Strategy<Value = f32> {
+    prop_oneof![any::<u32>().prop_map(f32::from_bits), -3.0_f32..3.0, Just(f32::NAN), Just(f32::INFINITY)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    #[test]
+    fn any_bytes_are_refused_or_read(bytes in prop::collection::vec(any::<u8>(), 0..400), magic in 0_usize..4) {
+        let magics: [&[u8]; 4] = [b"", b"\x76\x2f\x31\x01\x02\0\0\0", b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"];
+        let file = [magics[magic], &bytes].concat();
+        let _ = decode(&file);
+    }
+
+    #[test]
+    fn damaged_files_are_refused_or_read(
+        file in 0_usize..5,
+        damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
+        header_only: bool,
+    ) {
+        let mut bytes = textures().swap_remove(file);
+        let reach = if header_only { bytes.len().min(380) } else { bytes.len() };
+        for (place, byte) in damage {
+            bytes[place.index(reach)] = byte;
+        }
+        if let Ok(image) = decode(&bytes) {
+            prop_assert_eq!(image.samples.len(), image.width * image.height * image.channels.len());
+        }
+    }
+
+    #[test]
+    fn any_lookup_answers_and_answers_alike(
+        size in (1_usize..9, 1_usize..9, 1_usize..5),
+        s in any_bits(),
+        t in any_bits(),
+        steps in [any_bits(), any_bits(), any_bits(), any_bits()],
+        n_channels in 0_usize..6,
+        options in any_options(),
+    ) {
+        let texture = small_texture(77, size.0, size.1, size.2);
+        let [ds_dx, dt_dx, ds_dy, dt_dy] = steps;
+        let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
+        let bits = |()| lookup(&texture, s, t, &footprint, n_channels, &options).value.map(f32::to_bits);
+        prop_assert_eq!(bits(()), bits(()));
+    }
+
+    /// Wraps other than black make a constant image constant everywhere, whatever the filter.
+    #[test]
+    fn a_constant_stays_constant(
+        s in -3.0_f32..3.0,
+        t in -3.0_f32..3.0,
+        steps in prop::array::uniform4(-2.0_f32..2.0),
+        wrap in any_wrap().prop_filter("black is not constant", |wrap| *wrap != Wrap::Black),
+        interp in any_interp(),
+        blur in 0.0_f32..0.5,
+    ) {
+        let texture = Texture::new(ImageData {
+            width: 12,
+            height: 5,
+            channels: vec!["c".to_owned()],
+            stored: StoredType::Float,
+            samples: vec![0.75; 60],
+        });
+        let [ds_dx, dt_dx, ds_dy, dt_dy] = steps;
+        let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
+        let options =
+            LookupOptions { wrap_s: wrap, wrap_t: wrap, interp, blur: (blur, 0.0), ..LookupOptions::default() };
+        let sample = lookup(&texture, s, t, &footprint, 1, &options);
+        prop_assert!((sample.value[0] - 0.75).abs() < 1e-5, "{}", sample.value[0]);
+        prop_assert!(sample.d_ds[0].abs() < 1e-4 && sample.d_dt[0].abs() < 1e-4);
+    }
+
+    /// The derivatives are those of the values, inside one texel.
+    #[test]
+    fn derivatives_are_slopes(
+        texel in (0_usize..8, 0_usize..8),
+        at in (0.1_f32..0.9, 0.1_f32..0.9),
+        interp in prop::sample::select(vec![Interp::Linear, Interp::Cubic]),
+    ) {
+        let texture = small_texture(12345, 8, 8, 1);
+        let options =
+            LookupOptions { interp, wrap_s: Wrap::Mirror, wrap_t: Wrap::Periodic, ..LookupOptions::default() };
+        let look = |x: f32, y: f32| lookup(&texture, x, y, &Footprint::default(), 1, &options);
+        let s = (texel.0 as f32 + 0.5 + at.0) / 8.0;
+        let t = (texel.1 as f32 + 0.5 + at.1) / 8.0;
+        let h = 1.0 / 256.0;
+        let slope_s = (look(s + h, t).value[0] - look(s - h, t).value[0]) / (2.0 * h);
+        let slope_t = (look(s, t + h).value[0] - look(s, t - h).value[0]) / (2.0 * h);
+        let sample = look(s, t);
+        prop_assert!((sample.d_ds[0] - slope_s).abs() < 0.02, "{} {slope_s}", sample.d_ds[0]);
+        prop_assert!((sample.d_dt[0] - slope_t).abs() < 0.02, "{} {slope_t}", sample.d_dt[0]);
+    }
+}
