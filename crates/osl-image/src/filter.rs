@@ -149,6 +149,11 @@ impl Taps {
     fn iter(&self) -> impl Iterator<Item = (usize, f32, f32)> {
         (0..self.n).filter_map(|k| self.texel[k].map(|texel| (texel, self.weight[k], self.slope[k])))
     }
+
+    /// The share of the weights that falls on the image.
+    fn covered(&self) -> f32 {
+        self.iter().map(|(_, weight, _)| weight).sum()
+    }
 }
 
 /// The weights of the uniform cubic B-spline at `f` in 0..1 past the second of four texels.
@@ -168,31 +173,49 @@ fn b_spline_slope(f: f32) -> [f32; 4] {
     [-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f]
 }
 
-/// One interpolated sample at `(s, t)`, both finite. The level has pixels.
-pub(crate) fn sample(source: &Source<'_>, s: f32, t: f32, interp: Interp) -> Sample {
+/// One interpolated sample at `(s, t)`, both finite; without `DERIVS` the partials stay zero. The level has
+/// pixels.
+pub(crate) fn sample<const DERIVS: bool>(source: &Source<'_>, s: f32, t: f32, interp: Interp) -> Sample {
     let columns = Taps::at(s, source.level.width, source.wrap_s, interp);
     let rows = Taps::at(t, source.level.height, source.wrap_t, interp);
+    let mut sum = match source.n_read {
+        0 => Sample::default(),
+        1 => accumulate::<1, DERIVS>(source, &columns, &rows),
+        2 => accumulate::<2, DERIVS>(source, &columns, &rows),
+        3 => accumulate::<3, DERIVS>(source, &columns, &rows),
+        _ => accumulate::<4, DERIVS>(source, &columns, &rows),
+    };
+    if source.n_read < source.n_wanted {
+        // Black outside is black in the missing channels too.
+        let fill = source.fill * columns.covered() * rows.covered();
+        sum.value[source.n_read..source.n_wanted].fill(fill);
+    }
+    sum
+}
+
+/// The weighted sum of the texels under the taps, over `N` channels.
+#[inline]
+fn accumulate<const N: usize, const DERIVS: bool>(
+    source: &Source<'_>,
+    columns: &Taps,
+    rows: &Taps,
+) -> Sample {
+    let Source { level, n_stored, first, .. } = *source;
     let mut sum = Sample::default();
     for (y, weight_t, slope_t) in rows.iter() {
         for (x, weight_s, slope_s) in columns.iter() {
-            let start = (y * source.level.width + x) * source.n_stored + source.first;
-            let texel = source.level.samples.get(start..start + source.n_read).unwrap_or_default();
-            for (channel, &value) in texel.iter().enumerate().take(4) {
+            let start = (y * level.width + x) * n_stored + first;
+            let Some(texel) = level.samples.get(start..).and_then(|rest| rest.first_chunk::<N>()) else {
+                continue;
+            };
+            for (channel, &value) in texel.iter().enumerate() {
                 sum.value[channel] += weight_s * weight_t * value;
-                sum.d_ds[channel] += slope_s * weight_t * value;
-                sum.d_dt[channel] += weight_s * slope_t * value;
+                if DERIVS {
+                    sum.d_ds[channel] += slope_s * weight_t * value;
+                    sum.d_dt[channel] += weight_s * slope_t * value;
+                }
             }
         }
-    }
-    if source.n_read < source.n_wanted {
-        // Black outside is black in the missing channels too.
-        let covered: f32 =
-            columns.iter().map(|tap| tap.1).sum::<f32>() * rows.iter().map(|tap| tap.1).sum::<f32>();
-        sum.value
-            .iter_mut()
-            .take(source.n_wanted)
-            .skip(source.n_read)
-            .for_each(|v| *v = source.fill * covered);
     }
     sum
 }

@@ -95,6 +95,11 @@ pub(crate) struct Probes {
 }
 
 impl Probes {
+    /// Whether there is one probe only, in the center.
+    pub(crate) fn is_single(&self) -> bool {
+        self.count == 1
+    }
+
     /// Offsets in s and t, and weight, of each probe.
     pub(crate) fn iter(self) -> impl Iterator<Item = (f32, f32, f32)> {
         (0..self.count).map(move |i| {

@@ -58,20 +58,10 @@ pub fn lookup(
     n_channels: usize,
     options: &LookupOptions,
 ) -> Sample {
-    let mut sum = Sample::default();
-    if !(s.is_finite() && t.is_finite()) || texture.width() == 0 {
-        return sum;
-    }
-    let ellipse = Ellipse::new(footprint, options.width, options.blur);
-    let blend = levels_for(texture, ellipse.probe_width());
-    for (ds, dt, weight) in ellipse.probes().iter() {
-        let probe = blended(texture, s + ds, t + dt, blend, n_channels, options);
-        sum.add_scaled(weight, &probe);
-    }
-    sum
+    Lookup::<true> { texture, n_channels, options }.filtered(s, t, footprint)
 }
 
-/// Looks up one point: the channels alone.
+/// Looks up one point: the channels of [`lookup`], bit for bit, without the work for the partials.
 pub fn lookup_values(
     texture: &Texture,
     s: f32,
@@ -80,7 +70,76 @@ pub fn lookup_values(
     n_channels: usize,
     options: &LookupOptions,
 ) -> [f32; 4] {
-    lookup(texture, s, t, footprint, n_channels, options).value
+    Lookup::<false> { texture, n_channels, options }.filtered(s, t, footprint).value
+}
+
+/// What is the same for all samples of a lookup.
+struct Lookup<'a, const DERIVS: bool> {
+    texture: &'a Texture,
+    n_channels: usize,
+    options: &'a LookupOptions,
+}
+
+impl<const DERIVS: bool> Lookup<'_, DERIVS> {
+    /// All probes over the footprint.
+    fn filtered(&self, s: f32, t: f32, footprint: &Footprint) -> Sample {
+        if !(s.is_finite() && t.is_finite()) || self.texture.width() == 0 {
+            return Sample::default();
+        }
+        let LookupOptions { width, blur, .. } = *self.options;
+        let unfiltered = width == (0.0, 0.0) || *footprint == Footprint::default();
+        if unfiltered && blur == (0.0, 0.0) {
+            return self.in_level(0, s, t);
+        }
+        let ellipse = Ellipse::new(footprint, width, blur);
+        let blend = levels_for(self.texture, ellipse.probe_width());
+        let probes = ellipse.probes();
+        if probes.is_single() {
+            return self.blended(s, t, blend);
+        }
+        let mut sum = Sample::default();
+        for (ds, dt, weight) in probes.iter() {
+            sum.add_scaled(weight, &self.blended(s + ds, t + dt, blend));
+        }
+        sum
+    }
+
+    /// One probe: the two levels, blended.
+    fn blended(&self, s: f32, t: f32, blend: LevelBlend) -> Sample {
+        let finer = self.in_level(blend.finer, s, t);
+        let share = blend.share_of_coarser;
+        if share == 0.0 {
+            return finer;
+        }
+        let mut sum = Sample::default();
+        sum.add_scaled(1.0 - share, &finer);
+        sum.add_scaled(share, &self.in_level(blend.coarser, s, t));
+        sum
+    }
+
+    fn in_level(&self, index: usize, s: f32, t: f32) -> Sample {
+        let options = self.options;
+        let n_stored = self.texture.channels().len();
+        let n_wanted = self.n_channels.min(4);
+        let first = options.first_channel.min(n_stored);
+        let source = Source {
+            level: level_at(self.texture, index),
+            n_stored,
+            first,
+            n_read: n_wanted.min(n_stored - first),
+            n_wanted,
+            fill: options.fill,
+            wrap_s: options.wrap_s,
+            wrap_t: options.wrap_t,
+        };
+        let interp = match options.interp {
+            // Only the finest level can be magnified; between the others, neighbours are an octave apart.
+            Interp::SmartCubic if index == 0 => Interp::Cubic,
+            Interp::SmartCubic => Interp::Linear,
+            other => other,
+        };
+        sample::<DERIVS>(&source, s, t, interp)
+    }
 }
 
 /// Chooses levels, without making the coarser ones where the finest will do.
@@ -92,51 +151,6 @@ fn levels_for(texture: &Texture, width: f64) -> LevelBlend {
     }
     let coarser = texture.coarser().iter().map(|level| shorter_side(level.width, level.height));
     LevelBlend::for_width(width, std::iter::once(finest).chain(coarser))
-}
-
-/// One probe: the two levels, blended.
-fn blended(
-    texture: &Texture,
-    s: f32,
-    t: f32,
-    blend: LevelBlend,
-    n_channels: usize,
-    options: &LookupOptions,
-) -> Sample {
-    let finer = in_level(texture, blend.finer, s, t, n_channels, options);
-    let share = blend.share_of_coarser;
-    if share == 0.0 {
-        return finer;
-    }
-    let coarser = in_level(texture, blend.coarser, s, t, n_channels, options);
-    let mut sum = Sample::default();
-    sum.add_scaled(1.0 - share, &finer);
-    sum.add_scaled(share, &coarser);
-    sum
-}
-
-fn in_level(
-    texture: &Texture,
-    index: usize,
-    s: f32,
-    t: f32,
-    n_channels: usize,
-    options: &LookupOptions,
-) -> Sample {
-    let level = level_at(texture, index);
-    let n_stored = texture.channels().len();
-    let n_wanted = n_channels.min(4);
-    let first = options.first_channel.min(n_stored);
-    let n_read = n_wanted.min(n_stored - first);
-    let (wrap_s, wrap_t, fill) = (options.wrap_s, options.wrap_t, options.fill);
-    let source = Source { level, n_stored, first, n_read, n_wanted, fill, wrap_s, wrap_t };
-    let interp = match options.interp {
-        // Only the finest level can be magnified; between the others, neighbours are an octave apart at most.
-        Interp::SmartCubic if index == 0 => Interp::Cubic,
-        Interp::SmartCubic => Interp::Linear,
-        other => other,
-    };
-    sample(&source, s, t, interp)
 }
 
 fn level_at(texture: &Texture, index: usize) -> &Level {

@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use image::codecs::png::PngEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::error::ImageError;
@@ -62,7 +62,8 @@ pub fn write_png(
     let stored = quantized(planes, width * height, options);
     let mut bytes = Vec::new();
     // `check_size` made sure that both fit.
-    let encoded = PngEncoder::new(&mut bytes).write_image(&stored, width as u32, height as u32, color_type);
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive);
+    let encoded = encoder.write_image(&stored, width as u32, height as u32, color_type);
     encoded.map_err(|error| ImageError::format(path, format!("cannot encode PNG: {error}")))?;
     file::replace(path, &bytes)
 }

@@ -79,8 +79,9 @@ pub fn decode_image(path: &Path, bytes: &[u8], limit: u64) -> Result<ImageData, 
             decode_integers(path, bytes, limit)
         }
     }));
-    // The decoders are other people's code. Damaged files have made such decoders overflow or index out of
-    // range before, and a texture must not be able to end the process. Nothing outside is half-changed.
+    // A texture must not be able to end the process. This barrier is needed: where overflow is checked, a
+    // damaged file that claims B44 compression makes exr 1.74.2 panic (a subtraction in `b44::decompress`).
+    // Nothing outside the closure is half-changed then.
     decoded.unwrap_or_else(|_| Err(ImageError::format(path, "the decoder failed on a damaged file")))
 }
 
@@ -113,7 +114,8 @@ fn decode_exr(path: &Path, bytes: &[u8], limit: u64) -> Result<ImageData, ImageE
         }
     }
     let reader = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
-    let reader = reader.first_valid_layer().all_attributes();
+    // On this thread: a panic in one of the decoder's own workers would abort the process, barrier or not.
+    let reader = reader.first_valid_layer().all_attributes().non_parallel();
     let image = reader.from_buffered(Cursor::new(bytes)).map_err(damaged)?;
     let layer = image.layer_data;
     let (width, height) = (layer.size.width(), layer.size.height());
