@@ -1,51 +1,9 @@
-//! One sample of one level: wrap modes, interpolation weights, and the weighted sum of texels.
+//! One sample of one level: interpolation weights, and the weighted sum of texels.
 //!
 //! It must not know which level or how many samples a lookup needs.
 
 use crate::texture::Level;
-
-/// What lies outside the unit square, for one axis.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Wrap {
-    /// Zero.
-    #[default]
-    Black,
-    /// The nearest texel of the border.
-    Clamp,
-    /// The image again and again.
-    Periodic,
-    /// The image, every second time mirrored.
-    Mirror,
-}
-
-impl Wrap {
-    /// The wrap of this name. `default` is the file's own, which is black: none of the formats read here
-    /// carries one.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "default" | "black" => Self::Black,
-            "clamp" => Self::Clamp,
-            "periodic" => Self::Periodic,
-            "mirror" => Self::Mirror,
-            _ => return None,
-        })
-    }
-
-    /// The texel that stands at `i`, in `0..n`; none where it is black. `n` is positive.
-    fn texel(self, i: i64, n: i64) -> Option<usize> {
-        let wrapped = match self {
-            _ if (0..n).contains(&i) => i,
-            Self::Black => return None,
-            Self::Clamp => i.clamp(0, n - 1),
-            Self::Periodic => i.rem_euclid(n),
-            Self::Mirror => {
-                let i = i.rem_euclid(2 * n);
-                if i < n { i } else { 2 * n - 1 - i }
-            }
-        };
-        Some(wrapped as usize)
-    }
-}
+use crate::wrap::Wrap;
 
 /// How texels are joined to a continuous image, once the level is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -223,16 +181,6 @@ fn accumulate<const N: usize, const DERIVS: bool>(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn wraps() {
-        let row = |wrap: Wrap| (-4..7).map(|i| wrap.texel(i, 3)).collect::<Vec<_>>();
-        let some = |texels: [usize; 11]| texels.map(Some).to_vec();
-        assert_eq!(row(Wrap::Clamp), some([0, 0, 0, 0, 0, 1, 2, 2, 2, 2, 2]));
-        assert_eq!(row(Wrap::Periodic), some([2, 0, 1, 2, 0, 1, 2, 0, 1, 2, 0]));
-        assert_eq!(row(Wrap::Mirror), some([2, 2, 1, 0, 0, 1, 2, 2, 1, 0, 0]));
-        assert_eq!(row(Wrap::Black)[3..8], [None, Some(0), Some(1), Some(2), None]);
-    }
 
     #[test]
     fn weights_sum_to_one_and_slopes_to_zero() {

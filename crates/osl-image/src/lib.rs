@@ -18,14 +18,16 @@ mod png_out;
 mod read;
 mod texture;
 mod transfer;
+mod wrap;
 
 pub use cache::{LoadFailure, TextureCache};
 pub use error::ImageError;
 pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
-pub use filter::{Interp, Sample, Wrap};
+pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, write_png};
 pub use read::{ImageData, MAX_SAMPLES, StoredType, decode_image, read_image};
 pub use texture::Texture;
 pub use transfer::Transfer;
+pub use wrap::Wrap;

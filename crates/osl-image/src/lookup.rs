@@ -2,9 +2,10 @@
 //!
 //! It must not know files, nor how a shader names its options.
 
-use crate::filter::{Interp, Sample, Source, Wrap, sample};
+use crate::filter::{Interp, Sample, Source, sample};
 use crate::footprint::{Ellipse, Footprint, LevelBlend};
 use crate::texture::{Level, Texture};
+use crate::wrap::Wrap;
 
 /// What a lookup does besides its coordinates. The default is what `texture(name, s, t)` does in OSL.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,8 +29,8 @@ pub struct LookupOptions {
 impl Default for LookupOptions {
     fn default() -> Self {
         Self {
-            wrap_s: Wrap::Black,
-            wrap_t: Wrap::Black,
+            wrap_s: Wrap::File,
+            wrap_t: Wrap::File,
             interp: Interp::SmartCubic,
             first_channel: 0,
             fill: 0.0,
@@ -120,6 +121,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
     fn in_level(&self, index: usize, s: f32, t: f32) -> Sample {
         let options = self.options;
         let n_stored = self.texture.channels().len();
+        let wraps = self.texture.wraps();
         let n_wanted = self.n_channels.min(4);
         let first = options.first_channel.min(n_stored);
         let source = Source {
@@ -129,8 +131,8 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
             n_read: n_wanted.min(n_stored - first),
             n_wanted,
             fill: options.fill,
-            wrap_s: options.wrap_s,
-            wrap_t: options.wrap_t,
+            wrap_s: options.wrap_s.or_file(wraps.0),
+            wrap_t: options.wrap_t.or_file(wraps.1),
         };
         let interp = match options.interp {
             // Only the finest level can be magnified; between the others, neighbours are an octave apart.

@@ -14,6 +14,7 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 
 use crate::error::ImageError;
 use crate::file;
+use crate::wrap::Wrap;
 
 /// The most samples (width times height times channels) that [`read_image`] takes: one gibibyte of `f32`.
 pub const MAX_SAMPLES: u64 = 1 << 28;
@@ -47,6 +48,9 @@ pub struct ImageData {
     pub channels: Vec<String>,
     /// How the file stored the first channel.
     pub stored: StoredType,
+    /// The wraps of s and t that the file asks for when it is used as a texture; [`Wrap::File`] if it does not
+    /// say. Only EXR files can.
+    pub wraps: (Wrap, Wrap),
     /// `width * height * channels.len()` values, pixel by pixel, row 0 (the first scanline) first.
     pub samples: Vec<f32>,
 }
@@ -118,11 +122,13 @@ fn decode_exr(path: &Path, bytes: &[u8], limit: u64) -> Result<ImageData, ImageE
     let reader = reader.first_valid_layer().all_attributes().non_parallel();
     let image = reader.from_buffered(Cursor::new(bytes)).map_err(damaged)?;
     let layer = image.layer_data;
+    let wraps = layer.attributes.wrap_mode_name.map(|text| Wrap::pair_from_file(&text.to_string()));
     let (width, height) = (layer.size.width(), layer.size.height());
     let mut channels: Vec<_> = layer.channel_data.list.into_iter().collect();
     channels.sort_by_cached_key(|channel| channel_order(&channel.name.to_string()));
     check_samples(path, width, height, channels.len(), limit)?;
-    interleaved(path, width, height, &channels)
+    let image = interleaved(path, width, height, &channels)?;
+    Ok(ImageData { wraps: wraps.unwrap_or_default(), ..image })
 }
 
 fn interleaved(
@@ -148,7 +154,7 @@ fn interleaved(
         _ => StoredType::Float,
     };
     let channels = channels.iter().map(|c| c.name.to_string()).collect();
-    Ok(ImageData { width, height, channels, stored, samples })
+    Ok(ImageData { width, height, channels, stored, wraps: Default::default(), samples })
 }
 
 /// A key that puts bare names before those of layers, and within a layer R, G, B, A before the rest.
@@ -200,7 +206,7 @@ fn from_dynamic(width: usize, height: usize, image: DynamicImage) -> ImageData {
     let n_channels = samples.len() / (width * height).max(1);
     let names = if n_channels == names.len() { names } else { &["R", "G", "B", "A"] };
     let channels = names.iter().map(|name| (*name).to_owned()).collect();
-    ImageData { width, height, channels, stored, samples }
+    ImageData { width, height, channels, stored, wraps: Default::default(), samples }
 }
 
 /// Fractions as the reference computes them (measured): times a rounded 1/255, which differs from a division

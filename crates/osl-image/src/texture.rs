@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 use half::f16;
 
 use crate::read::{ImageData, StoredType};
+use crate::wrap::Wrap;
 
 /// An image ready for lookups, with its mip-maps. Shared between threads as it is.
 #[derive(Debug)]
@@ -16,6 +17,7 @@ pub struct Texture {
     coarser: OnceLock<Vec<Level>>,
     channels: Vec<String>,
     stored: StoredType,
+    wraps: (Wrap, Wrap),
 }
 
 /// One resolution of a texture.
@@ -39,7 +41,8 @@ impl Texture {
         } else {
             Level { width: 0, height: 0, samples: Vec::new() }
         };
-        Self { finest, coarser: OnceLock::new(), channels: image.channels, stored: image.stored }
+        let coarser = OnceLock::new();
+        Self { finest, coarser, channels: image.channels, stored: image.stored, wraps: image.wraps }
     }
 
     /// Pixels in a row of the finest level.
@@ -60,6 +63,11 @@ impl Texture {
     /// How the file stored its samples.
     pub fn stored(&self) -> StoredType {
         self.stored
+    }
+
+    /// The wraps of s and t that the file asks for; [`Wrap::File`] if it does not say.
+    pub fn wraps(&self) -> (Wrap, Wrap) {
+        self.wraps
     }
 
     /// The mean of a channel over all pixels; 0 for a channel that does not exist.
@@ -153,7 +161,8 @@ mod tests {
     use super::*;
 
     fn texture(width: usize, height: usize, stored: StoredType, samples: Vec<f32>) -> Texture {
-        Texture::new(ImageData { width, height, channels: vec!["Y".to_owned()], stored, samples })
+        let wraps = (Wrap::File, Wrap::File);
+        Texture::new(ImageData { width, height, channels: vec!["Y".to_owned()], stored, wraps, samples })
     }
 
     #[test]
