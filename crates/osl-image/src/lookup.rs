@@ -144,7 +144,8 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
     }
 }
 
-/// Chooses levels, without making the coarser ones where the finest will do.
+/// Chooses levels, without making the coarser ones where the finest will do. Of an oblong texture the shorter
+/// side counts (chosen for sharpness; all textures with reference results are square).
 fn levels_for(texture: &Texture, width: f64) -> LevelBlend {
     let shorter_side = |width: usize, height: usize| width.min(height);
     let finest = shorter_side(texture.width(), texture.height());

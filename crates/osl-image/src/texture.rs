@@ -101,7 +101,7 @@ impl Texture {
 }
 
 /// The next coarser level: each texel is the mean of the area that it covers, stored with the precision of the
-/// file. The rounding is visible: an 8-bit texture has 8-bit mip-maps in the reference too (measured).
+/// file. The rounding is visible: an 8-bit texture has 8-bit mip-maps in the reference too (measured; other types are taken to be alike).
 fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
     let columns = spans(level.width);
     let rows = spans(level.height);
