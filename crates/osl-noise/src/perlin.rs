@@ -1,0 +1,189 @@
+//! Signed gradient noise, plain and dual, free and periodic.
+
+use crate::hash::{cell, hash, split};
+use crate::number::Number;
+use crate::unroll::{array, each};
+
+/// Scale of the field by dimension, so that it stays within −1 and 1.
+const SCALE: [f32; 5] =
+    [0.0, 0.25, f32::from_bits(0x3f29_5e9e), f32::from_bits(0x3f7b_645a), f32::from_bits(0x3f55_9b3d)];
+
+/// The field's value.
+#[inline(always)]
+pub(crate) fn one<N: Number, const D: usize, const DUAL: bool>(p: [N; D], periods: Option<[f32; D]>) -> N {
+    let corners = Corners::new(p, periods);
+    corners.blend::<DUAL>(
+        #[inline(always)]
+        |h| h,
+    )
+}
+
+/// Three values: the gradients take different bytes of the same hash, so that the first equals [`one`].
+#[inline(always)]
+pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
+    p: [N; D],
+    periods: Option<[f32; D]>,
+) -> [N; 3] {
+    let corners = Corners::new(p, periods);
+    [
+        corners.blend::<DUAL>(
+            #[inline(always)]
+            |h| h & 0xff,
+        ),
+        corners.blend::<DUAL>(
+            #[inline(always)]
+            |h| (h >> 8) & 0xff,
+        ),
+        corners.blend::<DUAL>(
+            #[inline(always)]
+            |h| (h >> 16) & 0xff,
+        ),
+    ]
+}
+
+/// What the corners of a cell share: their hashes, the way to them, and the weights.
+struct Corners<N, const D: usize> {
+    hashes: [u32; 16],
+    /// From the near and the far corner, for each axis.
+    near: [N; D],
+    far: [N; D],
+    weight: [N; D],
+}
+
+#[inline(always)]
+fn fade<N: Number>(t: N) -> N {
+    let c = N::constant;
+    t.mul(t).mul(t).mul(t.mul(t.mul(c(6.0)).sub(c(15.0))).add(c(10.0)))
+}
+
+#[inline(always)]
+fn mix<N: Number>(a: N, b: N, t: N) -> N {
+    a.mul(N::constant(1.0).sub(t)).add(b.mul(t))
+}
+
+/// A lattice integer within its period.
+#[inline(always)]
+fn reduce(i: i32, period: f32) -> u32 {
+    let p = cell(period).max(1);
+    let r = i.wrapping_rem(p);
+    (if r < 0 { r + p } else { r }) as u32
+}
+
+impl<N: Number, const D: usize> Corners<N, D> {
+    #[inline(always)]
+    fn new(p: [N; D], periods: Option<[f32; D]>) -> Self {
+        let parts: [(i32, f32); D] = array(
+            #[inline(always)]
+            |a| split(p[a].value()),
+        );
+        let near: [N; D] = array(
+            #[inline(always)]
+            |a| p[a].with_value(parts[a].1),
+        );
+        let far: [N; D] = array(
+            #[inline(always)]
+            |a| near[a].with_value(near[a].value() - 1.0),
+        );
+        let weight = array(
+            #[inline(always)]
+            |a| fade(near[a]),
+        );
+        let lattice: [[u32; 2]; D] = array(
+            #[inline(always)]
+            |a| {
+                let i = parts[a].0;
+                match periods {
+                    Some(periods) => [reduce(i, periods[a]), reduce(i.wrapping_add(1), periods[a])],
+                    None => [i as u32, i.wrapping_add(1) as u32],
+                }
+            },
+        );
+        let mut hashes = [0; 16];
+        each(
+            1 << D,
+            #[inline(always)]
+            |corner| {
+                hashes[corner] = hash::<D>(array(
+                    #[inline(always)]
+                    |a| lattice[a][(corner >> a) & 1],
+                ))
+            },
+        );
+        Corners { hashes, near, far, weight }
+    }
+
+    #[inline(always)]
+    fn blend<const DUAL: bool>(&self, pick: impl Fn(u32) -> u32) -> N {
+        let mut g = [N::constant(0.0); 16];
+        each(
+            1 << D,
+            #[inline(always)]
+            |corner| {
+                let way = array(
+                    #[inline(always)]
+                    |a| if (corner >> a) & 1 == 1 { self.far[a] } else { self.near[a] },
+                );
+                g[corner] = gradient::<N, D>(pick(self.hashes[corner]), way);
+            },
+        );
+        // The order is part of the definition: it decides the last bits.
+        let order: [usize; 4] = match (D, DUAL) {
+            (1, _) => [0, 9, 9, 9],
+            (2, _) => [0, 1, 9, 9],
+            (3, _) => [2, 0, 1, 9],
+            (_, false) => [2, 0, 1, 3],
+            (_, true) => [3, 2, 0, 1],
+        };
+        let mut done = 0;
+        each(
+            D,
+            #[inline(always)]
+            |step| {
+                let axis = order[step];
+                each(
+                    1 << D,
+                    #[inline(always)]
+                    |corner| {
+                        if corner & (done | 1 << axis) == 0 {
+                            g[corner] = mix(g[corner], g[corner | 1 << axis], self.weight[axis]);
+                        }
+                    },
+                );
+                done |= 1 << axis;
+            },
+        );
+        g[0].scale(SCALE[D])
+    }
+}
+
+/// The gradient of a corner, chosen by the low bits of its hash, times the way to the point.
+#[inline(always)]
+fn gradient<N: Number, const D: usize>(g: u32, way: [N; D]) -> N {
+    match D {
+        1 => {
+            let m = g & 15;
+            let c = (1 + (m & 7)) as f32;
+            way[0].scale(crate::number::flip(c, m & 8))
+        }
+        2 => {
+            let m = g & 7;
+            let first = m < 4;
+            let s = N::select(first, way[0], way[1]);
+            let t = N::select(first, way[1], way[0]).scale(2.0);
+            s.negate_if(m & 1).add(t.negate_if(m & 2))
+        }
+        3 => {
+            let m = g & 15;
+            let s = N::select(m < 8, way[0], way[1]);
+            let t = N::select(m < 4, way[1], N::select(m | 2 == 14, way[0], way[2]));
+            s.negate_if(m & 1).add(t.negate_if(m & 2))
+        }
+        _ => {
+            let m = g & 31;
+            let s = N::select(m < 24, way[0], way[1]);
+            let t = N::select(m < 16, way[1], way[2]);
+            let r = N::select(m < 8, way[2], way[3]);
+            s.negate_if(m & 1).add(t.negate_if(m & 2)).add(r.negate_if(m & 4))
+        }
+    }
+}

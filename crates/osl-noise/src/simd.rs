@@ -1,0 +1,171 @@
+//! The choice of instruction set: detected once, carried as a value that proves its presence.
+//!
+//! The only unsafe code of the crate: calling a function compiled for a feature set that the [`Isa`] proves, and the
+//! conversion to integers that compilers turn into one vector instruction.
+
+#![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
+
+/// An instruction set that this machine has.
+///
+/// The field is private and every constructor detects, so that a value is proof of presence.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Isa(Level);
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+enum Level {
+    Baseline,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// Work that is compiled for each instruction set.
+pub trait Kernel {
+    /// What it yields.
+    type Output;
+    /// The work. Mark it `#[inline(always)]`, and all that it calls in its loops: what is not inlined is compiled
+    /// for the baseline.
+    fn run(self) -> Self::Output;
+}
+
+impl Isa {
+    /// What every machine of the architecture has.
+    pub fn baseline() -> Isa {
+        Isa(Level::Baseline)
+    }
+
+    /// The widest that this machine has.
+    pub fn detect() -> Isa {
+        Isa::all().last().copied().unwrap_or(Isa(Level::Baseline))
+    }
+
+    /// All that this machine has, narrowest first.
+    pub fn all() -> Vec<Isa> {
+        let mut all = vec![Isa(Level::Baseline)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+            {
+                all.push(Isa(Level::Avx2));
+                if ["avx512f", "avx512bw", "avx512dq", "avx512vl", "avx512cd"].iter().all(|f| has(f)) {
+                    all.push(Isa(Level::Avx512));
+                }
+            }
+        }
+        all
+    }
+
+    /// The one of a name, if this machine has it.
+    pub fn from_name(name: &str) -> Option<Isa> {
+        Isa::all().into_iter().find(|isa| isa.name() == name)
+    }
+
+    /// `baseline`, `avx2` or `avx512`.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Level::Baseline => "baseline",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => "avx512",
+        }
+    }
+
+    /// Runs the kernel as compiled for this instruction set.
+    #[inline]
+    pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Level::Baseline => kernel.run(),
+            // SAFETY: a value of this level is made only by `all`, after detecting every feature that the
+            // function is compiled for.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => unsafe { run_avx2(kernel) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { run_avx512(kernel) },
+        }
+    }
+}
+
+impl std::fmt::Debug for Isa {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has(feature: &str) -> bool {
+    match feature {
+        "avx512f" => is_x86_feature_detected!("avx512f"),
+        "avx512bw" => is_x86_feature_detected!("avx512bw"),
+        "avx512dq" => is_x86_feature_detected!("avx512dq"),
+        "avx512vl" => is_x86_feature_detected!("avx512vl"),
+        "avx512cd" => is_x86_feature_detected!("avx512cd"),
+        _ => false,
+    }
+}
+
+// No FMA in either list: fusing would change the bits.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2")]
+fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
+fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+/// Truncation to an integer; −2³¹ for NaN and for what no `i32` reaches. A cast with `as` saturates instead, which
+/// keeps loops from being vectorised.
+#[inline(always)]
+pub(crate) fn to_int(x: f32) -> i32 {
+    let fits = (-2_147_483_648.0..2_147_483_648.0).contains(&x);
+    let x = if fits { x } else { -2_147_483_648.0 };
+    // SAFETY: the line above leaves a number from −2³¹ to below 2³¹, never NaN.
+    unsafe { x.to_int_unchecked() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Sum<'a>(&'a [f32], &'a mut [f32]);
+
+    impl Kernel for Sum<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn run(self) {
+            for (o, x) in self.1.iter_mut().zip(self.0) {
+                *o = x * x + 1.0;
+            }
+        }
+    }
+
+    #[test]
+    fn conversion_covers_every_float() {
+        for bits in (0..=u32::MAX).step_by(4999) {
+            let x = f32::from_bits(bits);
+            let expected = if x.is_nan() || x >= 2_147_483_648.0 { i32::MIN } else { x as i32 };
+            assert_eq!(to_int(x), expected, "{x:e}");
+        }
+    }
+
+    #[test]
+    fn every_level_runs_and_agrees() {
+        let input: Vec<f32> = (0..1000).map(|i| i as f32 * 0.37).collect();
+        let mut first = vec![0.0; 1000];
+        Isa::baseline().dispatch(Sum(&input, &mut first));
+        for isa in Isa::all() {
+            let mut out = vec![0.0; 1000];
+            isa.dispatch(Sum(&input, &mut out));
+            assert_eq!(out, first, "{isa:?}");
+            assert_eq!(Isa::from_name(isa.name()), Some(isa));
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Small arrays and loops without loops.
+//!
+//! A loop over points is vectorised only if nothing inside of it loops any more when the compiler looks. The standard
+//! library's `array::map` and `from_fn`, and loops over corners, are unrolled too late for that; these are straight
+//! code from the start.
+
+/// The array of `f(0)`, `f(1)` …, up to four elements.
+#[inline(always)]
+pub(crate) fn array<T: Copy, const D: usize>(mut f: impl FnMut(usize) -> T) -> [T; D] {
+    let mut out = [f(0); D];
+    if D > 1 {
+        out[1] = f(1);
+    }
+    if D > 2 {
+        out[2] = f(2);
+    }
+    if D > 3 {
+        out[3] = f(3);
+    }
+    out
+}
+
+/// Calls `f` with 0 up to but not including `n`, which is at most 16 and known when compiled.
+#[inline(always)]
+pub(crate) fn each(n: usize, mut f: impl FnMut(usize)) {
+    macro_rules! calls {
+        ($($i:literal)*) => { $(if n > $i { f($i); })* };
+    }
+    calls!(0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
+}
