@@ -1,0 +1,96 @@
+//! Matrices and named spaces. Row vectors multiply from the left; a space's matrix takes points of that space
+//! to common space.
+
+use super::{Builtin, Emitted, Site};
+use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
+use crate::types::Type;
+
+pub(super) static ROWS: &[Builtin] = &[
+    Builtin::compose(
+        "transform",
+        &["n(m,n)", "v(m,v)", "p(m,p)", "n(s,s,n)", "v(s,s,v)", "p(s,s,p)", "n(s,n)", "v(s,v)", "p(s,p)"],
+        transform,
+        "A point, vector or normal by a matrix, or from one named space (default common) to another.",
+    ),
+    Builtin::lane("determinant", &["f(m)"], LaneOp::MDet, "Determinant of the 4x4 matrix."),
+    Builtin::lane("transpose", &["m(m)"], LaneOp::MTranspose, "Rows and columns exchanged."),
+    Builtin::compose(
+        "point in space",
+        &["p(s,p)"],
+        into_common,
+        "point(\"space\", x, y, z): coordinates of the space.",
+    ),
+    Builtin::compose(
+        "vector in space",
+        &["v(s,v)"],
+        into_common,
+        "vector(\"space\", x, y, z): coordinates of the space.",
+    ),
+    Builtin::compose(
+        "normal in space",
+        &["n(s,n)"],
+        into_common,
+        "normal(\"space\", x, y, z): coordinates of the space.",
+    ),
+    Builtin::compose(
+        "matrix in space",
+        &["m(s,m)"],
+        matrix_in_space,
+        "matrix(\"space\", …): the matrix relative to the space.",
+    ),
+    Builtin::compose(
+        "matrix from spaces",
+        &["m(s,s)"],
+        between,
+        "matrix(\"from\", \"to\"): takes points of one space to the other.",
+    ),
+];
+
+fn space_matrix(b: &mut Builder, from: ValueId, to: ValueId) -> ValueId {
+    b.kernel(Kernel::SpaceMatrix, &[from, to], Kind::Matrix)
+}
+
+fn common(b: &mut Builder) -> ValueId {
+    b.constant(Const::Str("common".into()))
+}
+
+fn apply(b: &mut Builder, ty: Type, matrix: ValueId, value: ValueId) -> Emitted {
+    let op = match ty {
+        Type::POINT => LaneOp::TransformPoint,
+        Type::NORMAL => LaneOp::TransformNormal,
+        _ => LaneOp::TransformVector,
+    };
+    b.lane(op, &[matrix, value]).into()
+}
+
+fn transform(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let ty = s.signature.ret;
+    match (b.body.kind(s.arg(0)), s.args.len()) {
+        (Kind::Matrix, _) => apply(b, ty, s.arg(0), s.arg(1)),
+        (_, 3) => {
+            let matrix = space_matrix(b, s.arg(0), s.arg(1));
+            apply(b, ty, matrix, s.arg(2))
+        }
+        _ => {
+            let from = common(b);
+            let matrix = space_matrix(b, from, s.arg(0));
+            apply(b, ty, matrix, s.arg(1))
+        }
+    }
+}
+
+fn into_common(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let to = common(b);
+    let matrix = space_matrix(b, s.arg(0), to);
+    apply(b, s.signature.ret, matrix, s.arg(1))
+}
+
+fn matrix_in_space(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let to = common(b);
+    let space = space_matrix(b, s.arg(0), to);
+    b.lane(LaneOp::MMul, &[space, s.arg(1)]).into()
+}
+
+fn between(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    space_matrix(b, s.arg(0), s.arg(1)).into()
+}

@@ -1,0 +1,169 @@
+//! The one table of built-in functions.
+//!
+//! A row is all there is to know of a function: name, meaning, signatures, and how a call becomes IR. Type
+//! checking, "did you mean", lowering and the reference page read it; the arithmetic itself is that of
+//! the [lane operations](crate::ir::LaneOp) that the row names. Rows stand in the file of their family; within
+//! a row the order of signatures is the priority for ties. Source of the signatures: OSL language
+//! specification, chapter on the standard library.
+
+mod color;
+mod geometry;
+mod math;
+mod matrix;
+mod noise;
+mod signature;
+mod texture;
+
+pub use signature::{Param, ParamType, Signature, Tail};
+
+use crate::ir::{Builder, LaneOp, ValueId};
+use rustc_hash::FxHashMap;
+use std::sync::{Arc, OnceLock};
+
+/// A built-in function.
+pub struct Builtin {
+    /// Its name; constructors with a space name have one that no program can write.
+    pub name: &'static str,
+    /// What it computes, with units and ranges; one or two sentences.
+    pub about: &'static str,
+    /// Its signatures in the notation of [`Signature`].
+    sigs: &'static [&'static str],
+    /// How a call becomes IR.
+    pub emit: Emit,
+}
+
+/// Writes the IR of a call.
+#[derive(Clone, Copy)]
+pub enum Emit {
+    /// One lane operation on the arguments in order.
+    Lane(LaneOp),
+    /// Whatever the function writes; it yields the result and the outputs.
+    Compose(fn(&mut Builder, &Site<'_>) -> Emitted),
+}
+
+/// A call that is being written.
+pub struct Site<'a> {
+    /// Values of the arguments, converted to the signature's types.
+    pub args: &'a [ValueId],
+    /// The text of each argument that is a string literal.
+    pub literals: &'a [Option<Arc<str>>],
+    /// The signature that was chosen.
+    pub signature: &'a Signature,
+}
+
+impl Site<'_> {
+    /// An argument. Resolution has counted them; a missing one reads as the first value of the body.
+    pub fn arg(&self, index: usize) -> ValueId {
+        self.args.get(index).copied().unwrap_or(ValueId(0))
+    }
+}
+
+/// What a call yields.
+#[derive(Debug, Default)]
+pub struct Emitted {
+    /// Its value.
+    pub result: Option<ValueId>,
+    /// Values for output arguments, with their positions.
+    pub outputs: Vec<(usize, ValueId)>,
+}
+
+impl From<ValueId> for Emitted {
+    fn from(value: ValueId) -> Emitted {
+        Emitted { result: Some(value), outputs: Vec::new() }
+    }
+}
+
+impl std::fmt::Debug for Builtin {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl Builtin {
+    /// A row whose call is one lane operation.
+    const fn lane(
+        name: &'static str,
+        sigs: &'static [&'static str],
+        op: LaneOp,
+        about: &'static str,
+    ) -> Builtin {
+        Builtin { name, about, sigs, emit: Emit::Lane(op) }
+    }
+
+    /// A row whose call is composed.
+    const fn compose(
+        name: &'static str,
+        sigs: &'static [&'static str],
+        emit: fn(&mut Builder, &Site<'_>) -> Emitted,
+        about: &'static str,
+    ) -> Builtin {
+        Builtin { name, about, sigs, emit: Emit::Compose(emit) }
+    }
+
+    /// The signatures, in order of priority.
+    pub fn signatures(&'static self) -> &'static [Signature] {
+        index().get(self.name).map_or(&[], |(_, signatures)| signatures)
+    }
+
+    /// Number of signatures as written; equal to the number parsed.
+    #[cfg(test)]
+    fn written(&self) -> usize {
+        self.sigs.len()
+    }
+}
+
+/// All rows, family by family.
+pub fn all() -> impl Iterator<Item = &'static Builtin> {
+    [math::ROWS, geometry::ROWS, matrix::ROWS, color::ROWS, noise::ROWS, texture::ROWS].into_iter().flatten()
+}
+
+type Index = FxHashMap<&'static str, (&'static Builtin, Vec<Signature>)>;
+
+/// The rows by name, their signatures parsed.
+fn index() -> &'static Index {
+    static INDEX: OnceLock<Index> = OnceLock::new();
+    let entry = |row: &'static Builtin| {
+        (row.name, (row, row.sigs.iter().filter_map(|s| Signature::parse(s)).collect()))
+    };
+    INDEX.get_or_init(|| all().map(entry).collect())
+}
+
+/// The row of a name.
+pub fn find(name: &str) -> Option<&'static Builtin> {
+    index().get(name).map(|(row, _)| *row)
+}
+
+/// Names that a program can call.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    all().map(|row| row.name).filter(|name| !name.contains(' '))
+}
+
+/// One form for each of normal, vector, point, color, float.
+const T1: &[&str] = &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)"];
+/// The same with two arguments of the type.
+const T2: &[&str] = &["n(n,n)", "v(v,v)", "p(p,p)", "c(c,c)", "f(f,f)"];
+/// Two arguments, the second of the type or a float.
+const T2F: &[&str] =
+    &["n(n,n)", "v(v,v)", "p(p,p)", "c(c,c)", "n(n,f)", "v(v,f)", "p(p,f)", "c(c,f)", "f(f,f)"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_signature_parses() {
+        for row in all() {
+            assert_eq!(row.signatures().len(), row.written(), "{}", row.name);
+            assert!(!row.about.is_empty(), "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn names_are_declared_once() {
+        let mut names: Vec<_> = all().map(|r| r.name).collect();
+        names.sort_unstable();
+        let before = names.len();
+        names.dedup();
+        assert_eq!(names.len(), before);
+    }
+}

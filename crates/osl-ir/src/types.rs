@@ -1,0 +1,231 @@
+//! The types of the language and the relations between them: *equivalent* and *assignable*.
+//!
+//! A [`Type`] is an element type with an array length. Structs are declared in a [`StructTable`] and named
+//! by id. This module must not know scopes, overloads or how values are stored.
+
+use osl_syntax::span::Span;
+use std::sync::Arc;
+
+/// Index of a struct in the [`StructTable`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StructId(pub u32);
+
+/// What a value or array element is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Base {
+    /// 32-bit two's-complement integer.
+    Int,
+    /// binary32 number.
+    Float,
+    /// RGB triple.
+    Color,
+    /// Position triple.
+    Point,
+    /// Direction triple.
+    Vector,
+    /// Surface-normal triple.
+    Normal,
+    /// 4×4 matrix, row vectors multiply from the left.
+    Matrix,
+    /// Character string.
+    String,
+    /// `closure color`.
+    Closure,
+    /// No value.
+    Void,
+    /// A struct.
+    Struct(StructId),
+    /// The type of an expression that already has an error: fits everywhere, so that one slip makes one message.
+    Error,
+}
+
+/// How many elements a variable has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Extent {
+    /// Not an array.
+    One,
+    /// An array of this length, at least 1.
+    Array(u32),
+    /// An array parameter `[]` whose length its argument gives.
+    Unsized,
+}
+
+/// A type: element type and extent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Type {
+    /// Type of the value or of one element.
+    pub base: Base,
+    /// Whether it is an array, and of what length.
+    pub extent: Extent,
+}
+
+#[expect(missing_docs, reason = "each constant is the type of its name")]
+impl Type {
+    pub const INT: Type = Type::one(Base::Int);
+    pub const FLOAT: Type = Type::one(Base::Float);
+    pub const COLOR: Type = Type::one(Base::Color);
+    pub const POINT: Type = Type::one(Base::Point);
+    pub const VECTOR: Type = Type::one(Base::Vector);
+    pub const NORMAL: Type = Type::one(Base::Normal);
+    pub const MATRIX: Type = Type::one(Base::Matrix);
+    pub const STRING: Type = Type::one(Base::String);
+    pub const CLOSURE: Type = Type::one(Base::Closure);
+    pub const VOID: Type = Type::one(Base::Void);
+    pub const ERROR: Type = Type::one(Base::Error);
+}
+
+impl Type {
+    /// The type that is not an array.
+    pub const fn one(base: Base) -> Type {
+        Type { base, extent: Extent::One }
+    }
+
+    /// The type of one element.
+    pub const fn element(self) -> Type {
+        Type::one(self.base)
+    }
+
+    /// Whether it is an array, sized or not.
+    pub fn is_array(self) -> bool {
+        self.extent != Extent::One
+    }
+
+    /// Whether it is color, point, vector or normal, and no array.
+    pub fn is_triple(self) -> bool {
+        !self.is_array() && self.base.is_triple()
+    }
+
+    /// Whether it is int or float, and no array.
+    pub fn is_number(self) -> bool {
+        self == Type::INT || self == Type::FLOAT
+    }
+
+    /// Whether it is one struct.
+    pub fn as_struct(self) -> Option<StructId> {
+        match (self.base, self.extent) {
+            (Base::Struct(id), Extent::One) => Some(id),
+            _ => None,
+        }
+    }
+
+    /// Whether an error was already reported about it.
+    pub fn is_error(self) -> bool {
+        self.base == Base::Error
+    }
+}
+
+impl Base {
+    /// Whether it is color, point, vector or normal.
+    pub fn is_triple(self) -> bool {
+        matches!(self, Base::Color | Base::Point | Base::Vector | Base::Normal)
+    }
+}
+
+/// One field of a struct.
+#[derive(Clone, Debug)]
+pub struct Field {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Its type.
+    pub ty: Type,
+}
+
+/// A declared struct.
+#[derive(Clone, Debug)]
+pub struct Struct {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Its fields in order.
+    pub fields: Vec<Field>,
+    /// Where it was declared.
+    pub span: Span,
+}
+
+/// All structs of a translation unit.
+#[derive(Clone, Debug, Default)]
+pub struct StructTable {
+    structs: Vec<Struct>,
+}
+
+impl StructTable {
+    /// Adds a struct.
+    pub fn add(&mut self, decl: Struct) -> StructId {
+        self.structs.push(decl);
+        StructId(self.structs.len() as u32 - 1)
+    }
+
+    /// The struct of an id of this table.
+    pub fn get(&self, id: StructId) -> &Struct {
+        &self.structs[id.0 as usize]
+    }
+
+    /// The id of a name; the newest declaration wins.
+    pub fn find(&self, name: &str) -> Option<StructId> {
+        self.structs.iter().rposition(|s| &*s.name == name).map(|i| StructId(i as u32))
+    }
+
+    /// The type as the language writes it: `float`, `closure color`, `vector[3]`, `struct slot`.
+    pub fn show(&self, ty: Type) -> String {
+        let base = match ty.base {
+            Base::Int => "int",
+            Base::Float => "float",
+            Base::Color => "color",
+            Base::Point => "point",
+            Base::Vector => "vector",
+            Base::Normal => "normal",
+            Base::Matrix => "matrix",
+            Base::String => "string",
+            Base::Closure => "closure color",
+            Base::Void => "void",
+            Base::Struct(id) => &self.get(id).name,
+            Base::Error => "<error>",
+        };
+        match ty.extent {
+            Extent::One => base.to_string(),
+            Extent::Array(n) => format!("{base}[{n}]"),
+            Extent::Unsized => format!("{base}[]"),
+        }
+    }
+
+    /// Same type; any two triples; arrays of equivalent elements where lengths agree or one is open.
+    pub fn equivalent(&self, a: Type, b: Type) -> bool {
+        if a.is_error() || b.is_error() {
+            return true;
+        }
+        let extents = match (a.extent, b.extent) {
+            (Extent::One, Extent::One) => true,
+            (Extent::One, _) | (_, Extent::One) => false,
+            (Extent::Array(n), Extent::Array(m)) => n == m,
+            _ => true,
+        };
+        extents && self.equivalent_base(a.base, b.base)
+    }
+
+    fn equivalent_base(&self, a: Base, b: Base) -> bool {
+        match (a, b) {
+            (Base::Struct(a), Base::Struct(b)) if a != b => {
+                let (a, b) = (self.get(a), self.get(b));
+                a.name == b.name
+                    && a.fields.len() == b.fields.len()
+                    && a.fields.iter().zip(&b.fields).all(|(x, y)| self.equivalent(x.ty, y.ty))
+            }
+            _ => a == b || (a.is_triple() && b.is_triple()),
+        }
+    }
+
+    /// Whether a value of `src` may be assigned to `dst`. Float to int is assignable here (with a warning
+    /// elsewhere); arrays must have equivalent elements and no more of them than the destination; number to closure is judged
+    /// by the caller, since only a literal zero may.
+    pub fn assignable(&self, dst: Type, src: Type) -> bool {
+        if dst.is_error() || src.is_error() || self.equivalent(dst, src) {
+            return true;
+        }
+        if let (Extent::Array(n), Extent::Array(m)) = (dst.extent, src.extent) {
+            return m <= n && self.equivalent_base(dst.base, src.base);
+        }
+        if dst.is_array() || !src.is_number() {
+            return false;
+        }
+        matches!(dst.base, Base::Int | Base::Float | Base::Matrix) || dst.base.is_triple()
+    }
+}
