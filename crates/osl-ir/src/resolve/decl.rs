@@ -1,0 +1,385 @@
+//! Declarations: structs, functions, shaders, parameters.
+
+use super::errors::{self, closest};
+use super::{Context, FunctionSymbol, Resolver, Symbol};
+use crate::builtins;
+use crate::hir::{self, Init, MetaValue, VarId, VarKind};
+use crate::types::{Base, Extent, Field, Struct, Type};
+use osl_syntax::ast;
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::span::Span;
+use std::sync::Arc;
+
+/// The longest array that may be declared. Longer ones are refused before memory is asked for.
+const MAX_ARRAY_LENGTH: i32 = 1 << 20;
+
+impl Resolver<'_> {
+    /// Resolves the file's declarations in order and yields its shader.
+    pub(super) fn items(&mut self) -> Option<hir::Shader> {
+        let mut shader: Option<(hir::Shader, Span)> = None;
+        for item in &self.ast.items {
+            match item {
+                ast::Item::Struct(decl) => self.struct_decl(decl),
+                ast::Item::Function(decl) => self.function(decl),
+                ast::Item::Shader(decl) => {
+                    if let Some((_, first)) = &shader {
+                        let d = Diagnostic::error(
+                            errors::TWO_SHADERS,
+                            decl.name.span,
+                            "a second shader in one file",
+                        )
+                        .label("a file holds exactly one shader")
+                        .also(*first, "the first");
+                        self.report(d);
+                        continue;
+                    }
+                    shader = Some((self.shader(decl), decl.name.span));
+                }
+            }
+        }
+        if shader.is_none() {
+            let d = Diagnostic::error(errors::NO_SHADER, Span::default(), "the file declares no shader")
+                .help("a shader looks like `shader name(float x = 1, output color c = 0) { … }`");
+            self.report(d);
+        }
+        shader.map(|(shader, _)| shader)
+    }
+
+    fn struct_decl(&mut self, decl: &ast::StructDecl) {
+        let name = &decl.name.text;
+        let taken = self.structs.find(name).map(|id| self.structs.get(id).span);
+        if let Some(earlier) = taken {
+            self.report(errors::redeclared(decl.name.span, name, Some(earlier)));
+        } else if let Some(span) = self.scopes.first().and_then(|s| match s.symbols.get(name)? {
+            Symbol::Var(id) => Some(self.var(*id).span),
+            Symbol::Functions(_) => None,
+        }) {
+            self.report(errors::redeclared(decl.name.span, name, Some(span)));
+        }
+        let mut fields: Vec<Field> = Vec::new();
+        for field in &decl.fields {
+            if fields.iter().any(|f| f.name == field.name.text) {
+                self.report(errors::redeclared(field.name.span, &field.name.text, None));
+                continue;
+            }
+            let ty = self.declared_type(&field.ty, field.array.as_ref(), false);
+            if ty.is_array() && self.holds_array(ty.base) {
+                let d = Diagnostic::error(
+                    errors::BAD_STRUCT,
+                    field.name.span,
+                    "arrays do not nest, through structs either",
+                );
+                self.report(d);
+            }
+            fields.push(Field { name: field.name.text.clone(), ty });
+        }
+        self.structs.add(Struct { name: name.clone(), fields, span: decl.name.span });
+    }
+
+    /// Whether a value of this type has an array anywhere inside.
+    fn holds_array(&self, base: Base) -> bool {
+        match base {
+            Base::Struct(id) => {
+                self.structs.get(id).fields.iter().any(|f| f.ty.is_array() || self.holds_array(f.ty.base))
+            }
+            _ => false,
+        }
+    }
+
+    /// The type that a declaration writes; reports unknown structs and bad lengths.
+    pub(super) fn declared_type(
+        &mut self,
+        ty: &ast::TypeSpec,
+        array: Option<&ast::ArrayLen>,
+        open: bool,
+    ) -> Type {
+        let base = self.type_spec(ty).base;
+        let Some(array) = array else { return Type::one(base) };
+        let Some(len) = array.len else {
+            if open {
+                return Type { base, extent: Extent::Unsized };
+            }
+            self.report(Diagnostic::error(
+                errors::BAD_ARRAY_LENGTH,
+                array.span,
+                "an array needs a length here",
+            ));
+            return Type::ERROR;
+        };
+        match self.ast[len].kind {
+            ast::ExprKind::Int(n @ 1..=MAX_ARRAY_LENGTH) => Type { base, extent: Extent::Array(n as u32) },
+            ast::ExprKind::Int(n) if n > MAX_ARRAY_LENGTH => {
+                let message = format!("an array of {n} elements is longer than {MAX_ARRAY_LENGTH}");
+                self.report(Diagnostic::error(errors::BAD_ARRAY_LENGTH, self.ast[len].span, message));
+                Type::ERROR
+            }
+            _ => {
+                let d = Diagnostic::error(
+                    errors::BAD_ARRAY_LENGTH,
+                    self.ast[len].span,
+                    "an array length is an int literal of at least 1",
+                );
+                self.report(d);
+                Type::ERROR
+            }
+        }
+    }
+
+    /// The type of a type name, arrays aside.
+    pub(super) fn type_spec(&mut self, ty: &ast::TypeSpec) -> Type {
+        use ast::TypeName as N;
+        if ty.closure {
+            return Type::CLOSURE;
+        }
+        match &ty.name {
+            N::Int => Type::INT,
+            N::Float => Type::FLOAT,
+            N::Color => Type::COLOR,
+            N::Point => Type::POINT,
+            N::Vector => Type::VECTOR,
+            N::Normal => Type::NORMAL,
+            N::Matrix => Type::MATRIX,
+            N::String => Type::STRING,
+            N::Void => Type::VOID,
+            N::Struct(name) => match self.structs.find(name) {
+                Some(id) => Type::one(Base::Struct(id)),
+                None => {
+                    let message = format!("there is no type `{name}`");
+                    self.report(Diagnostic::error(errors::UNKNOWN_TYPE, ty.span, message));
+                    Type::ERROR
+                }
+            },
+        }
+    }
+
+    /// Declares a local or formal in the innermost scope, reporting a clash.
+    pub(super) fn declare(&mut self, name: &ast::Name, ty: Type, kind: VarKind) -> VarId {
+        let top = self.scopes.len() == 1;
+        let earlier = match self.scopes.last().and_then(|s| s.symbols.get(&name.text)) {
+            Some(Symbol::Var(id)) => Some(Some(self.var(*id).span)),
+            Some(Symbol::Functions(f)) => Some(f.last().map(|f| f.span)),
+            None => None,
+        };
+        let builtin = top && builtins::find(&name.text).is_some();
+        if matches!(kind, VarKind::Param { .. })
+            && (builtin || matches!(earlier, Some(Some(_)) if self.is_function(&name.text)))
+        {
+            let message = format!("parameter `{}` has the name of a function", name.text);
+            self.report(
+                Diagnostic::warning(errors::HIDES_FUNCTION, name.span, message).label("hides the function"),
+            );
+        } else if let Some(earlier) = earlier {
+            self.report(errors::redeclared(name.span, &name.text, earlier));
+        } else if builtin {
+            self.report(errors::redeclared(name.span, &name.text, None));
+        }
+        self.add_var(name.text.clone(), ty, kind, name.span)
+    }
+
+    fn is_function(&self, name: &str) -> bool {
+        matches!(self.lookup(name), Some((_, Symbol::Functions(_))))
+    }
+
+    /// Resolves a function and adds it to the innermost scope.
+    pub(super) fn function(&mut self, decl: &ast::FunctionDecl) {
+        let ret = self.type_spec(&decl.ret);
+        let depth = self.scopes.len();
+        let outer = std::mem::replace(&mut self.context, Context { ret: Some(ret), loops: 0 });
+        let outer_returns = std::mem::take(&mut self.returns);
+        let (formals, vars, body) = self.within_scope(|r| {
+            let (formals, vars) = r.formals(decl);
+            let body = decl.body.as_ref().map(|b| r.stmts(&b.stmts));
+            (formals, vars, body)
+        });
+        debug_assert_eq!(depth, self.scopes.len());
+        self.context = outer;
+        let returns = std::mem::replace(&mut self.returns, outer_returns);
+        let id = body.map(|body| {
+            self.functions.push(hir::Function {
+                name: decl.name.text.clone(),
+                ret: if returns || ret == Type::VOID { ret } else { Type::ERROR },
+                formals: vars,
+                body,
+                span: decl.name.span,
+            });
+            hir::FunctionId(self.functions.len() as u32 - 1)
+        });
+        self.add_function(FunctionSymbol {
+            id,
+            name: decl.name.text.clone(),
+            ret,
+            formals,
+            span: decl.name.span,
+        });
+    }
+
+    fn formals(&mut self, decl: &ast::FunctionDecl) -> (Vec<(Type, bool)>, Vec<VarId>) {
+        let mut types = Vec::new();
+        let mut vars = Vec::new();
+        for formal in &decl.formals {
+            let ty = self.declared_type(&formal.ty, formal.array.as_ref(), true);
+            if let Some(init) = formal.init {
+                let d = Diagnostic::error(
+                    errors::FORMAL_DEFAULT,
+                    self.ast[init].span,
+                    "a function's parameter has no default value",
+                )
+                .help(
+                    "only shader parameters have defaults; declare an overload with fewer parameters instead",
+                );
+                self.report(d);
+            }
+            types.push((ty, formal.output));
+            vars.push(self.declare(&formal.name, ty, VarKind::Formal { output: formal.output }));
+        }
+        (types, vars)
+    }
+
+    fn add_function(&mut self, symbol: FunctionSymbol) {
+        let same = |f: &FunctionSymbol| {
+            f.ret == symbol.ret
+                && f.formals.len() == symbol.formals.len()
+                && f.formals.iter().zip(&symbol.formals).all(|(a, b)| a.0 == b.0)
+        };
+        let name = symbol.name.clone();
+        let mut redefined = None;
+        let clash = match self.scope().symbols.get_mut(&name) {
+            Some(Symbol::Var(id)) => Some(*id),
+            Some(Symbol::Functions(list)) => {
+                redefined = list.iter().find(|f| same(f) && f.id.is_some()).map(|f| f.span);
+                list.retain(|f| !same(f));
+                list.push(symbol.clone());
+                None
+            }
+            None => {
+                self.scope().symbols.insert(name.clone(), Symbol::Functions(vec![symbol.clone()]));
+                None
+            }
+        };
+        if let Some(id) = clash {
+            let span = self.var(id).span;
+            self.report(errors::redeclared(symbol.span, &name, Some(span)));
+        }
+        if let Some(earlier) = redefined {
+            let d = Diagnostic::warning(
+                errors::REDEFINED,
+                symbol.span,
+                format!("function `{name}` is defined again"),
+            )
+            .label("this one is called from here on")
+            .also(earlier, "the earlier one");
+            self.report(d);
+        }
+    }
+
+    fn shader(&mut self, decl: &ast::ShaderDecl) -> hir::Shader {
+        let mut params = Vec::new();
+        for (index, formal) in decl.formals.iter().enumerate() {
+            params.push(self.param(formal, index as u32));
+        }
+        self.context = Context { ret: None, loops: 0 };
+        let body = self.stmts(&decl.body.stmts);
+        hir::Shader { name: decl.name.text.clone(), kind: decl.kind, params, body }
+    }
+
+    fn param(&mut self, formal: &ast::Formal, index: u32) -> hir::Param {
+        let mut ty = self.declared_type(&formal.ty, formal.array.as_ref(), true);
+        if ty == Type::VOID {
+            let d = Diagnostic::error(errors::BAD_PARAMETER, formal.name.span, "a parameter cannot be void");
+            self.report(d);
+            ty = Type::ERROR;
+        }
+        if ty.is_array() && matches!(ty.base, Base::Struct(_)) {
+            let d = Diagnostic::error(
+                errors::BAD_PARAMETER,
+                formal.name.span,
+                "a shader parameter cannot be an array of structs",
+            );
+            self.report(d);
+        }
+        if ty.extent == Extent::Unsized {
+            if formal.output {
+                let d = Diagnostic::error(
+                    errors::BAD_PARAMETER,
+                    formal.name.span,
+                    "an output parameter needs an array length",
+                );
+                self.report(d);
+            }
+            let len = match formal.init.map(|e| &self.ast[e].kind) {
+                Some(ast::ExprKind::InitList(items)) => items.len().max(1),
+                _ => 1,
+            };
+            ty.extent = Extent::Array(len as u32);
+        }
+        // The initialiser sees the parameters before it, not itself.
+        let init = match formal.init {
+            Some(init) => self.param_init(ty, init),
+            None => {
+                let message = format!("parameter `{}` has no default value", formal.name.text);
+                self.report(
+                    Diagnostic::error(errors::NO_DEFAULT, formal.name.span, message)
+                        .help("write one, as in `float x = 0`: every shader parameter has a default"),
+                );
+                Init::List(Vec::new())
+            }
+        };
+        let var = self.declare(&formal.name, ty, VarKind::Param { index, output: formal.output });
+        let metadata = formal
+            .metadata
+            .iter()
+            .map(|m| {
+                let ty = self.type_spec(&m.ty);
+                (self.show(ty), m.name.text.clone(), meta_value(self.ast, m.value))
+            })
+            .collect();
+        hir::Param { var, output: formal.output, init, metadata }
+    }
+
+    /// Reports an unknown variable or function.
+    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str) {
+        let functions = what == "function";
+        let close = {
+            let mut names = self.names_in_scope(functions);
+            if functions {
+                builtins::names().for_each(|builtin| names.push(builtin));
+            }
+            closest(name, names).map(str::to_string)
+        };
+        self.report(errors::unknown_name(span, what, name, close.as_deref()));
+    }
+}
+
+/// The constant value of a metadatum, as far as literals and constructors of literals go.
+fn meta_value(ast: &ast::Ast, id: ast::ExprId) -> MetaValue {
+    use ast::ExprKind as E;
+    if let E::InitList(items) = &ast[id].kind {
+        let values: Vec<MetaValue> = items.iter().map(|e| meta_value(ast, *e)).collect();
+        let texts: Option<Vec<Arc<str>>> =
+            values.iter().map(|v| if let MetaValue::Text(t) = v { Some(t.clone()) } else { None }).collect();
+        return texts.filter(|t| !t.is_empty()).map_or_else(|| join_numbers(values), MetaValue::Texts);
+    }
+    match &ast[id].kind {
+        E::Str(text) => MetaValue::Text(text.clone()),
+        E::Int(n) => MetaValue::Numbers(vec![f64::from(*n)]),
+        E::Float(x) => MetaValue::Numbers(vec![f64::from(*x)]),
+        E::Unary(ast::UnaryOp::Neg, inner) => match meta_value(ast, *inner) {
+            MetaValue::Numbers(n) => MetaValue::Numbers(n.into_iter().map(|x| -x).collect()),
+            _ => MetaValue::Unknown,
+        },
+        E::Paren(inner) => meta_value(ast, *inner),
+        E::Construct(_, args) => join_numbers(args.iter().map(|e| meta_value(ast, *e)).collect()),
+        _ => MetaValue::Unknown,
+    }
+}
+
+fn join_numbers(values: Vec<MetaValue>) -> MetaValue {
+    let mut all = Vec::new();
+    for value in values {
+        match value {
+            MetaValue::Numbers(n) => all.extend(n),
+            _ => return MetaValue::Unknown,
+        }
+    }
+    MetaValue::Numbers(all)
+}

@@ -1,0 +1,164 @@
+//! Initialisers and conversions: how a value becomes that of its destination.
+
+use super::Resolver;
+use super::errors;
+use crate::hir::{Expr, ExprKind, Init};
+use crate::types::{Base, Extent, Type};
+use osl_syntax::ast::{self, ExprId};
+use osl_syntax::diagnostic::Diagnostic;
+
+/// Where an initialiser stands; decides what a list may be.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Site {
+    /// A shader parameter: a list may be empty or short.
+    Param,
+    /// A local variable or return value: a list may be short.
+    Local,
+    /// A field or element within a list.
+    Nested,
+    /// An argument: a list must be complete.
+    Argument,
+}
+
+impl Resolver<'_> {
+    /// The default of a shader parameter.
+    pub(super) fn param_init(&mut self, ty: Type, id: ExprId) -> Init {
+        self.init(ty, id, Site::Param)
+    }
+
+    /// The initialiser of a local.
+    pub(super) fn local_init(&mut self, ty: Type, id: ExprId) -> Init {
+        self.init(ty, id, Site::Local)
+    }
+
+    /// A field of a struct constructor.
+    pub(super) fn field_init(&mut self, ty: Type, id: ExprId) -> Init {
+        self.init(ty, id, Site::Nested)
+    }
+
+    /// A list that stands as an argument.
+    pub(super) fn argument_list(&mut self, ty: Type, id: ExprId) -> Init {
+        self.init(ty, id, Site::Argument)
+    }
+
+    /// The value of a `return`. Float to int is an error here, unlike in assignments.
+    pub(super) fn returned(&mut self, ty: Type, id: ExprId) -> Init {
+        if matches!(self.ast[id].kind, ast::ExprKind::InitList(_)) {
+            return self.init(ty, id, Site::Local);
+        }
+        let value = self.expr(id, Some(ty));
+        if ty == Type::INT && value.ty == Type::FLOAT {
+            self.report(
+                errors::not_assignable(value.span, "int", "float").help("write `(int)` before the value"),
+            );
+            return Init::Value(value);
+        }
+        Init::Value(self.convert(ty, value, false))
+    }
+
+    fn init(&mut self, ty: Type, id: ExprId, site: Site) -> Init {
+        let ast = self.ast;
+        let ast::ExprKind::InitList(items) = &ast[id].kind else {
+            let value = self.expr(id, Some(ty));
+            return Init::Value(self.convert(ty, value, true));
+        };
+        let span = ast[id].span;
+        if ty.is_error() {
+            return Init::List(Vec::new());
+        }
+        let structure = ty.as_struct();
+        let slots = match (ty.extent, ty.base) {
+            (Extent::Array(n), _) => n as usize,
+            (Extent::Unsized, _) => items.len(),
+            (Extent::One, Base::Struct(id)) => self.structs.get(id).fields.len(),
+            (Extent::One, Base::Matrix) => 16,
+            (Extent::One, base) if base.is_triple() => 3,
+            _ => {
+                let message = format!("a {} is not made from a list", self.show(ty));
+                self.report(Diagnostic::error(errors::BAD_LIST, span, message));
+                return Init::List(Vec::new());
+            }
+        };
+        let by_parts = ty.is_array() || structure.is_some();
+        if !by_parts {
+            return Init::Value(self.construct(ty, items, span));
+        }
+        if items.is_empty() && site != Site::Param {
+            self.report(Diagnostic::error(errors::BAD_LIST, span, "an empty list initialises nothing here"));
+        }
+        if items.len() > slots {
+            let message = format!("{} values for the {slots} of a {}", items.len(), self.show(ty));
+            self.report(Diagnostic::error(errors::BAD_LIST, span, message).label("too many values"));
+        } else if items.len() < slots && site == Site::Argument {
+            let message = format!("{} values for the {slots} of a {}", items.len(), self.show(ty));
+            self.report(
+                Diagnostic::error(errors::BAD_LIST, span, message).label("an argument needs all of them"),
+            );
+        }
+        let mut parts = Vec::new();
+        for (index, item) in items.iter().take(slots).enumerate() {
+            let part = match structure {
+                Some(id) => self.structs.get(id).fields.get(index).map_or(Type::ERROR, |f| f.ty),
+                None => ty.element(),
+            };
+            let inner = if site == Site::Argument { Site::Argument } else { Site::Nested };
+            parts.push(self.init(part, *item, inner));
+        }
+        Init::List(parts)
+    }
+
+    /// The value as one of type `to`. Reports where it cannot be; `warn` allows float to int with a warning.
+    pub(super) fn convert(&mut self, to: Type, value: Expr, warn: bool) -> Expr {
+        if to.is_error() || value.ty.is_error() {
+            return value;
+        }
+        if value.ty == Type::VOID {
+            let d = Diagnostic::error(errors::VOID_VALUE, value.span, "this call has no value")
+                .label("returns void");
+            self.report(d);
+            return Expr { ty: to, span: value.span, kind: ExprKind::Error };
+        }
+        if to == Type::CLOSURE && is_zero(&value) {
+            return Expr { ty: to, span: value.span, kind: ExprKind::NullClosure };
+        }
+        if !self.structs.assignable(to, value.ty) {
+            let (to_text, from) = (self.show(to), self.show(value.ty));
+            self.report(errors::not_assignable(value.span, &to_text, &from));
+            return Expr { ty: to, span: value.span, kind: ExprKind::Error };
+        }
+        if warn && to == Type::INT && value.ty == Type::FLOAT {
+            let d = Diagnostic::warning(
+                errors::PRECISION,
+                value.span,
+                "a float stored in an int loses its fraction",
+            )
+            .label("truncated toward zero")
+            .help("write `(int)` before the value to say so");
+            self.report(d);
+        }
+        convert_to(to, value)
+    }
+}
+
+/// Wraps the value in a conversion where its type differs. The caller has checked that there is one.
+pub(super) fn convert_to(to: Type, value: Expr) -> Expr {
+    if value.ty == to || to.is_array() || matches!(to.base, Base::Struct(_)) {
+        return value;
+    }
+    let span = value.span;
+    match (to, &value.kind) {
+        (Type::FLOAT, ExprKind::Int(n)) => Expr { ty: to, span, kind: ExprKind::Float(*n as f32) },
+        _ => Expr { ty: to, span, kind: ExprKind::Convert(Box::new(value)) },
+    }
+}
+
+fn is_zero(value: &Expr) -> bool {
+    match &value.kind {
+        ExprKind::Int(n) => *n == 0,
+        ExprKind::Float(x) => *x == 0.0,
+        // The parser of published compilers folds sums of literals, so `0+0` counts.
+        ExprKind::Binary(_, a, b) => value.ty.is_number() && is_zero(a) && is_zero(b),
+        ExprKind::Unary(_, a) => is_zero(a),
+        _ => false,
+    }
+}

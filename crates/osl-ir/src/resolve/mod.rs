@@ -1,0 +1,161 @@
+//! Resolution: from the syntax tree to the [resolved tree](crate::hir).
+//!
+//! Binds names, checks types, chooses overloads and writes every conversion out. Reports through
+//! diagnostics and never fails: where something is wrong the tree holds an error node, and the caller looks
+//! at the diagnostics before it lowers. It must not know SSA, lanes or parameter values.
+//! Rules: OSL language specification, chapters on types, declarations and expressions; where that is silent,
+//! what published compilers accept.
+
+mod decl;
+pub mod errors;
+mod expr;
+mod init;
+mod operators;
+mod overload;
+mod place;
+mod stmt;
+
+use crate::hir::{self, Function, GLOBALS, Program, Var, VarId, VarKind};
+use crate::types::{StructTable, Type};
+use osl_syntax::ast::Ast;
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// What resolution yields: the program, unless the file has no shader, and what there is to say.
+#[derive(Debug)]
+pub struct Resolved {
+    /// The program. Lower it only if no diagnostic is an error.
+    pub program: Option<Program>,
+    /// Errors and warnings, in source order.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Resolves a translation unit.
+pub fn resolve(ast: &Ast) -> Resolved {
+    let mut resolver = Resolver::new(ast);
+    let shader = resolver.items();
+    let Resolver { structs, vars, functions, mut diagnostics, .. } = resolver;
+    diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
+    let program = shader.map(|shader| Program { structs, vars, functions, shader });
+    Resolved { program, diagnostics }
+}
+
+/// A function as callers see it.
+#[derive(Clone, Debug)]
+struct FunctionSymbol {
+    /// `None` while only a prototype is known.
+    id: Option<hir::FunctionId>,
+    name: Arc<str>,
+    ret: Type,
+    formals: Vec<(Type, bool)>,
+    span: Span,
+}
+
+#[derive(Clone, Debug)]
+enum Symbol {
+    Var(VarId),
+    /// Overloads, oldest first.
+    Functions(Vec<FunctionSymbol>),
+}
+
+#[derive(Debug, Default)]
+struct Scope {
+    symbols: FxHashMap<Arc<str>, Symbol>,
+}
+
+/// What surrounds a statement.
+#[derive(Clone, Copy, Debug)]
+struct Context {
+    /// Return type of the function; `None` in a shader body.
+    ret: Option<Type>,
+    /// Loops around the statement, within the function.
+    loops: u32,
+}
+
+struct Resolver<'a> {
+    ast: &'a Ast,
+    structs: StructTable,
+    vars: Vec<Var>,
+    functions: Vec<Function>,
+    scopes: Vec<Scope>,
+    diagnostics: Vec<Diagnostic>,
+    context: Context,
+    /// Whether any statement of the current function returns.
+    returns: bool,
+}
+
+impl<'a> Resolver<'a> {
+    fn new(ast: &'a Ast) -> Self {
+        let mut resolver = Resolver {
+            ast,
+            structs: StructTable::default(),
+            vars: Vec::new(),
+            functions: Vec::new(),
+            scopes: vec![Scope::default()],
+            diagnostics: Vec::new(),
+            context: Context { ret: None, loops: 0 },
+            returns: false,
+        };
+        for (global, name, ty, _) in GLOBALS {
+            resolver.add_var(name.into(), ty, VarKind::Global(global), Span::default());
+        }
+        resolver
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.diagnostics.push(diagnostic);
+    }
+
+    fn scope(&mut self) -> &mut Scope {
+        // The file's scope is never popped; an empty stack would only lose the symbol.
+        if self.scopes.is_empty() {
+            self.scopes.push(Scope::default());
+        }
+        let last = self.scopes.len() - 1;
+        &mut self.scopes[last]
+    }
+
+    fn within_scope<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        self.scopes.push(Scope::default());
+        let result = work(self);
+        self.scopes.pop();
+        result
+    }
+
+    /// Adds a variable to the innermost scope without looking for clashes.
+    fn add_var(&mut self, name: Arc<str>, ty: Type, kind: VarKind, span: Span) -> VarId {
+        let id = VarId(self.vars.len() as u32);
+        self.vars.push(Var { name: name.clone(), ty, kind, span });
+        self.scope().symbols.insert(name, Symbol::Var(id));
+        id
+    }
+
+    fn var(&self, id: VarId) -> &Var {
+        &self.vars[id.0 as usize]
+    }
+
+    /// The symbol of a name in the innermost scope that has one, with that scope's depth.
+    fn lookup(&self, name: &str) -> Option<(usize, &Symbol)> {
+        self.scopes
+            .iter()
+            .enumerate()
+            .rev()
+            .find_map(|(depth, scope)| scope.symbols.get(name).map(|symbol| (depth, symbol)))
+    }
+
+    fn show(&self, ty: Type) -> String {
+        self.structs.show(ty)
+    }
+
+    /// The functions in scope, or the variables, for "did you mean".
+    fn names_in_scope(&self, functions: bool) -> Vec<&str> {
+        let symbols = self.scopes.iter().flat_map(|scope| &scope.symbols);
+        let fits = symbols.filter(|(_, symbol)| matches!(symbol, Symbol::Functions(_)) == functions);
+        let mut names: Vec<&str> = fits.map(|(name, _)| &**name).collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+}

@@ -1,0 +1,198 @@
+//! Places: what may stand left of `=`, be stepped, or be bound to an output.
+
+use super::Resolver;
+use super::errors;
+use crate::hir::{Expr, ExprKind, GLOBALS, Place, Step, VarId, VarKind};
+use crate::types::{Base, Type};
+use osl_syntax::ast::{self, ExprId};
+use osl_syntax::diagnostic::{Code, Diagnostic};
+use osl_syntax::span::Span;
+
+impl Resolver<'_> {
+    /// The place that an expression names, or `None` if it names none. Reports errors inside it.
+    pub(super) fn place(&mut self, id: ExprId) -> Option<Place> {
+        let ast = self.ast;
+        let span = ast[id].span;
+        match &ast[id].kind {
+            ast::ExprKind::Name(name) => {
+                let var = self.variable(name, span)?;
+                Some(Place { var, path: Vec::new(), ty: self.var(var).ty, span })
+            }
+            ast::ExprKind::Field(base, field) => {
+                let base = self.place(*base)?;
+                Some(self.member(base, field))
+            }
+            ast::ExprKind::Index(base, index) => {
+                // m[r][c] is one step.
+                if let ast::ExprKind::Index(inner, row) = &ast[*base].kind {
+                    let before = self.diagnostics.len();
+                    let matrix = self.place(*inner)?;
+                    if matrix.ty == Type::MATRIX {
+                        let (row, col) = (self.index(*row), self.index(*index));
+                        return Some(extend(
+                            matrix,
+                            Step::Cell(Box::new(row), Box::new(col)),
+                            Type::FLOAT,
+                            span,
+                        ));
+                    }
+                    self.diagnostics.truncate(before);
+                }
+                let base = self.place(*base)?;
+                let index = self.index(*index);
+                Some(self.element(base, index, span))
+            }
+            _ => None,
+        }
+    }
+
+    /// The variable of a name; reports unknown names and functions.
+    pub(super) fn variable(&mut self, name: &str, span: Span) -> Option<VarId> {
+        match self.lookup(name) {
+            Some((_, super::Symbol::Var(id))) => return Some(*id),
+            Some((_, super::Symbol::Functions(_))) => {
+                let message = format!("`{name}` is a function, not a variable");
+                self.report(
+                    Diagnostic::error(errors::WRONG_KIND_OF_NAME, span, message)
+                        .help("call it: add `( )` and arguments"),
+                );
+            }
+            None if crate::builtins::find(name).is_some() => {
+                let message = format!("`{name}` is a function, not a variable");
+                self.report(
+                    Diagnostic::error(errors::WRONG_KIND_OF_NAME, span, message)
+                        .help("call it: add `( )` and arguments"),
+                );
+            }
+            None => self.unknown(span, "variable", name),
+        }
+        None
+    }
+
+    fn index(&mut self, id: ExprId) -> Expr {
+        let index = self.expr(id, None);
+        if index.ty != Type::INT && !index.ty.is_error() {
+            let message = format!("an index is an int, not a {}", self.show(index.ty));
+            self.report(
+                Diagnostic::error(errors::BAD_INDEX, index.span, message).help("write `(int)` before it"),
+            );
+            return Expr { ty: Type::INT, span: index.span, kind: ExprKind::Error };
+        }
+        index
+    }
+
+    fn element(&mut self, base: Place, index: Expr, span: Span) -> Place {
+        let index = Box::new(index);
+        if base.ty.is_array() {
+            let ty = base.ty.element();
+            return extend(base, Step::Element(index), ty, span);
+        }
+        if base.ty.is_triple() {
+            return extend(base, Step::Component(index), Type::FLOAT, span);
+        }
+        if !base.ty.is_error() {
+            let what = self.show(base.ty);
+            let d = Diagnostic::error(errors::BAD_INDEX, span, format!("a {what} has no elements"));
+            let d = if base.ty == Type::MATRIX {
+                d.help("a matrix takes two indices, `m[row][column]`")
+            } else {
+                d
+            };
+            self.report(d);
+        }
+        extend(base, Step::Element(index), Type::ERROR, span)
+    }
+
+    fn member(&mut self, base: Place, field: &ast::Name) -> Place {
+        let span = base.span.to(field.span);
+        if let Some(id) = base.ty.as_struct() {
+            let found = self.structs.get(id).fields.iter().enumerate().find(|(_, f)| f.name == field.text);
+            if let Some((index, f)) = found {
+                let ty = f.ty;
+                return extend(base, Step::Field(index as u32), ty, span);
+            }
+        }
+        let component = match (base.ty, &*field.text) {
+            (Type::COLOR, "r") | (Type::POINT | Type::VECTOR | Type::NORMAL, "x") => Some(0),
+            (Type::COLOR, "g") | (Type::POINT | Type::VECTOR | Type::NORMAL, "y") => Some(1),
+            (Type::COLOR, "b") | (Type::POINT | Type::VECTOR | Type::NORMAL, "z") => Some(2),
+            _ => None,
+        };
+        if let Some(component) = component {
+            let index = Expr { ty: Type::INT, kind: ExprKind::Int(component), span: field.span };
+            return extend(base, Step::Component(Box::new(index)), Type::FLOAT, span);
+        }
+        if !base.ty.is_error() {
+            let message = format!("a {} has no member `{}`", self.show(base.ty), field.text);
+            let d = Diagnostic::error(errors::UNKNOWN_MEMBER, field.span, message);
+            let d = match base.ty.base {
+                Base::Color => d.help("a color has `.r`, `.g` and `.b`"),
+                base if base.is_triple() => d.help("it has `.x`, `.y` and `.z`"),
+                _ => d,
+            };
+            self.report(d);
+        }
+        extend(base, Step::Field(0), Type::ERROR, span)
+    }
+
+    /// A place that is to be written; reports what may not be.
+    pub(super) fn target(&mut self, id: ExprId, what: &str) -> Option<Place> {
+        if !self.is_lvalue(id) {
+            let d =
+                Diagnostic::error(errors::NOT_AN_LVALUE, self.ast[id].span, format!("cannot {what} this"))
+                    .label("not a variable or a part of one");
+            self.report(d);
+            return None;
+        }
+        let place = self.place(id)?;
+        self.check_writable(place.var, place.span, false);
+        Some(place)
+    }
+
+    /// Whether the expression has the form of a variable or a part of one.
+    pub(super) fn is_lvalue(&self, id: ExprId) -> bool {
+        match &self.ast[id].kind {
+            ast::ExprKind::Name(_) => true,
+            ast::ExprKind::Index(base, _) | ast::ExprKind::Field(base, _) => self.is_lvalue(*base),
+            _ => false,
+        }
+    }
+
+    /// Reports a write to what is read-only: an error for shader parameters, a warning for the rest.
+    pub(super) fn check_writable(&mut self, var: VarId, span: Span, as_output: bool) {
+        let v = self.var(var);
+        let (name, declared) = (v.name.clone(), v.span);
+        let how = if as_output { "passed as an output" } else { "assigned" };
+        let code: Code = match v.kind {
+            VarKind::Param { output: false, .. } => {
+                let d = Diagnostic::error(
+                    errors::READ_ONLY,
+                    span,
+                    format!("`{name}` is an input parameter and cannot be {how}"),
+                )
+                .also(declared, "declared here")
+                .help("copy it into a local variable, or declare it `output`");
+                return self.report(d);
+            }
+            VarKind::Global(global)
+                if GLOBALS.iter().any(|(g, _, _, writable)| *g == global && !*writable) =>
+            {
+                errors::WRITES_READ_ONLY
+            }
+            VarKind::Formal { output: false } => errors::WRITES_READ_ONLY,
+            _ => return,
+        };
+        let d = Diagnostic::warning(code, span, format!("`{name}` is read-only by rule, yet {how} here"));
+        let d = if matches!(self.var(var).kind, VarKind::Formal { .. }) {
+            d.note("arguments are passed by reference: the caller's variable changes too")
+        } else {
+            d
+        };
+        self.report(d);
+    }
+}
+
+fn extend(mut base: Place, step: Step, ty: Type, span: Span) -> Place {
+    base.path.push(step);
+    Place { ty, span, ..base }
+}
