@@ -1,0 +1,136 @@
+//! Writing IR: the builder that lowering and the table's composed built-ins share.
+
+use super::{
+    Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
+};
+use osl_syntax::span::Span;
+use std::sync::Arc;
+
+/// Appends instructions to the current block of a body.
+#[derive(Debug)]
+pub struct Builder {
+    /// The body so far.
+    pub body: Body,
+    /// Where the next instruction goes.
+    pub current: BlockId,
+    /// The source that the next instruction comes from.
+    pub span: Span,
+}
+
+impl Builder {
+    /// A builder of an empty body.
+    pub fn new(name: Arc<str>) -> Builder {
+        let body = Body {
+            name,
+            values: Vec::new(),
+            blocks: vec![Block::default()],
+            slots: Vec::new(),
+            entry: BlockId(0),
+            outputs: Vec::new(),
+        };
+        Builder { body, current: BlockId(0), span: Span::default() }
+    }
+
+    /// A new value without definition yet.
+    pub fn fresh(&mut self, kind: Kind) -> ValueId {
+        self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });
+        ValueId(self.body.values.len() as u32 - 1)
+    }
+
+    /// A new scalar slot, or an array.
+    pub fn slot(&mut self, kind: Kind, len: Option<u32>, name: Arc<str>) -> SlotId {
+        self.body.slots.push(Slot { kind, len, name, rate: Rate::Varying });
+        SlotId(self.body.slots.len() as u32 - 1)
+    }
+
+    /// Appends an instruction.
+    pub fn push(&mut self, op: Op, results: Vec<ValueId>) {
+        let span = self.span;
+        if let Some(block) = self.body.blocks.get_mut(self.current.index()) {
+            block.insts.push(Inst { op, results, span });
+        }
+    }
+
+    fn one(&mut self, kind: Kind, op: Op) -> ValueId {
+        let result = self.fresh(kind);
+        self.push(op, vec![result]);
+        result
+    }
+
+    /// A constant.
+    pub fn constant(&mut self, value: Const) -> ValueId {
+        self.one(value.kind(), Op::Const(value))
+    }
+
+    /// An int constant.
+    pub fn int(&mut self, value: i32) -> ValueId {
+        self.constant(Const::Int(value))
+    }
+
+    /// A float constant.
+    pub fn float(&mut self, value: f32) -> ValueId {
+        self.constant(Const::Float(value))
+    }
+
+    /// A shader global.
+    pub fn global(&mut self, global: crate::hir::Global, kind: Kind) -> ValueId {
+        self.one(kind, Op::Global(global))
+    }
+
+    /// A lane operation; the kind of its result follows from its shape and arguments.
+    pub fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
+        let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
+        self.one(kind, Op::Lane(op, args.to_vec()))
+    }
+
+    /// A kernel with one result.
+    pub fn kernel(&mut self, kernel: Kernel, args: &[ValueId], result: Kind) -> ValueId {
+        self.one(result, Op::Kernel(kernel, args.to_vec()))
+    }
+
+    /// Reads a scalar slot.
+    pub fn load(&mut self, slot: SlotId) -> ValueId {
+        let kind = self.body.slot(slot).kind;
+        self.one(kind, Op::Load(slot))
+    }
+
+    /// Writes a scalar slot.
+    pub fn store(&mut self, slot: SlotId, value: ValueId) {
+        self.push(Op::Store(slot, value), Vec::new());
+    }
+
+    /// Reads an array element; the index is clamped into the array.
+    pub fn load_element(&mut self, slot: SlotId, index: ValueId) -> ValueId {
+        let index = self.clamped(slot, index);
+        let kind = self.body.slot(slot).kind;
+        self.one(kind, Op::LoadElement(slot, index))
+    }
+
+    /// Writes an array element; the index is clamped into the array.
+    pub fn store_element(&mut self, slot: SlotId, index: ValueId, value: ValueId) {
+        let index = self.clamped(slot, index);
+        self.push(Op::StoreElement(slot, index, value), Vec::new());
+    }
+
+    fn clamped(&mut self, slot: SlotId, index: ValueId) -> ValueId {
+        let last = self.body.slot(slot).len.unwrap_or(1).saturating_sub(1) as i32;
+        self.clamp_int(index, last)
+    }
+
+    /// The int limited to `0..=last`.
+    pub fn clamp_int(&mut self, index: ValueId, last: i32) -> ValueId {
+        let (low, high) = (self.int(0), self.int(last));
+        let index = self.lane(LaneOp::IMin, &[index, high]);
+        self.lane(LaneOp::IMax, &[index, low])
+    }
+
+    /// Runs `work` with a new block as the current one.
+    pub fn in_block<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> (BlockId, T) {
+        self.body.blocks.push(Block::default());
+        let block = BlockId(self.body.blocks.len() as u32 - 1);
+        let outer = std::mem::replace(&mut self.current, block);
+        let result = work(self);
+        self.current = outer;
+        (block, result)
+    }
+}

@@ -1,0 +1,323 @@
+//! The lane operations: everything that works point by point, declared once with its arithmetic.
+//!
+//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each with its shape and the body that computes one
+//! lane. Folding calls the body here ([`LaneOp::eval`]); the interpreter stamps the same body into loops. So
+//! folding and running are one arithmetic by construction.
+
+use super::{Const, Kind};
+
+/// Calls `$callback!` with the rows of all lane operations:
+/// `Name "text" class (argument types) -> result type, path of the body;`
+///
+/// Types: `F` float, `I` int, `T` triple, `M` matrix, `S` string (its number in the string table).
+/// Class `each` works per component where an argument is a triple (other arguments are then used for every
+/// component); class `whole` takes exactly the types that it names.
+#[macro_export]
+macro_rules! for_each_lane_op {
+    ($callback:ident) => {
+        $callback! {
+            // Arithmetic.
+            FAdd "fadd" each (F, F) -> F, $crate::numeric::lane::add;
+            FSub "fsub" each (F, F) -> F, $crate::numeric::lane::sub;
+            FMul "fmul" each (F, F) -> F, $crate::numeric::lane::mul;
+            FDiv "fdiv" each (F, F) -> F, $crate::numeric::arith::div;
+            FDivBy "fdiv.const" each (F, F) -> F, $crate::numeric::arith::div_by_constant;
+            FNeg "fneg" each (F) -> F, $crate::numeric::lane::neg;
+            IAdd "iadd" whole (I, I) -> I, $crate::numeric::arith::int_add;
+            ISub "isub" whole (I, I) -> I, $crate::numeric::arith::int_sub;
+            IMul "imul" whole (I, I) -> I, $crate::numeric::arith::int_mul;
+            IDiv "idiv" whole (I, I) -> I, $crate::numeric::arith::int_div;
+            IMod "imod" whole (I, I) -> I, $crate::numeric::arith::int_rem;
+            INeg "ineg" whole (I) -> I, $crate::numeric::arith::int_neg;
+            IAnd "iand" whole (I, I) -> I, $crate::numeric::lane::int_and;
+            IOr "ior" whole (I, I) -> I, $crate::numeric::lane::int_or;
+            IXor "ixor" whole (I, I) -> I, $crate::numeric::lane::int_xor;
+            ICompl "icompl" whole (I) -> I, $crate::numeric::lane::int_compl;
+            IShl "ishl" whole (I, I) -> I, $crate::numeric::arith::shl;
+            IShr "ishr" whole (I, I) -> I, $crate::numeric::arith::shr;
+            IMin "imin" whole (I, I) -> I, $crate::numeric::common::int_min;
+            IMax "imax" whole (I, I) -> I, $crate::numeric::common::int_max;
+            IAbs "iabs" whole (I) -> I, $crate::numeric::arith::int_abs;
+            // Comparison and choice. Truth values are 0 and 1.
+            FLt "flt" whole (F, F) -> I, $crate::numeric::lane::lt;
+            FLe "fle" whole (F, F) -> I, $crate::numeric::lane::le;
+            FGt "fgt" whole (F, F) -> I, $crate::numeric::lane::gt;
+            FGe "fge" whole (F, F) -> I, $crate::numeric::lane::ge;
+            FEq "feq" whole (F, F) -> I, $crate::numeric::lane::eq;
+            FNe "fne" whole (F, F) -> I, $crate::numeric::lane::ne;
+            TEq "teq" whole (T, T) -> I, $crate::numeric::lane::triple_eq;
+            TNe "tne" whole (T, T) -> I, $crate::numeric::lane::triple_ne;
+            MEq "meq" whole (M, M) -> I, $crate::numeric::lane::matrix_eq;
+            MNe "mne" whole (M, M) -> I, $crate::numeric::lane::matrix_ne;
+            ILt "ilt" whole (I, I) -> I, $crate::numeric::lane::int_lt;
+            ILe "ile" whole (I, I) -> I, $crate::numeric::lane::int_le;
+            IGt "igt" whole (I, I) -> I, $crate::numeric::lane::int_gt;
+            IGe "ige" whole (I, I) -> I, $crate::numeric::lane::int_ge;
+            IEq "ieq" whole (I, I) -> I, $crate::numeric::lane::int_eq;
+            INe "ine" whole (I, I) -> I, $crate::numeric::lane::int_ne;
+            SEq "seq" whole (S, S) -> I, $crate::numeric::lane::int_eq;
+            SNe "sne" whole (S, S) -> I, $crate::numeric::lane::int_ne;
+            Choose "choose" each (I, F, F) -> F, $crate::numeric::lane::choose;
+            IChoose "ichoose" whole (I, I, I) -> I, $crate::numeric::lane::choose_int;
+            MChoose "mchoose" whole (I, M, M) -> M, $crate::numeric::lane::choose_matrix;
+            SChoose "schoose" whole (I, S, S) -> S, $crate::numeric::lane::choose_int;
+            // Conversion and parts.
+            ToFloat "float" whole (I) -> F, $crate::numeric::arith::int_to_float;
+            ToInt "int" whole (F) -> I, $crate::numeric::arith::float_to_int;
+            Triple "triple" whole (F, F, F) -> T, $crate::numeric::lane::triple;
+            Splat "splat" whole (F) -> T, $crate::numeric::lane::splat;
+            X "x" whole (T) -> F, $crate::numeric::lane::x;
+            Y "y" whole (T) -> F, $crate::numeric::lane::y;
+            Z "z" whole (T) -> F, $crate::numeric::lane::z;
+            Get "get" whole (T, I) -> F, $crate::numeric::lane::component;
+            Set "set" whole (T, I, F) -> T, $crate::numeric::lane::with_component;
+            MGet "mget" whole (M, I, I) -> F, $crate::numeric::lane::element;
+            MSet "mset" whole (M, I, I, F) -> M, $crate::numeric::lane::with_element;
+            MDiag "mdiag" whole (F) -> M, $crate::numeric::matrix::diagonal;
+            // Common functions.
+            Abs "abs" each (F) -> F, $crate::numeric::common::abs;
+            Sign "sign" each (F) -> F, $crate::numeric::common::sign;
+            Floor "floor" each (F) -> F, $crate::numeric::lane::floor;
+            Ceil "ceil" each (F) -> F, $crate::numeric::lane::ceil;
+            Trunc "trunc" each (F) -> F, $crate::numeric::lane::trunc;
+            Round "round" each (F) -> F, $crate::numeric::lane::round;
+            Min "min" each (F, F) -> F, $crate::numeric::common::min;
+            Max "max" each (F, F) -> F, $crate::numeric::common::max;
+            Clamp "clamp" each (F, F, F) -> F, $crate::numeric::common::clamp;
+            Mix "mix" each (F, F, F) -> F, $crate::numeric::common::mix;
+            Select "select" each (F, F, F) -> F, $crate::numeric::common::select;
+            Step "step" each (F, F) -> F, $crate::numeric::common::step;
+            Smoothstep "smoothstep" each (F, F, F) -> F, $crate::numeric::common::smoothstep;
+            Linearstep "linearstep" each (F, F, F) -> F, $crate::numeric::common::linearstep;
+            Mod "mod" each (F, F) -> F, $crate::numeric::common::modulo;
+            Fmod "fmod" each (F, F) -> F, $crate::numeric::lane::fmod;
+            IsNan "isnan" whole (F) -> I, $crate::numeric::common::isnan;
+            IsInf "isinf" whole (F) -> I, $crate::numeric::common::isinf;
+            IsFinite "isfinite" whole (F) -> I, $crate::numeric::common::isfinite;
+            // Elementary functions.
+            Sin "sin" each (F) -> F, $crate::numeric::lane::sin;
+            Cos "cos" each (F) -> F, $crate::numeric::lane::cos;
+            Tan "tan" each (F) -> F, $crate::numeric::lane::tan;
+            Asin "asin" each (F) -> F, $crate::numeric::lane::asin;
+            Acos "acos" each (F) -> F, $crate::numeric::lane::acos;
+            Atan "atan" each (F) -> F, $crate::numeric::lane::atan;
+            Atan2 "atan2" each (F, F) -> F, $crate::numeric::lane::atan2;
+            Sinh "sinh" each (F) -> F, $crate::numeric::lane::sinh;
+            Cosh "cosh" each (F) -> F, $crate::numeric::lane::cosh;
+            Tanh "tanh" each (F) -> F, $crate::numeric::lane::tanh;
+            Exp "exp" each (F) -> F, $crate::numeric::lane::exp;
+            Exp2 "exp2" each (F) -> F, $crate::numeric::lane::exp2;
+            Expm1 "expm1" each (F) -> F, $crate::numeric::lane::expm1;
+            Log "log" each (F) -> F, $crate::numeric::lane::log;
+            Log2 "log2" each (F) -> F, $crate::numeric::lane::log2;
+            Log10 "log10" each (F) -> F, $crate::numeric::lane::log10;
+            Logb "logb" each (F) -> F, $crate::numeric::lane::logb;
+            Pow "pow" each (F, F) -> F, $crate::numeric::lane::pow;
+            Sqrt "sqrt" each (F) -> F, $crate::numeric::common::sqrt;
+            InverseSqrt "inversesqrt" each (F) -> F, $crate::numeric::common::inversesqrt;
+            Cbrt "cbrt" each (F) -> F, $crate::numeric::lane::cbrt;
+            Erf "erf" each (F) -> F, $crate::numeric::lane::erf;
+            Erfc "erfc" each (F) -> F, $crate::numeric::lane::erfc;
+            // Geometry.
+            Dot "dot" whole (T, T) -> F, $crate::numeric::geometry::dot;
+            Cross "cross" whole (T, T) -> T, $crate::numeric::geometry::cross;
+            Length "length" whole (T) -> F, $crate::numeric::geometry::length;
+            Distance "distance" whole (T, T) -> F, $crate::numeric::geometry::distance;
+            Normalize "normalize" whole (T) -> T, $crate::numeric::geometry::normalize;
+            FaceForward "faceforward" whole (T, T, T) -> T, $crate::numeric::geometry::faceforward;
+            Reflect "reflect" whole (T, T) -> T, $crate::numeric::geometry::reflect;
+            Refract "refract" whole (T, T, F) -> T, $crate::numeric::geometry::refract;
+            // Matrices, row vectors from the left.
+            MMul "mmul" whole (M, M) -> M, $crate::numeric::matrix::multiply;
+            MScale "mscale" whole (M, F) -> M, $crate::numeric::matrix::scale;
+            MInverse "minverse" whole (M) -> M, $crate::numeric::matrix::inverse;
+            MTranspose "mtranspose" whole (M) -> M, $crate::numeric::matrix::transpose;
+            MDet "mdet" whole (M) -> F, $crate::numeric::matrix::determinant;
+            TransformPoint "transform.point" whole (M, T) -> T, $crate::numeric::matrix::transform_point;
+            TransformVector "transform.vector" whole (M, T) -> T, $crate::numeric::matrix::transform_vector;
+            TransformNormal "transform.normal" whole (M, T) -> T, $crate::numeric::matrix::transform_normal;
+            // Color.
+            HsvToRgb "hsv_to_rgb" whole (T) -> T, $crate::numeric::color::hsv_to_rgb;
+            HslToRgb "hsl_to_rgb" whole (T) -> T, $crate::numeric::color::hsl_to_rgb;
+            YiqToRgb "yiq_to_rgb" whole (T) -> T, $crate::numeric::color::yiq_to_rgb;
+            XyzToRgb "xyz_to_rgb" whole (T) -> T, $crate::numeric::lane::xyz_to_rgb;
+            XyyToRgb "xyy_to_rgb" whole (T) -> T, $crate::numeric::lane::xyy_to_rgb;
+            Luminance "luminance" whole (T) -> F, $crate::numeric::lane::luminance;
+        }
+    };
+}
+
+/// Which arguments an operation takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LaneShape {
+    /// Whether it works per component where an argument is a triple.
+    pub per_component: bool,
+    /// Kinds of the arguments.
+    pub args: &'static [Kind],
+    /// Kind of the result, where no argument is a triple in a per-component operation.
+    pub result: Kind,
+}
+
+macro_rules! kind {
+    (F) => {
+        Kind::Float
+    };
+    (I) => {
+        Kind::Int
+    };
+    (T) => {
+        Kind::Triple
+    };
+    (M) => {
+        Kind::Matrix
+    };
+    (S) => {
+        Kind::Str
+    };
+}
+
+macro_rules! per_component {
+    (each) => {
+        true
+    };
+    (whole) => {
+        false
+    };
+}
+
+macro_rules! lane {
+    (F) => {
+        f32
+    };
+    (I) => {
+        i32
+    };
+    (T) => {
+        [f32; 3]
+    };
+    (M) => {
+        [f32; 16]
+    };
+}
+
+macro_rules! declare {
+    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $path:path;)*) => {
+        /// An operation that works point by point.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[expect(missing_docs, reason = "each is described by its built-in or by the language's operator")]
+        pub enum LaneOp { $($name),* }
+
+        impl LaneOp {
+            /// All operations.
+            pub const ALL: &[LaneOp] = &[$(LaneOp::$name),*];
+
+            /// The name that IR text shows.
+            pub fn text(self) -> &'static str {
+                match self { $(LaneOp::$name => $text),* }
+            }
+
+            /// Its arguments and result.
+            pub fn shape(self) -> LaneShape {
+                match self {
+                    $(LaneOp::$name => LaneShape {
+                        per_component: per_component!($class),
+                        args: &[$(kind!($arg)),*],
+                        result: kind!($ret),
+                    }),*
+                }
+            }
+
+            /// One lane of the operation on arguments of exactly the row's kinds.
+            fn eval_lane(self, args: &[Const]) -> Option<Const> {
+                match self {
+                    $(LaneOp::$name => eval_row!(args, $path, ($($arg),*) -> $ret)),*
+                }
+            }
+        }
+    };
+}
+
+macro_rules! eval_row {
+    ($args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
+    // Strings compare by value in `LaneOp::eval`, never by number.
+    ($args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
+    ($args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
+        let mut args = $args.iter();
+        let result: lane!($ret) = $path($(<lane!($arg) as FromConst>::from_const(args.next()?)?),*);
+        Some(result.into_const())
+    }};
+}
+
+trait FromConst: Sized {
+    fn from_const(value: &Const) -> Option<Self>;
+}
+
+trait IntoConst {
+    fn into_const(self) -> Const;
+}
+
+macro_rules! convert {
+    ($($ty:ty => $variant:ident, $value:ident, $read:expr, $write:expr;)*) => {$(
+        impl FromConst for $ty {
+            fn from_const(value: &Const) -> Option<Self> {
+                match value { Const::$variant($value) => Some($read), _ => None }
+            }
+        }
+        impl IntoConst for $ty {
+            fn into_const(self) -> Const {
+                let $value = self;
+                Const::$variant($write)
+            }
+        }
+    )*};
+}
+
+convert! {
+    f32 => Float, x, *x, x;
+    i32 => Int, x, *x, x;
+    [f32; 3] => Triple, x, *x, x;
+    [f32; 16] => Matrix, x, **x, Box::new(x);
+}
+
+crate::for_each_lane_op!(declare);
+
+impl LaneOp {
+    /// Kind of the result for arguments of these kinds.
+    pub fn result_kind(self, args: impl IntoIterator<Item = Kind>) -> Kind {
+        let shape = self.shape();
+        if shape.per_component && args.into_iter().any(|k| k == Kind::Triple) {
+            Kind::Triple
+        } else {
+            shape.result
+        }
+    }
+
+    /// The result for constant arguments, by the arithmetic of a run. `None` if the arguments do not suit it.
+    pub fn eval(self, args: &[Const]) -> Option<Const> {
+        match (self, args) {
+            (LaneOp::SEq, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a == b).into())),
+            (LaneOp::SNe, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a != b).into())),
+            (LaneOp::SChoose, [Const::Int(c), a @ Const::Str(_), b @ Const::Str(_)]) => {
+                return Some(if *c != 0 { a.clone() } else { b.clone() });
+            }
+            _ => {}
+        }
+        let per_component = self.shape().per_component && args.iter().any(|a| a.kind() == Kind::Triple);
+        if !per_component {
+            return self.eval_lane(args);
+        }
+        let mut result = [0.0; 3];
+        for (component, out) in result.iter_mut().enumerate() {
+            let lane: Vec<Const> = args
+                .iter()
+                .map(|a| match a {
+                    Const::Triple(t) => Const::Float(t[component]),
+                    other => other.clone(),
+                })
+                .collect();
+            let Const::Float(value) = self.eval_lane(&lane)? else { return None };
+            *out = value;
+        }
+        Some(Const::Triple(result))
+    }
+}

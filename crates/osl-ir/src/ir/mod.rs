@@ -1,0 +1,451 @@
+//! The typed IR: structured control flow, values in SSA form, every instruction with its span.
+//!
+//! A [`Body`] holds values, blocks and slots in arenas. Blocks nest in [`Op::If`] and [`Op::Loop`]; there is
+//! no goto, no call (functions are inlined) and no struct (split into parts). Lowering writes scalar
+//! variables as slots; the `ssa` pass turns those into values, so that later only arrays are slots.
+//! The IR must not know lanes, masks or registers.
+//!
+//! Meaning of inactive lanes: an instruction without effect may compute anything for a point that does not
+//! run it, for nobody reads it there. Only `Store…`, and the choice between the sides of an `If` or the
+//! rounds of a `Loop`, look at which points run.
+
+mod build;
+mod lane;
+mod print;
+pub mod validate;
+
+pub use build::Builder;
+pub use lane::{LaneOp, LaneShape};
+pub use print::print;
+
+use crate::hir::Global;
+use osl_syntax::span::Span;
+use std::sync::Arc;
+
+macro_rules! ids {
+    ($($(#[$doc:meta])* $name:ident = $letter:literal;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+        impl std::fmt::Debug for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                write!(f, concat!($letter, "{}"), self.0)
+            }
+        }
+        impl $name {
+            /// The index as a `usize`.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    )*};
+}
+
+ids! {
+    /// A value of a [`Body`]; prints as `v7`.
+    ValueId = "v";
+    /// A block of a [`Body`]; prints as `b2`.
+    BlockId = "b";
+    /// A slot of a [`Body`]; prints as `s3`.
+    SlotId = "s";
+}
+
+/// What a value is, as far as storage and arithmetic go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// 32-bit integer; truth values are 0 and 1.
+    Int,
+    /// Number of the arithmetic in use.
+    Float,
+    /// Three floats.
+    Triple,
+    /// Sixteen floats, row by row.
+    Matrix,
+    /// String.
+    Str,
+    /// Closure.
+    Closure,
+}
+
+/// Whether the points of a batch share one value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Rate {
+    /// One value for the whole batch.
+    Uniform,
+    /// A value for each point.
+    Varying,
+}
+
+/// A value: defined once, by an instruction or as a loop's parameter.
+#[derive(Clone, Debug)]
+pub struct Value {
+    /// What it is.
+    pub kind: Kind,
+    /// Set by the `rate` pass; varying until then.
+    pub rate: Rate,
+    /// The source that it comes from.
+    pub span: Span,
+}
+
+/// A constant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Const {
+    /// An int.
+    Int(i32),
+    /// A float.
+    Float(f32),
+    /// Three floats.
+    Triple([f32; 3]),
+    /// Sixteen floats, row by row.
+    Matrix(Box<[f32; 16]>),
+    /// A string.
+    Str(Arc<str>),
+    /// The null closure.
+    Null,
+}
+
+impl Const {
+    /// What it is.
+    pub fn kind(&self) -> Kind {
+        match self {
+            Const::Int(_) => Kind::Int,
+            Const::Float(_) => Kind::Float,
+            Const::Triple(_) => Kind::Triple,
+            Const::Matrix(_) => Kind::Matrix,
+            Const::Str(_) => Kind::Str,
+            Const::Null => Kind::Closure,
+        }
+    }
+
+    /// Zero, empty or null of a kind.
+    pub fn zero(kind: Kind) -> Const {
+        match kind {
+            Kind::Int => Const::Int(0),
+            Kind::Float => Const::Float(0.0),
+            Kind::Triple => Const::Triple([0.0; 3]),
+            Kind::Matrix => Const::Matrix(Box::new([0.0; 16])),
+            Kind::Str => Const::Str("".into()),
+            Kind::Closure => Const::Null,
+        }
+    }
+
+    /// Equal to the bit, so that −0 and 0 are two and a NaN equals itself.
+    pub fn same_bits(&self, other: &Const) -> bool {
+        let eq = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
+        match (self, other) {
+            (Const::Float(a), Const::Float(b)) => a.to_bits() == b.to_bits(),
+            (Const::Triple(a), Const::Triple(b)) => eq(a, b),
+            (Const::Matrix(a), Const::Matrix(b)) => eq(&a[..], &b[..]),
+            _ => self == other,
+        }
+    }
+}
+
+/// Storage for a variable: scalars until the `ssa` pass, arrays for good.
+#[derive(Clone, Debug)]
+pub struct Slot {
+    /// Kind of the value or of each element.
+    pub kind: Kind,
+    /// Number of elements; `None` for a scalar.
+    pub len: Option<u32>,
+    /// The variable's name, for printing.
+    pub name: Arc<str>,
+    /// Set by the `rate` pass; varying until then.
+    pub rate: Rate,
+}
+
+/// An instruction.
+#[derive(Clone, Debug)]
+pub struct Inst {
+    /// What it does.
+    pub op: Op,
+    /// The values that it defines.
+    pub results: Vec<ValueId>,
+    /// The source that it comes from.
+    pub span: Span,
+}
+
+/// What an instruction does.
+#[derive(Clone, Debug)]
+pub enum Op {
+    /// A constant. One result of its kind. No effect.
+    Const(Const),
+    /// A shader global of the point. One result. No effect.
+    Global(Global),
+    /// How a shader global changes from a pixel to its neighbour along an axis. One result of the global's kind. No
+    /// effect.
+    Slope(Global, Axis),
+    /// A function of one lane, see [`LaneOp`]. One result. No effect.
+    Lane(LaneOp, Vec<ValueId>),
+    /// A function that needs more than a lane's arithmetic, see [`Kernel`]. Effects: the kernel's.
+    Kernel(Kernel, Vec<ValueId>),
+    /// Reads a scalar slot.
+    Load(SlotId),
+    /// Writes a scalar slot at the points that run.
+    Store(SlotId, ValueId),
+    /// Reads an array element. The index is an int within the array: lowering clamps it.
+    LoadElement(SlotId, ValueId),
+    /// Writes an array element at the points that run.
+    StoreElement(SlotId, ValueId, ValueId),
+    /// Each point takes its results from the side that it goes through; a side that no point takes is
+    /// skipped. `cond` is an int, true unless 0.
+    If {
+        /// The condition.
+        cond: ValueId,
+        /// Run where it is true.
+        then: BlockId,
+        /// Run where it is false.
+        otherwise: BlockId,
+        /// The results' values from `then`.
+        then_yields: Vec<ValueId>,
+        /// The results' values from `otherwise`.
+        else_yields: Vec<ValueId>,
+    },
+    /// Runs the body at least once; a point stops after the round in which `cond` was 0. The results are its
+    /// `next` values of that round.
+    Loop {
+        /// Values of the parameters in the first round.
+        init: Vec<ValueId>,
+        /// Parameters: values defined by the loop for its body.
+        params: Vec<ValueId>,
+        /// The body.
+        body: BlockId,
+        /// Whether to go on, computed in the body.
+        cond: ValueId,
+        /// Values of the parameters in the next round.
+        next: Vec<ValueId>,
+    },
+}
+
+/// Functions that need tables, files or the scene, or that are whole noise fields.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Kernel {
+    /// A noise field. Arguments: one float for each dimension up to 2; a triple for 3; a triple and a float
+    /// for 4; then, if `periodic`, the periods in the same form. Result: float or triple. No effect.
+    Noise {
+        /// Which field.
+        field: NoiseField,
+        /// 1 to 4.
+        dims: u8,
+        /// Whether three components are wanted.
+        triple: bool,
+        /// Whether periods follow.
+        periodic: bool,
+    },
+    /// `noise(name, …)` while the name is a value; folding turns it into [`Kernel::Noise`]. Arguments: the
+    /// name, then as for `Noise`. An unknown name reports an error and gives 0.
+    NamedNoise {
+        /// 1 to 4.
+        dims: u8,
+        /// Whether three components are wanted.
+        triple: bool,
+        /// Whether periods follow.
+        periodic: bool,
+    },
+    /// Matrix that takes points of the first named space to the second. An unknown name reports an error
+    /// and gives the identity.
+    SpaceMatrix,
+    /// Color of the named space to the working RGB. An unknown name reports an error and leaves it as is.
+    ColorFrom,
+    /// A texture lookup. Arguments: file name, s, t, then the values of `options` in order.
+    Texture {
+        /// Whether three channels are wanted.
+        triple: bool,
+        /// The options whose values follow.
+        options: Vec<TextureOption>,
+        /// Whether the change of s and t along x, then along y, follows: four floats that the `derive` pass adds.
+        footprint: bool,
+    },
+}
+
+/// Options of a texture lookup.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "each variant is the option of its name; S and T are directions")]
+pub enum TextureOption {
+    Blur,
+    SBlur,
+    TBlur,
+    Width,
+    SWidth,
+    TWidth,
+    Wrap,
+    SWrap,
+    TWrap,
+    FirstChannel,
+    Fill,
+    Interp,
+}
+
+/// Directions on the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// To the next pixel in the row.
+    X,
+    /// To the next row.
+    Y,
+}
+
+impl Axis {
+    /// Both.
+    pub const BOTH: [Axis; 2] = [Axis::X, Axis::Y];
+}
+
+/// The noise fields that a name can choose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NoiseField {
+    /// Constant within each unit cell, 0 to 1.
+    Cell,
+    /// A different value at each point, 0 to 1.
+    Hash,
+    /// Gradient noise, −1 to 1.
+    Perlin,
+    /// Gradient noise, 0 to 1.
+    UPerlin,
+    /// Simplex noise, −1 to 1.
+    Simplex,
+    /// Simplex noise, 0 to 1.
+    USimplex,
+}
+
+impl NoiseField {
+    /// The field of a noise name of the language, or `None`.
+    pub fn from_name(name: &str) -> Option<NoiseField> {
+        Some(match name {
+            "cell" | "cellnoise" => NoiseField::Cell,
+            "hash" | "hashnoise" => NoiseField::Hash,
+            "perlin" | "snoise" | "psnoise" => NoiseField::Perlin,
+            "uperlin" | "noise" | "pnoise" => NoiseField::UPerlin,
+            "simplex" | "simplexnoise" => NoiseField::Simplex,
+            "usimplex" | "usimplexnoise" => NoiseField::USimplex,
+            _ => return None,
+        })
+    }
+}
+
+/// A block: instructions in order.
+#[derive(Clone, Debug, Default)]
+pub struct Block {
+    /// The instructions.
+    pub insts: Vec<Inst>,
+}
+
+/// Where an output's value is at the end.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Source {
+    /// A value.
+    Value(ValueId),
+    /// A slot: a scalar until the `ssa` pass, or an array.
+    Slot(SlotId),
+}
+
+/// An output of the program: one scalar or array part of an output parameter.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// `result`, or `s.a` for a field.
+    pub name: Arc<str>,
+    /// Its type in the language, for naming channels.
+    pub ty: crate::types::Type,
+    /// Where its value is.
+    pub source: Source,
+}
+
+/// A program.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name of the shader.
+    pub name: Arc<str>,
+    /// Values.
+    pub values: Vec<Value>,
+    /// Blocks.
+    pub blocks: Vec<Block>,
+    /// Slots.
+    pub slots: Vec<Slot>,
+    /// Where to start.
+    pub entry: BlockId,
+    /// What to deliver.
+    pub outputs: Vec<Output>,
+}
+
+impl Body {
+    /// The value of an id of this body.
+    pub fn value(&self, id: ValueId) -> &Value {
+        &self.values[id.index()]
+    }
+
+    /// The kind of a value.
+    pub fn kind(&self, id: ValueId) -> Kind {
+        self.value(id).kind
+    }
+
+    /// The block of an id of this body.
+    pub fn block(&self, id: BlockId) -> &Block {
+        &self.blocks[id.index()]
+    }
+
+    /// The slot of an id of this body.
+    pub fn slot(&self, id: SlotId) -> &Slot {
+        &self.slots[id.index()]
+    }
+
+    /// Number of instructions that can be reached, nested ones included.
+    pub fn count(&self) -> usize {
+        self.count_block(self.entry)
+    }
+
+    fn count_block(&self, id: BlockId) -> usize {
+        let nested = |inst: &Inst| match &inst.op {
+            Op::If { then, otherwise, .. } => self.count_block(*then) + self.count_block(*otherwise),
+            Op::Loop { body, .. } => self.count_block(*body),
+            _ => 0,
+        };
+        self.block(id).insts.iter().map(|inst| 1 + nested(inst)).sum()
+    }
+}
+
+impl Op {
+    /// Calls `visit` for each value that the operation reads, the yields of its blocks included.
+    pub fn for_each_use(&self, mut visit: impl FnMut(ValueId)) {
+        match self {
+            Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
+            Op::Lane(_, args) | Op::Kernel(_, args) => args.iter().copied().for_each(visit),
+            Op::Store(_, v) | Op::LoadElement(_, v) => visit(*v),
+            Op::StoreElement(_, i, v) => {
+                visit(*i);
+                visit(*v);
+            }
+            Op::If { cond, then_yields, else_yields, .. } => {
+                visit(*cond);
+                then_yields.iter().chain(else_yields).copied().for_each(visit);
+            }
+            Op::Loop { init, cond, next, .. } => {
+                init.iter().copied().for_each(&mut visit);
+                visit(*cond);
+                next.iter().copied().for_each(visit);
+            }
+        }
+    }
+
+    /// Replaces each value that the operation reads.
+    pub fn replace_uses(&mut self, mut with: impl FnMut(ValueId) -> ValueId) {
+        let mut all = |list: &mut Vec<ValueId>| list.iter_mut().for_each(|v| *v = with(*v));
+        match self {
+            Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
+            Op::Lane(_, args) | Op::Kernel(_, args) => all(args),
+            Op::Store(_, v) | Op::LoadElement(_, v) => *v = with(*v),
+            Op::StoreElement(_, i, v) => {
+                *i = with(*i);
+                *v = with(*v);
+            }
+            Op::If { cond, then_yields, else_yields, .. } => {
+                all(then_yields);
+                all(else_yields);
+                *cond = with(*cond);
+            }
+            Op::Loop { init, cond, next, .. } => {
+                all(init);
+                all(next);
+                *cond = with(*cond);
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! What holds of every body. Runs after lowering and, in debug builds, after each pass.
+//!
+//! 1. Every value is defined once, before its uses and on every path to them.
+//! 2. The arguments of a lane operation have the kinds of its shape.
+//! 3. An `If` has as many yields on each side as results, of equal kinds; a `Loop` as many initial and next
+//!    values as parameters and results, of equal kinds.
+//! 4. Conditions and indices are ints. Slots are used as what they are: scalar or array.
+
+use super::{BlockId, Body, Inst, Kind, LaneOp, Op, SlotId, Source, ValueId};
+
+/// Checks a body.
+///
+/// # Errors
+/// The first rule that does not hold, in words.
+pub fn validate(body: &Body) -> Result<(), String> {
+    let mut check = Check { body, defined: vec![false; body.values.len()], scope: Vec::new() };
+    check.block(body.entry)?;
+    for output in &body.outputs {
+        match output.source {
+            Source::Value(v) => check.used(v)?,
+            Source::Slot(s) if s.index() >= body.slots.len() => {
+                return Err(format!("output of unknown slot {s:?}"));
+            }
+            Source::Slot(_) => {}
+        }
+    }
+    Ok(())
+}
+
+struct Check<'a> {
+    body: &'a Body,
+    /// Defined and visible here.
+    defined: Vec<bool>,
+    scope: Vec<ValueId>,
+}
+
+impl Check<'_> {
+    fn used(&self, v: ValueId) -> Result<(), String> {
+        if self.defined.get(v.index()).copied().unwrap_or(false) {
+            Ok(())
+        } else {
+            Err(format!("{v:?} is not defined here"))
+        }
+    }
+
+    fn define(&mut self, v: ValueId) -> Result<(), String> {
+        match self.defined.get_mut(v.index()) {
+            Some(defined) if !*defined => *defined = true,
+            _ => return Err(format!("{v:?} is defined twice or unknown")),
+        }
+        self.scope.push(v);
+        Ok(())
+    }
+
+    fn kind(&self, v: ValueId) -> Kind {
+        self.body.kind(v)
+    }
+
+    fn kinds(&self, a: &[ValueId], b: &[ValueId], what: &str) -> Result<(), String> {
+        let same = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| self.kind(*a) == self.kind(*b));
+        if same { Ok(()) } else { Err(format!("{what}: {a:?} against {b:?}")) }
+    }
+
+    fn int(&self, v: ValueId, what: &str) -> Result<(), String> {
+        self.used(v)?;
+        if self.kind(v) == Kind::Int { Ok(()) } else { Err(format!("{what} {v:?} is no int")) }
+    }
+
+    fn array(&self, s: SlotId, is: bool) -> Result<(), String> {
+        match self.body.slots.get(s.index()) {
+            Some(slot) if slot.len.is_some() == is => Ok(()),
+            _ => Err(format!("{s:?} is not used as what it is")),
+        }
+    }
+
+    fn block(&mut self, id: BlockId) -> Result<(), String> {
+        let Some(block) = self.body.blocks.get(id.index()) else { return Err(format!("no block {id:?}")) };
+        for inst in &block.insts {
+            self.inst(inst).map_err(|e| format!("{e} (in {:?})", inst.op))?;
+        }
+        Ok(())
+    }
+
+    /// Checks a nested block with the yields that it defines, then hides what it defined.
+    fn nested(&mut self, id: BlockId, params: &[ValueId], yields: &[ValueId]) -> Result<(), String> {
+        let mark = self.scope.len();
+        params.iter().try_for_each(|p| self.define(*p))?;
+        self.block(id)?;
+        yields.iter().try_for_each(|v| self.used(*v))?;
+        for v in self.scope.split_off(mark) {
+            self.defined[v.index()] = false;
+        }
+        Ok(())
+    }
+
+    fn inst(&mut self, inst: &Inst) -> Result<(), String> {
+        match &inst.op {
+            Op::Const(_) | Op::Global(_) | Op::Slope(..) => {}
+            Op::Lane(op, args) => {
+                args.iter().try_for_each(|a| self.used(*a))?;
+                self.lane(*op, args, &inst.results)?;
+            }
+            Op::Kernel(_, args) => args.iter().try_for_each(|a| self.used(*a))?,
+            Op::Load(s) => self.array(*s, false)?,
+            Op::Store(s, v) => {
+                self.array(*s, false)?;
+                self.used(*v)?;
+            }
+            Op::LoadElement(s, i) => {
+                self.array(*s, true)?;
+                self.int(*i, "index")?;
+            }
+            Op::StoreElement(s, i, v) => {
+                self.array(*s, true)?;
+                self.int(*i, "index")?;
+                self.used(*v)?;
+            }
+            Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                self.int(*cond, "condition")?;
+                self.nested(*then, &[], then_yields)?;
+                self.nested(*otherwise, &[], else_yields)?;
+                self.kinds(then_yields, else_yields, "yields")?;
+                self.kinds(then_yields, &inst.results, "results")?;
+            }
+            Op::Loop { init, params, body, cond, next } => {
+                init.iter().try_for_each(|v| self.used(*v))?;
+                let mut yields = next.clone();
+                yields.push(*cond);
+                self.nested(*body, params, &yields)?;
+                if self.kind(*cond) != Kind::Int {
+                    return Err(format!("condition {cond:?} is no int"));
+                }
+                self.kinds(init, params, "first values")?;
+                self.kinds(next, params, "next values")?;
+                self.kinds(params, &inst.results, "results")?;
+            }
+        }
+        inst.results.iter().try_for_each(|r| self.define(*r))
+    }
+
+    fn lane(&self, op: LaneOp, args: &[ValueId], results: &[ValueId]) -> Result<(), String> {
+        let shape = op.shape();
+        let fits = |want: Kind, have: Kind| {
+            want == have || (shape.per_component && want == Kind::Float && have == Kind::Triple)
+        };
+        let args_fit = args.len() == shape.args.len()
+            && args.iter().zip(shape.args).all(|(a, k)| fits(*k, self.kind(*a)));
+        let result = op.result_kind(args.iter().map(|a| self.kind(*a)));
+        let ok = args_fit && results.len() == 1 && results.iter().all(|r| self.kind(*r) == result);
+        if ok { Ok(()) } else { Err(format!("`{}` does not take these", op.text())) }
+    }
+}

@@ -1,0 +1,148 @@
+//! Calls: user functions are inlined, built-ins ask their row.
+
+use super::place::Spot;
+use super::{Frame, Lowerer, Storage, Val};
+use crate::builtins::{Emit, Emitted, Site};
+use crate::hir::{Arg, BuiltinCall, ExprKind, FunctionId, Init};
+use crate::ir::ValueId;
+use crate::types::{Extent, Type};
+use osl_syntax::span::Span;
+
+/// Calls within calls. Functions cannot recurse, so this bounds only how deep a chain of them goes.
+const MAX_CALL_DEPTH: usize = 128;
+
+impl Lowerer<'_> {
+    /// Inlines a call.
+    pub(super) fn call(&mut self, id: FunctionId, args: &[Arg], span: Span) -> Val {
+        let program = self.program;
+        let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
+        if self.frames.len() > MAX_CALL_DEPTH {
+            self.unsupported(span, &format!("a chain of more than {MAX_CALL_DEPTH} calls"));
+            self.full = true;
+        }
+        if !self.has_room() {
+            return Val::Void;
+        }
+        let mut bound = Vec::new();
+        let mut back: Vec<(Spot, Storage)> = Vec::new();
+        for (arg, formal) in args.iter().zip(&function.formals) {
+            let var = &program.vars[formal.0 as usize];
+            let storage = match arg {
+                Arg::Alias(actual) => self.storage(*actual),
+                Arg::Copy { value, back: None } => Some(self.argument(var.ty, &var.name, value)),
+                Arg::Copy { back: Some(place), .. } => {
+                    let spot = self.spot(place);
+                    let storage = self.allocate(var.ty, &var.name);
+                    if let Some(spot) = spot {
+                        let value = self.read(&spot);
+                        self.write(&Spot::whole(storage.clone()), value);
+                        back.push((spot, storage.clone()));
+                    }
+                    Some(storage)
+                }
+            };
+            bound.push((*formal, storage));
+        }
+        for (formal, storage) in bound {
+            if let Some(storage) = storage {
+                self.bind(formal, storage);
+            }
+        }
+        let ret = (function.ret != Type::VOID).then(|| self.allocate(function.ret, &function.name));
+        if let Some(ret) = &ret {
+            self.store_zero(ret);
+        }
+        let returned = self.flag("returned");
+        self.frames.push(Frame {
+            ret: ret.clone().map(|ret| (ret, function.ret)),
+            returned,
+            loops: Vec::new(),
+        });
+        self.stmts(&function.body);
+        self.frames.pop();
+        self.b.span = span;
+        for (spot, storage) in back {
+            let value = self.read(&Spot::whole(storage.clone()));
+            self.write(&spot, value);
+        }
+        match ret {
+            Some(ret) => self.read(&Spot::whole(ret)),
+            None => Val::Void,
+        }
+    }
+
+    /// Storage for an argument that is copied in. An open array gets the argument's own length.
+    fn argument(&mut self, ty: Type, name: &str, value: &Init) -> Storage {
+        match value {
+            Init::Value(e) if matches!(e.kind, ExprKind::Read(_)) && ty.is_array() => {
+                if let Val::Stored(storage, None) = self.eval(e) {
+                    return storage;
+                }
+                self.allocate(ty, name)
+            }
+            Init::List(items) if ty.extent == Extent::Unsized => {
+                let ty = Type { extent: Extent::Array(items.len().max(1) as u32), ..ty };
+                let storage = self.allocate(ty, name);
+                self.store_init(&storage, ty, value);
+                storage
+            }
+            _ => {
+                let storage = self.allocate(ty, name);
+                self.store_init(&storage, ty, value);
+                storage
+            }
+        }
+    }
+
+    /// Stores the value of a `return`.
+    pub(super) fn store_return(&mut self, init: &Init) {
+        let Some((ret, ty)) = self.frames.last().and_then(|f| f.ret.clone()) else {
+            if let Init::Value(e) = init {
+                self.eval(e);
+            }
+            return;
+        };
+        self.store_init(&ret, ty, init);
+    }
+
+    /// A built-in, by its row of the table.
+    pub(super) fn builtin(&mut self, call: &BuiltinCall, span: Span) -> Val {
+        let signatures = call.row.signatures();
+        let Some(signature) = signatures.get(call.overload) else {
+            self.unsupported(span, &format!("`{}`", call.row.name));
+            return Val::Void;
+        };
+        let spots: Vec<Option<Spot>> =
+            call.outputs.iter().map(|place| place.as_ref().and_then(|p| self.spot(p))).collect();
+        let args = self.operands(&call.args);
+        let literals: Vec<_> = call
+            .args
+            .iter()
+            .map(|e| match &e.kind {
+                ExprKind::Str(s) => Some(s.clone()),
+                _ => None,
+            })
+            .collect();
+        self.b.span = span;
+        let site = Site { args: &args, literals: &literals, signature };
+        let Emitted { result, outputs } = match call.row.emit {
+            Emit::Lane(op) => self.b.lane(op, &args).into(),
+            Emit::Compose(write) => write(&mut self.b, &site),
+        };
+        for (index, value) in outputs {
+            if let Some(Some(spot)) = spots.get(index) {
+                self.write(spot, Val::One(value));
+            }
+        }
+        result.map_or(Val::Void, Val::One)
+    }
+
+    /// The only value of a call that yields one; a constant elsewhere.
+    pub(super) fn one(&mut self, val: Val) -> ValueId {
+        match val {
+            Val::One(value) => value,
+            Val::Stored(Storage::Leaf(slot), Some(element)) => self.b.load_element(slot, element),
+            _ => self.b.int(0),
+        }
+    }
+}

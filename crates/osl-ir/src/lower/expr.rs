@@ -1,0 +1,338 @@
+//! Expressions.
+//!
+//! Operands are evaluated left to right, but a plain variable is referenced, not copied: a later operand that
+//! changes it shows through, as in published compilers (`i + i++`).
+
+use super::place::Spot;
+use super::{Lowerer, Val, kind_of};
+use crate::hir::{Expr, ExprKind, Init, Place, Step};
+use crate::ir::{Const, Kind, LaneOp, ValueId};
+use crate::types::Type;
+use osl_syntax::ast::{BinaryOp, UnaryOp};
+
+/// An operand: its value, or the variable to read once all operands are evaluated.
+enum Operand {
+    Now(ValueId),
+    Later(Spot),
+}
+
+impl Lowerer<'_> {
+    /// Evaluates an expression of any type.
+    pub(super) fn eval(&mut self, e: &Expr) -> Val {
+        self.b.span = e.span;
+        match &e.kind {
+            ExprKind::Read(place) => match self.spot(place) {
+                Some(spot) => self.read(&spot),
+                None => Val::Void,
+            },
+            ExprKind::Call(id, args) => self.call(*id, args, e.span),
+            ExprKind::Builtin(call) => self.builtin(call, e.span),
+            ExprKind::Assign(place, init) => self.assign(place, init),
+            ExprKind::Struct(parts) => {
+                let storage = self.allocate(e.ty, "struct");
+                self.store_init(&storage, e.ty, &Init::List(parts.clone()));
+                Val::Stored(storage, None)
+            }
+            ExprKind::Comma(list) => {
+                let mut last = Val::Void;
+                for item in list {
+                    last = self.eval(item);
+                }
+                last
+            }
+            _ => Val::One(self.scalar(e)),
+        }
+    }
+
+    /// Evaluates an expression that has one value.
+    pub(super) fn value(&mut self, e: &Expr) -> ValueId {
+        let val = self.eval(e);
+        self.one(val)
+    }
+
+    fn scalar(&mut self, e: &Expr) -> ValueId {
+        match &e.kind {
+            ExprKind::Int(n) => self.b.int(*n),
+            ExprKind::Float(x) => self.b.float(*x),
+            ExprKind::Str(s) => self.b.constant(Const::Str(s.clone())),
+            ExprKind::NullClosure => self.b.constant(Const::Null),
+            ExprKind::Convert(inner) => {
+                let value = self.value(inner);
+                self.convert(value, inner.ty, e.ty)
+            }
+            ExprKind::Unary(op, inner) => self.unary(*op, inner),
+            ExprKind::Binary(op @ (BinaryOp::And | BinaryOp::Or), a, b) => self.short_circuit(*op, a, b),
+            ExprKind::Binary(op, a, b) => {
+                let operands = self.operands_of([a, b]);
+                self.b.span = e.span;
+                self.binary(*op, operands[0], operands[1])
+            }
+            ExprKind::Ternary(cond, a, b) => self.ternary(cond, a, b, e.ty),
+            ExprKind::Step { prefix, increment, place } => self.step(*prefix, *increment, place),
+            ExprKind::Triple(parts) => {
+                let [a, b, c] = &**parts;
+                let v = self.operands_of([a, b, c]);
+                self.b.lane(LaneOp::Triple, &v)
+            }
+            ExprKind::Matrix(cells) => {
+                let cells: Vec<ValueId> = cells.iter().map(|c| self.value(c)).collect();
+                let zero = self.b.float(0.0);
+                let mut matrix = self.b.lane(LaneOp::MDiag, &[zero]);
+                for (index, cell) in cells.into_iter().enumerate() {
+                    let (row, column) = (self.b.int(index as i32 / 4), self.b.int(index as i32 % 4));
+                    matrix = self.b.lane(LaneOp::MSet, &[matrix, row, column, cell]);
+                }
+                matrix
+            }
+            _ => self.b.constant(Const::zero(kind_of(e.ty.base))),
+        }
+    }
+
+    /// The operands of a call, in order.
+    pub(super) fn operands(&mut self, list: &[Expr]) -> Vec<ValueId> {
+        let operands: Vec<Operand> = list.iter().map(|e| self.operand(e)).collect();
+        operands.into_iter().map(|o| self.settle(o)).collect()
+    }
+
+    fn operands_of<const N: usize>(&mut self, list: [&Expr; N]) -> [ValueId; N] {
+        let operands = list.map(|e| self.operand(e));
+        operands.map(|o| self.settle(o))
+    }
+
+    fn operand(&mut self, e: &Expr) -> Operand {
+        let place = match &e.kind {
+            ExprKind::Read(place) if is_plain(place) => Some(place),
+            // These yield the variable itself.
+            ExprKind::Step { prefix: true, place, .. } if is_plain(place) => {
+                self.eval(e);
+                Some(place)
+            }
+            ExprKind::Assign(place, _) if is_plain(place) => {
+                self.eval(e);
+                Some(place)
+            }
+            _ => None,
+        };
+        match place.and_then(|p| self.spot(p)) {
+            Some(spot) => Operand::Later(spot),
+            None => Operand::Now(self.value(e)),
+        }
+    }
+
+    fn settle(&mut self, operand: Operand) -> ValueId {
+        match operand {
+            Operand::Now(value) => value,
+            Operand::Later(spot) => {
+                let val = self.read(&spot);
+                self.one(val)
+            }
+        }
+    }
+
+    fn convert(&mut self, value: ValueId, from: Type, to: Type) -> ValueId {
+        let value = match (from, to) {
+            (Type::INT, Type::FLOAT) => return self.b.lane(LaneOp::ToFloat, &[value]),
+            (Type::FLOAT, Type::INT) => return self.b.lane(LaneOp::ToInt, &[value]),
+            (Type::INT, _) if to != Type::INT => self.b.lane(LaneOp::ToFloat, &[value]),
+            _ => value,
+        };
+        if !from.is_number() {
+            return value;
+        }
+        match kind_of(to.base) {
+            Kind::Triple => self.b.lane(LaneOp::Splat, &[value]),
+            Kind::Matrix => self.b.lane(LaneOp::MDiag, &[value]),
+            _ => value,
+        }
+    }
+
+    fn unary(&mut self, op: UnaryOp, inner: &Expr) -> ValueId {
+        if op == UnaryOp::Not {
+            let truth = self.truth(inner);
+            let zero = self.b.int(0);
+            return self.b.lane(LaneOp::IEq, &[truth, zero]);
+        }
+        let value = self.value(inner);
+        match (op, self.b.body.kind(value)) {
+            (UnaryOp::Compl, _) => self.b.lane(LaneOp::ICompl, &[value]),
+            (_, Kind::Int) => self.b.lane(LaneOp::INeg, &[value]),
+            (_, Kind::Matrix) => {
+                let minus = self.b.float(-1.0);
+                self.b.lane(LaneOp::MScale, &[value, minus])
+            }
+            (_, Kind::Closure) => {
+                self.unsupported(inner.span, "closures");
+                value
+            }
+            _ => self.b.lane(LaneOp::FNeg, &[value]),
+        }
+    }
+
+    fn binary(&mut self, op: BinaryOp, a: ValueId, b: ValueId) -> ValueId {
+        use BinaryOp as B;
+        let (ka, kb) = (self.b.body.kind(a), self.b.body.kind(b));
+        if ka == Kind::Closure || kb == Kind::Closure {
+            self.unsupported(self.b.span, "closures");
+            return a;
+        }
+        if matches!(op, B::Eq | B::Ne) {
+            return self.equality(op, a, b);
+        }
+        if ka == Kind::Matrix || kb == Kind::Matrix {
+            return self.matrix_product(op, a, b);
+        }
+        let ints = ka == Kind::Int && kb == Kind::Int;
+        let lane = match (op, ints) {
+            (B::Add, true) => LaneOp::IAdd,
+            (B::Sub, true) => LaneOp::ISub,
+            (B::Mul, true) => LaneOp::IMul,
+            (B::Div, true) => LaneOp::IDiv,
+            (B::Lt, true) => LaneOp::ILt,
+            (B::Le, true) => LaneOp::ILe,
+            (B::Gt, true) => LaneOp::IGt,
+            (B::Ge, true) => LaneOp::IGe,
+            (B::Mod, _) => LaneOp::IMod,
+            (B::Shl, _) => LaneOp::IShl,
+            (B::Shr, _) => LaneOp::IShr,
+            (B::BitAnd, _) => LaneOp::IAnd,
+            (B::BitXor, _) => LaneOp::IXor,
+            (B::BitOr, _) => LaneOp::IOr,
+            (B::Add, false) => LaneOp::FAdd,
+            (B::Sub, false) => LaneOp::FSub,
+            (B::Mul, false) => LaneOp::FMul,
+            (B::Div, false) => LaneOp::FDiv,
+            (B::Lt, false) => LaneOp::FLt,
+            (B::Le, false) => LaneOp::FLe,
+            (B::Gt, false) => LaneOp::FGt,
+            (B::Ge, false) => LaneOp::FGe,
+            (B::Eq | B::Ne | B::And | B::Or, _) => return a,
+        };
+        self.b.lane(lane, &[a, b])
+    }
+
+    fn equality(&mut self, op: BinaryOp, a: ValueId, b: ValueId) -> ValueId {
+        let eq = op == BinaryOp::Eq;
+        let (ka, kb) = (self.b.body.kind(a), self.b.body.kind(b));
+        let pick = |yes, no| if eq { yes } else { no };
+        let (lane, lift) = match (ka, kb) {
+            (Kind::Matrix, _) | (_, Kind::Matrix) => (pick(LaneOp::MEq, LaneOp::MNe), Some(LaneOp::MDiag)),
+            (Kind::Triple, _) | (_, Kind::Triple) => (pick(LaneOp::TEq, LaneOp::TNe), Some(LaneOp::Splat)),
+            (Kind::Str, _) => (pick(LaneOp::SEq, LaneOp::SNe), None),
+            (Kind::Int, Kind::Int) => (pick(LaneOp::IEq, LaneOp::INe), None),
+            _ => (pick(LaneOp::FEq, LaneOp::FNe), None),
+        };
+        let lifted = |l: &mut Self, v: ValueId| match lift {
+            Some(op) if l.b.body.kind(v) == Kind::Float => l.b.lane(op, &[v]),
+            _ => v,
+        };
+        let (a, b) = (lifted(self, a), lifted(self, b));
+        self.b.lane(lane, &[a, b])
+    }
+
+    fn matrix_product(&mut self, op: BinaryOp, a: ValueId, b: ValueId) -> ValueId {
+        let both = (self.b.body.kind(a), self.b.body.kind(b));
+        match (op, both) {
+            (BinaryOp::Mul, (Kind::Matrix, Kind::Matrix)) => self.b.lane(LaneOp::MMul, &[a, b]),
+            (BinaryOp::Mul, (Kind::Matrix, _)) => self.b.lane(LaneOp::MScale, &[a, b]),
+            (BinaryOp::Mul, _) => self.b.lane(LaneOp::MScale, &[b, a]),
+            (_, (Kind::Matrix, Kind::Matrix)) => {
+                let inverse = self.b.lane(LaneOp::MInverse, &[b]);
+                self.b.lane(LaneOp::MMul, &[a, inverse])
+            }
+            (_, (Kind::Matrix, _)) => {
+                let one = self.b.float(1.0);
+                let reciprocal = self.b.lane(LaneOp::FDivBy, &[one, b]);
+                self.b.lane(LaneOp::MScale, &[a, reciprocal])
+            }
+            _ => {
+                let inverse = self.b.lane(LaneOp::MInverse, &[b]);
+                self.b.lane(LaneOp::MScale, &[inverse, a])
+            }
+        }
+    }
+
+    /// The truth of an expression as an int, 0 where false.
+    pub(super) fn truth(&mut self, e: &Expr) -> ValueId {
+        let value = self.value(e);
+        self.b.span = e.span;
+        match self.b.body.kind(value) {
+            Kind::Int => value,
+            Kind::Closure => {
+                self.unsupported(e.span, "closures");
+                value
+            }
+            kind => {
+                let zero = self.b.constant(Const::zero(kind));
+                self.equality(BinaryOp::Ne, value, zero)
+            }
+        }
+    }
+
+    /// The truth as exactly 0 or 1.
+    fn truth_bit(&mut self, e: &Expr) -> ValueId {
+        let truth = self.truth(e);
+        let zero = self.b.int(0);
+        self.b.lane(LaneOp::INe, &[truth, zero])
+    }
+
+    fn short_circuit(&mut self, op: BinaryOp, a: &Expr, b: &Expr) -> ValueId {
+        let slot = self.b.slot(Kind::Int, None, if op == BinaryOp::And { "and" } else { "or" }.into());
+        let left = self.truth_bit(a);
+        self.b.store(slot, left);
+        let more = |l: &mut Self| {
+            let right = l.truth_bit(b);
+            l.b.store(slot, right);
+        };
+        if op == BinaryOp::And {
+            self.if_else(left, more, |_| ());
+        } else {
+            self.if_else(left, |_| (), more);
+        }
+        self.b.load(slot)
+    }
+
+    fn ternary(&mut self, cond: &Expr, a: &Expr, b: &Expr, ty: Type) -> ValueId {
+        let cond = self.truth(cond);
+        let slot = self.b.slot(kind_of(ty.base), None, "choice".into());
+        let side = |e: &Expr, l: &mut Self| {
+            let value = l.value(e);
+            l.b.store(slot, value);
+        };
+        self.if_else(cond, |l| side(a, l), |l| side(b, l));
+        self.b.load(slot)
+    }
+
+    fn assign(&mut self, place: &Place, init: &Init) -> Val {
+        let value = match init {
+            Init::Value(e) => self.eval(e),
+            Init::List(_) => return Val::Void,
+        };
+        if let Some(spot) = self.spot(place) {
+            self.write(&spot, value.clone());
+        }
+        value
+    }
+
+    fn step(&mut self, prefix: bool, increment: bool, place: &Place) -> ValueId {
+        let Some(spot) = self.spot(place) else { return self.b.int(0) };
+        let old = self.read(&spot);
+        let old = self.one(old);
+        let kind = self.b.body.kind(old);
+        if kind == Kind::Matrix {
+            self.unsupported(place.span, "stepping a matrix");
+            return old;
+        }
+        let (one, add, sub) = match kind {
+            Kind::Int => (self.b.int(1), LaneOp::IAdd, LaneOp::ISub),
+            _ => (self.b.float(1.0), LaneOp::FAdd, LaneOp::FSub),
+        };
+        let new = self.b.lane(if increment { add } else { sub }, &[old, one]);
+        self.write(&spot, Val::One(new));
+        if prefix { new } else { old }
+    }
+}
+
+/// A variable, or a field of one, without any index.
+fn is_plain(place: &Place) -> bool {
+    place.path.iter().all(|step| matches!(step, Step::Field(_)))
+}

@@ -1,0 +1,197 @@
+//! Places: reading, writing and copying variables and their parts.
+
+use super::{Lowerer, Storage, Val};
+use crate::hir::{Init, Place, Step};
+use crate::ir::{Const, LaneOp, SlotId, ValueId};
+use crate::types::{Base, Extent, Type};
+
+/// A place whose indices have been evaluated.
+#[derive(Clone, Debug)]
+pub(super) struct Spot {
+    storage: Storage,
+    element: Option<ValueId>,
+    part: Part,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Part {
+    Whole,
+    Component(ValueId),
+    Cell(ValueId, ValueId),
+}
+
+impl Spot {
+    /// All of a storage.
+    pub(super) fn whole(storage: Storage) -> Spot {
+        Spot { storage, element: None, part: Part::Whole }
+    }
+}
+
+impl Lowerer<'_> {
+    /// Evaluates the indices of a place.
+    pub(super) fn spot(&mut self, place: &Place) -> Option<Spot> {
+        let mut spot = Spot { storage: self.storage(place.var)?, element: None, part: Part::Whole };
+        for step in &place.path {
+            match step {
+                Step::Field(index) => {
+                    let Storage::Struct(parts) = &spot.storage else { return None };
+                    spot.storage = parts.get(*index as usize)?.clone();
+                }
+                Step::Element(index) => spot.element = Some(self.value(index)),
+                Step::Component(index) => {
+                    let index = self.value(index);
+                    spot.part = Part::Component(self.b.clamp_int(index, 2));
+                }
+                Step::Cell(row, column) => {
+                    let (row, column) = (self.value(row), self.value(column));
+                    spot.part = Part::Cell(self.b.clamp_int(row, 3), self.b.clamp_int(column, 3));
+                }
+            }
+        }
+        Some(spot)
+    }
+
+    /// The value at a spot.
+    pub(super) fn read(&mut self, spot: &Spot) -> Val {
+        let Storage::Leaf(slot) = spot.storage else {
+            return Val::Stored(spot.storage.clone(), spot.element);
+        };
+        if self.b.body.slot(slot).len.is_some() && spot.element.is_none() {
+            return Val::Stored(spot.storage.clone(), None);
+        }
+        let whole = self.read_leaf(slot, spot.element);
+        Val::One(match spot.part {
+            Part::Whole => whole,
+            Part::Component(index) => self.b.lane(LaneOp::Get, &[whole, index]),
+            Part::Cell(row, column) => self.b.lane(LaneOp::MGet, &[whole, row, column]),
+        })
+    }
+
+    fn read_leaf(&mut self, slot: SlotId, element: Option<ValueId>) -> ValueId {
+        match element {
+            Some(index) => self.b.load_element(slot, index),
+            None => self.b.load(slot),
+        }
+    }
+
+    fn write_leaf(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
+        match element {
+            Some(index) => self.b.store_element(slot, index, value),
+            None => self.b.store(slot, value),
+        }
+    }
+
+    /// Stores a value at a spot.
+    pub(super) fn write(&mut self, spot: &Spot, value: Val) {
+        match (&spot.storage, value) {
+            (Storage::Leaf(slot), Val::One(value)) => {
+                let value = match spot.part {
+                    Part::Whole => value,
+                    Part::Component(index) => {
+                        let old = self.read_leaf(*slot, spot.element);
+                        self.b.lane(LaneOp::Set, &[old, index, value])
+                    }
+                    Part::Cell(row, column) => {
+                        let old = self.read_leaf(*slot, spot.element);
+                        self.b.lane(LaneOp::MSet, &[old, row, column, value])
+                    }
+                };
+                self.write_leaf(*slot, spot.element, value);
+            }
+            (_, Val::Stored(from, element)) => self.copy(&spot.storage, spot.element, &from, element),
+            (Storage::Struct(_), Val::One(_)) | (_, Val::Void) => {}
+        }
+    }
+
+    /// Copies part by part and element by element. Both sides have the same structure.
+    fn copy(
+        &mut self,
+        to: &Storage,
+        to_element: Option<ValueId>,
+        from: &Storage,
+        from_element: Option<ValueId>,
+    ) {
+        match (to, from) {
+            (Storage::Struct(to), Storage::Struct(from)) => {
+                for (to, from) in to.iter().zip(from) {
+                    self.copy(to, to_element, from, from_element);
+                }
+            }
+            (Storage::Leaf(to), Storage::Leaf(from)) => {
+                let len = |l: &Self, slot: SlotId| l.b.body.slot(slot).len;
+                match (len(self, *to), to_element, len(self, *from), from_element) {
+                    (Some(n), None, Some(m), None) => {
+                        for index in 0..n.min(m) {
+                            if !self.has_room() {
+                                return;
+                            }
+                            let index = self.b.int(index as i32);
+                            let value = self.b.load_element(*from, index);
+                            self.b.store_element(*to, index, value);
+                        }
+                    }
+                    _ => {
+                        let value = self.read_leaf(*from, from_element);
+                        self.write_leaf(*to, to_element, value);
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Zero, empty or null for every scalar part. Arrays are zero when a point starts and stay as they are.
+    pub(super) fn store_zero(&mut self, storage: &Storage) {
+        match storage {
+            Storage::Struct(parts) => parts.iter().for_each(|part| self.store_zero(part)),
+            Storage::Leaf(slot) => {
+                let slot_of = self.b.body.slot(*slot);
+                if slot_of.len.is_none() {
+                    let zero = self.b.constant(Const::zero(slot_of.kind));
+                    self.b.store(*slot, zero);
+                }
+            }
+        }
+    }
+
+    /// Initialises storage of a type.
+    pub(super) fn store_init(&mut self, storage: &Storage, ty: Type, init: &Init) {
+        let spot = Spot { storage: storage.clone(), element: None, part: Part::Whole };
+        match init {
+            Init::Value(e) => {
+                let value = self.eval(e);
+                self.write(&spot, value);
+            }
+            Init::List(items) => {
+                // Evaluated in order, the missing ones zero.
+                self.store_zero(storage);
+                self.store_list(storage, None, ty, items);
+            }
+        }
+    }
+
+    fn store_list(&mut self, storage: &Storage, element: Option<ValueId>, ty: Type, items: &[Init]) {
+        for (index, item) in items.iter().enumerate() {
+            if !self.has_room() {
+                return;
+            }
+            let (part, element, part_ty) = match (ty.extent, ty.base, storage) {
+                (Extent::One, Base::Struct(id), Storage::Struct(parts)) => {
+                    let field = self.program.structs.get(id).fields.get(index).map(|f| f.ty);
+                    match (parts.get(index), field) {
+                        (Some(part), Some(ty)) => (part.clone(), element, ty),
+                        _ => return,
+                    }
+                }
+                _ => (storage.clone(), Some(self.b.int(index as i32)), ty.element()),
+            };
+            match item {
+                Init::Value(e) => {
+                    let value = self.eval(e);
+                    self.write(&Spot { storage: part, element, part: Part::Whole }, value);
+                }
+                Init::List(inner) => self.store_list(&part, element, part_ty, inner),
+            }
+        }
+    }
+}

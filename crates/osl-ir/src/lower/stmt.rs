@@ -1,0 +1,229 @@
+//! Statements: branches, loops, and jumps as flags.
+
+use super::flow::{self, Flow};
+use super::{LoopFlags, Lowerer};
+use crate::hir::{Expr, Stmt, StmtKind};
+use crate::ir::{BlockId, Kind, LaneOp, Op, SlotId, ValueId};
+
+impl Lowerer<'_> {
+    /// Lowers statements in order. What follows one that may leave runs only where it did not.
+    pub(super) fn stmts(&mut self, list: &[Stmt]) {
+        for (index, stmt) in list.iter().enumerate() {
+            if !self.has_room() {
+                return;
+            }
+            let rest = list.get(index + 1..).unwrap_or(&[]);
+            let flow = flow::of(stmt);
+            if !rest.is_empty() && self.split_if(stmt, rest) {
+                return;
+            }
+            self.stmt(stmt);
+            if flow.always {
+                return;
+            }
+            if flow.may_leave() && !rest.is_empty() {
+                self.guarded(flow, |l| l.stmts(rest));
+                return;
+            }
+        }
+    }
+
+    /// `if (c) { …; return } rest` is `if (c) { …; return } else { rest }`: no flag is tested. Tells whether
+    /// the statement was of that form, and then lowered with all that follows it.
+    fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt]) -> bool {
+        let StmtKind::If(cond, then, otherwise) = &stmt.kind else { return false };
+        let (first, second) = (flow::of_list(then), flow::of_list(otherwise));
+        match (first.always, second.always) {
+            (true, false) if !second.may_leave() => self.branch(
+                cond,
+                |l| l.stmts(then),
+                |l| {
+                    l.stmts(otherwise);
+                    l.stmts(rest);
+                },
+            ),
+            (false, true) if !first.may_leave() => self.branch(
+                cond,
+                |l| {
+                    l.stmts(then);
+                    l.stmts(rest);
+                },
+                |l| l.stmts(otherwise),
+            ),
+            _ => return false,
+        }
+        true
+    }
+
+    fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
+        let cond = self.truth(cond);
+        self.if_else(cond, then, otherwise);
+    }
+
+    /// `if` on a value.
+    pub(super) fn if_else(
+        &mut self,
+        cond: ValueId,
+        then: impl FnOnce(&mut Self),
+        otherwise: impl FnOnce(&mut Self),
+    ) {
+        let then = self.in_block(then);
+        let otherwise = self.in_block(otherwise);
+        let op = Op::If { cond, then, otherwise, then_yields: Vec::new(), else_yields: Vec::new() };
+        self.b.push(op, Vec::new());
+    }
+
+    fn in_block(&mut self, work: impl FnOnce(&mut Self)) -> BlockId {
+        let (block, ()) = self.b.in_block(|_| ());
+        let outer = std::mem::replace(&mut self.b.current, block);
+        work(self);
+        self.b.current = outer;
+        block
+    }
+
+    /// Runs `work` only where no jump of this flow was taken.
+    fn guarded(&mut self, flow: Flow, work: impl FnOnce(&mut Self)) {
+        let live = self.live(flow);
+        self.if_else(live, work, |_| ());
+    }
+
+    /// 1 where no jump of this flow was taken.
+    fn live(&mut self, flow: Flow) -> ValueId {
+        let mut flags: Vec<SlotId> = Vec::new();
+        if let Some(frame) = self.frames.last() {
+            if flow.returns {
+                flags.push(frame.returned);
+            }
+            if let Some(inner) = frame.loops.last() {
+                if flow.breaks {
+                    flags.push(inner.broke);
+                }
+                if flow.continues {
+                    flags.push(inner.continued);
+                }
+            }
+        }
+        let mut left: Option<ValueId> = None;
+        for flag in flags {
+            let value = self.b.load(flag);
+            left = Some(match left {
+                None => value,
+                Some(before) => self.b.lane(LaneOp::IOr, &[before, value]),
+            });
+        }
+        let zero = self.b.int(0);
+        match left {
+            Some(left) => self.b.lane(LaneOp::IEq, &[left, zero]),
+            None => self.b.int(1),
+        }
+    }
+
+    fn stmt(&mut self, stmt: &Stmt) {
+        self.b.span = stmt.span;
+        match &stmt.kind {
+            StmtKind::Expr(e) => {
+                self.eval(e);
+            }
+            StmtKind::Declare(var, init) => {
+                let decl = &self.program.vars[var.0 as usize];
+                let storage = self.allocate(decl.ty, &decl.name);
+                match init {
+                    Some(init) => self.store_init(&storage, decl.ty, init),
+                    None => self.store_zero(&storage),
+                }
+                self.bind(*var, storage);
+            }
+            StmtKind::Block(list) => self.stmts(list),
+            StmtKind::If(cond, then, otherwise) => {
+                self.branch(cond, |l| l.stmts(then), |l| l.stmts(otherwise))
+            }
+            StmtKind::Loop { cond, test_first, iter, body } => {
+                self.loop_(cond.as_ref(), *test_first, iter.as_ref(), body)
+            }
+            StmtKind::Break => {
+                if let Some(flags) = self.loop_flags() {
+                    self.set_flag(flags.broke, 1);
+                }
+            }
+            StmtKind::Continue => {
+                if let Some(flags) = self.loop_flags() {
+                    self.set_flag(flags.continued, 1);
+                }
+            }
+            StmtKind::Return(value) => {
+                if let Some(init) = value {
+                    self.store_return(init);
+                }
+                if let Some(frame) = self.frames.last() {
+                    let returned = frame.returned;
+                    self.set_flag(returned, 1);
+                }
+            }
+        }
+    }
+
+    fn loop_flags(&self) -> Option<LoopFlags> {
+        self.frames.last()?.loops.last().copied()
+    }
+
+    /// Every loop becomes one that tests at the end: `go` tells whether the point runs another round.
+    fn loop_(&mut self, cond: Option<&Expr>, test_first: bool, iter: Option<&Expr>, body: &[Stmt]) {
+        let flags = LoopFlags { broke: self.flag("broke"), continued: self.flag("continued") };
+        let go = self.b.slot(Kind::Int, None, "go".into());
+        if let Some(frame) = self.frames.last_mut() {
+            frame.loops.push(flags);
+        }
+        let block = self.in_block(|l| {
+            l.set_flag(go, 0);
+            if test_first {
+                let test = l.loop_test(cond);
+                l.if_else(test, |l| l.round(body, flags, iter, |l| l.b.int(1), go), |_| ());
+            } else {
+                l.round(body, flags, iter, |l| l.loop_test(cond), go);
+            }
+        });
+        let outer = std::mem::replace(&mut self.b.current, block);
+        let again = self.b.load(go);
+        self.b.current = outer;
+        if let Some(frame) = self.frames.last_mut() {
+            frame.loops.pop();
+        }
+        let op =
+            Op::Loop { init: Vec::new(), params: Vec::new(), body: block, cond: again, next: Vec::new() };
+        self.b.push(op, Vec::new());
+    }
+
+    fn loop_test(&mut self, cond: Option<&Expr>) -> ValueId {
+        match cond {
+            Some(cond) => self.truth(cond),
+            None => self.b.int(1),
+        }
+    }
+
+    /// One round: the body, then the iteration expression and the next test where nothing left the loop.
+    fn round(
+        &mut self,
+        body: &[Stmt],
+        flags: LoopFlags,
+        iter: Option<&Expr>,
+        test: impl FnOnce(&mut Self) -> ValueId,
+        go: SlotId,
+    ) {
+        self.set_flag(flags.continued, 0);
+        self.stmts(body);
+        let flow = flow::of_list(body);
+        let leaving = Flow { continues: false, always: false, ..flow };
+        let finish = |l: &mut Self| {
+            if let Some(iter) = iter {
+                l.eval(iter);
+            }
+            let again = test(l);
+            l.b.store(go, again);
+        };
+        if leaving.may_leave() {
+            self.guarded(leaving, finish);
+        } else {
+            finish(self);
+        }
+    }
+}
