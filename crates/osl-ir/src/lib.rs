@@ -1,3 +1,18 @@
-//! Filled in by the commits that follow.
+//! Open Shading Language, from syntax tree to optimised IR.
+//!
+//! The way of the data: [`resolve`] binds names and types and makes the [`hir`]; [`lower`] inlines and
+//! flattens it into the [`ir`]; [`passes`] specialise and shrink that. [`builtins`] is the one table of the
+//! library's functions, [`numeric`] the arithmetic of one lane that folding and running share. This crate
+//! must not know lanes, masks, instruction sets or the disk.
 
+pub mod builtins;
+pub mod hir;
+pub mod ir;
+pub mod lower;
 pub mod numeric;
+pub mod params;
+pub mod passes;
+pub mod resolve;
+pub mod types;
+
+pub use osl_syntax::span::Span;

@@ -25,12 +25,14 @@
 //! | [`geometry`] | dot, length, normalize, reflect, refract … on three numbers |
 //! | [`matrix`] | products, inverse, determinant, transforms; row vectors |
 //! | [`color`] | conversions between color systems |
+//! | [`lane`] | what the lane operations call: the above with truth values as 0 and 1 |
 //! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
 
 pub mod arith;
 pub mod color;
 pub mod common;
 pub mod geometry;
+pub mod lane;
 pub mod matrix;
 pub mod real;
 pub mod rounding;

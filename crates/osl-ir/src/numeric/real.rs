@@ -1,7 +1,7 @@
 //! The element type of the arithmetic.
 //!
 //! [`Real`] is what a body may do with a number. `f32` is the strict arithmetic: products and sums rounded one by
-//! one, and the approximations of [`strict`](super::strict). Other arithmetics (binary64 as an oracle, cheaper
+//! one, and the approximations of [`strict`]. Other arithmetics (binary64 as an oracle, cheaper
 //! approximations) are other implementors; the bodies stay the same. Nothing here knows what a body computes.
 
 use std::fmt::Debug;

@@ -1,0 +1,119 @@
+//! The bodies of the lane operations that are no function of their own elsewhere: operators, comparisons with
+//! truth values 0 and 1, choices, parts of triples and matrices, and the elementary functions by name.
+//!
+//! Must not compute anything new: it only gives what the other modules hold the shape that
+//! [`for_each_lane_op!`](crate::for_each_lane_op) wants.
+
+use super::color::ColorSystem;
+use super::geometry::Triple;
+use super::matrix::{Matrix, equal};
+use super::{Real, arith, color};
+
+macro_rules! functions {
+    ($($name:ident($($arg:ident: $ty:ty),*) -> $ret:ty = $body:expr;)*) => {$(
+        #[doc = concat!("The body of the lane operation `", stringify!($name), "`.")]
+        #[inline(always)]
+        pub fn $name<R: Real>($($arg: $ty),*) -> $ret {
+            $body
+        }
+    )*};
+}
+
+functions! {
+    add(a: R, b: R) -> R = a + b;
+    sub(a: R, b: R) -> R = a - b;
+    mul(a: R, b: R) -> R = a * b;
+    neg(a: R) -> R = -a;
+    lt(a: R, b: R) -> i32 = arith::lt(a, b).into();
+    le(a: R, b: R) -> i32 = arith::le(a, b).into();
+    gt(a: R, b: R) -> i32 = arith::gt(a, b).into();
+    ge(a: R, b: R) -> i32 = arith::ge(a, b).into();
+    eq(a: R, b: R) -> i32 = arith::eq(a, b).into();
+    ne(a: R, b: R) -> i32 = arith::ne(a, b).into();
+    triple_eq(a: Triple<R>, b: Triple<R>) -> i32 = (arith::eq(a[0], b[0]) & arith::eq(a[1], b[1]) & arith::eq(a[2], b[2])).into();
+    triple_ne(a: Triple<R>, b: Triple<R>) -> i32 = 1 - triple_eq(a, b);
+    matrix_eq(a: Matrix<R>, b: Matrix<R>) -> i32 = equal(a, b).into();
+    matrix_ne(a: Matrix<R>, b: Matrix<R>) -> i32 = 1 - matrix_eq(a, b);
+    choose(c: i32, a: R, b: R) -> R = R::select(c != 0, a, b);
+    triple(x: R, y: R, z: R) -> Triple<R> = [x, y, z];
+    splat(x: R) -> Triple<R> = [x; 3];
+    x(t: Triple<R>) -> R = t[0];
+    y(t: Triple<R>) -> R = t[1];
+    z(t: Triple<R>) -> R = t[2];
+    component(t: Triple<R>, i: i32) -> R = R::select(i <= 0, t[0], R::select(i == 1, t[1], t[2]));
+    with_component(t: Triple<R>, i: i32, v: R) -> Triple<R> =
+        [R::select(i <= 0, v, t[0]), R::select(i == 1, v, t[1]), R::select(i >= 2, v, t[2])];
+    xyz_to_rgb(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_rgb(c);
+    xyy_to_rgb(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_rgb(color::xyy_to_xyz(c));
+    luminance(c: Triple<R>) -> R = ColorSystem::rec709().luminance_of(c);
+    sin(x: R) -> R = x.sin();
+    cos(x: R) -> R = x.cos();
+    tan(x: R) -> R = x.tan();
+    asin(x: R) -> R = x.asin();
+    acos(x: R) -> R = x.acos();
+    atan(x: R) -> R = x.atan();
+    sinh(x: R) -> R = x.sinh();
+    cosh(x: R) -> R = x.cosh();
+    tanh(x: R) -> R = x.tanh();
+    exp(x: R) -> R = x.exp();
+    exp2(x: R) -> R = x.exp2();
+    expm1(x: R) -> R = x.expm1();
+    log(x: R) -> R = x.log();
+    log2(x: R) -> R = x.log2();
+    log10(x: R) -> R = x.log10();
+    logb(x: R) -> R = x.logb();
+    cbrt(x: R) -> R = x.cbrt();
+    erf(x: R) -> R = x.erf();
+    erfc(x: R) -> R = x.erfc();
+    floor(x: R) -> R = x.floor();
+    ceil(x: R) -> R = x.ceil();
+    trunc(x: R) -> R = x.trunc();
+    round(x: R) -> R = x.round();
+    atan2(a: R, b: R) -> R = a.atan2(b);
+    pow(a: R, b: R) -> R = a.pow(b);
+    fmod(a: R, b: R) -> R = a.fmod(b);
+}
+
+macro_rules! int_functions {
+    ($($name:ident($($arg:ident),*) = $body:expr;)*) => {$(
+        #[doc = concat!("The body of the lane operation `", stringify!($name), "`.")]
+        #[inline(always)]
+        pub fn $name($($arg: i32),*) -> i32 {
+            $body
+        }
+    )*};
+}
+
+int_functions! {
+    int_and(a, b) = a & b;
+    int_or(a, b) = a | b;
+    int_xor(a, b) = a ^ b;
+    int_compl(a) = !a;
+    int_lt(a, b) = (a < b).into();
+    int_le(a, b) = (a <= b).into();
+    int_gt(a, b) = (a > b).into();
+    int_ge(a, b) = (a >= b).into();
+    int_eq(a, b) = (a == b).into();
+    int_ne(a, b) = (a != b).into();
+    choose_int(c, a, b) = if c != 0 { a } else { b };
+}
+
+/// The body of the lane operation `mchoose`.
+#[inline(always)]
+pub fn choose_matrix<R: Real>(c: i32, a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
+    std::array::from_fn(|i| R::select(c != 0, a[i], b[i]))
+}
+
+/// The body of the lane operation `mget`; indices outside of the matrix take its last row or column.
+#[inline(always)]
+pub fn element<R: Real>(m: Matrix<R>, row: i32, column: i32) -> R {
+    let at = 4 * row.clamp(0, 3) + column.clamp(0, 3);
+    m[(at & 15) as usize]
+}
+
+/// The body of the lane operation `mset`; indices outside of the matrix take its last row or column.
+#[inline(always)]
+pub fn with_element<R: Real>(m: Matrix<R>, row: i32, column: i32, value: R) -> Matrix<R> {
+    let at = 4 * row.clamp(0, 3) + column.clamp(0, 3);
+    std::array::from_fn(|i| R::select(i as i32 == at, value, m[i]))
+}

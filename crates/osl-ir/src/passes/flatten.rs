@@ -1,0 +1,100 @@
+//! Small branches become selections: where both sides are a few cheap operations, computing both and choosing
+//! is faster than masks. Needs the rates, since a uniform condition is better branched on.
+
+use crate::ir::{BlockId, Body, Inst, Kind, LaneOp, Op, Rate, ValueId};
+
+/// Operations that both sides together may have.
+const MAX_OPERATIONS: usize = 24;
+
+/// Runs the pass.
+pub(super) fn run(body: &mut Body) {
+    block(body, body.entry);
+}
+
+fn block(body: &mut Body, id: BlockId) {
+    let insts = std::mem::take(&mut body.blocks[id.index()].insts);
+    let mut kept = Vec::with_capacity(insts.len());
+    for inst in insts {
+        match inst.op {
+            Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                block(body, then);
+                block(body, otherwise);
+                if body.value(cond).rate == Rate::Varying && is_cheap(body, then, otherwise) {
+                    kept.append(&mut body.blocks[then.index()].insts);
+                    kept.append(&mut body.blocks[otherwise.index()].insts);
+                    for ((r, a), b) in inst.results.iter().zip(&then_yields).zip(&else_yields) {
+                        kept.push(Inst {
+                            op: choose(body, cond, *a, *b),
+                            results: vec![*r],
+                            span: inst.span,
+                        });
+                    }
+                } else {
+                    let op = Op::If { cond, then, otherwise, then_yields, else_yields };
+                    kept.push(Inst { op, ..inst });
+                }
+            }
+            Op::Loop { body: inner, .. } => {
+                block(body, inner);
+                kept.push(inst);
+            }
+            _ => kept.push(inst),
+        }
+    }
+    body.blocks[id.index()].insts = kept;
+}
+
+fn choose(body: &Body, cond: ValueId, a: ValueId, b: ValueId) -> Op {
+    let op = match body.kind(a) {
+        Kind::Float | Kind::Triple => LaneOp::Choose,
+        Kind::Int | Kind::Closure => LaneOp::IChoose,
+        Kind::Matrix => LaneOp::MChoose,
+        Kind::Str => LaneOp::SChoose,
+    };
+    Op::Lane(op, vec![cond, a, b])
+}
+
+fn is_cheap(body: &Body, then: BlockId, otherwise: BlockId) -> bool {
+    let mut operations = 0;
+    let all = body.block(then).insts.iter().chain(&body.block(otherwise).insts);
+    for inst in all {
+        match &inst.op {
+            Op::Const(_) => {}
+            Op::Lane(op, args) => {
+                operations +=
+                    weight(*op) * if args.iter().any(|a| body.kind(*a) == Kind::Triple) { 3 } else { 1 };
+            }
+            _ => return false,
+        }
+        if operations > MAX_OPERATIONS {
+            return false;
+        }
+    }
+    true
+}
+
+/// Rough cost in additions.
+fn weight(op: LaneOp) -> usize {
+    use LaneOp as L;
+    match op {
+        L::X | L::Y | L::Z | L::Triple | L::Splat => 0,
+        L::FDiv | L::FDivBy | L::Sqrt | L::InverseSqrt | L::Mod | L::Smoothstep | L::Linearstep => 4,
+        L::MMul | L::MInverse | L::MDet => 100,
+        L::Fmod
+        | L::Pow
+        | L::Exp
+        | L::Exp2
+        | L::Expm1
+        | L::Log
+        | L::Log2
+        | L::Log10
+        | L::Sin
+        | L::Cos
+        | L::Tan => 16,
+        L::Asin | L::Acos | L::Atan | L::Atan2 | L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc => {
+            16
+        }
+        L::HsvToRgb | L::HslToRgb | L::YiqToRgb | L::XyzToRgb | L::XyyToRgb | L::Refract => 8,
+        _ => 1,
+    }
+}

@@ -1,0 +1,363 @@
+//! Constants, computed with the arithmetic of a run; names of spaces and noises resolved; known branches taken;
+//! and rewrites that keep every bit.
+
+use super::Renaming;
+use crate::ir::{
+    BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId,
+};
+
+/// Runs the pass.
+pub(super) fn run(body: &mut Body) {
+    let values = body.values.len();
+    let mut fold =
+        Fold { renaming: Renaming::default(), known: vec![None; values], lanes: vec![None; values] };
+    fold.block(body, body.entry);
+    rename_outputs(body, &fold.renaming);
+}
+
+/// Lets the outputs follow a renaming.
+pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
+    for output in &mut body.outputs {
+        if let Source::Value(value) = &mut output.source {
+            *value = renaming.get(*value);
+        }
+    }
+}
+
+struct Fold {
+    renaming: Renaming,
+    /// The constant that a value is.
+    known: Vec<Option<Const>>,
+    /// The lane operation that computes a value.
+    lanes: Vec<Option<(LaneOp, Vec<ValueId>)>>,
+}
+
+/// What becomes of an instruction.
+enum Outcome {
+    Keep(Op),
+    Constant(Const),
+    Same(ValueId),
+}
+
+impl Fold {
+    fn constant(&self, value: ValueId) -> Option<&Const> {
+        self.known.get(value.index())?.as_ref()
+    }
+
+    fn lane(&self, value: ValueId) -> Option<(LaneOp, &[ValueId])> {
+        let (op, args) = self.lanes.get(value.index())?.as_ref()?;
+        Some((*op, args))
+    }
+
+    fn note(&mut self, value: ValueId, op: &Op) {
+        let index = value.index();
+        if self.known.len() <= index {
+            self.known.resize(index + 1, None);
+            self.lanes.resize(index + 1, None);
+        }
+        match op {
+            Op::Const(c) => self.known[index] = Some(c.clone()),
+            Op::Lane(op, args) => self.lanes[index] = Some((*op, args.clone())),
+            _ => {}
+        }
+    }
+
+    fn block(&mut self, body: &mut Body, id: BlockId) {
+        let insts = std::mem::take(&mut body.blocks[id.index()].insts);
+        let mut kept = Vec::with_capacity(insts.len());
+        for inst in insts {
+            self.inst(body, inst, &mut kept);
+        }
+        body.blocks[id.index()].insts = kept;
+    }
+
+    fn inst(&mut self, body: &mut Body, mut inst: Inst, kept: &mut Vec<Inst>) {
+        inst.op.replace_uses(|v| self.renaming.get(v));
+        match inst.op {
+            Op::If { .. } => self.branch(body, inst, kept),
+            Op::Loop { .. } => self.round(body, inst, kept),
+            op => {
+                let outcome = match op {
+                    Op::Lane(op, args) => self.lane_op(body, op, args, inst.span, kept),
+                    Op::Kernel(kernel, args) => self.kernel(kernel, args),
+                    op => Outcome::Keep(op),
+                };
+                let op = match outcome {
+                    Outcome::Keep(op) => op,
+                    Outcome::Constant(c) => Op::Const(c),
+                    Outcome::Same(value) => {
+                        inst.results.iter().for_each(|r| self.renaming.set(*r, value));
+                        return;
+                    }
+                };
+                inst.results.iter().for_each(|r| self.note(*r, &op));
+                kept.push(Inst { op, ..inst });
+            }
+        }
+    }
+
+    /// Adds an instruction for an intermediate result.
+    fn add(
+        &mut self,
+        body: &mut Body,
+        op: Op,
+        kind: Kind,
+        span: osl_syntax::span::Span,
+        kept: &mut Vec<Inst>,
+    ) -> ValueId {
+        body.values.push(Value { kind, rate: Rate::Varying, span });
+        let result = ValueId(body.values.len() as u32 - 1);
+        self.note(result, &op);
+        kept.push(Inst { op, results: vec![result], span });
+        result
+    }
+
+    fn lane_op(
+        &mut self,
+        body: &mut Body,
+        op: LaneOp,
+        args: Vec<ValueId>,
+        span: osl_syntax::span::Span,
+        kept: &mut Vec<Inst>,
+    ) -> Outcome {
+        let constants: Vec<Option<&Const>> = args.iter().map(|a| self.constant(*a)).collect();
+        if let Some(all) = constants.iter().map(|c| c.cloned()).collect::<Option<Vec<Const>>>()
+            && let Some(result) = op.eval(&all)
+        {
+            return Outcome::Constant(result);
+        }
+        match (op, args.as_slice(), constants.as_slice()) {
+            (LaneOp::FDiv, _, [_, Some(c)]) if nowhere_zero(c) => {
+                Outcome::Keep(Op::Lane(LaneOp::FDivBy, args))
+            }
+            (LaneOp::Get, [t, _], [_, Some(Const::Int(i))]) => {
+                let op = [LaneOp::X, LaneOp::Y, LaneOp::Z][(*i).clamp(0, 2) as usize];
+                let t = *t;
+                self.part(op, t)
+            }
+            (LaneOp::X | LaneOp::Y | LaneOp::Z, [t], _) => {
+                let t = *t;
+                self.part(op, t)
+            }
+            (LaneOp::Set, [t, _, value], [_, Some(Const::Int(i)), _]) => {
+                let (t, value, index) = (*t, *value, (*i).clamp(0, 2) as usize);
+                let mut parts = [value; 3];
+                for (at, op) in [LaneOp::X, LaneOp::Y, LaneOp::Z].into_iter().enumerate() {
+                    if at != index {
+                        parts[at] = match self.part(op, t) {
+                            Outcome::Same(part) => part,
+                            Outcome::Keep(op) => self.add(body, op, Kind::Float, span, kept),
+                            Outcome::Constant(c) => self.add(body, Op::Const(c), Kind::Float, span, kept),
+                        };
+                    }
+                }
+                Outcome::Keep(Op::Lane(LaneOp::Triple, parts.to_vec()))
+            }
+            (
+                LaneOp::Choose | LaneOp::IChoose | LaneOp::MChoose | LaneOp::SChoose,
+                [_, a, b],
+                [Some(Const::Int(c)), ..],
+            ) => {
+                let (taken, other) = if *c != 0 { (*a, *b) } else { (*b, *a) };
+                // A float beside a triple is spread by the operation, so it has to stay.
+                if body.kind(taken) == body.kind(other) {
+                    Outcome::Same(taken)
+                } else {
+                    Outcome::Keep(Op::Lane(op, args))
+                }
+            }
+            (LaneOp::INe, [a, _], [_, Some(Const::Int(0))]) if self.is_truth(*a) => Outcome::Same(*a),
+            _ => Outcome::Keep(Op::Lane(op, args)),
+        }
+    }
+
+    /// A component of a triple, taken from what the triple was made of.
+    fn part(&self, op: LaneOp, triple: ValueId) -> Outcome {
+        let index = match op {
+            LaneOp::X => 0,
+            LaneOp::Y => 1,
+            _ => 2,
+        };
+        match (self.constant(triple), self.lane(triple)) {
+            (Some(Const::Triple(t)), _) => Outcome::Constant(Const::Float(t[index])),
+            (_, Some((LaneOp::Triple, parts))) if parts.len() == 3 => Outcome::Same(parts[index]),
+            (_, Some((LaneOp::Splat, [part]))) => Outcome::Same(*part),
+            _ => Outcome::Keep(Op::Lane(op, vec![triple])),
+        }
+    }
+
+    /// Whether a value is 0 or 1.
+    fn is_truth(&self, value: ValueId) -> bool {
+        use LaneOp as L;
+        let compares = |op| {
+            matches!(
+                op,
+                L::FLt
+                    | L::FLe
+                    | L::FGt
+                    | L::FGe
+                    | L::FEq
+                    | L::FNe
+                    | L::TEq
+                    | L::TNe
+                    | L::MEq
+                    | L::MNe
+                    | L::SEq
+                    | L::SNe
+                    | L::ILt
+                    | L::ILe
+                    | L::IGt
+                    | L::IGe
+                    | L::IEq
+                    | L::INe
+                    | L::IsNan
+                    | L::IsInf
+                    | L::IsFinite
+            )
+        };
+        self.lane(value).is_some_and(|(op, _)| compares(op))
+            || matches!(self.constant(value), Some(Const::Int(0 | 1)))
+    }
+
+    fn kernel(&mut self, kernel: Kernel, args: Vec<ValueId>) -> Outcome {
+        let name = |at: usize| match args.get(at).and_then(|a| self.constant(*a)) {
+            Some(Const::Str(s)) => Some(&**s),
+            _ => None,
+        };
+        match kernel {
+            Kernel::NamedNoise { dims, triple, periodic } => match name(0).and_then(NoiseField::from_name) {
+                Some(field) => {
+                    let args = args.get(1..).unwrap_or(&[]).to_vec();
+                    Outcome::Keep(Op::Kernel(Kernel::Noise { field, dims, triple, periodic }, args))
+                }
+                None => Outcome::Keep(Op::Kernel(kernel, args)),
+            },
+            Kernel::ColorFrom => {
+                let lane = match name(0) {
+                    Some("rgb" | "RGB" | "Rec709") => {
+                        return args
+                            .get(1)
+                            .map_or(Outcome::Keep(Op::Kernel(kernel, args.clone())), |a| Outcome::Same(*a));
+                    }
+                    Some("hsv") => LaneOp::HsvToRgb,
+                    Some("hsl") => LaneOp::HslToRgb,
+                    Some("YIQ") => LaneOp::YiqToRgb,
+                    Some("XYZ") => LaneOp::XyzToRgb,
+                    Some("xyY") => LaneOp::XyyToRgb,
+                    _ => return Outcome::Keep(Op::Kernel(kernel, args)),
+                };
+                let args = args.get(1..).unwrap_or(&[]).to_vec();
+                let constant = args
+                    .first()
+                    .and_then(|a| self.constant(*a))
+                    .and_then(|c| lane.eval(std::slice::from_ref(c)));
+                constant.map_or(Outcome::Keep(Op::Lane(lane, args)), Outcome::Constant)
+            }
+            kernel => Outcome::Keep(Op::Kernel(kernel, args)),
+        }
+    }
+
+    fn branch(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
+        let Op::If { cond, then, otherwise, mut then_yields, mut else_yields } = inst.op else { return };
+        if let Some(Const::Int(c)) = self.constant(cond) {
+            let (side, yields) = if *c != 0 { (then, then_yields) } else { (otherwise, else_yields) };
+            self.block(body, side);
+            kept.append(&mut body.blocks[side.index()].insts);
+            for (result, value) in inst.results.iter().zip(yields) {
+                let value = self.renaming.get(value);
+                self.renaming.set(*result, value);
+            }
+            return;
+        }
+        self.block(body, then);
+        self.block(body, otherwise);
+        then_yields.iter_mut().chain(&mut else_yields).for_each(|v| *v = self.renaming.get(*v));
+        let mut results = Vec::new();
+        let (mut a_kept, mut b_kept) = (Vec::new(), Vec::new());
+        let mut truths = Vec::new();
+        for ((result, a), b) in inst.results.into_iter().zip(then_yields).zip(else_yields) {
+            if a == b {
+                self.renaming.set(result, a);
+            } else if matches!(
+                (self.constant(a), self.constant(b)),
+                (Some(Const::Int(1)), Some(Const::Int(0)))
+            ) {
+                truths.push(result);
+            } else {
+                results.push(result);
+                a_kept.push(a);
+                b_kept.push(b);
+            }
+        }
+        // A choice between 1 and 0 is the condition itself.
+        for result in truths {
+            let truth = if self.is_truth(cond) {
+                cond
+            } else {
+                let zero = self.add(body, Op::Const(Const::Int(0)), Kind::Int, inst.span, kept);
+                self.add(body, Op::Lane(LaneOp::INe, vec![cond, zero]), Kind::Int, inst.span, kept)
+            };
+            self.renaming.set(result, truth);
+        }
+        let op = Op::If { cond, then, otherwise, then_yields: a_kept, else_yields: b_kept };
+        kept.push(Inst { op, results, span: inst.span });
+    }
+
+    fn round(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
+        let Op::Loop { init, params, body: inner, cond, next } = inst.op else { return };
+        // A parameter that no round changes is its first value.
+        let mut keep = vec![true; params.len()];
+        for (index, (param, next)) in params.iter().zip(&next).enumerate() {
+            if param == next {
+                let first = self.renaming.get(init[index]);
+                self.renaming.set(*param, first);
+                self.renaming.set(inst.results[index], first);
+                keep[index] = false;
+            }
+        }
+        self.block(body, inner);
+        let pick = |list: Vec<ValueId>, f: &Self| -> Vec<ValueId> {
+            list.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| f.renaming.get(v)).collect()
+        };
+        let (init, next, cond) = (pick(init, self), pick(next, self), self.renaming.get(cond));
+        let params: Vec<ValueId> =
+            params.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| v).collect();
+        let results: Vec<ValueId> =
+            inst.results.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| v).collect();
+        if matches!(self.constant(cond), Some(Const::Int(0))) {
+            // One round: the parameters are copies of their first values.
+            self.unroll_once(body, inner, (&params, &init), (&results, &next), kept);
+            return;
+        }
+        kept.push(Inst { op: Op::Loop { init, params, body: inner, cond, next }, results, span: inst.span });
+    }
+
+    fn unroll_once(
+        &mut self,
+        body: &mut Body,
+        inner: BlockId,
+        (params, init): (&[ValueId], &[ValueId]),
+        (results, next): (&[ValueId], &[ValueId]),
+        kept: &mut Vec<Inst>,
+    ) {
+        for (param, first) in params.iter().zip(init) {
+            self.renaming.set(*param, *first);
+        }
+        // The body is folded again, now with the first values in place of the parameters.
+        self.block(body, inner);
+        kept.append(&mut body.blocks[inner.index()].insts);
+        for (result, last) in results.iter().zip(next) {
+            let last = self.renaming.get(*last);
+            self.renaming.set(*result, last);
+        }
+    }
+}
+
+/// Whether a constant divisor is other than zero in each component.
+fn nowhere_zero(c: &Const) -> bool {
+    match c {
+        Const::Float(x) => *x != 0.0,
+        Const::Triple(t) => t.iter().all(|x| *x != 0.0),
+        _ => false,
+    }
+}

@@ -1,0 +1,150 @@
+//! Passes over the IR, each small, each with its own tests, each able to be switched off (but for `ssa`, on
+//! which the others and the interpreter build, and `derive`, without which lookups would mean something else).
+//!
+//! A pass keeps the bits of every value that remains. It must not know lanes, registers or instruction sets.
+
+mod cse;
+mod dce;
+mod derive;
+mod flatten;
+mod fold;
+mod rate;
+mod rules;
+mod ssa;
+
+use crate::hir::Global;
+use crate::ir::Body;
+use crate::ir::validate;
+use std::sync::Arc;
+
+/// The passes, in the order in which they run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Pass {
+    /// Scalar slots become values. Always runs.
+    Ssa,
+    /// Drops outputs that nobody asked for.
+    Slice,
+    /// Writes the derivatives that texture lookups ask for. Always runs: it decides what they see.
+    Derive,
+    /// Computes constants with the run's own arithmetic, resolves names, takes known branches.
+    Fold,
+    /// Computes each value once.
+    Cse,
+    /// Removes what no output needs.
+    Dce,
+    /// Finds what the points of a batch share. Always runs: without it all is varying.
+    Rate,
+    /// Turns small branches into selections.
+    Flatten,
+}
+
+impl Pass {
+    /// All passes in order.
+    pub const ALL: [Pass; 8] =
+        [Pass::Ssa, Pass::Slice, Pass::Derive, Pass::Fold, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten];
+
+    /// The name that reports and `--without-pass` use.
+    pub fn name(self) -> &'static str {
+        match self {
+            Pass::Ssa => "ssa",
+            Pass::Slice => "slice",
+            Pass::Derive => "derive",
+            Pass::Fold => "fold",
+            Pass::Cse => "cse",
+            Pass::Dce => "dce",
+            Pass::Rate => "rate",
+            Pass::Flatten => "flatten",
+        }
+    }
+
+    /// The pass of a name.
+    pub fn from_name(name: &str) -> Option<Pass> {
+        Pass::ALL.into_iter().find(|pass| pass.name() == name)
+    }
+}
+
+/// What the passes are to do.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// Names of the outputs that are wanted; `None` is all. A struct's name stands for its fields.
+    pub outputs: Option<Vec<Arc<str>>>,
+    /// Globals that differ from point to point.
+    pub varying: Vec<Global>,
+    /// Passes that do not run.
+    pub without: Vec<Pass>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        let varying = crate::hir::GLOBALS.iter().map(|(global, ..)| *global).collect();
+        Options { outputs: None, varying, without: Vec::new() }
+    }
+}
+
+/// What a pass did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Report {
+    /// Which pass.
+    pub pass: Pass,
+    /// Instructions before it.
+    pub before: usize,
+    /// Instructions after it.
+    pub after: usize,
+}
+
+/// Runs the passes and reports what each did.
+pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
+    let mut reports = Vec::new();
+    for pass in Pass::ALL {
+        if options.without.contains(&pass) && !matches!(pass, Pass::Ssa | Pass::Derive) {
+            continue;
+        }
+        let before = body.count();
+        match pass {
+            Pass::Ssa => ssa::run(body),
+            Pass::Slice => slice(body, options.outputs.as_deref()),
+            Pass::Derive => derive::run(body),
+            Pass::Fold => fold::run(body),
+            Pass::Cse => cse::run(body),
+            Pass::Dce => dce::run(body),
+            Pass::Rate => rate::run(body, &options.varying),
+            Pass::Flatten => flatten::run(body),
+        }
+        if cfg!(debug_assertions) {
+            let found = validate::validate(body);
+            debug_assert!(found.is_ok(), "after {}: {found:?}", pass.name());
+        }
+        reports.push(Report { pass, before, after: body.count() });
+    }
+    reports
+}
+
+/// Drops outputs that are not wanted. What computed them goes with `dce`.
+fn slice(body: &mut Body, wanted: Option<&[Arc<str>]>) {
+    let Some(wanted) = wanted else { return };
+    body.outputs.retain(|output| {
+        wanted.iter().any(|w| {
+            output.name.strip_prefix(&**w).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        })
+    });
+}
+
+/// A table from values to the values that replace them.
+#[derive(Debug, Default)]
+struct Renaming {
+    to: Vec<Option<crate::ir::ValueId>>,
+}
+
+impl Renaming {
+    fn set(&mut self, from: crate::ir::ValueId, to: crate::ir::ValueId) {
+        if self.to.len() <= from.index() {
+            self.to.resize(from.index() + 1, None);
+        }
+        self.to[from.index()] = Some(to);
+    }
+
+    /// What stands for a value. Replacements are final when they are set, so one step is enough.
+    fn get(&self, value: crate::ir::ValueId) -> crate::ir::ValueId {
+        self.to.get(value.index()).copied().flatten().unwrap_or(value)
+    }
+}
