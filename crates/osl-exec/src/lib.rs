@@ -1,1 +1,21 @@
-//! Filled in by the commits that follow.
+//! The batch interpreter: runs IR over some hundreds of shading points an instruction.
+//!
+//! The way of the data: `program` turns a body of IR into steps over registers; `lanes` stamps the lane
+//! operations into loops; a `machine` runs the steps over one batch under lane masks; [`frame`] drives
+//! machines over all points on all cores. This crate must not know the syntax tree, command lines or the disk.
+
+pub mod frame;
+mod lanes;
+mod machine;
+pub mod message;
+mod program;
+mod register;
+mod services;
+pub mod source;
+
+pub use frame::{Frame, Plane, RunOptions, run};
+pub use message::Message;
+pub use osl_noise::Isa;
+pub use program::Program;
+pub use services::{Services, Spaces};
+pub use source::PointSource;

@@ -17,7 +17,7 @@ const MAX_FILE_BYTES: u64 = 1 << 31;
 /// An existing file keeps its permissions, a new one gets those the process gives to any new file. A symbolic
 /// link stays, and what it points to is replaced. A device or pipe is written to directly, since renaming over
 /// it would destroy it.
-pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     let target = resolve(path);
     match fs::metadata(&target) {
         Ok(old) if old.is_dir() => Err(ImageError::input(path, "is a directory, not a file")),

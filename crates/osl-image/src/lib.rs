@@ -23,6 +23,7 @@ mod wrap;
 pub use cache::{LoadFailure, TextureCache};
 pub use error::ImageError;
 pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
+pub use file::replace as replace_file;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
 pub use lookup::{LookupOptions, lookup, lookup_values};

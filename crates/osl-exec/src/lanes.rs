@@ -1,0 +1,390 @@
+//! The lane operations as loops, stamped from the one list of [`osl_ir::for_each_lane_op!`].
+//!
+//! Each body goes into a plain loop over slices for each combination of lane-array and single arguments that
+//! matters, inside a function compiled for the instruction set in use; the compiler vectorises the loop. No
+//! loop looks at a mask: lanes that do not run compute something that nobody reads.
+
+use crate::register::{floats, floats_mut, ints, ints_mut};
+use osl_ir::ir::LaneOp;
+use osl_noise::{Isa, Kernel};
+
+/// An argument of a lane operation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Arg<'a> {
+    /// `n` lanes of each component, component by component.
+    Each(&'a [u32]),
+    /// One value for all lanes: a word for each component.
+    Same(&'a [u32]),
+}
+
+/// One lane operation over `n` lanes. Arguments and `out` have the components of the operation's own shape: a
+/// per-component operation on triples is three calls.
+pub(crate) struct LaneCall<'a> {
+    pub(crate) op: LaneOp,
+    pub(crate) args: &'a [Arg<'a>],
+    pub(crate) out: &'a mut [u32],
+    pub(crate) n: usize,
+}
+
+/// Runs the operation with the instruction set.
+pub(crate) fn run(isa: Isa, call: LaneCall<'_>) {
+    isa.dispatch(call);
+}
+
+/// A type that lanes hold.
+trait Lane: Copy {
+    /// Components.
+    const WORDS: usize;
+    /// A view of lane arrays.
+    type Each<'a>: Copy;
+    fn each(words: &[u32], n: usize) -> Self::Each<'_>;
+    fn at(each: Self::Each<'_>, lane: usize) -> Self;
+    fn same(words: &[u32]) -> Self;
+    fn fill(out: &mut [u32], n: usize, f: impl Fn(usize) -> Self);
+}
+
+impl Lane for f32 {
+    const WORDS: usize = 1;
+    type Each<'a> = &'a [f32];
+    #[inline(always)]
+    fn each(words: &[u32], n: usize) -> &[f32] {
+        &floats(words)[..n]
+    }
+    #[inline(always)]
+    fn at(each: &[f32], lane: usize) -> f32 {
+        each[lane]
+    }
+    #[inline(always)]
+    fn same(words: &[u32]) -> f32 {
+        f32::from_bits(words[0])
+    }
+    #[inline(always)]
+    fn fill(out: &mut [u32], n: usize, f: impl Fn(usize) -> f32) {
+        fill_one(&mut floats_mut(out)[..n], f);
+    }
+}
+
+impl Lane for i32 {
+    const WORDS: usize = 1;
+    type Each<'a> = &'a [i32];
+    #[inline(always)]
+    fn each(words: &[u32], n: usize) -> &[i32] {
+        &ints(words)[..n]
+    }
+    #[inline(always)]
+    fn at(each: &[i32], lane: usize) -> i32 {
+        each[lane]
+    }
+    #[inline(always)]
+    fn same(words: &[u32]) -> i32 {
+        words[0] as i32
+    }
+    #[inline(always)]
+    fn fill(out: &mut [u32], n: usize, f: impl Fn(usize) -> i32) {
+        fill_one(&mut ints_mut(out)[..n], f);
+    }
+}
+
+impl<const C: usize> Lane for [f32; C] {
+    const WORDS: usize = C;
+    type Each<'a> = [&'a [f32]; C];
+    #[inline(always)]
+    fn each(words: &[u32], n: usize) -> [&[f32]; C] {
+        let all = floats(words);
+        let mut each = [&all[..n]; C];
+        if C == 3 {
+            each[1] = &all[n..][..n];
+            each[2] = &all[2 * n..][..n];
+        } else {
+            each.iter_mut().enumerate().for_each(|(c, lanes)| *lanes = &all[c * n..][..n]);
+        }
+        each
+    }
+    #[inline(always)]
+    fn at(each: [&[f32]; C], lane: usize) -> [f32; C] {
+        // Straight code: loops inside keep the loop over lanes from being vectorised.
+        let mut v = [0.0; C];
+        if C == 3 {
+            v[0] = each[0][lane];
+            v[1] = each[1][lane];
+            v[2] = each[2][lane];
+        } else {
+            v.iter_mut().zip(each).for_each(|(v, lanes)| *v = lanes[lane]);
+        }
+        v
+    }
+    #[inline(always)]
+    fn same(words: &[u32]) -> [f32; C] {
+        std::array::from_fn(|c| f32::from_bits(words[c]))
+    }
+    #[inline(always)]
+    fn fill(out: &mut [u32], n: usize, f: impl Fn(usize) -> [f32; C]) {
+        let out = floats_mut(out);
+        if C == 3 {
+            let (x, rest) = out.split_at_mut(n);
+            let (y, z) = rest.split_at_mut(n);
+            fill_three(
+                x,
+                y,
+                &mut z[..n],
+                #[inline(always)]
+                |i| {
+                    let v = f(i);
+                    [v[0], v[1], v[2]]
+                },
+            );
+            return;
+        }
+        for i in 0..n {
+            let v = f(i);
+            for (c, value) in v.into_iter().enumerate() {
+                out[c * n + i] = value;
+            }
+        }
+    }
+}
+
+// The slices are parameters of their own so that the compiler knows that they overlap with nothing.
+#[inline(always)]
+fn fill_one<T>(out: &mut [T], f: impl Fn(usize) -> T) {
+    for (i, o) in out.iter_mut().enumerate() {
+        *o = f(i);
+    }
+}
+
+#[inline(always)]
+fn fill_three(x: &mut [f32], y: &mut [f32], z: &mut [f32], f: impl Fn(usize) -> [f32; 3]) {
+    let n = x.len();
+    let (y, z) = (&mut y[..n], &mut z[..n]);
+    for i in 0..n {
+        let v = f(i);
+        x[i] = v[0];
+        y[i] = v[1];
+        z[i] = v[2];
+    }
+}
+
+#[inline(always)]
+fn map1<A: Lane, O: Lane>(call: LaneCall<'_>, f: impl Fn(A) -> O) {
+    let n = call.n;
+    match call.args[0] {
+        Arg::Each(a) => {
+            let a = A::each(a, n);
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i)),
+            );
+        }
+        Arg::Same(a) => {
+            let value = f(A::same(a));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |_| value,
+            );
+        }
+    }
+}
+
+#[inline(always)]
+fn map2<A: Lane, B: Lane, O: Lane>(call: LaneCall<'_>, f: impl Fn(A, B) -> O) {
+    let n = call.n;
+    match (call.args[0], call.args[1]) {
+        (Arg::Each(a), Arg::Each(b)) => {
+            let (a, b) = (A::each(a, n), B::each(b, n));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i), B::at(b, i)),
+            );
+        }
+        (Arg::Same(a), Arg::Each(b)) => {
+            let (a, b) = (A::same(a), B::each(b, n));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(a, B::at(b, i)),
+            );
+        }
+        (Arg::Each(a), Arg::Same(b)) => {
+            let (a, b) = (A::each(a, n), B::same(b));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i), b),
+            );
+        }
+        (Arg::Same(a), Arg::Same(b)) => {
+            let value = f(A::same(a), B::same(b));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |_| value,
+            );
+        }
+    }
+}
+
+#[inline(always)]
+fn map3<A: Lane, B: Lane, C: Lane, O: Lane>(call: LaneCall<'_>, f: impl Fn(A, B, C) -> O) {
+    let n = call.n;
+    use Arg::{Each, Same};
+    match (call.args[0], call.args[1], call.args[2]) {
+        (Each(a), Each(b), Each(c)) => {
+            let (a, b, c) = (A::each(a, n), B::each(b, n), C::each(c, n));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i), B::at(b, i), C::at(c, i)),
+            );
+        }
+        (Same(a), Each(b), Each(c)) => {
+            let (a, b, c) = (A::same(a), B::each(b, n), C::each(c, n));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(a, B::at(b, i), C::at(c, i)),
+            );
+        }
+        (Each(a), Same(b), Each(c)) => {
+            let (a, b, c) = (A::each(a, n), B::same(b), C::each(c, n));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i), b, C::at(c, i)),
+            );
+        }
+        (Each(a), Each(b), Same(c)) => {
+            let (a, b, c) = (A::each(a, n), B::each(b, n), C::same(c));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i), B::at(b, i), c),
+            );
+        }
+        (Same(a), Same(b), Each(c)) => {
+            let (a, b, c) = (A::same(a), B::same(b), C::each(c, n));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(a, b, C::at(c, i)),
+            );
+        }
+        (Same(a), Each(b), Same(c)) => {
+            let (a, b, c) = (A::same(a), B::each(b, n), C::same(c));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(a, B::at(b, i), c),
+            );
+        }
+        (Each(a), Same(b), Same(c)) => {
+            let (a, b, c) = (A::each(a, n), B::same(b), C::same(c));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |i| f(A::at(a, i), b, c),
+            );
+        }
+        (Same(a), Same(b), Same(c)) => {
+            let value = f(A::same(a), B::same(b), C::same(c));
+            O::fill(
+                call.out,
+                n,
+                #[inline(always)]
+                |_| value,
+            );
+        }
+    }
+}
+
+/// Four arguments: rare, so one loop that asks each argument.
+#[inline(always)]
+fn map4<A: Lane, B: Lane, C: Lane, D: Lane, O: Lane>(call: LaneCall<'_>, f: impl Fn(A, B, C, D) -> O) {
+    let (n, args) = (call.n, call.args);
+    O::fill(
+        call.out,
+        n,
+        #[inline(always)]
+        |i| f(pick(args[0], n, i), pick(args[1], n, i), pick(args[2], n, i), pick(args[3], n, i)),
+    );
+}
+
+#[inline(always)]
+fn pick<T: Lane>(arg: Arg<'_>, n: usize, lane: usize) -> T {
+    match arg {
+        Arg::Each(words) => T::at(T::each(words, n), lane),
+        Arg::Same(words) => T::same(words),
+    }
+}
+
+macro_rules! lane {
+    (F) => {
+        f32
+    };
+    (I) => {
+        i32
+    };
+    (S) => {
+        i32
+    };
+    (T) => {
+        [f32; 3]
+    };
+    (M) => {
+        [f32; 16]
+    };
+}
+
+macro_rules! call {
+    ($call:ident, $path:path, ($a:ident) -> $o:ident) => {
+        map1::<lane!($a), lane!($o)>($call, $path)
+    };
+    ($call:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {
+        map2::<lane!($a), lane!($b), lane!($o)>($call, $path)
+    };
+    ($call:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {
+        map3::<lane!($a), lane!($b), lane!($c), lane!($o)>($call, $path)
+    };
+    ($call:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {
+        map4::<lane!($a), lane!($b), lane!($c), lane!($d), lane!($o)>($call, $path)
+    };
+}
+
+macro_rules! stamp {
+    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $path:path;)*) => {
+        impl Kernel for LaneCall<'_> {
+            type Output = ();
+            #[inline(always)]
+            fn run(self) {
+                let call = self;
+                match call.op {
+                    $(LaneOp::$name => call!(call, $path, ($($arg),*) -> $ret)),*
+                }
+            }
+        }
+
+        /// Words that an argument of the operation takes, and its result.
+        pub(crate) fn words(op: LaneOp) -> (&'static [usize], usize) {
+            match op {
+                $(LaneOp::$name => (&[$(<lane!($arg) as Lane>::WORDS),*], <lane!($ret) as Lane>::WORDS)),*
+            }
+        }
+    };
+}
+
+osl_ir::for_each_lane_op!(stamp);

@@ -1,0 +1,512 @@
+//! From IR to steps over registers.
+//!
+//! Values that vary get a lane register for as long as they are needed; values that the batch shares get words
+//! of the uniform file. A component of a triple is a view into its register, not a copy. Steps keep the
+//! structure of the IR: blocks nested in `If` and `Loop`.
+
+use osl_ir::Span;
+use osl_ir::hir::Global;
+use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
+use osl_ir::types::Type;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// Where a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// A lane register, from this component on.
+    Lanes { reg: u32, component: u32 },
+    /// Words of the uniform file, from this one on.
+    Words(u32),
+}
+
+/// A value: where it is, and how many words (of each lane) it has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Operand {
+    pub(crate) place: Place,
+    pub(crate) words: u32,
+}
+
+/// Storage of an array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Array {
+    pub(crate) words: u32,
+    pub(crate) len: u32,
+    pub(crate) varying: bool,
+}
+
+/// One step of the interpreter.
+#[derive(Clone, Debug)]
+pub(crate) enum Step {
+    Lane { op: LaneOp, args: Vec<Operand>, out: Operand },
+    Kernel { kernel: Kernel, args: Vec<Operand>, out: Operand, span: Span },
+    Load { array: u32, index: Operand, out: Operand },
+    Store { array: u32, index: Operand, value: Operand },
+    If { cond: Operand, then: Vec<Step>, otherwise: Vec<Step>, results: Vec<[Operand; 3]> },
+    Loop { params: Vec<LoopParam>, body: Vec<Step>, cond: Operand, span: Span },
+}
+
+/// A value that a loop carries.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoopParam {
+    pub(crate) init: Operand,
+    pub(crate) param: Operand,
+    pub(crate) next: Operand,
+    pub(crate) result: Operand,
+}
+
+/// An output that a run delivers.
+#[derive(Clone, Debug)]
+pub(crate) struct OutputPlan {
+    pub(crate) name: Arc<str>,
+    pub(crate) ty: Type,
+    pub(crate) kind: Kind,
+    pub(crate) source: OutputSource,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum OutputSource {
+    Value(Operand),
+    Array(u32),
+}
+
+/// A compiled program: immutable, shared by all threads.
+#[derive(Clone, Debug)]
+pub struct Program {
+    pub(crate) steps: Vec<Step>,
+    /// Components of each lane register.
+    pub(crate) registers: Vec<u32>,
+    /// The uniform file as it starts, constants filled in.
+    pub(crate) words: Vec<u32>,
+    pub(crate) arrays: Vec<Array>,
+    /// Varying globals that are read, with their registers.
+    pub(crate) globals: Vec<(Global, Operand)>,
+    /// Slopes of globals that are read.
+    pub(crate) slopes: Vec<(Global, Axis, Operand)>,
+    pub(crate) outputs: Vec<OutputPlan>,
+    pub(crate) strings: Vec<Arc<str>>,
+}
+
+impl Program {
+    /// Compiles a body on which the `ssa` and `rate` passes have run.
+    pub fn new(body: &Body) -> Program {
+        let mut compiler = Compiler::new(body);
+        let steps = compiler.block(body.entry);
+        let outputs = compiler.outputs();
+        let Compiler { registers, words, globals, slopes, strings, .. } = compiler;
+        let arrays = body
+            .slots
+            .iter()
+            .map(|slot| Array {
+                words: words_of(slot.kind),
+                len: slot.len.unwrap_or(0),
+                varying: slot.rate == Rate::Varying,
+            })
+            .collect();
+        Program { steps, registers, words, arrays, globals, slopes, outputs, strings: strings.list }
+    }
+
+    /// Lane registers and the words of each lane that they hold, for reports.
+    pub fn register_words(&self) -> (usize, u32) {
+        (self.registers.len(), self.registers.iter().sum())
+    }
+}
+
+/// Words (of each lane) of a kind.
+pub(crate) fn words_of(kind: Kind) -> u32 {
+    match kind {
+        Kind::Int | Kind::Float | Kind::Str | Kind::Closure => 1,
+        Kind::Triple => 3,
+        Kind::Matrix => 16,
+    }
+}
+
+#[derive(Default)]
+struct Strings {
+    list: Vec<Arc<str>>,
+    numbers: FxHashMap<Arc<str>, u32>,
+}
+
+impl Strings {
+    fn number(&mut self, text: &Arc<str>) -> u32 {
+        if let Some(number) = self.numbers.get(text) {
+            return *number;
+        }
+        let number = self.list.len() as u32;
+        self.list.push(text.clone());
+        self.numbers.insert(text.clone(), number);
+        number
+    }
+}
+
+struct Compiler<'a> {
+    body: &'a Body,
+    places: Vec<Option<Place>>,
+    /// For a view, the value whose register it looks into, and the component.
+    views: Vec<Option<(ValueId, u32)>>,
+    /// Position of the last use of each value.
+    last_use: Vec<u32>,
+    position: u32,
+    registers: Vec<u32>,
+    /// Free registers by component count.
+    free: FxHashMap<u32, Vec<u32>>,
+    /// Registers to free behind a position.
+    ending: FxHashMap<u32, Vec<(u32, u32)>>,
+    words: Vec<u32>,
+    globals: Vec<(Global, Operand)>,
+    slopes: Vec<(Global, Axis, Operand)>,
+    strings: Strings,
+}
+
+impl<'a> Compiler<'a> {
+    fn new(body: &'a Body) -> Self {
+        let values = body.values.len();
+        let mut uses = Uses {
+            body,
+            views: vec![None; values],
+            last_use: vec![0; values],
+            defined: vec![0; values],
+            position: 0,
+        };
+        uses.block(body.entry, &mut Vec::new());
+        let end = uses.position + 1;
+        for output in &body.outputs {
+            if let Source::Value(v) = output.source {
+                uses.touch(v, end);
+            }
+        }
+        let Uses { views, last_use, .. } = uses;
+        let mut strings = Strings::default();
+        strings.number(&"".into());
+        Compiler {
+            body,
+            places: vec![None; values],
+            views,
+            last_use,
+            position: 0,
+            registers: Vec::new(),
+            free: FxHashMap::default(),
+            ending: FxHashMap::default(),
+            words: Vec::new(),
+            globals: Vec::new(),
+            slopes: Vec::new(),
+            strings,
+        }
+    }
+
+    fn operand(&mut self, v: ValueId) -> Operand {
+        let words = words_of(self.body.kind(v));
+        let place = match self.places.get(v.index()).copied().flatten() {
+            Some(place) => place,
+            None => self.define(v),
+        };
+        Operand { place, words }
+    }
+
+    /// Gives a value its place. Values of a valid body are defined before they are used.
+    fn define(&mut self, v: ValueId) -> Place {
+        let words = words_of(self.body.kind(v));
+        let place = if self.body.value(v).rate == Rate::Uniform {
+            self.words.resize(self.words.len() + words as usize, 0);
+            Place::Words((self.words.len() - words as usize) as u32)
+        } else {
+            let reg = self.take_register(words);
+            let last = self.last_use[v.index()].max(self.position);
+            self.ending.entry(last).or_default().push((words, reg));
+            Place::Lanes { reg, component: 0 }
+        };
+        self.places[v.index()] = Some(place);
+        place
+    }
+
+    fn take_register(&mut self, words: u32) -> u32 {
+        if let Some(reg) = self.free.get_mut(&words).and_then(Vec::pop) {
+            return reg;
+        }
+        self.registers.push(words);
+        self.registers.len() as u32 - 1
+    }
+
+    /// Goes on to the next position, freeing what ended at this one.
+    fn advance(&mut self) {
+        if let Some(done) = self.ending.remove(&self.position) {
+            for (words, reg) in done {
+                self.free.entry(words).or_default().push(reg);
+            }
+        }
+        self.position += 1;
+    }
+
+    fn block(&mut self, id: BlockId) -> Vec<Step> {
+        let body = self.body;
+        let mut steps = Vec::new();
+        for inst in &body.block(id).insts {
+            self.inst(inst, &mut steps);
+        }
+        steps
+    }
+
+    fn result(&mut self, inst: &Inst) -> Option<Operand> {
+        inst.results.first().map(|r| {
+            self.define(*r);
+            self.operand(*r)
+        })
+    }
+
+    fn inst(&mut self, inst: &Inst, steps: &mut Vec<Step>) {
+        match &inst.op {
+            Op::Const(value) => {
+                if let Some(out) = self.result(inst) {
+                    self.constant(value, out, steps);
+                }
+                self.advance();
+            }
+            Op::Global(global) => {
+                if let Some(out) = self.result(inst) {
+                    self.globals.push((*global, out));
+                }
+                self.advance();
+            }
+            Op::Slope(global, axis) => {
+                if let Some(out) = self.result(inst) {
+                    self.slopes.push((*global, *axis, out));
+                }
+                self.advance();
+            }
+            Op::Lane(op, args) => {
+                if !self.view(inst) {
+                    let args = args.iter().map(|a| self.operand(*a)).collect();
+                    if let Some(out) = self.result(inst) {
+                        steps.push(Step::Lane { op: *op, args, out });
+                    }
+                }
+                self.advance();
+            }
+            Op::Kernel(kernel, args) => {
+                let args = args.iter().map(|a| self.operand(*a)).collect();
+                if let Some(out) = self.result(inst) {
+                    steps.push(Step::Kernel { kernel: kernel.clone(), args, out, span: inst.span });
+                }
+                self.advance();
+            }
+            Op::LoadElement(slot, index) => {
+                let index = self.operand(*index);
+                if let Some(out) = self.result(inst) {
+                    steps.push(Step::Load { array: slot.0, index, out });
+                }
+                self.advance();
+            }
+            Op::StoreElement(slot, index, value) => {
+                let (index, value) = (self.operand(*index), self.operand(*value));
+                steps.push(Step::Store { array: slot.0, index, value });
+                self.advance();
+            }
+            // The `ssa` pass has removed these.
+            Op::Load(SlotId(_)) | Op::Store(..) => self.advance(),
+            Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                let cond = self.operand(*cond);
+                let results: Vec<Operand> = inst
+                    .results
+                    .iter()
+                    .map(|r| {
+                        self.define(*r);
+                        self.operand(*r)
+                    })
+                    .collect();
+                self.advance();
+                let then = self.block(*then);
+                let a: Vec<Operand> = then_yields.iter().map(|v| self.operand(*v)).collect();
+                self.advance();
+                let otherwise = self.block(*otherwise);
+                let b: Vec<Operand> = else_yields.iter().map(|v| self.operand(*v)).collect();
+                self.advance();
+                let results = results.into_iter().zip(a).zip(b).map(|((r, a), b)| [r, a, b]).collect();
+                steps.push(Step::If { cond, then, otherwise, results });
+            }
+            Op::Loop { init, params, body, cond, next } => {
+                let first: Vec<Operand> = init.iter().map(|v| self.operand(*v)).collect();
+                let mut carried = Vec::new();
+                for ((param, result), init) in params.iter().zip(&inst.results).zip(first) {
+                    self.define(*param);
+                    self.define(*result);
+                    let (param, result) = (self.operand(*param), self.operand(*result));
+                    carried.push(LoopParam { init, param, next: init, result });
+                }
+                self.advance();
+                let inner = self.block(*body);
+                for (carried, next) in carried.iter_mut().zip(next) {
+                    carried.next = self.operand(*next);
+                }
+                let cond = self.operand(*cond);
+                self.advance();
+                steps.push(Step::Loop { params: carried, body: inner, cond, span: inst.span });
+            }
+        }
+    }
+
+    /// Makes the result a view of the argument where it is one. Tells whether it is.
+    fn view(&mut self, inst: &Inst) -> bool {
+        let Some(result) = inst.results.first().copied() else { return false };
+        let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
+        let place = match self.operand(root).place {
+            Place::Lanes { reg, component: base } => Place::Lanes { reg, component: base + component },
+            Place::Words(at) => Place::Words(at + component),
+        };
+        self.places[result.index()] = Some(place);
+        true
+    }
+
+    fn constant(&mut self, value: &Const, out: Operand, steps: &mut Vec<Step>) {
+        let words: Vec<u32> = match value {
+            Const::Int(n) => vec![*n as u32],
+            Const::Float(x) => vec![x.to_bits()],
+            Const::Triple(t) => t.iter().map(|x| x.to_bits()).collect(),
+            Const::Matrix(m) => m.iter().map(|x| x.to_bits()).collect(),
+            Const::Str(s) => vec![self.strings.number(s)],
+            Const::Null => vec![0],
+        };
+        match out.place {
+            Place::Words(at) => {
+                let at = at as usize;
+                if let Some(target) = self.words.get_mut(at..at + words.len()) {
+                    target.copy_from_slice(&words);
+                }
+            }
+            Place::Lanes { .. } => {
+                // Only where the rate pass is off: spread a hidden uniform constant.
+                let at = self.words.len() as u32;
+                for (component, word) in words.iter().enumerate() {
+                    self.words.push(*word);
+                    let from = Operand { place: Place::Words(at + component as u32), words: 1 };
+                    let Place::Lanes { reg, component: base } = out.place else { continue };
+                    let to =
+                        Operand { place: Place::Lanes { reg, component: base + component as u32 }, words: 1 };
+                    steps.push(Step::Lane { op: LaneOp::IOr, args: vec![from, from], out: to });
+                }
+            }
+        }
+    }
+
+    fn outputs(&mut self) -> Vec<OutputPlan> {
+        let body = self.body;
+        let mut plans = Vec::new();
+        for output in &body.outputs {
+            let (kind, source) = match output.source {
+                Source::Value(v) => (body.kind(v), OutputSource::Value(self.operand(v))),
+                Source::Slot(s) => (body.slot(s).kind, OutputSource::Array(s.0)),
+            };
+            plans.push(OutputPlan { name: output.name.clone(), ty: output.ty, kind, source });
+        }
+        plans
+    }
+}
+
+/// Finds the views and the last use of every value, numbering positions exactly as the compiler does.
+struct Uses<'a> {
+    body: &'a Body,
+    views: Vec<Option<(ValueId, u32)>>,
+    last_use: Vec<u32>,
+    defined: Vec<u32>,
+    position: u32,
+}
+
+impl Uses<'_> {
+    /// Notes a use at a position.
+    fn touch(&mut self, v: ValueId, at: u32) {
+        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+        let Some(last) = self.last_use.get_mut(root.index()) else { return };
+        *last = (*last).max(at);
+    }
+
+    fn used(&mut self, v: ValueId, loops: &mut [LoopScope]) {
+        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+        self.touch(root, self.position);
+        let defined = self.defined.get(root.index()).copied().unwrap_or(0);
+        for scope in loops.iter_mut().filter(|scope| defined <= scope.start) {
+            scope.outside.push(root);
+        }
+    }
+
+    fn define(&mut self, inst: &Inst) {
+        for r in &inst.results {
+            self.defined[r.index()] = self.position;
+            self.last_use[r.index()] = self.last_use[r.index()].max(self.position);
+        }
+    }
+
+    fn block(&mut self, id: BlockId, loops: &mut Vec<LoopScope>) {
+        let body = self.body;
+        for inst in &body.block(id).insts {
+            match &inst.op {
+                Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                    self.used(*cond, loops);
+                    self.define(inst);
+                    self.position += 1;
+                    self.block(*then, loops);
+                    then_yields.iter().for_each(|v| self.used(*v, loops));
+                    self.position += 1;
+                    self.block(*otherwise, loops);
+                    else_yields.iter().for_each(|v| self.used(*v, loops));
+                    // Results are written by either side, so they live through both.
+                    for r in &inst.results {
+                        self.touch(*r, self.position);
+                    }
+                    self.position += 1;
+                }
+                Op::Loop { init, params, body: inner, cond, next } => {
+                    init.iter().for_each(|v| self.used(*v, loops));
+                    self.define(inst);
+                    params.iter().for_each(|p| self.defined[p.index()] = self.position + 1);
+                    loops.push(LoopScope { start: self.position, outside: Vec::new() });
+                    self.position += 1;
+                    self.block(*inner, loops);
+                    next.iter().for_each(|v| self.used(*v, loops));
+                    self.used(*cond, loops);
+                    let outside = loops.pop().map(|scope| scope.outside).unwrap_or_default();
+                    // What a round reads from outside, the next round reads again.
+                    for v in
+                        outside.into_iter().chain(params.iter().copied()).chain(inst.results.iter().copied())
+                    {
+                        self.touch(v, self.position);
+                    }
+                    self.position += 1;
+                }
+                op => {
+                    op.for_each_use(|v| self.used(v, loops));
+                    self.define(inst);
+                    self.note_view(inst);
+                    self.position += 1;
+                }
+            }
+        }
+    }
+
+    fn note_view(&mut self, inst: &Inst) {
+        let (Op::Lane(op, args), [result]) = (&inst.op, inst.results.as_slice()) else { return };
+        let component = match op {
+            LaneOp::X => 0,
+            LaneOp::Y => 1,
+            LaneOp::Z => 2,
+            _ => return,
+        };
+        let Some(triple) = args.first() else { return };
+        if self.body.value(*result).rate == self.body.value(*triple).rate {
+            self.views[result.index()] = Some((*triple, component));
+        }
+    }
+}
+
+struct LoopScope {
+    start: u32,
+    outside: Vec<ValueId>,
+}
+
+impl OutputPlan {
+    /// Elements of the output: 1 where it is no array.
+    pub(crate) fn ty_len(&self, program: &Program) -> usize {
+        match self.source {
+            OutputSource::Value(_) => 1,
+            OutputSource::Array(array) => program.arrays.get(array as usize).map_or(1, |a| a.len as usize),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! What a running shader can ask of its surroundings: named spaces and textures.
+
+use osl_image::TextureCache;
+use rustc_hash::FxHashMap;
+
+/// Named coordinate systems. Matrices are row by row, for row vectors, from the space to common space.
+#[derive(Clone, Debug)]
+pub struct Spaces {
+    to_common: FxHashMap<String, [f32; 16]>,
+}
+
+/// The matrix that changes nothing.
+pub(crate) const IDENTITY: [f32; 16] = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
+
+impl Default for Spaces {
+    /// `common`, `world`, `shader` and `object`, all the same.
+    fn default() -> Self {
+        let names = ["common", "world", "shader", "object", "camera"];
+        Spaces { to_common: names.into_iter().map(|n| (n.to_string(), IDENTITY)).collect() }
+    }
+}
+
+impl Spaces {
+    /// Sets the matrix from a space to common space.
+    pub fn set(&mut self, name: &str, to_common: [f32; 16]) {
+        self.to_common.insert(name.to_string(), to_common);
+    }
+
+    /// The matrix from one space to another, or the name that is unknown.
+    ///
+    /// # Errors
+    /// The unknown name.
+    pub fn matrix<'n>(&self, from: &'n str, to: &'n str) -> Result<[f32; 16], &'n str> {
+        let from_matrix = self.to_common.get(from).ok_or(from)?;
+        let to_matrix = self.to_common.get(to).ok_or(to)?;
+        if from == to {
+            return Ok(IDENTITY);
+        }
+        let common = |name: &str| name == "common" || name == "world";
+        Ok(match (common(from), common(to)) {
+            (_, true) => *from_matrix,
+            (true, false) => osl_ir::numeric::matrix::inverse(*to_matrix),
+            (false, false) => {
+                osl_ir::numeric::matrix::multiply(*from_matrix, osl_ir::numeric::matrix::inverse(*to_matrix))
+            }
+        })
+    }
+}
+
+/// All that a running shader can ask for.
+#[derive(Debug, Default)]
+pub struct Services {
+    /// Named spaces.
+    pub spaces: Spaces,
+    /// Textures.
+    pub textures: TextureCache,
+}
