@@ -1,1 +1,8 @@
-//! Filled in by the commits that follow.
+//! Where shading points come from. For now: the unit patch as a grid.
+//!
+//! A source gives the shader's globals at its points, in common space. It must not know the terminal, files
+//! or what a shader computes.
+
+mod grid;
+
+pub use grid::{Grid, reference_spaces};

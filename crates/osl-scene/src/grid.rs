@@ -1,0 +1,134 @@
+//! A grid of points on the unit patch, as reference results are recorded on it.
+
+use glam::{Mat4, Vec3, Vec4};
+use osl_exec::{PointSource, Spaces};
+use osl_ir::hir::Global;
+use osl_ir::ir::Axis;
+
+/// `width * height` points, row by row. `u = scale * x/(width-1) + offset`, or at pixel centres; half the scale where
+/// a side has one point. `P = (u, v, 1)`, `N = Ng = (0, 0, 1)`, `dPdu = (1, 0, 0)`, `dPdv = (0, 1, 0)`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grid {
+    /// Points in a row.
+    pub width: usize,
+    /// Rows; the first has the smallest v.
+    pub height: usize,
+    /// Factors of u and v.
+    pub scale: [f32; 2],
+    /// Added to u and v.
+    pub offset: [f32; 2],
+    /// Whether points lie at pixel centres rather than from border to border.
+    pub center: bool,
+}
+
+impl Grid {
+    /// The unit patch.
+    pub fn new(width: usize, height: usize) -> Grid {
+        Grid { width, height, scale: [1.0; 2], offset: [0.0; 2], center: false }
+    }
+
+    /// Coordinate of the `i`th of `n` points along an axis: 0 for u, 1 for v.
+    pub fn coordinate(&self, axis: usize, i: usize, n: usize) -> f32 {
+        let (scale, offset) = (self.scale[axis], self.offset[axis]);
+        if self.center {
+            return scale * (i as f32 + 0.5) / n as f32 + offset;
+        }
+        let unit = if n == 1 { 0.5 } else { i as f32 / (n - 1) as f32 };
+        scale * unit + offset
+    }
+}
+
+impl PointSource for Grid {
+    fn count(&self) -> usize {
+        self.width * self.height
+    }
+
+    fn varying(&self) -> &[Global] {
+        &[Global::P, Global::U, Global::V]
+    }
+
+    fn uniform(&self, global: Global) -> [f32; 3] {
+        match global {
+            Global::N | Global::Ng => Vec3::Z.to_array(),
+            Global::DPdu => Vec3::X.to_array(),
+            Global::DPdv => Vec3::Y.to_array(),
+            _ => [0.0; 3],
+        }
+    }
+
+    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+        let at = axis as usize;
+        let n = [self.width, self.height][at];
+        let border = self.scale[at] / n.saturating_sub(1).max(1) as f32;
+        // At pixel centres u and v step by pixels while P keeps the step from border to border, as in the reference.
+        let own = if self.center { self.scale[at] / n.max(1) as f32 } else { border };
+        match (global, axis) {
+            (Global::U, Axis::X) | (Global::V, Axis::Y) => [own, 0.0, 0.0],
+            (Global::P, Axis::X) => [border, 0.0, 0.0],
+            (Global::P, Axis::Y) => [0.0, border, 0.0],
+            _ => [0.0; 3],
+        }
+    }
+
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        let last = self.count().saturating_sub(1);
+        let at = |lane: usize| {
+            let point = (first + lane).min(last);
+            (point % self.width.max(1), point / self.width.max(1))
+        };
+        let u = |lane: usize| self.coordinate(0, at(lane).0, self.width);
+        let v = |lane: usize| self.coordinate(1, at(lane).1, self.height);
+        for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
+            match (global, component) {
+                (Global::U, _) | (Global::P, 0) => lanes.iter_mut().enumerate().for_each(|(l, x)| *x = u(l)),
+                (Global::V, _) | (Global::P, 1) => lanes.iter_mut().enumerate().for_each(|(l, x)| *x = v(l)),
+                (Global::P, _) => lanes.fill(1.0),
+                _ => lanes.fill(0.0),
+            }
+        }
+    }
+}
+
+/// The spaces of the grid that reference results are recorded on: shader space is rotated by 45° about z and moved by
+/// 1 in x, object space rotated by 90° and moved by 1 in y, `myspace` scaled by (1, 2, 1).
+pub fn reference_spaces() -> Spaces {
+    let mut spaces = Spaces::default();
+    // Rows for row vectors: the transpose of what column vectors take.
+    let rows = |m: Mat4| m.to_cols_array();
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let shader = Mat4::from_cols(
+        Vec4::new(half, half, 0.0, 0.0),
+        Vec4::new(-half, half, 0.0, 0.0),
+        Vec4::Z,
+        Vec4::new(1.0, 0.0, 0.0, 1.0),
+    );
+    let tiny = -4.371_14e-8_f32;
+    let object = Mat4::from_cols(
+        Vec4::new(tiny, 1.0, 0.0, 0.0),
+        Vec4::new(-1.0, tiny, 0.0, 0.0),
+        Vec4::Z,
+        Vec4::new(0.0, 1.0, 0.0, 1.0),
+    );
+    spaces.set("shader", rows(shader));
+    spaces.set("object", rows(object));
+    spaces.set("myspace", rows(Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))));
+    spaces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_run_from_border_to_border() {
+        let grid = Grid::new(5, 3);
+        let mut p = vec![0.0; 16 * 3];
+        grid.fill(Global::P, 5, 16, &mut p);
+        assert_eq!((p[0], p[16], p[32]), (0.0, 0.5, 1.0));
+        assert_eq!((p[4], p[16 + 4]), (1.0, 0.5));
+        assert_eq!((p[15], p[16 + 15]), (1.0, 1.0), "past the end the last point repeats");
+        let center = Grid { center: true, ..Grid::new(4, 4) };
+        assert_eq!(center.coordinate(0, 0, 4), 0.125);
+        assert_eq!(Grid::new(1, 1).coordinate(0, 0, 1), 0.5);
+    }
+}
