@@ -1,1 +1,6 @@
-//! Filled in by the commits that follow.
+//! The `oslrun` command as a library: everything but the process itself.
+//!
+//! [`pipeline`] joins the crates from text to program; [`cli`] is the command line over it.
+
+pub mod cli;
+pub mod pipeline;

@@ -1,0 +1,68 @@
+//! Points a second of each seed shader at 512², one thread, by instruction set; and what compiling costs.
+//! Expect: AVX-512 at least twice the baseline; compiling in a few milliseconds.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use osl_exec::{Isa, PointSource, RunOptions, Services, Spaces};
+use osl_image::TextureCache;
+use osl_ir::passes;
+use osl_scene::Grid;
+use oslrun::pipeline;
+use std::path::Path;
+
+/// Name, file, outputs to compute (all where empty), and parameters.
+type Case = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
+
+const CASES: [Case; 9] = [
+    ("Cobbled, all outputs", "osl/Cobbled.osl", &[], &[]),
+    ("Cobbled, resultRGB", "osl/Cobbled.osl", &["resultRGB"], &[]),
+    ("Cobbled, resultMask", "osl/Cobbled.osl", &["resultMask"], &[]),
+    ("flakes, result", "osl/flakes.osl", &["result"], &[]),
+    ("sprinkles, Fac", "tests/data/seeds/sprinkles.repaired.osl", &["Fac"], &[]),
+    ("strips, all outputs", "osl/strips.osl", &[], &[]),
+    ("strips, Fac", "osl/strips.osl", &["Fac"], &[]),
+    ("nonlinear noise, recursive", "osl/nonlinear_noise.osl", &[], &[("type", "recursive")]),
+    ("chaosmosaic, Color", "osl/chaosmosaic.osl", &[], &[("Image", "tests/data/textures/tex64.png")]),
+];
+
+fn seeds(c: &mut Criterion) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let grid = Grid::new(512, 512);
+    let services = Services { spaces: Spaces::default(), textures: TextureCache::new(vec![root.clone()]) };
+    let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    for (name, file, outputs, params) in CASES {
+        let text = std::fs::read_to_string(root.join(file)).expect("a seed shader");
+        let params: Vec<(String, String)> =
+            params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
+        let compile = || {
+            let checked = pipeline::check(file, &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+            let body = pipeline::lower(&checked.program.expect("a program"), &params).expect("a body");
+            let outputs = (!outputs.is_empty()).then(|| outputs.iter().map(|o| (*o).into()).collect());
+            let options =
+                passes::Options { outputs, varying: grid.varying().to_vec(), ..passes::Options::default() };
+            pipeline::finish(body, &options).program
+        };
+        let mut group = c.benchmark_group(name);
+        group.sampling_mode(SamplingMode::Flat).sample_size(10);
+        group.bench_function("compile", |b| b.iter(compile));
+        let program = compile();
+        group.throughput(Throughput::Elements(grid.count() as u64));
+        for isa in Isa::all() {
+            let options = RunOptions { isa, ..RunOptions::default() };
+            let shade = || osl_exec::run(&program, &services, &grid, &options, &|_| ()).expect("a frame");
+            group.bench_function(isa.name(), |b| b.iter(|| one.install(shade)));
+        }
+        group.finish();
+    }
+}
+
+criterion_group!(benches, seeds);
+criterion_main!(benches);

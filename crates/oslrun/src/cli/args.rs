@@ -1,0 +1,219 @@
+//! What may be said on the command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use osl_exec::Isa;
+use osl_image::ExrCompression;
+use osl_ir::passes::Pass;
+use std::path::PathBuf;
+
+/// Compile and run Open Shading Language files on the CPU.
+#[derive(Debug, Parser)]
+#[command(name = "oslrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct Cli {
+    /// Another thing to do than to run a shader.
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    /// Running a shader.
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+}
+
+/// What to do with a shader other than to run it.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Report errors and warnings of shader files.
+    Check(CheckArgs),
+    /// Print the intermediate representation of a shader before and after the passes.
+    Ir(IrArgs),
+}
+
+/// How a source file is read.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct ReadArgs {
+    /// Folder to look for #include files in; may be repeated.
+    #[arg(short = 'I', value_name = "DIR")]
+    pub(super) include: Vec<PathBuf>,
+    /// Macro to define first, NAME or NAME=VALUE; may be repeated.
+    #[arg(short = 'D', value_name = "NAME[=VALUE]")]
+    pub(super) define: Vec<String>,
+    /// Accept exactly what the reference compiler accepts.
+    #[arg(long)]
+    pub(super) strict_syntax: bool,
+    /// How errors and warnings are printed.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) message_format: MessageFormat,
+}
+
+/// How errors and warnings are printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum MessageFormat {
+    /// With excerpts of the source.
+    #[default]
+    Human,
+    /// One JSON object a line.
+    Json,
+}
+
+/// How a shader is run.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// The shader file.
+    #[arg(required = true, value_name = "FILE.osl")]
+    pub(super) file: Option<PathBuf>,
+    /// Image to write: .exr holds all outputs, .png one file for each output.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: Option<PathBuf>,
+    /// Outputs to compute and write, separated by commas (default: all).
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub(super) outputs: Option<Vec<String>>,
+    /// Points of the grid.
+    #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid)]
+    pub(super) grid: (usize, usize),
+    /// Put points at pixel centres instead of from border to border.
+    #[arg(long)]
+    pub(super) center: bool,
+    /// Factors of u and v, so that the patch shows more of the pattern.
+    #[arg(long, value_name = "U,V", default_value = "1,1", value_parser = pair, allow_hyphen_values = true)]
+    pub(super) uv_scale: Pair,
+    /// Added to u and v.
+    #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
+    pub(super) uv_offset: Pair,
+    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object.
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(super) params: Vec<(String, String)>,
+    /// Matrix from shader to common space: 16 numbers, row by row, for row vectors.
+    #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true)]
+    pub(super) shader_space: Option<Box<[f32; 16]>>,
+    /// Matrix from object to common space: 16 numbers, row by row, for row vectors.
+    #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true)]
+    pub(super) object_space: Option<Box<[f32; 16]>>,
+    /// Write 16-bit floats (EXR).
+    #[arg(long)]
+    pub(super) half: bool,
+    /// Compression of EXR files: none, rle, zip1, zip16, piz, pxr24.
+    #[arg(long, value_name = "NAME", default_value = "zip16", value_parser = compression)]
+    pub(super) compression: ExrCompression,
+    /// Insert missing brackets before running; the edits are shown.
+    #[arg(long)]
+    pub(super) repair: bool,
+    /// With --repair: save the repaired source here.
+    #[arg(long, value_name = "FILE.osl", requires = "repair")]
+    pub(super) write: Option<PathBuf>,
+    /// Print times, points per second, and what each pass did.
+    #[arg(long)]
+    pub(super) stats: bool,
+    /// Threads (default: all cores).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Points that one instruction covers.
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(super) batch: u32,
+    /// Instruction set (default: the widest of this machine).
+    #[arg(long, value_name = "NAME", value_parser = isa)]
+    pub(super) isa: Option<Isa>,
+    /// Pass to leave out; may be repeated.
+    #[arg(long, value_name = "PASS", value_parser = pass)]
+    pub(super) without_pass: Vec<Pass>,
+    /// How the file is read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Which files to check.
+#[derive(Debug, Args)]
+pub(super) struct CheckArgs {
+    /// Shader files.
+    #[arg(required = true, value_name = "FILE.osl")]
+    pub(super) files: Vec<PathBuf>,
+    /// How files are read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Which IR to print.
+#[derive(Debug, Args)]
+pub(super) struct IrArgs {
+    /// The shader file.
+    #[arg(value_name = "FILE.osl")]
+    pub(super) file: PathBuf,
+    /// Value of a parameter; may be repeated.
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(super) params: Vec<(String, String)>,
+    /// Outputs to keep, separated by commas (default: all).
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub(super) outputs: Option<Vec<String>>,
+    /// Which stage to print.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) stage: Stage,
+    /// Pass to leave out; may be repeated.
+    #[arg(long, value_name = "PASS", value_parser = pass)]
+    pub(super) without_pass: Vec<Pass>,
+    /// How the file is read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Stages of the IR.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum Stage {
+    /// Before and after the passes.
+    #[default]
+    Both,
+    /// As lowered.
+    Before,
+    /// After the passes.
+    After,
+}
+
+/// Points that a grid may have.
+const MAX_POINTS: usize = 1 << 30;
+
+fn grid(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let (w, h): (usize, usize) = (w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?);
+    match w.checked_mul(h) {
+        Some(0) => Err("a grid has at least one point in each direction".to_string()),
+        Some(points) if points <= MAX_POINTS => Ok((w, h)),
+        _ => Err(format!("a grid has at most {MAX_POINTS} points")),
+    }
+}
+
+/// Two numbers, for u and v.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair(pub(super) [f32; 2]);
+
+fn pair(text: &str) -> Result<Pair, String> {
+    let wrong = || format!("two numbers separated by a comma, not `{text}`");
+    let (u, v) = text.split_once(',').ok_or_else(wrong)?;
+    let number = |t: &str| t.trim().parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(wrong);
+    Ok(Pair([number(u)?, number(v)?]))
+}
+
+fn assignment(text: &str) -> Result<(String, String), String> {
+    let (name, value) =
+        text.split_once('=').ok_or_else(|| format!("`{text}` is not of the form NAME=VALUE"))?;
+    Ok((name.trim().to_string(), value.to_string()))
+}
+
+fn matrix(text: &str) -> Result<Box<[f32; 16]>, String> {
+    let numbers: Result<Vec<f32>, _> =
+        text.split([',', ' ']).filter(|p| !p.is_empty()).map(str::parse).collect();
+    let numbers = numbers.map_err(|_| "a matrix is 16 numbers separated by commas".to_string())?;
+    let count = numbers.len();
+    numbers.try_into().map(Box::new).map_err(|_| format!("a matrix is 16 numbers, not {count}"))
+}
+
+fn compression(text: &str) -> Result<ExrCompression, String> {
+    ExrCompression::from_name(text).ok_or_else(|| format!("one of {}", ExrCompression::NAMES.join(", ")))
+}
+
+fn isa(text: &str) -> Result<Isa, String> {
+    let names: Vec<&str> = Isa::all().into_iter().map(Isa::name).collect();
+    Isa::from_name(text).ok_or_else(|| format!("this machine has {}", names.join(", ")))
+}
+
+fn pass(text: &str) -> Result<Pass, String> {
+    let names: Vec<&str> = Pass::ALL.iter().map(|p| p.name()).collect();
+    Pass::from_name(text).ok_or_else(|| format!("the passes are {}", names.join(", ")))
+}

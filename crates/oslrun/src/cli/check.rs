@@ -1,0 +1,24 @@
+//! `oslrun check FILE…`.
+
+use super::args::CheckArgs;
+use super::{Failure, input, report};
+use crate::pipeline;
+use std::io::Write;
+
+/// Reports what is wrong with each file; a failure if any has an error.
+pub(super) fn check(args: &CheckArgs, err: &mut dyn Write) -> Result<(), Failure> {
+    let mut result = Ok(());
+    for path in &args.files {
+        let one = input::read(path, &args.read).and_then(|input| {
+            let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+            report::diagnostics(&checked.diagnostics, &checked.sources, &args.read, err)
+        });
+        if let Err(Failure(text)) = one {
+            if !text.is_empty() {
+                let _ = writeln!(err, "error: {text}");
+            }
+            result = Err(Failure::said());
+        }
+    }
+    result
+}

@@ -1,0 +1,72 @@
+//! Source files and their includes, from the disk.
+
+use super::Failure;
+use super::args::ReadArgs;
+use osl_syntax::Options;
+use osl_syntax::source::SourceProvider;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Bytes that a source file may have.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Finds included files beside the including file, then beside the main file, then in the folders of `-I`.
+pub(super) struct Files {
+    main: PathBuf,
+    folders: Vec<PathBuf>,
+}
+
+impl SourceProvider for Files {
+    fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String> {
+        let beside = Path::new(from).parent().filter(|_| quoted).map(Path::to_path_buf);
+        let folders = beside.into_iter().chain([self.main.clone()]).chain(self.folders.iter().cloned());
+        let found = folders.map(|f| f.join(name)).find(|p| p.is_file()).ok_or("no such file")?;
+        let text = read_text(&found)?;
+        Ok((found.display().to_string(), text.into()))
+    }
+}
+
+/// The main file's name and text, and where its includes come from.
+pub(super) struct Input {
+    /// The name as diagnostics show it.
+    pub(super) name: String,
+    /// The text.
+    pub(super) text: String,
+    /// Where includes come from.
+    pub(super) files: Files,
+    /// How to read it.
+    pub(super) options: Options,
+}
+
+/// Reads a main file.
+pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
+    let text = read_text(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
+    let defines = args.define.iter().map(|d| match d.split_once('=') {
+        Some((name, value)) => (name.to_string(), value.to_string()),
+        None => (d.clone(), "1".to_string()),
+    });
+    let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    Ok(Input {
+        name: path.display().to_string(),
+        text,
+        files: Files { main, folders: args.include.clone() },
+        options: Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() },
+    })
+}
+
+fn read_text(path: &Path) -> Result<String, String> {
+    let meta = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if meta.is_dir() {
+        return Err("it is a folder".to_string());
+    }
+    if meta.len() > MAX_BYTES {
+        return Err(format!("it has more than {MAX_BYTES} bytes"));
+    }
+    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    let text = String::from_utf8(bytes)
+        .map_err(|e| format!("it is not text (byte {} is not UTF-8)", e.utf8_error().valid_up_to()))?;
+    match text.find('\0') {
+        Some(at) => Err(format!("it is not text (byte {at} is zero)")),
+        None => Ok(text),
+    }
+}

@@ -1,0 +1,65 @@
+//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`.
+//!
+//! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
+//! fault, 2 the command line itself. A command that fails has written no output file.
+
+mod args;
+mod check;
+mod input;
+mod ir;
+mod output;
+mod repair;
+mod report;
+mod run;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::ffi::OsString;
+use std::io::Write;
+
+/// What went wrong, already in words for the user; empty where it has been said.
+#[derive(Debug)]
+struct Failure(String);
+
+impl Failure {
+    /// A failure with its one line.
+    fn new(text: impl std::fmt::Display) -> Failure {
+        Failure(text.to_string())
+    }
+
+    /// A failure that was reported before.
+    fn said() -> Failure {
+        Failure(String::new())
+    }
+}
+
+/// Runs the command and yields its exit code.
+pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+    let cli = match Cli::try_parse_from(args) {
+        Ok(cli) => cli,
+        Err(usage) => {
+            let text = usage.render();
+            // Help and version are answers, not errors.
+            if usage.use_stderr() {
+                let _ = write!(err, "{text}");
+                return 2;
+            }
+            let _ = write!(out, "{text}");
+            return 0;
+        }
+    };
+    let result = match (cli.command, cli.run) {
+        (Some(Command::Check(args)), _) => check::check(&args, err),
+        (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
+        (None, args) => run::run(&args, out, err),
+    };
+    match result {
+        Ok(()) => 0,
+        Err(Failure(text)) => {
+            if !text.is_empty() {
+                let _ = writeln!(err, "error: {text}");
+            }
+            1
+        }
+    }
+}

@@ -1,0 +1,86 @@
+//! A frame as image files: every output a layer of one EXR, or a PNG for each.
+
+use super::Failure;
+use super::args::RunArgs;
+use osl_exec::{Frame, Plane};
+use osl_image::{
+    BitDepth, ExrOptions, Layer, LayerKind, PngOptions, SampleType, Transfer, write_exr, write_png,
+};
+use osl_ir::ir::Kind;
+use osl_ir::types::Type;
+use std::path::{Path, PathBuf};
+
+/// Writes the frame and yields the files. Strings and closures have no pixels and are left out.
+pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+    let planes: Vec<&Plane> =
+        frame.planes.iter().filter(|p| !matches!(p.kind, Kind::Str | Kind::Closure)).collect();
+    if planes.is_empty() {
+        return Err(Failure::new("the shader has no output that an image can hold"));
+    }
+    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
+        Some("exr") => exr(&planes, path, args),
+        Some("png") => png(&planes, path, args),
+        _ => Err(Failure::new(format!("cannot write {}: the name must end in .exr or .png", path.display()))),
+    }
+}
+
+/// The planes of one output, with their values as floats.
+struct Group<'a> {
+    first: &'a Plane,
+    values: Vec<Vec<f32>>,
+}
+
+fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
+    let mut groups: Vec<Group<'a>> = Vec::new();
+    for plane in planes {
+        match groups.last_mut() {
+            Some(group) if plane.component > 0 => group.values.push(plane.floats()),
+            _ => groups.push(Group { first: plane, values: vec![plane.floats()] }),
+        }
+    }
+    groups
+}
+
+fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+    let groups = groups(planes);
+    let layers: Vec<Layer<'_>> = groups
+        .iter()
+        .map(|group| Layer {
+            name: &group.first.output,
+            kind: match group.first.ty {
+                Type::COLOR => LayerKind::Color,
+                Type::MATRIX => LayerKind::Matrix,
+                ty if ty.is_triple() => LayerKind::Triple,
+                _ => LayerKind::Scalar,
+            },
+            planes: group.values.iter().map(Vec::as_slice).collect(),
+        })
+        .collect();
+    let samples = if args.half { SampleType::Half } else { SampleType::Float };
+    let options = ExrOptions { samples, compression: args.compression };
+    write_exr(path, args.grid.0, args.grid.1, &layers, options).map_err(Failure::new)?;
+    Ok(vec![path.to_path_buf()])
+}
+
+/// Colors go through the sRGB curve; numbers become grey and other triples RGB as they are.
+fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+    let mut groups = groups(planes);
+    groups.retain(|group| matches!(group.values.len(), 1 | 3));
+    let several = groups.len() > 1;
+    let mut written = Vec::new();
+    for group in groups {
+        let file = if several { beside(path, &group.first.output) } else { path.to_path_buf() };
+        let transfer = if group.first.ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
+        let planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
+        let options = PngOptions { transfer, depth: BitDepth::Eight };
+        write_png(&file, args.grid.0, args.grid.1, &planes, options).map_err(Failure::new)?;
+        written.push(file);
+    }
+    Ok(written)
+}
+
+/// `out.png` for the output `mask` is `out.mask.png`.
+fn beside(path: &Path, output: &str) -> PathBuf {
+    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("out");
+    path.with_file_name(format!("{stem}.{output}.png"))
+}

@@ -1,0 +1,27 @@
+//! `--repair`: insert missing brackets, show the edits, run what comes of it.
+
+use super::Failure;
+use super::input::Input;
+use osl_syntax::repair::repair;
+use similar::TextDiff;
+use std::io::Write;
+use std::path::Path;
+
+/// Replaces the text by its repaired form, printing the edits as a diff. A text that needs none stays as it is.
+pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write) -> Result<(), Failure> {
+    let parsed = osl_syntax::parse(&input.name, &input.text, &input.files, &input.options);
+    if parsed.has_errors() {
+        let Some(found) = repair(&input.name, &input.text, &input.files, &input.options) else {
+            let _ = writeln!(err, "note: inserting brackets does not make this file whole");
+            return Ok(());
+        };
+        let repaired = format!("{} (repaired)", input.name);
+        let diff = TextDiff::from_lines(input.text.as_str(), found.text.as_str());
+        let _ = write!(err, "{}", diff.unified_diff().context_radius(2).header(&input.name, &repaired));
+        input.text = found.text;
+    }
+    if let Some(path) = write {
+        osl_image::replace_file(path, input.text.as_bytes()).map_err(Failure::new)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,186 @@
+//! `oslrun FILE -o OUT`: compile, run over the grid, write.
+
+use super::args::{ReadArgs, RunArgs};
+use super::{Failure, input, output, repair, report};
+use crate::pipeline::{self, CompileError, Compiled};
+use indicatif::{ProgressBar, ProgressStyle};
+use osl_exec::{Frame, Isa, PointSource, RunOptions, Services, Spaces};
+use osl_image::TextureCache;
+use osl_ir::hir;
+use osl_ir::ir::Body;
+use osl_ir::passes;
+use osl_scene::Grid;
+use osl_syntax::source::SourceMap;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// Runs a shader.
+pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let Some(path) = &args.file else { return Err(Failure::new("no shader file")) };
+    let started = Instant::now();
+    let mut input = input::read(path, &args.read)?;
+    if args.repair {
+        repair::apply(&mut input, args.write.as_deref(), err)?;
+    }
+    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+    report::diagnostics(&checked.diagnostics, &checked.sources, &args.read, err)?;
+    let program = checked.program.ok_or_else(Failure::said)?;
+    wanted(&program, args)?;
+    let body = lower(&program, &args.params, &checked.sources, &args.read, err)?;
+    let grid = Grid {
+        width: args.grid.0,
+        height: args.grid.1,
+        scale: args.uv_scale.0,
+        offset: args.uv_offset.0,
+        center: args.center,
+    };
+    let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
+    let options =
+        passes::Options { outputs, varying: grid.varying().to_vec(), without: args.without_pass.clone() };
+    let lowered = body.count();
+    let compiled = pipeline::finish(body, &options);
+    let compile_time = started.elapsed();
+
+    let started = Instant::now();
+    let services = services(args, path);
+    let frame = shade(&compiled, &services, &grid, args)?;
+    let run_time = started.elapsed();
+    report::messages(&frame.messages, err)?;
+
+    let started = Instant::now();
+    let written = match &args.output {
+        Some(path) => output::write(&frame, path, args)?,
+        None => Vec::new(),
+    };
+    if args.output.is_none() && !args.stats {
+        summary(&frame, out);
+    }
+    if args.stats {
+        let times = [compile_time, run_time, started.elapsed()];
+        stats(&compiled, lowered, grid.count(), times, args, err);
+    }
+    for file in written {
+        let _ = writeln!(out, "wrote {}", file.display());
+    }
+    Ok(())
+}
+
+/// Lowers a program for parameter values, reporting what is wrong with either.
+pub(super) fn lower(
+    program: &hir::Program,
+    params: &[(String, String)],
+    sources: &SourceMap,
+    read: &ReadArgs,
+    err: &mut dyn Write,
+) -> Result<Body, Failure> {
+    pipeline::lower(program, params).map_err(|e| match e {
+        CompileError::Param(e) => Failure::new(e),
+        CompileError::Program(list) => match report::diagnostics(&list, sources, read, err) {
+            Ok(()) => Failure::said(),
+            Err(failure) => failure,
+        },
+    })
+}
+
+/// Every output that was asked for exists.
+fn wanted(program: &hir::Program, args: &RunArgs) -> Result<(), Failure> {
+    let names: Vec<&str> = program
+        .shader
+        .params
+        .iter()
+        .filter(|p| p.output)
+        .filter_map(|p| program.vars.get(p.var.0 as usize))
+        .map(|v| &*v.name)
+        .collect();
+    let first = |name: &str| name.split('.').next().unwrap_or(name).to_string();
+    match args.outputs.iter().flatten().find(|o| !names.contains(&first(o).as_str())) {
+        Some(unknown) => {
+            Err(Failure::new(format!("the shader has no output `{unknown}`; it has {}", names.join(", "))))
+        }
+        None => Ok(()),
+    }
+}
+
+fn services(args: &RunArgs, shader: &Path) -> Services {
+    let mut spaces = Spaces::default();
+    for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
+        if let Some(matrix) = matrix {
+            spaces.set(name, **matrix);
+        }
+    }
+    let folder = shader.parent().map(Path::to_path_buf).unwrap_or_default();
+    Services { spaces, textures: TextureCache::new(vec![folder]) }
+}
+
+fn shade(compiled: &Compiled, services: &Services, grid: &Grid, args: &RunArgs) -> Result<Frame, Failure> {
+    let options = RunOptions {
+        batch: args.batch as usize,
+        isa: args.isa.unwrap_or_else(Isa::detect),
+        ..RunOptions::default()
+    };
+    let bar = progress(grid.count());
+    let tick = |done: usize| bar.set_position(done as u64);
+    let work = || osl_exec::run(&compiled.program, services, grid, &options, &tick);
+    let result = match args.threads {
+        Some(threads) => rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(threads))
+            .build()
+            .map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?
+            .install(work),
+        None => work(),
+    };
+    bar.finish_and_clear();
+    result.map_err(Failure::new)
+}
+
+/// A bar on a terminal, for runs that take a while; nothing in logs.
+fn progress(points: usize) -> ProgressBar {
+    if points < 1 << 20 || !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(points as u64);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}% {per_sec} {eta}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
+
+/// Without an image: the range of each output, so that a first run shows something.
+fn summary(frame: &Frame, out: &mut dyn Write) {
+    for plane in &frame.planes {
+        let values = plane.floats();
+        let (low, high) =
+            values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len().max(1) as f64;
+        let _ = writeln!(out, "{}[{}]: {low} to {high}, mean {mean:.6}", plane.output, plane.component);
+    }
+    let _ = writeln!(out, "(no image written: name one with -o)");
+}
+
+fn stats(
+    compiled: &Compiled,
+    lowered: usize,
+    points: usize,
+    times: [Duration; 3],
+    args: &RunArgs,
+    err: &mut dyn Write,
+) {
+    let [compile, run, write] = times.map(|t| t.as_secs_f64() * 1e3);
+    let isa = args.isa.unwrap_or_else(Isa::detect);
+    let (registers, words) = compiled.program.register_words();
+    let _ = writeln!(err, "compile {compile:.2} ms, run {run:.2} ms, write {write:.2} ms");
+    let rate = points as f64 / (run / 1e3).max(1e-9);
+    let per_point = run * 1e6 / points.max(1) as f64;
+    let _ = writeln!(
+        err,
+        "{points} points, {rate:.0} points/s, {per_point:.1} ns/point ({isa:?}, batches of {})",
+        args.batch
+    );
+    let _ =
+        writeln!(err, "{lowered} instructions lowered, {registers} lane registers of {words} words in all");
+    for report in &compiled.reports {
+        let _ = writeln!(err, "  {:<8} {:>6} -> {}", report.pass.name(), report.before, report.after);
+    }
+}

@@ -1,0 +1,76 @@
+//! From source text to a program that runs: the one place where the crates are joined.
+//!
+//! It must not know arguments, terminals or where files lie: includes come through a provider.
+
+use osl_exec::Program;
+use osl_ir::hir;
+use osl_ir::ir::Body;
+use osl_ir::lower::{self, ParamValues};
+use osl_ir::params;
+use osl_ir::passes::{self, Report};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::{Options, Parsed};
+
+/// A file that was read and resolved, with or without errors.
+pub struct Checked {
+    /// The files behind the diagnostics.
+    pub sources: SourceMap,
+    /// What there is to say, in order.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The resolved program; only if there is no error.
+    pub program: Option<hir::Program>,
+}
+
+/// Reads and resolves a file.
+pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Checked {
+    let parsed = osl_syntax::parse(name, text, provider, options);
+    let resolved = (!parsed.has_errors()).then(|| osl_ir::resolve::resolve(&parsed.ast));
+    let (program, more) = match resolved {
+        Some(resolved) => (resolved.program, resolved.diagnostics),
+        None => (None, Vec::new()),
+    };
+    let more: Vec<Diagnostic> = more.into_iter().filter(|d| !parsed.is_silenced(d)).collect();
+    let Parsed { sources, mut diagnostics, .. } = parsed;
+    diagnostics.extend(more);
+    let failed = diagnostics.iter().any(Diagnostic::is_error);
+    Checked { sources, diagnostics, program: program.filter(|_| !failed) }
+}
+
+/// A program with its way there.
+pub struct Compiled {
+    /// The IR after the passes.
+    pub body: Body,
+    /// What each pass did.
+    pub reports: Vec<Report>,
+    /// The program.
+    pub program: Program,
+}
+
+/// Why a resolved program did not compile.
+#[derive(Debug)]
+pub enum CompileError {
+    /// A parameter value does not suit.
+    Param(params::ParamError),
+    /// The program itself.
+    Program(Vec<Diagnostic>),
+}
+
+/// Lowers a program with parameter values given as name and text.
+///
+/// # Errors
+/// A value does not suit its parameter, or the program cannot be lowered.
+pub fn lower(program: &hir::Program, values: &[(String, String)]) -> Result<Body, CompileError> {
+    let mut given = ParamValues::default();
+    for (name, text) in values {
+        params::set(program, &mut given, name, text).map_err(CompileError::Param)?;
+    }
+    lower::lower(program, &given).map_err(CompileError::Program)
+}
+
+/// Runs the passes and builds the program.
+pub fn finish(mut body: Body, options: &passes::Options) -> Compiled {
+    let reports = passes::run(&mut body, options);
+    let program = Program::new(&body);
+    Compiled { body, reports, program }
+}
