@@ -1,1 +1,4 @@
-//! Filled in by the commits that follow.
+//! What the end-to-end tests share: reference data and the way from a shader's text to its values.
+
+pub mod golden;
+pub mod run;

@@ -1,0 +1,103 @@
+//! Reference data: values recorded on a grid, as comma-separated text.
+
+use flate2::read::GzDecoder;
+use std::io::Read;
+use std::path::Path;
+
+/// A recorded run.
+#[derive(Clone, Debug, Default)]
+pub struct Golden {
+    /// Points in a row and rows.
+    pub size: (usize, usize),
+    /// Factors of u and v.
+    pub scale: [f32; 2],
+    /// Added to u and v.
+    pub offset: [f32; 2],
+    /// Points at pixel centres.
+    pub center: bool,
+    /// Parameter values: name and text.
+    pub params: Vec<(String, String)>,
+    /// Keys that this reader does not interpret.
+    pub other: Vec<String>,
+    /// `u`, `v`, then `f`, `c.r`, `a[0]` …: name and a value for each point.
+    pub columns: Vec<(String, Vec<f32>)>,
+}
+
+impl Golden {
+    /// Reads a file, compressed or not.
+    ///
+    /// # Errors
+    /// The file is missing or not in the format.
+    pub fn load(path: &Path) -> Result<Golden, String> {
+        let bytes = std::fs::read(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let mut text = String::new();
+        if path.extension().is_some_and(|e| e == "gz") {
+            GzDecoder::new(&bytes[..]).read_to_string(&mut text).map_err(|e| e.to_string())?;
+        } else {
+            text = String::from_utf8(bytes).map_err(|e| e.to_string())?;
+        }
+        Golden::parse(&text).ok_or_else(|| format!("{}: not a recorded run", path.display()))
+    }
+
+    fn parse(text: &str) -> Option<Golden> {
+        let mut lines = text.lines();
+        let mut golden = Golden { scale: [1.0; 2], ..Golden::default() };
+        for key in lines.next()?.strip_prefix("# ")?.split("; ") {
+            golden.key(key)?;
+        }
+        let names: Vec<&str> = lines.next()?.split(',').collect();
+        golden.columns = names.iter().map(|n| (n.to_string(), Vec::new())).collect();
+        for line in lines {
+            for ((_, values), text) in golden.columns.iter_mut().zip(line.split(',')) {
+                values.push(text.parse().ok()?);
+            }
+        }
+        golden.columns.drain(..2);
+        Some(golden)
+    }
+
+    fn key(&mut self, key: &str) -> Option<()> {
+        let words: Vec<&str> = key.split_whitespace().collect();
+        let pair = |at: usize| Some([words.get(at)?.parse().ok()?, words.get(at + 1)?.parse().ok()?]);
+        match words.first().copied()? {
+            "grid" => self.size = (words.get(1)?.parse().ok()?, words.get(2)?.parse().ok()?),
+            "scaleuv" => self.scale = pair(1)?,
+            "offsetuv" => self.offset = pair(1)?,
+            "center" => self.center = true,
+            "param" => self.params.push((words.get(2)?.to_string(), words.get(3..)?.join(" "))),
+            _ => self.other.push(key.to_string()),
+        }
+        Some(())
+    }
+}
+
+/// How two columns differ.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Comparison {
+    /// Values compared.
+    pub total: usize,
+    /// Equal, or both NaN.
+    pub exact: usize,
+    /// Within the tolerance, absolute or relative.
+    pub within: usize,
+    /// The largest absolute difference, and where.
+    pub worst: (f32, usize),
+}
+
+/// Compares two columns.
+pub fn compare(expected: &[f32], got: &[f32], tolerance: f32) -> Comparison {
+    let mut c = Comparison { total: expected.len().max(got.len()), ..Comparison::default() };
+    for (at, (e, g)) in expected.iter().zip(got).enumerate() {
+        let difference = (e - g).abs();
+        if e == g || (e.is_nan() && g.is_nan()) {
+            c.exact += 1;
+            c.within += 1;
+        } else if difference <= tolerance * e.abs().max(1.0) {
+            c.within += 1;
+        }
+        if difference > c.worst.0 {
+            c.worst = (difference, at);
+        }
+    }
+    c
+}

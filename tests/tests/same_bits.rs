@@ -1,0 +1,120 @@
+//! Results do not depend on batch, tile, thread count, instruction set or passes: the same bits for every seed shader.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl_exec::{Frame, Isa, RunOptions};
+use osl_ir::passes::{self, Pass};
+use osl_scene::Grid;
+use osl_tests::run;
+use proptest::prelude::*;
+use std::sync::OnceLock;
+
+/// Name, text, and parameter values.
+type Case = (&'static str, String, Vec<(String, String)>);
+
+/// The seed shaders with parameters that make them busy.
+fn shaders() -> &'static [Case] {
+    static SHADERS: OnceLock<Vec<Case>> = OnceLock::new();
+    SHADERS.get_or_init(|| {
+        let own = |list: &[(&str, &str)]| list.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
+        [
+            ("Cobbled", "osl/Cobbled.osl", own(&[])),
+            ("flakes", "osl/flakes.osl", own(&[("flake_size_variance", "0.7")])),
+            ("chaosmosaic", "osl/chaosmosaic.osl", own(&[("Image", "tex64.png")])),
+            (
+                "sprinkles",
+                "tests/data/seeds/sprinkles.repaired.osl",
+                own(&[("Scale", "6"), ("Np", "3"), ("Radius", "0.2")]),
+            ),
+            ("strips", "osl/strips.osl", own(&[("Var", "0.6")])),
+            ("nonlinear_noise", "osl/nonlinear_noise.osl", own(&[("type", "abs_recursive"), ("freq", "7")])),
+        ]
+        .into_iter()
+        .map(|(name, path, params)| (name, std::fs::read_to_string(run::root().join(path)).unwrap(), params))
+        .collect()
+    })
+}
+
+fn grid() -> Grid {
+    Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(37, 23) }
+}
+
+fn words(frame: &Frame) -> Vec<(String, usize, Vec<u32>)> {
+    frame.planes.iter().map(|p| (p.output.to_string(), p.component, p.words.clone())).collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn any_way_of_running(
+        shader in 0..6_usize,
+        batch in 1..700_usize,
+        tile in 1..900_usize,
+        threads in 1..5_usize,
+        isa in 0..3_usize,
+    ) {
+        let (name, text, params) = &shaders()[shader];
+        let plain = RunOptions { batch: 64, tile: 10_000, isa: Isa::baseline(), ..RunOptions::default() };
+        let expected = run::run(name, text, params, &grid(), &plain).unwrap();
+        let all = Isa::all();
+        let options = RunOptions { batch, tile, isa: all[isa % all.len()], ..RunOptions::default() };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let got = pool.install(|| run::run(name, text, params, &grid(), &options)).unwrap();
+        prop_assert_eq!(words(&got), words(&expected), "{} {:?} {} threads", name, options, threads);
+    }
+}
+
+/// Any passes may be left out: they change what is computed, never what comes out.
+#[test]
+fn any_passes() {
+    let sets: [&[Pass]; 7] = [
+        &[Pass::Fold],
+        &[Pass::Cse],
+        &[Pass::Dce],
+        &[Pass::Rate],
+        &[Pass::Flatten],
+        &[Pass::Slice, Pass::Fold, Pass::Cse],
+        &[Pass::Slice, Pass::Fold, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten],
+    ];
+    let options = RunOptions::default();
+    for (name, text, params) in shaders() {
+        let expected = run::run(name, text, params, &grid(), &options).unwrap();
+        for without in sets {
+            let passes = passes::Options { without: without.to_vec(), ..passes::Options::default() };
+            let compiled = run::compile(name, text, params, &passes).unwrap();
+            let got = osl_exec::run(&compiled.program, &run::services(), &grid(), &options, &|_| ()).unwrap();
+            assert_eq!(words(&got), words(&expected), "{name} without {without:?}");
+        }
+    }
+}
+
+/// An output computed alone is the output computed with all others.
+#[test]
+fn any_slice() {
+    for (name, text, params) in shaders() {
+        let all = run::run(name, text, params, &grid(), &RunOptions::default()).unwrap();
+        for plane in &all.planes {
+            let outputs = Some(vec![plane.output.clone()]);
+            let compiled =
+                run::compile(name, text, params, &passes::Options { outputs, ..passes::Options::default() })
+                    .unwrap();
+            let one =
+                osl_exec::run(&compiled.program, &run::services(), &grid(), &RunOptions::default(), &|_| ())
+                    .unwrap();
+            let got = one
+                .planes
+                .iter()
+                .find(|p| p.output == plane.output && p.component == plane.component)
+                .unwrap();
+            assert_eq!(got.words, plane.words, "{name} {}", plane.output);
+        }
+    }
+}
