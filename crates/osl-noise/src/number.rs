@@ -4,6 +4,10 @@
 pub(crate) trait Number: Copy {
     /// A constant with zero partials.
     fn constant(value: f32) -> Self;
+    /// What the number keeps of a dual one.
+    fn from_dual(dual: Dual) -> Self;
+    /// Itself with its partials, zero where it has none.
+    fn dual(self) -> Dual;
     /// The value.
     fn value(self) -> f32;
     /// The same partials with another value.
@@ -29,6 +33,14 @@ impl Number for f32 {
     #[inline(always)]
     fn constant(value: f32) -> f32 {
         value
+    }
+    #[inline(always)]
+    fn from_dual(dual: Dual) -> f32 {
+        dual.v
+    }
+    #[inline(always)]
+    fn dual(self) -> Dual {
+        Dual::constant(self)
     }
     #[inline(always)]
     fn value(self) -> f32 {
@@ -79,6 +91,14 @@ impl Number for Dual {
     #[inline(always)]
     fn constant(value: f32) -> Dual {
         Dual { v: value, dx: 0.0, dy: 0.0 }
+    }
+    #[inline(always)]
+    fn from_dual(dual: Dual) -> Dual {
+        dual
+    }
+    #[inline(always)]
+    fn dual(self) -> Dual {
+        self
     }
     #[inline(always)]
     fn value(self) -> f32 {

@@ -1,0 +1,121 @@
+//! What a caller may set, and the numbers that follow from it alone.
+
+use crate::math;
+
+/// The settings of a Gabor noise. Every field takes every value: what is out of range is clamped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Where the waves go: 0 every which way, 1 along `direction`, anything else every which way within the
+    /// xy plane.
+    pub anisotropic: i32,
+    /// Frequency vector of the waves in radians over 2π a unit of the kernel's radius. Not normalised: its length is
+    /// the frequency. Only the length counts unless `anisotropic` is 1, and nothing of it if that is 0.
+    pub direction: [f32; 3],
+    /// Width of the band of frequencies in octaves, 0.01 to 100; more makes kernels smaller.
+    pub bandwidth: f32,
+    /// Mean number of kernels that overlap at a point, 1 to 32.
+    pub impulses: f32,
+    /// Whether frequencies beyond what the coordinates' partials resolve are damped. **The value then depends on
+    /// the partials**, and not on the coordinates alone.
+    pub do_filter: bool,
+}
+
+impl Default for Options {
+    fn default() -> Options {
+        Options {
+            anisotropic: 0,
+            direction: [1.0, 0.0, 0.0],
+            bandwidth: 1.0,
+            impulses: 16.0,
+            do_filter: true,
+        }
+    }
+}
+
+/// How the frequency of an impulse is found.
+#[derive(Clone, Copy)]
+pub(super) enum Waves {
+    /// A random direction, length 1.
+    Isotropic,
+    /// This very vector.
+    Along([f32; 3]),
+    /// A random direction in the xy plane, of this length.
+    InPlane(f32),
+}
+
+/// What the options come to.
+#[derive(Clone, Copy)]
+pub(super) struct Params {
+    pub(super) waves: Waves,
+    /// Width of the kernel's Gaussian: it falls as exp(−π a² r²).
+    pub(super) a: f32,
+    /// Beyond it a kernel is cut; also the size of a cell.
+    pub(super) radius: f32,
+    pub(super) radius2: f32,
+    pub(super) rinv: f32,
+    /// Probability that a cell holds no impulse.
+    pub(super) empty: f32,
+    /// Factors of the sum, applied one after the other.
+    pub(super) scales: [f32; 2],
+}
+
+/// NaN passes.
+fn clamp(x: f32, low: f32, high: f32) -> f32 {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
+    }
+}
+
+impl Params {
+    pub(super) fn new(options: &Options) -> Params {
+        let e = f64::from(math::exp2_rough(clamp(options.bandwidth, 0.01, 100.0)));
+        let a = ((2.0 * ((e - 1.0) / (e + 1.0))) * f64::from(f32::from_bits(0x4008_4074))) as f32;
+        // The Gaussian's height at the cut is 0.02.
+        let radius = f32::from_bits(0x3f8e_d5da) / a;
+        let radius2 = radius * radius;
+        let radius3 = radius2 * radius;
+        let lambda = clamp(options.impulses, 1.0, 32.0) / (f32::from_bits(0x4086_0a7c) * radius3);
+        let variance = 1.0 / (f32::from_bits(0x40b5_04f3) * ((a * a) * a));
+        Params {
+            waves: match options.anisotropic {
+                0 => Waves::Isotropic,
+                1 => Waves::Along(options.direction),
+                _ => Waves::InPlane(math::length(options.direction)),
+            },
+            a,
+            radius,
+            radius2,
+            rinv: 1.0 / radius,
+            empty: math::exp(-(lambda * radius3)),
+            scales: [1.0 / lambda.sqrt(), (1.0 / (3.0 * variance.sqrt())) * 0.5],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_words() {
+        let check = |bandwidth, impulses, words: [u32; 7]| {
+            let p = Params::new(&Options { bandwidth, impulses, ..Options::default() });
+            let got = [p.a, p.radius, p.radius2, p.rinv, p.empty, p.scales[0], p.scales[1]];
+            assert_eq!(got.map(f32::to_bits), words);
+        };
+        check(
+            1.0,
+            16.0,
+            [0x3fb5_ab45, 0x3f49_46fe, 0x3f1e_408f, 0x3fa2_ccde, 0x3cb3_ae72, 0x3eb6_a2c7, 0x3f2b_9617],
+        );
+        check(
+            2.5,
+            4.0,
+            [0x403e_a1c4, 0x3ebf_d05d, 0x3e0f_b894, 0x402a_d50d, 0x3ec5_0987, 0x3e70_494a, 0x4002_6b2b],
+        );
+    }
+}
