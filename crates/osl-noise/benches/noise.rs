@@ -11,7 +11,7 @@
 )]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use osl_noise::{Isa, Kind, eval, eval3};
+use osl_noise::{Isa, Kind, eval, eval3, gabor};
 use std::hint::black_box;
 
 const LANES: usize = 256;
@@ -42,5 +42,50 @@ fn noise(c: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, noise);
+/// Gabor noise of points in a patch, as neighbours in a picture are, and of points far apart, which share no cells.
+/// Expect: wide vectors and shared cells each save about half.
+fn gabors(c: &mut Criterion) {
+    let column = |f: &dyn Fn(usize) -> f32| (0..LANES).map(f).collect::<Vec<f32>>();
+    let patch = [
+        column(&|i| (i % 16) as f32 * 0.05 + 0.3),
+        column(&|i| (i / 16) as f32 * 0.05 - 7.9),
+        column(&|_| 2.0),
+    ];
+    let apart = [0.0, 1.7, 5.1].map(|k| column(&|i| ((i * 7919 % 1009) as f32 + k) * 0.37));
+    let (step, zero) = (vec![0.05_f32; LANES], vec![0.0_f32; LANES]);
+    let partials: [&[f32]; 6] = [&step, &zero, &zero, &zero, &step, &zero].map(Vec::as_slice);
+    let narrow = [gabor::Options { do_filter: false, ..gabor::Options::default() }];
+    let filtered = [gabor::Options { do_filter: true, ..narrow[0] }];
+    let mut group = c.benchmark_group("noise/Gabor");
+    group.throughput(Throughput::Elements(LANES as u64));
+    for (name, columns) in [("patch", &patch), ("apart", &apart)] {
+        let coords: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+        let points = gabor::Points { coords: &coords, partials: &partials, periods: &[] };
+        for isa in Isa::all() {
+            let mut out = vec![0.0; 3 * LANES];
+            group.bench_function(format!("{name}/float/{isa:?}"), |b| {
+                b.iter(|| gabor::eval(isa, black_box(points), &narrow, &mut out[..LANES]));
+            });
+            for (form, options) in [("dual", &narrow), ("filtered", &filtered)] {
+                group.bench_function(format!("{name}/{form}/{isa:?}"), |b| {
+                    b.iter(|| {
+                        let (v, rest) = out.split_at_mut(LANES);
+                        let (dx, dy) = rest.split_at_mut(LANES);
+                        gabor::eval_dual(isa, black_box(points), options, [v, dx, dy]);
+                    });
+                });
+            }
+            group.bench_function(format!("{name}/triple/{isa:?}"), |b| {
+                b.iter(|| {
+                    let (x, rest) = out.split_at_mut(LANES);
+                    let (y, z) = rest.split_at_mut(LANES);
+                    gabor::eval3(isa, black_box(points), &narrow, [x, y, z]);
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, noise, gabors);
 criterion_main!(benches);

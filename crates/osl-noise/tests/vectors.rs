@@ -206,36 +206,28 @@ fn gabor_matches_every_row() {
             }
         }
     }
-    eprintln!("gabor: {exact} of {numbers} numbers exact, worst error {worst:e}");
+    // Far inside, because the library of the reference rounds nearly as well as ours does.
+    assert!(worst < 1e-7 && exact * 100 > numbers * 95, "{exact} of {numbers} exact, worst error {worst:e}");
 }
 
+/// Rows whose results depend on the platform of the reference are no exception: what is out of range becomes the
+/// same lattice cell, and what is NaN the same word, as where the reference was run, and so on every machine.
 #[test]
 fn fields_match_every_row() {
-    let (mut checked, mut platform) = (0, 0);
+    let mut platform = 0;
     let mut wrong = Vec::new();
     for row in rows(Reader::Field) {
         let (args, expected) = (row.args(), row.expected());
+        platform += usize::from(row.platform());
         for isa in Isa::all() {
             let got = result(isa, &row.cells[0], row.triple(), &args).expect("a field");
-            let same = got.len() == expected.len() && got.iter().zip(&expected).all(|(g, e)| same(*g, *e));
-            if row.platform() && !same {
-                platform += 1;
-                eprintln!("PLAT {isa:?} {:?} got {got:?}", row.cells);
-                continue;
-            }
-            checked += 1;
-            if !same {
+            if got.len() != expected.len() || !got.iter().zip(&expected).all(|(g, e)| same(*g, *e)) {
                 wrong.push(format!("{isa:?} {:?} got {got:?}", row.cells));
             }
         }
     }
-    assert!(
-        wrong.is_empty(),
-        "{} of {checked} wrong:\n{}",
-        wrong.len(),
-        wrong[..wrong.len().min(20)].join("\n")
-    );
-    eprintln!("platform {platform}");
+    assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong[..wrong.len().min(20)].join("\n"));
+    assert_eq!(platform, 1146);
 }
 
 #[test]
