@@ -19,10 +19,10 @@ const MAX_LEVELS: u32 = 32;
 const CONTINUED: u32 = 2;
 
 /// What a bracket around a line break counts for, in columns left empty.
-const BRACKET_COST: usize = 24;
+const BRACKET_COST: usize = 40;
 
 /// What a step of binding strength counts for.
-const BINDING_COST: usize = 4;
+const BINDING_COST: usize = 2;
 
 /// The text of all lines.
 pub(super) fn layout(text: &str, pieces: &[Piece<'_>], structure: &Structure) -> String {
@@ -269,7 +269,9 @@ impl<'a> Writer<'_, 'a> {
                     if column > WIDTH {
                         return best.map_or(at, |(_, best)| best);
                     }
-                    let cost = cost + WIDTH - column;
+                    // Metadata that does not fit goes to a line of its own, however short the first one is.
+                    let metadata = self.fact(at).role == Role::MetaOpen;
+                    let cost = if metadata { 0 } else { cost + WIDTH - column };
                     if best.is_none_or(|(least, _)| cost <= least) {
                         best = Some((cost, at));
                     }
