@@ -47,7 +47,7 @@ pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
         return Err(vec![errors::too_large(Span::default(), name)]);
     };
     let pieces = pieces::split(text)?;
-    let structure = structure::structure(&pieces, end).map_err(|d| vec![d])?;
+    let structure = structure::structure(&pieces, end).map_err(|d| vec![*d])?;
     let out = layout::layout(text, &pieces, &structure);
     let kept = pieces::split(&out).is_ok_and(|after| same(&pieces, &after));
     Ok(if kept { out } else { text.to_owned() })
@@ -60,5 +60,8 @@ fn same(before: &[Piece<'_>], after: &[Piece<'_>]) -> bool {
         _ => p.text.len(),
     };
     before.len() == after.len()
-        && before.iter().zip(after).all(|(a, b)| a.kind == b.kind && a.text.get(..text(a)) == b.text.get(..text(b)))
+        && before
+            .iter()
+            .zip(after)
+            .all(|(a, b)| a.kind == b.kind && a.text.get(..text(a)) == b.text.get(..text(b)))
 }

@@ -1,5 +1,7 @@
 //! The style, case by case, and what is left alone.
 
+#![allow(clippy::unwrap_used, reason = "a test says what must hold")]
+
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;
 
@@ -140,7 +142,8 @@ fn parameters() {
 
 #[test]
 fn directives_stay_byte_for_byte() {
-    let text = "  #define  A( x )   x + \\\n      x  \n#  pragma  once  // why \n#define  B /* two\nlines */ 3\n";
+    let text =
+        "  #define  A( x )   x + \\\n      x  \n#  pragma  once  // why \n#define  B /* two\nlines */ 3\n";
     assert_eq!(tidy(text), text);
     insta::assert_snapshot!(tidy(
         "shader s(float a=1,\n#ifdef B\nfloat b=1,\n  #else\nfloat c=1,\n#endif\noutput color d=0){\n#if A\nif(a){\n\
@@ -162,10 +165,19 @@ fn macro_uses_stay_byte_for_byte() {
     );
     // Those of an included file are known by their capitals, if a file is included.
     let call = "int  n=ASSERT_EQ( a+b ,c );\n";
-    assert_eq!(tidy(&format!("#include \"m.h\"\n{call}")), "#include \"m.h\"\nint n = ASSERT_EQ( a+b ,c );\n");
-    assert_eq!(tidy(&format!("#include <stdosl.h>\n{call}")), "#include <stdosl.h>\nint n = ASSERT_EQ(a + b, c);\n");
+    assert_eq!(
+        tidy(&format!("#include \"m.h\"\n{call}")),
+        "#include \"m.h\"\nint n = ASSERT_EQ( a+b ,c );\n"
+    );
+    assert_eq!(
+        tidy(&format!("#include <stdosl.h>\n{call}")),
+        "#include <stdosl.h>\nint n = ASSERT_EQ(a + b, c);\n"
+    );
     // One that stands alone on its line is a statement of its own.
-    assert_eq!(tidy("#define M(x) x\nM(1)\nM(2)\nint a;M(3) int b;\n"), "#define M(x) x\nM(1)\nM(2)\nint a;\nM(3) int b;\n");
+    assert_eq!(
+        tidy("#define M(x) x\nM(1)\nM(2)\nint a;M(3) int b;\n"),
+        "#define M(x) x\nM(1)\nM(2)\nint a;\nM(3) int b;\n"
+    );
 }
 
 #[test]
@@ -180,6 +192,9 @@ fn broken_strings_stay_byte_for_byte() {
 #[test]
 fn line_ends_and_byte_order_mark() {
     assert_eq!(tidy("int f( );\r\n\r\n\r\nint g( );"), "int f();\r\n\r\nint g();\r\n");
+    // Line breaks within comments and directives stay as they are, and say nothing of the others.
+    assert_eq!(tidy("\r\n/* a\n*/ int f();\n"), "/* a\n*/ int f();\r\n");
+    assert_eq!(tidy("#define X\r\nint f();"), "#define X\r\nint f();\r\n");
     assert_eq!(tidy("\u{feff}int f( );\n"), "\u{feff}int f();\n");
     assert_eq!(tidy("int f();\n// x \\"), "int f();\n// x \\\n");
     assert_eq!(tidy("#define X \\"), "#define X \\\n");

@@ -1,9 +1,11 @@
 //! Real files: formatted they mean the same, formatted again they stay the same, however they were spaced before.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test says what must hold")]
+
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;
 
-use common::lenient;
+use common::{lenient, squeezed};
 use osl_syntax::format::format;
 use osl_syntax::print;
 use proptest::prelude::*;
@@ -43,6 +45,7 @@ fn tree(text: &str) -> String {
 /// Formats, and checks that it means the same and that doing it again changes nothing.
 fn check(name: &str, text: &str) -> String {
     let once = format(name, text).unwrap_or_else(|d| panic!("{name}: {d:#?}\n{text}"));
+    assert_eq!(squeezed(&once), squeezed(text), "{name}\n{text}");
     assert_eq!(tree(&once), tree(text), "{name}\n{text}");
     assert_eq!(format(name, &once).unwrap(), once, "{name}\n{text}");
     assert!(once.ends_with('\n') && !once.ends_with("\n\n"), "{name}");

@@ -26,7 +26,6 @@ const BINDING_COST: usize = 2;
 
 /// The text of all lines.
 pub(super) fn layout(text: &str, pieces: &[Piece<'_>], structure: &Structure) -> String {
-    let crlf = text.find('\n').is_some_and(|n| text.get(..n).is_some_and(|t| t.ends_with('\r')));
     let mut w = Writer {
         pieces,
         facts: &structure.facts,
@@ -35,7 +34,7 @@ pub(super) fn layout(text: &str, pieces: &[Piece<'_>], structure: &Structure) ->
         brackets: vec![Bracket::default(); pieces.len()],
         line: 0..0,
         indent: 0,
-        eol: if crlf { "\r\n" } else { "\n" },
+        eol: line_end(text, pieces),
         out: String::with_capacity(text.len() + text.len() / 4),
     };
     if text.starts_with('\u{feff}') {
@@ -53,6 +52,16 @@ pub(super) fn layout(text: &str, pieces: &[Piece<'_>], structure: &Structure) ->
         after_open = last == Some(Role::BlockOpen);
     }
     w.out
+}
+
+/// The line break that the file uses: its first one between pieces, since those within them may differ and stay; if
+/// it has none, the first one of all.
+fn line_end(text: &str, pieces: &[Piece<'_>]) -> &'static str {
+    let ends = pieces.iter().map(|p| p.start + p.text.len());
+    let starts = pieces.iter().map(|p| p.start).chain([text.len()]);
+    let between = std::iter::once(0).chain(ends).zip(starts).filter_map(|(a, b)| text.get(a..b));
+    let first = between.chain([text]).find_map(|gap| gap.split_once('\n'));
+    if first.is_some_and(|(before, _)| before.ends_with('\r')) { "\r\n" } else { "\n" }
 }
 
 /// For each piece the last piece of code before it.
@@ -285,7 +294,10 @@ impl<'a> Writer<'_, 'a> {
             };
             column += first.chars().count();
             // A comment at the end of a line may be too long: breaking the code would not shorten it.
-            if column > WIDTH && piece.kind != Kind::LineComment && let Some((_, best)) = best {
+            if column > WIDTH
+                && piece.kind != Kind::LineComment
+                && let Some((_, best)) = best
+            {
                 return best;
             }
             if let Some(last) = last {

@@ -65,7 +65,12 @@ pub(super) struct Piece<'a> {
     pub(super) trails: bool,
 }
 
-impl Piece<'_> {
+impl<'a> Piece<'a> {
+    /// A piece of which nothing is known yet as a comment.
+    fn new(kind: Kind, text: &'a str, start: usize, breaks: u32) -> Piece<'a> {
+        Piece { kind, text, start, breaks, ends_line: false, trails: false }
+    }
+
     /// Whether it is a comment.
     pub(super) fn is_comment(&self) -> bool {
         matches!(self.kind, Kind::LineComment | Kind::BlockComment)
@@ -212,7 +217,7 @@ impl<'a> Splitter<'a> {
         } else if kind != Kind::BlockComment {
             self.line_start = false;
         }
-        self.pieces.push(Piece { kind, text, start: self.at, breaks: self.breaks, ends_line: false, trails: false });
+        self.pieces.push(Piece::new(kind, text, self.at, self.breaks));
         self.breaks = 0;
         self.at = end;
     }
@@ -225,7 +230,7 @@ impl<'a> Splitter<'a> {
             let trimmed = text.strip_suffix('\n').map(|t| t.strip_suffix('\r').unwrap_or(t));
             text = trimmed.filter(|t| t.ends_with('\\')).unwrap_or(text);
         }
-        self.pieces.push(Piece { kind: Kind::Lines(kind), text, start, breaks: self.breaks, ends_line: false, trails: false });
+        self.pieces.push(Piece::new(Kind::Lines(kind), text, start, self.breaks));
         self.breaks = 1;
         self.at = end;
         self.line = end;
@@ -237,7 +242,8 @@ impl<'a> Splitter<'a> {
             return self.push(Kind::Fixed(token), end);
         }
         let defined = self.macros.contains(text);
-        if !defined && !(self.includes && is_capitals(text)) {
+        let called = defined || (self.includes && is_capitals(text));
+        if !called {
             return self.push(Kind::Name, end);
         }
         let name = Span::new(self.at as u32, end as u32);
