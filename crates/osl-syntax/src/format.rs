@@ -40,8 +40,8 @@ pub const WIDTH: usize = 99;
 /// against expectation, white space alone could not carry a token over, the text comes back as it is.
 ///
 /// # Errors
-/// What is no token of the language, strings, comments and conditionals without an end, brackets out of balance:
-/// there the lines cannot be told with certainty, and nothing should be written.
+/// What is no token of the language, strings, comments and conditionals without an end, brackets out of balance
+/// or nested too deep: there the lines cannot be told with certainty, and nothing should be written.
 pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
     let Ok(end) = u32::try_from(text.len()) else {
         return Err(vec![errors::too_large(Span::default(), name)]);

@@ -56,7 +56,7 @@ pub(super) struct Structure {
 /// Finds the lines.
 ///
 /// # Errors
-/// Brackets out of balance.
+/// Brackets out of balance, or nested too deep.
 pub(super) fn structure(pieces: &[Piece<'_>], end: u32) -> Result<Structure, Box<Diagnostic>> {
     let mut b = Builder {
         pieces,
@@ -133,7 +133,7 @@ impl<'a> Builder<'_, 'a> {
             Kind::LineComment | Kind::BlockComment => self.comment(at),
             _ => self.code(at)?,
         }
-        Ok(())
+        self.check_nesting()
     }
 
     /// Takes whole lines: in the middle of a statement they are part of its line.

@@ -3,7 +3,9 @@
 //! The stack is a linked one, so that going back to where an `#if` stood costs nothing. It must not know how
 //! statements are told apart.
 
+use super::super::pieces::Piece;
 use super::Builder;
+use crate::Options;
 use crate::diagnostic::Diagnostic;
 use crate::errors;
 use crate::span::Span;
@@ -49,6 +51,11 @@ pub(super) struct Node {
     pub(super) indent: u32,
     /// Brackets within a statement, this one included.
     pub(super) depth: u32,
+    /// Entries below it.
+    below: u32,
+    /// Of a header, the entry that takes its place once its body has come. It is made once, however often reading
+    /// goes back to an `#if`.
+    finished: Option<usize>,
 }
 
 /// Where reading stands; a copy can be returned to.
@@ -75,8 +82,22 @@ impl Builder<'_, '_> {
     pub(super) fn push(&mut self, frame: Frame, opener: usize, indent: u32) {
         let bracket = !matches!(frame, Frame::Block | Frame::Header { .. });
         let depth = if bracket { self.top().map_or(0, |n| n.depth) + 1 } else { 0 };
-        self.nodes.push(Node { frame, parent: self.state.top, opener, indent, depth });
+        let below = self.top().map_or(0, |n| n.below + 1);
+        self.nodes.push(Node { frame, parent: self.state.top, opener, indent, depth, below, finished: None });
         self.state.top = Some(self.nodes.len() - 1);
+    }
+
+    /// Refuses what is nested deeper than anything that compiles: each way through a conditional may have to leave
+    /// all of it, so that the time would grow with the square of the text.
+    pub(super) fn check_nesting(&self) -> Result<(), Box<Diagnostic>> {
+        let limit = 2 * Options::default().max_nesting;
+        match self.top() {
+            Some(node) if node.below >= limit => {
+                let span = self.piece(node.opener).map(Piece::span).unwrap_or_default();
+                Err(Box::new(errors::nesting(span, limit)))
+            }
+            _ => Ok(()),
+        }
     }
 
     pub(super) fn pop(&mut self) {
@@ -118,8 +139,16 @@ impl Builder<'_, '_> {
         if let Some(node) = self.top()
             && let Frame::Header { word, done: false } = node.frame
         {
+            let open = self.state.top;
             self.pop();
-            self.push(Frame::Header { word, done: true }, node.opener, node.indent);
+            if node.finished.is_some() {
+                self.state.top = node.finished;
+            } else {
+                self.push(Frame::Header { word, done: true }, node.opener, node.indent);
+                if let Some(open) = open.and_then(|n| self.nodes.get_mut(n)) {
+                    open.finished = self.state.top;
+                }
+            }
         }
     }
 
