@@ -1,7 +1,7 @@
 //! The formatter: the same file in one style.
 //!
-//! It works on the text before preprocessing, since the tree has lost comments, directives and macros. [`pieces`]
-//! splits the text, [`structure`] finds the lines and what each piece is to its neighbours ([`role`]), and [`layout`]
+//! It works on the text before preprocessing, since the tree has lost comments, directives and macros. `pieces`
+//! splits the text, `structure` finds the lines and what each piece is to its neighbours (`role`), and `layout`
 //! writes them with the line breaks that the width asks for. Only white space between tokens is changed.
 //!
 //! The style:
