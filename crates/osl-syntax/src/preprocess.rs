@@ -17,6 +17,7 @@ use crate::source::{SourceMap, SourceProvider};
 use crate::span::Span;
 use expand::{Context, Macro};
 use file::FileCursor;
+pub(crate) use file::broken_string;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::rc::Rc;
 use std::sync::Arc;

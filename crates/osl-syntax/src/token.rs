@@ -73,6 +73,17 @@ pub enum Token {
     BadExpr,
 }
 
+/// The keyword or operator that a preprocessing token is; `None` for names, literals and what is no token.
+pub(crate) fn fixed(kind: Raw, text: &str) -> Option<Token> {
+    match kind {
+        Raw::Ident => match word(text) {
+            Word::Token(token) => Some(token),
+            Word::Reserved { .. } | Word::Name => None,
+        },
+        kind => operator(kind),
+    }
+}
+
 /// Turns preprocessing tokens into tokens of the grammar, one for one but for joined strings and dropped modifiers.
 pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (Vec<Token>, Vec<Span>) {
     let mut c = Converter {

@@ -166,7 +166,7 @@ enum Piece {
 /// The end of a string literal that begins at `from` and goes on over line breaks, if it looks like one: it closes
 /// within a few lines, and the quotes behind it on its last line come in pairs. An odd one there says that the
 /// literal was meant to end earlier.
-fn broken_string(text: &str, from: usize) -> Option<usize> {
+pub(crate) fn broken_string(text: &str, from: usize) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut lines = 0;
     let mut at = from + 1;

@@ -50,6 +50,12 @@ pub(crate) fn expr(text: &str) -> String {
     tree.lines().last().unwrap_or("").trim().to_owned()
 }
 
+/// A text without white space and the backslashes that join lines: code, comments and directives, all that a
+/// formatter must not touch.
+pub(crate) fn squeezed(text: &str) -> String {
+    text.chars().filter(|c| !c.is_whitespace() && *c != '\\').collect()
+}
+
 /// A file of the repository.
 #[allow(clippy::panic, reason = "a test without its data has failed")]
 pub(crate) fn read(path: &str) -> String {

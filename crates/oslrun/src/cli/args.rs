@@ -25,6 +25,8 @@ pub(super) enum Command {
     Check(CheckArgs),
     /// Print the intermediate representation of a shader before and after the passes.
     Ir(IrArgs),
+    /// Rewrite shader files in one style.
+    Fmt(FmtArgs),
 }
 
 /// How a source file is read.
@@ -149,6 +151,23 @@ pub(super) struct IrArgs {
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,
     /// How the file is read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Which files to format.
+#[derive(Debug, Args)]
+pub(super) struct FmtArgs {
+    /// Shader files; - formats the standard input to the standard output.
+    #[arg(required = true, value_name = "FILE.osl")]
+    pub(super) files: Vec<PathBuf>,
+    /// Write nothing: list the files that would change, and fail if any would.
+    #[arg(long)]
+    pub(super) check: bool,
+    /// With --check, show what would change.
+    #[arg(long, requires = "check")]
+    pub(super) diff: bool,
+    /// How files are read.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }

@@ -4,6 +4,7 @@ use super::Failure;
 use super::args::ReadArgs;
 use osl_syntax::Options;
 use osl_syntax::source::SourceProvider;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -41,19 +42,28 @@ pub(super) struct Input {
 /// Reads a main file.
 pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
     let text = read_text(path).map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
+    let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    Ok(input(path.display().to_string(), text, main, args))
+}
+
+/// Reads a main file from the standard input; its includes are looked for in the current folder.
+pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
+    let name = "<standard input>";
+    let text = read_stream(std::io::stdin().lock());
+    let text = text.map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    Ok(input(name.to_string(), text, PathBuf::new(), args))
+}
+
+fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) -> Input {
     let defines = args.define.iter().map(|d| match d.split_once('=') {
         Some((name, value)) => (name.to_string(), value.to_string()),
         None => (d.clone(), "1".to_string()),
     });
-    let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(Input {
-        name: path.display().to_string(),
-        text,
-        files: Files { main, folders: args.include.clone() },
-        options: Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() },
-    })
+    let options = Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() };
+    Input { name, text, files: Files { main, folders: args.include.clone() }, options }
 }
 
+/// The text of a file; why there is none, in words for the user.
 fn read_text(path: &Path) -> Result<String, String> {
     let meta = std::fs::metadata(path).map_err(|e| e.to_string())?;
     if meta.is_dir() {
@@ -62,7 +72,19 @@ fn read_text(path: &Path) -> Result<String, String> {
     if meta.len() > MAX_BYTES {
         return Err(format!("it has more than {MAX_BYTES} bytes"));
     }
-    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    text(std::fs::read(path).map_err(|e| e.to_string())?)
+}
+
+fn read_stream(from: impl Read) -> Result<String, String> {
+    let mut bytes = Vec::new();
+    from.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(format!("it has more than {MAX_BYTES} bytes"));
+    }
+    text(bytes)
+}
+
+fn text(bytes: Vec<u8>) -> Result<String, String> {
     let text = String::from_utf8(bytes)
         .map_err(|e| format!("it is not text (byte {} is not UTF-8)", e.utf8_error().valid_up_to()))?;
     match text.find('\0') {

@@ -1,10 +1,11 @@
-//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`.
+//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
 
 mod args;
 mod check;
+mod fmt;
 mod input;
 mod ir;
 mod output;
@@ -51,6 +52,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
     let result = match (cli.command, cli.run) {
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
+        (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (None, args) => run::run(&args, out, err),
     };
     match result {

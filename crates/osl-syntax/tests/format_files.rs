@@ -1,0 +1,119 @@
+//! Real files: formatted they mean the same, formatted again they stay the same, however they were spaced before.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test says what must hold")]
+
+#[allow(dead_code, reason = "each test file uses its part")]
+mod common;
+
+use common::{lenient, squeezed};
+use osl_syntax::format::format;
+use osl_syntax::print;
+use proptest::prelude::*;
+use std::path::{Path, PathBuf};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+/// Every shader file below a folder, in order of its path.
+fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            files(&path, found);
+        } else if path.extension().is_some_and(|e| e == "osl") {
+            found.push(path);
+        }
+    }
+}
+
+/// The shader files of the repository that can be read, with their texts.
+fn texts() -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    for folder in ["osl", "tests", "crates/osl-syntax/tests/data/format"] {
+        files(&Path::new(ROOT).join(folder), &mut found);
+    }
+    let texts = found.iter().map(|p| (p.display().to_string(), std::fs::read_to_string(p).unwrap()));
+    texts.filter(|(_, text)| !lenient(text).has_errors()).collect()
+}
+
+fn tree(text: &str) -> String {
+    let parsed = lenient(text);
+    assert!(!parsed.has_errors(), "{text}\n{:#?}", parsed.diagnostics);
+    print::ast(&parsed.ast)
+}
+
+/// Formats, and checks that it means the same and that doing it again changes nothing.
+fn check(name: &str, text: &str) -> String {
+    let once = format(name, text).unwrap_or_else(|d| panic!("{name}: {d:#?}\n{text}"));
+    assert_eq!(squeezed(&once), squeezed(text), "{name}\n{text}");
+    assert_eq!(tree(&once), tree(text), "{name}\n{text}");
+    assert_eq!(format(name, &once).unwrap(), once, "{name}\n{text}");
+    assert!(once.ends_with('\n') && !once.ends_with("\n\n"), "{name}");
+    once
+}
+
+#[test]
+fn real_files_mean_the_same_and_stay() {
+    let texts = texts();
+    assert!(texts.len() > 40, "{}", texts.len());
+    for (name, text) in &texts {
+        let once = check(name, text);
+        let code = |line: &&str| !line.contains("//") && line.chars().count() > osl_syntax::format::WIDTH;
+        for line in once.lines().filter(code) {
+            // A long string is what cannot be broken.
+            assert!(line.contains("[["), "{name}: {line}");
+        }
+    }
+}
+
+/// What may stand between two tokens without changing what they mean.
+const GAPS: [&str; 14] = [
+    " ",
+    "  \t ",
+    "\n",
+    "\n\n\n",
+    "\r\n",
+    " /* c */ ",
+    "\n/* c */\n",
+    " /* c\n   d */ ",
+    " // c \"\n",
+    "\n\n// c\n\n",
+    " \\\n ",
+    "\n#pragma p  \\\n q\n",
+    "\n#if 0\n don't {( \"\n#endif\n",
+    "\n#ifdef NO\n#else\n#endif\n",
+];
+
+/// Where the tokens of a text begin, but for those that are part of a directive or of a macro.
+fn places(text: &str) -> Vec<usize> {
+    let parsed = lenient(text);
+    let mut starts: Vec<usize> = parsed.tokens.iter().map(|(_, s)| s.start as usize).collect();
+    starts.retain(|s| *s < text.len());
+    starts.sort_unstable();
+    starts.dedup();
+    starts
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn however_it_was_spaced(
+        file in any::<prop::sample::Index>(),
+        gaps in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(&GAPS[..])), 0..40),
+    ) {
+        let texts: Vec<_> = texts().into_iter().filter(|(_, t)| !t.contains("#define")).collect();
+        let (name, text) = file.get(&texts);
+        let places = places(text);
+        let mut gaps: Vec<(usize, &str)> = gaps.iter().map(|(at, gap)| (*at.get(&places), *gap)).collect();
+        gaps.sort_by_key(|(at, _)| *at);
+        gaps.dedup_by_key(|(at, _)| *at);
+        let mut spaced = text.clone();
+        for (at, gap) in gaps.iter().rev() {
+            spaced.insert_str(*at, gap);
+        }
+        // A comment with a quote behind a broken string is another program.
+        prop_assume!(!lenient(&spaced).has_errors());
+        check(name, &spaced);
+    }
+}

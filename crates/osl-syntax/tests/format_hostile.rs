@@ -1,0 +1,255 @@
+//! Any text at all: a result or an error, never a panic, in time that grows with the text.
+
+#![allow(clippy::unwrap_used, reason = "a test says what must hold")]
+
+#[allow(dead_code, reason = "each test file uses its part")]
+mod common;
+
+use common::{lenient, squeezed};
+use osl_syntax::format::format;
+use proptest::prelude::*;
+
+const MANY: usize = 10_000;
+
+/// Formats; what comes of it has the same tokens and stays the same.
+fn check(text: &str) {
+    let Ok(once) = format("fuzz.osl", text) else { return };
+    assert_eq!(format("fuzz.osl", &once).as_ref(), Ok(&once), "not stable:\n{text:?}\n{once}");
+    assert_eq!(squeezed(&once), squeezed(text), "{text:?}\n{once}");
+    let tokens = |t: &str| lenient(t).tokens.into_iter().map(|(t, _)| t).collect::<Vec<_>>();
+    assert_eq!(tokens(&once), tokens(text), "{text:?}\n{once}");
+}
+
+#[test]
+fn deep_nesting() {
+    let n = MANY;
+    for text in [
+        "(".repeat(n) + &")".repeat(n),
+        "{".repeat(n) + &"}".repeat(n),
+        "[[".repeat(n) + &"]]".repeat(n),
+        "a = {\n".repeat(n) + &"}".repeat(n),
+        "f(a, ".repeat(n) + &")".repeat(n),
+        "if (a) ".repeat(n) + ";",
+        "do ".repeat(n) + ";" + &"while (a);".repeat(n),
+        "#if 1\n{\n".repeat(n) + &"#else\n{\n#endif\n".repeat(n) + &"}".repeat(n),
+    ] {
+        let found = format("deep.osl", &text).unwrap_err();
+        assert_eq!(found.iter().map(|d| d.code.id).collect::<Vec<_>>(), ["E0113"], "{text:.40}");
+    }
+}
+
+#[test]
+fn deep_but_flat_for_the_formatter() {
+    let n = MANY;
+    let deep = 500;
+    for text in [
+        "(".repeat(deep) + &")".repeat(deep),
+        "{".repeat(deep) + &"}".repeat(deep),
+        "if (a) ; else ".repeat(n) + ";",
+        "if (a) ; else ".repeat(n) + "if (a) ;",
+        "#if 0\n".repeat(n) + &"#endif\n".repeat(n),
+        "#define F(x) x\n".to_owned() + &"F(".repeat(n) + &")".repeat(n),
+        // Each way through a conditional leaves all the headers again.
+        "if (a) ".repeat(deep) + "x;\n" + &"#if 1\n".repeat(n) + &"y;\n#else\nz;\n#endif\n".repeat(n),
+        "if (a) ".repeat(deep) + "x;\n" + &"// c\n".repeat(n) + "else x;",
+    ] {
+        let once = format("deep.osl", &text).unwrap();
+        assert!(once.len() < 200 * text.len(), "{text:.40}");
+        assert_eq!(format("deep.osl", &once).unwrap(), once, "{text:.40}");
+    }
+}
+
+#[test]
+fn much_of_everything() {
+    for (piece, fits) in [
+        ("(", false),
+        (")", false),
+        ("{", false),
+        ("}", false),
+        ("[[", false),
+        // Pairs of quotes, empty strings all of them.
+        ("\"", true),
+        ("\"\n", true),
+        ("'", false),
+        ("/*", false),
+        ("/* */", true),
+        ("//\n", true),
+        ("// \\\n", true),
+        ("\\\n", true),
+        ("\r", true),
+        ("#", false),
+        ("#\n", true),
+        ("#if 1\n", false),
+        ("#if 0\n", false),
+        ("#else\n", false),
+        ("#define F(x)\nF(", false),
+        ("#define F(x)\nF()", false),
+        ("else ", false),
+        ("a + ", true),
+        ("a, ", true),
+        ("\"a\n", true),
+        ("; ", true),
+        ("- ", true),
+        ("a /* \n */, ", true),
+        ("\u{e9}", false),
+    ] {
+        let text = piece.repeat(MANY);
+        assert_eq!(format("much.osl", &text).is_ok(), fits, "{piece:?}");
+    }
+}
+
+/// Pieces that make text which is nearly OSL.
+const PIECES: [&str; 78] = [
+    "shader",
+    "s",
+    "(",
+    ")",
+    "{",
+    "}",
+    "[",
+    "]",
+    "[[",
+    "]]",
+    ";",
+    ",",
+    "float",
+    "color",
+    "a",
+    "b",
+    "1",
+    "2.5",
+    "1e",
+    "\"x\"",
+    "\"y",
+    "\"",
+    "=",
+    "+=",
+    "+",
+    "-",
+    "*",
+    "/",
+    "<",
+    "?",
+    ":",
+    ".",
+    "++",
+    "--",
+    "!",
+    "~",
+    "&",
+    "|",
+    "and",
+    "not",
+    "if",
+    "if (a)",
+    "else",
+    "for",
+    "for (;;)",
+    "while",
+    "while (a)",
+    "do",
+    "return",
+    "struct",
+    "output",
+    "closure",
+    "\n",
+    "\n\n",
+    "\t",
+    "\r\n",
+    "\r",
+    "\n#define M(x) x #x\n",
+    "M(",
+    "M(a+b )",
+    "M",
+    "\n#if 1\n",
+    "\n#if 0\n",
+    "\n#else\n",
+    "\n#elif 1\n",
+    "\n#endif\n",
+    "\n#include \"x\"\n",
+    "// c",
+    "//c\n",
+    "\n//d \\\n",
+    "/*",
+    "*/",
+    " /* e */ ",
+    "\n/* f\n*/\n",
+    "##",
+    "\\",
+    "\\\n",
+    "é",
+];
+
+/// Balanced pieces, so that much of what they make is formatted.
+const WHOLE: [&str; 48] = [
+    "a",
+    "b;",
+    "f(a, b)",
+    "(a)",
+    "(int)",
+    "[1]",
+    "{1, 2}",
+    "{\n1,\n2}",
+    "{}",
+    "{ a; }",
+    "[[ int x = 1 ]]",
+    ";",
+    ",",
+    "float",
+    "a = ",
+    "+",
+    "- ",
+    "-",
+    "--",
+    "++",
+    "*",
+    "?",
+    ":",
+    ".",
+    "!",
+    "not",
+    "if (a)",
+    "if (a) {}",
+    "else",
+    "for (;;)",
+    "while (a)",
+    "do",
+    "return",
+    "\"x\"",
+    "\"y\nz\"",
+    "\n",
+    "\n\n",
+    " // c\n",
+    " // \"\n",
+    "\n/* d */\n",
+    " /* e */ ",
+    "/* f\ng */",
+    "\n#pragma p\n",
+    "\n#if 1\na\n#else\nb;\n#endif\n",
+    "\n#ifdef A\n",
+    "\n#else\n",
+    "\n#endif\n",
+    "\n#if 0\n ' {\n#endif\n",
+];
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn arbitrary_text(text in ".{0,200}") {
+        check(&text);
+    }
+
+    #[test]
+    fn nearly_osl(pieces in prop::collection::vec(prop::sample::select(&PIECES[..]), 0..40), space in any::<bool>()) {
+        check(&pieces.join(if space { " " } else { "" }));
+    }
+
+    #[test]
+    fn balanced_pieces(pieces in prop::collection::vec(prop::sample::select(&WHOLE[..]), 0..40)) {
+        check(&pieces.join(" "));
+        check(&format!("shader s(float a = 1) {{ {} }}", pieces.join(" ")));
+        check(&format!("shader s({}) {{ }}", pieces.join(" ")));
+        check(&format!("int a[] = {{\n{}\n}};", pieces.join(" ")));
+    }
+}

@@ -1,0 +1,71 @@
+//! `oslrun fmt FILE…`: rewrites files in the one style, or lists what it would rewrite.
+//!
+//! A file that does not parse is left as it is. It must not know the style.
+
+use super::args::FmtArgs;
+use super::input::Input;
+use super::{Failure, input, report};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::SourceMap;
+use similar::TextDiff;
+use std::io::Write;
+use std::path::Path;
+
+/// Lines around a change that a diff shows.
+const CONTEXT: usize = 2;
+
+/// Formats each file in place, or lists those that would change. After one that fails the others have their turn.
+pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let (mut changes, mut failed) = (false, false);
+    for path in &args.files {
+        match one(path, args, out, err) {
+            Ok(changed) => changes |= changed,
+            Err(Failure(text)) => {
+                failed = true;
+                if !text.is_empty() {
+                    let _ = writeln!(err, "error: {text}");
+                }
+            }
+        }
+    }
+    if failed || (args.check && changes) { Err(Failure::said()) } else { Ok(()) }
+}
+
+/// Formats one file; whether that changes it.
+fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<bool, Failure> {
+    let stdin = path == Path::new("-");
+    let input = if stdin { input::read_stdin(&args.read) } else { input::read(path, &args.read) }?;
+    let formatted = formatted(&input, args, err)?;
+    let changed = formatted != input.text;
+    let unwritten = |e: std::io::Error| Failure::new(format!("cannot write: {e}"));
+    if args.check && changed {
+        writeln!(out, "{}", input.name).map_err(unwritten)?;
+        if args.diff {
+            let diff = TextDiff::from_lines(input.text.as_str(), formatted.as_str());
+            let after = format!("{} (formatted)", input.name);
+            write!(out, "{}", diff.unified_diff().context_radius(CONTEXT).header(&input.name, &after))
+                .map_err(unwritten)?;
+        }
+    } else if !args.check && stdin {
+        out.write_all(formatted.as_bytes()).map_err(unwritten)?;
+    } else if !args.check && changed {
+        osl_image::replace_file(path, formatted.as_bytes()).map_err(Failure::new)?;
+    }
+    Ok(changed)
+}
+
+/// The text in the one style; a failure that has been reported where it does not parse.
+fn formatted(input: &Input, args: &FmtArgs, err: &mut dyn Write) -> Result<String, Failure> {
+    let parsed = osl_syntax::parse(&input.name, &input.text, &input.files, &input.options);
+    if parsed.has_errors() {
+        // Warnings are for `check`: nobody who formats has asked for them.
+        let errors: Vec<Diagnostic> = parsed.diagnostics.into_iter().filter(Diagnostic::is_error).collect();
+        report::diagnostics(&errors, &parsed.sources, &args.read, err)?;
+    }
+    osl_syntax::format::format(&input.name, &input.text).or_else(|errors| {
+        let mut sources = SourceMap::default();
+        let _ = sources.add(input.name.as_str(), input.text.as_str().into());
+        report::diagnostics(&errors, &sources, &args.read, err)?;
+        Err(Failure::said())
+    })
+}
