@@ -1,12 +1,15 @@
-//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`.
+//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`,
+//! `oslrun explain-error CODE`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
 
 mod args;
 mod check;
+mod explain_error;
 mod input;
 mod ir;
+mod levels;
 mod output;
 mod repair;
 mod report;
@@ -51,6 +54,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
     let result = match (cli.command, cli.run) {
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
+        (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
         (None, args) => run::run(&args, out, err),
     };
     match result {
