@@ -134,7 +134,6 @@ fn table() -> String {
         let kind = match (lint::find(code).map(|l| l.level), &code.id[..1]) {
             (Some(Level::Always), _) => "lint",
             (Some(Level::Check), _) => "lint of `check`",
-            (Some(Level::Asked), _) => "lint on request",
             (None, "E") => "error",
             (None, _) => "warning",
         };

@@ -131,16 +131,24 @@ pub(super) fn endless(span: Span) -> Diagnostic {
         .help("add a `break`, or a condition that becomes false")
 }
 
-/// W0308: the condition is a constant.
-pub(super) fn constant_condition(span: Span, value: Option<bool>) -> Diagnostic {
+/// W0308: the condition is a constant, by the variable declared there if it is not of literals alone.
+pub(super) fn constant_condition(
+    span: Span,
+    value: Option<bool>,
+    source: Option<(Span, &str)>,
+) -> Diagnostic {
     let (what, label) = match value {
         Some(true) => ("this condition always holds", "always true"),
         Some(false) => ("this condition never holds", "always false"),
         None => ("this condition is a constant", "the same at every point"),
     };
-    Diagnostic::warning(CONSTANT_CONDITION, span, what)
+    let d = Diagnostic::warning(CONSTANT_CONDITION, span, what)
         .label(label)
-        .help("remove the branch that is not taken, or make a macro or parameter of the condition")
+        .help("remove the branch that is not taken, or make a macro or parameter of the condition");
+    match source {
+        Some((declared, name)) => d.also(declared, format!("`{name}` has this value from here on")),
+        None => d,
+    }
 }
 
 /// W0309: an assignment is the condition.

@@ -9,6 +9,7 @@
 //! read-only argument (W0203), a parameter that hides a function (W0206). They are not repeated here.
 
 mod codes;
+mod constants;
 mod flow;
 mod jumps;
 mod scopes;
@@ -29,8 +30,6 @@ use osl_syntax::span::Span;
 /// Who sees a lint unless the user says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Nobody who has not asked for it: a matter of taste, or often right as it is.
-    Asked,
     /// Who checks a file: correct programs earn it too, but the text says more or less than it does.
     Check,
     /// Everybody, also who only runs the shader: the result is hardly the one that was meant.

@@ -1,6 +1,6 @@
 //! What is declared and never used: variables, parameters, functions.
 
-use super::walk::{Event, Purpose, Walk, bodies};
+use super::walk::{Event, Purpose, Walk};
 use super::{Findings, codes, removal};
 use crate::hir::{ExprKind, FunctionId, Var, VarId, VarKind};
 use osl_syntax::ast::{self, Ast, ExprId, StmtId};
@@ -88,12 +88,7 @@ impl Used {
             }
             Event::Read { purpose: Purpose::Update, .. } | Event::Write { .. } | Event::Conditional(_) => {}
         };
-        for param in &walk.program.shader.params {
-            walk.init(&param.init, &mut note);
-        }
-        for body in bodies(walk.program) {
-            walk.all(body, &mut note);
-        }
+        walk.everything(&mut note);
         used
     }
 }

@@ -3,7 +3,8 @@
 //!
 //! Equality of floats is exact, and that is fine where one side is a number that arithmetic does not miss: a literal
 //! of few binary digits such as 0 or 0.5, an int, or the result of `floor` and the like. `0.1` is none: no float has
-//! that value.
+//! that value. A variable that is compared with itself is a test for NaN, and the functions that define `==` and `!=`
+//! for structs are about exact equality by nature.
 
 use super::walk::{Event, Walk, bodies, each_stmt};
 use super::{Findings, codes, removal};
@@ -13,14 +14,26 @@ use osl_syntax::ast::{BinaryOp, UnaryOp};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
 
+/// The functions behind `==` and `!=` of structs.
+const EQUALITIES: &[&str] = &["__operator__eq__", "__operator__neq__"];
+
 /// Reports what the module's text lists.
 pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
     walk.everything(&mut |event| {
         if let Event::Expr(e) = event {
-            equality(e, found);
             division(e, found);
         }
     });
+    let mut equalities = |event: Event<'_>| {
+        if let Event::Expr(e) = event {
+            equality(e, found);
+        }
+    };
+    walk.params(&mut equalities);
+    walk.all(&walk.program.shader.body, &mut equalities);
+    for function in walk.program.functions.iter().filter(|f| !EQUALITIES.contains(&&*f.name)) {
+        walk.all(&function.body, &mut equalities);
+    }
     for body in bodies(walk.program) {
         each_stmt(body, &mut |stmt| {
             walk.own(stmt, &mut |event| {
@@ -83,7 +96,7 @@ fn same_index(a: &Expr, b: &Expr) -> bool {
 fn equality(e: &Expr, found: &mut Findings<'_>) {
     let ExprKind::Binary(op @ (BinaryOp::Eq | BinaryOp::Ne), a, b) = &e.kind else { return };
     let real = |t: Type| t == Type::FLOAT || t.is_triple();
-    if !real(a.ty) || !real(b.ty) || exact(a) || exact(b) {
+    if !real(a.ty) || !real(b.ty) || exact(a) || exact(b) || is_same(a, b) {
         return;
     }
     let symbol = if *op == BinaryOp::Eq { "==" } else { "!=" };
@@ -93,6 +106,14 @@ fn equality(e: &Expr, found: &mut Findings<'_>) {
     let token = found.text(between).find(symbol).map(|at| between.start + at as u32);
     let span = token.map_or(e.span, |start| Span::new(start, start + 2));
     found.report(codes::float_equality(span, symbol, literal, triple));
+}
+
+/// Whether both read the same part of the same variable: they are equal unless it is NaN.
+fn is_same(a: &Expr, b: &Expr) -> bool {
+    match (&a.kind, &b.kind) {
+        (ExprKind::Read(a), ExprKind::Read(b)) => a.var == b.var && same_path(a, b),
+        _ => false,
+    }
 }
 
 /// Whether the value is one that arithmetic hits exactly.

@@ -71,11 +71,16 @@ impl<'p> Walk<'p> {
 
     /// Every event of the program: parameters' defaults, functions, the shader.
     pub(super) fn everything(&self, sink: Sink<'_, 'p>) {
-        for param in &self.program.shader.params {
-            self.init(&param.init, sink);
-        }
+        self.params(sink);
         for body in bodies(self.program) {
             self.all(body, sink);
+        }
+    }
+
+    /// Every event of the parameters' defaults.
+    pub(super) fn params(&self, sink: Sink<'_, 'p>) {
+        for param in &self.program.shader.params {
+            self.init(&param.init, sink);
         }
     }
 
