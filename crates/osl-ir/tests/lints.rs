@@ -40,6 +40,8 @@ const CASES: &[(&str, &str, &str)] = &[
     ("W0308", "ternary", "r = 1 < 2 ? f : 2;"),
     ("W0308", "while", "while (!1) r += 1;"),
     ("W0308", "variable", "int debug = 0; if (debug && u > 0) r = 2; if (debug) r = 1;"),
+    ("W0308", "strings", "if (\"a\" == \"b\") r = 1;"),
+    ("W0308", "truncated", "int k = (int)0.5; if (k) r = 1;"),
     ("W0309", "", "int i = (int)f; if (i = 1) r = i;"),
     ("W0310", "", "r = r;"),
     ("W0310", "component", "color k = c; if (f > 0) k[1] = k[1]; r = k[0];"),

@@ -6,6 +6,7 @@
 use super::Findings;
 use super::walk::{Walk, bodies, each_stmt};
 use crate::hir::{Expr, ExprKind, Init, StmtKind, VarId};
+use crate::types::Type;
 use osl_syntax::ast::{BinaryOp as B, UnaryOp};
 use rustc_hash::FxHashMap;
 
@@ -44,7 +45,10 @@ impl Constants {
             ExprKind::Float(x) => Some(Some(f64::from(*x))),
             ExprKind::Str(text) => Some(Some(if text.is_empty() { 0.0 } else { 1.0 })),
             ExprKind::Read(place) if place.path.is_empty() => self.vars.get(&place.var).copied(),
-            ExprKind::Convert(inner) => self.value(inner),
+            ExprKind::Convert(inner) => {
+                let truncates = e.ty == Type::INT;
+                self.value(inner).map(|value| value.map(|v| if truncates { v.trunc() } else { v }))
+            }
             ExprKind::Unary(op, inner) => {
                 let value = self.value(inner)?;
                 Some(value.and_then(|v| match op {
@@ -52,6 +56,10 @@ impl Constants {
                     UnaryOp::Neg => Some(-v),
                     UnaryOp::Compl => None,
                 }))
+            }
+            ExprKind::Binary(B::Eq | B::Ne, a, b) if a.ty == Type::STRING => {
+                // The value of a string is its truth, which says nothing about equality.
+                self.value(a).and(self.value(b)).map(|_| None)
             }
             ExprKind::Binary(op, a, b) => {
                 let (a, b) = (self.value(a), self.value(b));
