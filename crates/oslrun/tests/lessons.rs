@@ -16,6 +16,7 @@ use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
 use oslrun::lessons::{self, Lesson};
 use oslrun::pipeline;
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -73,6 +74,37 @@ fn every_code_has_a_lesson_and_every_lesson_a_code() {
         .collect();
     files.sort();
     assert_eq!(files, taught);
+}
+
+/// Every quoted code in the sources below a folder, except for the list of the lessons' files.
+fn quoted_codes(folder: &Path, found: &mut BTreeSet<String>) {
+    for entry in std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()) {
+        if entry.ends_with("oslrun/src/lessons") {
+            continue;
+        }
+        if entry.is_dir() {
+            quoted_codes(&entry, found);
+        } else if entry.extension().is_some_and(|e| e == "rs") {
+            let text = std::fs::read_to_string(&entry).unwrap();
+            found.extend(text.split('"').filter(|part| is_code(part)).map(str::to_owned));
+        }
+    }
+}
+
+fn is_code(text: &str) -> bool {
+    let digits = text.strip_prefix(['E', 'W']).unwrap_or_default();
+    digits.len() == 4 && digits.bytes().all(|b| b.is_ascii_digit())
+}
+
+/// The lists that the codes are taken from could themselves miss one.
+#[test]
+fn no_source_knows_another_code() {
+    let mut found = BTreeSet::new();
+    for folder in ["osl-syntax", "osl-ir", "osl-exec", "osl-scene", "oslrun"] {
+        quoted_codes(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder).join("src"), &mut found);
+    }
+    let codes: BTreeSet<String> = lessons::codes().iter().map(|c| c.id.to_owned()).collect();
+    assert_eq!(found, codes);
 }
 
 #[test]

@@ -12,8 +12,9 @@ use osl_syntax::diagnostic::{Code, Diagnostic, Severity};
 /// Which warnings count.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct LintArgs {
-    /// Show a warning that is not shown by default; by name or code, or `all`. May be repeated.
-    #[arg(short = 'W', long = "warn", value_name = "NAME", value_parser = warning)]
+    /// Show a warning that is not shown by default; by name or code, or `all`. May be repeated. `-Werror` is
+    /// `--deny warnings`.
+    #[arg(short = 'W', long = "warn", value_name = "NAME", value_parser = warning_or_error)]
     warn: Vec<String>,
     /// Silence a warning; by name or code, or `all`. May be repeated.
     #[arg(short = 'A', long = "allow", value_name = "NAME", value_parser = warning)]
@@ -65,13 +66,17 @@ fn verdict(mut d: Diagnostic, by_default: bool, args: &LintArgs) -> Option<Diagn
     } else if !by_default && !has(&args.warn, "all") {
         return None;
     } else {
-        has(&args.deny, "warnings").then_some("warnings")
+        (has(&args.deny, "warnings") || has(&args.warn, "error")).then_some("warnings")
     };
     if let Some(by) = denied_by {
         d.severity = Severity::Error;
         d = d.note(format!("an error because of `--deny {by}`"));
     }
     Some(d)
+}
+
+fn warning_or_error(text: &str) -> Result<String, String> {
+    if text == "error" { Ok(text.to_string()) } else { warning(text) }
 }
 
 fn warning(text: &str) -> Result<String, String> {
