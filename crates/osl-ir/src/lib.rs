@@ -8,6 +8,7 @@
 pub mod builtins;
 pub mod hir;
 pub mod ir;
+pub mod lint;
 pub mod lower;
 pub mod numeric;
 pub mod params;

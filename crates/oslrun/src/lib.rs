@@ -1,6 +1,8 @@
 //! The `oslrun` command as a library: everything but the process itself.
 //!
-//! [`pipeline`] joins the crates from text to program; [`cli`] is the command line over it.
+//! [`pipeline`] joins the crates from text to program; [`cli`] is the command line over it;
+//! [`lessons`] are what it tells about each diagnostic.
 
 pub mod cli;
+pub mod lessons;
 pub mod pipeline;

@@ -5,11 +5,14 @@
 use osl_exec::Program;
 use osl_ir::hir;
 use osl_ir::ir::Body;
+use osl_ir::lint;
 use osl_ir::lower::{self, ParamValues};
 use osl_ir::params;
 use osl_ir::passes::{self, Report};
+use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::span::Span;
 use osl_syntax::{Options, Parsed};
 
 /// A file that was read and resolved, with or without errors.
@@ -20,6 +23,10 @@ pub struct Checked {
     pub diagnostics: Vec<Diagnostic>,
     /// The resolved program; only if there is no error.
     pub program: Option<hir::Program>,
+    /// The syntax tree.
+    pub ast: Ast,
+    /// Lines on which the file silences warnings.
+    pub nowarn: Vec<Span>,
 }
 
 /// Reads and resolves a file.
@@ -31,10 +38,19 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         None => (None, Vec::new()),
     };
     let more: Vec<Diagnostic> = more.into_iter().filter(|d| !parsed.is_silenced(d)).collect();
-    let Parsed { sources, mut diagnostics, .. } = parsed;
+    let Parsed { sources, mut diagnostics, ast, nowarn, .. } = parsed;
     diagnostics.extend(more);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
-    Checked { sources, diagnostics, program: program.filter(|_| !failed) }
+    Checked { sources, diagnostics, program: program.filter(|_| !failed), ast, nowarn }
+}
+
+/// What the lints find in a file without errors, whatever their level; nothing in a file with errors.
+pub fn lint(checked: &Checked, options: &lint::Options) -> Vec<Diagnostic> {
+    let Some(program) = &checked.program else { return Vec::new() };
+    let mut found = lint::run(&checked.ast, program, &checked.sources, options);
+    let silenced = |at: u32| checked.nowarn.iter().any(|s| s.start <= at && at < s.end);
+    found.retain(|d| !silenced(d.span.start));
+    found
 }
 
 /// A program with its way there.

@@ -1,5 +1,6 @@
 //! What may be said on the command line.
 
+use super::levels::LintArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use osl_exec::Isa;
 use osl_image::ExrCompression;
@@ -27,6 +28,8 @@ pub(super) enum Command {
     Ir(IrArgs),
     /// Rewrite shader files in one style.
     Fmt(FmtArgs),
+    /// Explain an error or warning by its code, with a wrong and a right example.
+    ExplainError(ExplainErrorArgs),
 }
 
 /// How a source file is read.
@@ -116,6 +119,9 @@ pub(super) struct RunArgs {
     /// Pass to leave out; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,
+    /// Which warnings count.
+    #[command(flatten)]
+    pub(super) lints: LintArgs,
     /// How the file is read.
     #[command(flatten)]
     pub(super) read: ReadArgs,
@@ -127,6 +133,9 @@ pub(super) struct CheckArgs {
     /// Shader files.
     #[arg(required = true, value_name = "FILE.osl")]
     pub(super) files: Vec<PathBuf>,
+    /// Which warnings count.
+    #[command(flatten)]
+    pub(super) lints: LintArgs,
     /// How files are read.
     #[command(flatten)]
     pub(super) read: ReadArgs,
@@ -153,6 +162,17 @@ pub(super) struct IrArgs {
     /// How the file is read.
     #[command(flatten)]
     pub(super) read: ReadArgs,
+}
+
+/// Which diagnostic to explain.
+#[derive(Debug, Args)]
+pub(super) struct ExplainErrorArgs {
+    /// A code such as E0201 or W0312, or a name such as integer-division.
+    #[arg(value_name = "CODE", required_unless_present = "list")]
+    pub(super) code: Option<String>,
+    /// List all codes with their titles.
+    #[arg(long)]
+    pub(super) list: bool,
 }
 
 /// Which files to format.

@@ -1,8 +1,9 @@
 //! `oslrun check FILE…`.
 
 use super::args::CheckArgs;
-use super::{Failure, input, report};
+use super::{Failure, input, levels, report};
 use crate::pipeline;
+use osl_ir::lint::Level;
 use std::io::Write;
 
 /// Reports what is wrong with each file; a failure if any has an error.
@@ -11,7 +12,8 @@ pub(super) fn check(args: &CheckArgs, err: &mut dyn Write) -> Result<(), Failure
     for path in &args.files {
         let one = input::read(path, &args.read).and_then(|input| {
             let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-            report::diagnostics(&checked.diagnostics, &checked.sources, &args.read, err)
+            let list = levels::judge(&checked, Level::Check, &args.lints);
+            report::diagnostics(&list, &checked.sources, &args.read, err)
         });
         if let Err(Failure(text)) = one {
             if !text.is_empty() {

@@ -1,4 +1,5 @@
-//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`.
+//! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
+//! `oslrun explain-error CODE`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
@@ -6,8 +7,10 @@
 mod args;
 mod check;
 mod fmt;
+mod explain_error;
 mod input;
 mod ir;
+mod levels;
 mod output;
 mod repair;
 mod report;
@@ -53,6 +56,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
+        (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
         (None, args) => run::run(&args, out, err),
     };
     match result {

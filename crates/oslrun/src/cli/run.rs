@@ -1,13 +1,14 @@
 //! `oslrun FILE -o OUT`: compile, run over the grid, write.
 
 use super::args::{ReadArgs, RunArgs};
-use super::{Failure, input, output, repair, report};
+use super::{Failure, input, levels, output, repair, report};
 use crate::pipeline::{self, CompileError, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
 use osl_ir::hir;
 use osl_ir::ir::Body;
+use osl_ir::lint::Level;
 use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -24,7 +25,8 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         repair::apply(&mut input, args.write.as_deref(), err)?;
     }
     let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-    report::diagnostics(&checked.diagnostics, &checked.sources, &args.read, err)?;
+    let list = levels::judge(&checked, Level::Always, &args.lints);
+    report::diagnostics(&list, &checked.sources, &args.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
     wanted(&program, args)?;
     let body = lower(&program, &args.params, &checked.sources, &args.read, err)?;

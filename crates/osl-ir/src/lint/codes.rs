@@ -1,0 +1,213 @@
+//! The lints with their codes, and one constructor for each message.
+
+use super::{Level, Lint};
+use osl_syntax::diagnostic::{Code, Diagnostic};
+use osl_syntax::span::Span;
+
+macro_rules! lints {
+    ($($(#[$doc:meta])* $name:ident = $id:literal $text:literal $level:ident;)*) => {
+        $($(#[$doc])* pub const $name: Code = Code { id: $id, name: $text };)*
+        /// All lints, in order of their numbers.
+        pub const LINTS: &[Lint] = &[$(Lint { code: $name, level: Level::$level }),*];
+    };
+}
+
+lints! {
+    /// A local variable whose value nothing reads.
+    UNUSED_VARIABLE = "W0301" "unused-variable" Check;
+    /// A parameter, of the shader or of a function, that nothing reads.
+    UNUSED_PARAMETER = "W0302" "unused-parameter" Check;
+    /// A function that nothing calls.
+    UNUSED_FUNCTION = "W0303" "unused-function" Check;
+    /// A read of a variable that nothing can have assigned before.
+    UNINITIALIZED_USE = "W0304" "uninitialized-use" Always;
+    /// A read of a variable that one path to it leaves unassigned.
+    MAYBE_UNINITIALIZED = "W0305" "maybe-uninitialized" Check;
+    /// A statement behind a jump.
+    UNREACHABLE_CODE = "W0306" "unreachable-code" Check;
+    /// A loop without a way out.
+    ENDLESS_LOOP = "W0307" "endless-loop" Always;
+    /// A condition that always or never holds.
+    CONSTANT_CONDITION = "W0308" "constant-condition" Check;
+    /// `=` where a condition stands.
+    ASSIGNMENT_IN_CONDITION = "W0309" "assignment-in-condition" Check;
+    /// A variable assigned to itself.
+    SELF_ASSIGNMENT = "W0310" "self-assignment" Check;
+    /// `==` between floats that are computed.
+    FLOAT_EQUALITY = "W0311" "float-equality" Check;
+    /// A division of int literals that loses a fraction and becomes a float.
+    INTEGER_DIVISION = "W0312" "integer-division" Always;
+    /// A variable that hides another one.
+    SHADOWING = "W0313" "shadowing" Check;
+    /// A named coordinate space that renderers do not define.
+    UNKNOWN_SPACE = "W0314" "unknown-space" Check;
+    /// A named color space that the language does not define.
+    UNKNOWN_COLOR_SPACE = "W0315" "unknown-color-space" Check;
+}
+
+/// W0301: nothing reads the local.
+pub(super) fn unused_variable(span: Span, name: &str, assigned: bool) -> Diagnostic {
+    let what = if assigned { "is assigned but never read" } else { "is never used" };
+    Diagnostic::warning(UNUSED_VARIABLE, span, format!("variable `{name}` {what}"))
+        .label("no expression reads it")
+        .help(format!("remove it, or name it `_{name}` to say that this is intended"))
+}
+
+/// W0302: nothing reads the shader's parameter.
+pub(super) fn unused_shader_parameter(span: Span, name: &str) -> Diagnostic {
+    Diagnostic::warning(UNUSED_PARAMETER, span, format!("parameter `{name}` has no effect"))
+        .label("nothing reads it")
+        .help("remove it; if the interface needs it, put `#pragma osl nowarn` on the line before")
+}
+
+/// W0302: nothing reads the function's formal.
+pub(super) fn unused_formal(span: Span, name: &str) -> Diagnostic {
+    Diagnostic::warning(UNUSED_PARAMETER, span, format!("parameter `{name}` is never read"))
+        .label("its function does not read it")
+        .help(format!("remove it, or name it `_{name}` to say that this is intended"))
+}
+
+/// W0303: nothing calls the function.
+pub(super) fn unused_function(span: Span, name: &str) -> Diagnostic {
+    Diagnostic::warning(UNUSED_FUNCTION, span, format!("function `{name}` is never called"))
+        .label("no call of it is in this file")
+        .help("remove it, or move it into a header")
+}
+
+/// W0304: no way to the read assigns the variable.
+pub(super) fn uninitialized(span: Span, name: &str, declared: Span) -> Diagnostic {
+    Diagnostic::warning(
+        UNINITIALIZED_USE,
+        span,
+        format!("`{name}` is read before anything is assigned to it"),
+    )
+    .label("its value is undefined here")
+    .also(declared, "declared without a value")
+    .note("oslrun starts every variable at zero; other renderers leave what was in memory")
+    .help(format!("give `{name}` a value where it is declared"))
+}
+
+/// W0304: the loop assigns the variable, but reads it first.
+pub(super) fn uninitialized_first_pass(span: Span, name: &str, declared: Span, assigned: Span) -> Diagnostic {
+    let d = Diagnostic::warning(
+        UNINITIALIZED_USE,
+        span,
+        format!("the first pass of the loop reads `{name}` before anything is assigned to it"),
+    )
+    .label("its value is undefined on the first pass")
+    .also(declared, "declared without a value");
+    let d = if assigned == span { d } else { d.also(assigned, "first assigned here") };
+    d.note("oslrun starts every variable at zero; other renderers leave what was in memory")
+        .help(format!("give `{name}` a value where it is declared"))
+}
+
+/// W0305: one side of an `if` leaves the variable unassigned.
+pub(super) fn maybe_uninitialized(
+    span: Span,
+    name: &str,
+    declared: Span,
+    cond: Span,
+    when: bool,
+) -> Diagnostic {
+    Diagnostic::warning(MAYBE_UNINITIALIZED, span, format!("`{name}` may be read before it is assigned"))
+        .label("its value may be undefined here")
+        .also(declared, "declared without a value")
+        .also(cond, format!("nothing is assigned where this is {when}"))
+        .help(format!("give `{name}` a value where it is declared"))
+}
+
+/// W0306: control never comes here.
+pub(super) fn unreachable(span: Span, jump: Span, what: &str) -> Diagnostic {
+    Diagnostic::warning(UNREACHABLE_CODE, span, "this statement is never reached")
+        .label("nothing comes here")
+        .also(jump, what)
+        .help("remove what follows, or make the jump conditional")
+}
+
+/// W0307: neither the condition nor a jump ends the loop.
+pub(super) fn endless(span: Span) -> Diagnostic {
+    Diagnostic::warning(ENDLESS_LOOP, span, "this loop never ends")
+        .label("nothing in the loop leaves it")
+        .help("add a `break`, or a condition that becomes false")
+}
+
+/// W0308: the condition is a constant, by the variable declared there if it is not of literals alone.
+pub(super) fn constant_condition(
+    span: Span,
+    value: Option<bool>,
+    source: Option<(Span, &str)>,
+) -> Diagnostic {
+    let (what, label) = match value {
+        Some(true) => ("this condition always holds", "always true"),
+        Some(false) => ("this condition never holds", "always false"),
+        None => ("this condition is a constant", "the same at every point"),
+    };
+    let d = Diagnostic::warning(CONSTANT_CONDITION, span, what)
+        .label(label)
+        .help("remove the branch that is not taken, or make a macro or parameter of the condition");
+    match source {
+        Some((declared, name)) => d.also(declared, format!("`{name}` has this value from here on")),
+        None => d,
+    }
+}
+
+/// W0309: an assignment is the condition.
+pub(super) fn assignment_in_condition(span: Span) -> Diagnostic {
+    Diagnostic::warning(ASSIGNMENT_IN_CONDITION, span, "an assignment stands as the condition")
+        .label("this assigns, then tests the new value")
+        .help("compare with `==`; if the assignment is meant, put it in parentheses of its own")
+}
+
+/// W0310: a variable receives its own value.
+pub(super) fn self_assignment(span: Span, text: &str) -> Diagnostic {
+    Diagnostic::warning(SELF_ASSIGNMENT, span, format!("`{text}` is assigned to itself"))
+        .label("this changes nothing")
+        .help("assign something else, or remove the statement")
+}
+
+/// W0311: floats compared for equality; `literal` is one that no float hits.
+pub(super) fn float_equality(span: Span, op: &str, literal: Option<Span>, triple: bool) -> Diagnostic {
+    let help = if triple {
+        "compare their distance with a tolerance, as in `length(vector(a - b)) < 1e-4`"
+    } else {
+        "compare their distance with a tolerance, as in `abs(a - b) < 1e-4`"
+    };
+    let d = Diagnostic::warning(FLOAT_EQUALITY, span, format!("`{op}` asks for exact equality of floats"))
+        .label("holds only where all bits agree")
+        .help(help);
+    match literal {
+        Some(at) => d.also(at, "no float has exactly this value"),
+        None => d,
+    }
+}
+
+/// W0312: the fraction of an int division is lost before the result becomes a float.
+pub(super) fn integer_division(span: Span, a: i32, b: i32) -> Diagnostic {
+    let (int, float) = (a.wrapping_div(b), f64::from(a) / f64::from(b));
+    Diagnostic::warning(
+        INTEGER_DIVISION,
+        span,
+        format!("the division of two ints yields {int}, not {float:.4}"),
+    )
+    .label("the fraction is lost before this becomes a float")
+    .help("write one of the numbers with a decimal point")
+}
+
+/// W0313: the inner variable hides the outer one.
+pub(super) fn shadowing(span: Span, name: &str, outer: Option<Span>) -> Diagnostic {
+    let d = Diagnostic::warning(SHADOWING, span, format!("`{name}` hides another variable of that name"))
+        .label("a new variable")
+        .help("give it another name, or drop the type to assign the outer one");
+    match outer {
+        Some(outer) => d.also(outer, "the hidden one"),
+        None => d.note(format!("`{name}` is a global variable of every shader")),
+    }
+}
+
+/// W0314, W0315: a name that nobody defines.
+pub(super) fn unknown_space(code: Code, span: Span, name: &str, known: &[&str]) -> Diagnostic {
+    let kind = if code == UNKNOWN_SPACE { "coordinate space" } else { "color space" };
+    Diagnostic::warning(code, span, format!("not every renderer has a {kind} \"{name}\""))
+        .label("unknown unless the renderer defines it")
+        .help(format!("usual names: {}; declare others with `--known-space`", known.join(", ")))
+}

@@ -1,0 +1,121 @@
+//! Lints: what compiles and is probably not what was meant.
+//!
+//! They look at a program without errors: at the [resolved tree](crate::hir) for meaning, at the syntax tree for
+//! scopes and fixes, at the sources to tell what the user wrote from what a macro made. Every lint is a warning
+//! with a code `W03xx` and a [`Level`] that says who gets to see it unless asked otherwise. Included files are not
+//! judged, nor is what macros expand to. This module must not know the command line.
+//!
+//! Some warnings of the same nature come from resolution, since published compilers give them too: writing a
+//! read-only argument (W0203), a parameter that hides a function (W0206). They are not repeated here.
+
+mod codes;
+mod constants;
+mod flow;
+mod jumps;
+mod scopes;
+mod spaces;
+mod state;
+mod usage;
+mod values;
+mod walk;
+
+pub use codes::*;
+
+use crate::hir::Program;
+use osl_syntax::ast::Ast;
+use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
+use osl_syntax::source::SourceMap;
+use osl_syntax::span::Span;
+
+/// Who sees a lint unless the user says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Who checks a file: correct programs earn it too, but the text says more or less than it does.
+    Check,
+    /// Everybody, also who only runs the shader: the result is hardly the one that was meant.
+    Always,
+}
+
+/// A lint.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lint {
+    /// Its code and name.
+    pub code: Code,
+    /// Who sees it.
+    pub level: Level,
+}
+
+/// What lints need to be told.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Spaces, of points or of colors, that the renderer will know besides the usual ones.
+    pub known_spaces: Vec<String>,
+}
+
+/// Findings, at most; a file that earns more will not be read to the end either.
+const MAX_FINDINGS: usize = 200;
+
+/// The lint of a code; `None` for codes of other stages.
+pub fn find(code: Code) -> Option<&'static Lint> {
+    LINTS.iter().find(|lint| lint.code == code)
+}
+
+/// Everything that the lints find in a program that has no errors, in source order, whatever its level.
+pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options) -> Vec<Diagnostic> {
+    let mut found = Findings { sources, list: Vec::new() };
+    let walk = walk::Walk::new(program);
+    usage::run(ast, &walk, &mut found);
+    flow::run(&walk, &mut found);
+    jumps::run(&walk, &mut found);
+    values::run(&walk, &mut found);
+    scopes::run(ast, &mut found);
+    spaces::run(&walk, options, &mut found);
+    let mut list = found.list;
+    list.sort_by_key(|d| (d.span.start, d.span.end, d.code));
+    list.truncate(MAX_FINDINGS);
+    list
+}
+
+/// Where lints report to.
+struct Findings<'a> {
+    sources: &'a SourceMap,
+    list: Vec<Diagnostic>,
+}
+
+impl Findings<'_> {
+    /// Keeps a finding of the main file.
+    fn report(&mut self, diagnostic: Diagnostic) {
+        if self.in_main_file(diagnostic.span) {
+            self.list.push(diagnostic);
+        }
+    }
+
+    fn in_main_file(&self, span: Span) -> bool {
+        let end = self.sources.files().first().map_or(0, |file| file.text.len());
+        (span.start as usize) < end && span.end as usize <= end
+    }
+
+    /// The text of a span as the user wrote it.
+    fn text(&self, span: Span) -> &str {
+        self.sources.text(span)
+    }
+
+    /// Whether the user wrote this name here, rather than a macro that made it.
+    fn is_written(&self, span: Span, name: &str) -> bool {
+        self.in_main_file(span) && self.text(span) == name
+    }
+}
+
+/// An edit that removes a statement, with its line if nothing else stands there.
+fn removal(sources: &SourceMap, span: Span) -> Edit {
+    let whole = |file: &osl_syntax::source::SourceFile| {
+        let (start, end) = ((span.start - file.base) as usize, (span.end - file.base) as usize);
+        let before = file.text.get(..start)?;
+        let line = before.rfind('\n').map_or(0, |n| n + 1);
+        let blank = before.get(line..)?.trim().is_empty();
+        let newline = file.text.get(end..)?.starts_with('\n');
+        (blank && newline).then(|| Span::new(file.base + line as u32, span.end + 1))
+    };
+    let span = sources.file_at(span.start).and_then(whole).unwrap_or(span);
+    Edit { span, text: String::new() }
+}

@@ -1,0 +1,129 @@
+//! What shows in the syntax tree alone: variables that hide others, `=` as a condition.
+//!
+//! Scopes are those of the language: blocks, functions, and the head of a `for`. Formals of functions at file level may
+//! carry the names of globals, as those of published libraries do: such a function is written to stand alone.
+
+use super::{Findings, codes};
+use crate::hir::GLOBALS;
+use osl_syntax::ast::{self, Ast, ExprId, ExprKind, Formal, StmtId, StmtKind};
+use osl_syntax::diagnostic::Edit;
+use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// Reports shadowing and assignments in conditions.
+pub(super) fn run(ast: &Ast, found: &mut Findings<'_>) {
+    for item in &ast.items {
+        let mut scopes = Scopes { ast, found: &mut *found, open: Vec::new() };
+        match item {
+            ast::Item::Shader(shader) => {
+                scopes.open.push(FxHashMap::default());
+                scopes.formals(&shader.formals);
+                scopes.list(&shader.body.stmts);
+            }
+            ast::Item::Function(f) => scopes.function(f),
+            ast::Item::Struct(_) => {}
+        }
+    }
+    conditions(ast, found);
+}
+
+struct Scopes<'a, 'f, 's> {
+    ast: &'a Ast,
+    found: &'f mut Findings<'s>,
+    /// Names with the places of their declarations, innermost scope last.
+    open: Vec<FxHashMap<Arc<str>, Span>>,
+}
+
+impl Scopes<'_, '_, '_> {
+    fn within(&mut self, work: impl FnOnce(&mut Self)) {
+        self.open.push(FxHashMap::default());
+        work(self);
+        self.open.pop();
+    }
+
+    fn function(&mut self, f: &ast::FunctionDecl) {
+        let Some(body) = &f.body else { return };
+        self.within(|s| {
+            s.formals(&f.formals);
+            s.list(&body.stmts);
+        });
+    }
+
+    fn formals(&mut self, formals: &[Formal]) {
+        for formal in formals {
+            self.declare(&formal.name, false);
+        }
+    }
+
+    fn declare(&mut self, name: &ast::Name, local: bool) {
+        let outer = self.open.iter().rev().find_map(|scope| scope.get(&name.text)).copied();
+        let global = local && GLOBALS.iter().any(|(_, global, ..)| *global == &*name.text);
+        if (outer.is_some() || global) && self.found.is_written(name.span, &name.text) {
+            self.found.report(codes::shadowing(name.span, &name.text, outer));
+        }
+        if let Some(scope) = self.open.last_mut() {
+            scope.insert(name.text.clone(), name.span);
+        }
+    }
+
+    fn list(&mut self, list: &[StmtId]) {
+        list.iter().for_each(|id| self.stmt(*id));
+    }
+
+    fn stmt(&mut self, id: StmtId) {
+        match &self.ast[id].kind {
+            StmtKind::Declare { vars, .. } => vars.iter().for_each(|v| self.declare(&v.name, true)),
+            StmtKind::Block(list) => self.within(|s| s.list(list)),
+            StmtKind::If { then, otherwise, .. } => {
+                self.stmt(*then);
+                otherwise.iter().for_each(|s| self.stmt(*s));
+            }
+            StmtKind::While { body, .. } | StmtKind::DoWhile { body, .. } => self.stmt(*body),
+            StmtKind::For { init, body, .. } => self.within(|s| {
+                init.iter().for_each(|id| s.stmt(*id));
+                s.stmt(*body);
+            }),
+            StmtKind::Function(f) => self.function(f),
+            StmtKind::Empty
+            | StmtKind::Expr(_)
+            | StmtKind::Break
+            | StmtKind::Continue
+            | StmtKind::Return(_)
+            | StmtKind::Error => {}
+        }
+    }
+}
+
+/// Conditions that are assignments. In parentheses of its own an assignment is meant.
+fn conditions(ast: &Ast, found: &mut Findings<'_>) {
+    let of_stmt = |kind: &StmtKind| match kind {
+        StmtKind::If { cond, .. } | StmtKind::While { cond, .. } | StmtKind::DoWhile { cond, .. } => {
+            Some(*cond)
+        }
+        StmtKind::For { cond, .. } => *cond,
+        _ => None,
+    };
+    let of_expr = |kind: &ExprKind| match kind {
+        ExprKind::Ternary(cond, ..) => Some(*cond),
+        _ => None,
+    };
+    let stmts = ast.stmts.iter().filter_map(|s| of_stmt(&s.kind));
+    for cond in stmts.chain(ast.exprs.iter().filter_map(|e| of_expr(&e.kind))) {
+        assignment(ast, cond, found);
+    }
+}
+
+fn assignment(ast: &Ast, cond: ExprId, found: &mut Findings<'_>) {
+    let ExprKind::Assign { op: None, target, value } = &ast[cond].kind else { return };
+    let between = Span::new(ast[*target].span.end, ast[*value].span.start);
+    let mut d = codes::assignment_in_condition(ast[cond].span);
+    let text = found.text(between);
+    if text.trim() == "="
+        && let Some(at) = text.find('=')
+    {
+        let start = between.start + at as u32;
+        d = d.fix("compare instead", vec![Edit { span: Span::new(start, start + 1), text: "==".to_owned() }]);
+    }
+    found.report(d);
+}
