@@ -62,7 +62,7 @@ pub(crate) const NEAR: f32 = 524_288.0;
 /// angle's magnitude is at most [`NEAR`], other results are meaningless, and a loop over it can be vectorised.
 #[inline(always)]
 pub(crate) fn sin_cos<const FAR: bool>(x: f32) -> (f32, f32) {
-    if FAR && !(x.abs() <= NEAR) {
+    if FAR && (x.abs() > NEAR || x.is_nan()) {
         return sin_cos_far(x);
     }
     /// π/2 in a part of 33 bits, whose products with the quadrants are exact, and the rest.
@@ -152,9 +152,9 @@ pub(crate) fn sin_cos_rough(x: f32) -> (f32, f32) {
     let q = to_int(turns + 0.5_f32.copysign(turns));
     let n = q as f32;
     let mut r = n * f32::from_bits(0xc049_0000) + x;
-    r = n * f32::from_bits(0xba7d_a000) + r;
-    r = n * f32::from_bits(0xb422_2000) + r;
-    r = n * f32::from_bits(0xacb4_611a) + r;
+    r += n * f32::from_bits(0xba7d_a000);
+    r += n * f32::from_bits(0xb422_2000);
+    r += n * f32::from_bits(0xacb4_611a);
     r = QUARTER - (QUARTER - r);
     let s = r * r;
     let odd = q as u32 & 1;

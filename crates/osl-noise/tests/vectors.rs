@@ -227,7 +227,7 @@ fn fields_match_every_row() {
         }
     }
     assert!(wrong.is_empty(), "{} wrong:\n{}", wrong.len(), wrong[..wrong.len().min(20)].join("\n"));
-    assert_eq!(platform, 1146);
+    assert_eq!(platform, 1040, "rows that the vectors mark as platform-dependent");
 }
 
 #[test]

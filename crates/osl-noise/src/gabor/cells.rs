@@ -72,6 +72,7 @@ impl Cells {
 
     /// Turns to another place, unless it is the same.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
     pub(super) fn visit(&mut self, place: &Place) {
         let words = place.words();
         if self.of == Some(words) {
@@ -99,6 +100,7 @@ impl Cells {
 
     /// Poisson numbers by Knuth's product of uniform ones, all cells in step.
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
     fn count(&mut self, empty: f32) {
         let mut left = [0.0; WIDTH];
         self.counts = [0; WIDTH];

@@ -80,6 +80,7 @@ struct Group<N> {
 
 impl<N: Number> Group<N> {
     #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
     fn new(impulses: &Impulses, start: usize, params: &Params, slope: [N; 3]) -> Group<N> {
         let mut group = Group { r: [[0.0; GROUP]; 3], slope, omega: [[0.0; GROUP]; 3], phase: [0.0; GROUP] };
         for (to, from) in group.r.iter_mut().zip(&impulses.r) {
