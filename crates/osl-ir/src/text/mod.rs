@@ -1,0 +1,165 @@
+//! Strings: the functions of the language that take or yield them, one point at a time.
+//!
+//! Folding and running share them. Strings are UTF-8 here, offsets count bytes; a cut inside a character leaves
+//! a replacement mark. Sources: OSL language specification, chapters on strings and on printing. It must not
+//! know lanes, files or terminals.
+
+mod format;
+mod hash;
+mod number;
+mod regex;
+
+pub use format::{Flavour, Value, format};
+pub use hash::hash;
+pub use regex::{find, whole};
+
+use crate::ir::{Const, Kind};
+use std::sync::Arc;
+
+/// Bytes that one string may have; longer results are cut.
+pub const MAX_STRING: usize = 1 << 20;
+
+/// A function of strings without effect.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TextFn {
+    /// Two to six strings joined.
+    Concat,
+    /// Length in bytes.
+    Length,
+    /// String, start (from the end where negative), length.
+    Substring,
+    /// String, offset: the byte as a signed number, 0 outside.
+    Character,
+    /// String, prefix.
+    StartsWith,
+    /// String, suffix.
+    EndsWith,
+    /// The int at the start of a string; 0 if there is none.
+    ToInt,
+    /// The float at the start of a string; 0 if there is none.
+    ToFloat,
+    /// The hash of a string.
+    Hash,
+}
+
+impl TextFn {
+    /// Kind of the result.
+    pub fn result(self) -> Kind {
+        match self {
+            TextFn::Concat | TextFn::Substring => Kind::Str,
+            TextFn::ToFloat => Kind::Float,
+            _ => Kind::Int,
+        }
+    }
+
+    /// The name that IR text shows.
+    pub fn text(self) -> &'static str {
+        match self {
+            TextFn::Concat => "concat",
+            TextFn::Length => "strlen",
+            TextFn::Substring => "substr",
+            TextFn::Character => "getchar",
+            TextFn::StartsWith => "startswith",
+            TextFn::EndsWith => "endswith",
+            TextFn::ToInt => "stoi",
+            TextFn::ToFloat => "stof",
+            TextFn::Hash => "hash",
+        }
+    }
+
+    /// The result for arguments of the right kinds; 0 or empty for others.
+    pub fn eval(self, args: &[Const]) -> Const {
+        let text = |at: usize| match args.get(at) {
+            Some(Const::Str(s)) => &**s,
+            _ => "",
+        };
+        let int = |at: usize| match args.get(at) {
+            Some(Const::Int(n)) => *n,
+            _ => 0,
+        };
+        let s = text(0);
+        match self {
+            TextFn::Concat => Const::Str(concat((0..args.len()).map(text))),
+            TextFn::Length => Const::Int(s.len() as i32),
+            TextFn::Substring => Const::Str(substring(s, int(1), int(2))),
+            TextFn::Character => {
+                let byte = usize::try_from(int(1)).ok().and_then(|i| s.as_bytes().get(i).copied());
+                Const::Int(byte.map_or(0, |b| i32::from(b as i8)))
+            }
+            TextFn::StartsWith => Const::Int(s.starts_with(text(1)).into()),
+            TextFn::EndsWith => Const::Int(s.ends_with(text(1)).into()),
+            TextFn::ToInt => Const::Int(number::int(s)),
+            TextFn::ToFloat => Const::Float(number::float(s)),
+            TextFn::Hash => Const::Int(hash(s) as u32 as i32),
+        }
+    }
+}
+
+fn concat<'a>(parts: impl Iterator<Item = &'a str>) -> Arc<str> {
+    let mut out = String::new();
+    for part in parts {
+        if out.len() + part.len() > MAX_STRING {
+            break;
+        }
+        out.push_str(part);
+    }
+    out.into()
+}
+
+/// `len` bytes from `start` on; a negative start counts from the end.
+fn substring(s: &str, start: i32, len: i32) -> Arc<str> {
+    let n = s.len() as i64;
+    let start = i64::from(start);
+    let start = (if start < 0 { start + n } else { start }).clamp(0, n);
+    let len = i64::from(len).clamp(0, n - start);
+    let bytes = s.as_bytes().get(start as usize..(start + len) as usize).unwrap_or(&[]);
+    String::from_utf8_lossy(bytes).into()
+}
+
+/// The pieces of a string between separators, at most `most`, the last with the unsplit rest. An empty separator
+/// stands for runs of white space, which are dropped at both ends.
+pub fn split<'a>(s: &'a str, separator: &str, most: usize) -> Vec<&'a str> {
+    if s.is_empty() || most == 0 {
+        return Vec::new();
+    }
+    if !separator.is_empty() {
+        return s.splitn(most, separator).collect();
+    }
+    let mut pieces = Vec::new();
+    let mut rest = s.trim();
+    while !rest.is_empty() {
+        if pieces.len() + 1 == most {
+            pieces.push(rest);
+            break;
+        }
+        let end = rest.find(char::is_whitespace).unwrap_or(rest.len());
+        let (piece, behind) = rest.split_at(end);
+        pieces.push(piece);
+        rest = behind.trim_start();
+    }
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn substrings_count_from_either_end() {
+        assert_eq!(&*substring("hello", 1, 3), "ell");
+        assert_eq!(&*substring("hello", -3, 2), "ll");
+        assert_eq!(&*substring("hello", -9, 2), "he");
+        assert_eq!(&*substring("hello", 9, 2), "");
+        assert_eq!(&*substring("hello", 3, i32::MAX), "lo");
+        assert_eq!(&*substring("", i32::MIN, i32::MIN), "");
+    }
+
+    #[test]
+    fn splitting() {
+        assert_eq!(split("a,b,,c", ",", 9), ["a", "b", "", "c"]);
+        assert_eq!(split("a,b,c", ",", 2), ["a", "b,c"]);
+        assert_eq!(split("  a  b c ", "", 9), ["a", "b", "c"]);
+        assert_eq!(split("a b  c ", "", 2), ["a", "b  c"]);
+        assert!(split("a", ",", 0).is_empty() && split("", ",", 5).is_empty());
+    }
+}
