@@ -3,7 +3,7 @@
 //! Sums, differences and products of floats are the operators of [`Real`] themselves. This module knows nothing of
 //! the built-in functions.
 
-use super::real::Real;
+use super::real::{Number, Real};
 use super::rounding::{pick, trunc_quotient};
 
 /// `a / b` as a shader writes it: 0 where the quotient is not finite, so x/0, 0/0 and an overflow are all 0.
@@ -106,14 +106,14 @@ pub fn lt<R: Real>(a: R, b: R) -> bool {
 /// `a <= b`, or either is NaN.
 #[inline(always)]
 #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "the negation is what makes NaN count as true")]
-pub fn le<R: Real>(a: R, b: R) -> bool {
+pub fn le<R: Number>(a: R, b: R) -> bool {
     !(a > b)
 }
 
 /// `a > b`, or either is NaN.
 #[inline(always)]
 #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "the negation is what makes NaN count as true")]
-pub fn gt<R: Real>(a: R, b: R) -> bool {
+pub fn gt<R: Number>(a: R, b: R) -> bool {
     !(a <= b)
 }
 

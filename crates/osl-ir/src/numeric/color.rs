@@ -5,11 +5,11 @@
 
 use super::common::{max, min};
 use super::geometry::{Triple, cross, dot, select};
-use super::real::Real;
+use super::real::{Number, Real};
 
 /// Red, green, blue in 0..=1 from hue, saturation, value; the hue counts turns and wraps.
 #[inline(always)]
-pub fn hsv_to_rgb<R: Real>(hsv: Triple<R>) -> Triple<R> {
+pub fn hsv_to_rgb<R: Number>(hsv: Triple<R>) -> Triple<R> {
     let [h, s, v] = hsv;
     let one = R::lit(1.0);
     let h = R::lit(6.0) * (h - h.floor());
@@ -29,7 +29,7 @@ pub fn hsv_to_rgb<R: Real>(hsv: Triple<R>) -> Triple<R> {
 
 /// Hue in turns 0..=1, saturation, value. A gray has hue 0.
 #[inline(always)]
-pub fn rgb_to_hsv<R: Real>(rgb: Triple<R>) -> Triple<R> {
+pub fn rgb_to_hsv<R: Number>(rgb: Triple<R>) -> Triple<R> {
     let [r, g, b] = rgb;
     let zero = R::lit(0.0);
     let largest = max(r, max(g, b));
@@ -48,7 +48,7 @@ pub fn rgb_to_hsv<R: Real>(rgb: Triple<R>) -> Triple<R> {
 
 /// Red, green, blue from hue (turns), saturation, lightness.
 #[inline(always)]
-pub fn hsl_to_rgb<R: Real>(hsl: Triple<R>) -> Triple<R> {
+pub fn hsl_to_rgb<R: Number>(hsl: Triple<R>) -> Triple<R> {
     let [h, s, l] = hsl;
     let zero = R::lit(0.0);
     let one = R::lit(1.0);
@@ -60,7 +60,7 @@ pub fn hsl_to_rgb<R: Real>(hsl: Triple<R>) -> Triple<R> {
 
 /// Hue (turns), saturation, lightness. A gray has hue and saturation 0.
 #[inline(always)]
-pub fn rgb_to_hsl<R: Real>(rgb: Triple<R>) -> Triple<R> {
+pub fn rgb_to_hsl<R: Number>(rgb: Triple<R>) -> Triple<R> {
     let [r, g, b] = rgb;
     let zero = R::lit(0.0);
     let [h, _, largest] = rgb_to_hsv(rgb);
@@ -104,7 +104,7 @@ pub fn yiq_to_rgb<R: Real>(yiq: Triple<R>) -> Triple<R> {
 
 /// Chromaticity x, y and luminance Y from CIE XYZ; the chromaticity of black is 0, 0.
 #[inline(always)]
-pub fn xyz_to_xyy<R: Real>(xyz: Triple<R>) -> Triple<R> {
+pub fn xyz_to_xyy<R: Number>(xyz: Triple<R>) -> Triple<R> {
     let [x, y, z] = xyz;
     let sum = x + y + z;
     let inverse = R::select(sum >= R::lit(1.0e-6), R::lit(1.0) / sum, R::lit(0.0));
@@ -113,7 +113,7 @@ pub fn xyz_to_xyy<R: Real>(xyz: Triple<R>) -> Triple<R> {
 
 /// CIE XYZ from chromaticity x, y and luminance Y; 0 where y is.
 #[inline(always)]
-pub fn xyy_to_xyz<R: Real>(xyy: Triple<R>) -> Triple<R> {
+pub fn xyy_to_xyz<R: Number>(xyy: Triple<R>) -> Triple<R> {
     let [x, y, luminance] = xyy;
     let k = R::select(y > R::lit(1.0e-6), luminance / y, R::lit(0.0));
     [k * x, luminance, k * (R::lit(1.0) - x - y)]

@@ -4,7 +4,7 @@
 //! the reference's. Nothing here knows of vectors.
 
 use super::arith::{div, ge, gt, is_true, le};
-use super::real::Real;
+use super::real::{Number, Real};
 
 /// -1, 0 or 1 by the sign of `x`; NaN gives 1.
 #[inline(always)]
@@ -15,13 +15,13 @@ pub fn sign<R: Real>(x: R) -> R {
 
 /// The smaller; the first where either is NaN.
 #[inline(always)]
-pub fn min<R: Real>(x: R, y: R) -> R {
+pub fn min<R: Number>(x: R, y: R) -> R {
     R::select(le(x, y), x, y)
 }
 
 /// The larger; the first where either is NaN.
 #[inline(always)]
-pub fn max<R: Real>(x: R, y: R) -> R {
+pub fn max<R: Number>(x: R, y: R) -> R {
     R::select(gt(x, y), x, y)
 }
 

@@ -6,7 +6,7 @@
 use super::arith::div;
 use super::common;
 use super::matrix;
-use super::real::Real;
+use super::real::{Number, Real};
 
 /// x, y, z.
 pub type Triple<R> = [R; 3];
@@ -40,7 +40,7 @@ pub fn neg<R: Real>(a: Triple<R>) -> Triple<R> {
 
 /// `yes` where `mask`, else `no`; both are computed.
 #[inline(always)]
-pub fn select<R: Real>(mask: bool, yes: Triple<R>, no: Triple<R>) -> Triple<R> {
+pub fn select<R: Number>(mask: bool, yes: Triple<R>, no: Triple<R>) -> Triple<R> {
     [R::select(mask, yes[0], no[0]), R::select(mask, yes[1], no[1]), R::select(mask, yes[2], no[2])]
 }
 

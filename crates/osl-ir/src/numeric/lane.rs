@@ -7,7 +7,7 @@
 use super::color::ColorSystem;
 use super::geometry::Triple;
 use super::matrix::{Matrix, equal};
-use super::{Real, arith, color};
+use super::{Real, arith};
 
 macro_rules! functions {
     ($($name:ident($($arg:ident: $ty:ty),*) -> $ret:ty = $body:expr;)*) => {$(
@@ -44,8 +44,10 @@ functions! {
     with_component(t: Triple<R>, i: i32, v: R) -> Triple<R> =
         [R::select(i <= 0, v, t[0]), R::select(i == 1, v, t[1]), R::select(i >= 2, v, t[2])];
     xyz_to_rgb(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_rgb(c);
-    xyy_to_rgb(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_rgb(color::xyy_to_xyz(c));
+    rgb_to_xyz(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_xyz(c);
+    still(x: R) -> R = x;
     luminance(c: Triple<R>) -> R = ColorSystem::rec709().luminance_of(c);
+    fmod_exact(x: R, y: R) -> R = x.fmod_exact(y);
     sin(x: R) -> R = x.sin();
     cos(x: R) -> R = x.cos();
     tan(x: R) -> R = x.tan();
@@ -95,6 +97,7 @@ int_functions! {
     int_ge(a, b) = (a >= b).into();
     int_eq(a, b) = (a == b).into();
     int_ne(a, b) = (a != b).into();
+    int_truth(a) = (a != 0).into();
     choose_int(c, a, b) = if c != 0 { a } else { b };
 }
 

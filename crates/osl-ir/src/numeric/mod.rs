@@ -10,7 +10,7 @@
 //! Two habits make a plain loop over slices vectorise once these bodies are inlined into it:
 //!
 //! - every function is `#[inline(always)]`, so that it takes on the instruction set of the loop's function;
-//! - choices are [`Real::select`]s between values that are both computed; nothing returns early, looks into a
+//! - choices are [`Number::select`]s between values that are both computed; nothing returns early, looks into a
 //!   table, or calls a mathematical library. Closures handed to `map` are avoided: they are calls until inlined,
 //!   and inlined late; so are casts of floats to integers with `as`.
 //!
@@ -25,6 +25,9 @@
 //! | [`geometry`] | dot, length, normalize, reflect, refract … on three numbers |
 //! | [`matrix`] | products, inverse, determinant, transforms; row vectors |
 //! | [`color`] | conversions between color systems |
+//! | [`spectrum`] | colors of black bodies and single wavelengths |
+//! | [`spline`] | where a spline reaches a value |
+//! | [`tangent`] | how conversions between color systems change with their colors |
 //! | [`lane`] | what the lane operations call: the above with truth values as 0 and 1 |
 //! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
 
@@ -36,6 +39,9 @@ pub mod lane;
 pub mod matrix;
 pub mod real;
 pub mod rounding;
+pub mod spectrum;
+pub mod spline;
 pub mod strict;
+pub mod tangent;
 
-pub use real::Real;
+pub use real::{Number, Real};

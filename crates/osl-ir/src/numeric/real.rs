@@ -9,14 +9,8 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{rounding, strict};
 
-/// A number of a lane.
-///
-/// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted. Comparisons are those
-/// of `PartialOrd`: false where an operand is NaN.
-///
-/// Beware when the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits depend on
-/// the platform. Call [`strict::sin`] there; in generic code the method below is the only candidate.
-pub trait Real:
+/// What a choice between cases needs of a number.
+pub trait Number:
     Copy
     + Debug
     + PartialOrd
@@ -33,13 +27,27 @@ pub trait Real:
     fn lit(value: f32) -> Self;
     /// `yes` where `mask`, else `no`. Both are computed; compiles to a blend.
     fn select(mask: bool, yes: Self, no: Self) -> Self;
+    /// True for NaN.
+    fn is_nan(self) -> bool;
+    /// The largest whole number not above; -0 stays.
+    fn floor(self) -> Self;
+}
+
+/// A number of a lane.
+///
+/// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted. Comparisons are those
+/// of `PartialOrd`: false where an operand is NaN.
+///
+/// Beware when the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits depend on
+/// the platform. Call [`strict::sin`] there; in generic code the method below is the only candidate.
+pub trait Real: Number {
     /// The nearest number to an integer, ties to even.
     fn from_int(value: i32) -> Self;
+    /// The nearest number of single precision.
+    fn to_f32(self) -> f32;
     /// Truncation to an integer; NaN and values out of range give `i32::MIN`.
     fn to_int(self) -> i32;
 
-    /// True for NaN.
-    fn is_nan(self) -> bool;
     /// True for everything but NaN and the infinities.
     fn is_finite(self) -> bool;
     /// The value with its sign bit cleared.
@@ -47,8 +55,6 @@ pub trait Real:
     /// The magnitude of `self` with the sign bit of `sign`.
     fn copysign(self, sign: Self) -> Self;
 
-    /// The largest whole number not above; -0 stays.
-    fn floor(self) -> Self;
     /// The smallest whole number not below; `ceil(-0.5)` is -0.
     fn ceil(self) -> Self;
     /// Without the fraction.
@@ -121,7 +127,7 @@ macro_rules! hand_over {
     };
 }
 
-impl Real for f32 {
+impl Number for f32 {
     #[inline(always)]
     fn lit(value: f32) -> Self {
         value
@@ -133,18 +139,29 @@ impl Real for f32 {
     }
 
     #[inline(always)]
+    fn is_nan(self) -> bool {
+        f32::is_nan(self)
+    }
+
+    hand_over! {
+        rounding::floor();
+    }
+}
+
+impl Real for f32 {
+    #[inline(always)]
     fn from_int(value: i32) -> Self {
         value as f32
     }
 
     #[inline(always)]
-    fn to_int(self) -> i32 {
-        rounding::trunc32(self)
+    fn to_f32(self) -> f32 {
+        self
     }
 
     #[inline(always)]
-    fn is_nan(self) -> bool {
-        f32::is_nan(self)
+    fn to_int(self) -> i32 {
+        rounding::trunc32(self)
     }
 
     #[inline(always)]
@@ -174,7 +191,6 @@ impl Real for f32 {
     }
 
     hand_over! {
-        rounding::floor();
         rounding::ceil();
         rounding::trunc();
         rounding::round();

@@ -1,0 +1,165 @@
+//! Splines of floats at one point, and the search for where they reach a value.
+//!
+//! The built-in `spline` is ordinary instructions over its knots; this evaluates the same polynomials for the search
+//! alone. It must not know arrays of the language. Source: OSL language specification, chapter on splines.
+
+use crate::builtins::Basis;
+
+/// Steps of the search in a segment, and how many of them interpolate rather than halve.
+const STEPS: usize = 32;
+const INTERPOLATED: usize = 24;
+/// Where the search ends: in x and in the value.
+const NEAR: f32 = 1e-6;
+
+/// A spline over knots; knots beyond the last repeat it, and no knots at all are a single 0.
+struct Spline<'a> {
+    basis: &'a Basis,
+    knots: &'a [f32],
+    count: i32,
+}
+
+impl Spline<'_> {
+    fn segments(&self) -> i32 {
+        (self.count - 4) / self.basis.step + 1
+    }
+
+    fn knot(&self, index: i32) -> f32 {
+        let last = self.knots.len().saturating_sub(1);
+        let index = usize::try_from(index).unwrap_or(0).min(last);
+        self.knots.get(index).copied().unwrap_or(0.0)
+    }
+
+    fn at(&self, x: f32) -> f32 {
+        let segments = self.segments();
+        let x = x.clamp(0.0, 1.0) * segments as f32;
+        let segment = (x as i32).min(segments - 1).max(0);
+        if self.basis.name == "constant" {
+            return self.knot(segment + 1);
+        }
+        let t = x - segment as f32;
+        let start = segment * self.basis.step;
+        let mut value = 0.0;
+        for (index, row) in self.basis.rows.iter().enumerate() {
+            let [b0, b1, b2, b3] = *row;
+            let knot = |k| self.knot(start + k);
+            let term = b0 * knot(0) + b1 * knot(1) + b2 * knot(2) + b3 * knot(3);
+            value = if index == 0 { term } else { value * t + term };
+        }
+        value
+    }
+
+    /// Looks for `y` between two places. Tells whether they bracket it, and the place: one end if they do not.
+    fn search(&self, y: f32, mut x0: f32, mut x1: f32) -> (bool, f32) {
+        let (mut v0, mut v1) = (self.at(x0), self.at(x1));
+        let rising = v0 < v1;
+        let (low, high) = if rising { (v0, v1) } else { (v1, v0) };
+        if !(y >= low && y <= high) {
+            return (false, if (y < low) == rising { x0 } else { x1 });
+        }
+        if (v0 - v1).abs() < NEAR {
+            return (true, x0);
+        }
+        let mut x = x0;
+        for step in 0..STEPS {
+            let guess = (y - v0) / (v1 - v0);
+            let inside = step < INTERPOLATED && guess > 0.0 && guess < 1.0;
+            let t = if inside { guess } else { 0.5 };
+            x = x0 * (1.0 - t) + x1 * t;
+            let v = self.at(x);
+            if (v < y) == rising {
+                (x0, v0) = (x, v);
+            } else {
+                (x1, v1) = (x, v);
+            }
+            if (x1 - x0).abs() < NEAR || (v - y).abs() < NEAR {
+                break;
+            }
+        }
+        (true, x)
+    }
+}
+
+/// The x, 0 to 1, at which the spline over the first `count` knots reaches `y`. The spline should only rise or only
+/// fall; where it does not, the first segment that brackets `y` is taken.
+pub fn inverse(basis: &Basis, y: f32, knots: &[f32], count: usize) -> f32 {
+    let count = i32::try_from(count.min(knots.len())).unwrap_or(i32::MAX);
+    let spline = Spline { basis, knots, count };
+    let (low, high) = if basis.step == 1 { (1, count - 2) } else { (0, count - 1) };
+    let rising = spline.knot(1) < spline.knot(count - 2);
+    let (first, last) = (spline.knot(low), spline.knot(high));
+    if if rising { y <= first } else { y >= first } {
+        return 0.0;
+    }
+    if if rising { y >= last } else { y <= last } {
+        return 1.0;
+    }
+    let segments = spline.segments();
+    let mut x = 0.0;
+    for segment in 0..segments {
+        let place = |s: i32| s as f32 / segments as f32;
+        let (found, at) = spline.search(y, place(segment), place(segment + 1));
+        x = at;
+        if found {
+            break;
+        }
+    }
+    x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::builtins::{BASES, spline_basis};
+
+    /// The check table of the specification.
+    #[test]
+    fn the_table_of_the_specification() {
+        let knots = [0.0, 0.0, 0.2, 0.5, 0.7, 1.0, 1.0];
+        let rows: [(&str, [f32; 12]); 6] = [
+            (
+                "catmull-rom",
+                [
+                    0., 0.1504, 0.3824, 0.5824, 0.7584, 0.9999999, 0., 0.249999, 0.4137481, 0.625, 0.8306831,
+                    1.,
+                ],
+            ),
+            (
+                "bezier",
+                [0., 0.0896, 0.3328, 0.6288, 0.8816, 1., 0., 0.3045466, 0.4421251, 0.5784648, 0.7295624, 1.],
+            ),
+            (
+                "bspline",
+                [
+                    0.03333334, 0.1688, 0.3774667, 0.5774667, 0.7681334, 0.95, 0., 0.2330997, 0.4206389,
+                    0.625, 0.8303805, 1.,
+                ],
+            ),
+            (
+                "hermite",
+                [0., 0.0224, 0.1152, 0.284, 0.428, 0.6999999, 0., 0.499999, 0.7662891, 0.9440997, 1., 1.],
+            ),
+            ("linear", [0., 0.16, 0.38, 0.58, 0.76, 1., 0., 0.249999, 0.4166667, 0.625, 0.8333334, 1.]),
+            ("constant", [0., 0., 0.2, 0.5, 0.7, 0.7, 0., 0.249999, 0.4999995, 0.749999, 0.75, 1.]),
+        ];
+        for (name, expected) in rows {
+            let basis = spline_basis(name);
+            assert_eq!(basis.name, name);
+            let spline = Spline { basis, knots: &knots, count: 7 };
+            for (index, expected) in expected.into_iter().enumerate() {
+                let x = (index % 6) as f32 * 0.2;
+                let got = if index < 6 { spline.at(x) } else { inverse(basis, x, &knots, 7) };
+                assert!((got - expected).abs() < 2e-6, "{name} {index}: {got} for {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn too_few_knots_are_no_harm() {
+        for basis in &BASES {
+            for count in 0..4 {
+                assert!(inverse(basis, 0.3, &[0.0, 1.0, 2.0][..count.min(3)], count).is_finite());
+            }
+            assert!(inverse(basis, f32::NAN, &[0.0; 7], 7).is_finite());
+        }
+    }
+}
