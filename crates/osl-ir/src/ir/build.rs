@@ -15,6 +15,10 @@ pub struct Builder {
     pub current: BlockId,
     /// The source that the next instruction comes from.
     pub span: Span,
+    /// Messages that the program may hold, by name.
+    pub(crate) messages: Vec<crate::builtins::Message>,
+    /// What cannot be run, with its source.
+    pub(crate) refused: Vec<(Span, String)>,
 }
 
 impl Builder {
@@ -28,7 +32,13 @@ impl Builder {
             entry: BlockId(0),
             outputs: Vec::new(),
         };
-        Builder { body, current: BlockId(0), span: Span::default() }
+        Builder {
+            body,
+            current: BlockId(0),
+            span: Span::default(),
+            messages: Vec::new(),
+            refused: Vec::new(),
+        }
     }
 
     /// A new value without definition yet.
@@ -48,6 +58,15 @@ impl Builder {
         let span = self.span;
         if let Some(block) = self.body.blocks.get_mut(self.current.index()) {
             block.insts.push(Inst { op, results, span });
+        }
+    }
+
+    /// The int that a value is, if it is a constant that was just written.
+    pub fn known_int(&self, value: ValueId) -> Option<i32> {
+        let insts = &self.body.blocks.get(self.current.index())?.insts;
+        match insts.iter().rev().take(4).find(|inst| inst.results.first() == Some(&value))?.op {
+            Op::Const(Const::Int(n)) => Some(n),
+            _ => None,
         }
     }
 
@@ -81,6 +100,19 @@ impl Builder {
     pub fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
         let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
         self.one(kind, Op::Lane(op, args.to_vec()))
+    }
+
+    /// How a value changes along an axis.
+    pub fn derivative(&mut self, of: ValueId, axis: super::Axis) -> ValueId {
+        let kind = self.body.kind(of);
+        self.one(kind, Op::Derivative(of, axis))
+    }
+
+    /// A kernel with results of the given kinds.
+    pub fn kernel_of(&mut self, kernel: Kernel, args: &[ValueId], results: &[Kind]) -> Vec<ValueId> {
+        let results: Vec<ValueId> = results.iter().map(|kind| self.fresh(*kind)).collect();
+        self.push(Op::Kernel(kernel, args.to_vec()), results.clone());
+        results
     }
 
     /// A kernel with one result.
@@ -122,6 +154,29 @@ impl Builder {
         let (low, high) = (self.int(0), self.int(last));
         let index = self.lane(LaneOp::IMin, &[index, high]);
         self.lane(LaneOp::IMax, &[index, low])
+    }
+
+    /// Notes that something cannot be run.
+    pub(crate) fn refuse(&mut self, what: &str) {
+        self.refused.push((self.span, what.to_string()));
+    }
+
+    /// `a` where the condition, an int, is not 0, else `b`.
+    pub fn choose(&mut self, cond: ValueId, a: ValueId, b: ValueId) -> ValueId {
+        self.lane(super::choose_op(self.body.kind(a)), &[cond, a, b])
+    }
+
+    /// Runs one of two sides.
+    pub fn if_else(
+        &mut self,
+        cond: ValueId,
+        then: impl FnOnce(&mut Self),
+        otherwise: impl FnOnce(&mut Self),
+    ) {
+        let (then, ()) = self.in_block(then);
+        let (otherwise, ()) = self.in_block(otherwise);
+        let op = Op::If { cond, then, otherwise, then_yields: Vec::new(), else_yields: Vec::new() };
+        self.push(op, Vec::new());
     }
 
     /// Runs `work` with a new block as the current one.

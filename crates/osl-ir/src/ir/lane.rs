@@ -61,6 +61,8 @@ macro_rules! for_each_lane_op {
             IChoose "ichoose" whole (I, I, I) -> I, $crate::numeric::lane::choose_int;
             MChoose "mchoose" whole (I, M, M) -> M, $crate::numeric::lane::choose_matrix;
             SChoose "schoose" whole (I, S, S) -> S, $crate::numeric::lane::choose_int;
+            KChoose "kchoose" whole (I, K, K) -> K, $crate::numeric::lane::choose_int;
+            KSome "ksome" whole (K) -> I, $crate::numeric::lane::int_truth;
             // Conversion and parts.
             ToFloat "float" whole (I) -> F, $crate::numeric::arith::int_to_float;
             ToInt "int" whole (F) -> I, $crate::numeric::arith::float_to_int;
@@ -88,9 +90,12 @@ macro_rules! for_each_lane_op {
             Select "select" each (F, F, F) -> F, $crate::numeric::common::select;
             Step "step" each (F, F) -> F, $crate::numeric::common::step;
             Smoothstep "smoothstep" each (F, F, F) -> F, $crate::numeric::common::smoothstep;
+            SmoothLinearstep "smooth_linearstep" each (F, F, F, F) -> F, $crate::numeric::common::smooth_linearstep;
             Linearstep "linearstep" each (F, F, F) -> F, $crate::numeric::common::linearstep;
             Mod "mod" each (F, F) -> F, $crate::numeric::common::modulo;
             Fmod "fmod" each (F, F) -> F, $crate::numeric::lane::fmod;
+            // The divisor is known before running.
+            FmodExact "fmod.exact" each (F, F) -> F, $crate::numeric::lane::fmod_exact;
             IsNan "isnan" whole (F) -> I, $crate::numeric::common::isnan;
             IsInf "isinf" whole (F) -> I, $crate::numeric::common::isinf;
             IsFinite "isfinite" whole (F) -> I, $crate::numeric::common::isfinite;
@@ -138,10 +143,26 @@ macro_rules! for_each_lane_op {
             TransformNormal "transform.normal" whole (M, T) -> T, $crate::numeric::matrix::transform_normal;
             // Color.
             HsvToRgb "hsv_to_rgb" whole (T) -> T, $crate::numeric::color::hsv_to_rgb;
+            RgbToHsv "rgb_to_hsv" whole (T) -> T, $crate::numeric::color::rgb_to_hsv;
             HslToRgb "hsl_to_rgb" whole (T) -> T, $crate::numeric::color::hsl_to_rgb;
+            RgbToHsl "rgb_to_hsl" whole (T) -> T, $crate::numeric::color::rgb_to_hsl;
             YiqToRgb "yiq_to_rgb" whole (T) -> T, $crate::numeric::color::yiq_to_rgb;
+            RgbToYiq "rgb_to_yiq" whole (T) -> T, $crate::numeric::color::rgb_to_yiq;
             XyzToRgb "xyz_to_rgb" whole (T) -> T, $crate::numeric::lane::xyz_to_rgb;
-            XyyToRgb "xyy_to_rgb" whole (T) -> T, $crate::numeric::lane::xyy_to_rgb;
+            RgbToXyz "rgb_to_xyz" whole (T) -> T, $crate::numeric::lane::rgb_to_xyz;
+            XyyToXyz "xyy_to_xyz" whole (T) -> T, $crate::numeric::color::xyy_to_xyz;
+            XyzToXyy "xyz_to_xyy" whole (T) -> T, $crate::numeric::color::xyz_to_xyy;
+            HsvToRgbTangent "hsv_to_rgb.tangent" whole (T, T) -> T, $crate::numeric::tangent::hsv_to_rgb;
+            RgbToHsvTangent "rgb_to_hsv.tangent" whole (T, T) -> T, $crate::numeric::tangent::rgb_to_hsv;
+            HslToRgbTangent "hsl_to_rgb.tangent" whole (T, T) -> T, $crate::numeric::tangent::hsl_to_rgb;
+            RgbToHslTangent "rgb_to_hsl.tangent" whole (T, T) -> T, $crate::numeric::tangent::rgb_to_hsl;
+            XyyToXyzTangent "xyy_to_xyz.tangent" whole (T, T) -> T, $crate::numeric::tangent::xyy_to_xyz;
+            XyzToXyyTangent "xyz_to_xyy.tangent" whole (T, T) -> T, $crate::numeric::tangent::xyz_to_xyy;
+            SrgbToLinear "srgb_to_linear" each (F) -> F, $crate::numeric::color::srgb_to_linear;
+            LinearToSrgb "linear_to_srgb" each (F) -> F, $crate::numeric::color::linear_to_srgb;
+            Blackbody "blackbody" whole (F) -> T, $crate::numeric::spectrum::blackbody;
+            Wavelength "wavelength_color" whole (F) -> T, $crate::numeric::spectrum::wavelength_color;
+            Still "still" each (F) -> F, $crate::numeric::lane::still;
             Luminance "luminance" whole (T) -> F, $crate::numeric::lane::luminance;
         }
     };
@@ -173,6 +194,9 @@ macro_rules! kind {
     };
     (S) => {
         Kind::Str
+    };
+    (K) => {
+        Kind::Closure
     };
 }
 
@@ -241,6 +265,9 @@ macro_rules! eval_row {
     ($args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
     // Strings compare by value in `LaneOp::eval`, never by number.
     ($args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
+    // Of closures only null is a constant.
+    ($args:ident, $path:path, ($($arg:ident),*) -> K) => {{ None }};
+    ($args:ident, $path:path, (K) -> $ret:ident) => {{ None }};
     ($args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
         let mut args = $args.iter();
         let result: lane!($ret) = $path($(<lane!($arg) as FromConst>::from_const(args.next()?)?),*);
@@ -300,6 +327,7 @@ impl LaneOp {
             (LaneOp::SChoose, [Const::Int(c), a @ Const::Str(_), b @ Const::Str(_)]) => {
                 return Some(if *c != 0 { a.clone() } else { b.clone() });
             }
+            (LaneOp::KSome, [Const::Null]) => return Some(Const::Int(0)),
             _ => {}
         }
         let per_component = self.shape().per_component && args.iter().any(|a| a.kind() == Kind::Triple);

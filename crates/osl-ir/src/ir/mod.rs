@@ -10,11 +10,13 @@
 //! rounds of a `Loop`, look at which points run.
 
 mod build;
+mod kernel;
 mod lane;
 mod print;
 pub mod validate;
 
 pub use build::Builder;
+pub use kernel::{GaborOption, Kernel, NoiseField, Shape, Sink, TextureOption};
 pub use lane::{LaneOp, LaneShape};
 pub use print::print;
 
@@ -175,6 +177,9 @@ pub enum Op {
     /// How a shader global changes from a pixel to its neighbour along an axis. One result of the global's kind. No
     /// effect.
     Slope(Global, Axis),
+    /// How a value changes from a pixel to its neighbour along an axis. One result of the value's kind. The `derive`
+    /// pass replaces it. No effect.
+    Derivative(ValueId, Axis),
     /// A function of one lane, see [`LaneOp`]. One result. No effect.
     Lane(LaneOp, Vec<ValueId>),
     /// A function that needs more than a lane's arithmetic, see [`Kernel`]. Effects: the kernel's.
@@ -217,65 +222,6 @@ pub enum Op {
     },
 }
 
-/// Functions that need tables, files or the scene, or that are whole noise fields.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Kernel {
-    /// A noise field. Arguments: one float for each dimension up to 2; a triple for 3; a triple and a float
-    /// for 4; then, if `periodic`, the periods in the same form. Result: float or triple. No effect.
-    Noise {
-        /// Which field.
-        field: NoiseField,
-        /// 1 to 4.
-        dims: u8,
-        /// Whether three components are wanted.
-        triple: bool,
-        /// Whether periods follow.
-        periodic: bool,
-    },
-    /// `noise(name, …)` while the name is a value; folding turns it into [`Kernel::Noise`]. Arguments: the
-    /// name, then as for `Noise`. An unknown name reports an error and gives 0.
-    NamedNoise {
-        /// 1 to 4.
-        dims: u8,
-        /// Whether three components are wanted.
-        triple: bool,
-        /// Whether periods follow.
-        periodic: bool,
-    },
-    /// Matrix that takes points of the first named space to the second. An unknown name reports an error
-    /// and gives the identity.
-    SpaceMatrix,
-    /// Color of the named space to the working RGB. An unknown name reports an error and leaves it as is.
-    ColorFrom,
-    /// A texture lookup. Arguments: file name, s, t, then the values of `options` in order.
-    Texture {
-        /// Whether three channels are wanted.
-        triple: bool,
-        /// The options whose values follow.
-        options: Vec<TextureOption>,
-        /// Whether the change of s and t along x, then along y, follows: four floats that the `derive` pass adds.
-        footprint: bool,
-    },
-}
-
-/// Options of a texture lookup.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "each variant is the option of its name; S and T are directions")]
-pub enum TextureOption {
-    Blur,
-    SBlur,
-    TBlur,
-    Width,
-    SWidth,
-    TWidth,
-    Wrap,
-    SWrap,
-    TWrap,
-    FirstChannel,
-    Fill,
-    Interp,
-}
-
 /// Directions on the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
@@ -288,38 +234,6 @@ pub enum Axis {
 impl Axis {
     /// Both.
     pub const BOTH: [Axis; 2] = [Axis::X, Axis::Y];
-}
-
-/// The noise fields that a name can choose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum NoiseField {
-    /// Constant within each unit cell, 0 to 1.
-    Cell,
-    /// A different value at each point, 0 to 1.
-    Hash,
-    /// Gradient noise, −1 to 1.
-    Perlin,
-    /// Gradient noise, 0 to 1.
-    UPerlin,
-    /// Simplex noise, −1 to 1.
-    Simplex,
-    /// Simplex noise, 0 to 1.
-    USimplex,
-}
-
-impl NoiseField {
-    /// The field of a noise name of the language, or `None`.
-    pub fn from_name(name: &str) -> Option<NoiseField> {
-        Some(match name {
-            "cell" | "cellnoise" => NoiseField::Cell,
-            "hash" | "hashnoise" => NoiseField::Hash,
-            "perlin" | "snoise" | "psnoise" => NoiseField::Perlin,
-            "uperlin" | "noise" | "pnoise" => NoiseField::UPerlin,
-            "simplex" | "simplexnoise" => NoiseField::Simplex,
-            "usimplex" | "usimplexnoise" => NoiseField::USimplex,
-            _ => return None,
-        })
-    }
 }
 
 /// A block: instructions in order.
@@ -402,13 +316,24 @@ impl Body {
     }
 }
 
+/// The operation that picks one of two values of a kind.
+pub(crate) fn choose_op(kind: Kind) -> LaneOp {
+    match kind {
+        Kind::Float | Kind::Triple => LaneOp::Choose,
+        Kind::Int => LaneOp::IChoose,
+        Kind::Closure => LaneOp::KChoose,
+        Kind::Matrix => LaneOp::MChoose,
+        Kind::Str => LaneOp::SChoose,
+    }
+}
+
 impl Op {
     /// Calls `visit` for each value that the operation reads, the yields of its blocks included.
     pub fn for_each_use(&self, mut visit: impl FnMut(ValueId)) {
         match self {
             Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
             Op::Lane(_, args) | Op::Kernel(_, args) => args.iter().copied().for_each(visit),
-            Op::Store(_, v) | Op::LoadElement(_, v) => visit(*v),
+            Op::Store(_, v) | Op::LoadElement(_, v) | Op::Derivative(v, _) => visit(*v),
             Op::StoreElement(_, i, v) => {
                 visit(*i);
                 visit(*v);
@@ -431,7 +356,7 @@ impl Op {
         match self {
             Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
             Op::Lane(_, args) | Op::Kernel(_, args) => all(args),
-            Op::Store(_, v) | Op::LoadElement(_, v) => *v = with(*v),
+            Op::Store(_, v) | Op::LoadElement(_, v) | Op::Derivative(v, _) => *v = with(*v),
             Op::StoreElement(_, i, v) => {
                 *i = with(*i);
                 *v = with(*v);

@@ -1,6 +1,6 @@
 //! The IR as text: one instruction a line, blocks by indentation. Snapshots and `oslrun ir` show it.
 
-use super::{BlockId, Body, Const, Inst, Kernel, Kind, Op, Rate, Source, ValueId};
+use super::{BlockId, Body, Const, Inst, Kernel, Kind, Op, Rate, Source, TextureOption, ValueId};
 use std::fmt::Write;
 
 /// The body as text.
@@ -100,6 +100,7 @@ fn simple(op: &Op) -> String {
         Op::Const(value) => constant(value),
         Op::Global(global) => format!("global {global:?}"),
         Op::Slope(global, axis) => format!("slope {global:?} {axis:?}").to_lowercase(),
+        Op::Derivative(of, axis) => format!("derivative {of:?} {axis:?}").to_lowercase(),
         Op::Lane(op, args) => format!("{} {}", op.text(), list(args)),
         Op::Kernel(kernel, args) => format!("{} {}", kernel_name(kernel), list(args)),
         Op::Load(slot) => format!("load {slot:?}"),
@@ -111,24 +112,65 @@ fn simple(op: &Op) -> String {
 }
 
 fn kernel_name(kernel: &Kernel) -> String {
-    let form = |dims: &u8, triple: &bool, periodic: &bool| {
-        format!("{dims}d{}{}", if *triple { ".triple" } else { "" }, if *periodic { ".periodic" } else { "" })
+    let form = |dims: &u8, triple: &bool, periodic: &bool, tangents: &bool| {
+        let flag = |on: &bool, word| if *on { word } else { "" };
+        let (triple, periodic) = (flag(triple, ".triple"), flag(periodic, ".periodic"));
+        format!("{dims}d{triple}{periodic}{}", flag(tangents, ".tangents"))
     };
+    let lower = |text: String| text.to_lowercase();
     match kernel {
-        Kernel::Noise { field, dims, triple, periodic } => {
-            format!("noise.{}.{}", format!("{field:?}").to_lowercase(), form(dims, triple, periodic))
+        Kernel::Noise { field, dims, triple, periodic, tangents } => {
+            format!("noise.{}.{}", lower(format!("{field:?}")), form(dims, triple, periodic, tangents))
         }
-        Kernel::NamedNoise { dims, triple, periodic } => {
-            format!("noise.named.{}", form(dims, triple, periodic))
+        Kernel::NamedNoise { dims, triple, periodic, options, tangents } => {
+            let options: Vec<String> = options.iter().map(|o| lower(format!(" {o:?}"))).collect();
+            format!("noise.named.{}{}", form(dims, triple, periodic, tangents), options.concat())
         }
         Kernel::SpaceMatrix => "space_matrix".to_string(),
-        Kernel::ColorFrom => "color_from".to_string(),
-        Kernel::Texture { triple, options, footprint } => {
-            let options: Vec<String> = options.iter().map(|o| format!(" {o:?}").to_lowercase()).collect();
-            let footprint = if *footprint { " footprint" } else { "" };
-            format!("texture{}{}{footprint}", if *triple { ".triple" } else { "" }, options.concat())
+        Kernel::FindSpace => "find_space".to_string(),
+        Kernel::ColorBetween => "color_between".to_string(),
+        Kernel::Texture { triple, options, footprint, quiet, tangents } => {
+            let flags = [
+                (*triple, ".triple"),
+                (*quiet, ".quiet"),
+                (*footprint, ".footprint"),
+                (*tangents, ".tangents"),
+            ];
+            format!("texture{}", with_options(&flags, options))
         }
+        Kernel::Environment { triple, options, quiet } => {
+            format!("environment{}", with_options(&[(*triple, ".triple"), (*quiet, ".quiet")], options))
+        }
+        Kernel::TextureInfo { kind: of, count } => format!("texture_info {}[{count}]", kind(*of)),
+        Kernel::Text(function) => function.text().to_string(),
+        Kernel::Format(_) => "format".to_string(),
+        Kernel::Print { sink, .. } => lower(format!("print.{sink:?}")),
+        Kernel::Split { pieces } => format!("split {pieces:?}"),
+        Kernel::Regex { whole, places } => {
+            let places = places.map_or(String::new(), |s| format!(" {s:?}"));
+            format!("regex{}{places}", if *whole { ".whole" } else { "" })
+        }
+        Kernel::Hash => "hash".to_string(),
+        Kernel::Attribute { kind: of, count, tangents } => {
+            format!("attribute{} {}[{count}]", if *tangents { ".tangents" } else { "" }, kind(*of))
+        }
+        Kernel::DictFind => "dict_find".to_string(),
+        Kernel::DictNext => "dict_next".to_string(),
+        Kernel::DictValue { kind: of, count } => format!("dict_value {}[{count}]", kind(*of)),
+        Kernel::IsConstant => "is_constant".to_string(),
+        Kernel::RayType => "raytype".to_string(),
+        Kernel::SplineInverse { knots } => format!("spline_inverse {knots:?}"),
+        Kernel::Component { name, .. } => format!("closure.{name}"),
+        Kernel::ClosureSum => "closure.sum".to_string(),
+        Kernel::ClosureScale => "closure.scale".to_string(),
+        Kernel::Report { text, .. } => format!("report {text:?}"),
+        Kernel::CheckIndex { name } => format!("check_index \"{name}\""),
     }
+}
+
+fn with_options(flags: &[(bool, &str)], options: &[TextureOption]) -> String {
+    let flags: String = flags.iter().filter(|(on, _)| *on).map(|(_, word)| *word).collect();
+    options.iter().fold(flags, |text, o| format!("{text} {}", format!("{o:?}").to_lowercase()))
 }
 
 fn constant(value: &Const) -> String {

@@ -100,7 +100,11 @@ impl Check<'_> {
                 args.iter().try_for_each(|a| self.used(*a))?;
                 self.lane(*op, args, &inst.results)?;
             }
-            Op::Kernel(_, args) => args.iter().try_for_each(|a| self.used(*a))?,
+            Op::Kernel(kernel, args) => {
+                args.iter().try_for_each(|a| self.used(*a))?;
+                kernel.reads().into_iter().chain(kernel.writes()).try_for_each(|s| self.array(s, true))?;
+            }
+            Op::Derivative(of, _) => self.used(*of)?,
             Op::Load(s) => self.array(*s, false)?,
             Op::Store(s, v) => {
                 self.array(*s, false)?;

@@ -20,11 +20,12 @@ enum Key {
     Slope(crate::hir::Global, crate::ir::Axis),
     Lane(LaneOp, Vec<ValueId>),
     Kernel(String, Vec<ValueId>),
+    Derivative(ValueId, crate::ir::Axis),
 }
 
 struct Cse {
     renaming: Renaming,
-    known: FxHashMap<Key, ValueId>,
+    known: FxHashMap<Key, Vec<ValueId>>,
     /// Keys added, to forget where the path that computed them ends.
     log: Vec<Key>,
 }
@@ -48,13 +49,21 @@ impl Cse {
                     *cond = self.renaming.get(*cond);
                     next.iter_mut().for_each(|v| *v = self.renaming.get(*v));
                 }
+                // It only held tangents back.
+                Op::Lane(LaneOp::Still, args) if args.len() == inst.results.len() => {
+                    self.renaming.set(inst.results[0], args[0]);
+                    continue;
+                }
                 op => {
-                    if let (Some(key), [result]) = (key(op), inst.results.as_slice()) {
-                        if let Some(earlier) = self.known.get(&key) {
-                            self.renaming.set(*result, *earlier);
+                    if let Some(key) = key(op) {
+                        if let Some(earlier) = self.known.get(&key).filter(|e| e.len() == inst.results.len())
+                        {
+                            for (result, earlier) in inst.results.iter().zip(earlier) {
+                                self.renaming.set(*result, *earlier);
+                            }
                             continue;
                         }
-                        self.known.insert(key.clone(), *result);
+                        self.known.insert(key.clone(), inst.results.clone());
                         self.log.push(key);
                     }
                 }
@@ -80,7 +89,13 @@ fn key(op: &Op) -> Option<Key> {
         Op::Global(global) => Key::Global(*global),
         Op::Slope(global, axis) => Key::Slope(*global, *axis),
         Op::Lane(op, args) => Key::Lane(*op, args.clone()),
+        Op::Kernel(kernel, _)
+            if kernel.has_effect() || kernel.reads().is_some() || kernel.writes().is_some() =>
+        {
+            return None;
+        }
         Op::Kernel(kernel, args) => Key::Kernel(kernel_key(kernel), args.clone()),
+        Op::Derivative(v, axis) => Key::Derivative(*v, *axis),
         // Memory may change between two loads.
         Op::Load(_) | Op::Store(..) | Op::LoadElement(..) | Op::StoreElement(..) => return None,
         Op::If { .. } | Op::Loop { .. } => return None,

@@ -102,11 +102,13 @@ impl Live {
                 live
             }
             op => {
-                if !any_result {
+                if !any_result && !self.has_effect(op) {
                     return false;
                 }
-                if let Op::Load(slot) | Op::LoadElement(slot, _) = op {
-                    self.slot(*slot);
+                match op {
+                    Op::Load(slot) | Op::LoadElement(slot, _) => self.slot(*slot),
+                    Op::Kernel(kernel, _) => kernel.reads().into_iter().for_each(|s| self.slot(s)),
+                    _ => {}
                 }
                 op.for_each_use(|v| self.value(v));
                 true
@@ -114,15 +116,25 @@ impl Live {
         }
     }
 
-    /// Whether a block holds a store that somebody needs.
+    /// Whether somebody needs what an operation does beside its results.
+    fn has_effect(&self, op: &Op) -> bool {
+        match op {
+            Op::Store(slot, _) | Op::StoreElement(slot, ..) => self.slot_is_live(*slot),
+            Op::Kernel(kernel, _) => {
+                kernel.has_effect() || kernel.writes().is_some_and(|s| self.slot_is_live(s))
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether a block has an effect that somebody needs.
     fn effect_inside(&self, body: &Body, id: BlockId) -> bool {
         body.block(id).insts.iter().any(|inst| match &inst.op {
-            Op::Store(slot, _) | Op::StoreElement(slot, ..) => self.slot_is_live(*slot),
             Op::If { then, otherwise, .. } => {
                 self.effect_inside(body, *then) || self.effect_inside(body, *otherwise)
             }
             Op::Loop { body: inner, .. } => self.effect_inside(body, *inner),
-            _ => false,
+            op => self.has_effect(op),
         })
     }
 }
@@ -159,8 +171,7 @@ fn sweep(body: &mut Body, id: BlockId, live: &Live) {
                 }
                 stays
             }
-            Op::Store(slot, _) | Op::StoreElement(slot, ..) => live.slot_is_live(*slot),
-            _ => inst.results.iter().any(|r| live.is_live(*r)),
+            op => live.has_effect(op) || inst.results.iter().any(|r| live.is_live(*r)),
         };
         if keep {
             kept.push(inst);

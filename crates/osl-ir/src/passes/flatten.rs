@@ -45,12 +45,7 @@ fn block(body: &mut Body, id: BlockId) {
 }
 
 fn choose(body: &Body, cond: ValueId, a: ValueId, b: ValueId) -> Op {
-    let op = match body.kind(a) {
-        Kind::Float | Kind::Triple => LaneOp::Choose,
-        Kind::Int | Kind::Closure => LaneOp::IChoose,
-        Kind::Matrix => LaneOp::MChoose,
-        Kind::Str => LaneOp::SChoose,
-    };
+    let op = crate::ir::choose_op(body.kind(a));
     Op::Lane(op, vec![cond, a, b])
 }
 
@@ -79,7 +74,7 @@ fn weight(op: LaneOp) -> usize {
     match op {
         L::X | L::Y | L::Z | L::Triple | L::Splat => 0,
         L::FDiv | L::FDivBy | L::Sqrt | L::InverseSqrt | L::Mod | L::Smoothstep | L::Linearstep => 4,
-        L::MMul | L::MInverse | L::MDet => 100,
+        L::MMul | L::MInverse | L::MDet | L::Blackbody | L::Wavelength => 100,
         L::Fmod
         | L::Pow
         | L::Exp
@@ -94,7 +89,17 @@ fn weight(op: LaneOp) -> usize {
         L::Asin | L::Acos | L::Atan | L::Atan2 | L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc => {
             16
         }
-        L::HsvToRgb | L::HslToRgb | L::YiqToRgb | L::XyzToRgb | L::XyyToRgb | L::Refract => 8,
+        L::HsvToRgb
+        | L::HslToRgb
+        | L::YiqToRgb
+        | L::XyzToRgb
+        | L::XyyToXyz
+        | L::RgbToHsv
+        | L::RgbToHsl
+        | L::SrgbToLinear
+        | L::LinearToSrgb
+        | L::SmoothLinearstep
+        | L::Refract => 8,
         _ => 1,
     }
 }

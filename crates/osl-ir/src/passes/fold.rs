@@ -2,6 +2,7 @@
 //! and rewrites that keep every bit.
 
 use super::Renaming;
+use crate::builtins::color_path;
 use crate::ir::{
     BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId,
 };
@@ -44,6 +45,33 @@ impl Fold {
         self.known.get(value.index())?.as_ref()
     }
 
+    /// Whether an int is known to be in `0..len`.
+    fn is_within(&self, index: ValueId, len: ValueId) -> bool {
+        let Some(Const::Int(len)) = self.constant(len) else { return false };
+        let (low, high) = self.range(index, 4);
+        low >= 0 && high < *len
+    }
+
+    /// Bounds of an int, from the operations that make it.
+    fn range(&self, value: ValueId, depth: u32) -> (i32, i32) {
+        let whole = (i32::MIN, i32::MAX);
+        if let Some(Const::Int(n)) = self.constant(value) {
+            return (*n, *n);
+        }
+        let Some((op, args)) = self.lane(value).filter(|_| depth > 0) else { return whole };
+        let mut bounds = args.iter().map(|a| self.range(*a, depth - 1));
+        let (a, b) = (bounds.next().unwrap_or(whole), bounds.next().unwrap_or(whole));
+        match op {
+            LaneOp::IMin => (a.0.min(b.0), a.1.min(b.1)),
+            LaneOp::IMax => (a.0.max(b.0), a.1.max(b.1)),
+            LaneOp::IAnd if b.0 >= 0 => (0, b.1),
+            LaneOp::IMod if a.0 >= 0 && b.0 > 0 => (0, b.1 - 1),
+            LaneOp::FLt | LaneOp::FLe | LaneOp::FGt | LaneOp::FGe | LaneOp::FEq | LaneOp::FNe => (0, 1),
+            LaneOp::ILt | LaneOp::ILe | LaneOp::IGt | LaneOp::IGe | LaneOp::IEq | LaneOp::INe => (0, 1),
+            _ => whole,
+        }
+    }
+
     fn lane(&self, value: ValueId) -> Option<(LaneOp, &[ValueId])> {
         let (op, args) = self.lanes.get(value.index())?.as_ref()?;
         Some((*op, args))
@@ -76,9 +104,12 @@ impl Fold {
         match inst.op {
             Op::If { .. } => self.branch(body, inst, kept),
             Op::Loop { .. } => self.round(body, inst, kept),
+            Op::Kernel(Kernel::CheckIndex { .. }, ref args) if matches!(args[..], [index, len] if self.is_within(index, len)) =>
+                {}
             op => {
                 let outcome = match op {
                     Op::Lane(op, args) => self.lane_op(body, op, args, inst.span, kept),
+                    Op::Kernel(Kernel::ColorBetween, args) => self.color(body, args, inst.span, kept),
                     Op::Kernel(kernel, args) => self.kernel(kernel, args),
                     op => Outcome::Keep(op),
                 };
@@ -127,7 +158,7 @@ impl Fold {
             return Outcome::Constant(result);
         }
         match (op, args.as_slice(), constants.as_slice()) {
-            (LaneOp::FDiv, _, [_, Some(c)]) if nowhere_zero(c) => {
+            (LaneOp::FDiv, _, [_, Some(c)]) if is_some_divisor(c) => {
                 Outcome::Keep(Op::Lane(LaneOp::FDivBy, args))
             }
             (LaneOp::Get, [t, _], [_, Some(Const::Int(i))]) => {
@@ -153,8 +184,9 @@ impl Fold {
                 }
                 Outcome::Keep(Op::Lane(LaneOp::Triple, parts.to_vec()))
             }
+            (LaneOp::Fmod, _, [_, Some(_)]) => Outcome::Keep(Op::Lane(LaneOp::FmodExact, args)),
             (
-                LaneOp::Choose | LaneOp::IChoose | LaneOp::MChoose | LaneOp::SChoose,
+                LaneOp::Choose | LaneOp::IChoose | LaneOp::MChoose | LaneOp::SChoose | LaneOp::KChoose,
                 [_, a, b],
                 [Some(Const::Int(c)), ..],
             ) => {
@@ -225,36 +257,64 @@ impl Fold {
             _ => None,
         };
         match kernel {
-            Kernel::NamedNoise { dims, triple, periodic } => match name(0).and_then(NoiseField::from_name) {
-                Some(field) => {
-                    let args = args.get(1..).unwrap_or(&[]).to_vec();
-                    Outcome::Keep(Op::Kernel(Kernel::Noise { field, dims, triple, periodic }, args))
-                }
-                None => Outcome::Keep(Op::Kernel(kernel, args)),
-            },
-            Kernel::ColorFrom => {
-                let lane = match name(0) {
-                    Some("rgb" | "RGB" | "Rec709") => {
-                        return args
-                            .get(1)
-                            .map_or(Outcome::Keep(Op::Kernel(kernel, args.clone())), |a| Outcome::Same(*a));
+            Kernel::NamedNoise { dims, triple, periodic, ref options, tangents } => {
+                match name(0).and_then(|n| NoiseField::from_name(n, periodic)) {
+                    Some(field) => {
+                        // Options belong to Gabor noise alone; they stand behind the coordinates.
+                        let words = kernel.coordinates().len() * if periodic { 2 } else { 1 };
+                        let mut kept = args.get(1..=words).unwrap_or(&[]).to_vec();
+                        kept.extend_from_slice(args.get(1 + words + options.len()..).unwrap_or(&[]));
+                        let kernel = Kernel::Noise { field, dims, triple, periodic, tangents };
+                        Outcome::Keep(Op::Kernel(kernel, kept))
                     }
-                    Some("hsv") => LaneOp::HsvToRgb,
-                    Some("hsl") => LaneOp::HslToRgb,
-                    Some("YIQ") => LaneOp::YiqToRgb,
-                    Some("XYZ") => LaneOp::XyzToRgb,
-                    Some("xyY") => LaneOp::XyyToRgb,
-                    _ => return Outcome::Keep(Op::Kernel(kernel, args)),
-                };
-                let args = args.get(1..).unwrap_or(&[]).to_vec();
-                let constant = args
-                    .first()
-                    .and_then(|a| self.constant(*a))
-                    .and_then(|c| lane.eval(std::slice::from_ref(c)));
-                constant.map_or(Outcome::Keep(Op::Lane(lane, args)), Outcome::Constant)
+                    None => Outcome::Keep(Op::Kernel(kernel, args)),
+                }
+            }
+            Kernel::IsConstant if args.first().is_some_and(|a| self.constant(*a).is_some()) => {
+                Outcome::Constant(Const::Int(1))
+            }
+            Kernel::Text(function) => {
+                let all: Option<Vec<Const>> = args.iter().map(|a| self.constant(*a).cloned()).collect();
+                match all {
+                    Some(all) => Outcome::Constant(function.eval(&all)),
+                    None => Outcome::Keep(Op::Kernel(kernel, args)),
+                }
             }
             kernel => Outcome::Keep(Op::Kernel(kernel, args)),
         }
+    }
+
+    /// A color between spaces that are known: through RGB by lane operations.
+    fn color(
+        &mut self,
+        body: &mut Body,
+        args: Vec<ValueId>,
+        span: osl_syntax::span::Span,
+        kept: &mut Vec<Inst>,
+    ) -> Outcome {
+        let name = |at: usize| match args.get(at).and_then(|a| self.constant(*a)) {
+            Some(Const::Str(s)) => Some(s.clone()),
+            _ => None,
+        };
+        let paths = name(0).zip(name(1)).and_then(|(from, to)| {
+            // From a space to itself nothing is computed.
+            if from == to {
+                return Some((&[][..], &[][..]));
+            }
+            Some((color_path(&from, true)?, color_path(&to, false)?))
+        });
+        let (Some((first, second)), Some(color)) = (paths, args.get(2).copied()) else {
+            return Outcome::Keep(Op::Kernel(Kernel::ColorBetween, args));
+        };
+        let mut value = color;
+        for lane in first.iter().chain(second) {
+            value = match self.lane_op(body, *lane, vec![value], span, kept) {
+                Outcome::Same(value) => value,
+                Outcome::Keep(op) => self.add(body, op, Kind::Triple, span, kept),
+                Outcome::Constant(c) => self.add(body, Op::Const(c), Kind::Triple, span, kept),
+            };
+        }
+        Outcome::Same(value)
     }
 
     fn branch(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
@@ -353,11 +413,11 @@ impl Fold {
     }
 }
 
-/// Whether a constant divisor is other than zero in each component.
-fn nowhere_zero(c: &Const) -> bool {
+/// Whether a constant divisor is other than zero, in any component: the reference then divides without a guard.
+fn is_some_divisor(c: &Const) -> bool {
     match c {
         Const::Float(x) => *x != 0.0,
-        Const::Triple(t) => t.iter().all(|x| *x != 0.0),
+        Const::Triple(t) => t.iter().any(|x| *x != 0.0),
         _ => false,
     }
 }

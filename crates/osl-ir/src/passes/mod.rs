@@ -9,7 +9,6 @@ mod derive;
 mod flatten;
 mod fold;
 mod rate;
-mod rules;
 mod ssa;
 
 use crate::hir::Global;
@@ -24,10 +23,10 @@ pub enum Pass {
     Ssa,
     /// Drops outputs that nobody asked for.
     Slice,
-    /// Writes the derivatives that texture lookups ask for. Always runs: it decides what they see.
-    Derive,
     /// Computes constants with the run's own arithmetic, resolves names, takes known branches.
     Fold,
+    /// Writes the derivatives that are asked for, and folds what it wrote. Always runs: nothing else knows them.
+    Derive,
     /// Computes each value once.
     Cse,
     /// Removes what no output needs.
@@ -41,7 +40,7 @@ pub enum Pass {
 impl Pass {
     /// All passes in order.
     pub const ALL: [Pass; 8] =
-        [Pass::Ssa, Pass::Slice, Pass::Derive, Pass::Fold, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten];
+        [Pass::Ssa, Pass::Slice, Pass::Fold, Pass::Derive, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten];
 
     /// The name that reports and `--without-pass` use.
     pub fn name(self) -> &'static str {
@@ -70,14 +69,16 @@ pub struct Options {
     pub outputs: Option<Vec<Arc<str>>>,
     /// Globals that differ from point to point.
     pub varying: Vec<Global>,
+    /// Globals whose change from pixel to pixel differs from point to point.
+    pub slopes: Vec<Global>,
     /// Passes that do not run.
     pub without: Vec<Pass>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        let varying = crate::hir::GLOBALS.iter().map(|(global, ..)| *global).collect();
-        Options { outputs: None, varying, without: Vec::new() }
+        let varying: Vec<Global> = crate::hir::GLOBALS.iter().map(|(global, ..)| *global).collect();
+        Options { outputs: None, slopes: varying.clone(), varying, without: Vec::new() }
     }
 }
 
@@ -103,11 +104,15 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         match pass {
             Pass::Ssa => ssa::run(body),
             Pass::Slice => slice(body, options.outputs.as_deref()),
-            Pass::Derive => derive::run(body),
+            Pass::Derive => {
+                if derive::run(body) && !options.without.contains(&Pass::Fold) {
+                    fold::run(body);
+                }
+            }
             Pass::Fold => fold::run(body),
             Pass::Cse => cse::run(body),
             Pass::Dce => dce::run(body),
-            Pass::Rate => rate::run(body, &options.varying),
+            Pass::Rate => rate::run(body, &options.varying, &options.slopes),
             Pass::Flatten => flatten::run(body),
         }
         if cfg!(debug_assertions) {

@@ -4,14 +4,15 @@
 //! uniform at first and demoted until nothing changes, so that loop counters stay uniform.
 
 use crate::hir::Global;
-use crate::ir::{BlockId, Body, Op, Rate, ValueId};
+use crate::ir::{BlockId, Body, Op, Rate, SlotId, ValueId};
 
-/// Runs the pass.
-pub(super) fn run(body: &mut Body, varying: &[Global]) {
+/// Runs the pass. `varying` and `slopes`: the globals that differ from point to point, and those whose change from pixel to pixel does.
+pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
     let mut rates = Rates {
         varying: vec![false; body.values.len()],
         slots: vec![false; body.slots.len()],
         globals: varying,
+        slopes,
         changed: false,
     };
     loop {
@@ -34,6 +35,7 @@ struct Rates<'a> {
     varying: Vec<bool>,
     slots: Vec<bool>,
     globals: &'a [Global],
+    slopes: &'a [Global],
     changed: bool,
 }
 
@@ -52,20 +54,42 @@ impl Rates<'_> {
         }
     }
 
+    fn demote_slot(&mut self, slot: SlotId) {
+        if let Some(varying) = self.slots.get_mut(slot.index())
+            && !*varying
+        {
+            *varying = true;
+            self.changed = true;
+        }
+    }
+
     /// `diverged`: whether some points of the batch may not run the block.
     fn block(&mut self, body: &Body, id: BlockId, diverged: bool) {
         for inst in &body.block(id).insts {
             match &inst.op {
-                // All points of a source change by the same step.
-                Op::Const(_) | Op::Slope(..) => {}
+                Op::Const(_) => {}
+                Op::Slope(global, _) => {
+                    let varying = self.slopes.contains(global);
+                    inst.results.iter().for_each(|r| self.demote(*r, varying));
+                }
                 Op::Global(global) => {
                     let varying = self.globals.contains(global);
                     inst.results.iter().for_each(|r| self.demote(*r, varying));
                 }
-                Op::Lane(_, args) | Op::Kernel(_, args) => {
+                Op::Lane(_, args) => {
                     let varying = args.iter().any(|a| self.get(*a));
                     inst.results.iter().for_each(|r| self.demote(*r, varying));
                 }
+                Op::Kernel(kernel, args) => {
+                    let reads = kernel.reads().is_some_and(|s| self.slots[s.index()]);
+                    let varying = kernel.is_varying() || reads || args.iter().any(|a| self.get(*a));
+                    inst.results.iter().for_each(|r| self.demote(*r, varying));
+                    if let Some(slot) = kernel.writes().filter(|_| varying || diverged) {
+                        self.demote_slot(slot);
+                    }
+                }
+                // The `derive` pass has replaced it.
+                Op::Derivative(..) => inst.results.iter().for_each(|r| self.demote(*r, true)),
                 // Scalar slots are gone; where they are not, nothing is known.
                 Op::Load(_) => inst.results.iter().for_each(|r| self.demote(*r, true)),
                 Op::Store(..) => {}
@@ -74,9 +98,8 @@ impl Rates<'_> {
                     inst.results.iter().for_each(|r| self.demote(*r, varying));
                 }
                 Op::StoreElement(slot, index, value) => {
-                    if (diverged || self.get(*index) || self.get(*value)) && !self.slots[slot.index()] {
-                        self.slots[slot.index()] = true;
-                        self.changed = true;
+                    if diverged || self.get(*index) || self.get(*value) {
+                        self.demote_slot(*slot);
                     }
                 }
                 Op::If { cond, then, otherwise, then_yields, else_yields } => {

@@ -1,0 +1,401 @@
+//! Forward-mode derivatives, written as ordinary IR for just the values that are asked for.
+//!
+//! `Dx`, `Dy` and what is made of them ask, and texture lookups: the area that a point covers is how its coordinates
+//! change from pixel to pixel. Demand runs backward from them to the globals; tangents are then written forward,
+//! beside the values that they belong to, and arrays get arrays of tangents. The rules of lane operations stand in
+//! `rules` and `vectors`, over the arithmetic of `dual`; those of kernels here. Source: OSL language specification,
+//! chapter on derivatives.
+
+mod dual;
+mod rules;
+mod vectors;
+
+use super::Renaming;
+use crate::hir::Global;
+use crate::ir::{
+    Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
+};
+use dual::Dual;
+use osl_syntax::span::Span;
+
+/// Runs the pass. Tells whether there was anything to do.
+pub(super) fn run(body: &mut Body) -> bool {
+    let mut demand = Demand {
+        wanted: vec![false; body.values.len()],
+        slots: vec![false; body.slots.len()],
+        changed: true,
+        any: false,
+    };
+    while demand.changed {
+        demand.changed = false;
+        demand.block(body, body.entry);
+    }
+    if demand.any {
+        let tangents = vec![[None; 2]; body.values.len()];
+        let shadows =
+            demand.slots.iter().enumerate().map(|(i, wanted)| wanted.then(|| shadow(body, i))).collect();
+        let mut writer = Writer {
+            body,
+            wanted: demand.wanted,
+            tangents,
+            shadows,
+            renaming: Renaming::default(),
+            out: Vec::new(),
+            span: Span::default(),
+        };
+        writer.block(writer.body.entry);
+        let renaming = writer.renaming;
+        super::fold::rename_outputs(body, &renaming);
+    }
+    demand.any
+}
+
+/// Arrays for the tangents of an array's elements.
+fn shadow(body: &mut Body, index: usize) -> [SlotId; 2] {
+    Axis::BOTH.map(|axis| {
+        let slot = body.slots[index].clone();
+        let name = format!("d{} of {}", ["x", "y"][axis as usize], slot.name).into();
+        body.slots.push(Slot { name, ..slot });
+        SlotId(body.slots.len() as u32 - 1)
+    })
+}
+
+/// Which values need tangents.
+struct Demand {
+    wanted: Vec<bool>,
+    /// Which arrays need them.
+    slots: Vec<bool>,
+    changed: bool,
+    /// Whether anything asks for tangents at all.
+    any: bool,
+}
+
+impl Demand {
+    fn has(&self, v: ValueId) -> bool {
+        self.wanted.get(v.index()).copied().unwrap_or(false)
+    }
+
+    fn want(&mut self, v: ValueId) {
+        if let Some(wanted) = self.wanted.get_mut(v.index())
+            && !*wanted
+        {
+            *wanted = true;
+            self.changed = true;
+        }
+    }
+
+    fn block(&mut self, body: &Body, id: BlockId) {
+        for inst in body.block(id).insts.iter().rev() {
+            match &inst.op {
+                Op::Kernel(Kernel::Texture { footprint: false, .. }, args) => {
+                    self.any = true;
+                    args.iter().skip(1).take(2).for_each(|a| self.want(*a));
+                }
+                Op::Derivative(of, _) => {
+                    self.any = true;
+                    self.want(*of);
+                }
+                Op::Lane(op, args) if rules::has_rule(*op) && inst.results.iter().any(|r| self.has(*r)) => {
+                    args.iter().for_each(|a| self.want(*a));
+                }
+                Op::Kernel(kernel, args) if kernel.is_smooth() => {
+                    self.any |= kernel.is_filtered();
+                    if kernel.is_filtered() || inst.results.iter().any(|r| self.has(*r)) {
+                        args.iter().for_each(|a| self.want(*a));
+                    }
+                }
+                Op::LoadElement(slot, _) if inst.results.iter().any(|r| self.has(*r)) => {
+                    if let Some(wanted) = self.slots.get_mut(slot.index()).filter(|w| !**w) {
+                        *wanted = true;
+                        self.changed = true;
+                    }
+                }
+                Op::StoreElement(slot, _, value) if self.slots.get(slot.index()).is_some_and(|w| *w) => {
+                    self.want(*value);
+                }
+                Op::If { then, otherwise, then_yields, else_yields, .. } => {
+                    for ((r, a), b) in inst.results.iter().zip(then_yields).zip(else_yields) {
+                        if self.has(*r) {
+                            self.want(*a);
+                            self.want(*b);
+                        }
+                    }
+                    self.block(body, *then);
+                    self.block(body, *otherwise);
+                }
+                Op::Loop { init, params, body: inner, next, .. } => {
+                    for (((r, p), i), n) in inst.results.iter().zip(params).zip(init).zip(next) {
+                        if self.has(*r) || self.has(*p) {
+                            [*r, *p, *i, *n].into_iter().for_each(|v| self.want(v));
+                        }
+                    }
+                    self.block(body, *inner);
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Writes tangents. `None` is a tangent of zero.
+pub(super) struct Writer<'a> {
+    body: &'a mut Body,
+    wanted: Vec<bool>,
+    tangents: Vec<[Option<ValueId>; 2]>,
+    /// The arrays of tangents of an array.
+    shadows: Vec<Option<[SlotId; 2]>>,
+    /// Values that the form with derivatives computes in another way.
+    renaming: Renaming,
+    out: Vec<Inst>,
+    span: Span,
+}
+
+impl Writer<'_> {
+    fn fresh(&mut self, kind: Kind) -> ValueId {
+        self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });
+        ValueId(self.body.values.len() as u32 - 1)
+    }
+
+    fn push(&mut self, op: Op, kind: Kind) -> ValueId {
+        let result = self.fresh(kind);
+        self.out.push(Inst { op, results: vec![result], span: self.span });
+        result
+    }
+
+    /// Writes a lane operation.
+    fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
+        let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
+        self.push(Op::Lane(op, args.to_vec()), kind)
+    }
+
+    fn float(&mut self, x: f32) -> ValueId {
+        self.push(Op::Const(Const::Float(x)), Kind::Float)
+    }
+
+    fn int(&mut self, n: i32) -> ValueId {
+        self.push(Op::Const(Const::Int(n)), Kind::Int)
+    }
+
+    fn dual(&self, v: ValueId) -> Dual {
+        Dual { v, d: self.tangents.get(v.index()).copied().unwrap_or_default() }
+    }
+
+    /// A tangent of a value like `v`, written out as zeros where it is zero.
+    fn or_zero(&mut self, tangent: Option<ValueId>, v: ValueId) -> ValueId {
+        let kind = self.body.kind(v);
+        tangent.unwrap_or_else(|| self.push(Op::Const(Const::zero(kind)), kind))
+    }
+
+    fn tangent_or_zero(&mut self, v: ValueId, axis: Axis) -> ValueId {
+        let tangent = self.dual(v).d[axis as usize];
+        self.or_zero(tangent, v)
+    }
+
+    fn set(&mut self, v: ValueId, axis: Axis, tangent: Option<ValueId>) {
+        if self.tangents.len() <= v.index() {
+            self.tangents.resize(v.index() + 1, [None; 2]);
+        }
+        self.tangents[v.index()][axis as usize] = tangent;
+    }
+
+    fn wants(&self, v: ValueId) -> bool {
+        let smooth = matches!(self.body.kind(v), Kind::Float | Kind::Triple);
+        smooth && self.wanted.get(v.index()).copied().unwrap_or(false)
+    }
+
+    fn block(&mut self, id: BlockId) {
+        let insts = std::mem::take(&mut self.body.blocks[id.index()].insts);
+        let outer = std::mem::take(&mut self.out);
+        for inst in insts {
+            self.inst(inst);
+        }
+        self.body.blocks[id.index()].insts = std::mem::replace(&mut self.out, outer);
+    }
+
+    /// Adds the tangents of some values to the end of a block that is written already.
+    fn yields(&mut self, block: BlockId, values: &[ValueId], into: &mut Vec<ValueId>) {
+        let outer = std::mem::take(&mut self.out);
+        for v in values {
+            for axis in Axis::BOTH {
+                let tangent = self.tangent_or_zero(*v, axis);
+                into.push(tangent);
+            }
+        }
+        let mut added = std::mem::replace(&mut self.out, outer);
+        self.body.blocks[block.index()].insts.append(&mut added);
+    }
+
+    fn inst(&mut self, mut inst: Inst) {
+        self.span = inst.span;
+        inst.op.replace_uses(|v| self.renaming.get(v));
+        match inst.op {
+            Op::If { .. } => self.branch(inst),
+            Op::Loop { .. } => self.round(inst),
+            Op::Derivative(of, axis) => {
+                let tangent = self.tangent_or_zero(of, axis);
+                inst.results.iter().for_each(|r| self.renaming.set(*r, tangent));
+            }
+            Op::Kernel(Kernel::Texture { .. }, _) => self.texture(inst),
+            Op::Kernel(ref kernel, ref args) if kernel.is_smooth() => {
+                let wanted = inst.results.first().is_some_and(|r| self.wants(*r));
+                let moving =
+                    kernel.moves_alone() || args.iter().any(|a| self.dual(*a).d.iter().any(Option::is_some));
+                if kernel.is_filtered() || (wanted && moving) {
+                    self.with_tangents(inst);
+                } else {
+                    self.out.push(inst);
+                }
+            }
+            Op::StoreElement(slot, index, value) => {
+                if let Some(shadows) = self.shadows.get(slot.index()).copied().flatten() {
+                    for axis in Axis::BOTH {
+                        let tangent = self.tangent_or_zero(value, axis);
+                        let op = Op::StoreElement(shadows[axis as usize], index, tangent);
+                        self.out.push(Inst { op, results: Vec::new(), span: inst.span });
+                    }
+                }
+                self.out.push(inst);
+            }
+            op => {
+                let result = inst.results.first().copied();
+                self.out.push(Inst { op: op.clone(), ..inst });
+                if let Some(result) = result.filter(|r| self.wants(*r)) {
+                    self.simple(&op, result);
+                }
+            }
+        }
+    }
+
+    /// Writes the tangents of an operation without blocks.
+    fn simple(&mut self, op: &Op, result: ValueId) {
+        let kind = self.body.kind(result);
+        match op {
+            Op::Global(global @ (Global::P | Global::U | Global::V | Global::I | Global::Ps)) => {
+                for axis in Axis::BOTH {
+                    let slope = self.push(Op::Slope(*global, axis), kind);
+                    self.set(result, axis, Some(slope));
+                }
+            }
+            Op::LoadElement(slot, index) => {
+                if let Some(shadows) = self.shadows.get(slot.index()).copied().flatten() {
+                    for axis in Axis::BOTH {
+                        let tangent = self.push(Op::LoadElement(shadows[axis as usize], *index), kind);
+                        self.set(result, axis, Some(tangent));
+                    }
+                }
+            }
+            Op::Lane(op, args) if rules::has_rule(*op) => {
+                let args: Vec<Dual> = args.iter().map(|a| self.dual(*a)).collect();
+                if args.iter().all(|a| a.d.iter().all(Option::is_none)) {
+                    return;
+                }
+                let Some(Dual { v, d }) = rules::rule(self, *op, &args, result) else { return };
+                if v != result {
+                    self.renaming.set(result, v);
+                }
+                for axis in Axis::BOTH {
+                    // A float's tangent beside a triple's is spread like the float itself.
+                    let tangent = d[axis as usize].map(|d| {
+                        let spread = kind == Kind::Triple && self.body.kind(d) == Kind::Float;
+                        if spread { self.lane(LaneOp::Splat, &[d]) } else { d }
+                    });
+                    self.set(v, axis, tangent);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Has a smooth kernel compute its tangents too: those of its arguments follow the arguments.
+    fn with_tangents(&mut self, mut inst: Inst) {
+        let Op::Kernel(kernel, args) = &mut inst.op else { return };
+        *kernel = kernel.clone().with_tangents();
+        let coordinates: Vec<ValueId> = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
+        for axis in Axis::BOTH {
+            for coordinate in &coordinates {
+                let tangent = self.tangent_or_zero(*coordinate, axis);
+                args.push(tangent);
+            }
+        }
+        self.results(&mut inst.results);
+        self.out.push(inst);
+    }
+
+    /// Gives a texture lookup its footprint, and has it compute tangents of the channels where they are wanted.
+    fn texture(&mut self, mut inst: Inst) {
+        let Op::Kernel(Kernel::Texture { footprint, tangents, .. }, args) = &mut inst.op else { return };
+        if !*footprint {
+            *footprint = true;
+            let coordinates: Vec<ValueId> = args.iter().skip(1).take(2).copied().collect();
+            for axis in Axis::BOTH {
+                for coordinate in &coordinates {
+                    let tangent = self.tangent_or_zero(*coordinate, axis);
+                    args.push(tangent);
+                }
+            }
+        }
+        let channels: Vec<ValueId> = inst.results.iter().take(2).copied().collect();
+        if channels.iter().any(|r| self.wants(*r)) {
+            *tangents = true;
+            for channel in channels {
+                self.result_tangents(channel, &mut inst.results);
+            }
+        }
+        self.out.push(inst);
+    }
+
+    fn branch(&mut self, mut inst: Inst) {
+        let Op::If { then, otherwise, then_yields, else_yields, .. } = &mut inst.op else { return };
+        self.block(*then);
+        self.block(*otherwise);
+        then_yields.iter_mut().chain(else_yields.iter_mut()).for_each(|v| *v = self.renaming.get(*v));
+        let pick = |list: &[ValueId], w: &Self| -> Vec<ValueId> {
+            inst.results.iter().zip(list).filter(|(r, _)| w.wants(**r)).map(|(_, v)| *v).collect()
+        };
+        let (a, b) = (pick(then_yields, self), pick(else_yields, self));
+        self.yields(*then, &a, then_yields);
+        self.yields(*otherwise, &b, else_yields);
+        self.results(&mut inst.results);
+        self.out.push(inst);
+    }
+
+    /// Adds results for the tangents of those that want them, in the order of [`Writer::yields`].
+    fn results(&mut self, results: &mut Vec<ValueId>) {
+        for index in 0..results.len() {
+            let result = results[index];
+            if self.wants(result) {
+                self.result_tangents(result, results);
+            }
+        }
+    }
+
+    fn result_tangents(&mut self, result: ValueId, results: &mut Vec<ValueId>) {
+        for axis in Axis::BOTH {
+            let kind = self.body.kind(result);
+            let tangent = self.fresh(kind);
+            self.set(result, axis, Some(tangent));
+            results.push(tangent);
+        }
+    }
+
+    fn round(&mut self, mut inst: Inst) {
+        let Op::Loop { init, params, body, cond, next } = &mut inst.op else { return };
+        let wanted: Vec<usize> = (0..params.len()).filter(|i| self.wants(params[*i])).collect();
+        for index in &wanted {
+            for axis in Axis::BOTH {
+                let first = self.tangent_or_zero(init[*index], axis);
+                init.push(first);
+                let kind = self.body.kind(params[*index]);
+                let param = self.fresh(kind);
+                self.set(params[*index], axis, Some(param));
+                params.push(param);
+            }
+        }
+        self.block(*body);
+        next.iter_mut().chain([cond]).for_each(|v| *v = self.renaming.get(*v));
+        let again: Vec<ValueId> = wanted.iter().map(|i| next[*i]).collect();
+        self.yields(*body, &again, next);
+        self.results(&mut inst.results);
+        self.out.push(inst);
+    }
+}
