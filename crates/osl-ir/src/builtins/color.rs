@@ -1,10 +1,28 @@
 //! Color: spaces and luminance. The working space is RGB with the primaries of Rec. 709.
 
 use super::{Builtin, Emitted, Site};
-use crate::ir::{Builder, Kernel, Kind, LaneOp};
+use crate::ir::{Builder, Const, Kernel, Kind, LaneOp};
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane("luminance", &["f(c)"], LaneOp::Luminance, "Luminance of a linear RGB color."),
+    Builtin::compose(
+        "transformc",
+        &["c(s,s,c)", "c(s,c)"],
+        transformc,
+        "A color from one space (default rgb) to another: rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB, linear.",
+    ),
+    Builtin::compose(
+        "blackbody",
+        &["c(f)"],
+        |b, s| b.lane(LaneOp::Blackbody, s.args).into(),
+        "Light of a black body at a temperature in kelvin, W/m² over the visible range.",
+    ),
+    Builtin::compose(
+        "wavelength_color",
+        &["c(f)"],
+        |b, s| b.lane(LaneOp::Wavelength, s.args).into(),
+        "Light of one wavelength in nanometres; black outside 380 to 780.",
+    ),
     Builtin::compose(
         "color in space",
         &["c(s,c)"],
@@ -13,6 +31,40 @@ pub(super) static ROWS: &[Builtin] = &[
     ),
 ];
 
+fn transformc(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let (from, color) = match s.args {
+        [from, _, color] => (*from, *color),
+        _ => (b.constant(Const::Str("rgb".into())), s.arg(1)),
+    };
+    let to = s.arg(s.args.len().saturating_sub(2));
+    b.kernel(Kernel::ColorBetween, &[from, to, color], Kind::Triple).into()
+}
+
 fn from_space(b: &mut Builder, s: &Site<'_>) -> Emitted {
-    b.kernel(Kernel::ColorFrom, s.args, Kind::Triple).into()
+    // Derivatives of a color given in a space are zero.
+    let color = b.lane(LaneOp::Still, &[s.arg(1)]);
+    let rgb = b.constant(Const::Str("RGB".into()));
+    b.kernel(Kernel::ColorBetween, &[s.arg(0), rgb, color], Kind::Triple).into()
+}
+
+/// The operations that take a color from a space to RGB, or from RGB to a space, in order. `None` for a space that
+/// nobody knows.
+pub fn path(space: &str, to_rgb: bool) -> Option<&'static [LaneOp]> {
+    use LaneOp as L;
+    Some(match (space, to_rgb) {
+        ("rgb" | "RGB" | "linear" | "Rec709" | "lin_srgb" | "scene_linear", _) => &[],
+        ("hsv", true) => &[L::HsvToRgb],
+        ("hsv", false) => &[L::RgbToHsv],
+        ("hsl", true) => &[L::HslToRgb],
+        ("hsl", false) => &[L::RgbToHsl],
+        ("YIQ", true) => &[L::YiqToRgb],
+        ("YIQ", false) => &[L::RgbToYiq],
+        ("XYZ", true) => &[L::XyzToRgb],
+        ("XYZ", false) => &[L::RgbToXyz],
+        ("xyY", true) => &[L::XyyToXyz, L::XyzToRgb],
+        ("xyY", false) => &[L::RgbToXyz, L::XyzToXyy],
+        ("sRGB", true) => &[L::SrgbToLinear],
+        ("sRGB", false) => &[L::LinearToSrgb],
+        _ => return None,
+    })
 }

@@ -1,7 +1,7 @@
 //! Mathematics: one number in, one number out, per component for triples.
 
 use super::{Builtin, Emitted, Site, T1, T2, T2F};
-use crate::ir::{Builder, Kind, LaneOp};
+use crate::ir::{Builder, Kernel, Kind, LaneOp};
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose("degrees", T1, degrees, "Radians in degrees: x times 57.2957764."),
@@ -95,13 +95,13 @@ pub(super) static ROWS: &[Builtin] = &[
         clamp,
         "x limited to lo to hi; lo wins if it is above hi.",
     ),
-    Builtin::lane(
+    Builtin::compose(
         "mix",
         &[
             "n(n,n,n)", "v(v,v,v)", "p(p,p,p)", "c(c,c,c)", "n(n,n,f)", "v(v,v,f)", "p(p,p,f)", "c(c,c,f)",
-            "f(f,f,f)",
+            "f(f,f,f)", "K(K,K,c)", "K(K,K,f)",
         ],
-        LaneOp::Mix,
+        mix,
         "a where t is 0, b where t is 1, a straight line between and beyond: a(1-t) + bt.",
     ),
     Builtin::compose(
@@ -146,6 +146,12 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
         LaneOp::Linearstep,
         "0 below edge0, 1 from edge1 on, a straight line between; arguments are edge0, edge1, x.",
+    ),
+    Builtin::lane(
+        "smooth_linearstep",
+        &["f(f,f,f,f)", "c(c,c,c,c)", "v(v,v,v,v)"],
+        LaneOp::SmoothLinearstep,
+        "A straight line from 0 at edge0 to 1 at edge1, its corners rounded over eps to either side; arguments are edge0, edge1, x, eps.",
     ),
 ];
 
@@ -231,4 +237,15 @@ fn hypot(b: &mut Builder, s: &Site<'_>) -> Emitted {
         sum = b.lane(LaneOp::FAdd, &[sum, square]);
     }
     b.lane(LaneOp::Sqrt, &[sum]).into()
+}
+
+fn mix(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    if b.body.kind(s.arg(0)) != Kind::Closure {
+        return b.lane(LaneOp::Mix, s.args).into();
+    }
+    let one = b.float(1.0);
+    let rest = b.lane(LaneOp::FSub, &[one, s.arg(2)]);
+    let first = b.kernel(Kernel::ClosureScale, &[s.arg(0), rest], Kind::Closure);
+    let second = b.kernel(Kernel::ClosureScale, &[s.arg(1), s.arg(2)], Kind::Closure);
+    b.kernel(Kernel::ClosureSum, &[first, second], Kind::Closure).into()
 }

@@ -12,6 +12,12 @@ pub(super) static ROWS: &[Builtin] = &[
         transform,
         "A point, vector or normal by a matrix, or from one named space (default common) to another.",
     ),
+    Builtin::compose(
+        "getmatrix",
+        &["i(s,s,om)", "i(s,om)"],
+        getmatrix,
+        "The matrix from one named space to another (default common); 0 and the identity where one is unknown.",
+    ),
     Builtin::lane("determinant", &["f(m)"], LaneOp::MDet, "Determinant of the 4x4 matrix."),
     Builtin::lane("transpose", &["m(m)"], LaneOp::MTranspose, "Rows and columns exchanged."),
     Builtin::compose(
@@ -77,6 +83,12 @@ fn transform(b: &mut Builder, s: &Site<'_>) -> Emitted {
             apply(b, ty, matrix, s.arg(1))
         }
     }
+}
+
+fn getmatrix(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let to = if s.args.len() == 3 { s.arg(1) } else { common(b) };
+    let found = b.kernel_of(Kernel::FindSpace, &[s.arg(0), to], &[Kind::Int, Kind::Matrix]);
+    Emitted { result: Some(found[0]), outputs: vec![(s.args.len() - 1, found[1])] }
 }
 
 fn into_common(b: &mut Builder, s: &Site<'_>) -> Emitted {

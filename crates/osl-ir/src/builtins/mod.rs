@@ -6,17 +6,29 @@
 //! a row the order of signatures is the priority for ties. Source of the signatures: OSL language
 //! specification, chapter on the standard library.
 
+mod closure;
 mod color;
+mod derivative;
 mod geometry;
 mod math;
 mod matrix;
+mod message;
 mod noise;
+mod optics;
+mod print;
+mod scene;
 mod signature;
+mod spline;
+mod string;
 mod texture;
 
+pub use color::path as color_path;
+pub(crate) use message::Message;
 pub use signature::{Param, ParamType, Signature, Tail};
+pub use spline::{BASES, Basis, basis as spline_basis};
 
-use crate::ir::{Builder, LaneOp, ValueId};
+use crate::ir::{Builder, LaneOp, SlotId, ValueId};
+use crate::types::Type;
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, OnceLock};
 
@@ -39,22 +51,53 @@ pub enum Emit {
     Lane(LaneOp),
     /// Whatever the function writes; it yields the result and the outputs.
     Compose(fn(&mut Builder, &Site<'_>) -> Emitted),
+    /// Ends the shader.
+    Exit,
 }
 
 /// A call that is being written.
 pub struct Site<'a> {
-    /// Values of the arguments, converted to the signature's types.
+    /// Values of the arguments, converted to the signature's types; anything for an array.
     pub args: &'a [ValueId],
+    /// Types of the arguments.
+    pub types: &'a [Type],
+    /// The arguments that are arrays.
+    pub arrays: &'a [Option<Array>],
     /// The text of each argument that is a string literal.
     pub literals: &'a [Option<Arc<str>>],
+    /// Which arguments are output parameters of the shader.
+    pub connected: &'a [bool],
     /// The signature that was chosen.
     pub signature: &'a Signature,
+    /// Name of the shader.
+    pub shader: &'a Arc<str>,
+}
+
+/// An argument that is an array.
+#[derive(Clone, Copy, Debug)]
+pub struct Array {
+    /// Where it lies.
+    pub slot: SlotId,
+    /// How many elements it has.
+    pub len: u32,
+    /// Type of an element.
+    pub ty: Type,
 }
 
 impl Site<'_> {
     /// An argument. Resolution has counted them; a missing one reads as the first value of the body.
     pub fn arg(&self, index: usize) -> ValueId {
         self.args.get(index).copied().unwrap_or(ValueId(0))
+    }
+
+    /// An argument that is an array.
+    pub fn array(&self, index: usize) -> Option<Array> {
+        self.arrays.get(index).copied().flatten()
+    }
+
+    /// The text of an argument that is a string literal.
+    pub fn literal(&self, index: usize) -> Option<&Arc<str>> {
+        self.literals.get(index).and_then(Option::as_ref)
     }
 }
 
@@ -100,6 +143,16 @@ impl Builtin {
         Builtin { name, about, sigs, emit: Emit::Compose(emit) }
     }
 
+    /// The row that ends the shader.
+    const fn exit(name: &'static str, sigs: &'static [&'static str], about: &'static str) -> Builtin {
+        Builtin { name, about, sigs, emit: Emit::Exit }
+    }
+
+    /// The type of the value of an option that is an output.
+    pub fn output_option(&self, option: &str) -> Option<Type> {
+        texture::output_option(self.name, option)
+    }
+
     /// The signatures, in order of priority.
     pub fn signatures(&'static self) -> &'static [Signature] {
         index().get(self.name).map_or(&[], |(_, signatures)| signatures)
@@ -114,7 +167,24 @@ impl Builtin {
 
 /// All rows, family by family.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
-    [math::ROWS, geometry::ROWS, matrix::ROWS, color::ROWS, noise::ROWS, texture::ROWS].into_iter().flatten()
+    [
+        math::ROWS,
+        geometry::ROWS,
+        optics::ROWS,
+        derivative::ROWS,
+        matrix::ROWS,
+        color::ROWS,
+        spline::ROWS,
+        noise::ROWS,
+        texture::ROWS,
+        string::ROWS,
+        print::ROWS,
+        message::ROWS,
+        scene::ROWS,
+        closure::ROWS,
+    ]
+    .into_iter()
+    .flatten()
 }
 
 type Index = FxHashMap<&'static str, (&'static Builtin, Vec<Signature>)>;

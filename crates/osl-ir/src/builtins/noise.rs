@@ -1,7 +1,7 @@
 //! Noise: pseudo-random fields over space. The forms differ by return type, chosen by what is expected.
 
 use super::{Builtin, Emitted, Site};
-use crate::ir::{Builder, Kernel, Kind, NoiseField};
+use crate::ir::{Builder, GaborOption, Kernel, Kind, LaneOp, NoiseField};
 use crate::types::Type;
 
 const PLAIN: &[&str] = &[
@@ -36,52 +36,122 @@ const NAMED: &[&str] = &[
     "v(p,f)",
 ];
 
+const PERIODIC: &[&str] = &[
+    "f(f,f)",
+    "f(f,f,f,f)",
+    "f(p,p)",
+    "f(p,f,p,f)",
+    "c(f,f)",
+    "c(f,f,f,f)",
+    "c(p,p)",
+    "c(p,f,p,f)",
+    "v(f,f)",
+    "v(f,f,f,f)",
+    "v(p,p)",
+    "v(p,f,p,f)",
+];
+
+const NAMED_PERIODIC: &[&str] = &[
+    "f(s,f,f,*)",
+    "f(s,f,f,f,f,*)",
+    "f(s,p,p,*)",
+    "f(s,p,f,p,f,*)",
+    "c(s,f,f,*)",
+    "c(s,f,f,f,f,*)",
+    "c(s,p,p,*)",
+    "c(s,p,f,p,f,*)",
+    "v(s,f,f,*)",
+    "v(s,f,f,f,f,*)",
+    "v(s,p,p,*)",
+    "v(s,p,f,p,f,*)",
+    "f(f,f)",
+    "f(f,f,f,f)",
+    "f(p,p)",
+    "f(p,f,p,f)",
+    "c(f,f)",
+    "c(f,f,f,f)",
+    "c(p,p)",
+    "c(p,f,p,f)",
+    "v(f,f)",
+    "v(f,f,f,f)",
+    "v(p,p)",
+    "v(p,f,p,f)",
+];
+
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "cellnoise",
         PLAIN,
-        |b, s| plain(b, s, NoiseField::Cell),
+        |b, s| plain(b, s, NoiseField::Cell, false),
         "One random value, 0 to 1, for each unit cell; zero derivatives.",
     ),
     Builtin::compose(
         "hashnoise",
         PLAIN,
-        |b, s| plain(b, s, NoiseField::Hash),
+        |b, s| plain(b, s, NoiseField::Hash, false),
         "Another random value, 0 to 1, at every point; zero derivatives.",
     ),
     Builtin::compose(
         "snoise",
         PLAIN,
-        |b, s| plain(b, s, NoiseField::Perlin),
+        |b, s| plain(b, s, NoiseField::Perlin, false),
         "Gradient noise, -1 to 1, zero at whole coordinates.",
     ),
     Builtin::compose(
         "noise",
         NAMED,
-        noise,
-        "Gradient noise, 0 to 1, or the field named by the first argument: perlin, uperlin, simplex, usimplex, cell, hash.",
+        |b, s| noise(b, s, false),
+        "Gradient noise, 0 to 1, or the field named by the first argument: perlin, uperlin, simplex, usimplex, cell, hash, gabor.",
+    ),
+    Builtin::compose(
+        "psnoise",
+        PERIODIC,
+        |b, s| plain(b, s, NoiseField::Perlin, true),
+        "Gradient noise, -1 to 1, that repeats with the periods behind the coordinates.",
+    ),
+    Builtin::compose(
+        "pnoise",
+        NAMED_PERIODIC,
+        |b, s| noise(b, s, true),
+        "Noise that repeats with the periods behind the coordinates; simplex has no periodic form.",
     ),
 ];
 
-fn plain(b: &mut Builder, s: &Site<'_>, field: NoiseField) -> Emitted {
-    let (dims, kind) = form(b, s, 0);
-    let kernel = Kernel::Noise { field, dims, triple: kind == Kind::Triple, periodic: false };
-    b.kernel(kernel, s.args, kind).into()
+fn plain(b: &mut Builder, s: &Site<'_>, field: NoiseField, periodic: bool) -> Emitted {
+    let (dims, kind) = form(b, s, 0, periodic);
+    let triple = kind == Kind::Triple;
+    b.kernel(Kernel::Noise { field, dims, triple, periodic, tangents: false }, s.args, kind).into()
 }
 
-fn noise(b: &mut Builder, s: &Site<'_>) -> Emitted {
+fn noise(b: &mut Builder, s: &Site<'_>, periodic: bool) -> Emitted {
     if s.args.first().is_some_and(|a| b.body.kind(*a) != Kind::Str) {
-        return plain(b, s, NoiseField::UPerlin);
+        return plain(b, s, NoiseField::UPerlin, periodic);
     }
-    let (dims, kind) = form(b, s, 1);
-    let args = s.args.get(..s.signature.params.len()).unwrap_or(s.args);
-    // Options belong to gabor noise alone, and are ignored by the others.
-    b.kernel(Kernel::NamedNoise { dims, triple: kind == Kind::Triple, periodic: false }, args, kind).into()
+    let (dims, kind) = form(b, s, 1, periodic);
+    let params = s.signature.params.len();
+    let mut args = s.args.get(..params).unwrap_or(s.args).to_vec();
+    let mut options = Vec::new();
+    for index in (params..s.args.len().saturating_sub(1)).step_by(2) {
+        let Some((option, wanted)) = s.literal(index).and_then(|name| GaborOption::from_name(name)) else {
+            continue;
+        };
+        let value = s.arg(index + 1);
+        let value = match (b.body.kind(value), wanted) {
+            (Kind::Int, Kind::Float) => b.lane(LaneOp::ToFloat, &[value]),
+            _ => value,
+        };
+        if b.body.kind(value) == wanted {
+            options.push(option);
+            args.push(value);
+        }
+    }
+    let triple = kind == Kind::Triple;
+    b.kernel(Kernel::NamedNoise { dims, triple, periodic, options, tangents: false }, &args, kind).into()
 }
 
 /// Dimensions and kind of the result, from the coordinates behind the first `skip` arguments.
-fn form(b: &Builder, s: &Site<'_>, skip: usize) -> (u8, Kind) {
-    let count = s.signature.params.len() - skip;
+fn form(b: &Builder, s: &Site<'_>, skip: usize, periodic: bool) -> (u8, Kind) {
+    let count = (s.signature.params.len() - skip) / if periodic { 2 } else { 1 };
     let point = b.body.kind(s.arg(skip)) == Kind::Triple;
     let dims = if point { 2 + count as u8 } else { count as u8 };
     (dims, if s.signature.ret == Type::FLOAT { Kind::Float } else { Kind::Triple })

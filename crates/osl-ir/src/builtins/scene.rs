@@ -1,0 +1,200 @@
+//! What a shader asks of its surroundings: attributes, rays, point clouds, and how it is connected.
+
+use super::{Builtin, Emitted, Site};
+use crate::hir::Global;
+use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
+use crate::types::Type;
+
+pub(super) static ROWS: &[Builtin] = &[
+    Builtin::compose(
+        "getattribute",
+        &[
+            "i(s,o?)",
+            "i(s,o?[])",
+            "i(s,s,o?)",
+            "i(s,s,o?[])",
+            "i(s,i,o?)",
+            "i(s,i,o?[])",
+            "i(s,s,i,o?)",
+            "i(s,s,i,o?[])",
+        ],
+        attribute,
+        "A named datum of the renderer, an object or the point; 1 if there is one of exactly this type.",
+    ),
+    Builtin::compose(
+        "raytype",
+        &["i(s)"],
+        |b, s| b.kernel(Kernel::RayType, s.args, Kind::Int).into(),
+        "Whether the shader runs for a ray of a kind: camera, shadow, reflection, refraction, diffuse, glossy, subsurface, displacement.",
+    ),
+    Builtin::compose("iscameraray", &["i()"], |b, _| ray(b, "camera"), "Whether it runs for a camera ray."),
+    Builtin::compose(
+        "isdiffuseray",
+        &["i()"],
+        |b, _| ray(b, "diffuse"),
+        "Whether it runs for a diffuse ray.",
+    ),
+    Builtin::compose("isglossyray", &["i()"], |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray."),
+    Builtin::compose("isshadowray", &["i()"], |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray."),
+    Builtin::compose(
+        "backfacing",
+        &["i()"],
+        |b, _| {
+            let seen = b.global(Global::Backfacing, Kind::Float);
+            b.lane(LaneOp::ToInt, &[seen]).into()
+        },
+        "Whether the surface is seen from behind.",
+    ),
+    Builtin::compose(
+        "surfacearea",
+        &["f()"],
+        |b, _| b.global(Global::SurfaceArea, Kind::Float).into(),
+        "Area of the light's surface that is being shaded.",
+    ),
+    Builtin::compose(
+        "isconnected",
+        &["i(?)"],
+        |b, _| b.int(0).into(),
+        "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
+    ),
+    Builtin::compose(
+        "isconstant",
+        &["i(?)"],
+        |b, s| b.kernel(Kernel::IsConstant, &[s.arg(0)], Kind::Int).into(),
+        "Whether a value was known before running.",
+    ),
+    Builtin::compose(
+        "trace",
+        &["i(p,v,*)"],
+        |b, _| b.int(0).into(),
+        "Whether a ray hits anything; without a scene it never does.",
+    ),
+    Builtin::compose(
+        "pointcloud_search",
+        &["i(s,p,f,i,*)", "i(s,p,f,i,i,*)"],
+        |b, _| b.int(0).into(),
+        "Number of points near a position; without point clouds 0.",
+    ),
+    Builtin::compose(
+        "pointcloud_get",
+        &["i(s,i[],i,s,o?[])"],
+        |b, _| b.int(0).into(),
+        "Data of found points; without point clouds 0.",
+    ),
+    Builtin::compose(
+        "pointcloud_write",
+        &["i(s,p,*)"],
+        |b, _| b.int(0).into(),
+        "Saves a point; without point clouds 0.",
+    ),
+    Builtin::compose(
+        "dict_find",
+        &["i(s,s)", "i(i,s)"],
+        |b, s| b.kernel(Kernel::DictFind, s.args, Kind::Int).into(),
+        "The first node that a path finds in an XML text, or below a node; 0 if there is none, -1 if it cannot be read.",
+    ),
+    Builtin::compose(
+        "dict_next",
+        &["i(i)"],
+        |b, s| b.kernel(Kernel::DictNext, s.args, Kind::Int).into(),
+        "The node that the same path found behind a node; 0 if there is none.",
+    ),
+    Builtin::compose(
+        "dict_value",
+        &["i(i,s,o?)", "i(i,s,o?[])"],
+        dict_value,
+        "An attribute of a node, or its text where the name is empty; 1 if it is of the type.",
+    ),
+    Builtin::exit("exit", &["x()"], "Ends the shader; outputs keep what they have."),
+    Builtin::compose(
+        "arraylength",
+        &["i(?[])"],
+        |b, s| b.int(s.array(0).map_or(0, |a| a.len as i32)).into(),
+        "Number of elements of an array.",
+    ),
+];
+
+fn dict_value(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let (kind, count, kinds) = wanted(b, s, 2);
+    let mut values = b.kernel_of(Kernel::DictValue { kind, count }, &[s.arg(0), s.arg(1)], &kinds);
+    let Some(found) = values.pop() else { return Emitted::default() };
+    store_found(b, s, 2, found, &values)
+}
+
+/// Kind and number of the values that an output argument takes, and the kinds of a query's results: the values, then
+/// whether they were found.
+pub(super) fn wanted(b: &Builder, s: &Site<'_>, target: usize) -> (Kind, u8, Vec<Kind>) {
+    let array = s.array(target);
+    let kind = array.map_or_else(|| b.body.kind(s.arg(target)), |a| b.body.slot(a.slot).kind);
+    let count = array.map_or(0, |a| a.len.min(255) as u8);
+    let mut kinds = vec![kind; usize::from(count).max(1)];
+    kinds.push(Kind::Int);
+    (kind, count, kinds)
+}
+
+fn ray(b: &mut Builder, name: &str) -> Emitted {
+    let name = b.constant(Const::Str(name.into()));
+    b.kernel(Kernel::RayType, &[name], Kind::Int).into()
+}
+
+fn attribute(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let last = s.args.len().saturating_sub(1);
+    let (mut object, mut element) = (None, None);
+    let mut name: Option<ValueId> = None;
+    for arg in s.args.iter().take(last) {
+        match b.body.kind(*arg) {
+            Kind::Str => {
+                object = name.replace(*arg);
+            }
+            _ => element = Some(*arg),
+        }
+    }
+    let object = object.unwrap_or_else(|| b.constant(Const::Str("".into())));
+    let element = element.unwrap_or_else(|| b.int(-1));
+    let Some(name) = name else { return Emitted::default() };
+    if let Some(known) = known(b, s).filter(|_| last == 1) {
+        return Emitted { result: Some(b.int(1)), outputs: vec![(last, known)] };
+    }
+    let (kind, count, kinds) = wanted(b, s, last);
+    let kernel = Kernel::Attribute { kind, count, tangents: false };
+    let mut values = b.kernel_of(kernel, &[object, name, element], &kinds);
+    let Some(found) = values.pop() else { return Emitted::default() };
+    store_found(b, s, last, found, &values)
+}
+
+/// Writes what a query found to its output argument, which otherwise keeps its value; yields whether it was found.
+pub(super) fn store_found(
+    b: &mut Builder,
+    s: &Site<'_>,
+    target: usize,
+    found: ValueId,
+    values: &[ValueId],
+) -> Emitted {
+    let Some(array) = s.array(target) else {
+        let value = b.choose(found, values.first().copied().unwrap_or(found), s.arg(target));
+        return Emitted { result: Some(found), outputs: vec![(target, value)] };
+    };
+    b.if_else(
+        found,
+        |b| {
+            for (index, value) in values.iter().enumerate() {
+                let at = b.int(index as i32);
+                b.store_element(array.slot, at, *value);
+            }
+        },
+        |_| (),
+    );
+    found.into()
+}
+
+/// Attributes of the shader itself.
+fn known(b: &mut Builder, s: &Site<'_>) -> Option<ValueId> {
+    let text = match &**s.literal(0)? {
+        "shader:shadername" => s.shader.to_string(),
+        "shader:layername" => format!("{}_0", s.shader),
+        "shader:groupname" => "unnamed_group_1".to_string(),
+        _ => return None,
+    };
+    let string = s.types.get(1) == Some(&Type::STRING);
+    string.then(|| b.constant(Const::Str(text.into())))
+}

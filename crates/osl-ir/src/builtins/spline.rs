@@ -1,0 +1,165 @@
+//! Splines over arrays of knots. The first and last knots of bases that step by one are phantom end points.
+
+use super::{Array, Builtin, Emitted, Site};
+use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
+
+pub(super) static ROWS: &[Builtin] = &[
+    Builtin::compose(
+        "spline",
+        &[
+            "f(s,f,f[])",
+            "c(s,f,c[])",
+            "p(s,f,p[])",
+            "v(s,f,v[])",
+            "n(s,f,n[])",
+            "f(s,f,i,f[])",
+            "c(s,f,i,c[])",
+            "p(s,f,i,p[])",
+            "v(s,f,i,v[])",
+            "n(s,f,i,n[])",
+        ],
+        spline,
+        "Curve through knots at x, 0 to 1; bases are catmull-rom, bezier, bspline, hermite, linear, constant.",
+    ),
+    Builtin::compose(
+        "splineinverse",
+        &["f(s,f,f[])", "f(s,f,i,f[])"],
+        inverse,
+        "The x, 0 to 1, at which a spline that only rises or only falls has a value.",
+    ),
+];
+
+/// A basis: how far a segment is from the next in knots, and rows of coefficients of x³, x², x and 1.
+pub struct Basis {
+    /// The name in programs.
+    pub name: &'static str,
+    /// Knots from segment to segment.
+    pub step: i32,
+    /// Coefficients of the four knots, highest power first.
+    pub rows: [[f32; 4]; 4],
+}
+
+const SIXTH: f32 = 1.0 / 6.0;
+
+/// The bases (OSL language specification, chapter on splines). Any other name means the last, linear.
+pub static BASES: [Basis; 6] = [
+    Basis {
+        name: "catmull-rom",
+        step: 1,
+        rows: [[-0.5, 1.5, -1.5, 0.5], [1.0, -2.5, 2.0, -0.5], [-0.5, 0.0, 0.5, 0.0], [0.0, 1.0, 0.0, 0.0]],
+    },
+    Basis {
+        name: "bezier",
+        step: 3,
+        rows: [[-1.0, 3.0, -3.0, 1.0], [3.0, -6.0, 3.0, 0.0], [-3.0, 3.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
+    },
+    Basis {
+        name: "bspline",
+        step: 1,
+        rows: [
+            [-SIXTH, 0.5, -0.5, SIXTH],
+            [0.5, -1.0, 0.5, 0.0],
+            [-0.5, 0.0, 0.5, 0.0],
+            [SIXTH, 4.0 / 6.0, SIXTH, 0.0],
+        ],
+    },
+    Basis {
+        name: "hermite",
+        step: 2,
+        rows: [[2.0, 1.0, -2.0, 1.0], [-3.0, -2.0, 3.0, -1.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
+    },
+    Basis { name: "constant", step: 1, rows: [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0]] },
+    Basis {
+        name: "linear",
+        step: 1,
+        rows: [[0.0; 4], [0.0; 4], [0.0, -1.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0]],
+    },
+];
+
+/// The basis of a name.
+pub fn basis(name: &str) -> &'static Basis {
+    let [rest @ .., linear] = &BASES;
+    rest.iter().find(|b| b.name == name).unwrap_or(linear)
+}
+
+/// Knots and their number.
+fn knots(b: &mut Builder, s: &Site<'_>) -> Option<(Array, ValueId)> {
+    let array = s.array(s.args.len().checked_sub(1)?)?;
+    let count = if s.args.len() == 4 { s.arg(2) } else { b.int(array.len as i32) };
+    Some((array, count))
+}
+
+fn spline(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    use LaneOp as L;
+    let Some((array, count)) = knots(b, s) else { return Emitted::default() };
+    let (step, rows) = chosen(b, s);
+    let (zero, one) = (b.float(0.0), b.float(1.0));
+    // Not `clamp`: at both ends x keeps its derivatives.
+    let (below, above) = (b.lane(L::FLt, &[s.arg(1), zero]), b.lane(L::FGt, &[s.arg(1), one]));
+    let x = b.lane(L::Choose, &[above, one, s.arg(1)]);
+    let x = b.lane(L::Choose, &[below, zero, x]);
+    // (count - 4) / step + 1 segments.
+    let (four, first, none) = (b.int(4), b.int(1), b.int(0));
+    let extra = b.lane(L::ISub, &[count, four]);
+    let extra = b.lane(L::IDiv, &[extra, step]);
+    let segments = b.lane(L::IAdd, &[extra, first]);
+    let scale = b.lane(L::ToFloat, &[segments]);
+    let x = b.lane(L::FMul, &[x, scale]);
+    let last = b.lane(L::ISub, &[segments, first]);
+    let segment = b.lane(L::ToInt, &[x]);
+    let segment = b.lane(L::IMin, &[segment, last]);
+    let segment = b.lane(L::IMax, &[segment, none]);
+    let start = b.lane(L::ToFloat, &[segment]);
+    let t = b.lane(L::FSub, &[x, start]);
+    let start = b.lane(L::IMul, &[segment, step]);
+    let points: [ValueId; 4] = std::array::from_fn(|k| {
+        let k = b.int(k as i32);
+        let at = b.lane(L::IAdd, &[start, k]);
+        b.load_element(array.slot, at)
+    });
+    let mut value: Option<ValueId> = None;
+    for row in rows {
+        let mut term: Option<ValueId> = None;
+        for (weight, point) in row.into_iter().zip(points) {
+            let product = b.lane(L::FMul, &[point, weight]);
+            term = Some(term.map_or(product, |sum| b.lane(L::FAdd, &[sum, product])));
+        }
+        value = match (value, term) {
+            (Some(value), Some(term)) => {
+                let higher = b.lane(L::FMul, &[value, t]);
+                Some(b.lane(L::FAdd, &[higher, term]))
+            }
+            (value, term) => value.or(term),
+        };
+    }
+    Emitted { result: value, outputs: Vec::new() }
+}
+
+/// Step and coefficients of the basis; chosen when running where the name is not written out.
+fn chosen(b: &mut Builder, s: &Site<'_>) -> (ValueId, [[ValueId; 4]; 4]) {
+    if let Some(name) = s.literal(0) {
+        let basis = basis(name);
+        return (b.int(basis.step), basis.rows.map(|row| row.map(|c| b.float(c))));
+    }
+    let [rest @ .., linear] = &BASES;
+    let mut step = b.int(linear.step);
+    let mut rows = linear.rows.map(|row| row.map(|c| b.float(c)));
+    for basis in rest {
+        let name = b.constant(Const::Str(basis.name.into()));
+        let is = b.lane(LaneOp::SEq, &[s.arg(0), name]);
+        let own = b.int(basis.step);
+        step = b.lane(LaneOp::IChoose, &[is, own, step]);
+        for (row, own) in rows.iter_mut().zip(&basis.rows) {
+            for (value, own) in row.iter_mut().zip(own) {
+                let own = b.float(*own);
+                *value = b.lane(LaneOp::Choose, &[is, own, *value]);
+            }
+        }
+    }
+    (step, rows)
+}
+
+fn inverse(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let Some((array, count)) = knots(b, s) else { return Emitted::default() };
+    b.kernel(Kernel::SplineInverse { knots: array.slot }, &[s.arg(0), s.arg(1), count], Kind::Float).into()
+}
