@@ -30,7 +30,7 @@ pub struct Program {
     pub shader: Shader,
 }
 
-/// Shader globals, in the order of [`GLOBALS`].
+/// Shader globals, in the order of [`GLOBALS`], and what calls ask of the point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "each variant is the global of its name")]
 pub enum Global {
@@ -47,6 +47,10 @@ pub enum Global {
     Dtime,
     DPdtime,
     Ci,
+    /// What `surfacearea()` yields; a program cannot name it.
+    SurfaceArea,
+    /// What `backfacing()` yields, 0 or 1; a program cannot name it.
+    Backfacing,
 }
 
 /// Each global with its name, type, and whether a shader may assign it without a warning.
@@ -120,6 +124,8 @@ pub struct Param {
     pub var: VarId,
     /// Whether it is an output.
     pub output: bool,
+    /// Whether it is an array that takes the length of its value; the type has that of the default.
+    pub open: bool,
     /// The default.
     pub init: Init,
     /// Metadata as written: type, name, value.

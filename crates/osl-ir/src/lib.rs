@@ -2,7 +2,8 @@
 //!
 //! The way of the data: [`resolve`] binds names and types and makes the [`hir`]; [`lower`] inlines and
 //! flattens it into the [`ir`]; [`passes`] specialise and shrink that. [`builtins`] is the one table of the
-//! library's functions, [`numeric`] the arithmetic of one lane that folding and running share. This crate
+//! library's functions, [`numeric`] the arithmetic of one lane that folding and running share, [`text`] what works
+//! on strings. This crate
 //! must not know lanes, masks, instruction sets or the disk.
 
 pub mod builtins;
@@ -14,6 +15,7 @@ pub mod numeric;
 pub mod params;
 pub mod passes;
 pub mod resolve;
+pub mod text;
 pub mod types;
 
 pub use osl_syntax::span::Span;

@@ -2,8 +2,8 @@
 
 use crate::hir::{Param, Program};
 use crate::ir::Const;
-use crate::lower::ParamValues;
-use crate::types::{Base, Extent, Type};
+use crate::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// Why a value cannot be given to a parameter.
@@ -38,32 +38,93 @@ impl std::fmt::Display for ParamError {
 
 impl std::error::Error for ParamError {}
 
+/// Instance values of parameters.
+#[derive(Clone, Debug, Default)]
+pub struct ParamValues {
+    /// By name, `s.a` for a field: the elements in order.
+    values: FxHashMap<Arc<str>, Vec<Const>>,
+    /// Parameters that take the value of the point where it has one of their name and type, like those with metadata
+    /// `lockgeom = 0`.
+    interpolated: FxHashSet<Arc<str>>,
+}
+
+impl ParamValues {
+    /// The elements of a parameter's value.
+    pub fn get(&self, name: &str) -> Option<&[Const]> {
+        self.values.get(name).map(Vec::as_slice)
+    }
+
+    /// Has a parameter take the value of the point where there is one.
+    pub fn interpolate(&mut self, name: &str) {
+        self.interpolated.insert(name.into());
+    }
+
+    /// Whether a parameter was given to [`ParamValues::interpolate`].
+    pub fn is_interpolated(&self, name: &str) -> bool {
+        self.interpolated.contains(name)
+    }
+}
+
 /// Adds the value that `text` gives to the parameter `name` of a program. A triple takes one or three numbers, a
 /// matrix one or sixteen, an array one for each element in turn, a string its text as it is; `s.a` is a field.
 ///
 /// # Errors
 /// There is no such parameter, or the text is no value of its type.
 pub fn set(program: &Program, values: &mut ParamValues, name: &str, text: &str) -> Result<(), ParamError> {
-    let ty = find(program, name).ok_or_else(|| {
-        let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
-        let close = names.min_by_key(|n| strsim::damerau_levenshtein(n, name)).map(str::to_string);
-        ParamError::Unknown(name.to_string(), close)
-    })?;
-    let value = parse(ty, text).ok_or_else(|| ParamError::Mismatch {
-        name: name.to_string(),
-        ty: program.structs.show(ty),
-        text: text.to_string(),
-    })?;
-    values.insert(name.into(), value);
+    let ty = find(program, name)?;
+    let value = parse(ty, text).ok_or_else(|| mismatch(program, ty, name, text))?;
+    values.values.insert(name.into(), value);
     Ok(())
 }
 
-fn find(program: &Program, name: &str) -> Option<Type> {
+/// Adds a value whose type is given, `float` or `color[2]`. It has to be that of the parameter, but that triples
+/// interchange, a float is spread over a triple, and an open array takes any length.
+///
+/// # Errors
+/// There is no such parameter, it has another type, or the text is no value of the type.
+pub fn set_typed(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    text: &str,
+) -> Result<(), ParamError> {
+    let ty = find(program, name)?;
+    let error = || mismatch(program, ty, name, text);
+    let triples = given.element().is_triple() && ty.element().is_triple();
+    let same = given.base == ty.base || triples || (given == Type::FLOAT && ty.is_triple());
+    let extent = given.extent == ty.extent || (given.is_array() && ty.extent == Extent::Unsized);
+    let value = parse(given, text).filter(|_| same && extent).ok_or_else(error)?;
+    let spread = |v: Const| match v {
+        Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
+        v => v,
+    };
+    values.values.insert(name.into(), value.into_iter().map(spread).collect());
+    Ok(())
+}
+
+fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
+    ParamError::Mismatch { name: name.to_string(), ty: program.structs.show(ty), text: text.to_string() }
+}
+
+/// The type of a parameter or field.
+fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
+    path(program, name).ok_or_else(|| {
+        let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
+        let close = names.min_by_key(|n| strsim::damerau_levenshtein(n, name)).map(str::to_string);
+        ParamError::Unknown(name.to_string(), close)
+    })
+}
+
+fn path(program: &Program, name: &str) -> Option<Type> {
     let mut parts = name.split('.');
     let first = parts.next()?;
     let of = |p: &&Param| &*program.vars[p.var.0 as usize].name == first;
     let param = program.shader.params.iter().find(of)?;
     let mut ty = program.vars[param.var.0 as usize].ty;
+    if param.open {
+        ty.extent = Extent::Unsized;
+    }
     for part in parts {
         let fields = &program.structs.get(ty.as_struct()?).fields;
         ty = fields.iter().find(|f| &*f.name == part)?.ty;
@@ -75,7 +136,7 @@ fn parse(ty: Type, text: &str) -> Option<Vec<Const>> {
     let len = match ty.extent {
         Extent::One => 1,
         Extent::Array(n) => n as usize,
-        Extent::Unsized => return None,
+        Extent::Unsized => MAX_ARRAY_LENGTH as usize,
     };
     if ty.base == Base::String {
         let parts: Vec<&str> = if len == 1 { vec![text] } else { text.split(',').collect() };

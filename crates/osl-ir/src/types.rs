@@ -6,6 +6,9 @@
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
+/// The longest array.
+pub const MAX_ARRAY_LENGTH: i32 = 1 << 20;
+
 /// Index of a struct in the [`StructTable`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StructId(pub u32);
@@ -61,6 +64,32 @@ pub struct Type {
 
 #[expect(missing_docs, reason = "each constant is the type of its name")]
 impl Type {
+    /// The type that a word like `float`, `color[2]` or `int[]` means.
+    pub fn parse(text: &str) -> Option<Type> {
+        let (name, extent) = match text.trim().split_once('[') {
+            None => (text.trim(), Extent::One),
+            Some((name, rest)) => match rest.trim().strip_suffix(']')?.trim() {
+                "" => (name.trim(), Extent::Unsized),
+                len => (
+                    name.trim(),
+                    Extent::Array(len.parse().ok().filter(|n| (1..=MAX_ARRAY_LENGTH as u32).contains(n))?),
+                ),
+            },
+        };
+        let base = match name {
+            "int" => Base::Int,
+            "float" => Base::Float,
+            "color" => Base::Color,
+            "point" => Base::Point,
+            "vector" => Base::Vector,
+            "normal" => Base::Normal,
+            "matrix" => Base::Matrix,
+            "string" => Base::String,
+            _ => return None,
+        };
+        Some(Type { base, extent })
+    }
+
     pub const INT: Type = Type::one(Base::Int);
     pub const FLOAT: Type = Type::one(Base::Float);
     pub const COLOR: Type = Type::one(Base::Color);

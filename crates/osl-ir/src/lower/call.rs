@@ -2,8 +2,8 @@
 
 use super::place::Spot;
 use super::{Frame, Lowerer, Storage, Val};
-use crate::builtins::{Emit, Emitted, Site};
-use crate::hir::{Arg, BuiltinCall, ExprKind, FunctionId, Init};
+use crate::builtins::{Array, Emit, Emitted, Site};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init};
 use crate::ir::ValueId;
 use crate::types::{Extent, Type};
 use osl_syntax::span::Span;
@@ -58,8 +58,10 @@ impl Lowerer<'_> {
             returned,
             loops: Vec::new(),
         });
+        let exits = self.exits;
         self.stmts(&function.body);
         self.frames.pop();
+        self.unsure |= self.exits > exits;
         self.b.span = span;
         for (spot, storage) in back {
             let value = self.read(&Spot::whole(storage.clone()));
@@ -115,6 +117,8 @@ impl Lowerer<'_> {
         let spots: Vec<Option<Spot>> =
             call.outputs.iter().map(|place| place.as_ref().and_then(|p| self.spot(p))).collect();
         let args = self.operands(&call.args);
+        let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
+        let arrays: Vec<Option<Array>> = call.args.iter().map(|e| self.array(e)).collect();
         let literals: Vec<_> = call
             .args
             .iter()
@@ -123,11 +127,24 @@ impl Lowerer<'_> {
                 _ => None,
             })
             .collect();
+        let connected: Vec<bool> = call.args.iter().map(|e| self.is_output(e)).collect();
         self.b.span = span;
-        let site = Site { args: &args, literals: &literals, signature };
+        let site = Site {
+            args: &args,
+            types: &types,
+            arrays: &arrays,
+            literals: &literals,
+            connected: &connected,
+            signature,
+            shader: &self.program.shader.name,
+        };
         let Emitted { result, outputs } = match call.row.emit {
             Emit::Lane(op) => self.b.lane(op, &args).into(),
             Emit::Compose(write) => write(&mut self.b, &site),
+            Emit::Exit => {
+                self.exit();
+                Emitted::default()
+            }
         };
         for (index, value) in outputs {
             if let Some(Some(spot)) = spots.get(index) {
@@ -135,6 +152,30 @@ impl Lowerer<'_> {
             }
         }
         result.map_or(Val::Void, Val::One)
+    }
+
+    /// Where an array argument lies.
+    fn array(&mut self, e: &Expr) -> Option<Array> {
+        if !e.ty.is_array() {
+            return None;
+        }
+        let Val::Stored(Storage::Leaf(slot), None) = self.eval(e) else { return None };
+        Some(Array { slot, len: self.b.body.slot(slot).len.unwrap_or(1), ty: e.ty.element() })
+    }
+
+    fn is_output(&self, e: &Expr) -> bool {
+        let ExprKind::Read(place) = &e.kind else { return false };
+        self.program.shader.params.iter().any(|p| p.var == place.var && p.output)
+    }
+
+    /// Ends the shader at the points that get here.
+    fn exit(&mut self) {
+        let flags: Vec<_> = self.frames.iter().map(|f| f.returned).collect();
+        for flag in flags {
+            self.set_flag(flag, 1);
+        }
+        self.exits += 1;
+        self.unsure = true;
     }
 
     /// The only value of a call that yields one; a constant elsewhere.

@@ -6,7 +6,7 @@
 use super::place::Spot;
 use super::{Lowerer, Val, kind_of};
 use crate::hir::{Expr, ExprKind, Init, Place, Step};
-use crate::ir::{Const, Kind, LaneOp, ValueId};
+use crate::ir::{Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
 use osl_syntax::ast::{BinaryOp, UnaryOp};
 
@@ -148,9 +148,16 @@ impl Lowerer<'_> {
 
     fn unary(&mut self, op: UnaryOp, inner: &Expr) -> ValueId {
         if op == UnaryOp::Not {
-            let truth = self.truth(inner);
-            let zero = self.b.int(0);
-            return self.b.lane(LaneOp::IEq, &[truth, zero]);
+            let value = self.value(inner);
+            let kind = self.b.body.kind(value);
+            if kind == Kind::Closure {
+                let some = self.b.lane(LaneOp::KSome, &[value]);
+                let none = self.b.int(0);
+                return self.b.lane(LaneOp::IEq, &[some, none]);
+            }
+            // Not the opposite of its truth: NaN is equal to 0 as well as different from it.
+            let zero = self.b.constant(Const::zero(kind));
+            return self.equality(BinaryOp::Eq, value, zero);
         }
         let value = self.value(inner);
         match (op, self.b.body.kind(value)) {
@@ -161,8 +168,8 @@ impl Lowerer<'_> {
                 self.b.lane(LaneOp::MScale, &[value, minus])
             }
             (_, Kind::Closure) => {
-                self.unsupported(inner.span, "closures");
-                value
+                let minus = self.b.float(-1.0);
+                self.b.kernel(Kernel::ClosureScale, &[value, minus], Kind::Closure)
             }
             _ => self.b.lane(LaneOp::FNeg, &[value]),
         }
@@ -171,9 +178,11 @@ impl Lowerer<'_> {
     fn binary(&mut self, op: BinaryOp, a: ValueId, b: ValueId) -> ValueId {
         use BinaryOp as B;
         let (ka, kb) = (self.b.body.kind(a), self.b.body.kind(b));
-        if ka == Kind::Closure || kb == Kind::Closure {
-            self.unsupported(self.b.span, "closures");
-            return a;
+        match (op, ka, kb) {
+            (B::Add, Kind::Closure, _) => return self.b.kernel(Kernel::ClosureSum, &[a, b], Kind::Closure),
+            (B::Mul, Kind::Closure, _) => return self.scaled(a, b),
+            (B::Mul, _, Kind::Closure) => return self.scaled(b, a),
+            _ => {}
         }
         if matches!(op, B::Eq | B::Ne) {
             return self.equality(op, a, b);
@@ -208,6 +217,12 @@ impl Lowerer<'_> {
             (B::Eq | B::Ne | B::And | B::Or, _) => return a,
         };
         self.b.lane(lane, &[a, b])
+    }
+
+    /// A closure times a number or a color.
+    fn scaled(&mut self, closure: ValueId, by: ValueId) -> ValueId {
+        let by = if self.b.body.kind(by) == Kind::Int { self.b.lane(LaneOp::ToFloat, &[by]) } else { by };
+        self.b.kernel(Kernel::ClosureScale, &[closure, by], Kind::Closure)
     }
 
     fn equality(&mut self, op: BinaryOp, a: ValueId, b: ValueId) -> ValueId {
@@ -257,10 +272,7 @@ impl Lowerer<'_> {
         self.b.span = e.span;
         match self.b.body.kind(value) {
             Kind::Int => value,
-            Kind::Closure => {
-                self.unsupported(e.span, "closures");
-                value
-            }
+            Kind::Closure => self.b.lane(LaneOp::KSome, &[value]),
             kind => {
                 let zero = self.b.constant(Const::zero(kind));
                 self.equality(BinaryOp::Ne, value, zero)
@@ -317,18 +329,29 @@ impl Lowerer<'_> {
         let Some(spot) = self.spot(place) else { return self.b.int(0) };
         let old = self.read(&spot);
         let old = self.one(old);
-        let kind = self.b.body.kind(old);
-        if kind == Kind::Matrix {
-            self.unsupported(place.span, "stepping a matrix");
-            return old;
-        }
-        let (one, add, sub) = match kind {
+        let new = self.next(old, increment);
+        self.write(&spot, Val::One(new));
+        if prefix { new } else { old }
+    }
+
+    /// A value one up or down: each component, each of all sixteen cells.
+    fn next(&mut self, old: ValueId, increment: bool) -> ValueId {
+        let (one, add, sub) = match self.b.body.kind(old) {
             Kind::Int => (self.b.int(1), LaneOp::IAdd, LaneOp::ISub),
             _ => (self.b.float(1.0), LaneOp::FAdd, LaneOp::FSub),
         };
-        let new = self.b.lane(if increment { add } else { sub }, &[old, one]);
-        self.write(&spot, Val::One(new));
-        if prefix { new } else { old }
+        let op = if increment { add } else { sub };
+        if self.b.body.kind(old) != Kind::Matrix {
+            return self.b.lane(op, &[old, one]);
+        }
+        let mut matrix = old;
+        for cell in 0..16 {
+            let (row, column) = (self.b.int(cell / 4), self.b.int(cell % 4));
+            let value = self.b.lane(LaneOp::MGet, &[matrix, row, column]);
+            let value = self.b.lane(op, &[value, one]);
+            matrix = self.b.lane(LaneOp::MSet, &[matrix, row, column, value]);
+        }
+        matrix
     }
 }
 

@@ -12,12 +12,12 @@ mod place;
 mod stmt;
 
 use crate::hir::{self, Global, Init, Program, VarId, VarKind};
-use crate::ir::{Body, Builder, Const, Kind, Output, SlotId, Source, ValueId};
+use crate::ir::{Body, Builder, Const, Inst, Kernel, Kind, Op, Output, SlotId, Source, ValueId};
+use crate::params::ParamValues;
 use crate::types::{Base, Extent, Type};
+use flow::Flow;
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
-use rustc_hash::FxHashMap;
-use std::sync::Arc;
 
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
@@ -29,8 +29,8 @@ const MAX_VALUES: usize = 2_000_000;
 /// Array elements that a program may have, for each point.
 const MAX_ELEMENTS: u64 = 1 << 22;
 
-/// Instance values of parameters: by name, the elements in order.
-pub type ParamValues = FxHashMap<Arc<str>, Vec<Const>>;
+/// Where `Ci` stands among the globals.
+const CI: usize = hir::GLOBALS.len() - 1;
 
 /// Lowers a program for the given parameter values.
 ///
@@ -46,9 +46,14 @@ pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagno
         diagnostics: Vec::new(),
         elements: 0,
         full: false,
+        exits: 0,
+        unsure: false,
     };
     lowerer.globals();
     lowerer.shader(params);
+    for (span, what) in std::mem::take(&mut lowerer.b.refused) {
+        lowerer.unsupported(span, &what);
+    }
     let Lowerer { b, diagnostics, .. } = lowerer;
     if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
 }
@@ -58,6 +63,16 @@ pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagno
 enum Storage {
     Leaf(SlotId),
     Struct(Vec<Storage>),
+}
+
+impl Storage {
+    /// The slot of the first part.
+    fn first(&self) -> Option<SlotId> {
+        match self {
+            Storage::Leaf(slot) => Some(*slot),
+            Storage::Struct(parts) => parts.first()?.first(),
+        }
+    }
 }
 
 /// A loop that is being lowered.
@@ -96,6 +111,10 @@ struct Lowerer<'a> {
     elements: u64,
     /// Set once the budget is used up: nothing more is lowered.
     full: bool,
+    /// Calls of `exit` so far.
+    exits: u32,
+    /// Whether some points may have ended the shader within the statement that is being lowered.
+    unsure: bool,
 }
 
 impl<'a> Lowerer<'a> {
@@ -141,16 +160,66 @@ impl<'a> Lowerer<'a> {
         for param in &program.shader.params {
             let var = &program.vars[param.var.0 as usize];
             self.b.span = var.span;
-            let storage = self.allocate(var.ty, &var.name);
-            self.param(&storage, var.ty, &var.name, &param.init, params);
+            let ty = self.param_type(param, var, params);
+            let storage = self.allocate(ty, &var.name);
+            self.param(&storage, ty, &var.name, &param.init, params);
+            if is_interpolated(param) || params.is_interpolated(&var.name) {
+                self.interpolate(&storage, ty, &var.name);
+            }
             self.bind(param.var, storage);
         }
-        self.stmts(&program.shader.body);
+        self.unsure = false;
+        if self.exits == 0 {
+            self.stmts(&program.shader.body);
+        } else {
+            self.guarded(Flow { returns: true, ..Flow::default() }, |l| l.stmts(&program.shader.body));
+        }
         for param in program.shader.params.iter().filter(|p| p.output) {
             let var = &program.vars[param.var.0 as usize];
             if let Some(storage) = self.storage(param.var) {
                 self.output(&storage, var.ty, var.name.to_string());
             }
+        }
+        self.light();
+    }
+
+    /// The type of a parameter; an open array has the length of its value.
+    fn param_type(&self, param: &hir::Param, var: &hir::Var, params: &ParamValues) -> Type {
+        match params.get(&var.name) {
+            Some(values) if param.open => {
+                Type { extent: Extent::Array(values.len().max(1) as u32), ..var.ty }
+            }
+            _ => var.ty,
+        }
+    }
+
+    /// Takes the value that the point has for a parameter's name and type, where it has one.
+    fn interpolate(&mut self, storage: &Storage, ty: Type, name: &str) {
+        let Storage::Leaf(slot) = storage else { return };
+        let kind = kind_of(ty.base);
+        if ty.is_array() || kind == Kind::Closure {
+            return;
+        }
+        let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(-1));
+        let name = self.b.constant(Const::Str(name.into()));
+        let kernel = Kernel::Attribute { kind, count: 0, tangents: false };
+        let found = self.b.kernel_of(kernel, &[object, name, whole], &[kind, Kind::Int]);
+        if let [value, found] = found[..] {
+            let own = self.b.load(*slot);
+            let value = self.b.choose(found, value, own);
+            self.b.store(*slot, value);
+        }
+    }
+
+    /// The closure of the surface is an output of shaders that write it.
+    fn light(&mut self) {
+        let Some(Some(Storage::Leaf(slot))) = self.vars.get(CI).cloned() else { return };
+        let writes = |inst: &Inst| matches!(inst.op, Op::Store(to, _) if to == slot);
+        // The first write is its null to start with.
+        let count = self.b.body.blocks.iter().flat_map(|b| &b.insts).filter(|i| writes(i)).count();
+        if count > 1 {
+            let output = Output { name: "Ci".into(), ty: Type::CLOSURE, source: Source::Slot(slot) };
+            self.b.body.outputs.push(output);
         }
     }
 
@@ -161,7 +230,7 @@ impl<'a> Lowerer<'a> {
             let fields = self.program.structs.get(id).fields.clone();
             for (part, field) in parts.iter().zip(&fields) {
                 let name = format!("{name}.{}", field.name);
-                if params.contains_key(name.as_str()) {
+                if params.get(&name).is_some() {
                     self.param(part, field.ty, &name, &Init::List(Vec::new()), params);
                 }
             }
@@ -254,6 +323,14 @@ impl<'a> Lowerer<'a> {
         self.elements += u64::from(len.unwrap_or(0));
         Storage::Leaf(self.b.slot(kind_of(base), len, name.into()))
     }
+}
+
+/// Whether metadata let the point's own value go before the parameter's.
+fn is_interpolated(param: &hir::Param) -> bool {
+    let says = |name: &str, value: f64| {
+        param.metadata.iter().any(|(_, n, v)| &**n == name && *v == hir::MetaValue::Numbers(vec![value]))
+    };
+    says("lockgeom", 0.0) || says("interpolated", 1.0)
 }
 
 /// How values of a type are stored. Structs have no kind of their own and are never asked for.

@@ -1,9 +1,11 @@
 //! Places: reading, writing and copying variables and their parts.
 
+use super::flow::Flow;
 use super::{Lowerer, Storage, Val};
 use crate::hir::{Init, Place, Step};
-use crate::ir::{Const, LaneOp, SlotId, ValueId};
+use crate::ir::{Const, Kernel, LaneOp, SlotId, ValueId};
 use crate::types::{Base, Extent, Type};
+use std::sync::Arc;
 
 /// A place whose indices have been evaluated.
 #[derive(Clone, Debug)]
@@ -31,24 +33,48 @@ impl Lowerer<'_> {
     /// Evaluates the indices of a place.
     pub(super) fn spot(&mut self, place: &Place) -> Option<Spot> {
         let mut spot = Spot { storage: self.storage(place.var)?, element: None, part: Part::Whole };
+        let outer = std::mem::replace(&mut self.b.span, place.span);
+        let mut name =
+            self.program.vars.get(place.var.0 as usize).map_or_else(|| "".into(), |v| v.name.clone());
         for step in &place.path {
             match step {
                 Step::Field(index) => {
                     let Storage::Struct(parts) = &spot.storage else { return None };
                     spot.storage = parts.get(*index as usize)?.clone();
+                    // The name of the part, as its slot has it.
+                    if let Some(slot) = spot.storage.first() {
+                        name = self.b.body.slot(slot).name.clone();
+                    }
                 }
-                Step::Element(index) => spot.element = Some(self.value(index)),
+                Step::Element(index) => {
+                    let index = self.value(index);
+                    let len = spot.storage.first().and_then(|slot| self.b.body.slot(slot).len);
+                    spot.element = Some(self.within(index, len.unwrap_or(1), &name));
+                }
                 Step::Component(index) => {
                     let index = self.value(index);
-                    spot.part = Part::Component(self.b.clamp_int(index, 2));
+                    spot.part = Part::Component(self.within(index, 3, &name));
                 }
                 Step::Cell(row, column) => {
                     let (row, column) = (self.value(row), self.value(column));
-                    spot.part = Part::Cell(self.b.clamp_int(row, 3), self.b.clamp_int(column, 3));
+                    spot.part = Part::Cell(self.within(row, 4, &name), self.within(column, 4, &name));
                 }
             }
         }
+        self.b.span = outer;
         Some(spot)
+    }
+
+    /// An index limited to `0..len`; one that lies outside is reported when running.
+    fn within(&mut self, index: ValueId, len: u32, name: &Arc<str>) -> ValueId {
+        if let Some(n) = self.b.known_int(index)
+            && n.cast_unsigned() < len
+        {
+            return index;
+        }
+        let limit = self.b.int(len as i32);
+        self.b.kernel_of(Kernel::CheckIndex { name: name.clone() }, &[index, limit], &[]);
+        self.b.clamp_int(index, len.saturating_sub(1) as i32)
     }
 
     /// The value at a spot.
@@ -75,6 +101,13 @@ impl Lowerer<'_> {
     }
 
     fn write_leaf(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
+        if std::mem::take(&mut self.unsure) {
+            // A call in this statement may have ended the shader: nothing is written there any more.
+            let flow = Flow { returns: true, ..Flow::default() };
+            self.guarded(flow, |l| l.write_leaf(slot, element, value));
+            self.unsure = true;
+            return;
+        }
         match element {
             Some(index) => self.b.store_element(slot, index, value),
             None => self.b.store(slot, value),

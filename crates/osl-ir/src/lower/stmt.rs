@@ -17,7 +17,10 @@ impl Lowerer<'_> {
             if !rest.is_empty() && self.split_if(stmt, rest) {
                 return;
             }
+            let exits = self.exits;
             self.stmt(stmt);
+            let flow = Flow { returns: flow.returns || self.exits > exits, ..flow };
+            self.unsure = false;
             if flow.always {
                 return;
             }
@@ -82,7 +85,7 @@ impl Lowerer<'_> {
     }
 
     /// Runs `work` only where no jump of this flow was taken.
-    fn guarded(&mut self, flow: Flow, work: impl FnOnce(&mut Self)) {
+    pub(super) fn guarded(&mut self, flow: Flow, work: impl FnOnce(&mut Self)) {
         let live = self.live(flow);
         self.if_else(live, work, |_| ());
     }
@@ -210,9 +213,11 @@ impl Lowerer<'_> {
         go: SlotId,
     ) {
         self.set_flag(flags.continued, 0);
+        let exits = self.exits;
         self.stmts(body);
         let flow = flow::of_list(body);
-        let leaving = Flow { continues: false, always: false, ..flow };
+        let returns = flow.returns || self.exits > exits;
+        let leaving = Flow { continues: false, always: false, returns, ..flow };
         let finish = |l: &mut Self| {
             if let Some(iter) = iter {
                 l.eval(iter);

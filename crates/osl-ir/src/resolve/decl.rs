@@ -11,7 +11,7 @@ use osl_syntax::span::Span;
 use std::sync::Arc;
 
 /// The longest array that may be declared. Longer ones are refused before memory is asked for.
-const MAX_ARRAY_LENGTH: i32 = 1 << 20;
+use crate::types::MAX_ARRAY_LENGTH;
 
 impl Resolver<'_> {
     /// Resolves the file's declarations in order and yields its shader.
@@ -297,7 +297,8 @@ impl Resolver<'_> {
             );
             self.report(d);
         }
-        if ty.extent == Extent::Unsized {
+        let open = ty.extent == Extent::Unsized;
+        if open {
             if formal.output {
                 let d = Diagnostic::error(
                     errors::BAD_PARAMETER,
@@ -333,7 +334,7 @@ impl Resolver<'_> {
                 (self.show(ty), m.name.text.clone(), meta_value(self.ast, m.value))
             })
             .collect();
-        hir::Param { var, output: formal.output, init, metadata }
+        hir::Param { var, output: formal.output, open, init, metadata }
     }
 
     /// Reports an unknown variable or function.

@@ -413,7 +413,17 @@ impl Resolver<'_> {
                 }
                 (Given::List(..), _) => Expr { ty: Type::ERROR, kind: ExprKind::Error, span },
             };
-            outputs.push(param.filter(|p| p.output).and_then(|p| self.output_place(p, &value)));
+            outputs.push(match param {
+                Some(param) if param.output => self.output_place(param.ty, &value),
+                None if index > 0 => {
+                    let option = args.get(index - 1).and_then(|before: &Expr| match &before.kind {
+                        ExprKind::Str(name) => row.output_option(name),
+                        _ => None,
+                    });
+                    option.and_then(|ty| self.output_place(ParamType::Of(ty), &value))
+                }
+                _ => None,
+            });
             let value = match param {
                 Some(Param { ty: ParamType::Of(ty), .. }) => convert_argument(*ty, value),
                 _ => value,
@@ -427,14 +437,14 @@ impl Resolver<'_> {
         }
     }
 
-    fn output_place(&mut self, param: &Param, value: &Expr) -> Option<crate::hir::Place> {
+    fn output_place(&mut self, wanted: ParamType, value: &Expr) -> Option<crate::hir::Place> {
         let ExprKind::Read(place) = &value.kind else {
             let d = Diagnostic::warning(errors::OUTPUT_LOST, value.span, "this output is lost")
                 .help("pass a variable");
             self.report(d);
             return None;
         };
-        if let ParamType::Of(ty) = param.ty
+        if let ParamType::Of(ty) = wanted
             && !self.structs.equivalent(ty, place.ty)
         {
             let message = format!(
