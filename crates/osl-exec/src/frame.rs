@@ -3,8 +3,8 @@
 //! The points are cut into tiles; each tile is a task with a machine of its own thread, and writes its own part of
 //! each plane. Results do not depend on tile size, batch width, thread count or instruction set.
 
-use crate::machine::{Machine, Stop};
-use crate::message::{Message, Messages};
+use crate::machine::{Component, Machine, Stop};
+use crate::message::{Message, Messages, Printed};
 use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -12,6 +12,7 @@ use osl_ir::ir::Kind;
 use osl_ir::types::Type;
 use osl_noise::Isa;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -26,11 +27,13 @@ pub struct RunOptions {
     pub isa: Isa,
     /// Rounds that the loops of a batch may take together.
     pub max_rounds: u64,
+    /// Whether the closures of outputs are kept.
+    pub closures: bool,
 }
 
 impl Default for RunOptions {
     fn default() -> Self {
-        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 24 }
+        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 24, closures: false }
     }
 }
 
@@ -64,6 +67,35 @@ pub struct Frame {
     pub planes: Vec<Plane>,
     /// What the run has to say, each message once.
     pub messages: Vec<Message>,
+    /// What the shader printed, point by point.
+    pub printed: Vec<Printed>,
+    /// The closures, if they were asked for.
+    pub closures: Vec<Closures>,
+}
+
+impl Frame {
+    /// The messages in words, each once, with whether it is an error; `place` names a place of the source.
+    pub fn said(&self, place: impl Fn(osl_ir::Span) -> String) -> Vec<(bool, String)> {
+        let mut seen = rustc_hash::FxHashSet::default();
+        let all = self.messages.iter().map(|m| (m.error, m.show(&place)));
+        all.filter(|said| seen.insert(said.clone())).collect()
+    }
+}
+
+/// A closure output over all points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Closures {
+    /// Name of the output, `a[2]` for an element of an array.
+    pub output: Arc<str>,
+    /// The components of each point, in order.
+    pub points: Vec<Vec<Component>>,
+}
+
+/// What a tile hands over besides its part of the planes.
+struct Tile {
+    messages: Messages,
+    /// For each closure output, the components of each point.
+    closures: Vec<Vec<Vec<Component>>>,
 }
 
 /// Runs a program over all points of a source. `progress` is called with the number of points done.
@@ -79,15 +111,26 @@ pub fn run(
 ) -> Result<Frame, Stop> {
     let count = source.count();
     let tile = options.tile.max(1);
-    let mut slots: Vec<(usize, usize, usize)> = Vec::new();
+    let mut slots: Vec<Slot> = Vec::new();
     let mut planes = Vec::new();
-    for (index, plan) in program.outputs.iter().enumerate() {
+    let mut closures = Vec::new();
+    for (output, plan) in program.outputs.iter().enumerate() {
         for element in 0..plan.ty_len(program) {
-            for component in 0..words_of(plan.kind) as usize {
-                slots.push((index, element, component));
-                planes.push(plane(plan, element, component, count));
+            match plan.kind {
+                // Texts have no plane.
+                Kind::Str => {}
+                Kind::Closure => closures.push(Slot { output, element, component: 0 }),
+                kind => {
+                    for component in 0..words_of(kind) as usize {
+                        slots.push(Slot { output, element, component });
+                        planes.push(plane(plan, element, component, count));
+                    }
+                }
             }
         }
+    }
+    if !options.closures {
+        closures.clear();
     }
     let tiles = count.div_ceil(tile);
     let mut parts: Vec<Vec<&mut [u32]>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
@@ -97,51 +140,77 @@ pub fn run(
         }
     }
     let done = AtomicUsize::new(0);
-    let new = || Machine::new(program, services, options.isa, options.batch.min(tile), options.max_rounds);
-    let results: Vec<Result<Messages, Stop>> = parts
+    let batch = options.batch.max(1);
+    let new = || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_rounds);
+    let results: Vec<Result<Tile, Stop>> = parts
         .into_par_iter()
         .enumerate()
         .map_init(new, |machine, (index, part)| {
-            let points = tile.min(count - index * tile);
-            run_tile(machine, program, source, index * tile, points, &slots, part, options.batch.max(1))?;
+            let first = index * tile;
+            let points = tile.min(count - first);
+            let closures = run_tile(machine, first..first + points, (&slots, part), &closures, batch)?;
             progress(done.fetch_add(points, Ordering::Relaxed) + points);
-            Ok(std::mem::take(&mut machine.messages))
+            Ok(Tile { messages: std::mem::take(&mut machine.messages), closures })
         })
         .collect();
-    let mut messages = Messages::default();
+    let mut outputs: Vec<Closures> = closures
+        .iter()
+        .filter_map(|slot| {
+            let plan = program.outputs.get(slot.output)?;
+            Some(Closures { output: element_name(plan, slot.element), points: Vec::new() })
+        })
+        .collect();
+    let mut said = Vec::new();
     for result in results {
-        result?.into_list().into_iter().for_each(|m| messages.add(m));
+        let tile = result?;
+        said.push(tile.messages);
+        outputs.iter_mut().zip(tile.closures).for_each(|(all, mut here)| all.points.append(&mut here));
     }
-    Ok(Frame { planes, messages: messages.into_list() })
+    let (messages, printed) = Messages::merge(said);
+    Ok(Frame { planes, messages, printed, closures: outputs })
 }
 
-#[expect(clippy::too_many_arguments, reason = "one tile's share of everything")]
+/// One component of one element of an output.
+#[derive(Clone, Copy)]
+struct Slot {
+    output: usize,
+    element: usize,
+    component: usize,
+}
+
+/// Runs the points of a tile batch by batch, and copies what they yield. Returns the closures.
 fn run_tile(
     machine: &mut Machine<'_>,
-    program: &Program,
-    source: &dyn PointSource,
-    first: usize,
-    points: usize,
-    slots: &[(usize, usize, usize)],
-    mut part: Vec<&mut [u32]>,
+    points: Range<usize>,
+    (slots, mut part): (&[Slot], Vec<&mut [u32]>),
+    closures: &[Slot],
     batch: usize,
-) -> Result<(), Stop> {
+) -> Result<Vec<Vec<Vec<Component>>>, Stop> {
+    let mut found: Vec<Vec<Vec<Component>>> = vec![Vec::new(); closures.len()];
     let mut at = 0;
-    while at < points {
-        let here = batch.min(points - at);
-        machine.run(source, first + at)?;
-        for ((output, element, component), words) in slots.iter().zip(&mut part) {
-            if let (Some(plan), Some(out)) = (program.outputs.get(*output), words.get_mut(at..at + here)) {
-                machine.output(plan, *element, *component, out);
+    while at < points.len() {
+        let here = batch.min(points.len() - at);
+        machine.run(points.start + at, here)?;
+        for (slot, words) in slots.iter().zip(&mut part) {
+            if let Some(out) = words.get_mut(at..at + here) {
+                machine.output(slot.output, slot.element, slot.component, out);
             }
+        }
+        for (slot, found) in closures.iter().zip(&mut found) {
+            let mut numbers = vec![0; here];
+            machine.output(slot.output, slot.element, 0, &mut numbers);
+            found.extend(numbers.into_iter().map(|number| machine.components(number)));
         }
         at += here;
     }
-    Ok(())
+    Ok(found)
+}
+
+fn element_name(plan: &OutputPlan, element: usize) -> Arc<str> {
+    if plan.ty.is_array() { format!("{}[{element}]", plan.name).into() } else { plan.name.clone() }
 }
 
 fn plane(plan: &OutputPlan, element: usize, component: usize, count: usize) -> Plane {
-    let output =
-        if plan.ty.is_array() { format!("{}[{element}]", plan.name).into() } else { plan.name.clone() };
+    let output = element_name(plan, element);
     Plane { output, ty: plan.ty.element(), component, kind: plan.kind, words: vec![0; count] }
 }

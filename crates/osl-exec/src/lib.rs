@@ -4,6 +4,7 @@
 //! operations into loops; a `machine` runs the steps over one batch under lane masks; [`frame`] drives
 //! machines over all points on all cores. This crate must not know the syntax tree, command lines or the disk.
 
+mod dictionary;
 pub mod frame;
 mod lanes;
 mod machine;
@@ -13,9 +14,10 @@ mod register;
 mod services;
 pub mod source;
 
-pub use frame::{Frame, Plane, RunOptions, run};
-pub use message::Message;
+pub use frame::{Closures, Frame, Plane, RunOptions, run};
+pub use machine::{Component, Param, Stop, show_closure};
+pub use message::{Message, Printed};
 pub use osl_noise::Isa;
 pub use program::Program;
 pub use services::{Services, Spaces};
-pub use source::PointSource;
+pub use source::{Datum, PointSource};

@@ -1,40 +1,101 @@
-//! What a run has to say: errors and warnings of the shader and of what it asked for.
+//! What a run has to say: errors and warnings, printed text, each with the point that says it.
 
-/// One message. Equal ones are reported once.
+use osl_ir::Span;
+use rustc_hash::FxHashSet;
+use std::sync::Arc;
+
+/// An error or warning of the shader, or of what it asked for.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Message {
     /// Whether it is an error rather than a warning.
     pub error: bool,
-    /// The text, one line.
-    pub text: String,
+    /// The text, one line but for what the shader itself says; `{0}`, `{1}` stand for places.
+    pub text: Arc<str>,
+    /// Places in the source that the text names.
+    pub places: Vec<Span>,
 }
 
 impl Message {
     /// An error.
-    pub fn error(text: impl Into<String>) -> Message {
-        Message { error: true, text: text.into() }
+    pub fn error(text: impl Into<Arc<str>>) -> Message {
+        Message { error: true, text: text.into(), places: Vec::new() }
+    }
+
+    /// An error that names places.
+    pub fn error_at(text: impl Into<Arc<str>>, places: Vec<Span>) -> Message {
+        Message { error: true, text: text.into(), places }
+    }
+
+    /// A warning.
+    pub fn warning(text: impl Into<Arc<str>>) -> Message {
+        Message { error: false, text: text.into(), places: Vec::new() }
+    }
+
+    /// The text with its places in words.
+    pub fn show(&self, place: impl Fn(Span) -> String) -> String {
+        let mut text = self.text.to_string();
+        for (index, span) in self.places.iter().enumerate() {
+            text = text.replace(&format!("{{{index}}}"), &place(*span));
+        }
+        text
     }
 }
 
-/// Messages in the order of their first appearance.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Messages {
-    list: Vec<Message>,
+/// Text that a point printed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Printed {
+    /// The point.
+    pub point: usize,
+    /// The file to append it to; `None` is the run's output.
+    pub file: Option<Arc<str>>,
+    /// The text.
+    pub text: String,
 }
 
-/// Different messages that a run keeps.
+/// Different messages that a thread keeps.
 const MAX_MESSAGES: usize = 1000;
+/// Bytes of text that a thread keeps.
+const MAX_PRINTED: usize = 1 << 26;
+
+/// What one thread has said.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Messages {
+    list: Vec<(usize, Message)>,
+    known: FxHashSet<Message>,
+    printed: Vec<Printed>,
+    bytes: usize,
+}
 
 impl Messages {
     /// Adds a message unless it is there already or there are too many.
-    pub(crate) fn add(&mut self, message: Message) {
-        if self.list.len() < MAX_MESSAGES && !self.list.contains(&message) {
-            self.list.push(message);
+    pub(crate) fn add(&mut self, point: usize, message: Message) {
+        if self.list.len() < MAX_MESSAGES && self.known.insert(message.clone()) {
+            self.list.push((point, message));
         }
     }
 
-    /// The messages.
-    pub(crate) fn into_list(self) -> Vec<Message> {
-        self.list
+    /// Adds printed text, up to the budget.
+    pub(crate) fn print(&mut self, printed: Printed) {
+        self.bytes += printed.text.len();
+        if self.bytes > MAX_PRINTED {
+            let text = format!("the shader prints more than {} MiB; the rest is dropped", MAX_PRINTED >> 20);
+            self.add(printed.point, Message::error(text));
+        } else {
+            self.printed.push(printed);
+        }
+    }
+
+    /// All of several threads in the order of the points, each message once.
+    pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Message>, Vec<Printed>) {
+        let (mut list, mut printed) = (Vec::new(), Vec::new());
+        for mut one in all {
+            list.append(&mut one.list);
+            printed.append(&mut one.printed);
+        }
+        list.sort_by_key(|(point, _)| *point);
+        printed.sort_by_key(|p| p.point);
+        let mut seen = FxHashSet::default();
+        let messages = list.into_iter().map(|(_, m)| m).filter(|m| seen.insert(m.clone())).collect();
+        (messages, printed)
     }
 }

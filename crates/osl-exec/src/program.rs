@@ -4,12 +4,15 @@
 //! of the uniform file. A component of a triple is a view into its register, not a copy. Steps keep the
 //! structure of the IR: blocks nested in `If` and `Loop`.
 
+mod uses;
+
 use osl_ir::Span;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
 use osl_ir::types::Type;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
+use uses::Uses;
 
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,11 +42,22 @@ pub(crate) struct Array {
 #[derive(Clone, Debug)]
 pub(crate) enum Step {
     Lane { op: LaneOp, args: Vec<Operand>, out: Operand },
-    Kernel { kernel: Kernel, args: Vec<Operand>, out: Operand, span: Span },
+    Kernel(Box<KernelStep>),
     Load { array: u32, index: Operand, out: Operand },
     Store { array: u32, index: Operand, value: Operand },
     If { cond: Operand, then: Vec<Step>, otherwise: Vec<Step>, results: Vec<[Operand; 3]> },
     Loop { params: Vec<LoopParam>, body: Vec<Step>, cond: Operand, span: Span },
+}
+
+/// A step that runs a kernel.
+#[derive(Clone, Debug)]
+pub(crate) struct KernelStep {
+    pub(crate) kernel: Kernel,
+    pub(crate) args: Vec<Operand>,
+    /// Kinds of the arguments.
+    pub(crate) kinds: Vec<Kind>,
+    pub(crate) outs: Vec<Operand>,
+    pub(crate) span: Span,
 }
 
 /// A value that a loop carries.
@@ -85,6 +99,10 @@ pub struct Program {
     pub(crate) slopes: Vec<(Global, Axis, Operand)>,
     pub(crate) outputs: Vec<OutputPlan>,
     pub(crate) strings: Vec<Arc<str>>,
+    /// The number of each string.
+    pub(crate) numbers: FxHashMap<Arc<str>, u32>,
+    /// Name of the shader.
+    pub(crate) shader: Arc<str>,
 }
 
 impl Program {
@@ -103,7 +121,18 @@ impl Program {
                 varying: slot.rate == Rate::Varying,
             })
             .collect();
-        Program { steps, registers, words, arrays, globals, slopes, outputs, strings: strings.list }
+        Program {
+            steps,
+            registers,
+            words,
+            arrays,
+            globals,
+            slopes,
+            outputs,
+            strings: strings.list,
+            numbers: strings.numbers,
+            shader: body.name.clone(),
+        }
     }
 
     /// Lane registers and the words of each lane that they hold, for reports.
@@ -161,21 +190,7 @@ struct Compiler<'a> {
 impl<'a> Compiler<'a> {
     fn new(body: &'a Body) -> Self {
         let values = body.values.len();
-        let mut uses = Uses {
-            body,
-            views: vec![None; values],
-            last_use: vec![0; values],
-            defined: vec![0; values],
-            position: 0,
-        };
-        uses.block(body.entry, &mut Vec::new());
-        let end = uses.position + 1;
-        for output in &body.outputs {
-            if let Source::Value(v) = output.source {
-                uses.touch(v, end);
-            }
-        }
-        let Uses { views, last_use, .. } = uses;
+        let Uses { views, last_use, .. } = Uses::of(body);
         let mut strings = Strings::default();
         strings.number(&"".into());
         Compiler {
@@ -283,10 +298,18 @@ impl<'a> Compiler<'a> {
                 self.advance();
             }
             Op::Kernel(kernel, args) => {
+                let kinds = args.iter().map(|a| self.body.kind(*a)).collect();
                 let args = args.iter().map(|a| self.operand(*a)).collect();
-                if let Some(out) = self.result(inst) {
-                    steps.push(Step::Kernel { kernel: kernel.clone(), args, out, span: inst.span });
-                }
+                let outs = inst
+                    .results
+                    .iter()
+                    .map(|r| {
+                        self.define(*r);
+                        self.operand(*r)
+                    })
+                    .collect();
+                let step = KernelStep { kernel: kernel.clone(), args, kinds, outs, span: inst.span };
+                steps.push(Step::Kernel(Box::new(step)));
                 self.advance();
             }
             Op::LoadElement(slot, index) => {
@@ -301,8 +324,8 @@ impl<'a> Compiler<'a> {
                 steps.push(Step::Store { array: slot.0, index, value });
                 self.advance();
             }
-            // The `ssa` pass has removed these.
-            Op::Load(SlotId(_)) | Op::Store(..) => self.advance(),
+            // The `ssa` and `derive` passes have removed these.
+            Op::Load(SlotId(_)) | Op::Store(..) | Op::Derivative(..) => self.advance(),
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 let cond = self.operand(*cond);
                 let results: Vec<Operand> = inst
@@ -399,106 +422,6 @@ impl<'a> Compiler<'a> {
         }
         plans
     }
-}
-
-/// Finds the views and the last use of every value, numbering positions exactly as the compiler does.
-struct Uses<'a> {
-    body: &'a Body,
-    views: Vec<Option<(ValueId, u32)>>,
-    last_use: Vec<u32>,
-    defined: Vec<u32>,
-    position: u32,
-}
-
-impl Uses<'_> {
-    /// Notes a use at a position.
-    fn touch(&mut self, v: ValueId, at: u32) {
-        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
-        let Some(last) = self.last_use.get_mut(root.index()) else { return };
-        *last = (*last).max(at);
-    }
-
-    fn used(&mut self, v: ValueId, loops: &mut [LoopScope]) {
-        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
-        self.touch(root, self.position);
-        let defined = self.defined.get(root.index()).copied().unwrap_or(0);
-        for scope in loops.iter_mut().filter(|scope| defined <= scope.start) {
-            scope.outside.push(root);
-        }
-    }
-
-    fn define(&mut self, inst: &Inst) {
-        for r in &inst.results {
-            self.defined[r.index()] = self.position;
-            self.last_use[r.index()] = self.last_use[r.index()].max(self.position);
-        }
-    }
-
-    fn block(&mut self, id: BlockId, loops: &mut Vec<LoopScope>) {
-        let body = self.body;
-        for inst in &body.block(id).insts {
-            match &inst.op {
-                Op::If { cond, then, otherwise, then_yields, else_yields } => {
-                    self.used(*cond, loops);
-                    self.define(inst);
-                    self.position += 1;
-                    self.block(*then, loops);
-                    then_yields.iter().for_each(|v| self.used(*v, loops));
-                    self.position += 1;
-                    self.block(*otherwise, loops);
-                    else_yields.iter().for_each(|v| self.used(*v, loops));
-                    // Results are written by either side, so they live through both.
-                    for r in &inst.results {
-                        self.touch(*r, self.position);
-                    }
-                    self.position += 1;
-                }
-                Op::Loop { init, params, body: inner, cond, next } => {
-                    init.iter().for_each(|v| self.used(*v, loops));
-                    self.define(inst);
-                    params.iter().for_each(|p| self.defined[p.index()] = self.position + 1);
-                    loops.push(LoopScope { start: self.position, outside: Vec::new() });
-                    self.position += 1;
-                    self.block(*inner, loops);
-                    next.iter().for_each(|v| self.used(*v, loops));
-                    self.used(*cond, loops);
-                    let outside = loops.pop().map(|scope| scope.outside).unwrap_or_default();
-                    // What a round reads from outside, the next round reads again.
-                    for v in
-                        outside.into_iter().chain(params.iter().copied()).chain(inst.results.iter().copied())
-                    {
-                        self.touch(v, self.position);
-                    }
-                    self.position += 1;
-                }
-                op => {
-                    op.for_each_use(|v| self.used(v, loops));
-                    self.define(inst);
-                    self.note_view(inst);
-                    self.position += 1;
-                }
-            }
-        }
-    }
-
-    fn note_view(&mut self, inst: &Inst) {
-        let (Op::Lane(op, args), [result]) = (&inst.op, inst.results.as_slice()) else { return };
-        let component = match op {
-            LaneOp::X => 0,
-            LaneOp::Y => 1,
-            LaneOp::Z => 2,
-            _ => return,
-        };
-        let Some(triple) = args.first() else { return };
-        if self.body.value(*result).rate == self.body.value(*triple).rate {
-            self.views[result.index()] = Some((*triple, component));
-        }
-    }
-}
-
-struct LoopScope {
-    start: u32,
-    outside: Vec<ValueId>,
 }
 
 impl OutputPlan {

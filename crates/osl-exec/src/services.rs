@@ -7,6 +7,8 @@ use rustc_hash::FxHashMap;
 #[derive(Clone, Debug)]
 pub struct Spaces {
     to_common: FxHashMap<String, [f32; 16]>,
+    /// Spaces that are only a destination, such as the raster.
+    from_common: FxHashMap<String, [f32; 16]>,
 }
 
 /// The matrix that changes nothing.
@@ -16,7 +18,8 @@ impl Default for Spaces {
     /// `common`, `world`, `shader` and `object`, all the same.
     fn default() -> Self {
         let names = ["common", "world", "shader", "object", "camera"];
-        Spaces { to_common: names.into_iter().map(|n| (n.to_string(), IDENTITY)).collect() }
+        let to_common = names.into_iter().map(|n| (n.to_string(), IDENTITY)).collect();
+        Spaces { to_common, from_common: FxHashMap::default() }
     }
 }
 
@@ -26,12 +29,21 @@ impl Spaces {
         self.to_common.insert(name.to_string(), to_common);
     }
 
+    /// Makes a space one that can only be a destination, by the matrix from common space to it.
+    pub fn set_destination(&mut self, name: &str, from_common: [f32; 16]) {
+        self.to_common.remove(name);
+        self.from_common.insert(name.to_string(), from_common);
+    }
+
     /// The matrix from one space to another, or the name that is unknown.
     ///
     /// # Errors
     /// The unknown name.
     pub fn matrix<'n>(&self, from: &'n str, to: &'n str) -> Result<[f32; 16], &'n str> {
         let from_matrix = self.to_common.get(from).ok_or(from)?;
+        if let Some(to_matrix) = self.from_common.get(to) {
+            return Ok(osl_ir::numeric::matrix::multiply(*from_matrix, *to_matrix));
+        }
         let to_matrix = self.to_common.get(to).ok_or(to)?;
         if from == to {
             return Ok(IDENTITY);
@@ -50,6 +62,8 @@ impl Spaces {
 /// All that a running shader can ask for.
 #[derive(Debug, Default)]
 pub struct Services {
+    /// The kind of ray that the run shades, `camera` if empty.
+    pub ray: String,
     /// Named spaces.
     pub spaces: Spaces,
     /// Textures.

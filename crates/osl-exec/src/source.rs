@@ -1,7 +1,30 @@
 //! Where shading points come from, as the interpreter sees it.
 
 use osl_ir::hir::Global;
-use osl_ir::ir::Axis;
+use osl_ir::ir::{Axis, Const};
+
+/// A named datum of a point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Datum {
+    /// Its values: one, or the elements of an array.
+    pub values: Vec<Const>,
+    /// Whether it is an array.
+    pub array: bool,
+    /// How a single float changes to the next pixel along x and along y.
+    pub slopes: [f32; 2],
+}
+
+impl Datum {
+    /// A value that does not change.
+    pub fn one(value: Const) -> Datum {
+        Datum { values: vec![value], array: false, slopes: [0.0; 2] }
+    }
+
+    /// An array.
+    pub fn array(values: Vec<Const>) -> Datum {
+        Datum { values, array: true, slopes: [0.0; 2] }
+    }
+}
 
 /// A set of shading points.
 pub trait PointSource: Sync {
@@ -20,4 +43,22 @@ pub trait PointSource: Sync {
     /// Writes a varying global for the points from `first` on. **Shape:** `lanes` holds as many arrays of `width`
     /// floats as the global has components. Points past the last repeat the last one.
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]);
+
+    /// The globals whose slopes differ from point to point; [`PointSource::fill_slope`] gives them.
+    fn varying_slopes(&self) -> &[Global] {
+        &[]
+    }
+
+    /// Writes a varying slope, in the form of [`PointSource::fill`].
+    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        let _ = first;
+        let slope = self.slope(global, axis);
+        lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
+    }
+
+    /// A named datum of a point or of an object, or one element of it; `None` if there is none.
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let _ = (object, name, element, point);
+        None
+    }
 }

@@ -4,18 +4,28 @@
 //! stored in arrays. Lane registers are taken out of the file while they are written, so that a step
 //! borrows its arguments beside its result.
 
+mod array;
+mod closure;
+mod color;
+mod dictionary;
 mod kernels;
 mod mask;
+mod noise;
+mod point;
+mod text;
+mod texture;
 
+use crate::dictionary::Dictionaries;
 use crate::lanes::{self, Arg, LaneCall};
 use crate::message::Messages;
-use crate::program::{Array, LoopParam, Operand, OutputPlan, OutputSource, Place, Program, Step};
+use crate::program::{Array, LoopParam, Operand, OutputSource, Place, Program, Step};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
+pub use closure::{Component, Param, show as show_closure};
 use mask::Mask;
 use osl_ir::Span;
-use osl_ir::ir::LaneOp;
+use osl_ir::ir::{Const, Kind, LaneOp};
 use osl_noise::Isa;
 
 /// Why a run stopped.
@@ -44,6 +54,14 @@ pub(crate) struct Machine<'a> {
     scratch: Vec<Lanes>,
     max_rounds: u64,
     rounds: u64,
+    /// Where the points come from.
+    source: &'a dyn PointSource,
+    /// The point of the first lane, and how many lanes have a point of their own.
+    first: usize,
+    points: usize,
+    texts: text::Texts,
+    closures: closure::Closures,
+    dictionaries: Dictionaries,
     pub(crate) messages: Messages,
 }
 
@@ -52,6 +70,7 @@ impl<'a> Machine<'a> {
     pub(crate) fn new(
         program: &'a Program,
         services: &'a Services,
+        source: &'a dyn PointSource,
         isa: Isa,
         width: usize,
         max_rounds: u64,
@@ -66,16 +85,26 @@ impl<'a> Machine<'a> {
             registers: program.registers.iter().map(|words| Lanes::new(*words as usize * width)).collect(),
             words: program.words.clone(),
             arrays: program.arrays.iter().map(array).collect(),
-            scratch: (0..6).map(|_| Lanes::new(3 * width)).collect(),
+            scratch: (0..16).map(|_| Lanes::new(width)).collect(),
             max_rounds,
             rounds: 0,
+            source,
+            first: 0,
+            points: 0,
+            texts: text::Texts::default(),
+            closures: closure::Closures::default(),
+            dictionaries: Dictionaries::default(),
             messages: Messages::default(),
         }
     }
 
-    /// Runs the program for the points from `first` on, at most as many as the batch is wide.
-    pub(crate) fn run(&mut self, source: &dyn PointSource, first: usize) -> Result<(), Stop> {
+    /// Runs the program for `points` points from `first` on, at most as many as the batch is wide.
+    pub(crate) fn run(&mut self, first: usize, points: usize) -> Result<(), Stop> {
+        let source = self.source;
         self.rounds = 0;
+        (self.first, self.points) = (first, points);
+        self.texts.clear();
+        self.closures.clear();
         for array in &mut self.arrays {
             array.words_mut().fill(0);
         }
@@ -95,7 +124,14 @@ impl<'a> Machine<'a> {
             }
         }
         for (global, axis, operand) in &program.slopes {
-            self.spread(source.slope(*global, *axis), *operand);
+            match operand.place {
+                Place::Lanes { reg, .. } if source.varying_slopes().contains(global) => {
+                    let lanes = crate::register::floats_mut(self.registers[reg as usize].words_mut());
+                    let lanes = &mut lanes[..operand.words as usize * self.width];
+                    source.fill_slope(*global, *axis, first, self.width, lanes);
+                }
+                _ => self.spread(source.slope(*global, *axis), *operand),
+            }
         }
         self.steps(&program.steps, &Mask::all(self.width))
     }
@@ -114,7 +150,8 @@ impl<'a> Machine<'a> {
     }
 
     /// Copies component `component` of an output's element `element` for the first points into `out`.
-    pub(crate) fn output(&self, plan: &OutputPlan, element: usize, component: usize, out: &mut [u32]) {
+    pub(crate) fn output(&self, output: usize, element: usize, component: usize, out: &mut [u32]) {
+        let Some(plan) = self.program.outputs.get(output) else { return };
         match plan.source {
             OutputSource::Value(operand) => match operand.place {
                 Place::Words(at) => out.fill(self.words[at as usize + component]),
@@ -141,7 +178,7 @@ impl<'a> Machine<'a> {
         for step in steps {
             match step {
                 Step::Lane { op, args, out } => self.lane(*op, args, *out),
-                Step::Kernel { kernel, args, out, span } => self.kernel(kernel, args, *out, *span, mask),
+                Step::Kernel(step) => self.kernel(step, mask),
                 Step::Load { array, index, out } => self.load(*array, *index, *out),
                 Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
                 Step::If { cond, then, otherwise, results } => {
@@ -169,12 +206,7 @@ impl<'a> Machine<'a> {
         if operand.words == 1 {
             return self.arg(operand);
         }
-        let component = component as u32;
-        let place = match operand.place {
-            Place::Words(at) => Place::Words(at + component),
-            Place::Lanes { reg, component: base } => Place::Lanes { reg, component: base + component },
-        };
-        self.arg(Operand { place, words: 1 })
+        self.arg(self.part(operand, component))
     }
 
     fn lane(&mut self, op: LaneOp, args: &[Operand], out: Operand) {
@@ -191,6 +223,89 @@ impl<'a> Machine<'a> {
             lanes::run(self.isa, LaneCall { op, args, out: chunk, n });
         }
         self.put(out, target);
+    }
+
+    /// One word of an operand at one lane.
+    fn word(&self, operand: Operand, lane: usize) -> u32 {
+        match self.arg(operand) {
+            Arg::Same(word) => word[0],
+            Arg::Each(lanes) => lanes[lane],
+        }
+    }
+
+    /// A value at one lane.
+    fn value(&self, operand: Operand, kind: Kind, lane: usize) -> Const {
+        let float = |c: usize| f32::from_bits(self.word(self.part(operand, c), lane));
+        match kind {
+            Kind::Int => Const::Int(self.word(operand, lane) as i32),
+            Kind::Float => Const::Float(float(0)),
+            Kind::Triple => Const::Triple([float(0), float(1), float(2)]),
+            Kind::Matrix => Const::Matrix(Box::new(std::array::from_fn(float))),
+            Kind::Str => Const::Str(self.text(self.word(operand, lane))),
+            Kind::Closure => Const::Null,
+        }
+    }
+
+    fn values(&self, args: &[Operand], kinds: &[Kind], lane: usize) -> Vec<Const> {
+        args.iter().zip(kinds).map(|(a, k)| self.value(*a, *k, lane)).collect()
+    }
+
+    /// One component of an operand of several.
+    fn part(&self, operand: Operand, component: usize) -> Operand {
+        let component = component as u32;
+        let place = match operand.place {
+            Place::Words(at) => Place::Words(at + component),
+            Place::Lanes { reg, component: base } => Place::Lanes { reg, component: base + component },
+        };
+        Operand { place, words: 1 }
+    }
+
+    /// Writes the words of a value at one lane, or for all where the place is shared.
+    fn set_words(&mut self, out: Operand, lane: usize, words: &[u32]) {
+        for (component, word) in words.iter().enumerate().take(out.words as usize) {
+            match out.place {
+                Place::Words(at) => self.words[at as usize + component] = *word,
+                Place::Lanes { reg, component: base } => {
+                    let at = (base as usize + component) * self.width + lane;
+                    self.registers[reg as usize].words_mut()[at] = *word;
+                }
+            }
+        }
+    }
+
+    fn set_value(&mut self, out: Operand, lane: usize, value: &Const) {
+        match value {
+            Const::Int(n) => self.set_words(out, lane, &[*n as u32]),
+            Const::Float(x) => self.set_words(out, lane, &[x.to_bits()]),
+            Const::Triple(t) => self.set_words(out, lane, &t.map(f32::to_bits)),
+            Const::Matrix(m) => self.set_words(out, lane, &m.map(f32::to_bits)),
+            Const::Str(s) => {
+                let number = self.intern(s);
+                self.set_words(out, lane, &[number]);
+            }
+            Const::Null => self.set_words(out, lane, &[0]),
+        }
+    }
+
+    /// The lanes at which a kernel has to compute: the active ones, or any one where all share the result.
+    fn lanes(&self, outs: &[Operand], mask: &Mask) -> Vec<usize> {
+        let mut lanes = self.active(mask);
+        let shared = !outs.is_empty() && outs.iter().all(|o| matches!(o.place, Place::Words(_)));
+        if shared {
+            lanes.truncate(1);
+        }
+        lanes
+    }
+
+    /// The active lanes that have a point of their own.
+    fn active(&self, mask: &Mask) -> Vec<usize> {
+        let mut lanes = Vec::new();
+        mask.for_each(|lane| {
+            if lane < self.points {
+                lanes.push(lane);
+            }
+        });
+        lanes
     }
 
     /// Takes the words of a result out of the machine.
@@ -227,69 +342,6 @@ impl<'a> Machine<'a> {
             }
         }
         self.put(to, target);
-    }
-
-    fn load(&mut self, array: u32, index: Operand, out: Operand) {
-        let plan = self.program.arrays[array as usize];
-        let width = self.width;
-        let mut target = self.take(out);
-        let lanes_of = if plan.varying { width } else { 1 };
-        let source = self.arrays[array as usize].words();
-        let last = plan.len.saturating_sub(1);
-        let words = plan.words as usize;
-        let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
-        match self.arg(index) {
-            Arg::Same(i) => {
-                let at = i[0].min(last) as usize * words;
-                for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
-                    let from = &source[(at + component) * lanes_of..][..lanes_of];
-                    if lanes_of == n { lanes.copy_from_slice(from) } else { lanes.fill(from[0]) }
-                }
-            }
-            Arg::Each(indices) => {
-                for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
-                    for (lane, (o, i)) in lanes.iter_mut().zip(indices).enumerate() {
-                        let at = (*i).min(last) as usize * words + component;
-                        *o = source[if plan.varying { at * width + lane } else { at }];
-                    }
-                }
-            }
-        }
-        self.put(out, target);
-    }
-
-    fn store(&mut self, array: u32, index: Operand, value: Operand, mask: &Mask) {
-        let plan = self.program.arrays[array as usize];
-        let width = self.width;
-        let mut target = std::mem::take(&mut self.arrays[array as usize]);
-        let words = target.words_mut();
-        let last = plan.len.saturating_sub(1);
-        for component in 0..plan.words as usize {
-            let value = self.component(value, component);
-            match (self.arg(index), plan.varying) {
-                (Arg::Same(i), true) => {
-                    let at = i[0].min(last) as usize * plan.words as usize + component;
-                    let lanes = &mut words[at * width..][..width];
-                    match value {
-                        Arg::Each(v) => mask.copy(lanes, v),
-                        Arg::Same(v) => mask.fill(lanes, v[0]),
-                    }
-                }
-                (Arg::Each(indices), true) => mask.for_each(|lane| {
-                    let at = indices[lane].min(last) as usize * plan.words as usize + component;
-                    words[at * width + lane] = match value {
-                        Arg::Each(v) => v[lane],
-                        Arg::Same(v) => v[0],
-                    };
-                }),
-                (Arg::Same(i) | Arg::Each(i), false) => {
-                    let at = i[0].min(last) as usize * plan.words as usize + component;
-                    let (Arg::Each(v) | Arg::Same(v)) = value;
-                    words[at] = v[0];
-                }
-            }
-        }
-        self.arrays[array as usize] = target;
     }
 
     fn branch(

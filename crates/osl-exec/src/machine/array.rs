@@ -1,0 +1,89 @@
+//! Arrays: reading and writing elements, by an index that all lanes share or one for each.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::lanes::Arg;
+use crate::program::{Operand, Place};
+
+impl Machine<'_> {
+    /// One word of an array's element at one lane.
+    pub(super) fn element(&self, array: u32, index: usize, component: usize, lane: usize) -> u32 {
+        let plan = self.program.arrays[array as usize];
+        let at = index.min(plan.len.saturating_sub(1) as usize) * plan.words as usize + component;
+        let words = self.arrays[array as usize].words();
+        words[if plan.varying { at * self.width + lane } else { at }]
+    }
+
+    pub(super) fn set_element(&mut self, array: u32, index: usize, lane: usize, word: u32) {
+        let plan = self.program.arrays[array as usize];
+        if index >= plan.len as usize {
+            return;
+        }
+        let at = index * plan.words as usize;
+        let at = if plan.varying { at * self.width + lane } else { at };
+        self.arrays[array as usize].words_mut()[at] = word;
+    }
+
+    pub(super) fn load(&mut self, array: u32, index: Operand, out: Operand) {
+        let plan = self.program.arrays[array as usize];
+        let width = self.width;
+        let mut target = self.take(out);
+        let lanes_of = if plan.varying { width } else { 1 };
+        let source = self.arrays[array as usize].words();
+        let last = plan.len.saturating_sub(1);
+        let words = plan.words as usize;
+        let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
+        match self.arg(index) {
+            Arg::Same(i) => {
+                let at = i[0].min(last) as usize * words;
+                for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
+                    let from = &source[(at + component) * lanes_of..][..lanes_of];
+                    if lanes_of == n { lanes.copy_from_slice(from) } else { lanes.fill(from[0]) }
+                }
+            }
+            Arg::Each(indices) => {
+                for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
+                    for (lane, (o, i)) in lanes.iter_mut().zip(indices).enumerate() {
+                        let at = (*i).min(last) as usize * words + component;
+                        *o = source[if plan.varying { at * width + lane } else { at }];
+                    }
+                }
+            }
+        }
+        self.put(out, target);
+    }
+
+    pub(super) fn store(&mut self, array: u32, index: Operand, value: Operand, mask: &Mask) {
+        let plan = self.program.arrays[array as usize];
+        let width = self.width;
+        let mut target = std::mem::take(&mut self.arrays[array as usize]);
+        let words = target.words_mut();
+        let last = plan.len.saturating_sub(1);
+        for component in 0..plan.words as usize {
+            let value = self.component(value, component);
+            match (self.arg(index), plan.varying) {
+                (Arg::Same(i), true) => {
+                    let at = i[0].min(last) as usize * plan.words as usize + component;
+                    let lanes = &mut words[at * width..][..width];
+                    match value {
+                        Arg::Each(v) => mask.copy(lanes, v),
+                        Arg::Same(v) => mask.fill(lanes, v[0]),
+                    }
+                }
+                (Arg::Each(indices), true) => mask.for_each(|lane| {
+                    let at = indices[lane].min(last) as usize * plan.words as usize + component;
+                    words[at * width + lane] = match value {
+                        Arg::Each(v) => v[lane],
+                        Arg::Same(v) => v[0],
+                    };
+                }),
+                (Arg::Same(i) | Arg::Each(i), false) => {
+                    let at = i[0].min(last) as usize * plan.words as usize + component;
+                    let (Arg::Each(v) | Arg::Same(v)) = value;
+                    words[at] = v[0];
+                }
+            }
+        }
+        self.arrays[array as usize] = target;
+    }
+}

@@ -1,0 +1,181 @@
+//! Closures while running: a tree for each value, in an arena that lasts as long as the batch.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::message::Message;
+use crate::program::KernelStep;
+use osl_ir::ir::{Const, Kind, Shape};
+use osl_ir::text::{self, Flavour, Value};
+use std::sync::Arc;
+
+/// A component of a closure: a way to scatter or emit light, with its weight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Component {
+    /// Red, green and blue factors.
+    pub weight: [f32; 3],
+    /// Name of the closure.
+    pub name: Arc<str>,
+    /// Its parameters in order.
+    pub params: Vec<Param>,
+}
+
+/// A parameter of a component.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// The name of a keyword argument.
+    pub key: Option<Arc<str>>,
+    /// One value, or the elements of an array.
+    pub values: Vec<Const>,
+    /// The components of a closure.
+    pub closure: Vec<Component>,
+}
+
+#[derive(Debug)]
+enum Node {
+    Component(Component),
+    Sum(u32, u32),
+    Scale(u32, [f32; 3]),
+}
+
+/// The closures of a batch. Number 0 is the null closure; others are one above their node.
+#[derive(Debug, Default)]
+pub(super) struct Closures {
+    nodes: Vec<Node>,
+}
+
+/// Nodes that a batch may make.
+const MAX_NODES: usize = 1 << 20;
+/// Components that one closure may have.
+const MAX_COMPONENTS: usize = 1 << 12;
+
+impl Closures {
+    pub(super) fn clear(&mut self) {
+        self.nodes.clear();
+    }
+
+    /// The components in the order of the sums, weights multiplied out.
+    fn components(&self, closure: u32) -> Vec<Component> {
+        let mut found = Vec::new();
+        let mut open = vec![(closure, [1.0_f32; 3])];
+        while let Some((closure, weight)) = open.pop() {
+            let Some(node) = closure.checked_sub(1).and_then(|at| self.nodes.get(at as usize)) else {
+                continue;
+            };
+            match node {
+                Node::Component(component) => found.push(Component { weight, ..component.clone() }),
+                Node::Sum(a, b) => open.extend([(*b, weight), (*a, weight)]),
+                Node::Scale(of, by) => open.push((*of, std::array::from_fn(|c| weight[c] * by[c]))),
+            }
+            if found.len() >= MAX_COMPONENTS {
+                break;
+            }
+        }
+        found
+    }
+}
+
+impl Machine<'_> {
+    fn new_node(&mut self, node: Node, lane: usize) -> u32 {
+        if self.closures.nodes.len() >= MAX_NODES {
+            let message = Message::error("the shader makes too many closures");
+            self.messages.add(self.first + lane, message);
+            return 0;
+        }
+        self.closures.nodes.push(node);
+        self.closures.nodes.len() as u32
+    }
+
+    pub(super) fn component_of(&mut self, name: &Arc<str>, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
+        let [out] = &step.outs[..] else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let mut args = step.args.iter();
+            let params = shapes.iter().map(|shape| {
+                let own: Vec<_> = args.by_ref().take(shape.count as usize).collect();
+                let closure = shape.kind == Kind::Closure;
+                let values = if closure {
+                    Vec::new()
+                } else {
+                    own.iter().map(|a| self.value(**a, shape.kind, lane)).collect()
+                };
+                let closure = own
+                    .iter()
+                    .filter(|_| closure)
+                    .flat_map(|a| self.closures.components(self.word(**a, lane)))
+                    .collect();
+                Param { key: shape.key.clone(), values, closure }
+            });
+            let params = params.collect();
+            let node = Node::Component(Component { weight: [1.0; 3], name: name.clone(), params });
+            let number = self.new_node(node, lane);
+            self.set_words(*out, lane, &[number]);
+        }
+    }
+
+    pub(super) fn closure_sum(&mut self, step: &KernelStep, mask: &Mask) {
+        let ([a, b], [out]) = (&step.args[..], &step.outs[..]) else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let number = match (self.word(*a, lane), self.word(*b, lane)) {
+                (0, other) | (other, 0) => other,
+                (a, b) => self.new_node(Node::Sum(a, b), lane),
+            };
+            self.set_words(*out, lane, &[number]);
+        }
+    }
+
+    pub(super) fn closure_scale(&mut self, step: &KernelStep, mask: &Mask) {
+        let ([of, by], [out]) = (&step.args[..], &step.outs[..]) else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let by: [f32; 3] = std::array::from_fn(|c| {
+                let c = if by.words == 1 { 0 } else { c };
+                f32::from_bits(self.word(self.part(*by, c), lane))
+            });
+            let number = match self.word(*of, lane) {
+                _ if by == [0.0; 3] => 0,
+                0 => 0,
+                of if by == [1.0; 3] => of,
+                of => self.new_node(Node::Scale(of, by), lane),
+            };
+            self.set_words(*out, lane, &[number]);
+        }
+    }
+
+    /// The components of a closure value.
+    pub(crate) fn components(&self, closure: u32) -> Vec<Component> {
+        self.closures.components(closure)
+    }
+
+    /// A closure as `printf` shows it.
+    pub(super) fn closure_text(&self, closure: u32) -> String {
+        self.components(closure).iter().map(show).collect::<Vec<_>>().join("\n\t+ ")
+    }
+}
+
+/// `(r, g, b) * name (parameters)`.
+pub fn show(component: &Component) -> String {
+    let [r, g, b] = component.weight.map(number);
+    let mut parts: Vec<String> = Vec::new();
+    for param in &component.params {
+        parts.extend(param.key.iter().map(|key| format!("\"{key}\"")));
+        parts.extend(param.values.iter().map(constant));
+        if !param.closure.is_empty() {
+            parts.push(param.closure.iter().map(show).collect::<Vec<_>>().join(" + "));
+        }
+    }
+    format!("({r}, {g}, {b}) * {} ({})", component.name, parts.join(", "))
+}
+
+fn number(x: f32) -> String {
+    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print)
+}
+
+fn constant(value: &Const) -> String {
+    let list = |all: &[f32]| format!("({})", all.iter().map(|x| number(*x)).collect::<Vec<_>>().join(", "));
+    match value {
+        Const::Int(n) => n.to_string(),
+        Const::Float(x) => number(*x),
+        Const::Triple(t) => list(t),
+        Const::Matrix(m) => list(&m[..]),
+        Const::Str(s) => format!("\"{s}\""),
+        Const::Null => String::new(),
+    }
+}

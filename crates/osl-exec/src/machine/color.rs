@@ -1,0 +1,73 @@
+//! Named spaces of points and of colors.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::message::Message;
+use crate::program::{KernelStep, Operand, Place};
+use crate::services::IDENTITY;
+use osl_ir::builtins::color_path;
+use osl_ir::ir::Const;
+
+impl Machine<'_> {
+    fn matrix_between(&mut self, from: &str, to: &str, point: usize) -> [f32; 16] {
+        let found = self.services.spaces.matrix(from, to).map_err(str::to_string);
+        found.unwrap_or_else(|unknown| {
+            self.messages.add(point, Message::error(format!("Unknown transformation \"{unknown}\"")));
+            IDENTITY
+        })
+    }
+
+    pub(super) fn space_matrix(&mut self, args: &[Operand], outs: &[Operand], mask: &Mask) {
+        let ([from, to], [out]) = (args, outs) else { return };
+        let width = self.width;
+        if let (Some(from), Some(to)) = (self.shared_text(*from, mask), self.shared_text(*to, mask)) {
+            let matrix = self.matrix_between(&from, &to, self.first);
+            let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
+            let mut target = self.take(*out);
+            for (lanes, x) in target.chunks_mut(n).zip(matrix) {
+                lanes.fill(x.to_bits());
+            }
+            self.put(*out, target);
+            return;
+        }
+        for lane in self.active(mask) {
+            let (a, b) = (self.text(self.word(*from, lane)), self.text(self.word(*to, lane)));
+            let matrix = self.matrix_between(&a, &b, self.first + lane);
+            self.set_words(*out, lane, &matrix.map(f32::to_bits));
+        }
+    }
+
+    /// Whether both spaces are known, and the matrix.
+    pub(super) fn find_space(&mut self, step: &KernelStep, mask: &Mask) {
+        let ([from, to], [found, out]) = (&step.args[..], &step.outs[..]) else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let (a, b) = (self.text(self.word(*from, lane)), self.text(self.word(*to, lane)));
+            let matrix = self.services.spaces.matrix(&a, &b);
+            self.set_words(*found, lane, &[matrix.is_ok().into()]);
+            self.set_words(*out, lane, &matrix.unwrap_or(IDENTITY).map(f32::to_bits));
+        }
+    }
+
+    /// A color between spaces whose names are not known before: those of constant names are lane operations.
+    pub(super) fn color_between(&mut self, step: &KernelStep, mask: &Mask) {
+        let [out] = &step.outs[..] else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let [Const::Str(from), Const::Str(to), color] = &self.values(&step.args, &step.kinds, lane)[..]
+            else {
+                return;
+            };
+            let path = color_path(from, true).zip(color_path(to, false));
+            if path.is_none() {
+                let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
+                self.messages.add(self.first + lane, Message::error(text));
+            }
+            let same = from == to;
+            let (first, second) = path.filter(|_| !same).unwrap_or((&[], &[]));
+            let mut color = color.clone();
+            for op in first.iter().chain(second) {
+                color = op.eval(&[color.clone()]).unwrap_or(color);
+            }
+            self.set_value(*out, lane, &color);
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What belongs to a point or to the run: hashes, attributes, inverse splines, and reports of bad indices.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::lanes::Arg;
+use crate::message::Message;
+use crate::program::KernelStep;
+use osl_ir::ir::{Const, Kind};
+use osl_ir::numeric::spline;
+
+impl Machine<'_> {
+    pub(super) fn hash(&mut self, step: &KernelStep, mask: &Mask) {
+        let Some(out) = step.outs.first() else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let mut words = Vec::with_capacity(4);
+            for arg in &step.args {
+                for component in 0..arg.words as usize {
+                    words.push(self.word(self.part(*arg, component), lane));
+                }
+            }
+            self.set_words(*out, lane, &[hash(&words)]);
+        }
+    }
+
+    pub(super) fn attribute(&mut self, kind: Kind, count: u8, step: &KernelStep, mask: &Mask) {
+        let values = usize::from(count).max(1);
+        let (outs, rest) = step.outs.split_at(values.min(step.outs.len()));
+        let Some((found, slopes)) = rest.split_first() else { return };
+        for lane in self.active(mask) {
+            let [Const::Str(object), Const::Str(name), Const::Int(element)] =
+                &self.values(&step.args, &step.kinds, lane)[..]
+            else {
+                return;
+            };
+            let element = usize::try_from(*element).ok();
+            let datum = self.source.attribute(object, name, element, self.first + lane);
+            let datum = datum.filter(|d| {
+                d.array == (count > 0)
+                    && d.values.len() == values
+                    && d.values.iter().all(|v| v.kind() == kind)
+            });
+            self.set_words(*found, lane, &[datum.is_some().into()]);
+            for (index, out) in outs.iter().enumerate() {
+                let value = datum.as_ref().and_then(|d| d.values.get(index).cloned());
+                self.set_value(*out, lane, &value.unwrap_or_else(|| Const::zero(kind)));
+            }
+            for (axis, out) in slopes.iter().enumerate() {
+                let slope = datum.as_ref().map_or(0.0, |d| d.slopes[axis]);
+                self.set_words(*out, lane, &[slope.to_bits()]);
+            }
+        }
+    }
+
+    pub(super) fn spline_inverse(&mut self, knots: u32, step: &KernelStep, mask: &Mask) {
+        let Some(out) = step.outs.first() else { return };
+        let len = self.program.arrays.get(knots as usize).map_or(0, |a| a.len as usize);
+        let mut list = vec![0.0; len];
+        for lane in self.lanes(&step.outs, mask) {
+            let [Const::Str(basis), Const::Float(y), Const::Int(count)] =
+                &self.values(&step.args, &step.kinds, lane)[..]
+            else {
+                return;
+            };
+            for (index, knot) in list.iter_mut().enumerate() {
+                *knot = f32::from_bits(self.element(knots, index, 0, lane));
+            }
+            let count = usize::try_from(*count).unwrap_or(0).min(len);
+            let x = spline::inverse(osl_ir::builtins::spline_basis(basis), *y, &list, count);
+            self.set_words(*out, lane, &[x.to_bits()]);
+        }
+    }
+
+    pub(super) fn check_index(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
+        let [index, len] = &step.args[..] else { return };
+        let limit = self.word(*len, 0);
+        let (Arg::Same(indices) | Arg::Each(indices)) = self.arg(*index);
+        // A negative index is a large one without its sign. Inactive lanes may hold anything.
+        if indices.iter().fold(0, |most, i| most.max(*i)) < limit {
+            return;
+        }
+        for lane in self.active(mask) {
+            let (i, n) = (self.word(*index, lane) as i32, self.word(*len, lane) as i32);
+            if i < 0 || i >= n {
+                let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);
+                self.messages.add(self.first + lane, Message::error_at(text, vec![step.span]));
+            }
+        }
+    }
+}
+
+/// The hash of one to four words.
+fn hash(words: &[u32]) -> u32 {
+    use osl_noise::hash::hash;
+    match *words {
+        [a] => hash([a]),
+        [a, b] => hash([a, b]),
+        [a, b, c] => hash([a, b, c]),
+        [a, b, c, d] => hash([a, b, c, d]),
+        _ => 0,
+    }
+}

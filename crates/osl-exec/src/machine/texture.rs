@@ -1,0 +1,249 @@
+//! Texture lookups and queries, one lane at a time.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::message::Message;
+use crate::program::{KernelStep, Operand};
+use osl_image::{Footprint, Interp, LookupOptions, Sample, Texture, Wrap, lookup, lookup_values};
+use osl_ir::ir::{Const, Kind, TextureOption};
+use std::sync::Arc;
+
+/// What a lookup yields instead where there is no file.
+#[derive(Clone, Copy, Default)]
+struct Missing {
+    color: Option<[f32; 3]>,
+    alpha: f32,
+}
+
+/// A file that was asked for by the last lane.
+struct Opened {
+    number: u32,
+    texture: Result<Arc<Texture>, Arc<str>>,
+}
+
+impl Machine<'_> {
+    /// Lookups in the plane: the lanes differ in coordinates and options, and mostly share the file.
+    pub(super) fn texture(
+        &mut self,
+        options: &[TextureOption],
+        (footprint, quiet, tangents): (bool, bool, bool),
+        step: &KernelStep,
+        mask: &Mask,
+    ) {
+        let [name, s, t, rest @ ..] = &step.args[..] else { return };
+        let (values, slopes) = rest.split_at(options.len().min(rest.len()));
+        let slopes = if footprint { slopes } else { &[] };
+        let mut opened: Option<Opened> = None;
+        for lane in self.lanes(&step.outs, mask) {
+            let number = self.word(*name, lane);
+            let opened = self.opened(&mut opened, number);
+            let (lookup_options, missing) = self.lookup_options(options, values, lane);
+            let float = |m: &Self, o: &Operand| f32::from_bits(m.word(*o, lane));
+            let (s, t) = (float(self, s), float(self, t));
+            let mut slope = [0.0; 4];
+            slope.iter_mut().zip(slopes).for_each(|(to, from)| *to = float(self, from));
+            let [ds_dx, dt_dx, ds_dy, dt_dy] = slope;
+            let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
+            let sample = opened.map(|texture| {
+                let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
+                if tangents {
+                    lookup(texture, s, t, &footprint, channels, &lookup_options)
+                } else {
+                    let value = lookup_values(texture, s, t, &footprint, channels, &lookup_options);
+                    Sample { value, ..Sample::default() }
+                }
+            });
+            self.deliver(step, lane, &sample, (quiet, "texture"), missing);
+            let Ok(sample) = sample else { continue };
+            if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
+                (step.outs.first(), step.outs.get(3..).unwrap_or(&[]))
+            {
+                let behind = color.words as usize;
+                for (to, alpha, ds, dt) in
+                    [(color_x, alpha_x, ds_dx, dt_dx), (color_y, alpha_y, ds_dy, dt_dy)]
+                {
+                    let change: [u32; 4] =
+                        std::array::from_fn(|c| (sample.d_ds[c] * ds + sample.d_dt[c] * dt).to_bits());
+                    self.set_words(*to, lane, &change);
+                    self.set_words(*alpha, lane, &change[behind..]);
+                }
+            }
+        }
+    }
+
+    /// Lookups by direction, without filtering: y is up, and the middle of the image looks along -z.
+    pub(super) fn environment(
+        &mut self,
+        options: &[TextureOption],
+        quiet: bool,
+        step: &KernelStep,
+        mask: &Mask,
+    ) {
+        let [name, direction, values @ ..] = &step.args[..] else { return };
+        let mut opened: Option<Opened> = None;
+        for lane in self.lanes(&step.outs, mask) {
+            let number = self.word(*name, lane);
+            let opened = self.opened(&mut opened, number);
+            let (mut lookup_options, missing) = self.lookup_options(options, values, lane);
+            (lookup_options.wrap_s, lookup_options.wrap_t) = (Wrap::Periodic, Wrap::Clamp);
+            let [x, y, z] =
+                [0, 1, 2].map(|c| f64::from(f32::from_bits(self.word(self.part(*direction, c), lane))));
+            let s = (-x).atan2(z) / std::f64::consts::TAU + 0.5;
+            let t = 0.5 - y.atan2(x.hypot(z)) / std::f64::consts::PI;
+            let sample = opened.map(|texture| {
+                let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
+                let value = lookup_values(
+                    texture,
+                    s as f32,
+                    t as f32,
+                    &Footprint::default(),
+                    channels,
+                    &lookup_options,
+                );
+                Sample { value, ..Sample::default() }
+            });
+            self.deliver(step, lane, &sample, (quiet, "environment"), missing);
+        }
+    }
+
+    /// Writes value, alpha and error message of a lookup.
+    fn deliver(
+        &mut self,
+        step: &KernelStep,
+        lane: usize,
+        sample: &Result<Sample, &Arc<str>>,
+        (quiet, function): (bool, &str),
+        missing: Missing,
+    ) {
+        let [color, alpha, message, ..] = &step.outs[..] else { return };
+        let behind = color.words as usize;
+        let (value, beyond, text): ([f32; 3], f32, Arc<str>) = match (sample, missing.color) {
+            (Ok(sample), _) => {
+                let [r, g, b, a] = sample.value;
+                ([r, g, b], if behind == 1 { g } else { a }, "".into())
+            }
+            (Err(_), Some(color)) => (color, missing.alpha, "".into()),
+            (Err(why), None) => {
+                if !quiet {
+                    let text = format!("[RendererServices::{function}] {why}");
+                    self.messages.add(self.first + lane, Message::error(text));
+                }
+                ([0.0; 3], 0.0, (*why).clone())
+            }
+        };
+        self.set_words(*color, lane, &value.map(f32::to_bits));
+        self.set_words(*alpha, lane, &[beyond.to_bits()]);
+        if quiet {
+            self.set_value(*message, lane, &Const::Str(text));
+        }
+    }
+
+    /// The texture of a number, or why there is none; the one of the lane before is at hand.
+    fn opened<'o>(
+        &self,
+        last: &'o mut Option<Opened>,
+        number: u32,
+    ) -> Result<&'o Arc<Texture>, &'o Arc<str>> {
+        let opened = last.take().filter(|opened| opened.number == number).unwrap_or_else(|| {
+            let texture = self.services.textures.get(&self.text(number));
+            Opened { number, texture: texture.map_err(|failure| failure.message().into()) }
+        });
+        let opened = last.insert(opened);
+        opened.texture.as_ref()
+    }
+
+    fn lookup_options(
+        &self,
+        options: &[TextureOption],
+        values: &[Operand],
+        lane: usize,
+    ) -> (LookupOptions, Missing) {
+        let (mut lookup, mut missing) = (LookupOptions::default(), Missing::default());
+        for (option, value) in options.iter().zip(values) {
+            let word = self.word(*value, lane);
+            let number = f32::from_bits(word);
+            let wrap = || Wrap::from_name(&self.text(word)).unwrap_or(Wrap::File);
+            match option {
+                TextureOption::Wrap => (lookup.wrap_s, lookup.wrap_t) = (wrap(), wrap()),
+                TextureOption::SWrap => lookup.wrap_s = wrap(),
+                TextureOption::TWrap => lookup.wrap_t = wrap(),
+                TextureOption::Interp => {
+                    lookup.interp = Interp::from_name(&self.text(word)).unwrap_or_default()
+                }
+                TextureOption::FirstChannel => lookup.first_channel = (word as i32).max(0) as usize,
+                TextureOption::Fill => lookup.fill = number,
+                TextureOption::Width => lookup.width = (number, number),
+                TextureOption::SWidth => lookup.width.0 = number,
+                TextureOption::TWidth => lookup.width.1 = number,
+                TextureOption::Blur => lookup.blur = (number, number),
+                TextureOption::SBlur => lookup.blur.0 = number,
+                TextureOption::TBlur => lookup.blur.1 = number,
+                TextureOption::MissingColor => {
+                    let channel = |c| f32::from_bits(self.word(self.part(*value, c), lane));
+                    missing.color = Some([0, 1, 2].map(channel));
+                }
+                TextureOption::MissingAlpha => missing.alpha = number,
+                // Files of one image are all that is read.
+                TextureOption::SubImage | TextureOption::SubImageName => {}
+            }
+        }
+        (lookup, missing)
+    }
+
+    /// A datum of a texture's header.
+    pub(super) fn texture_info(&mut self, kind: Kind, count: usize, step: &KernelStep, mask: &Mask) {
+        let Some((found, outs)) = step.outs.split_last() else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let [Const::Str(file), Const::Str(datum)] = &self.values(&step.args, &step.kinds, lane)[..]
+            else {
+                return;
+            };
+            let values = if &**datum == "exists" {
+                Some(vec![Const::Int(self.services.textures.exists(file).into())])
+            } else {
+                match self.services.textures.get(file) {
+                    Ok(texture) => header(&texture, datum, kind, count),
+                    Err(failure) => {
+                        let (shader, why) = (&self.program.shader, failure.message());
+                        let text = format!("Shader error [{shader}]: Invalid image file \"{file}\": {why}");
+                        self.messages.add(self.first + lane, Message::error(text));
+                        None
+                    }
+                }
+            };
+            let fits = |v: &Vec<Const>| v.len() == count.max(1) && v.iter().all(|v| v.kind() == kind);
+            let values = values.filter(fits);
+            self.set_words(*found, lane, &[values.is_some().into()]);
+            for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
+                self.set_value(*out, lane, &value);
+            }
+        }
+    }
+}
+
+/// What a texture's header says, in the form that is asked for.
+fn header(texture: &Texture, datum: &str, kind: Kind, count: usize) -> Option<Vec<Const>> {
+    let int = |n: usize| Const::Int(i32::try_from(n).unwrap_or(i32::MAX));
+    let (width, height) = (texture.width(), texture.height());
+    let means = |n: usize| (0..n).map(|c| texture.average(c)).collect::<Vec<f32>>();
+    Some(match datum {
+        "resolution" if count == 3 => vec![int(width), int(height), Const::Int(1)],
+        "resolution" => vec![int(width), int(height)],
+        "channels" => vec![int(texture.channels().len())],
+        "subimages" => vec![Const::Int(1)],
+        "textureformat" | "texturetype" => vec![Const::Str("Plain Texture".into())],
+        "datawindow" | "displaywindow" => {
+            vec![Const::Int(0), Const::Int(0), int(width.saturating_sub(1)), int(height.saturating_sub(1))]
+        }
+        "averagecolor" if kind == Kind::Triple => match means(3)[..] {
+            [r, g, b] => vec![Const::Triple([r, g, b])],
+            _ => return None,
+        },
+        "averagecolor" => means(count.max(1)).into_iter().map(Const::Float).collect(),
+        "averagealpha" => {
+            let alpha = texture.channels().iter().position(|c| c == "A");
+            vec![Const::Float(alpha.map_or(1.0, |c| texture.average(c)))]
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,127 @@
+//! When values are needed for the last time, and which are only views into others.
+//!
+//! It must not know registers or steps.
+
+use osl_ir::ir::{BlockId, Body, Inst, LaneOp, Op, Source, ValueId};
+
+/// Finds the views and the last use of every value, numbering positions exactly as the compiler does.
+pub(super) struct Uses<'a> {
+    body: &'a Body,
+    /// For a view, the value whose register it looks into, and the component.
+    pub(super) views: Vec<Option<(ValueId, u32)>>,
+    /// Position of the last use of each value.
+    pub(super) last_use: Vec<u32>,
+    defined: Vec<u32>,
+    position: u32,
+}
+
+impl<'a> Uses<'a> {
+    /// Those of a body, outputs included.
+    pub(super) fn of(body: &'a Body) -> Uses<'a> {
+        let values = body.values.len();
+        let mut uses = Uses {
+            body,
+            views: vec![None; values],
+            last_use: vec![0; values],
+            defined: vec![0; values],
+            position: 0,
+        };
+        uses.block(body.entry, &mut Vec::new());
+        let end = uses.position + 1;
+        for output in &body.outputs {
+            if let Source::Value(v) = output.source {
+                uses.touch(v, end);
+            }
+        }
+        uses
+    }
+
+    /// Notes a use at a position.
+    fn touch(&mut self, v: ValueId, at: u32) {
+        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+        let Some(last) = self.last_use.get_mut(root.index()) else { return };
+        *last = (*last).max(at);
+    }
+
+    fn used(&mut self, v: ValueId, loops: &mut [LoopScope]) {
+        let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+        self.touch(root, self.position);
+        let defined = self.defined.get(root.index()).copied().unwrap_or(0);
+        for scope in loops.iter_mut().filter(|scope| defined <= scope.start) {
+            scope.outside.push(root);
+        }
+    }
+
+    fn define(&mut self, inst: &Inst) {
+        for r in &inst.results {
+            self.defined[r.index()] = self.position;
+            self.last_use[r.index()] = self.last_use[r.index()].max(self.position);
+        }
+    }
+
+    fn block(&mut self, id: BlockId, loops: &mut Vec<LoopScope>) {
+        let body = self.body;
+        for inst in &body.block(id).insts {
+            match &inst.op {
+                Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                    self.used(*cond, loops);
+                    self.define(inst);
+                    self.position += 1;
+                    self.block(*then, loops);
+                    then_yields.iter().for_each(|v| self.used(*v, loops));
+                    self.position += 1;
+                    self.block(*otherwise, loops);
+                    else_yields.iter().for_each(|v| self.used(*v, loops));
+                    // Results are written by either side, so they live through both.
+                    for r in &inst.results {
+                        self.touch(*r, self.position);
+                    }
+                    self.position += 1;
+                }
+                Op::Loop { init, params, body: inner, cond, next } => {
+                    init.iter().for_each(|v| self.used(*v, loops));
+                    self.define(inst);
+                    params.iter().for_each(|p| self.defined[p.index()] = self.position + 1);
+                    loops.push(LoopScope { start: self.position, outside: Vec::new() });
+                    self.position += 1;
+                    self.block(*inner, loops);
+                    next.iter().for_each(|v| self.used(*v, loops));
+                    self.used(*cond, loops);
+                    let outside = loops.pop().map(|scope| scope.outside).unwrap_or_default();
+                    // What a round reads from outside, the next round reads again.
+                    for v in
+                        outside.into_iter().chain(params.iter().copied()).chain(inst.results.iter().copied())
+                    {
+                        self.touch(v, self.position);
+                    }
+                    self.position += 1;
+                }
+                op => {
+                    op.for_each_use(|v| self.used(v, loops));
+                    self.define(inst);
+                    self.note_view(inst);
+                    self.position += 1;
+                }
+            }
+        }
+    }
+
+    fn note_view(&mut self, inst: &Inst) {
+        let (Op::Lane(op, args), [result]) = (&inst.op, inst.results.as_slice()) else { return };
+        let component = match op {
+            LaneOp::X => 0,
+            LaneOp::Y => 1,
+            LaneOp::Z => 2,
+            _ => return,
+        };
+        let Some(triple) = args.first() else { return };
+        if self.body.value(*result).rate == self.body.value(*triple).rate {
+            self.views[result.index()] = Some((*triple, component));
+        }
+    }
+}
+
+struct LoopScope {
+    start: u32,
+    outside: Vec<ValueId>,
+}
