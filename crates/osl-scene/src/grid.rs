@@ -89,9 +89,11 @@ impl PointSource for Grid {
     }
 }
 
-/// The spaces of the grid that reference results are recorded on: shader space is rotated by 45° about z and moved by
+/// The spaces of a grid of `width` by `height` points that reference results are recorded on: shader space is rotated by 45° about z and moved by
 /// 1 in x, object space rotated by 90° and moved by 1 in y, `myspace` scaled by (1, 2, 1).
-pub fn reference_spaces() -> Spaces {
+/// `camera`, `screen`, `NDC` and `raster` are destinations only; the camera is the identity, with a field of view of
+/// 90°, a near plane at 0.1 and a far one at 1000.
+pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     let mut spaces = Spaces::default();
     // Rows for row vectors: the transpose of what column vectors take.
     let rows = |m: Mat4| m.to_cols_array();
@@ -112,6 +114,15 @@ pub fn reference_spaces() -> Spaces {
     spaces.set("shader", rows(shader));
     spaces.set("object", rows(object));
     spaces.set("myspace", rows(Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))));
+    let (near, far) = (0.1_f32, 1000.0_f32);
+    let (a, b) = (far / (far - near), -near * far / (far - near));
+    let screen = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::new(0.0, 0.0, a, 1.0), Vec4::new(0.0, 0.0, b, 0.0));
+    let half = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
+    let raster = Mat4::from_scale(Vec3::new(width as f32, height as f32, 1.0));
+    spaces.set_destination("camera", rows(Mat4::IDENTITY));
+    spaces.set_destination("screen", rows(screen));
+    spaces.set_destination("NDC", rows(half * screen));
+    spaces.set_destination("raster", rows(raster * half * screen));
     spaces
 }
 
