@@ -23,7 +23,7 @@ fn main() -> Result<()> {
     let resolved = resolve::resolve(&parsed.ast);
     let shader = resolved.program.with_context(|| format!("{:?}", resolved.diagnostics))?;
 
-    let mut values = lower::ParamValues::default();
+    let mut values = params::ParamValues::default();
     params::set(&shader, &mut values, "width", "0.25")?;
     let mut body = lower::lower(&shader, &values).map_err(|errors| anyhow::anyhow!("{errors:?}"))?;
 
@@ -32,7 +32,11 @@ fn main() -> Result<()> {
     passes::run(&mut body, &options);
     let program = Program::new(&body);
 
-    let services = Services { spaces: Spaces::default(), textures: TextureCache::new(Vec::new()) };
+    let services = Services {
+        spaces: Spaces::default(),
+        textures: TextureCache::new(Vec::new()),
+        ..Services::default()
+    };
     let frame = osl_exec::run(&program, &services, &grid, &RunOptions::default(), &|_| ())
         .map_err(|stop| anyhow::anyhow!("{stop:?}"))?;
     for row in frame.planes[0].floats().chunks(grid.width) {

@@ -36,7 +36,11 @@ const CASES: [Case; 9] = [
 fn seeds(c: &mut Criterion) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let grid = Grid::new(512, 512);
-    let services = Services { spaces: Spaces::default(), textures: TextureCache::new(vec![root.clone()]) };
+    let services = Services {
+        spaces: Spaces::default(),
+        textures: TextureCache::new(vec![root.clone()]),
+        ..Services::default()
+    };
     let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
     for (name, file, outputs, params) in CASES {
         let text = std::fs::read_to_string(root.join(file)).expect("a seed shader");

@@ -123,7 +123,7 @@ fn textures_and_spaces() {
     place.refuses(
         &[&seed("Cobbled.osl"), "-g", "4x4", "-p", "spacename=nowhere"],
         1,
-        "unknown transformation \"nowhere\"",
+        "Unknown transformation \"nowhere\"",
     );
 }
 

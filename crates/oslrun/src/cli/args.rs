@@ -26,10 +26,10 @@ pub(super) enum Command {
     Check(CheckArgs),
     /// Print the intermediate representation of a shader before and after the passes.
     Ir(IrArgs),
-    /// Rewrite shader files in one style.
-    Fmt(FmtArgs),
     /// Explain an error or warning by its code, with a wrong and a right example.
     ExplainError(ExplainErrorArgs),
+    /// Rewrite shader files in one style.
+    Fmt(FmtArgs),
 }
 
 /// How a source file is read.

@@ -6,8 +6,8 @@
 
 mod args;
 mod check;
-mod fmt;
 mod explain_error;
+mod fmt;
 mod input;
 mod ir;
 mod levels;
@@ -55,8 +55,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
     let result = match (cli.command, cli.run) {
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
-        (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
+        (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (None, args) => run::run(&args, out, err),
     };
     match result {

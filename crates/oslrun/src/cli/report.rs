@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::{MessageFormat, ReadArgs};
-use osl_exec::Message;
+use osl_exec::{Frame, Printed};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, places, render};
 use osl_syntax::source::{Place, SourceMap};
@@ -31,11 +31,22 @@ pub(super) fn diagnostics(
 }
 
 /// Prints what a run had to say; a failure if one is an error.
-pub(super) fn messages(list: &[Message], err: &mut dyn Write) -> Result<(), Failure> {
-    for message in list {
-        let _ = writeln!(err, "{}: {}", if message.error { "error" } else { "warning" }, message.text);
+pub(super) fn messages(frame: &Frame, sources: &SourceMap, err: &mut dyn Write) -> Result<(), Failure> {
+    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    for (error, text) in frame.said(place) {
+        let _ = writeln!(err, "{}: {text}", if error { "error" } else { "warning" });
     }
-    if list.iter().any(|m| m.error) { Err(Failure::said()) } else { Ok(()) }
+    if frame.messages.iter().any(|m| m.error) { Err(Failure::said()) } else { Ok(()) }
+}
+
+/// Prints what the shader printed. Files that it names are never touched: their text stands behind their names.
+pub(super) fn printed(list: &[Printed], out: &mut dyn Write) {
+    for printed in list {
+        let _ = match &printed.file {
+            None => write!(out, "{}", printed.text),
+            Some(file) => write!(out, "[{}] {}", file.escape_debug(), printed.text),
+        };
+    }
 }
 
 #[derive(Serialize)]

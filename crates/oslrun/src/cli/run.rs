@@ -38,8 +38,12 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         center: args.center,
     };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-    let options =
-        passes::Options { outputs, varying: grid.varying().to_vec(), without: args.without_pass.clone() };
+    let options = passes::Options {
+        outputs,
+        varying: grid.varying().to_vec(),
+        slopes: grid.varying_slopes().to_vec(),
+        without: args.without_pass.clone(),
+    };
     let lowered = body.count();
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
@@ -48,7 +52,8 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let services = services(args, path);
     let frame = shade(&compiled, &services, &grid, args)?;
     let run_time = started.elapsed();
-    report::messages(&frame.messages, err)?;
+    report::printed(&frame.printed, out);
+    report::messages(&frame, &checked.sources, err)?;
 
     let started = Instant::now();
     let written = match &args.output {
@@ -112,7 +117,7 @@ fn services(args: &RunArgs, shader: &Path) -> Services {
         }
     }
     let folder = shader.parent().map(Path::to_path_buf).unwrap_or_default();
-    Services { spaces, textures: TextureCache::new(vec![folder]) }
+    Services { spaces, textures: TextureCache::new(vec![folder]), ..Services::default() }
 }
 
 fn shade(compiled: &Compiled, services: &Services, grid: &Grid, args: &RunArgs) -> Result<Frame, Failure> {
