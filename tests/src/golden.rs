@@ -15,8 +15,10 @@ pub struct Golden {
     pub offset: [f32; 2],
     /// Points at pixel centres.
     pub center: bool,
-    /// Parameter values: name and text.
-    pub params: Vec<(String, String)>,
+    /// Parameter values: type, name and text.
+    pub params: Vec<(String, String, String)>,
+    /// Parameters that take the point's own value.
+    pub interpolated: Vec<String>,
     /// Keys that this reader does not interpret.
     pub other: Vec<String>,
     /// `u`, `v`, then `f`, `c.r`, `a[0]` …: name and a value for each point.
@@ -39,6 +41,15 @@ impl Golden {
         Golden::parse(&text).ok_or_else(|| format!("{}: not a recorded run", path.display()))
     }
 
+    /// The conditions that a shader's `//@` lines state, without values.
+    pub fn conditions(shader: &str) -> Golden {
+        let mut golden = Golden { scale: [1.0; 2], size: (1, 1), ..Golden::default() };
+        for key in shader.lines().filter_map(|line| line.strip_prefix("//@ ")) {
+            let _ = golden.key(key.trim());
+        }
+        golden
+    }
+
     fn parse(text: &str) -> Option<Golden> {
         let mut lines = text.lines();
         let mut golden = Golden { scale: [1.0; 2], ..Golden::default() };
@@ -56,6 +67,24 @@ impl Golden {
         Some(golden)
     }
 
+    /// Gives the columns of an output of more than ten the names of what they hold, unless `is_int` says of the output that
+    /// it was recorded in order: the recorder wrote floats in the alphabetical order of their numbers (4, then 10 before
+    /// 5) but for the first four, under names in numerical order.
+    pub fn untangle(&mut self, is_int: impl Fn(&str) -> bool) {
+        let stem = |name: &str| name.split_once('[').map_or(String::new(), |(stem, _)| stem.to_string());
+        for group in self.columns.chunk_by_mut(|(a, _), (b, _)| stem(a) == stem(b) && !stem(a).is_empty()) {
+            if group.first().is_some_and(|(name, _)| is_int(&stem(name))) {
+                continue;
+            }
+            let names: Vec<String> = group.iter().map(|(name, _)| name.clone()).collect();
+            let mut held: Vec<usize> = (0..names.len()).collect();
+            if let Some(rest) = held.get_mut(4..) {
+                rest.sort_by_key(usize::to_string);
+            }
+            group.iter_mut().zip(held).for_each(|((name, _), index)| name.clone_from(&names[index]));
+        }
+    }
+
     fn key(&mut self, key: &str) -> Option<()> {
         let words: Vec<&str> = key.split_whitespace().collect();
         let pair = |at: usize| Some([words.get(at)?.parse().ok()?, words.get(at + 1)?.parse().ok()?]);
@@ -64,7 +93,13 @@ impl Golden {
             "scaleuv" => self.scale = pair(1)?,
             "offsetuv" => self.offset = pair(1)?,
             "center" => self.center = true,
-            "param" => self.params.push((words.get(2)?.to_string(), words.get(3..)?.join(" "))),
+            word @ ("param" | "interp-param") => {
+                let (ty, name) = (words.get(1)?.to_string(), words.get(2)?.to_string());
+                if word == "interp-param" {
+                    self.interpolated.push(name.clone());
+                }
+                self.params.push((ty, name, words.get(3..)?.join(" ").trim_matches('"').to_string()));
+            }
             _ => self.other.push(key.to_string()),
         }
         Some(())
@@ -100,4 +135,13 @@ pub fn compare(expected: &[f32], got: &[f32], tolerance: f32) -> Comparison {
         }
     }
     c
+}
+
+/// How many floats apart two values are.
+pub fn ulps(a: f32, b: f32) -> u32 {
+    let order = |x: f32| {
+        let bits = x.to_bits() as i32;
+        i64::from(if bits < 0 { i32::MIN.wrapping_sub(bits) } else { bits })
+    };
+    u32::try_from((order(a) - order(b)).abs()).unwrap_or(u32::MAX)
 }

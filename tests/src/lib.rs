@@ -1,4 +1,5 @@
 //! What the end-to-end tests share: reference data and the way from a shader's text to its values.
 
 pub mod golden;
+pub mod host;
 pub mod run;

@@ -1,10 +1,14 @@
 //! From a shader's text to its values on a grid.
 
 use crate::golden::Golden;
-use osl_exec::{Frame, RunOptions, Services};
+use crate::host::Host;
+use osl_exec::{Frame, PointSource, RunOptions, Services};
 use osl_image::TextureCache;
+use osl_ir::params::{self, ParamValues};
 use osl_ir::passes;
+use osl_ir::types::Type;
 use osl_scene::{Grid, reference_spaces};
+use osl_syntax::source::SourceMap;
 use osl_syntax::{NoFiles, Options};
 use oslrun::pipeline;
 use std::path::{Path, PathBuf};
@@ -14,22 +18,12 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The grid of a recorded run.
-pub fn grid(golden: &Golden) -> Grid {
-    Grid {
-        width: golden.size.0,
-        height: golden.size.1,
-        scale: golden.scale,
-        offset: golden.offset,
-        center: golden.center,
-    }
-}
-
 /// Named spaces and textures as reference results were recorded with.
 pub fn services() -> Services {
     Services {
-        spaces: reference_spaces(),
+        spaces: reference_spaces(64, 64),
         textures: TextureCache::new(vec![root().join("tests/data/textures")]),
+        ..Services::default()
     }
 }
 
@@ -60,9 +54,40 @@ pub fn run(
     grid: &Grid,
     options: &RunOptions,
 ) -> Result<Frame, String> {
-    let varying = osl_exec::PointSource::varying(grid).to_vec();
+    let varying = grid.varying().to_vec();
     let compiled = compile(name, text, params, &passes::Options { varying, ..passes::Options::default() })?;
     osl_exec::run(&compiled.program, &services(), grid, options, &|_| ()).map_err(|e| e.to_string())
+}
+
+/// Runs a shader as a recorded run was made: values that do not suit their parameters are ignored.
+///
+/// # Errors
+/// The diagnostics, as text.
+pub fn like(
+    name: &str,
+    text: &str,
+    golden: &Golden,
+    options: &RunOptions,
+) -> Result<(Frame, SourceMap), String> {
+    let host = Host::new(golden);
+    let checked = pipeline::check(name, text, &NoFiles, &Options::default());
+    let program = checked.program.ok_or_else(|| format!("{:#?}", checked.diagnostics))?;
+    let mut values = ParamValues::default();
+    for (ty, name, value) in &golden.params {
+        if let Some(ty) = Type::parse(ty) {
+            let _ = params::set_typed(&program, &mut values, ty, name, value);
+        }
+    }
+    golden.interpolated.iter().for_each(|name| values.interpolate(name));
+    let body = osl_ir::lower::lower(&program, &values).map_err(|e| format!("{e:#?}"))?;
+    let passes = passes::Options {
+        varying: host.varying().to_vec(),
+        slopes: host.varying_slopes().to_vec(),
+        ..passes::Options::default()
+    };
+    let compiled = pipeline::finish(body, &passes);
+    let frame = osl_exec::run(&compiled.program, &host.services(), &host, options, &|_| ());
+    Ok((frame.map_err(|e| e.to_string())?, checked.sources))
 }
 
 /// The planes of a frame under the names that recorded columns have: `c.r`, `p.x`, `m[0][1]`, `f`.

@@ -33,7 +33,7 @@ fn recorded(prefix: &str) -> Vec<PathBuf> {
 fn check(shader: &str, text: &str, path: &Path, tolerance: f32) -> Vec<String> {
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
     let golden = Golden::load(path).unwrap();
-    let frame = run::run(shader, text, &golden.params, &run::grid(&golden), &RunOptions::default()).unwrap();
+    let frame = run::like(shader, text, &golden, &RunOptions::default()).unwrap().0;
     let columns = run::columns(&frame);
     let mut failures = Vec::new();
     for (column, expected) in golden.columns.iter().skip(2) {

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-use osl_ir::lower::{self, ParamValues};
+use osl_ir::lower;
+use osl_ir::params::ParamValues;
 use osl_ir::resolve::{errors, resolve};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::{NoFiles, Options, parse};
@@ -47,7 +48,7 @@ const CASES: &[(&str, &str)] = &[
         "E0601",
         "float f0(float x) { return x + 1; }\nfloat f1(float x) { return f0(x) + f0(x) + f0(x) + f0(x); }\nfloat f2(float x) { return f1(x) + f1(x) + f1(x) + f1(x); }\nfloat f3(float x) { return f2(x) + f2(x) + f2(x) + f2(x); }\nfloat f4(float x) { return f3(x) + f3(x) + f3(x) + f3(x); }\nfloat f5(float x) { return f4(x) + f4(x) + f4(x) + f4(x); }\nfloat f6(float x) { return f5(x) + f5(x) + f5(x) + f5(x); }\nfloat f7(float x) { return f6(x) + f6(x) + f6(x) + f6(x); }\nfloat f8(float x) { return f7(x) + f7(x) + f7(x) + f7(x); }\nfloat f9(float x) { return f8(x) + f8(x) + f8(x) + f8(x); }\nshader s(output float r = 0) { r = f9(u) + f9(v); }",
     ),
-    ("E0602", "matrix m = 1; m++;"),
+    ("E0602", "string name = format(\"%g\", u); setmessage(name, 1.0);"),
     ("W0201", "if (noise(P) > 0.5) r = 1;"),
     ("W0202", "int i = 1.5;"),
     ("W0203", "u = 1;"),

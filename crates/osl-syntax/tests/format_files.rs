@@ -33,7 +33,8 @@ fn texts() -> Vec<(String, String)> {
         files(&Path::new(ROOT).join(folder), &mut found);
     }
     let texts = found.iter().map(|p| (p.display().to_string(), std::fs::read_to_string(p).unwrap()));
-    texts.filter(|(_, text)| !lenient(text).has_errors()).collect()
+    // The number of a line is what formatting changes.
+    texts.filter(|(_, text)| !text.contains("__LINE__") && !lenient(text).has_errors()).collect()
 }
 
 fn tree(text: &str) -> String {
@@ -61,7 +62,8 @@ fn real_files_mean_the_same_and_stay() {
         let code = |line: &&str| !line.contains("//") && line.chars().count() > osl_syntax::format::WIDTH;
         for line in once.lines().filter(code) {
             // A long string is what cannot be broken.
-            assert!(line.contains("[["), "{name}: {line}");
+            let longest = line.split('"').map(str::len).max().unwrap_or(0);
+            assert!(line.contains("[[") || longest > 40, "{name}: {line}");
         }
     }
 }
