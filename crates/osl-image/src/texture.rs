@@ -18,6 +18,7 @@ pub struct Texture {
     channels: Vec<String>,
     stored: StoredType,
     wraps: (Wrap, Wrap),
+    n_parts: usize,
 }
 
 /// One resolution of a texture.
@@ -42,7 +43,8 @@ impl Texture {
             Level { width: 0, height: 0, samples: Vec::new() }
         };
         let coarser = OnceLock::new();
-        Self { finest, coarser, channels: image.channels, stored: image.stored, wraps: image.wraps }
+        let ImageData { channels, stored, wraps, n_parts, .. } = image;
+        Self { finest, coarser, channels, stored, wraps, n_parts }
     }
 
     /// Pixels in a row of the finest level.
@@ -68,6 +70,11 @@ impl Texture {
     /// The wraps of s and t that the file asks for; [`Wrap::File`] if it does not say.
     pub fn wraps(&self) -> (Wrap, Wrap) {
         self.wraps
+    }
+
+    /// How many images the file holds; this texture is one of them.
+    pub fn n_parts(&self) -> usize {
+        self.n_parts
     }
 
     /// The mean of a channel over all pixels; 0 for a channel that does not exist.
@@ -162,7 +169,15 @@ mod tests {
 
     fn texture(width: usize, height: usize, stored: StoredType, samples: Vec<f32>) -> Texture {
         let wraps = (Wrap::File, Wrap::File);
-        Texture::new(ImageData { width, height, channels: vec!["Y".to_owned()], stored, wraps, samples })
+        Texture::new(ImageData {
+            width,
+            height,
+            channels: vec!["Y".to_owned()],
+            stored,
+            wraps,
+            n_parts: 1,
+            samples,
+        })
     }
 
     #[test]

@@ -49,7 +49,11 @@ fn a_damaged_file_is_an_error_with_its_reason() {
     let cache = TextureCache::new(vec![dir.path().to_owned()]);
     assert!(cache.exists("a.png"));
     let failure = cache.get("a.png").unwrap_err();
-    assert!(failure.message().ends_with("a.png: not an EXR, PNG or JPEG file"), "{}", failure.message());
+    assert!(
+        failure.message().ends_with("a.png: not an EXR, PNG, JPEG, TIFF or HDR file"),
+        "{}",
+        failure.message()
+    );
 }
 
 #[test]
