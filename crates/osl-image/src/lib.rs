@@ -7,6 +7,7 @@
 //! Pixel row 0 is the first scanline of a file, and `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.
 
+mod budget;
 mod cache;
 mod error;
 mod exr_in;
@@ -18,12 +19,14 @@ mod image_in;
 mod lookup;
 mod png_out;
 mod read;
+mod search;
 mod texture;
 mod tiff_in;
 mod transfer;
+mod udim;
 mod wrap;
 
-pub use cache::{LoadFailure, TextureCache};
+pub use cache::{LoadFailure, Loaded, TextureCache};
 pub use error::ImageError;
 pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
 pub use file::replace as replace_file;

@@ -88,6 +88,17 @@ impl Texture {
         (sum / n_pixels as f64) as f32
     }
 
+    /// The bytes of all samples, of all levels whether made or not.
+    pub(crate) fn bytes(&self) -> u64 {
+        let Level { mut width, mut height, .. } = self.finest;
+        let mut pixels = (width * height) as u64;
+        while width > 1 || height > 1 {
+            (width, height) = (half_size(width), half_size(height));
+            pixels += (width * height) as u64;
+        }
+        pixels.saturating_mul((self.channels.len() * size_of::<f32>()) as u64)
+    }
+
     pub(crate) fn finest(&self) -> &Level {
         &self.finest
     }
@@ -130,9 +141,14 @@ fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
     Level { width: columns.len(), height: rows.len(), samples }
 }
 
+/// The texels of an axis of `n` in the next coarser level.
+fn half_size(n: usize) -> usize {
+    (n / 2).max(1)
+}
+
 /// For each texel of the halved axis, the texels that it covers and their shares, which sum to 1.
 fn spans(n: usize) -> Vec<Vec<(usize, f64)>> {
-    let n_half = (n / 2).max(1);
+    let n_half = half_size(n);
     let covered = n as f64 / n_half as f64;
     (0..n_half)
         .map(|i| {
@@ -205,9 +221,18 @@ mod tests {
     }
 
     #[test]
+    fn bytes_are_those_of_all_levels() {
+        for (width, height) in [(5, 1), (1, 1), (7, 12), (16, 16)] {
+            let texture = texture(width, height, StoredType::Float, vec![0.0; width * height]);
+            let levels = std::iter::once(texture.finest()).chain(texture.coarser());
+            assert_eq!(texture.bytes(), levels.map(|level| level.samples.len() as u64 * 4).sum::<u64>());
+        }
+    }
+
+    #[test]
     fn a_misfit_has_no_pixels() {
         let texture = texture(5, 1, StoredType::Float, vec![1.0]);
-        assert_eq!((texture.width(), texture.coarser().len()), (0, 0));
+        assert_eq!((texture.width(), texture.coarser().len(), texture.bytes()), (0, 0, 0));
         assert_eq!(texture.average(0), 0.0);
     }
 }
