@@ -129,7 +129,8 @@ impl<const K: usize> Taps<K> {
 
     /// The share of the weights that falls on the image.
     fn covered(&self) -> f32 {
-        self.iter().map(|(_, weight, _)| weight).sum()
+        // Not `sum`, which is -0 where nothing is covered.
+        self.iter().fold(0.0, |sum, (_, weight, _)| sum + weight)
     }
 }
 

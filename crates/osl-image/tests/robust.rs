@@ -156,6 +156,17 @@ fn wraps_of_the_file_are_the_default() {
     assert_eq!(look(1.25, 1.75, LookupOptions { wrap_s: Wrap::Black, ..closest }), 0.0);
 }
 
+/// Black is zero, not minus zero, also in channels that the file does not have.
+#[test]
+fn black_has_no_sign() {
+    let texture = small_texture(5, 4, 4, 1);
+    for (interp, fill) in [(Interp::Closest, 0.5), (Interp::Linear, 0.0), (Interp::Cubic, 0.5)] {
+        let options = LookupOptions { interp, fill, ..LookupOptions::default() };
+        let value = lookup_values(&texture, 7.0, 0.5, &Footprint::default(), 4, &options);
+        assert_eq!(value.map(f32::to_bits), [0; 4]);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(512))]
 
