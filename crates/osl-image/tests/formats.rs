@@ -3,6 +3,7 @@
 
 use std::io::Cursor;
 use std::path::Path;
+use std::sync::LazyLock;
 
 use osl_image::{ImageData, ImageError, StoredType, SubImage, Texture, Wrap, decode_image, decode_part};
 use proptest::prelude::*;
@@ -69,6 +70,36 @@ fn bare_tiff(tags: &[(u16, u16)], data: &[u8]) -> Vec<u8> {
     file
 }
 
+/// Three planes of 2 x 1 bytes, each in a strip of its own: the tags point at lists behind them.
+fn planar_tiff() -> Vec<u8> {
+    const LISTS_AT: u32 = 8 + 2 + 10 * 12 + 4;
+    let inline = |tag: u16, value: u32| (tag, 1, value);
+    let list = |tag: u16, place: u32| (tag, 3, LISTS_AT + place * 6);
+    let tags = [
+        inline(256, 2),
+        inline(257, 1),
+        list(258, 0),
+        inline(259, 1),
+        inline(262, 2),
+        list(273, 1),
+        inline(277, 3),
+        inline(278, 1),
+        list(279, 2),
+        inline(284, 2),
+    ];
+    let mut file = [b"II*\0".as_slice(), &8_u32.to_le_bytes(), &(tags.len() as u16).to_le_bytes()].concat();
+    for (tag, count, value) in tags {
+        file.extend([tag, 3].map(u16::to_le_bytes).concat());
+        file.extend([count, value].map(u32::to_le_bytes).concat());
+    }
+    file.extend([0; 4]);
+    let data_at = LISTS_AT as u16 + 3 * 6;
+    let lists = [[8; 3], [data_at, data_at + 2, data_at + 4], [2; 3]];
+    file.extend(lists.as_flattened().iter().flat_map(|value| value.to_le_bytes()));
+    file.extend([0, 51, 102, 153, 204, 255]);
+    file
+}
+
 fn hdr(signature: &str, size: (usize, usize)) -> Vec<u8> {
     let mut bytes = Vec::new();
     let value = |i: usize| image::Rgb([i as f32, 0.5, 1.0 / (i + 1) as f32]);
@@ -114,6 +145,7 @@ fn all_files() -> Vec<Vec<u8>> {
         one_page::<colortype::RGB8>((12, 9), &bytes, Compression::Packbits),
         one_page::<colortype::Gray32Float>((12, 9), &floats, Compression::Deflate(Default::default())),
         three_pages(),
+        planar_tiff(),
         hdr("#?RADIANCE", (12, 9)),
         exr_of_parts(),
     ]
@@ -159,7 +191,7 @@ impl Bits for Vec<f32> {
     }
 }
 
-/// 16-bit floats, bits, planes: what the encoder at hand does not write.
+/// 16-bit floats and single bits: what the encoder at hand does not write.
 #[test]
 fn rare_kinds_of_tiff() {
     let size = [(256, 3), (257, 2), (259, 1), (278, 2)];
@@ -178,6 +210,14 @@ fn rare_kinds_of_tiff() {
     let fifths: Vec<f32> =
         [0, 5, 1, 5, 0, 4].iter().map(|&n| f32::from(n as u8 * 51) * (1.0 / 255.0)).collect();
     assert_eq!(image.samples, fifths);
+}
+
+#[test]
+fn planes_of_a_tiff_are_joined() {
+    let image = decode(&planar_tiff()).unwrap();
+    assert_eq!((image.width, image.height, image.channels.len()), (2, 1, 3));
+    let expected = [0, 102, 204, 51, 153, 255].map(|byte: u8| f32::from(byte) * (1.0 / 255.0));
+    assert_eq!(image.samples, expected);
 }
 
 #[test]
@@ -292,12 +332,13 @@ proptest! {
 
     #[test]
     fn damaged_files_are_refused_or_read(
-        file in 0_usize..6,
+        file in 0_usize..7,
         damage in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
         at_the_end: bool,
         part in 0_usize..2,
     ) {
-        let mut bytes = all_files().swap_remove(file);
+        static FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(all_files);
+        let mut bytes = FILES[file].clone();
         // The tags of a TIFF come last here, the header of the others first.
         let reach = bytes.len().min(300);
         let from = if at_the_end { bytes.len() - reach } else { 0 };
