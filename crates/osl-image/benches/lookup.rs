@@ -1,7 +1,7 @@
 //! One lookup at a time, over a 512 x 512 texture of three bytes a pixel whose levels are made already.
 //!
-//! Expect on one core of a recent machine: closest below 20 ns, linear below 40, the cubic of the finest level
-//! below 100, a filtered lookup about twice linear for each probe.
+//! Expect on one core of a 2020s server: closest 25 ns, linear 35, the cubic of the finest level 70, a filtered
+//! lookup 100 for each probe (two levels).
 #![allow(
     clippy::unwrap_used,
     missing_docs,
