@@ -14,7 +14,7 @@ use osl_noise::Isa;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How a program is run.
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ pub struct RunOptions {
 
 impl Default for RunOptions {
     fn default() -> Self {
-        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 24, closures: false }
+        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 21, closures: false }
     }
 }
 
@@ -139,7 +139,7 @@ pub fn run(
             part.push(words);
         }
     }
-    let done = AtomicUsize::new(0);
+    let (done, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let batch = options.batch.max(1);
     let new = || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_rounds);
     let results: Vec<Result<Tile, Stop>> = parts
@@ -148,7 +148,11 @@ pub fn run(
         .map_init(new, |machine, (index, part)| {
             let first = index * tile;
             let points = tile.min(count - first);
-            let closures = run_tile(machine, first..first + points, (&slots, part), &closures, batch)?;
+            if failed.load(Ordering::Relaxed) {
+                return Ok(Tile { messages: Messages::default(), closures: Vec::new() });
+            }
+            let closures = run_tile(machine, first..first + points, (&slots, part), &closures, batch)
+                .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             progress(done.fetch_add(points, Ordering::Relaxed) + points);
             Ok(Tile { messages: std::mem::take(&mut machine.messages), closures })
         })

@@ -145,6 +145,20 @@ impl TextureCache {
         udim::is_pattern(name)
     }
 
+    /// The text of a file of this name, found and admitted as textures are, of up to `limit` bytes.
+    ///
+    /// **Errors**: there is no such file, it may not be read, it is too long, or it is not UTF-8: one line.
+    pub fn read_text(&self, name: &str, limit: u64) -> Result<String, String> {
+        let shown = name.escape_debug();
+        let path = self.search.find(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
+        let length = std::fs::metadata(&path).map_or(0, |meta| meta.len());
+        if length > limit {
+            return Err(format!("the file \"{shown}\" is longer than {limit} bytes"));
+        }
+        let bytes = crate::file::read(&path).map_err(|e| e.to_string())?;
+        String::from_utf8(bytes).map_err(|_| format!("the file \"{shown}\" is not text"))
+    }
+
     /// Whether there is a file of this name that may be read, or one for any square of the first ten rows.
     /// Does not read it.
     pub fn exists(&self, name: &str) -> bool {
