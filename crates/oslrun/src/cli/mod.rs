@@ -6,6 +6,7 @@
 
 mod args;
 mod check;
+mod closures;
 mod explain_error;
 mod fmt;
 mod input;
