@@ -3,6 +3,7 @@
 //! Coordinates come as one slice for each dimension, one to four. Slices of unequal length count as far as the
 //! shortest goes; other numbers of dimensions leave the output as it is. A single point is a batch of one.
 
+use crate::coherent;
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Simplex};
 use crate::number::Dual;
 use crate::simd::{Isa, Kernel};
@@ -112,6 +113,8 @@ fn by_form<F: Field, const D: usize>(field: F, call: Call<'_>) {
                     #[inline(always)]
                     |i| field.one_periodic(at(c, i), at(p, i)),
                 );
+            } else if F::table_words::<D, 1>() > 0 {
+                coherent::fill::<F, D, 1>(field, c, [&mut out[..n]]);
             } else {
                 fill(
                     &mut out[..n],
@@ -133,6 +136,8 @@ fn by_form<F: Field, const D: usize>(field: F, call: Call<'_>) {
                     #[inline(always)]
                     |i| field.three_periodic(at(c, i), at(p, i)),
                 );
+            } else if F::table_words::<D, 3>() > 0 {
+                coherent::fill::<F, D, 3>(field, c, [x, y, z]);
             } else {
                 fill3(
                     x,

@@ -1,5 +1,6 @@
 //! The fields by name, for one point.
 
+use crate::coherent::{Key, Table};
 use crate::number::{Dual, Number};
 use crate::unroll::{array, each};
 use crate::{cell, perlin, simplex};
@@ -29,6 +30,43 @@ impl Kind {
 
 /// A field as a type, so that a loop over it is compiled for it alone.
 pub(crate) trait Field: Copy {
+    /// Words of the key that tell the cell of a point apart; 0 where points share nothing.
+    fn key_words<const D: usize>() -> usize {
+        0
+    }
+    /// Words that are worth knowing of a cell, for one value or three; 0 where there are too many to share.
+    fn table_words<const D: usize, const OUT: usize>() -> usize {
+        0
+    }
+    /// The cell of a point.
+    #[inline(always)]
+    fn key<const D: usize>(self, p: [f32; D]) -> Key {
+        let _ = p;
+        [0; 5]
+    }
+    /// What is known of a cell.
+    #[inline(always)]
+    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
+        let _ = key;
+        [0; 16]
+    }
+    /// The values at a point of a known cell: those of [`Field::each`], bit for bit.
+    #[inline(always)]
+    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
+        let _ = (key, table);
+        self.each(p)
+    }
+    /// One value or three.
+    #[inline(always)]
+    fn each<const D: usize, const OUT: usize>(self, p: [f32; D]) -> [f32; OUT] {
+        let mut out = [0.0; OUT];
+        if OUT == 1 {
+            out[0] = self.one(p);
+        } else {
+            out.copy_from_slice(&self.three(p));
+        }
+        out
+    }
     /// One value.
     fn one<const D: usize>(self, p: [f32; D]) -> f32;
     /// Three values.
@@ -52,11 +90,12 @@ fn wrapped<const D: usize>(p: [f32; D], periods: [f32; D]) -> [f32; D] {
 }
 
 macro_rules! stepped {
-    ($name:ident, $words:path) => {
+    ($name:ident, $words:path, { $($sharing:tt)* }) => {
         #[derive(Clone, Copy)]
         pub(crate) struct $name;
 
         impl Field for $name {
+            $($sharing)*
             #[inline(always)]
             fn one<const D: usize>(self, p: [f32; D]) -> f32 {
                 cell::one($words(p))
@@ -95,8 +134,59 @@ macro_rules! stepped {
     };
 }
 
-stepped!(Cell, cell::cells);
-stepped!(Hash, cell::bits);
+stepped!(Cell, cell::cells, {
+    fn key_words<const D: usize>() -> usize {
+        D
+    }
+    fn table_words<const D: usize, const OUT: usize>() -> usize {
+        OUT
+    }
+    #[inline(always)]
+    fn key<const D: usize>(self, p: [f32; D]) -> Key {
+        widened(cell::cells(p))
+    }
+    #[inline(always)]
+    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
+        let words: [u32; D] = narrowed(key);
+        let mut table = [0; 16];
+        if OUT == 1 {
+            table[0] = cell::one(words).to_bits();
+        } else {
+            let [x, y, z] = cell::three(words);
+            table[0] = x.to_bits();
+            table[1] = y.to_bits();
+            table[2] = z.to_bits();
+        }
+        table
+    }
+    #[inline(always)]
+    fn placed<const D: usize, const OUT: usize>(self, _: [f32; D], _: Key, table: Table) -> [f32; OUT] {
+        array(
+            #[inline(always)]
+            |c| f32::from_bits(table[c]),
+        )
+    }
+});
+stepped!(Hash, cell::bits, {});
+
+#[inline(always)]
+fn widened<const D: usize>(words: [u32; D]) -> Key {
+    let mut key = [0; 5];
+    each(
+        D,
+        #[inline(always)]
+        |a| key[a] = words[a],
+    );
+    key
+}
+
+#[inline(always)]
+fn narrowed<const D: usize>(key: Key) -> [u32; D] {
+    array(
+        #[inline(always)]
+        |a| key[a],
+    )
+}
 
 /// From −1..1 to 0..1, partials included.
 #[inline(always)]
@@ -120,6 +210,31 @@ impl<const UNSIGNED: bool> Perlin<UNSIGNED> {
 }
 
 impl<const UNSIGNED: bool> Field for Perlin<UNSIGNED> {
+    fn key_words<const D: usize>() -> usize {
+        D
+    }
+    fn table_words<const D: usize, const OUT: usize>() -> usize {
+        1 << D
+    }
+    #[inline(always)]
+    fn key<const D: usize>(self, p: [f32; D]) -> Key {
+        widened(cell::cells(p))
+    }
+    #[inline(always)]
+    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
+        perlin::hashes::<D>(narrowed(key))
+    }
+    #[inline(always)]
+    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
+        let corners = perlin::Corners::<f32, D>::within(p, narrowed(key), table);
+        let mut out = [0.0; OUT];
+        if OUT == 1 {
+            out[0] = self.finish(corners.one::<false>());
+        } else {
+            out.copy_from_slice(&self.finish3(corners.three::<false>()));
+        }
+        out
+    }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {
         self.finish(perlin::one::<f32, D, false>(p, None))
@@ -185,6 +300,25 @@ impl<const UNSIGNED: bool> Simplex<UNSIGNED> {
 }
 
 impl<const UNSIGNED: bool> Field for Simplex<UNSIGNED> {
+    fn key_words<const D: usize>() -> usize {
+        if D == 2 || D == 3 { D + 1 } else { 0 }
+    }
+    fn table_words<const D: usize, const OUT: usize>() -> usize {
+        if (D == 2 || D == 3) && OUT == 1 { (D + 1) * D } else { 0 }
+    }
+    #[inline(always)]
+    fn key<const D: usize>(self, p: [f32; D]) -> Key {
+        simplex::key(p)
+    }
+    #[inline(always)]
+    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
+        simplex::gradients::<D>(key, 0)
+    }
+    #[inline(always)]
+    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
+        let v = simplex::within(p, key, table);
+        [if UNSIGNED { 0.5 * (v + 1.0) } else { v }; OUT]
+    }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {
         self.value(p, 0)

@@ -13,6 +13,7 @@
 
 pub mod batch;
 mod cell;
+mod coherent;
 pub mod field;
 pub mod gabor;
 pub mod hash;

@@ -11,11 +11,7 @@ const SCALE: [f32; 5] =
 /// The field's value.
 #[inline(always)]
 pub(crate) fn one<N: Number, const D: usize, const DUAL: bool>(p: [N; D], periods: Option<[f32; D]>) -> N {
-    let corners = Corners::new(p, periods);
-    corners.blend::<DUAL>(
-        #[inline(always)]
-        |h| h,
-    )
+    Corners::new(p, periods).one::<DUAL>()
 }
 
 /// Three values: the gradients take different bytes of the same hash, so that the first equals [`one`].
@@ -24,25 +20,36 @@ pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
     p: [N; D],
     periods: Option<[f32; D]>,
 ) -> [N; 3] {
-    let corners = Corners::new(p, periods);
-    [
-        corners.blend::<DUAL>(
-            #[inline(always)]
-            |h| h & 0xff,
-        ),
-        corners.blend::<DUAL>(
-            #[inline(always)]
-            |h| (h >> 8) & 0xff,
-        ),
-        corners.blend::<DUAL>(
-            #[inline(always)]
-            |h| (h >> 16) & 0xff,
-        ),
-    ]
+    Corners::new(p, periods).three::<DUAL>()
+}
+
+/// The hashes of the corners of a cell.
+#[inline(always)]
+pub(crate) fn hashes<const D: usize>(cell: [u32; D]) -> [u32; 16] {
+    corner_hashes::<D>(array(
+        #[inline(always)]
+        |a| [cell[a], cell[a].wrapping_add(1)],
+    ))
+}
+
+#[inline(always)]
+fn corner_hashes<const D: usize>(lattice: [[u32; 2]; D]) -> [u32; 16] {
+    let mut hashes = [0; 16];
+    each(
+        1 << D,
+        #[inline(always)]
+        |corner| {
+            hashes[corner] = hash::<D>(array(
+                #[inline(always)]
+                |a| lattice[a][(corner >> a) & 1],
+            ))
+        },
+    );
+    hashes
 }
 
 /// What the corners of a cell share: their hashes, the way to them, and the weights.
-struct Corners<N, const D: usize> {
+pub(crate) struct Corners<N, const D: usize> {
     hashes: [u32; 16],
     /// From the near and the far corner, for each axis.
     near: [N; D],
@@ -98,18 +105,53 @@ impl<N: Number, const D: usize> Corners<N, D> {
                 }
             },
         );
-        let mut hashes = [0; 16];
-        each(
-            1 << D,
+        Corners { hashes: corner_hashes(lattice), near, far, weight }
+    }
+
+    /// Those around a point of a cell whose hashes are known.
+    #[inline(always)]
+    pub(crate) fn within(p: [N; D], cell: [u32; D], hashes: [u32; 16]) -> Self {
+        let near: [N; D] = array(
             #[inline(always)]
-            |corner| {
-                hashes[corner] = hash::<D>(array(
-                    #[inline(always)]
-                    |a| lattice[a][(corner >> a) & 1],
-                ))
-            },
+            |a| p[a].with_value(p[a].value() - cell[a] as i32 as f32),
+        );
+        let far: [N; D] = array(
+            #[inline(always)]
+            |a| near[a].with_value(near[a].value() - 1.0),
+        );
+        let weight = array(
+            #[inline(always)]
+            |a| fade(near[a]),
         );
         Corners { hashes, near, far, weight }
+    }
+
+    /// The field's value.
+    #[inline(always)]
+    pub(crate) fn one<const DUAL: bool>(&self) -> N {
+        self.blend::<DUAL>(
+            #[inline(always)]
+            |h| h,
+        )
+    }
+
+    /// Three values.
+    #[inline(always)]
+    pub(crate) fn three<const DUAL: bool>(&self) -> [N; 3] {
+        [
+            self.blend::<DUAL>(
+                #[inline(always)]
+                |h| h & 0xff,
+            ),
+            self.blend::<DUAL>(
+                #[inline(always)]
+                |h| (h >> 8) & 0xff,
+            ),
+            self.blend::<DUAL>(
+                #[inline(always)]
+                |h| (h >> 16) & 0xff,
+            ),
+        ]
     }
 
     #[inline(always)]

@@ -123,13 +123,17 @@ struct Sum<const D: usize> {
     slope: [f32; D],
 }
 
+/// Where a point is: the first corner of its simplex and the way from there, and how the axes rank.
+#[derive(Clone, Copy)]
+struct Site<const D: usize> {
+    base: [i32; D],
+    origin: [f32; D],
+    rank: [i32; D],
+}
+
+/// The way from the first corner.
 #[inline(always)]
-fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
-    let s = sum(p) * F[D];
-    let base: [i32; D] = array(
-        #[inline(always)]
-        |a| cell(p[a] + s),
-    );
+fn origin<const D: usize>(p: [f32; D], base: [i32; D]) -> [f32; D] {
     let mut total = base[0];
     each(
         D - 1,
@@ -137,10 +141,20 @@ fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
         |a| total = total.wrapping_add(base[a + 1]),
     );
     let t = total as f32 * G[D];
-    let origin: [f32; D] = array(
+    array(
         #[inline(always)]
         |a| p[a] - (base[a] as f32 - t),
+    )
+}
+
+#[inline(always)]
+fn site<const D: usize>(p: [f32; D]) -> Site<D> {
+    let s = sum(p) * F[D];
+    let base: [i32; D] = array(
+        #[inline(always)]
+        |a| cell(p[a] + s),
     );
+    let origin = origin(p, base);
     // The corners are entered along the axes in order of size; in space ties go to the first axis, else to the last.
     let outranks = |a: usize, b: usize| if D == 3 { origin[a] >= origin[b] } else { origin[a] > origin[b] };
     let rank: [i32; D] = array(
@@ -161,12 +175,99 @@ fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
             rank
         },
     );
+    Site { base, origin, rank }
+}
+
+/// What tells the simplex of a point apart: its first corner, and the ranks of the axes.
+#[inline(always)]
+pub(crate) fn key<const D: usize>(p: [f32; D]) -> [u32; 5] {
+    let mut key = [0; 5];
+    if D == 1 {
+        return key;
+    }
+    let site = site(p);
+    let mut ranks = 0;
+    each(
+        D,
+        #[inline(always)]
+        |a| {
+            key[a] = site.base[a] as u32;
+            ranks |= (site.rank[a] as u32) << (2 * a);
+        },
+    );
+    key[D] = ranks;
+    key
+}
+
+#[inline(always)]
+fn from_key<const D: usize>(key: [u32; 5]) -> ([i32; D], [i32; D]) {
+    let base = array(
+        #[inline(always)]
+        |a| key[a] as i32,
+    );
+    let rank = array(
+        #[inline(always)]
+        |a| ((key[D] >> (2 * a)) & 3) as i32,
+    );
+    (base, rank)
+}
+
+/// The gradients of the corners of a simplex of the plane or of space, corner by corner.
+#[inline(always)]
+pub(crate) fn gradients<const D: usize>(key: [u32; 5], seed: u32) -> [u32; 16] {
+    let mut table = [0; 16];
+    if D != 2 && D != 3 {
+        return table;
+    }
+    let (base, rank) = from_key::<D>(key);
+    each(
+        D + 1,
+        #[inline(always)]
+        |q| {
+            let g: [f32; D] = corner_gradient(base, rank, q, seed);
+            each(
+                D,
+                #[inline(always)]
+                |a| table[q * D + a] = g[a].to_bits(),
+            );
+        },
+    );
+    table
+}
+
+/// The value at a point of a simplex whose gradients are known: that of [`field`].
+#[inline(always)]
+pub(crate) fn within<const D: usize>(p: [f32; D], key: [u32; 5], table: [u32; 16]) -> f32 {
+    if D != 2 && D != 3 {
+        return 0.0;
+    }
+    let (base, rank) = from_key::<D>(key);
+    let origin = origin(p, base);
+    let mut total = 0.0;
+    each(
+        D + 1,
+        #[inline(always)]
+        |q| {
+            let g = array(
+                #[inline(always)]
+                |a| f32::from_bits(table[q * D + a]),
+            );
+            let value = corner(origin, rank, q, g).value;
+            total = if q == 0 { value } else { total + value };
+        },
+    );
+    SCALE[D] * total
+}
+
+#[inline(always)]
+fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
+    let Site { base, origin, rank } = site(p);
     let mut total = Sum { value: 0.0, toward: [0.0; D], slope: [0.0; D] };
     each(
         D + 1,
         #[inline(always)]
         |q| {
-            let corner = corner(base, origin, rank, q, seed);
+            let corner = corner(origin, rank, q, corner_gradient(base, rank, q, seed));
             if q == 0 {
                 total = corner;
             } else {
@@ -189,13 +290,31 @@ fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
     (SCALE[D] * total.value, d)
 }
 
-/// What one corner of the simplex adds.
+/// Whether the `q`th corner is one further along an axis.
 #[inline(always)]
-fn corner<const D: usize>(base: [i32; D], origin: [f32; D], rank: [i32; D], q: usize, seed: u32) -> Sum<D> {
-    let offset: [i32; D] = array(
+fn offset<const D: usize>(rank: [i32; D], q: usize) -> [i32; D] {
+    array(
         #[inline(always)]
         |a| i32::from(rank[a] >= D as i32 - q as i32),
-    );
+    )
+}
+
+#[inline(always)]
+fn corner_gradient<const D: usize>(base: [i32; D], rank: [i32; D], q: usize, seed: u32) -> [f32; D] {
+    let offset = offset(rank, q);
+    gradient(
+        array(
+            #[inline(always)]
+            |a| base[a].wrapping_add(offset[a]),
+        ),
+        seed,
+    )
+}
+
+/// What one corner of the simplex adds.
+#[inline(always)]
+fn corner<const D: usize>(origin: [f32; D], rank: [i32; D], q: usize, g: [f32; D]) -> Sum<D> {
+    let offset = offset(rank, q);
     let way: [f32; D] = array(
         #[inline(always)]
         |a| if q == 0 { origin[a] } else { (origin[a] - offset[a] as f32) + q as f32 * G[D] },
@@ -210,13 +329,6 @@ fn corner<const D: usize>(base: [i32; D], origin: [f32; D], rank: [i32; D], q: u
     let keep = |x: f32| if inside { x } else { 0.0 };
     let t2 = keep(t * t);
     let t4 = keep(t2 * t2);
-    let g: [f32; D] = gradient(
-        array(
-            #[inline(always)]
-            |a| base[a].wrapping_add(offset[a]),
-        ),
-        seed,
-    );
     let g: [f32; D] = array(
         #[inline(always)]
         |a| keep(g[a]),
