@@ -1,7 +1,7 @@
 //! Numbers: rounding, remainders, comparing, blending, stepping; per component for triples.
 
 use super::{Builtin, Emitted, Site, T1, T2F};
-use crate::ir::{Builder, Kernel, Kind, LaneOp};
+use crate::ir::{Builder, Kernel, Kind, LaneOp, ValueId};
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane("fmod", T2F, LaneOp::Fmod, "Remainder of a/b with the sign of a.")
@@ -183,14 +183,14 @@ pub(super) static ROWS: &[Builtin] = &[
                everywhere. x of nan gives 0, by the guarded division.",
     )
     .example("float y = linearstep(0.25, 0.75, u);"),
-    Builtin::lane(
+    Builtin::compose(
         "smooth_linearstep",
         &["f(f,f,f,f)", "c(c,c,c,c)", "v(v,v,v,v)"],
-        LaneOp::SmoothLinearstep,
+        smooth_linearstep,
         "A straight line from 0 at edge0 to 1 at edge1, its corners rounded over eps to either side; \
          arguments are edge0, edge1, x, eps.",
     )
-    .derivatives("DERIV_SLS")
+    .derivatives("of the piece that x lies on, by its formula; 0 outside")
     .extremes(
         "Equal edges make a step: 0 below, 1 from there on. An eps of 0 leaves the corners sharp. x \
                of nan gives nan.",
@@ -254,4 +254,53 @@ fn mix(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let first = b.kernel(Kernel::ClosureScale, &[s.arg(0), rest], Kind::Closure);
     let second = b.kernel(Kernel::ClosureScale, &[s.arg(1), s.arg(2)], Kind::Closure);
     b.kernel(Kernel::ClosureSum, &[first, second], Kind::Closure).into()
+}
+
+/// With x and eps in units of the ramp: 0, a parabola, the line, a parabola, 1. The parabola through the origin that
+/// reaches slope 1 at `r` is z²/2r.
+fn smooth_linearstep(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    use LaneOp as L;
+    let (edge0, edge1, x, eps) = (s.arg(0), s.arg(1), s.arg(2), s.arg(3));
+    let triple = b.body.kind(x) == Kind::Triple;
+    let number = |b: &mut Builder, value: f32| {
+        let value = b.float(value);
+        if triple { b.lane(L::Splat, &[value]) } else { value }
+    };
+    let [zero, half, one] = [0.0, 0.5, 1.0].map(|value| number(b, value));
+    let rounded = |b: &mut Builder, z: ValueId, r: ValueId| {
+        let k = b.lane(L::FDiv, &[half, r]);
+        let kz = b.lane(L::FMul, &[k, z]);
+        b.lane(L::FMul, &[kz, z])
+    };
+
+    let width = b.lane(L::FSub, &[edge1, edge0]);
+    let width = b.lane(L::FDiv, &[one, width]);
+    let reach = b.lane(L::FMul, &[eps, width]);
+    let above = b.lane(L::FSub, &[x, edge0]);
+    let t = b.lane(L::FMul, &[above, width]);
+    let twice = b.lane(L::FAdd, &[reach, reach]);
+    let start = b.lane(L::FNeg, &[reach]);
+    let (last, end) = (b.lane(L::FSub, &[one, reach]), b.lane(L::FAdd, &[one, reach]));
+
+    let from_start = b.lane(L::FAdd, &[t, reach]);
+    let lower = rounded(b, from_start, twice);
+    let to_end = b.lane(L::FSub, &[end, t]);
+    let upper = rounded(b, to_end, twice);
+    let upper = b.lane(L::FSub, &[one, upper]);
+
+    // The tests as steps, which hold for nan as comparisons do. What decides first stands last.
+    let past_start = b.lane(L::Step, &[reach, t]);
+    let before_last = b.lane(L::Step, &[t, last]);
+    let straight = b.lane(L::FMul, &[past_start, before_last]);
+    let ended = b.lane(L::Step, &[end, t]);
+    let outside = b.lane(L::Step, &[t, start]);
+    let r = b.lane(L::Select, &[lower, upper, past_start]);
+    let r = b.lane(L::Select, &[r, one, ended]);
+    let r = b.lane(L::Select, &[r, t, straight]);
+    let r = b.lane(L::Select, &[r, zero, outside]);
+
+    let (up, down) = (b.lane(L::Step, &[edge0, edge1]), b.lane(L::Step, &[edge1, edge0]));
+    let equal = b.lane(L::FMul, &[up, down]);
+    let hard = b.lane(L::Step, &[edge0, x]);
+    b.lane(L::Select, &[r, hard, equal]).into()
 }
