@@ -10,12 +10,16 @@ const WIDTH: usize = 96;
 
 /// What holds for every operator and function: a heading and a rule.
 pub const RULES: [(&str, &str); 8] = [
-    ("Floats", "Single precision, rounded operation by operation; denormals and the sign of zero are kept."),
+    (
+        "Floats",
+        "Single precision, rounded operation by operation; denormals and the sign of zero are kept. Only the sign of a \
+         derivative that is 0 may depend on what is known when compiling.",
+    ),
     (
         "a / b",
-        "0 where the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. Only a divisor that is known to be \
-         a number other than 0 when compiling divides plainly, so that 1e38/1e-10 is inf. For ints b of 0 gives 0, \
-         and -2147483648/-1 stays -2147483648.",
+        "0 where the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. Only what varies from point to \
+         point, divided by a number other than 0 that is known when compiling, divides plainly: to inf and nan, too. \
+         For ints b of 0 gives 0, and -2147483648/-1 is -2147483648.",
     ),
     ("a % b", "Ints only, with the sign of a; 0 for b of 0."),
     ("Int arithmetic", "Wraps at 32 bits. Shifts use the low five bits of their distance."),
@@ -23,7 +27,10 @@ pub const RULES: [(&str, &str); 8] = [
         "(int) x",
         "Cuts off the fraction; x from 2147483648 on, below -2147483648, inf, -inf and nan all give -2147483648.",
     ),
-    ("Comparisons", "All six are true where an operand is nan, == and != alike, and so is nan as a condition."),
+    (
+        "Comparisons",
+        "All six are true where an operand is nan, == and != alike, and so is nan as a condition.",
+    ),
     ("Indices", "Of arrays, components and matrices: clamped into range, with an error of the run."),
     (
         "nan",
@@ -71,8 +78,12 @@ pub fn entry(row: &'static Builtin) -> String {
         text.push('\n');
     }
     let source = family.map_or("", |f| f.source);
-    let parts =
-        [("", row.about), ("Derivatives: ", row.derivatives), ("Extremes: ", row.extremes), ("From: ", source)];
+    let parts = [
+        ("", row.about),
+        ("Derivatives: ", row.derivatives),
+        ("Extremes: ", row.extremes),
+        ("From: ", source),
+    ];
     for (label, part) in parts {
         text.push_str(&wrapped(&format!("{label}{}", sentence(part))));
         text.push('\n');

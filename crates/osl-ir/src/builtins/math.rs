@@ -140,7 +140,7 @@ pub(super) static ROWS: &[Builtin] = &[
         .derivatives("dx / (2.302585 x); 0 where that divisor is below the normal numbers")
         .extremes(
             "x is clamped to the positive normal numbers: 0, negatives, denormals and nan give \
-                   -37.9297791, inf 38.5318413.",
+                   -37.9297829, inf 38.5318413.",
         )
         .example("float decades = log10(1 + u);"),
     Builtin::lane("logb", T1, LaneOp::Logb, "Exponent of x to the base 2, as a float.")

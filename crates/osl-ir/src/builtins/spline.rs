@@ -24,7 +24,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("of x and of the knots; zero for the basis constant")
     .extremes(
-        "x is clamped to 0 to 1; nan counts as 0 when the segment is chosen and stays in the value. \
+        "x is clamped to 0 to 1; nan counts as 0. \
                Reads beyond the knots are clamped to them, so that fewer than four do not fail. Any other \
                basis is linear. The bases that step by one do not reach the first and last knot.",
     )
