@@ -115,7 +115,8 @@ pub(super) static ROWS: &[Builtin] = &[
         "chiang_hair_bsdf",
         &["K(n,v,c,c,c,f,f,f,f,f,f,f,f,c,*)"],
         "Scattering of hair.",
-        "Ci = chiang_hair_bsdf(N, dPdu, color(1), color(1), color(1), 1.55, 0.1, 0.05, 0.2, 0.2, 0.1, 0.4, 2, color(0.3));"
+        "Ci = chiang_hair_bsdf(N, dPdu, color(1), color(1), color(1), 1.55, 0.1, 0.05, 0.2, 0.2, 0.1, 0.4, \
+         2, color(0.3));"
     ),
     component!("uniform_edf", &["K(c,*)"], "Uniform emission.", "Ci = uniform_edf(color(2, 1, 0.5));"),
     component!(

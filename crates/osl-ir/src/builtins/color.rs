@@ -44,7 +44,10 @@ pub(super) static ROWS: &[Builtin] = &[
         "Light of one wavelength in nanometres; black outside 380 to 780.",
     )
     .derivatives("zero")
-    .extremes("Black up to 375 and from 780 nm on, and for inf and nan; below 380 the first two samples are continued; negative components are 0.")
+    .extremes(
+        "Black up to 375 and from 780 nm on, and for inf and nan; below 380 the first two samples are \
+               continued; negative components are 0.",
+    )
     .example("color pure = wavelength_color(mix(380, 780, u));"),
     Builtin::compose(
         "color in space",

@@ -128,8 +128,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Perlin noise is 0.5 (uperlin) or 0 (perlin) at whole coordinates, so everywhere from 8388608 \
                on; beyond the ints (2147483648) it may be inf or nan, the same on every processor. Simplex \
                noise of two and more dimensions is 0 there (usimplex 0.5), cell noise falls in the cell \
-               -2147483648, and Gabor noise is 0 for inf and nan. An unknown name stops the shader with an \
-               error.",
+               -2147483648, and Gabor noise is 0 for inf and nan. An unknown name is an error of the run and gives 0.",
     )
     .example(
         "float clouds = noise(4 * P); float cells = noise(\"cell\", 8 * u); float stripes = \

@@ -39,8 +39,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("by the formulas, of both outputs")
     .extremes(
-        "The reflectance is clamped to 0 to 0.99. A square below 0 under the root for k gives 0. nan \
-               stays in n.",
+        "The reflectance is clamped to 0 to 0.99. A square below 0 under the root for k gives 0. A \
+         reflectance of nan gives 0 in both.",
     )
     .example("color n, k; artistic_ior(color(0.9, 0.6, 0.3), color(1), n, k);"),
 ];

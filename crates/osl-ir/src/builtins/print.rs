@@ -12,7 +12,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: there is no result")
     .extremes(
-        "Infinities print inf and -inf, nan prints nan whatever its sign, -0 prints -0. Letters that \
+        "Infinities print inf and -inf, nan prints nan or -nan by its sign bit, -0 prints -0. Letters that \
                do not suit a value, too few values and too many are errors when compiling.",
     )
     .example("printf(\"P = %g, u = %.3f\\n\", P, u);"),

@@ -145,7 +145,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "Names of files are not read: they give -1 as any text that is not XML. An unknown node gives \
+        "A text that is not XML gives -1. So does the name of a file, none of which is read, with an error of the run. An unknown node gives \
                0.",
     )
     .example("int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\");"),
