@@ -7,10 +7,10 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane("fmod", T2F, LaneOp::Fmod, "Remainder of a/b with the sign of a.")
         .derivatives("da")
         .extremes(
-            "b of 0 gives 0. With a b that is known when compiling it is exact. Else it is a - N b \
-                   with N = (int)(a/b), so where the quotient leaves the ints (huge a, inf, nan) N is \
-                   -2147483648 and the result has no meaning, though it is the same everywhere; -0 gives \
-                   0.",
+            "b of 0 gives 0. A varying a and a b that is known when compiling give the exact remainder, and \
+             nan for b of 0, as in the reference. Else it is a - N b with N = (int)(a/b), so where the \
+             quotient leaves the ints (huge a, inf, nan) N is -2147483648 and the result has no meaning, \
+             though it is the same everywhere; -0 gives 0.",
         )
         .example("float y = fmod(7 * u, 2);"),
     Builtin::compose(
@@ -21,8 +21,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("da - floor(a/b) db")
     .extremes(
-        "b of 0 gives a. A quotient that overflows counts as 0, so that mod(1e38, 1e-10) is 1e38. \
-               Infinite a stays, infinite b gives nan; nan stays.",
+        "b of 0 gives a. A quotient that overflows counts as 0, so that mod(1e38, 1e-10) is 1e38. Infinite \
+         a stays, infinite b gives nan; nan stays.",
     )
     .example("float phase = mod(7 * u, 1); int left = mod(-7, 3);"),
     Builtin::lane("sign", T1, LaneOp::Sign, "-1, 0 or 1.")
@@ -32,8 +32,8 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane("floor", T1, LaneOp::Floor, "Largest whole number that is not above x.")
         .derivatives("zero")
         .extremes(
-            "The sign of a zero is kept; -1e-45 gives -1. From 8388608 on every float is whole. inf \
-                   and nan stay.",
+            "The sign of a zero is kept; -1e-45 gives -1. From 8388608 on every float is whole. inf and nan \
+             stay.",
         )
         .example("float cell = floor(8 * u);"),
     Builtin::lane("ceil", T1, LaneOp::Ceil, "Smallest whole number that is not below x.")
@@ -69,8 +69,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("of the value picked, the first of two equals")
     .extremes(
-        "The first of two that are equal, so that min(0, -0) is 0, and the first if either is nan: \
-               min(nan, 1) is nan, min(1, nan) is 1.",
+        "The first of two that are equal, so that min(0, -0) is 0, and the first if either is nan: min(nan, \
+         1) is nan, min(1, nan) is 1.",
     )
     .example("float lower = min(u, v);"),
     Builtin::compose(
@@ -82,7 +82,7 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("of the value picked, the second of two equals")
     .extremes(
         "The second of two that are equal, so that max(0, -0) is -0, but the first if either is nan: \
-               max(nan, 1) is nan, max(1, nan) is 1.",
+         max(nan, 1) is nan, max(1, nan) is 1.",
     )
     .example("float upper = max(u, v);"),
     Builtin::compose(
@@ -105,8 +105,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("(1 - t) da + t db + (b - a) dt; closures have none")
     .extremes(
-        "t is not clamped. Both sides are computed: inf or nan in the one that does not count gives \
-               nan, since inf times 0 is nan.",
+        "t is not clamped. Both sides are computed: inf or nan in the one that does not count gives nan, \
+         since inf times 0 is nan.",
     )
     .example("color c = mix(color(1, 0, 0), color(0, 0, 1), u);"),
     Builtin::compose(
@@ -120,8 +120,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("of the value picked")
     .extremes(
-        "Both zeros are 0; a denormal and nan are not. What is not picked does not count, whatever it \
-               is.",
+        "Both zeros are 0; a denormal and nan are not. What is not picked does not count, whatever it is.",
     )
     .example("float y = select(0.0, 1.0, u > 0.5);"),
     Builtin::compose("isnan", &["i(f)"], |b, s| b.lane(LaneOp::IsNan, s.args).into(), "1 for a nan, else 0.")
@@ -164,8 +163,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("of ((3 - 2t) t) t between the edges, in which form the value is computed too; 0 outside")
     .extremes(
-        "Equal edges make a step: 0 below, 1 from there on. Where edge0 is above edge1, it is a step \
-               at edge0. The test against edge0 is the first. x of nan gives nan.",
+        "Equal edges make a step: 0 below, 1 from there on. Where edge0 is above edge1, it is a step at \
+         edge0. The test against edge0 is the first. x of nan gives nan.",
     )
     .example("float y = smoothstep(0.25, 0.75, u);"),
     Builtin::lane(
@@ -175,12 +174,12 @@ pub(super) static ROWS: &[Builtin] = &[
         "0 below edge0, 1 from edge1 on, a straight line between; arguments are edge0, edge1, x.",
     )
     .derivatives(
-        "of the share of the way between the edges, (x - edge0) / (edge1 - edge0), with x clamped \
-                  to them; 0 outside",
+        "of the share of the way between the edges, (x - edge0) / (edge1 - edge0), with x clamped to them; \
+         0 outside",
     )
     .extremes(
-        "Equal edges make a step: 0 below, 1 from there on. Where edge0 is above edge1 it is -0 \
-               everywhere. x of nan gives 0, by the guarded division.",
+        "Equal edges make a step: 0 below, 1 from there on. Where edge0 is above edge1 it is -0 everywhere. \
+         x of nan gives 0, by the guarded division.",
     )
     .example("float y = linearstep(0.25, 0.75, u);"),
     Builtin::compose(
@@ -192,8 +191,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("of the piece that x lies on, by its formula; 0 outside")
     .extremes(
-        "Equal edges make a step: 0 below, 1 from there on. An eps of 0 leaves the corners sharp. x \
-               of nan gives nan.",
+        "Equal edges make a step: 0 below, 1 from there on. An eps of 0 leaves the corners sharp. x of nan \
+         gives nan.",
     )
     .example("float y = smooth_linearstep(0.25, 0.75, u, 0.1);"),
 ];

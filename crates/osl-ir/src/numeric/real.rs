@@ -187,7 +187,7 @@ impl Real for f32 {
     #[inline(always)]
     fn fmod_exact(self, divisor: Self) -> Self {
         // The IEEE remainder is exact, so that any library's is the same. It is the one body that calls.
-        Self::select(divisor == 0.0, 0.0, self % divisor)
+        self % divisor
     }
 
     hand_over! {
