@@ -1,7 +1,7 @@
 //! The renderer that reference values were recorded with: a grid with its own data, attributes and kinds of rays.
 
 use crate::golden::Golden;
-use osl_exec::{Datum, PointSource, Services};
+use osl_exec::{Blocks, Datum, PointSource, Services};
 use osl_image::TextureCache;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
@@ -63,7 +63,8 @@ impl Host {
 
     fn uv(&self, point: usize) -> [f32; 2] {
         let (width, height) = (self.grid.width, self.grid.height);
-        [self.grid.coordinate(0, point % width, width), self.grid.coordinate(1, point / width, height)]
+        let (x, y) = self.grid.order().pixel(point);
+        [self.grid.coordinate(0, x, width), self.grid.coordinate(1, y, height)]
     }
 
     /// A slope that differs from point to point.
@@ -90,6 +91,10 @@ impl Host {
 impl PointSource for Host {
     fn count(&self) -> usize {
         self.grid.count()
+    }
+
+    fn blocks(&self) -> Option<Blocks> {
+        self.grid.blocks()
     }
 
     fn varying(&self) -> &[Global] {
@@ -145,7 +150,7 @@ impl PointSource for Host {
             "red" if u > 0.5 => float(u),
             "green" if u < 0.5 => float(v),
             "blue" if (v * 12.0) as i32 % 2 == 0 => float(1.0 - u),
-            "shading:index" => Some(Datum::one(Const::Int(point as i32))),
+            "shading:index" => Some(Datum::one(Const::Int(self.grid.order().position(point) as i32))),
             "osl:version" => Some(Datum::one(Const::Int(11312))),
             "camera:resolution" => {
                 let side = |n: usize| Const::Int(n as i32);

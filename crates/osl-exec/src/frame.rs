@@ -5,6 +5,7 @@
 
 use crate::machine::{Component, Machine, Stop};
 use crate::message::{Message, Messages, Printed};
+use crate::order::Blocks;
 use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -14,7 +15,7 @@ use osl_noise::Isa;
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 /// How a program is run.
 #[derive(Clone, Debug)]
@@ -33,7 +34,7 @@ pub struct RunOptions {
 
 impl Default for RunOptions {
     fn default() -> Self {
-        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 24, closures: false }
+        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 21, closures: false }
     }
 }
 
@@ -110,7 +111,9 @@ pub fn run(
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Frame, Stop> {
     let count = source.count();
-    let tile = options.tile.max(1);
+    let blocks = source.blocks();
+    // A tile's results are a piece of each plane, so it has whole rows of blocks.
+    let tile = options.tile.max(1).next_multiple_of(blocks.map_or(1, |b| b.period()));
     let mut slots: Vec<Slot> = Vec::new();
     let mut planes = Vec::new();
     let mut closures = Vec::new();
@@ -139,7 +142,7 @@ pub fn run(
             part.push(words);
         }
     }
-    let done = AtomicUsize::new(0);
+    let (done, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let batch = options.batch.max(1);
     let new = || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_rounds);
     let results: Vec<Result<Tile, Stop>> = parts
@@ -148,7 +151,12 @@ pub fn run(
         .map_init(new, |machine, (index, part)| {
             let first = index * tile;
             let points = tile.min(count - first);
-            let closures = run_tile(machine, first..first + points, (&slots, part), &closures, batch)?;
+            if failed.load(Ordering::Relaxed) {
+                return Ok(Tile { messages: Messages::default(), closures: Vec::new() });
+            }
+            let closures =
+                run_tile(machine, first..first + points, (&slots, part), &closures, (batch, blocks))
+                    .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             progress(done.fetch_add(points, Ordering::Relaxed) + points);
             Ok(Tile { messages: std::mem::take(&mut machine.messages), closures })
         })
@@ -166,7 +174,15 @@ pub fn run(
         said.push(tile.messages);
         outputs.iter_mut().zip(tile.closures).for_each(|(all, mut here)| all.points.append(&mut here));
     }
-    let (messages, printed) = Messages::merge(said);
+    if let Some(blocks) = blocks {
+        for all in &mut outputs {
+            let found = std::mem::take(&mut all.points);
+            let mut sorted: Vec<_> = found.into_iter().enumerate().collect();
+            sorted.sort_by_key(|(point, _)| blocks.position(*point));
+            all.points = sorted.into_iter().map(|(_, list)| list).collect();
+        }
+    }
+    let (messages, printed) = Messages::merge(said, |point| blocks.map_or(point, |b| b.position(point)));
     Ok(Frame { planes, messages, printed, closures: outputs })
 }
 
@@ -184,16 +200,23 @@ fn run_tile(
     points: Range<usize>,
     (slots, mut part): (&[Slot], Vec<&mut [u32]>),
     closures: &[Slot],
-    batch: usize,
+    (batch, blocks): (usize, Option<Blocks>),
 ) -> Result<Vec<Vec<Vec<Component>>>, Stop> {
     let mut found: Vec<Vec<Vec<Component>>> = vec![Vec::new(); closures.len()];
+    let mut row: Vec<u32> = Vec::with_capacity(batch);
     let mut at = 0;
     while at < points.len() {
         let here = batch.min(points.len() - at);
         machine.run(points.start + at, here)?;
         for (slot, words) in slots.iter().zip(&mut part) {
-            if let Some(out) = words.get_mut(at..at + here) {
-                machine.output(slot.output, slot.element, slot.component, out);
+            match (blocks, words.get_mut(at..at + here)) {
+                (Some(blocks), _) => {
+                    row.resize(here, 0);
+                    machine.output(slot.output, slot.element, slot.component, &mut row);
+                    blocks.scatter(points.start + at, &row, points.start, words);
+                }
+                (None, Some(out)) => machine.output(slot.output, slot.element, slot.component, out),
+                (None, None) => {}
             }
         }
         for (slot, found) in closures.iter().zip(&mut found) {

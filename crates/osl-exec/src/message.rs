@@ -44,7 +44,7 @@ impl Message {
 /// Text that a point printed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Printed {
-    /// The point.
+    /// The point, by its position in the results.
     pub point: usize,
     /// The file to append it to; `None` is the run's output.
     pub file: Option<Arc<str>>,
@@ -85,14 +85,18 @@ impl Messages {
         }
     }
 
-    /// All of several threads in the order of the points, each message once.
-    pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Message>, Vec<Printed>) {
+    /// All of several threads by the positions of their points, each message once.
+    pub(crate) fn merge(
+        all: impl IntoIterator<Item = Messages>,
+        position: impl Fn(usize) -> usize,
+    ) -> (Vec<Message>, Vec<Printed>) {
         let (mut list, mut printed) = (Vec::new(), Vec::new());
         for mut one in all {
             list.append(&mut one.list);
             printed.append(&mut one.printed);
         }
-        list.sort_by_key(|(point, _)| *point);
+        list.sort_by_key(|(point, _)| position(*point));
+        printed.iter_mut().for_each(|p| p.point = position(p.point));
         printed.sort_by_key(|p| p.point);
         let mut seen = FxHashSet::default();
         let messages = list.into_iter().map(|(_, m)| m).filter(|m| seen.insert(m.clone())).collect();

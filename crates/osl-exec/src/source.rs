@@ -1,5 +1,6 @@
 //! Where shading points come from, as the interpreter sees it.
 
+use crate::order::Blocks;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
 
@@ -30,6 +31,11 @@ impl Datum {
 pub trait PointSource: Sync {
     /// How many there are.
     fn count(&self) -> usize;
+
+    /// The order of the points on an image; `None` is row by row, or any other that results are to have too.
+    fn blocks(&self) -> Option<Blocks> {
+        None
+    }
 
     /// The globals that differ from point to point.
     fn varying(&self) -> &[Global];

@@ -1,17 +1,19 @@
-//! Textures by name, loaded once and shared by all threads.
+//! Textures by name, loaded when first asked for and shared by all threads.
 //!
 //! A file that cannot be read is remembered too: it is tried once, and its failure is handed out for reporting
 //! once. It must not know how textures are looked up.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, PoisonError, RwLock};
 
+use crate::budget::{Budget, Slot};
 use crate::error::ImageError;
-use crate::file;
-use crate::read::read_image;
+use crate::read::{SubImage, read_part};
+use crate::search::{Refusal, Search};
 use crate::texture::Texture;
+use crate::udim::{self, Square};
 
 /// Why a texture is not there.
 #[derive(Debug)]
@@ -33,58 +35,174 @@ impl LoadFailure {
     }
 }
 
-type Loaded = Result<Arc<Texture>, Arc<LoadFailure>>;
+/// A texture, or why there is none.
+pub type Loaded = Result<Arc<Texture>, Arc<LoadFailure>>;
 
-/// All textures of a run. They stay in memory until the cache is dropped.
-#[derive(Debug, Default)]
+/// All textures of a run.
+///
+/// A texture stays in memory while somebody holds it or the budget has room for it; when it is asked for
+/// again it is read again. Nobody sees a difference, as long as the files stay what they are.
+#[derive(Debug)]
 pub struct TextureCache {
-    search: Vec<PathBuf>,
-    /// The outer lock is held to find a slot, never while a file is read: threads that want different files
-    /// do not wait for each other, and those that want the same one wait for a single read.
-    slots: Mutex<HashMap<String, Arc<OnceLock<Loaded>>>>,
+    search: Search,
+    budget: Budget,
+    /// The lock is held to find a slot, never while a file is read: threads that want different files do not
+    /// wait for each other, and those that want the same one wait for a single read.
+    slots: RwLock<Slots>,
+}
+
+#[derive(Debug, Default)]
+struct Slots {
+    /// The first image of each file; apart, since looking one up takes no copy of the name.
+    first: HashMap<String, Arc<Slot>>,
+    others: HashMap<(String, Part), Arc<Slot>>,
+}
+
+/// An image other than the first.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Part {
+    Index(usize),
+    Name(String),
+}
+
+impl Part {
+    fn other_than_first(part: SubImage<'_>) -> Option<Self> {
+        match part {
+            SubImage::Index(0) | SubImage::Name("") => None,
+            SubImage::Index(index) => Some(Self::Index(index)),
+            SubImage::Name(name) => Some(Self::Name(name.to_owned())),
+        }
+    }
+}
+
+impl Default for TextureCache {
+    fn default() -> Self {
+        Self::new(Vec::new())
+    }
 }
 
 impl TextureCache {
-    /// A cache that looks for relative names in the working directory, then in `search`, in order.
+    /// A cache that looks for names in the working directory, then in `search`, in order, and keeps all that
+    /// it has read. Files elsewhere are refused, see [`TextureCache::allow_files`].
     pub fn new(search: Vec<PathBuf>) -> Self {
-        Self { search, slots: Mutex::default() }
+        Self::with_budget(search, u64::MAX)
     }
 
-    /// The texture of this name, read at the first call.
+    /// A cache like [`TextureCache::new`] that keeps up to `bytes` of samples. Each texture counts with all of
+    /// its levels, made or not. Beyond that, textures that nobody holds are dropped, those first that were
+    /// asked for longest ago; what is in use stays, even if it exceeds the budget alone.
+    pub fn with_budget(search: Vec<PathBuf>, bytes: u64) -> Self {
+        let search = Search { folders: search, anywhere: false };
+        Self { search, budget: Budget::new(bytes), slots: RwLock::default() }
+    }
+
+    /// Whether names may also lead to files that lie neither below the working directory nor below a search
+    /// path, by being absolute, by `..` or by a symbolic link. They may not by default.
+    #[must_use]
+    pub fn allow_files(mut self, allowed: bool) -> Self {
+        self.search.anywhere = allowed;
+        self
+    }
+
+    /// The first image of the file of this name, read if it is not at hand.
     ///
     /// **Errors**: the failure of that read; every call with this name shares it.
-    pub fn get(&self, name: &str) -> Result<Arc<Texture>, Arc<LoadFailure>> {
-        self.slot(name).get_or_init(|| self.load(name)).clone()
+    pub fn get(&self, name: &str) -> Loaded {
+        self.get_part(name, SubImage::default())
     }
 
-    /// Whether there is a file of this name. Does not read it.
+    /// One image of the file of this name, read if it is not at hand.
+    ///
+    /// **Errors**: as for [`TextureCache::get`], and a file without that image.
+    pub fn get_part(&self, name: &str, part: SubImage<'_>) -> Loaded {
+        self.budget.get(&self.slot(name, part), || self.load(name, part))
+    }
+
+    /// The texture at a point, and the point's coordinates in it.
+    ///
+    /// Most names stand for one texture, which is everywhere; see [`TextureCache::is_tiled`] for the others.
+    /// Of those, the texture is that of the unit square around the point, and the coordinates begin at the
+    /// square's corner. Negative coordinates belong to the first column and row.
+    ///
+    /// **Errors**: as for [`TextureCache::get_part`]; a square without a file fails on its own.
+    pub fn tile(&self, name: &str, part: SubImage<'_>, s: f32, t: f32) -> (Loaded, f32, f32) {
+        if !Self::is_tiled(name) {
+            return (self.get_part(name, part), s, t);
+        }
+        let (square, s, t) = Square::of(s, t);
+        let loaded = match square.name(name) {
+            Some(name) => self.get_part(&name, part),
+            // No file has the name of the pattern, so its failure serves for all squares that have no name.
+            None => self.get_part(name, part),
+        };
+        (loaded, s, t)
+    }
+
+    /// Whether a name stands for many textures, one a unit square: it contains `<UDIM>` or `%(UDIM)d` (1001
+    /// plus the column plus ten times the row), `<UVTILE>` or `%(UVTILE)d` (`u1_v1` for the first square),
+    /// `<u>` and `<v>` (`u0`, `v0`), or `<U>` and `<V>` (`u1`, `v1`).
+    pub fn is_tiled(name: &str) -> bool {
+        udim::is_pattern(name)
+    }
+
+    /// The text of a file of this name, found and admitted as textures are, of up to `limit` bytes.
+    ///
+    /// **Errors**: there is no such file, it may not be read, it is too long, or it is not UTF-8: one line.
+    pub fn read_text(&self, name: &str, limit: u64) -> Result<String, String> {
+        let shown = name.escape_debug();
+        let path = self.search.find(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
+        let length = std::fs::metadata(&path).map_or(0, |meta| meta.len());
+        if length > limit {
+            return Err(format!("the file \"{shown}\" is longer than {limit} bytes"));
+        }
+        let bytes = crate::file::read(&path).map_err(|e| e.to_string())?;
+        String::from_utf8(bytes).map_err(|_| format!("the file \"{shown}\" is not text"))
+    }
+
+    /// Whether there is a file of this name that may be read, or one for any square of the first ten rows.
+    /// Does not read it.
     pub fn exists(&self, name: &str) -> bool {
-        self.find(name).is_some()
+        if Self::is_tiled(name) {
+            let mut names = Square::usual().filter_map(|square| square.name(name));
+            return names.any(|name| self.search.find(&name).is_ok());
+        }
+        self.search.find(name).is_ok()
     }
 
-    fn slot(&self, name: &str) -> Arc<OnceLock<Loaded>> {
-        // The map is never left half-changed, so a panic elsewhere does not spoil it.
-        let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(slot) = slots.get(name) {
+    /// The bytes of samples that the cache holds, counted as for [`TextureCache::with_budget`].
+    pub fn held_bytes(&self) -> u64 {
+        self.budget.held()
+    }
+
+    fn slot(&self, name: &str, part: SubImage<'_>) -> Arc<Slot> {
+        let part = Part::other_than_first(part).map(|part| (name.to_owned(), part));
+        // The maps are never left half-changed, so a panic elsewhere does not spoil them.
+        let slots = self.slots.read().unwrap_or_else(PoisonError::into_inner);
+        let known = match &part {
+            None => slots.first.get(name),
+            Some(key) => slots.others.get(key),
+        };
+        if let Some(slot) = known {
             return Arc::clone(slot);
         }
-        Arc::clone(slots.entry(name.to_owned()).or_default())
+        drop(slots);
+        let mut slots = self.slots.write().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(match part {
+            None => slots.first.entry(name.to_owned()).or_default(),
+            Some(key) => slots.others.entry(key).or_default(),
+        })
     }
 
-    fn load(&self, name: &str) -> Loaded {
-        let Some(path) = self.find(name) else {
-            return Err(failure(format!("Could not open file \"{}\"", name.escape_debug())));
-        };
-        match read_image(&path) {
-            Ok(image) => Ok(Arc::new(Texture::new(image))),
-            Err(error) => Err(failure(message(error))),
-        }
-    }
-
-    fn find(&self, name: &str) -> Option<PathBuf> {
-        let name = Path::new(name);
-        let elsewhere = self.search.iter().map(|dir| dir.join(name));
-        std::iter::once(name.to_owned()).chain(elsewhere).find(|path| file::is_there(path))
+    fn load(&self, name: &str, part: SubImage<'_>) -> Loaded {
+        let path = self.search.find(name).map_err(|refusal| {
+            let reason = match refusal {
+                Refusal::NotFound => "",
+                Refusal::Outside => ": it is neither below the working directory nor below a search path",
+            };
+            failure(format!("Could not open file \"{}\"{reason}", name.escape_debug()))
+        })?;
+        let image = read_part(&path, part).map_err(|error| failure(message(error)))?;
+        Ok(Arc::new(Texture::new(image)))
     }
 }
 

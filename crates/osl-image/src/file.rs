@@ -1,4 +1,4 @@
-//! The one module that touches the disk: whole files in, whole files out.
+//! Whole files in, whole files out: nothing else here opens a file.
 //!
 //! A file is replaced by writing a temporary one beside it and renaming that, so that a reader sees the old
 //! bytes or the new ones and a failed run leaves the old file as it was. It must not know image formats.
@@ -45,11 +45,6 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
         return Err(ImageError::format(path, format!("longer than {MAX_FILE_BYTES} bytes")));
     }
     Ok(bytes)
-}
-
-/// Whether there is something other than a directory at `path`.
-pub(crate) fn is_there(path: &Path) -> bool {
-    fs::metadata(path).is_ok_and(|meta| !meta.is_dir())
 }
 
 /// The file behind links; the path itself where nothing is there yet.

@@ -45,14 +45,16 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Adds `weight` times another sample.
-    pub(crate) fn add_scaled(&mut self, weight: f32, other: &Self) {
-        let lanes =
-            [(&mut self.value, &other.value), (&mut self.d_ds, &other.d_ds), (&mut self.d_dt, &other.d_dt)];
-        for (sum, term) in lanes {
-            for (sum, term) in sum.iter_mut().zip(term) {
-                *sum += weight * term;
-            }
+    /// Adds `weight` times another sample; without `DERIVS` the partials of both are zero and stay so.
+    #[inline]
+    pub(crate) fn add_scaled<const DERIVS: bool>(&mut self, weight: f32, other: &Self) {
+        let add = |sum: &mut [f32; 4], term: &[f32; 4]| {
+            sum.iter_mut().zip(term).for_each(|(sum, term)| *sum += weight * term);
+        };
+        add(&mut self.value, &other.value);
+        if DERIVS {
+            add(&mut self.d_ds, &other.d_ds);
+            add(&mut self.d_dt, &other.d_dt);
         }
     }
 }
@@ -74,44 +76,77 @@ pub(crate) struct Source<'a> {
     pub(crate) wrap_t: Wrap,
 }
 
-/// The texels of one axis that a sample touches: index, weight, and the weight's change per unit of s or t.
-struct Taps {
-    n: usize,
-    texel: [Option<usize>; 4],
-    weight: [f32; 4],
-    slope: [f32; 4],
+/// In place of a texel that is black.
+const BLACK: usize = usize::MAX;
+
+/// The `K` texels of one axis that a sample touches: index, weight, and the weight's change per unit of s or t.
+struct Taps<const K: usize> {
+    texel: [usize; K],
+    weight: [f32; K],
+    slope: [f32; K],
 }
 
-impl Taps {
-    /// Taps around the coordinate `s` of an axis of `n` texels.
-    fn at(s: f32, n: usize, wrap: Wrap, interp: Interp) -> Self {
+/// Where a coordinate lies between the texels of an axis.
+struct Place {
+    /// The texel whose center is the last at or before it.
+    below: i64,
+    /// How far it is from there to the next center, in 0..1.
+    fraction: f32,
+}
+
+impl Place {
+    #[inline]
+    fn of(s: f32, n: usize) -> Self {
         // Texel i is centered on (i + 0.5) / n.
         let x = s * n as f32 - 0.5;
         let floor = x.floor();
         // Far out there is no fraction left, and beyond the largest float not even a difference.
         let fraction = if x.is_finite() { x - floor } else { 0.0 };
         // This bound only keeps the sums below from overflowing.
-        let below = floor.clamp(-9e15, 9e15) as i64;
-        let (first, count, weight, slope) = match interp {
-            Interp::Closest => (below + i64::from(fraction > 0.5), 1, [1.0, 0.0, 0.0, 0.0], [0.0; 4]),
-            Interp::Linear => (below, 2, [1.0 - fraction, fraction, 0.0, 0.0], [-1.0, 1.0, 0.0, 0.0]),
-            Interp::Cubic | Interp::SmartCubic => {
-                (below - 1, 4, b_spline(fraction), b_spline_slope(fraction))
-            }
+        Self { below: floor.clamp(-9e15, 9e15) as i64, fraction }
+    }
+}
+
+impl<const K: usize> Taps<K> {
+    /// Taps on the texels from `first` on, of an axis of `n`.
+    #[inline]
+    fn new(first: i64, n: usize, wrap: Wrap, weight: [f32; K], slope: [f32; K]) -> Self {
+        let length = n as i64;
+        let texel = if first >= 0 && first + K as i64 <= length {
+            std::array::from_fn(|k| first as usize + k)
+        } else {
+            std::array::from_fn(|k| wrap.texel(first + k as i64, length).unwrap_or(BLACK))
         };
-        let texel = std::array::from_fn(|k| wrap.texel(first + k as i64, n as i64));
-        Self { n: count, texel, weight, slope: slope.map(|d| d * n as f32) }
+        Self { texel, weight, slope: slope.map(|d| d * n as f32) }
     }
 
     /// The taps that are not black: texel, weight, slope.
+    #[inline]
     fn iter(&self) -> impl Iterator<Item = (usize, f32, f32)> {
-        (0..self.n).filter_map(|k| self.texel[k].map(|texel| (texel, self.weight[k], self.slope[k])))
+        let taps = (0..K).map(|k| (self.texel[k], self.weight[k], self.slope[k]));
+        taps.filter(|(texel, ..)| *texel != BLACK)
     }
 
     /// The share of the weights that falls on the image.
     fn covered(&self) -> f32 {
-        self.iter().map(|(_, weight, _)| weight).sum()
+        // Not `sum`, which is -0 where nothing is covered.
+        self.iter().fold(0.0, |sum, (_, weight, _)| sum + weight)
     }
+}
+
+fn closest(s: f32, n: usize, wrap: Wrap) -> Taps<1> {
+    let Place { below, fraction } = Place::of(s, n);
+    Taps::new(below + i64::from(fraction > 0.5), n, wrap, [1.0], [0.0])
+}
+
+fn linear(s: f32, n: usize, wrap: Wrap) -> Taps<2> {
+    let Place { below, fraction } = Place::of(s, n);
+    Taps::new(below, n, wrap, [1.0 - fraction, fraction], [-1.0, 1.0])
+}
+
+fn cubic(s: f32, n: usize, wrap: Wrap) -> Taps<4> {
+    let Place { below, fraction } = Place::of(s, n);
+    Taps::new(below - 1, n, wrap, b_spline(fraction), b_spline_slope(fraction))
 }
 
 /// The weights of the uniform cubic B-spline at `f` in 0..1 past the second of four texels.
@@ -134,16 +169,34 @@ fn b_spline_slope(f: f32) -> [f32; 4] {
 /// One interpolated sample at `(s, t)`, both finite; without `DERIVS` the partials stay zero. The level has
 /// pixels.
 pub(crate) fn sample<const DERIVS: bool>(source: &Source<'_>, s: f32, t: f32, interp: Interp) -> Sample {
-    let columns = Taps::at(s, source.level.width, source.wrap_s, interp);
-    let rows = Taps::at(t, source.level.height, source.wrap_t, interp);
+    let Source { level: Level { width, height, .. }, wrap_s, wrap_t, .. } = *source;
+    let (width, height) = (*width, *height);
+    match interp {
+        Interp::Closest => {
+            joined::<1, DERIVS>(source, &closest(s, width, wrap_s), &closest(t, height, wrap_t))
+        }
+        Interp::Linear => joined::<2, DERIVS>(source, &linear(s, width, wrap_s), &linear(t, height, wrap_t)),
+        Interp::Cubic | Interp::SmartCubic => {
+            joined::<4, DERIVS>(source, &cubic(s, width, wrap_s), &cubic(t, height, wrap_t))
+        }
+    }
+}
+
+/// The weighted sum of the texels under the taps, and what stands for the channels that do not exist.
+#[inline]
+fn joined<const K: usize, const DERIVS: bool>(
+    source: &Source<'_>,
+    columns: &Taps<K>,
+    rows: &Taps<K>,
+) -> Sample {
     let mut sum = match source.n_read {
         0 => Sample::default(),
-        1 => accumulate::<1, DERIVS>(source, &columns, &rows),
-        2 => accumulate::<2, DERIVS>(source, &columns, &rows),
-        3 => accumulate::<3, DERIVS>(source, &columns, &rows),
-        _ => accumulate::<4, DERIVS>(source, &columns, &rows),
+        1 => accumulate::<K, 1, DERIVS>(source, columns, rows),
+        2 => accumulate::<K, 2, DERIVS>(source, columns, rows),
+        3 => accumulate::<K, 3, DERIVS>(source, columns, rows),
+        _ => accumulate::<K, 4, DERIVS>(source, columns, rows),
     };
-    if source.n_read < source.n_wanted {
+    if source.n_read < source.n_wanted && source.fill != 0.0 {
         // Black outside is black in the missing channels too.
         let fill = source.fill * columns.covered() * rows.covered();
         sum.value[source.n_read..source.n_wanted].fill(fill);
@@ -153,10 +206,10 @@ pub(crate) fn sample<const DERIVS: bool>(source: &Source<'_>, s: f32, t: f32, in
 
 /// The weighted sum of the texels under the taps, over `N` channels.
 #[inline]
-fn accumulate<const N: usize, const DERIVS: bool>(
+fn accumulate<const K: usize, const N: usize, const DERIVS: bool>(
     source: &Source<'_>,
-    columns: &Taps,
-    rows: &Taps,
+    columns: &Taps<K>,
+    rows: &Taps<K>,
 ) -> Sample {
     let Source { level, n_stored, first, .. } = *source;
     let mut sum = Sample::default();

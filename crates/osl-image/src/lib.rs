@@ -1,26 +1,32 @@
 //! Image files in and out, and texture lookup.
 //!
 //! This crate owns the picture side of rendering: EXR and PNG writing that never leaves a half-written file,
-//! bounded reading of EXR, PNG and JPEG, the wrap modes and filters of a texture lookup, and the cache that
+//! bounded reading of EXR, PNG, JPEG, TIFF and HDR, the wrap modes and filters of a texture lookup, and the cache that
 //! threads share. It must not know shaders: names, planes of `f32` and coordinates are all it sees.
 //!
 //! Pixel row 0 is the first scanline of a file, and `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.
 
+mod budget;
 mod cache;
 mod error;
+mod exr_in;
 mod exr_out;
 mod file;
 mod filter;
 mod footprint;
+mod image_in;
 mod lookup;
 mod png_out;
 mod read;
+mod search;
 mod texture;
+mod tiff_in;
 mod transfer;
+mod udim;
 mod wrap;
 
-pub use cache::{LoadFailure, TextureCache};
+pub use cache::{LoadFailure, Loaded, TextureCache};
 pub use error::ImageError;
 pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
 pub use file::replace as replace_file;
@@ -28,7 +34,7 @@ pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, write_png};
-pub use read::{ImageData, MAX_SAMPLES, StoredType, decode_image, read_image};
+pub use read::{ImageData, MAX_SAMPLES, StoredType, SubImage, decode_image, decode_part, read_image};
 pub use texture::Texture;
 pub use transfer::Transfer;
 pub use wrap::Wrap;

@@ -90,35 +90,25 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         let LookupOptions { width, blur, .. } = *self.options;
         let unfiltered = width == (0.0, 0.0) || *footprint == Footprint::default();
         if unfiltered && blur == (0.0, 0.0) {
-            return self.in_level(0, s, t);
+            return self.level(0).sample::<DERIVS>(s, t);
         }
         let ellipse = Ellipse::new(footprint, width, blur);
         let blend = levels_for(self.texture, ellipse.probe_width());
+        let levels = (self.level(blend.finer), self.level(blend.coarser));
+        let blended = |s, t| blended::<DERIVS>(&levels, blend.share_of_coarser, s, t);
         let probes = ellipse.probes();
         if probes.is_single() {
-            return self.blended(s, t, blend);
+            return blended(s, t);
         }
         let mut sum = Sample::default();
         for (ds, dt, weight) in probes.iter() {
-            sum.add_scaled(weight, &self.blended(s + ds, t + dt, blend));
+            sum.add_scaled::<DERIVS>(weight, &blended(s + ds, t + dt));
         }
         sum
     }
 
-    /// One probe: the two levels, blended.
-    fn blended(&self, s: f32, t: f32, blend: LevelBlend) -> Sample {
-        let finer = self.in_level(blend.finer, s, t);
-        let share = blend.share_of_coarser;
-        if share == 0.0 {
-            return finer;
-        }
-        let mut sum = Sample::default();
-        sum.add_scaled(1.0 - share, &finer);
-        sum.add_scaled(share, &self.in_level(blend.coarser, s, t));
-        sum
-    }
-
-    fn in_level(&self, index: usize, s: f32, t: f32) -> Sample {
+    /// What a probe reads of one level.
+    fn level(&self, index: usize) -> LevelSource<'_> {
         let options = self.options;
         let n_stored = self.texture.channels().len();
         let wraps = self.texture.wraps();
@@ -140,8 +130,37 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
             Interp::SmartCubic => Interp::Linear,
             other => other,
         };
-        sample::<DERIVS>(&source, s, t, interp)
+        LevelSource { source, interp }
     }
+}
+
+/// One level as a probe reads it: the same for all probes of a lookup.
+struct LevelSource<'a> {
+    source: Source<'a>,
+    interp: Interp,
+}
+
+impl LevelSource<'_> {
+    fn sample<const DERIVS: bool>(&self, s: f32, t: f32) -> Sample {
+        sample::<DERIVS>(&self.source, s, t, self.interp)
+    }
+}
+
+/// One probe: the finer and the coarser level, blended.
+fn blended<const DERIVS: bool>(
+    (finer, coarser): &(LevelSource<'_>, LevelSource<'_>),
+    share: f32,
+    s: f32,
+    t: f32,
+) -> Sample {
+    let finer = finer.sample::<DERIVS>(s, t);
+    if share == 0.0 {
+        return finer;
+    }
+    let mut sum = Sample::default();
+    sum.add_scaled::<DERIVS>(1.0 - share, &finer);
+    sum.add_scaled::<DERIVS>(share, &coarser.sample::<DERIVS>(s, t));
+    sum
 }
 
 /// Chooses levels, without making the coarser ones where the finest will do. Of an oblong texture the shorter

@@ -18,6 +18,7 @@ pub struct Texture {
     channels: Vec<String>,
     stored: StoredType,
     wraps: (Wrap, Wrap),
+    n_parts: usize,
 }
 
 /// One resolution of a texture.
@@ -42,7 +43,8 @@ impl Texture {
             Level { width: 0, height: 0, samples: Vec::new() }
         };
         let coarser = OnceLock::new();
-        Self { finest, coarser, channels: image.channels, stored: image.stored, wraps: image.wraps }
+        let ImageData { channels, stored, wraps, n_parts, .. } = image;
+        Self { finest, coarser, channels, stored, wraps, n_parts }
     }
 
     /// Pixels in a row of the finest level.
@@ -70,6 +72,11 @@ impl Texture {
         self.wraps
     }
 
+    /// How many images the file holds; this texture is one of them.
+    pub fn n_parts(&self) -> usize {
+        self.n_parts
+    }
+
     /// The mean of a channel over all pixels; 0 for a channel that does not exist.
     pub fn average(&self, channel: usize) -> f32 {
         let n_pixels = self.finest.width * self.finest.height;
@@ -79,6 +86,17 @@ impl Texture {
         let values = self.finest.samples.iter().skip(channel).step_by(self.channels.len());
         let sum: f64 = values.map(|&value| f64::from(value)).sum();
         (sum / n_pixels as f64) as f32
+    }
+
+    /// The bytes of all samples, of all levels whether made or not.
+    pub(crate) fn bytes(&self) -> u64 {
+        let Level { mut width, mut height, .. } = self.finest;
+        let mut pixels = (width * height) as u64;
+        while width > 1 || height > 1 {
+            (width, height) = (half_size(width), half_size(height));
+            pixels += (width * height) as u64;
+        }
+        pixels.saturating_mul((self.channels.len() * size_of::<f32>()) as u64)
     }
 
     pub(crate) fn finest(&self) -> &Level {
@@ -123,9 +141,14 @@ fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
     Level { width: columns.len(), height: rows.len(), samples }
 }
 
+/// The texels of an axis of `n` in the next coarser level.
+fn half_size(n: usize) -> usize {
+    (n / 2).max(1)
+}
+
 /// For each texel of the halved axis, the texels that it covers and their shares, which sum to 1.
 fn spans(n: usize) -> Vec<Vec<(usize, f64)>> {
-    let n_half = (n / 2).max(1);
+    let n_half = half_size(n);
     let covered = n as f64 / n_half as f64;
     (0..n_half)
         .map(|i| {
@@ -162,7 +185,15 @@ mod tests {
 
     fn texture(width: usize, height: usize, stored: StoredType, samples: Vec<f32>) -> Texture {
         let wraps = (Wrap::File, Wrap::File);
-        Texture::new(ImageData { width, height, channels: vec!["Y".to_owned()], stored, wraps, samples })
+        Texture::new(ImageData {
+            width,
+            height,
+            channels: vec!["Y".to_owned()],
+            stored,
+            wraps,
+            n_parts: 1,
+            samples,
+        })
     }
 
     #[test]
@@ -190,9 +221,18 @@ mod tests {
     }
 
     #[test]
+    fn bytes_are_those_of_all_levels() {
+        for (width, height) in [(5, 1), (1, 1), (7, 12), (16, 16)] {
+            let texture = texture(width, height, StoredType::Float, vec![0.0; width * height]);
+            let levels = std::iter::once(texture.finest()).chain(texture.coarser());
+            assert_eq!(texture.bytes(), levels.map(|level| level.samples.len() as u64 * 4).sum::<u64>());
+        }
+    }
+
+    #[test]
     fn a_misfit_has_no_pixels() {
         let texture = texture(5, 1, StoredType::Float, vec![1.0]);
-        assert_eq!((texture.width(), texture.coarser().len()), (0, 0));
+        assert_eq!((texture.width(), texture.coarser().len(), texture.bytes()), (0, 0, 0));
         assert_eq!(texture.average(0), 0.0);
     }
 }

@@ -6,7 +6,10 @@ use std::path::Path;
 use std::sync::Arc;
 use std::thread;
 
-use osl_image::{BitDepth, PngOptions, TextureCache, Transfer, write_png};
+use osl_image::{
+    BitDepth, Footprint, LookupOptions, PngOptions, SubImage, TextureCache, Transfer, lookup_values,
+    write_png,
+};
 
 fn write(path: &Path, value: f32) {
     write_png(path, 1, 1, &[&[value]], PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight })
@@ -49,7 +52,11 @@ fn a_damaged_file_is_an_error_with_its_reason() {
     let cache = TextureCache::new(vec![dir.path().to_owned()]);
     assert!(cache.exists("a.png"));
     let failure = cache.get("a.png").unwrap_err();
-    assert!(failure.message().ends_with("a.png: not an EXR, PNG or JPEG file"), "{}", failure.message());
+    assert!(
+        failure.message().ends_with("a.png: not an EXR, PNG, JPEG, TIFF or HDR file"),
+        "{}",
+        failure.message()
+    );
 }
 
 #[test]
@@ -61,7 +68,183 @@ fn directories_are_searched_in_order() {
     let cache = TextureCache::new(vec![first.path().to_owned(), second.path().to_owned()]);
     assert_eq!(cache.get("a.png").unwrap().average(0), 1.0);
     assert_eq!(cache.get("b.png").unwrap().average(0), 0.0);
-    // An absolute name is taken as it is.
+    // An absolute name is taken as it is, if it leads to one of the places that may be read.
     let absolute = second.path().join("a.png");
     assert_eq!(cache.get(absolute.to_str().unwrap()).unwrap().average(0), 0.0);
+}
+
+/// The bytes of a 16 x 16 texture of one channel: 256 + 64 + 16 + 4 + 1 texels.
+const BYTES: u64 = 341 * 4;
+
+fn write_squares(dir: &Path, n: usize) {
+    for i in 0..n {
+        let plane: Vec<f32> = (0..256).map(|p| ((p * 7 + i * 13) % 256) as f32 / 255.0).collect();
+        let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
+        write_png(&dir.join(format!("{i}.png")), 16, 16, &[&plane], options).unwrap();
+    }
+}
+
+fn cache_of(dir: &Path, bytes: u64) -> TextureCache {
+    TextureCache::with_budget(vec![dir.to_owned()], bytes)
+}
+
+#[test]
+fn what_was_used_longest_ago_is_dropped() {
+    let dir = tempfile::tempdir().unwrap();
+    write_squares(dir.path(), 4);
+    let cache = cache_of(dir.path(), 3 * BYTES);
+    let held = |name: &str| Arc::downgrade(&cache.get(name).unwrap());
+    let (zero, one, two) = (held("0.png"), held("1.png"), held("2.png"));
+    assert_eq!(cache.held_bytes(), 3 * BYTES);
+    held("0.png");
+    held("3.png");
+    assert_eq!(cache.held_bytes(), 3 * BYTES);
+    assert!(one.upgrade().is_none());
+    assert!(zero.upgrade().is_some() && two.upgrade().is_some());
+}
+
+#[test]
+fn textures_in_use_stay() {
+    let dir = tempfile::tempdir().unwrap();
+    write_squares(dir.path(), 4);
+    let cache = cache_of(dir.path(), 2 * BYTES);
+    let first = cache.get("0.png").unwrap();
+    for name in ["1.png", "2.png", "3.png"] {
+        cache.get(name).unwrap();
+    }
+    assert!(Arc::ptr_eq(&first, &cache.get("0.png").unwrap()), "not read twice");
+    assert_eq!(cache.held_bytes(), 2 * BYTES);
+}
+
+#[test]
+fn a_texture_larger_than_the_budget_is_kept_until_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    write_squares(dir.path(), 2);
+    let cache = cache_of(dir.path(), 10);
+    let first = Arc::downgrade(&cache.get("0.png").unwrap());
+    assert!(Arc::ptr_eq(&first.upgrade().unwrap(), &cache.get("0.png").unwrap()));
+    cache.get("1.png").unwrap();
+    assert!(first.upgrade().is_none());
+    assert_eq!(cache.held_bytes(), BYTES);
+}
+
+/// Many threads over more textures than fit see what one thread sees that keeps all.
+#[test]
+fn results_do_not_depend_on_what_is_dropped() {
+    const N_TEXTURES: usize = 12;
+    const N_THREADS: u64 = 8;
+    let dir = tempfile::tempdir().unwrap();
+    write_squares(dir.path(), N_TEXTURES);
+    let footprint = Footprint { ds_dx: 0.1, dt_dy: 0.2, ..Footprint::default() };
+    let look = |cache: &TextureCache, i: usize| {
+        let texture = cache.get(&format!("{i}.png")).unwrap();
+        lookup_values(&texture, 0.3, 0.6, &footprint, 1, &LookupOptions::default())[0].to_bits()
+    };
+    let all = cache_of(dir.path(), u64::MAX);
+    let expected: Vec<u32> = (0..N_TEXTURES).map(|i| look(&all, i)).collect();
+    let few = cache_of(dir.path(), 4 * BYTES);
+    thread::scope(|scope| {
+        for seed in 0..N_THREADS {
+            let (few, expected, look) = (&few, &expected, &look);
+            scope.spawn(move || {
+                let mut state = seed;
+                for _ in 0..400 {
+                    state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+                    let i = (state >> 33) as usize % N_TEXTURES;
+                    assert_eq!(look(few, i), expected[i]);
+                    // What fits, and one texture in use by each thread.
+                    assert!(few.held_bytes() <= (4 + N_THREADS) * BYTES);
+                }
+            });
+        }
+    });
+    look(&few, 0);
+    (0..N_TEXTURES).for_each(|i| assert_eq!(look(&few, i), expected[i]));
+    assert!(few.held_bytes() <= 4 * BYTES);
+}
+
+#[test]
+fn tiles_by_unit_square() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, value) in [("a.1001.png", 0.0), ("a.1012.png", 1.0), ("b_u1_v1.png", 0.2)] {
+        write(&dir.path().join(name), value);
+    }
+    let cache = cache_of(dir.path(), u64::MAX);
+    // A byte is read as itself times the rounded 1/255.
+    let fifth = 51.0 * (1.0 / 255.0);
+    let at = |name: &str, s, t| {
+        let (texture, s, t) = cache.tile(name, SubImage::default(), s, t);
+        (texture.map(|texture| texture.average(0)).map_err(|f| f.message().to_owned()), s, t)
+    };
+    assert_eq!(at("a.<UDIM>.png", 0.25, 0.5), (Ok(0.0), 0.25, 0.5));
+    assert_eq!(at("a.<UDIM>.png", 1.25, 1.5), (Ok(1.0), 0.25, 0.5));
+    assert_eq!(at("a.%(UDIM)d.png", 1.25, 1.5).0, Ok(1.0));
+    assert_eq!(at("b_<u>_<v>.png", 1.25, 1.5).0, Ok(fifth));
+    assert_eq!(at("b_<U>_<V>.png", 0.25, 0.5).0, Ok(fifth));
+    assert_eq!(at("a.<UDIM>.png", 2.0, 0.0).0, Err("Could not open file \"a.1003.png\"".to_owned()));
+    assert_eq!(at("a.<UDIM>.png", 77.0, 0.0).0, Err("Could not open file \"a.<UDIM>.png\"".to_owned()));
+    assert_eq!(at("a.1001.png", 5.5, -1.0), (Ok(0.0), 5.5, -1.0));
+    assert!(cache.exists("a.<UDIM>.png") && !cache.exists("c.<UDIM>.png"));
+    assert!(TextureCache::is_tiled("a.<UDIM>.png") && !TextureCache::is_tiled("a.1001.png"));
+}
+
+#[test]
+fn other_images_of_a_file_have_their_own_failures() {
+    let dir = tempfile::tempdir().unwrap();
+    write(&dir.path().join("a.png"), 1.0);
+    let cache = cache_of(dir.path(), u64::MAX);
+    for first in [SubImage::Index(0), SubImage::Name("")] {
+        assert_eq!(cache.get_part("a.png", first).unwrap().n_parts(), 1);
+    }
+    let failure = cache.get_part("a.png", SubImage::Index(3)).unwrap_err();
+    assert!(failure.message().ends_with("a.png: there is no subimage 3, only 1"), "{}", failure.message());
+    assert!(Arc::ptr_eq(&failure, &cache.get_part("a.png", SubImage::Index(3)).unwrap_err()));
+    assert!(cache.get_part("a.png", SubImage::Name("x")).is_err());
+    assert!(cache.get("a.png").is_ok());
+}
+
+/// A folder that may be read, with a picture, beside a picture that may not.
+fn walled() -> (tempfile::TempDir, TextureCache) {
+    let dir = tempfile::tempdir().unwrap();
+    fs::create_dir_all(dir.path().join("inside/deep")).unwrap();
+    write(&dir.path().join("inside/a.png"), 1.0);
+    write(&dir.path().join("secret.png"), 1.0);
+    let cache = cache_of(&dir.path().join("inside"), u64::MAX);
+    (dir, cache)
+}
+
+#[test]
+fn files_elsewhere_are_refused() {
+    let (dir, cache) = walled();
+    let secret = dir.path().join("secret.png");
+    let (secret, absent) = (secret.to_str().unwrap(), dir.path().join("absent.png"));
+    let names = [secret, absent.to_str().unwrap(), "../secret.png", "deep/../../secret.png", "/etc/passwd"];
+    for name in names {
+        let message = cache.get(name).unwrap_err().message().to_owned();
+        assert!(
+            message.ends_with("neither below the working directory nor below a search path"),
+            "{message}"
+        );
+        assert!(!cache.exists(name));
+    }
+    assert!(cache.get("deep/../a.png").is_ok());
+    let (_dir, open) = walled();
+    assert!(open.allow_files(true).get(secret).is_ok());
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_before_they_are_judged() {
+    use std::os::unix::fs::symlink;
+    let (dir, cache) = walled();
+    symlink(dir.path(), dir.path().join("inside/out")).unwrap();
+    symlink("a.png", dir.path().join("inside/b.png")).unwrap();
+    assert!(cache.get("b.png").is_ok());
+    assert!(cache.get("out/secret.png").unwrap_err().message().contains("neither below"));
+    assert!(cache.get("out/inside/a.png").is_ok());
+    // A pipe must not make the reader wait for a writer.
+    let made = std::process::Command::new("mkfifo").arg(dir.path().join("inside/pipe")).status();
+    if made.is_ok_and(|status| status.success()) {
+        assert_eq!(cache.get("pipe").unwrap_err().message(), "Could not open file \"pipe\"");
+    }
 }

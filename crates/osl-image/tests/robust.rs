@@ -89,8 +89,8 @@ fn too_large_images_are_refused_by_their_header() {
 #[test]
 fn other_files_are_named() {
     let text = |bytes: &[u8]| decode(bytes).unwrap_err().to_string();
-    assert_eq!(text(b"GIF89a plus something"), "in memory: not an EXR, PNG or JPEG file");
-    assert_eq!(text(b""), "in memory: not an EXR, PNG or JPEG file");
+    assert_eq!(text(b"GIF89a plus something"), "in memory: not an EXR, PNG, JPEG, TIFF or HDR file");
+    assert_eq!(text(b""), "in memory: not an EXR, PNG, JPEG, TIFF or HDR file");
     let missing = read_image(Path::new("no/such.exr")).unwrap_err().to_string();
     assert!(missing.starts_with("no/such.exr: cannot open the file: "), "{missing}");
     assert!(read_image(Path::new(".")).is_err());
@@ -104,6 +104,7 @@ fn small_texture(seed: u32, width: usize, height: usize, n_channels: usize) -> T
         channels: vec!["c".to_owned(); n_channels],
         stored: StoredType::Float,
         wraps: (Wrap::File, Wrap::File),
+        n_parts: 1,
         samples: (0..width * height * n_channels).map(value).collect(),
     })
 }
@@ -153,6 +154,17 @@ fn wraps_of_the_file_are_the_default() {
     let look = |s, t, options| lookup_values(&texture, s, t, &Footprint::default(), 1, &options)[0];
     assert_eq!(look(1.25, 1.75, closest), 0.75);
     assert_eq!(look(1.25, 1.75, LookupOptions { wrap_s: Wrap::Black, ..closest }), 0.0);
+}
+
+/// Black is zero, not minus zero, also in channels that the file does not have.
+#[test]
+fn black_has_no_sign() {
+    let texture = small_texture(5, 4, 4, 1);
+    for (interp, fill) in [(Interp::Closest, 0.5), (Interp::Linear, 0.0), (Interp::Cubic, 0.5)] {
+        let options = LookupOptions { interp, fill, ..LookupOptions::default() };
+        let value = lookup_values(&texture, 7.0, 0.5, &Footprint::default(), 4, &options);
+        assert_eq!(value.map(f32::to_bits), [0; 4]);
+    }
 }
 
 proptest! {
@@ -216,6 +228,7 @@ proptest! {
             channels: vec!["c".to_owned()],
             stored: StoredType::Float,
             wraps: (Wrap::File, Wrap::File),
+            n_parts: 1,
             samples: vec![0.75; 60],
         });
         let [ds_dx, dt_dx, ds_dy, dt_dy] = steps;

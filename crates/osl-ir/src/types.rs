@@ -4,6 +4,7 @@
 //! by id. This module must not know scopes, overloads or how values are stored.
 
 use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// The longest array.
@@ -174,13 +175,16 @@ pub struct Struct {
 #[derive(Clone, Debug, Default)]
 pub struct StructTable {
     structs: Vec<Struct>,
+    by_name: FxHashMap<Arc<str>, StructId>,
 }
 
 impl StructTable {
     /// Adds a struct.
     pub fn add(&mut self, decl: Struct) -> StructId {
+        let id = StructId(self.structs.len() as u32);
+        self.by_name.insert(decl.name.clone(), id);
         self.structs.push(decl);
-        StructId(self.structs.len() as u32 - 1)
+        id
     }
 
     /// The struct of an id of this table.
@@ -190,7 +194,7 @@ impl StructTable {
 
     /// The id of a name; the newest declaration wins.
     pub fn find(&self, name: &str) -> Option<StructId> {
-        self.structs.iter().rposition(|s| &*s.name == name).map(|i| StructId(i as u32))
+        self.by_name.get(name).copied()
     }
 
     /// The type as the language writes it: `float`, `closure color`, `vector[3]`, `struct slot`.

@@ -1,7 +1,7 @@
 //! A grid of points on the unit patch, as reference results are recorded on it.
 
 use glam::{Mat4, Vec3, Vec4};
-use osl_exec::{PointSource, Spaces};
+use osl_exec::{Blocks, PointSource, Spaces};
 use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 
@@ -27,6 +27,11 @@ impl Grid {
         Grid { width, height, scale: [1.0; 2], offset: [0.0; 2], center: false }
     }
 
+    /// The order of the points: [`Blocks`].
+    pub fn order(&self) -> Blocks {
+        Blocks::new(self.width, self.height)
+    }
+
     /// Coordinate of the `i`th of `n` points along an axis: 0 for u, 1 for v.
     pub fn coordinate(&self, axis: usize, i: usize, n: usize) -> f32 {
         let (scale, offset) = (self.scale[axis], self.offset[axis]);
@@ -38,9 +43,37 @@ impl Grid {
     }
 }
 
+impl Grid {
+    /// u or v of the points from `first` on; past the last point its own.
+    fn fill_coordinate(&self, axis: usize, first: usize, lanes: &mut [f32]) {
+        let n = [self.width, self.height][axis];
+        let count = lanes.len().min(self.count().saturating_sub(first));
+        // A coordinate costs a division, and a block has few different ones.
+        let (mut low, mut high) = (usize::MAX, 0);
+        let along = |(x, y): (usize, usize)| if axis == 0 { x } else { y };
+        self.order().each(first, count, |_, pixel| {
+            low = low.min(along(pixel));
+            high = high.max(along(pixel));
+        });
+        let values: Vec<f32> = (low..=high.max(low)).map(|i| self.coordinate(axis, i, n)).collect();
+        self.order().each(first, count, |lane, pixel| {
+            if let (Some(out), Some(value)) = (lanes.get_mut(lane), values.get(along(pixel) - low)) {
+                *out = *value;
+            }
+        });
+        if let Some(last) = count.checked_sub(1).and_then(|l| lanes.get(l)).copied() {
+            lanes[count..].fill(last);
+        }
+    }
+}
+
 impl PointSource for Grid {
     fn count(&self) -> usize {
         self.width * self.height
+    }
+
+    fn blocks(&self) -> Option<Blocks> {
+        Some(self.order())
     }
 
     fn varying(&self) -> &[Global] {
@@ -71,17 +104,10 @@ impl PointSource for Grid {
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-        let last = self.count().saturating_sub(1);
-        let at = |lane: usize| {
-            let point = (first + lane).min(last);
-            (point % self.width.max(1), point / self.width.max(1))
-        };
-        let u = |lane: usize| self.coordinate(0, at(lane).0, self.width);
-        let v = |lane: usize| self.coordinate(1, at(lane).1, self.height);
         for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
             match (global, component) {
-                (Global::U, _) | (Global::P, 0) => lanes.iter_mut().enumerate().for_each(|(l, x)| *x = u(l)),
-                (Global::V, _) | (Global::P, 1) => lanes.iter_mut().enumerate().for_each(|(l, x)| *x = v(l)),
+                (Global::U, _) | (Global::P, 0) => self.fill_coordinate(0, first, lanes),
+                (Global::V, _) | (Global::P, 1) => self.fill_coordinate(1, first, lanes),
                 (Global::P, _) => lanes.fill(1.0),
                 _ => lanes.fill(0.0),
             }

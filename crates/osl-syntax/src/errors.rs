@@ -11,6 +11,7 @@ mod syntax;
 pub(crate) use lexical::*;
 pub(crate) use preprocessing::*;
 pub(crate) use quirks::*;
+pub use syntax::too_many_errors;
 pub(crate) use syntax::*;
 
 use crate::diagnostic::Code;

@@ -6,8 +6,14 @@ use crate::diagnostic::{Diagnostic, Edit, Severity};
 use crate::source::{Place, SourceFile, SourceMap};
 use crate::span::Span;
 use annotate_snippets::renderer::{DecorStyle, Renderer};
-use annotate_snippets::{AnnotationKind, Group, Level, Patch, Snippet};
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Snippet};
+use std::borrow::Cow;
 use std::ops::Range;
+
+/// Bytes of a line that is shown; a longer one is only named.
+const MAX_LINE: usize = 1000;
+/// Bytes of a message that are shown.
+const MAX_MESSAGE: usize = 600;
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, Default)]
@@ -38,41 +44,99 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let mut main = Group::with_title(level.primary_title(&d.message).id(d.code.id));
+    let mut main = Group::with_title(level.primary_title(clipped(&d.message)).id(d.code.id));
     for file in files_of(d, sources) {
-        let mut snippet = Snippet::source(&*file.text).path(&file.name).fold(true);
-        if let Some(range) = range_in(file, d.span) {
-            snippet = snippet.annotation(AnnotationKind::Primary.span(range).label(label(&d.label)));
-        }
-        for (span, text) in &d.labels {
-            if let Some(range) = range_in(file, *span) {
-                snippet = snippet.annotation(AnnotationKind::Context.span(range).label(label(text)));
+        let primary = range_in(file, d.span);
+        let labelled = || d.labels.iter().filter_map(|(s, text)| Some((range_in(file, *s)?, text)));
+        let ranges: Vec<Range<usize>> = primary.iter().cloned().chain(labelled().map(|(r, _)| r)).collect();
+        let Some(window) = Window::around(file, &ranges) else {
+            let at = primary.or_else(|| ranges.first().cloned()).unwrap_or_default().start as u32 + file.base;
+            if let Some(place) = sources.place(Span::new(at, at)) {
+                let origin = Origin::path(&file.name).line(place.line as usize);
+                main = main.element(origin.char_column(place.column as usize));
             }
+            continue;
+        };
+        let mut snippet = window.snippet(file);
+        if let Some(range) = primary {
+            let span = window.within(range);
+            snippet = snippet.annotation(AnnotationKind::Primary.span(span).label(label(&d.label)));
+        }
+        for (range, text) in labelled() {
+            let span = window.within(range);
+            snippet = snippet.annotation(AnnotationKind::Context.span(span).label(label(text)));
         }
         main = main.element(snippet);
     }
     for note in &d.notes {
-        main = main.element(Level::NOTE.message(note));
+        main = main.element(Level::NOTE.message(clipped(note)));
     }
     if let Some(help) = &d.help {
-        main = main.element(Level::HELP.message(help));
+        main = main.element(Level::HELP.message(clipped(help)));
     }
     let mut groups = vec![main];
     for fix in &d.fixes {
         let Some(file) = fix.edits.first().and_then(|e| sources.file_at(e.span.start)) else { continue };
-        let patches: Vec<_> = fix.edits.iter().filter_map(|e| patch(file, e)).collect();
-        let snippet = Snippet::source(&*file.text).path(&file.name).fold(true).patches(patches);
-        groups.push(Group::with_title(Level::HELP.secondary_title(&fix.title)).element(snippet));
+        let ranges: Vec<Range<usize>> = fix.edits.iter().filter_map(|e| range_in(file, e.span)).collect();
+        let Some(window) = Window::around(file, &ranges) else { continue };
+        let patches: Vec<_> = fix.edits.iter().filter_map(|e| patch(file, &window, e)).collect();
+        let snippet = window.snippet(file).patches(patches);
+        groups.push(Group::with_title(Level::HELP.secondary_title(&*fix.title)).element(snippet));
     }
     groups
+}
+
+/// The lines of a file that an excerpt needs, so that drawing costs what is shown and not what the file holds.
+struct Window {
+    range: Range<usize>,
+    first_line: usize,
+}
+
+impl Window {
+    /// The lines around the ranges; `None` where one of the lines that would be shown is too long to be read.
+    fn around(file: &SourceFile, ranges: &[Range<usize>]) -> Option<Window> {
+        let text = file.text.as_bytes();
+        let start = ranges.iter().map(|r| r.start).min()?;
+        let end = ranges.iter().map(|r| r.end).max()?;
+        let line_start = |at: usize| text[..at].iter().rposition(|b| *b == b'\n').map_or(0, |n| n + 1);
+        let line_end = |at: usize| text[at..].iter().position(|b| *b == b'\n').map_or(text.len(), |n| at + n);
+        let long = |at: usize| line_end(at) - line_start(at) > MAX_LINE;
+        if ranges.iter().any(|r| long(r.start) || long(r.end)) {
+            return None;
+        }
+        let range = line_start(start)..line_end(end);
+        let first_line = 1 + text[..range.start].iter().filter(|b| **b == b'\n').count();
+        Some(Window { range, first_line })
+    }
+
+    fn snippet<'a, T: Clone>(&self, file: &'a SourceFile) -> Snippet<'a, T> {
+        let text = file.text.get(self.range.clone()).unwrap_or_default();
+        Snippet::source(text).path(&file.name).line_start(self.first_line).fold(true)
+    }
+
+    fn within(&self, range: Range<usize>) -> Range<usize> {
+        range.start - self.range.start..range.end - self.range.start
+    }
+}
+
+/// The text, cut where it is too long to be read.
+fn clipped(text: &str) -> Cow<'_, str> {
+    if text.len() <= MAX_MESSAGE {
+        return text.into();
+    }
+    let mut end = MAX_MESSAGE;
+    while !text.is_char_boundary(end) {
+        end -= 1;
+    }
+    format!("{}…", &text[..end]).into()
 }
 
 fn label(text: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
-fn patch<'a>(file: &SourceFile, edit: &'a Edit) -> Option<Patch<'a>> {
-    Some(Patch::new(range_in(file, edit.span)?, edit.text.as_str()))
+fn patch<'a>(file: &SourceFile, window: &Window, edit: &'a Edit) -> Option<Patch<'a>> {
+    Some(Patch::new(window.within(range_in(file, edit.span)?), edit.text.as_str()))
 }
 
 /// The files that a diagnostic speaks of, that of its main place first.

@@ -23,6 +23,7 @@ use std::sync::Arc;
 /// Codes that no text of a sensible length earns, with the reason. Their lessons say so.
 const UNREACHABLE: &[(&str, &str)] = &[
     ("E0017", "the sources would have to hold 4 GiB"),
+    ("E0208", "the text would have to hold 257 functions of one name"),
     ("E0311", "the parser refuses such targets first, as E0114"),
 ];
 

@@ -7,6 +7,9 @@ use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind};
 
+/// Bytes of a dictionary that is a file.
+const MAX_FILE: u64 = 1 << 24;
+
 impl Machine<'_> {
     /// The first node that a path finds in a text or below a node.
     pub(super) fn dict_find(&mut self, step: &KernelStep, mask: &Mask) {
@@ -14,8 +17,9 @@ impl Machine<'_> {
         for lane in self.lanes(&step.outs, mask) {
             let args = self.values(&step.args, &step.kinds, lane);
             let found = match &args[..] {
-                [Const::Str(text), Const::Str(_)] if text.ends_with(".xml") => {
-                    Err(format!("the dictionary \"{text}\" is a file; only XML text is searched"))
+                [Const::Str(name), Const::Str(path)] if name.ends_with(".xml") => {
+                    let text = self.services.textures.read_text(name, MAX_FILE);
+                    text.and_then(|text| self.dictionaries.find(&Start::Document(&text), path))
                 }
                 [Const::Str(text), Const::Str(path)] => self.dictionaries.find(&Start::Document(text), path),
                 [Const::Int(node), Const::Str(path)] => self.dictionaries.find(&Start::Node(*node), path),

@@ -4,20 +4,50 @@ use super::Machine;
 use super::mask::Mask;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
-use osl_image::{Footprint, Interp, LookupOptions, Sample, Texture, Wrap, lookup, lookup_values};
+use osl_image::{
+    Footprint, Interp, LookupOptions, Sample, SubImage, Texture, TextureCache, Wrap, lookup, lookup_values,
+};
 use osl_ir::ir::{Const, Kind, TextureOption};
 use std::sync::Arc;
 
-/// What a lookup yields instead where there is no file.
-#[derive(Clone, Copy, Default)]
-struct Missing {
-    color: Option<[f32; 3]>,
-    alpha: f32,
+/// What the options of a lookup come to.
+#[derive(Default)]
+struct Options {
+    lookup: LookupOptions,
+    /// The image of the file, by number or name.
+    part: Part,
+    /// What the lookup yields instead where there is no file.
+    missing_color: Option<[f32; 3]>,
+    missing_alpha: f32,
 }
 
-/// A file that was asked for by the last lane.
+#[derive(Clone, Debug, PartialEq)]
+enum Part {
+    Index(usize),
+    Name(Arc<str>),
+}
+
+impl Default for Part {
+    fn default() -> Self {
+        Part::Index(0)
+    }
+}
+
+impl Part {
+    fn sub_image(&self) -> SubImage<'_> {
+        match self {
+            Part::Index(index) => SubImage::Index(*index),
+            Part::Name(name) => SubImage::Name(name),
+        }
+    }
+}
+
+/// The texture of the last lane.
 struct Opened {
     number: u32,
+    part: Part,
+    /// Whether the name stands for a texture in each unit square.
+    tiled: bool,
     texture: Result<Arc<Texture>, Arc<str>>,
 }
 
@@ -35,11 +65,10 @@ impl Machine<'_> {
         let slopes = if footprint { slopes } else { &[] };
         let mut opened: Option<Opened> = None;
         for lane in self.lanes(&step.outs, mask) {
-            let number = self.word(*name, lane);
-            let opened = self.opened(&mut opened, number);
-            let (lookup_options, missing) = self.lookup_options(options, values, lane);
+            let given = self.lookup_options(options, values, lane);
             let float = |m: &Self, o: &Operand| f32::from_bits(m.word(*o, lane));
-            let (s, t) = (float(self, s), float(self, t));
+            let at = (float(self, s), float(self, t));
+            let (opened, s, t) = self.opened(&mut opened, (self.word(*name, lane), &given.part), at);
             let mut slope = [0.0; 4];
             slope.iter_mut().zip(slopes).for_each(|(to, from)| *to = float(self, from));
             let [ds_dx, dt_dx, ds_dy, dt_dy] = slope;
@@ -47,13 +76,13 @@ impl Machine<'_> {
             let sample = opened.map(|texture| {
                 let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
                 if tangents {
-                    lookup(texture, s, t, &footprint, channels, &lookup_options)
+                    lookup(texture, s, t, &footprint, channels, &given.lookup)
                 } else {
-                    let value = lookup_values(texture, s, t, &footprint, channels, &lookup_options);
+                    let value = lookup_values(texture, s, t, &footprint, channels, &given.lookup);
                     Sample { value, ..Sample::default() }
                 }
             });
-            self.deliver(step, lane, &sample, (quiet, "texture"), missing);
+            self.deliver(step, lane, &sample, (quiet, "texture"), &given);
             let Ok(sample) = sample else { continue };
             if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
                 (step.outs.first(), step.outs.get(3..).unwrap_or(&[]))
@@ -82,14 +111,14 @@ impl Machine<'_> {
         let [name, direction, values @ ..] = &step.args[..] else { return };
         let mut opened: Option<Opened> = None;
         for lane in self.lanes(&step.outs, mask) {
-            let number = self.word(*name, lane);
-            let opened = self.opened(&mut opened, number);
-            let (mut lookup_options, missing) = self.lookup_options(options, values, lane);
-            (lookup_options.wrap_s, lookup_options.wrap_t) = (Wrap::Periodic, Wrap::Clamp);
+            let mut given = self.lookup_options(options, values, lane);
+            (given.lookup.wrap_s, given.lookup.wrap_t) = (Wrap::Periodic, Wrap::Clamp);
             let [x, y, z] =
                 [0, 1, 2].map(|c| f64::from(f32::from_bits(self.word(self.part(*direction, c), lane))));
             let s = (-x).atan2(z) / std::f64::consts::TAU + 0.5;
             let t = 0.5 - y.atan2(x.hypot(z)) / std::f64::consts::PI;
+            let name = (self.word(*name, lane), &given.part);
+            let (opened, ..) = self.opened(&mut opened, name, (0.0, 0.0));
             let sample = opened.map(|texture| {
                 let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
                 let value = lookup_values(
@@ -98,11 +127,11 @@ impl Machine<'_> {
                     t as f32,
                     &Footprint::default(),
                     channels,
-                    &lookup_options,
+                    &given.lookup,
                 );
                 Sample { value, ..Sample::default() }
             });
-            self.deliver(step, lane, &sample, (quiet, "environment"), missing);
+            self.deliver(step, lane, &sample, (quiet, "environment"), &given);
         }
     }
 
@@ -113,16 +142,16 @@ impl Machine<'_> {
         lane: usize,
         sample: &Result<Sample, &Arc<str>>,
         (quiet, function): (bool, &str),
-        missing: Missing,
+        given: &Options,
     ) {
         let [color, alpha, message, ..] = &step.outs[..] else { return };
         let behind = color.words as usize;
-        let (value, beyond, text): ([f32; 3], f32, Arc<str>) = match (sample, missing.color) {
+        let (value, beyond, text): ([f32; 3], f32, Arc<str>) = match (sample, given.missing_color) {
             (Ok(sample), _) => {
                 let [r, g, b, a] = sample.value;
                 ([r, g, b], if behind == 1 { g } else { a }, "".into())
             }
-            (Err(_), Some(color)) => (color, missing.alpha, "".into()),
+            (Err(_), Some(color)) => (color, given.missing_alpha, "".into()),
             (Err(why), None) => {
                 if !quiet {
                     let text = format!("[RendererServices::{function}] {why}");
@@ -138,27 +167,31 @@ impl Machine<'_> {
         }
     }
 
-    /// The texture of a number, or why there is none; the one of the lane before is at hand.
+    /// The texture of a name at (s, t), or why there is none, and the coordinates in it. The one of the lane before is
+    /// at hand.
     fn opened<'o>(
         &self,
         last: &'o mut Option<Opened>,
-        number: u32,
-    ) -> Result<&'o Arc<Texture>, &'o Arc<str>> {
-        let opened = last.take().filter(|opened| opened.number == number).unwrap_or_else(|| {
-            let texture = self.services.textures.get(&self.text(number));
-            Opened { number, texture: texture.map_err(|failure| failure.message().into()) }
-        });
-        let opened = last.insert(opened);
-        opened.texture.as_ref()
+        (number, part): (u32, &Part),
+        (s, t): (f32, f32),
+    ) -> (Result<&'o Arc<Texture>, &'o Arc<str>>, f32, f32) {
+        let same = |opened: &Opened| opened.number == number && opened.part == *part && !opened.tiled;
+        let (opened, s, t) = match last.take().filter(same) {
+            Some(opened) => (opened, s, t),
+            None => {
+                let name = self.text(number);
+                let (loaded, s, t) = self.services.textures.tile(&name, part.sub_image(), s, t);
+                let texture = loaded.map_err(|failure| failure.message().into());
+                let tiled = TextureCache::is_tiled(&name);
+                (Opened { number, part: part.clone(), tiled, texture }, s, t)
+            }
+        };
+        (last.insert(opened).texture.as_ref(), s, t)
     }
 
-    fn lookup_options(
-        &self,
-        options: &[TextureOption],
-        values: &[Operand],
-        lane: usize,
-    ) -> (LookupOptions, Missing) {
-        let (mut lookup, mut missing) = (LookupOptions::default(), Missing::default());
+    fn lookup_options(&self, options: &[TextureOption], values: &[Operand], lane: usize) -> Options {
+        let mut given = Options::default();
+        let lookup = &mut given.lookup;
         for (option, value) in options.iter().zip(values) {
             let word = self.word(*value, lane);
             let number = f32::from_bits(word);
@@ -180,14 +213,16 @@ impl Machine<'_> {
                 TextureOption::TBlur => lookup.blur.1 = number,
                 TextureOption::MissingColor => {
                     let channel = |c| f32::from_bits(self.word(self.part(*value, c), lane));
-                    missing.color = Some([0, 1, 2].map(channel));
+                    given.missing_color = Some([0, 1, 2].map(channel));
                 }
-                TextureOption::MissingAlpha => missing.alpha = number,
-                // Files of one image are all that is read.
-                TextureOption::SubImage | TextureOption::SubImageName => {}
+                TextureOption::MissingAlpha => given.missing_alpha = number,
+                TextureOption::SubImage => {
+                    given.part = Part::Index(usize::try_from(word as i32).unwrap_or(0))
+                }
+                TextureOption::SubImageName => given.part = Part::Name(self.text(word)),
             }
         }
-        (lookup, missing)
+        given
     }
 
     /// A datum of a texture's header.
@@ -230,7 +265,7 @@ fn header(texture: &Texture, datum: &str, kind: Kind, count: usize) -> Option<Ve
         "resolution" if count == 3 => vec![int(width), int(height), Const::Int(1)],
         "resolution" => vec![int(width), int(height)],
         "channels" => vec![int(texture.channels().len())],
-        "subimages" => vec![Const::Int(1)],
+        "subimages" => vec![int(texture.n_parts())],
         "textureformat" | "texturetype" => vec![Const::Str("Plain Texture".into())],
         "datawindow" | "displaywindow" => {
             vec![Const::Int(0), Const::Int(0), int(width.saturating_sub(1)), int(height.saturating_sub(1))]

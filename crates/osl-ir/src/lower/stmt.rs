@@ -4,6 +4,7 @@ use super::flow::{self, Flow};
 use super::{LoopFlags, Lowerer};
 use crate::hir::{Expr, Stmt, StmtKind};
 use crate::ir::{BlockId, Kind, LaneOp, Op, SlotId, ValueId};
+use osl_syntax::span::Span;
 
 impl Lowerer<'_> {
     /// Lowers statements in order. What follows one that may leave runs only where it did not.
@@ -141,7 +142,7 @@ impl Lowerer<'_> {
                 self.branch(cond, |l| l.stmts(then), |l| l.stmts(otherwise))
             }
             StmtKind::Loop { cond, test_first, iter, body } => {
-                self.loop_(cond.as_ref(), *test_first, iter.as_ref(), body)
+                self.loop_(cond.as_ref(), *test_first, iter.as_ref(), body, stmt.span)
             }
             StmtKind::Break => {
                 if let Some(flags) = self.loop_flags() {
@@ -170,7 +171,14 @@ impl Lowerer<'_> {
     }
 
     /// Every loop becomes one that tests at the end: `go` tells whether the point runs another round.
-    fn loop_(&mut self, cond: Option<&Expr>, test_first: bool, iter: Option<&Expr>, body: &[Stmt]) {
+    fn loop_(
+        &mut self,
+        cond: Option<&Expr>,
+        test_first: bool,
+        iter: Option<&Expr>,
+        body: &[Stmt],
+        span: Span,
+    ) {
         let flags = LoopFlags { broke: self.flag("broke"), continued: self.flag("continued") };
         let go = self.b.slot(Kind::Int, None, "go".into());
         if let Some(frame) = self.frames.last_mut() {
@@ -191,6 +199,7 @@ impl Lowerer<'_> {
         if let Some(frame) = self.frames.last_mut() {
             frame.loops.pop();
         }
+        self.b.span = span;
         let op =
             Op::Loop { init: Vec::new(), params: Vec::new(), body: block, cond: again, next: Vec::new() };
         self.b.push(op, Vec::new());

@@ -1,9 +1,9 @@
 //! Declarations: structs, functions, shaders, parameters.
 
 use super::errors::{self, closest};
-use super::{Context, FunctionSymbol, Resolver, Symbol};
-use crate::builtins;
-use crate::hir::{self, Init, MetaValue, VarId, VarKind};
+use super::{Contents, Context, FunctionSymbol, MAX_DIAGNOSTICS, MAX_OVERLOADS, Resolver, Symbol};
+use crate::builtins::{self, ParamType, Signature, Tail};
+use crate::hir::{self, Init, VarId, VarKind};
 use crate::types::{Base, Extent, Field, Struct, Type};
 use osl_syntax::ast;
 use osl_syntax::diagnostic::Diagnostic;
@@ -50,11 +50,8 @@ impl Resolver<'_> {
         let taken = self.structs.find(name).map(|id| self.structs.get(id).span);
         if let Some(earlier) = taken {
             self.report(errors::redeclared(decl.name.span, name, Some(earlier)));
-        } else if let Some(span) = self.scopes.first().and_then(|s| match s.symbols.get(name)? {
-            Symbol::Var(id) => Some(self.var(*id).span),
-            Symbol::Functions(_) => None,
-        }) {
-            self.report(errors::redeclared(decl.name.span, name, Some(span)));
+        } else if let Some(earlier) = self.taken_in_file(name) {
+            self.report(errors::redeclared(decl.name.span, name, earlier));
         }
         let mut fields: Vec<Field> = Vec::new();
         for field in &decl.fields {
@@ -62,8 +59,12 @@ impl Resolver<'_> {
                 self.report(errors::redeclared(field.name.span, &field.name.text, None));
                 continue;
             }
+            if taken.is_none() && matches!(&field.ty.name, ast::TypeName::Struct(of) if of == name) {
+                self.report(errors::holds_itself(field.name.span, name));
+                continue;
+            }
             let ty = self.declared_type(&field.ty, field.array.as_ref(), false);
-            if ty.is_array() && self.holds_array(ty.base) {
+            if ty.is_array() && self.contents(ty.element()).array {
                 let d = Diagnostic::error(
                     errors::BAD_STRUCT,
                     field.name.span,
@@ -73,16 +74,45 @@ impl Resolver<'_> {
             }
             fields.push(Field { name: field.name.text.clone(), ty });
         }
+        if taken.is_some() {
+            // The first one keeps its name and its values.
+            return;
+        }
+        let mut contents = Contents::default();
+        for field in &fields {
+            let inner = self.contents(field.ty);
+            contents.values = contents.values.saturating_add(inner.values);
+            contents.array |= inner.array;
+        }
+        if contents.values > MAX_ARRAY_LENGTH as u64 {
+            let message = format!("a struct of more than {MAX_ARRAY_LENGTH} values");
+            self.report(Diagnostic::error(errors::BAD_STRUCT, decl.name.span, message));
+            fields.clear();
+            contents = Contents::default();
+        }
+        self.contents.push(contents);
         self.structs.add(Struct { name: name.clone(), fields, span: decl.name.span });
     }
 
-    /// Whether a value of this type has an array anywhere inside.
-    fn holds_array(&self, base: Base) -> bool {
-        match base {
-            Base::Struct(id) => {
-                self.structs.get(id).fields.iter().any(|f| f.ty.is_array() || self.holds_array(f.ty.base))
-            }
-            _ => false,
+    /// Whether a variable or function of the file's scope has the name, and where it was declared, unless it is a
+    /// name of the language.
+    fn taken_in_file(&self, name: &str) -> Option<Option<Span>> {
+        match self.scopes.first().and_then(|scope| scope.symbols.get(name)) {
+            Some(Symbol::Var(id)) => Some(Some(self.var(*id).span)),
+            Some(Symbol::Functions(list)) => Some(list.last().map(|f| f.span)),
+            None => builtins::find(name).map(|_| None),
+        }
+    }
+
+    /// What a value of this type holds.
+    fn contents(&self, ty: Type) -> Contents {
+        let one = match ty.base {
+            Base::Struct(id) => self.contents.get(id.0 as usize).copied().unwrap_or_default(),
+            _ => Contents { values: 1, array: false },
+        };
+        match ty.extent {
+            Extent::Array(n) => Contents { values: one.values.saturating_mul(u64::from(n)), array: true },
+            _ => one,
         }
     }
 
@@ -107,7 +137,15 @@ impl Resolver<'_> {
             return Type::ERROR;
         };
         match self.ast[len].kind {
-            ast::ExprKind::Int(n @ 1..=MAX_ARRAY_LENGTH) => Type { base, extent: Extent::Array(n as u32) },
+            ast::ExprKind::Int(n @ 1..=MAX_ARRAY_LENGTH) => {
+                let ty = Type { base, extent: Extent::Array(n as u32) };
+                if self.contents(ty).values <= MAX_ARRAY_LENGTH as u64 {
+                    return ty;
+                }
+                let message = format!("an array of more than {MAX_ARRAY_LENGTH} values");
+                self.report(Diagnostic::error(errors::BAD_ARRAY_LENGTH, self.ast[len].span, message));
+                Type::ERROR
+            }
             ast::ExprKind::Int(n) if n > MAX_ARRAY_LENGTH => {
                 let message = format!("an array of {n} elements is longer than {MAX_ARRAY_LENGTH}");
                 self.report(Diagnostic::error(errors::BAD_ARRAY_LENGTH, self.ast[len].span, message));
@@ -183,6 +221,7 @@ impl Resolver<'_> {
     /// Resolves a function and adds it to the innermost scope.
     pub(super) fn function(&mut self, decl: &ast::FunctionDecl) {
         let ret = self.type_spec(&decl.ret);
+        self.metadata(&decl.metadata);
         let depth = self.scopes.len();
         let outer = std::mem::replace(&mut self.context, Context { ret: Some(ret), loops: 0 });
         let outer_returns = std::mem::take(&mut self.returns);
@@ -236,6 +275,7 @@ impl Resolver<'_> {
     }
 
     fn add_function(&mut self, symbol: FunctionSymbol) {
+        let symbol = Arc::new(symbol);
         let same = |f: &FunctionSymbol| {
             f.ret == symbol.ret
                 && f.formals.len() == symbol.formals.len()
@@ -243,12 +283,16 @@ impl Resolver<'_> {
         };
         let name = symbol.name.clone();
         let mut redefined = None;
+        let mut full = false;
         let clash = match self.scope().symbols.get_mut(&name) {
             Some(Symbol::Var(id)) => Some(*id),
             Some(Symbol::Functions(list)) => {
                 redefined = list.iter().find(|f| same(f) && f.id.is_some()).map(|f| f.span);
                 list.retain(|f| !same(f));
-                list.push(symbol.clone());
+                full = list.len() >= MAX_OVERLOADS;
+                if !full {
+                    list.push(symbol.clone());
+                }
                 None
             }
             None => {
@@ -259,6 +303,15 @@ impl Resolver<'_> {
         if let Some(id) = clash {
             let span = self.var(id).span;
             self.report(errors::redeclared(symbol.span, &name, Some(span)));
+        }
+        if full {
+            self.report(errors::too_many_overloads(symbol.span, &name, MAX_OVERLOADS));
+        }
+        if self.scopes.len() == 1 && redefines_builtin(&symbol) {
+            let message = format!("function `{name}` takes the place of a built-in one");
+            let d = Diagnostic::warning(errors::REDEFINED, symbol.span, message)
+                .label("this one is called from here on");
+            self.report(d);
         }
         if let Some(earlier) = redefined {
             let d = Diagnostic::warning(
@@ -277,6 +330,7 @@ impl Resolver<'_> {
         for (index, formal) in decl.formals.iter().enumerate() {
             params.push(self.param(formal, index as u32));
         }
+        self.metadata(&decl.metadata);
         self.context = Context { ret: None, loops: 0 };
         let body = self.stmts(&decl.body.stmts);
         hir::Shader { name: decl.name.text.clone(), kind: decl.kind, params, body }
@@ -326,20 +380,16 @@ impl Resolver<'_> {
             }
         };
         let var = self.declare(&formal.name, ty, VarKind::Param { index, output: formal.output });
-        let metadata = formal
-            .metadata
-            .iter()
-            .map(|m| {
-                let ty = self.type_spec(&m.ty);
-                (self.show(ty), m.name.text.clone(), meta_value(self.ast, m.value))
-            })
-            .collect();
+        let metadata = self.metadata(&formal.metadata);
         hir::Param { var, output: formal.output, open, init, metadata }
     }
 
     /// Reports an unknown variable or function.
     pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str) {
         let functions = what == "function";
+        if self.n_errors >= MAX_DIAGNOSTICS {
+            return self.report(errors::unknown_name(span, what, name, None));
+        }
         let close = {
             let mut names = self.names_in_scope(functions);
             if functions {
@@ -351,36 +401,13 @@ impl Resolver<'_> {
     }
 }
 
-/// The constant value of a metadatum, as far as literals and constructors of literals go.
-fn meta_value(ast: &ast::Ast, id: ast::ExprId) -> MetaValue {
-    use ast::ExprKind as E;
-    if let E::InitList(items) = &ast[id].kind {
-        let values: Vec<MetaValue> = items.iter().map(|e| meta_value(ast, *e)).collect();
-        let texts: Option<Vec<Arc<str>>> =
-            values.iter().map(|v| if let MetaValue::Text(t) = v { Some(t.clone()) } else { None }).collect();
-        return texts.filter(|t| !t.is_empty()).map_or_else(|| join_numbers(values), MetaValue::Texts);
-    }
-    match &ast[id].kind {
-        E::Str(text) => MetaValue::Text(text.clone()),
-        E::Int(n) => MetaValue::Numbers(vec![f64::from(*n)]),
-        E::Float(x) => MetaValue::Numbers(vec![f64::from(*x)]),
-        E::Unary(ast::UnaryOp::Neg, inner) => match meta_value(ast, *inner) {
-            MetaValue::Numbers(n) => MetaValue::Numbers(n.into_iter().map(|x| -x).collect()),
-            _ => MetaValue::Unknown,
-        },
-        E::Paren(inner) => meta_value(ast, *inner),
-        E::Construct(_, args) => join_numbers(args.iter().map(|e| meta_value(ast, *e)).collect()),
-        _ => MetaValue::Unknown,
-    }
-}
-
-fn join_numbers(values: Vec<MetaValue>) -> MetaValue {
-    let mut all = Vec::new();
-    for value in values {
-        match value {
-            MetaValue::Numbers(n) => all.extend(n),
-            _ => return MetaValue::Unknown,
-        }
-    }
-    MetaValue::Numbers(all)
+/// Whether a built-in function has the very signature.
+fn redefines_builtin(symbol: &FunctionSymbol) -> bool {
+    let formals = |s: &Signature| {
+        s.params.len() == symbol.formals.len()
+            && s.params.iter().zip(&symbol.formals).all(|(p, (ty, _))| p.ty == ParamType::Of(*ty))
+    };
+    builtins::find(&symbol.name).is_some_and(|row| {
+        row.signatures().iter().any(|s| s.ret == symbol.ret && s.tail == Tail::None && formals(s))
+    })
 }

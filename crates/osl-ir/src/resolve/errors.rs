@@ -1,6 +1,6 @@
 //! Codes and messages of resolution: names E02xx, types E03xx, calls E04xx, statements E05xx; warnings W02xx on.
 
-use osl_syntax::diagnostic::{Code, Diagnostic};
+use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
 use osl_syntax::span::Span;
 
 macro_rules! codes {
@@ -26,6 +26,8 @@ codes! {
     NO_SHADER = "E0206" "no-shader";
     /// The file declares more than one shader.
     TWO_SHADERS = "E0207" "two-shaders";
+    /// More functions of one name than calls can be asked to choose from.
+    TOO_MANY_OVERLOADS = "E0208" "too-many-overloads";
     /// Operands that the operator does not take.
     BAD_OPERANDS = "E0301" "bad-operands";
     /// A value that cannot be assigned to its destination.
@@ -52,16 +54,20 @@ codes! {
     READ_ONLY = "E0312" "read-only";
     /// No overload takes the arguments.
     NO_OVERLOAD = "E0401" "no-overload";
-    /// Overloads that differ only in what a list would become.
+    /// Overloads that differ only in the struct that they return, or in what a list would become.
     AMBIGUOUS_STRUCTS = "E0402" "ambiguous-structs";
     /// A function that was declared but has no body yet.
     NO_BODY = "E0403" "no-body";
     /// An output argument of another type.
     OUTPUT_TYPE = "E0404" "output-type";
+    /// A format string that does not go with its arguments.
+    BAD_FORMAT = "E0405" "bad-format";
     /// A function with a value of which no statement returns one.
     NEVER_RETURNS = "E0406" "never-returns";
     /// A void call used as a value.
     VOID_VALUE = "E0407" "void-value";
+    /// The name of a texture option that is no literal.
+    OPEN_OPTION = "E0408" "open-option";
     /// `break` or `continue` outside of a loop.
     OUTSIDE_LOOP = "E0501" "outside-loop";
     /// `return` with a value where there is none, or without one.
@@ -72,6 +78,8 @@ codes! {
     FORMAL_DEFAULT = "E0504" "formal-default";
     /// A parameter type that shaders cannot have.
     BAD_PARAMETER = "E0505" "bad-parameter";
+    /// Metadata that is no constant of its type.
+    BAD_METADATA = "E0506" "bad-metadata";
     /// A call that several overloads fit equally well.
     AMBIGUOUS = "W0201" "ambiguous-call";
     /// A float stored in an int.
@@ -84,6 +92,20 @@ codes! {
     HIDES_FUNCTION = "W0206" "hides-function";
     /// An output of a built-in that would need a conversion and is lost.
     OUTPUT_LOST = "W0207" "output-lost";
+    /// A format string that is no literal.
+    OPEN_FORMAT = "W0208" "open-format";
+    /// A texture option that nobody knows, or a value that it does not take.
+    UNKNOWN_OPTION = "W0209" "unknown-option";
+    /// A string among the numbers that an array starts with, or the reverse.
+    ELEMENT_IGNORED = "W0210" "element-ignored";
+    /// `++` or `--` on a string.
+    IDLE_STEP = "W0211" "idle-step";
+    /// A struct with a field of its own type.
+    HOLDS_ITSELF = "W0212" "holds-itself";
+    /// A constant index beyond the elements.
+    OUT_OF_RANGE = "W0213" "index-out-of-range";
+    /// A division by a zero that is written out.
+    DIVISION_BY_ZERO = "W0214" "division-by-zero";
 }
 
 /// E0201: nothing of this name is declared here.
@@ -91,10 +113,9 @@ pub(super) fn unknown_name(span: Span, what: &str, name: &str, close: Option<&st
     let d = Diagnostic::error(UNKNOWN_NAME, span, format!("{what} `{name}` is not declared"))
         .label("not found in this scope");
     match close {
-        Some(close) => d.help(format!("there is one named `{close}`")).fix(
-            format!("write `{close}`"),
-            vec![osl_syntax::diagnostic::Edit { span, text: close.to_string() }],
-        ),
+        Some(close) => d
+            .help(format!("there is one named `{close}`"))
+            .fix(format!("write `{close}`"), vec![Edit { span, text: close.to_string() }]),
         None => d,
     }
 }
@@ -109,10 +130,145 @@ pub(super) fn redeclared(span: Span, name: &str, earlier: Option<Span>) -> Diagn
     }
 }
 
+/// E0208: the name has as many functions as it may have.
+pub(super) fn too_many_overloads(span: Span, name: &str, limit: usize) -> Diagnostic {
+    Diagnostic::error(TOO_MANY_OVERLOADS, span, format!("more than {limit} functions `{name}` in one scope"))
+        .help("give some of them names of their own")
+}
+
 /// E0302: the value's type does not fit.
 pub(super) fn not_assignable(span: Span, to: &str, from: &str) -> Diagnostic {
-    Diagnostic::error(NOT_ASSIGNABLE, span, format!("cannot make a {to} from a {from}"))
-        .label(format!("this is a {from}"))
+    Diagnostic::error(NOT_ASSIGNABLE, span, format!("cannot make {to} from {from}"))
+        .label(format!("this is {from}"))
+}
+
+/// E0405: more or fewer arguments than conversions.
+pub(super) fn format_count(
+    call: Span,
+    format: Span,
+    wanted: usize,
+    given: usize,
+    extra: Option<Span>,
+) -> Diagnostic {
+    let conversions = count(wanted, "conversion");
+    let message = format!("{conversions} in the format, but {}", count(given, "argument"));
+    match extra {
+        Some(extra) => Diagnostic::error(BAD_FORMAT, extra, message)
+            .label("printed by no conversion")
+            .also(format, conversions)
+            .help("one conversion prints one argument; `%%` prints a percent sign"),
+        None => Diagnostic::error(BAD_FORMAT, format, message)
+            .label("some conversions have no argument")
+            .also(call, "in this call")
+            .help("one conversion prints one argument whole, a triple or an array too"),
+    }
+}
+
+/// E0405: a conversion for another type.
+pub(super) fn format_letter(value: Span, conversion: &str, ty: &str, format: Span) -> Diagnostic {
+    Diagnostic::error(BAD_FORMAT, value, format!("`{conversion}` does not print {ty}"))
+        .label(format!("this is {ty}"))
+        .also(format, "the format")
+}
+
+/// E0405: an argument that no conversion prints.
+pub(super) fn unprintable(value: Span, ty: &str) -> Diagnostic {
+    Diagnostic::error(BAD_FORMAT, value, format!("{ty} cannot be printed"))
+        .help("print its fields one by one")
+}
+
+/// W0208: the format is only known when the shader runs.
+pub(super) fn open_format(format: Span, function: &str) -> Diagnostic {
+    Diagnostic::warning(OPEN_FORMAT, format, format!("the format of `{function}` is no literal"))
+        .label("cannot be checked against the arguments")
+        .help("write the format here, and print changing text with `%s`")
+}
+
+/// E0408: the name of an option is only known when the shader runs.
+pub(super) fn open_option(name: Span, function: &str) -> Diagnostic {
+    Diagnostic::error(OPEN_OPTION, name, format!("the name of an option of `{function}` is no literal"))
+        .label("not a string literal")
+        .help("write the option's name here; only its value may change")
+}
+
+/// W0209: no lookup knows the option.
+pub(super) fn unknown_option(name: Span, option: &str) -> Diagnostic {
+    Diagnostic::warning(UNKNOWN_OPTION, name, format!("there is no texture option `{option}`"))
+        .label("ignored, with an error when the shader runs")
+}
+
+/// W0209: an option with a value of another type.
+pub(super) fn option_type(value: Span, option: &str, wanted: &str, given: &str) -> Diagnostic {
+    Diagnostic::warning(UNKNOWN_OPTION, value, format!("the option `{option}` takes {wanted}, not {given}"))
+        .label("ignored, with an error when the shader runs")
+}
+
+/// E0506: a value that is no constant.
+pub(super) fn open_metadata(value: Span) -> Diagnostic {
+    Diagnostic::error(BAD_METADATA, value, "the value of metadata is not a constant")
+        .label("not a literal, nor made of literals")
+        .help("metadata is read without running the shader: write its value out")
+}
+
+/// E0506: a constant of another type.
+pub(super) fn metadata_type(value: Span, ty: &str) -> Diagnostic {
+    Diagnostic::error(BAD_METADATA, value, format!("this metadata value is not {ty}"))
+        .label("of another type")
+        .help("the type before the name says what the value is")
+}
+
+/// W0210: an element that its array cannot take.
+pub(super) fn element_ignored(value: Span, element: &str, given: &str) -> Diagnostic {
+    Diagnostic::warning(ELEMENT_IGNORED, value, format!("{given} among the elements of {element} array"))
+        .label("the element starts as zero, or empty, instead")
+}
+
+/// W0211: a step of what has no next value.
+pub(super) fn idle_step(span: Span, ty: &str) -> Diagnostic {
+    Diagnostic::warning(IDLE_STEP, span, format!("a {ty} has no next value")).label("does nothing")
+}
+
+/// W0212: a field that would make its struct endless.
+pub(super) fn holds_itself(field: Span, name: &str) -> Diagnostic {
+    Diagnostic::warning(HOLDS_ITSELF, field, format!("struct `{name}` cannot hold itself"))
+        .label("left out: the struct would have no end")
+}
+
+/// W0213: a constant index that no element has.
+pub(super) fn out_of_range(index: Span, n: u32) -> Diagnostic {
+    Diagnostic::warning(OUT_OF_RANGE, index, format!("the last index is {}", n.saturating_sub(1)))
+        .label("out of range: the nearest element is taken, with an error when the shader runs")
+}
+
+/// W0214: a divisor that is zero.
+pub(super) fn division_by_zero(divisor: Span) -> Diagnostic {
+    Diagnostic::warning(DIVISION_BY_ZERO, divisor, "a division by zero").label("gives 0, whatever is divided")
+}
+
+/// E0402: overloads that want different things of one list.
+pub(super) fn ambiguous_list(call: Span, list: Span, name: &str, a: &str, b: &str) -> Diagnostic {
+    Diagnostic::error(AMBIGUOUS_STRUCTS, call, format!("`{name}` fits in more than one way"))
+        .also(list, format!("could become {a} or {b}"))
+        .help("write a constructor instead of the list, or pass a variable of the type that is meant")
+}
+
+/// The edit that writes `(int)` before a value.
+pub(super) fn cast_to_int(value: Span, is_operand: bool) -> Vec<Edit> {
+    let before = Edit { span: Span::new(value.start, value.start), text: "(int)".to_string() };
+    if is_operand {
+        return vec![before];
+    }
+    let open = Edit { text: "(int)(".to_string(), ..before };
+    vec![open, Edit { span: Span::new(value.end, value.end), text: ")".to_string() }]
+}
+
+/// `no value`, `1 value`, `2 values`.
+pub(super) fn count(n: usize, noun: &str) -> String {
+    match n {
+        0 => format!("no {noun}"),
+        1 => format!("1 {noun}"),
+        _ => format!("{n} {noun}s"),
+    }
 }
 
 /// The closest of `names` to `name`, if it is close enough to suggest.

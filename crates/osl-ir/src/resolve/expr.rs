@@ -2,7 +2,7 @@
 
 use super::Resolver;
 use super::errors;
-use super::init::convert_to;
+use super::init::{Loss, convert_to};
 use super::operators;
 use crate::builtins;
 use crate::hir::{Arg, Expr, ExprKind, Init, Place, Step};
@@ -46,9 +46,14 @@ impl Resolver<'_> {
             ast::ExprKind::Step { prefix, increment, target } => {
                 let Some(place) = self.target(*target, "step") else { return error };
                 let ty = place.ty;
+                if ty == Type::STRING {
+                    // Published compilers take it, and the string stays as it is.
+                    self.report(errors::idle_step(span, "string"));
+                    return of(ty, ExprKind::Read(place));
+                }
                 let steps = !ty.is_array() && (ty.is_number() || ty.is_triple() || ty == Type::MATRIX);
                 if !steps && !ty.is_error() {
-                    let message = format!("a {} cannot be stepped", self.show(ty));
+                    let message = format!("{} cannot be stepped", self.show_a(ty));
                     self.report(Diagnostic::error(errors::BAD_OPERANDS, span, message));
                     return error;
                 }
@@ -101,9 +106,7 @@ impl Resolver<'_> {
         if operand.ty.is_error() {
             return operand;
         }
-        if let Some(call) =
-            self.operator_call(operators::unary_overload_name(op), &[&operand], expected, span)
-        {
+        if let Some(call) = self.operator_call(operators::unary_overload_name(op), &[&operand], span) {
             return call;
         }
         match (op, &operand.kind) {
@@ -123,7 +126,7 @@ impl Resolver<'_> {
                     UnaryOp::Not => "!",
                     UnaryOp::Compl => "~",
                 };
-                let message = format!("`{symbol}` does not take a {}", self.show(operand.ty));
+                let message = format!("`{symbol}` does not take {}", self.show_a(operand.ty));
                 self.report(Diagnostic::error(errors::BAD_OPERANDS, span, message));
                 Expr { ty: Type::ERROR, kind: ExprKind::Error, span }
             }
@@ -133,31 +136,36 @@ impl Resolver<'_> {
     fn binary(&mut self, op: BinaryOp, a: ExprId, b: ExprId, expected: Option<Type>, span: Span) -> Expr {
         let left = self.value(a, expected);
         let right = self.value(b, expected);
-        self.combine(op, left, right, expected, span)
+        self.combine(op, left, right, span)
     }
 
     /// `left op right` of resolved operands.
-    fn combine(&mut self, op: BinaryOp, left: Expr, right: Expr, expected: Option<Type>, span: Span) -> Expr {
+    fn combine(&mut self, op: BinaryOp, left: Expr, right: Expr, span: Span) -> Expr {
         if left.ty.is_error() || right.ty.is_error() {
             return Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
         }
         if let Some(name) = operators::overload_name(op)
-            && let Some(call) = self.operator_call(name, &[&left, &right], expected, span)
+            && let Some(call) = self.operator_call(name, &[&left, &right], span)
         {
             return call;
         }
         let Some(ty) = operators::binary(op, left.ty, right.ty) else {
-            let (l, r) = (self.show(left.ty), self.show(right.ty));
+            let (l, r) = (self.show_a(left.ty), self.show_a(right.ty));
             let d = Diagnostic::error(
                 errors::BAD_OPERANDS,
                 span,
-                format!("`{}` does not take a {l} and a {r}", operators::symbol(op)),
+                format!("`{}` does not take {l} and {r}", operators::symbol(op)),
             )
-            .also(left.span, format!("a {l}"))
-            .also(right.span, format!("a {r}"));
+            .also(left.span, l)
+            .also(right.span, r);
             self.report(d);
             return Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
         };
+        let zero =
+            matches!(right.kind, ExprKind::Int(0)) || matches!(right.kind, ExprKind::Float(x) if x == 0.0);
+        if zero && matches!(op, BinaryOp::Div | BinaryOp::Mod) {
+            self.report(errors::division_by_zero(right.span));
+        }
         let (left, right) = if matches!(op, BinaryOp::And | BinaryOp::Or) {
             (left, right)
         } else {
@@ -188,10 +196,11 @@ impl Resolver<'_> {
             Some(op) => {
                 // The index expressions of the place are evaluated for the read and again for the write.
                 let left = Expr { ty, kind: ExprKind::Read(place.clone()), span: place.span };
-                self.combine(op, left, right, Some(ty), span)
+                self.combine(op, left, right, span)
             }
         };
-        let value = self.convert(ty, value, true);
+        let loss = if op.is_some() { Loss::Compound } else { Loss::Cast };
+        let value = self.convert(ty, value, loss);
         Expr { ty, kind: ExprKind::Assign(place, Box::new(Init::Value(value))), span }
     }
 
@@ -203,16 +212,15 @@ impl Resolver<'_> {
             return error;
         }
         if !operators::has_truth(cond.ty) || cond.ty == Type::CLOSURE {
-            let message = format!("a {} has no truth value here", self.show(cond.ty));
+            let message = format!("{} has no truth value here", self.show_a(cond.ty));
             self.report(Diagnostic::error(errors::BAD_CONDITION, cond.span, message));
             return error;
         }
         let Some(ty) = operators::ternary(a.ty, b.ty) else {
-            let (x, y) = (self.show(a.ty), self.show(b.ty));
-            let d =
-                Diagnostic::error(errors::BAD_TERNARY, span, format!("a {x} and a {y} have no common type"))
-                    .also(a.span, format!("a {x}"))
-                    .also(b.span, format!("a {y}"));
+            let (x, y) = (self.show_a(a.ty), self.show_a(b.ty));
+            let d = Diagnostic::error(errors::BAD_TERNARY, span, format!("{x} and {y} have no common type"))
+                .also(a.span, x)
+                .also(b.span, y);
             self.report(d);
             return error;
         };
@@ -228,8 +236,8 @@ impl Resolver<'_> {
         let ok =
             value.ty == ty || (value.ty.is_number() && number_to) || (value.ty.is_triple() && ty.is_triple());
         if !ok {
-            let (to, from) = (self.show(ty), self.show(value.ty));
-            self.report(Diagnostic::error(errors::BAD_CAST, span, format!("cannot cast a {from} to a {to}")));
+            let (to, from) = (self.show_a(ty), self.show_a(value.ty));
+            self.report(Diagnostic::error(errors::BAD_CAST, span, format!("cannot cast {from} to {to}")));
             return Expr { ty, kind: ExprKind::Error, span };
         }
         Expr { span, ..convert_to(ty, value) }
@@ -267,11 +275,11 @@ impl Resolver<'_> {
         };
         let Some(shape) = made else {
             let types: Vec<String> = values.iter().map(|v| self.show(v.ty)).collect();
-            let what = self.show(ty);
+            let what = self.show_a(ty);
             let d = Diagnostic::error(
                 errors::BAD_CONSTRUCTOR,
                 span,
-                format!("cannot make a {what} from ({})", types.join(", ")),
+                format!("cannot make {what} from ({})", types.join(", ")),
             )
             .help(constructor_help(ty));
             self.report(d);

@@ -6,6 +6,7 @@ use crate::hir::{Expr, ExprKind, Init};
 use crate::types::{Base, Extent, Type};
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::span::Span;
 
 /// Where an initialiser stands; decides what a list may be.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -18,6 +19,17 @@ enum Site {
     Nested,
     /// An argument: a list must be complete.
     Argument,
+}
+
+/// What to say of a float that becomes an int.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Loss {
+    /// Nothing: the caller has judged it.
+    Judged,
+    /// A warning, and a cast that says the same.
+    Cast,
+    /// A warning: the value is part of `op=` and cannot be cast where it stands.
+    Compound,
 }
 
 impl Resolver<'_> {
@@ -47,20 +59,27 @@ impl Resolver<'_> {
             return self.init(ty, id, Site::Local);
         }
         let value = self.expr(id, Some(ty));
+        if ty == Type::CLOSURE && value.ty.is_number() {
+            let d = errors::not_assignable(value.span, "a closure color", &self.show_a(value.ty));
+            self.report(d.help("return a variable that holds the null closure"));
+            return Init::Value(value);
+        }
         if ty == Type::INT && value.ty == Type::FLOAT {
             self.report(
-                errors::not_assignable(value.span, "int", "float").help("write `(int)` before the value"),
+                errors::not_assignable(value.span, "an int", "a float")
+                    .help("write `(int)` before the value")
+                    .fix("cast it", errors::cast_to_int(value.span, is_operand(&value))),
             );
             return Init::Value(value);
         }
-        Init::Value(self.convert(ty, value, false))
+        Init::Value(self.convert(ty, value, Loss::Judged))
     }
 
     fn init(&mut self, ty: Type, id: ExprId, site: Site) -> Init {
         let ast = self.ast;
         let ast::ExprKind::InitList(items) = &ast[id].kind else {
             let value = self.expr(id, Some(ty));
-            return Init::Value(self.convert(ty, value, true));
+            return Init::Value(self.convert(ty, value, Loss::Cast));
         };
         let span = ast[id].span;
         if ty.is_error() {
@@ -74,7 +93,7 @@ impl Resolver<'_> {
             (Extent::One, Base::Matrix) => 16,
             (Extent::One, base) if base.is_triple() => 3,
             _ => {
-                let message = format!("a {} is not made from a list", self.show(ty));
+                let message = format!("{} is not made from a list", self.show_a(ty));
                 self.report(Diagnostic::error(errors::BAD_LIST, span, message));
                 return Init::List(Vec::new());
             }
@@ -87,10 +106,12 @@ impl Resolver<'_> {
             self.report(Diagnostic::error(errors::BAD_LIST, span, "an empty list initialises nothing here"));
         }
         if items.len() > slots {
-            let message = format!("{} values for the {slots} of a {}", items.len(), self.show(ty));
+            let message =
+                format!("{} for the {slots} of {}", errors::count(items.len(), "value"), self.show_a(ty));
             self.report(Diagnostic::error(errors::BAD_LIST, span, message).label("too many values"));
         } else if items.len() < slots && site == Site::Argument {
-            let message = format!("{} values for the {slots} of a {}", items.len(), self.show(ty));
+            let message =
+                format!("{} for the {slots} of {}", errors::count(items.len(), "value"), self.show_a(ty));
             self.report(
                 Diagnostic::error(errors::BAD_LIST, span, message).label("an argument needs all of them"),
             );
@@ -101,14 +122,33 @@ impl Resolver<'_> {
                 Some(id) => self.structs.get(id).fields.get(index).map_or(Type::ERROR, |f| f.ty),
                 None => ty.element(),
             };
+            if site == Site::Local && ty.is_array() && self.ignores_element(part, *item) {
+                parts.push(Init::Value(zero(part, ast[*item].span)));
+                continue;
+            }
             let inner = if site == Site::Argument { Site::Argument } else { Site::Nested };
             parts.push(self.init(part, *item, inner));
         }
         Init::List(parts)
     }
 
-    /// The value as one of type `to`. Reports where it cannot be; `warn` allows float to int with a warning.
-    pub(super) fn convert(&mut self, to: Type, value: Expr, warn: bool) -> Expr {
+    /// Whether the element is a literal that published compilers take and that cannot be meant: a string among
+    /// numbers, or the reverse.
+    fn ignores_element(&mut self, element: Type, item: ExprId) -> bool {
+        let item = &self.ast[item];
+        let given = match item.kind {
+            ast::ExprKind::Str(_) if element.is_number() => "a string",
+            ast::ExprKind::Int(_) if element == Type::STRING => "an int",
+            ast::ExprKind::Float(_) if element == Type::STRING => "a float",
+            _ => return false,
+        };
+        let d = errors::element_ignored(item.span, &self.show_a(element), given);
+        self.report(d);
+        true
+    }
+
+    /// The value as one of type `to`. Reports where it cannot be; `loss` says what of float to int.
+    pub(super) fn convert(&mut self, to: Type, value: Expr, loss: Loss) -> Expr {
         if to.is_error() || value.ty.is_error() {
             return value;
         }
@@ -122,19 +162,23 @@ impl Resolver<'_> {
             return Expr { ty: to, span: value.span, kind: ExprKind::NullClosure };
         }
         if !self.structs.assignable(to, value.ty) {
-            let (to_text, from) = (self.show(to), self.show(value.ty));
+            let (to_text, from) = (self.show_a(to), self.show_a(value.ty));
             self.report(errors::not_assignable(value.span, &to_text, &from));
             return Expr { ty: to, span: value.span, kind: ExprKind::Error };
         }
-        if warn && to == Type::INT && value.ty == Type::FLOAT {
+        if loss != Loss::Judged && to == Type::INT && value.ty == Type::FLOAT {
             let d = Diagnostic::warning(
                 errors::PRECISION,
                 value.span,
                 "a float stored in an int loses its fraction",
             )
-            .label("truncated toward zero")
-            .help("write `(int)` before the value to say so");
-            self.report(d);
+            .label("truncated toward zero");
+            self.report(match loss {
+                Loss::Cast => d
+                    .help("write `(int)` before the value to say so")
+                    .fix("cast it", errors::cast_to_int(value.span, is_operand(&value))),
+                _ => d.help("write the operation out, with `(int)` before its value, to say so"),
+            });
         }
         convert_to(to, value)
     }
@@ -149,6 +193,26 @@ pub(super) fn convert_to(to: Type, value: Expr) -> Expr {
     match (to, &value.kind) {
         (Type::FLOAT, ExprKind::Int(n)) => Expr { ty: to, span, kind: ExprKind::Float(*n as f32) },
         _ => Expr { ty: to, span, kind: ExprKind::Convert(Box::new(value)) },
+    }
+}
+
+/// Zero, or the empty string.
+fn zero(ty: Type, span: Span) -> Expr {
+    let kind = match ty {
+        Type::INT => ExprKind::Int(0),
+        Type::FLOAT => ExprKind::Float(0.0),
+        _ => ExprKind::Str("".into()),
+    };
+    Expr { ty, kind, span }
+}
+
+/// Whether a cast before it applies to all of it.
+pub(super) fn is_operand(value: &Expr) -> bool {
+    match &value.kind {
+        ExprKind::Binary(..) | ExprKind::Ternary(..) | ExprKind::Assign(..) | ExprKind::Comma(_) => false,
+        // What is written around a conversion cannot be seen here.
+        ExprKind::Convert(_) => false,
+        _ => true,
     }
 }
 

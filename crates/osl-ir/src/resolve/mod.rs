@@ -9,19 +9,32 @@
 mod decl;
 pub mod errors;
 mod expr;
+mod formats;
 mod init;
+mod invoke;
+mod metadata;
 mod operators;
+mod options;
 mod overload;
 mod place;
+mod score;
 mod stmt;
 
 use crate::hir::{self, Function, GLOBALS, Program, Var, VarId, VarKind};
 use crate::types::{StructTable, Type};
 use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::errors::too_many_errors;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
+
+/// Errors, at most, and warnings, at most: as many as parsing reports.
+const MAX_DIAGNOSTICS: usize = 64;
+/// Functions of one name in one scope, at most: each call looks at all of them.
+const MAX_OVERLOADS: usize = 256;
+/// Indices within indices, at most: `op=` and outputs evaluate an index twice, and so everything within it.
+const MAX_INDEX_NESTING: u32 = 8;
 
 /// What resolution yields: the program, unless the file has no shader, and what there is to say.
 #[derive(Debug)]
@@ -36,7 +49,8 @@ pub struct Resolved {
 pub fn resolve(ast: &Ast) -> Resolved {
     let mut resolver = Resolver::new(ast);
     let shader = resolver.items();
-    let Resolver { structs, vars, functions, mut diagnostics, .. } = resolver;
+    let Resolver { structs, vars, functions, mut diagnostics, dropped, .. } = resolver;
+    diagnostics.extend(dropped.map(|span| too_many_errors(span, MAX_DIAGNOSTICS)));
     diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
     let program = shader.map(|shader| Program { structs, vars, functions, shader });
     Resolved { program, diagnostics }
@@ -57,7 +71,7 @@ struct FunctionSymbol {
 enum Symbol {
     Var(VarId),
     /// Overloads, oldest first.
-    Functions(Vec<FunctionSymbol>),
+    Functions(Vec<Arc<FunctionSymbol>>),
 }
 
 #[derive(Debug, Default)]
@@ -74,6 +88,13 @@ struct Context {
     loops: u32,
 }
 
+/// What a struct holds, fields within fields.
+#[derive(Clone, Copy, Debug, Default)]
+struct Contents {
+    values: u64,
+    array: bool,
+}
+
 struct Resolver<'a> {
     ast: &'a Ast,
     structs: StructTable,
@@ -81,6 +102,13 @@ struct Resolver<'a> {
     functions: Vec<Function>,
     scopes: Vec<Scope>,
     diagnostics: Vec<Diagnostic>,
+    n_errors: usize,
+    /// Where the first error was dropped.
+    dropped: Option<Span>,
+    /// Values in one struct of each id, and whether there is an array among its fields.
+    contents: Vec<Contents>,
+    /// Indices around the current expression.
+    index_depth: u32,
     context: Context,
     /// Whether any statement of the current function returns.
     returns: bool,
@@ -95,6 +123,10 @@ impl<'a> Resolver<'a> {
             functions: Vec::new(),
             scopes: vec![Scope::default()],
             diagnostics: Vec::new(),
+            n_errors: 0,
+            dropped: None,
+            contents: Vec::new(),
+            index_depth: 0,
             context: Context { ret: None, loops: 0 },
             returns: false,
         };
@@ -104,8 +136,23 @@ impl<'a> Resolver<'a> {
         resolver
     }
 
+    /// Keeps a diagnostic, unless there are too many of its severity.
     fn report(&mut self, diagnostic: Diagnostic) {
+        if diagnostic.is_error() {
+            self.n_errors += 1;
+            if self.n_errors > MAX_DIAGNOSTICS {
+                self.dropped.get_or_insert(diagnostic.span);
+                return;
+            }
+        } else if self.is_full() {
+            return;
+        }
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Whether a further warning would be dropped. Errors have a limit of their own.
+    fn is_full(&self) -> bool {
+        self.diagnostics.len() >= MAX_DIAGNOSTICS + self.n_errors.min(MAX_DIAGNOSTICS)
     }
 
     fn scope(&mut self) -> &mut Scope {
@@ -147,6 +194,16 @@ impl<'a> Resolver<'a> {
 
     fn show(&self, ty: Type) -> String {
         self.structs.show(ty)
+    }
+
+    /// The type with its article: `a float`, `an int`, `a struct slot`.
+    fn show_a(&self, ty: Type) -> String {
+        let name = self.show(ty);
+        match ty.base {
+            crate::types::Base::Struct(_) => format!("a struct {name}"),
+            crate::types::Base::Int => format!("an {name}"),
+            _ => format!("a {name}"),
+        }
     }
 
     /// The functions in scope, or the variables, for "did you mean".

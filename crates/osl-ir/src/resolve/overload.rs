@@ -1,17 +1,24 @@
 //! Calls: candidates, scores, and the choice by argument types and expected result.
 
 use super::errors;
+use super::score::return_rank;
 use super::{FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
-use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Step};
-use crate::types::{Base, Extent, Type};
+use crate::hir::{Expr, ExprKind};
+use crate::types::{Base, Type};
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
+use std::sync::Arc;
+
+/// Types of arguments that a message lists.
+const MOST_ARGUMENTS: usize = 20;
+/// Candidates that a message lists.
+const MOST_CANDIDATES: usize = 8;
 
 /// An argument as the choice sees it.
 #[derive(Clone, Debug)]
-enum Given {
+pub(super) enum Given {
     Value(Expr),
     /// `{…}`: becomes a value once the formal is known.
     List(ExprId, usize),
@@ -19,16 +26,47 @@ enum Given {
 
 /// Something that can be called.
 #[derive(Clone, Debug)]
-enum Candidate {
-    User(FunctionSymbol),
+pub(super) enum Candidate {
+    User(Arc<FunctionSymbol>),
     Builtin { row: &'static Builtin, overload: usize, signature: &'static Signature },
 }
 
 impl Candidate {
-    fn ret(&self) -> Type {
+    pub(super) fn ret(&self) -> Type {
         match self {
             Candidate::User(f) => f.ret,
             Candidate::Builtin { signature, .. } => signature.ret,
+        }
+    }
+
+    /// Whether it could take so many arguments, of whatever types.
+    fn takes(&self, n: usize) -> bool {
+        match self {
+            Candidate::User(f) => f.formals.len() == n,
+            Candidate::Builtin { signature, .. } => match signature.tail {
+                Tail::None => signature.params.len() == n,
+                _ => signature.params.len() <= n,
+            },
+        }
+    }
+
+    /// Types of the fixed parameters; `None` for one that takes any type.
+    fn formals(&self) -> Vec<Option<Type>> {
+        match self {
+            Candidate::User(f) => f.formals.iter().map(|(ty, _)| Some(*ty)).collect(),
+            Candidate::Builtin { signature, .. } => signature.params.iter().map(type_of).collect(),
+        }
+    }
+
+    /// Whether the two cannot be told apart by any call.
+    fn same_as(&self, other: &Candidate) -> bool {
+        self.ret() == other.ret() && self.formals() == other.formals() && self.tail() == other.tail()
+    }
+
+    fn tail(&self) -> Tail {
+        match self {
+            Candidate::User(_) => Tail::None,
+            Candidate::Builtin { signature, .. } => signature.tail,
         }
     }
 
@@ -44,6 +82,13 @@ impl Candidate {
             }
             Candidate::Builtin { signature, .. } => signature.show(name),
         }
+    }
+}
+
+fn type_of(param: &Param) -> Option<Type> {
+    match param.ty {
+        ParamType::Of(ty) => Some(ty),
+        ParamType::Any { .. } => None,
     }
 }
 
@@ -105,11 +150,12 @@ impl Resolver<'_> {
             && let Some(row) = builtins::find(name)
         {
             let signatures = row.signatures();
-            list.extend(signatures.iter().enumerate().map(|(overload, signature)| Candidate::Builtin {
-                row,
-                overload,
-                signature,
-            }));
+            let builtin = |(overload, signature)| Candidate::Builtin { row, overload, signature };
+            // A function of the file with the very signature takes the place of the built-in.
+            let kept =
+                signatures.iter().enumerate().map(builtin).filter(|b| !list.iter().any(|c| c.same_as(b)));
+            let kept: Vec<Candidate> = kept.collect();
+            list.extend(kept);
         }
         list
     }
@@ -130,7 +176,12 @@ impl Resolver<'_> {
             None => Vec::new(),
         };
         if fields.len() != args.len() {
-            let message = format!("a {} has {} fields, not {}", self.show(ty), fields.len(), args.len());
+            let message = format!(
+                "{} has {}, not {}",
+                self.show_a(ty),
+                errors::count(fields.len(), "field"),
+                args.len()
+            );
             self.report(Diagnostic::error(errors::BAD_CONSTRUCTOR, span, message));
             return Expr { ty, kind: ExprKind::Error, span };
         }
@@ -139,13 +190,7 @@ impl Resolver<'_> {
     }
 
     /// A call of the function that overloads an operator, if one fits.
-    pub(super) fn operator_call(
-        &mut self,
-        name: &str,
-        operands: &[&Expr],
-        expected: Option<Type>,
-        span: Span,
-    ) -> Option<Expr> {
+    pub(super) fn operator_call(&mut self, name: &str, operands: &[&Expr], span: Span) -> Option<Expr> {
         let Some((_, Symbol::Functions(functions))) = self.lookup(name) else { return None };
         let fits = |f: &FunctionSymbol| {
             f.formals.len() == operands.len()
@@ -154,9 +199,7 @@ impl Resolver<'_> {
                     .zip(operands)
                     .all(|((formal, _), e)| self.structs.assignable(*formal, e.ty))
         };
-        let fitting: Vec<FunctionSymbol> = functions.iter().rev().filter(|f| fits(f)).cloned().collect();
-        let _ = expected;
-        let chosen = fitting.into_iter().next()?;
+        let chosen = functions.iter().rev().find(|f| fits(f)).cloned()?;
         let given = operands.iter().map(|e| Given::Value((*e).clone())).collect();
         Some(self.invoke(Candidate::User(chosen), given, span))
     }
@@ -198,6 +241,10 @@ impl Resolver<'_> {
                 self.report(d);
                 return None;
             }
+            if let Some(d) = self.ambiguous_list(name, span, &tied, given) {
+                self.report(d);
+                return None;
+            }
             let differ = tied.iter().any(|c| c.ret() != tied[0].ret());
             tied.retain(|c| rank(c) == top);
             if differ || tied.len() > 1 {
@@ -205,6 +252,27 @@ impl Resolver<'_> {
             }
         }
         tied.first().map(|c| (*c).clone())
+    }
+
+    /// The error where the candidates want different things of one list.
+    fn ambiguous_list(
+        &self,
+        name: &str,
+        span: Span,
+        tied: &[&Candidate],
+        given: &[Given],
+    ) -> Option<Diagnostic> {
+        let formals: Vec<Vec<Option<Type>>> = tied.iter().map(|c| c.formals()).collect();
+        for (index, g) in given.iter().enumerate() {
+            let Given::List(list, _) = g else { continue };
+            let mut wanted = formals.iter().filter_map(|f| f.get(index).copied().flatten());
+            let first = wanted.next()?;
+            if let Some(other) = wanted.find(|ty| *ty != first) {
+                let (a, b) = (self.show_a(first), self.show_a(other));
+                return Some(errors::ambiguous_list(span, self.ast[*list].span, name, &a, &b));
+            }
+        }
+        None
     }
 
     fn warn_ambiguous(&mut self, name: &str, span: Span, chosen: Option<&Candidate>) {
@@ -221,263 +289,30 @@ impl Resolver<'_> {
     }
 
     fn no_overload(&self, name: &str, span: Span, candidates: &[Candidate], given: &[Given]) -> Diagnostic {
-        let types: Vec<String> = given
+        let mut types: Vec<String> = given
             .iter()
+            .take(MOST_ARGUMENTS)
             .map(|g| match g {
                 Given::Value(v) => self.show(v.ty),
                 Given::List(..) => "{…}".to_string(),
             })
             .collect();
+        if given.len() > MOST_ARGUMENTS {
+            types.push(format!("and {} more", given.len() - MOST_ARGUMENTS));
+        }
         let mut d =
             Diagnostic::error(errors::NO_OVERLOAD, span, format!("no `{name}` takes ({})", types.join(", ")))
                 .label("no overload fits these arguments");
-        for candidate in candidates.iter().take(6) {
-            d = d.note(format!("there is {}", candidate.signature(self, name)));
+        // Those that differ in a type first: among them is the one that was meant, more likely.
+        let (counted, others): (Vec<&Candidate>, Vec<&Candidate>) =
+            candidates.iter().partition(|c| c.takes(given.len()));
+        for candidate in counted.iter().chain(&others).take(MOST_CANDIDATES) {
+            let why = self.why_not(candidate, given);
+            d = d.note(format!("{}: {why}", candidate.signature(self, name)));
         }
-        if candidates.len() > 6 {
-            d = d.note(format!("and {} more", candidates.len() - 6));
+        if candidates.len() > MOST_CANDIDATES {
+            d = d.note(format!("and {} more", candidates.len() - MOST_CANDIDATES));
         }
         d
-    }
-
-    fn score(&self, candidate: &Candidate, given: &[Given]) -> Option<u32> {
-        match candidate {
-            Candidate::User(f) => {
-                if f.formals.len() != given.len() {
-                    return None;
-                }
-                f.formals.iter().zip(given).map(|((ty, _), g)| self.score_given(*ty, g)).sum()
-            }
-            Candidate::Builtin { signature, .. } => self.score_signature(signature, given),
-        }
-    }
-
-    fn score_signature(&self, signature: &Signature, given: &[Given]) -> Option<u32> {
-        if given.len() < signature.params.len() {
-            return None;
-        }
-        let (fixed, rest) = given.split_at(signature.params.len());
-        let mut total = 0;
-        for (param, g) in signature.params.iter().zip(fixed) {
-            total += match param.ty {
-                ParamType::Of(ty) => self.score_given(ty, g)?,
-                ParamType::Any { array } => {
-                    let Given::Value(v) = g else { return None };
-                    if v.ty.is_array() != array {
-                        return None;
-                    }
-                    1
-                }
-            };
-        }
-        let rest_fits = match signature.tail {
-            Tail::None => rest.is_empty(),
-            Tail::Any => true,
-            Tail::KeyValue => {
-                rest.len().is_multiple_of(2)
-                    && rest.iter().step_by(2).all(|g| matches!(g, Given::Value(v) if v.ty == Type::STRING))
-            }
-        };
-        rest_fits.then_some(total + rest.len() as u32)
-    }
-
-    fn score_given(&self, formal: Type, given: &Given) -> Option<u32> {
-        match given {
-            Given::Value(v) => self.score_type(formal, v.ty),
-            Given::List(_, len) => {
-                let fits = match (formal.extent, formal.base) {
-                    (Extent::Array(n), _) => n as usize == *len,
-                    (Extent::Unsized, _) => *len > 0,
-                    (Extent::One, Base::Struct(id)) => self.structs.get(id).fields.len() == *len,
-                    (Extent::One, Base::Matrix) => *len == 16 || *len == 1,
-                    (Extent::One, base) => base.is_triple() && (*len == 3 || *len == 1),
-                };
-                fits.then_some(100)
-            }
-        }
-    }
-
-    /// How well an argument of type `have` suits a formal of type `want`; `None` if not at all.
-    fn score_type(&self, want: Type, have: Type) -> Option<u32> {
-        if want == have {
-            return Some(100);
-        }
-        if want == Type::FLOAT && have == Type::INT {
-            return Some(77);
-        }
-        if want.is_array() || have.is_array() {
-            return match (want.extent, have.extent) {
-                (Extent::Unsized, Extent::Array(_)) if want.base == have.base => Some(44),
-                _ if self.structs.equivalent(want, have) => Some(23),
-                _ => None,
-            };
-        }
-        if want.is_triple() && have.is_triple() {
-            return Some(if want == Type::COLOR || have == Type::COLOR { 27 } else { 32 });
-        }
-        if want == Type::INT && have == Type::FLOAT {
-            return None;
-        }
-        self.structs.assignable(want, have).then_some(23)
-    }
-
-    fn invoke(&mut self, candidate: Candidate, given: Vec<Given>, span: Span) -> Expr {
-        match candidate {
-            Candidate::User(f) => self.invoke_user(&f, given, span),
-            Candidate::Builtin { row, overload, signature } => {
-                self.invoke_builtin(row, overload, signature, given, span)
-            }
-        }
-    }
-
-    fn invoke_user(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
-        let args: Vec<Arg> = given
-            .into_iter()
-            .zip(&f.formals)
-            .map(|(g, formal)| match g {
-                Given::List(id, _) => Arg::Copy { value: self.argument_list(formal.0, id), back: None },
-                Given::Value(v) => {
-                    self.check_output_argument(*formal, &v);
-                    self.argument(*formal, v)
-                }
-            })
-            .collect();
-        let error = Expr { ty: f.ret, kind: ExprKind::Error, span };
-        let Some(id) = f.id else {
-            let d = Diagnostic::error(
-                errors::NO_BODY,
-                span,
-                format!("`{}` is declared but has no body yet", f.name),
-            )
-            .also(f.span, "declared here");
-            self.report(d);
-            return error;
-        };
-        if f.ret != Type::VOID && self.never_returns(id) {
-            let d = Diagnostic::error(
-                errors::NEVER_RETURNS,
-                span,
-                format!("`{}` has no `return` statement", f.name),
-            )
-            .also(f.span, "defined here");
-            self.report(d);
-            return error;
-        }
-        Expr { ty: f.ret, kind: ExprKind::Call(id, args), span }
-    }
-
-    fn never_returns(&self, id: FunctionId) -> bool {
-        self.functions.get(id.0 as usize).is_some_and(|f| f.ret.is_error())
-    }
-
-    /// Output formals of user functions want an argument of an equivalent type, and no literal.
-    fn check_output_argument(&mut self, (ty, output): (Type, bool), value: &Expr) {
-        if !output {
-            return;
-        }
-        if matches!(value.kind, ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_)) {
-            let d = Diagnostic::error(errors::READ_ONLY, value.span, "a constant cannot receive an output")
-                .help("pass a variable");
-            self.report(d);
-        } else if !self.structs.equivalent(ty, value.ty) {
-            let (want, have) = (self.show(ty), self.show(value.ty));
-            let d = Diagnostic::error(
-                errors::OUTPUT_TYPE,
-                value.span,
-                format!("this output is a {want}, the argument a {have}"),
-            )
-            .help(format!("pass a {want} variable"));
-            self.report(d);
-        }
-    }
-
-    fn invoke_builtin(
-        &mut self,
-        row: &'static Builtin,
-        overload: usize,
-        signature: &'static Signature,
-        given: Vec<Given>,
-        span: Span,
-    ) -> Expr {
-        let mut args = Vec::new();
-        let mut outputs = Vec::new();
-        for (index, g) in given.into_iter().enumerate() {
-            let param = signature.params.get(index);
-            let value = match (g, param) {
-                (Given::Value(v), _) => v,
-                (Given::List(id, _), Some(Param { ty: ParamType::Of(ty), .. })) => {
-                    match self.argument_list(*ty, id) {
-                        Init::Value(v) => v,
-                        Init::List(parts) => Expr { ty: *ty, kind: ExprKind::Struct(parts), span },
-                    }
-                }
-                (Given::List(..), _) => Expr { ty: Type::ERROR, kind: ExprKind::Error, span },
-            };
-            outputs.push(match param {
-                Some(param) if param.output => self.output_place(param.ty, &value),
-                None if index > 0 => {
-                    let option = args.get(index - 1).and_then(|before: &Expr| match &before.kind {
-                        ExprKind::Str(name) => row.output_option(name),
-                        _ => None,
-                    });
-                    option.and_then(|ty| self.output_place(ParamType::Of(ty), &value))
-                }
-                _ => None,
-            });
-            let value = match param {
-                Some(Param { ty: ParamType::Of(ty), .. }) => convert_argument(*ty, value),
-                _ => value,
-            };
-            args.push(value);
-        }
-        Expr {
-            ty: signature.ret,
-            kind: ExprKind::Builtin(BuiltinCall { row, overload, args, outputs }),
-            span,
-        }
-    }
-
-    fn output_place(&mut self, wanted: ParamType, value: &Expr) -> Option<crate::hir::Place> {
-        let ExprKind::Read(place) = &value.kind else {
-            let d = Diagnostic::warning(errors::OUTPUT_LOST, value.span, "this output is lost")
-                .help("pass a variable");
-            self.report(d);
-            return None;
-        };
-        if let ParamType::Of(ty) = wanted
-            && !self.structs.equivalent(ty, place.ty)
-        {
-            let message = format!(
-                "this output is a {}, the variable a {}: nothing is stored",
-                self.show(ty),
-                self.show(place.ty)
-            );
-            self.report(Diagnostic::warning(errors::OUTPUT_LOST, value.span, message));
-            return None;
-        }
-        self.check_writable(place.var, place.span, true);
-        debug_assert!(place.path.iter().all(|s| !matches!(s, Step::Field(n) if *n == u32::MAX)));
-        Some(place.clone())
-    }
-}
-
-fn convert_argument(ty: Type, value: Expr) -> Expr {
-    super::init::convert_to(ty, value)
-}
-
-/// The order in which return types win a tie that nothing else decides.
-fn return_rank(ty: Type) -> u32 {
-    match ty.base {
-        Base::Float => 0,
-        Base::Int => 1,
-        Base::Color => 2,
-        Base::Vector => 3,
-        Base::Point => 4,
-        Base::Normal => 5,
-        Base::Matrix => 6,
-        Base::String => 7,
-        Base::Closure => 8,
-        Base::Struct(_) => 9,
-        Base::Void | Base::Error => 10,
     }
 }

@@ -1,9 +1,10 @@
 //! Places: what may stand left of `=`, be stepped, or be bound to an output.
 
-use super::Resolver;
 use super::errors;
+use super::init::is_operand;
+use super::{MAX_INDEX_NESTING, Resolver};
 use crate::hir::{Expr, ExprKind, GLOBALS, Place, Step, VarId, VarKind};
-use crate::types::{Base, Type};
+use crate::types::{Base, Extent, Type};
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
@@ -25,18 +26,18 @@ impl Resolver<'_> {
             ast::ExprKind::Index(base, index) => {
                 // m[r][c] is one step.
                 if let ast::ExprKind::Index(inner, row) = &ast[*base].kind {
-                    let before = self.diagnostics.len();
-                    let matrix = self.place(*inner)?;
-                    if matrix.ty == Type::MATRIX {
-                        let (row, col) = (self.index(*row), self.index(*index));
-                        return Some(extend(
-                            matrix,
-                            Step::Cell(Box::new(row), Box::new(col)),
-                            Type::FLOAT,
-                            span,
-                        ));
+                    let outer = self.place(*inner)?;
+                    let row = self.index(*row);
+                    if outer.ty == Type::MATRIX {
+                        let column = self.index(*index);
+                        self.check_range(&row, 4);
+                        self.check_range(&column, 4);
+                        let cell = Step::Cell(Box::new(row), Box::new(column));
+                        return Some(extend(outer, cell, Type::FLOAT, span));
                     }
-                    self.diagnostics.truncate(before);
+                    let element = self.element(outer, row, ast[*base].span);
+                    let index = self.index(*index);
+                    return Some(self.element(element, index, span));
                 }
                 let base = self.place(*base)?;
                 let index = self.index(*index);
@@ -70,18 +71,47 @@ impl Resolver<'_> {
     }
 
     fn index(&mut self, id: ExprId) -> Expr {
-        let index = self.expr(id, None);
-        if index.ty != Type::INT && !index.ty.is_error() {
-            let message = format!("an index is an int, not a {}", self.show(index.ty));
+        if self.index_depth >= MAX_INDEX_NESTING {
+            let message = format!("indices within indices, more than {MAX_INDEX_NESTING} deep");
+            let span = self.ast[id].span;
             self.report(
-                Diagnostic::error(errors::BAD_INDEX, index.span, message).help("write `(int)` before it"),
+                Diagnostic::error(errors::BAD_INDEX, span, message)
+                    .help("store an inner element in a variable"),
             );
+            return Expr { ty: Type::INT, span, kind: ExprKind::Error };
+        }
+        self.index_depth += 1;
+        let index = self.expr(id, None);
+        self.index_depth -= 1;
+        if index.ty != Type::INT && !index.ty.is_error() {
+            let message = format!("an index is an int, not {}", self.show_a(index.ty));
+            let d = Diagnostic::error(errors::BAD_INDEX, index.span, message);
+            self.report(match index.ty {
+                Type::FLOAT => d
+                    .help("write `(int)` before it")
+                    .fix("cast it", errors::cast_to_int(index.span, is_operand(&index))),
+                _ => d,
+            });
             return Expr { ty: Type::INT, span: index.span, kind: ExprKind::Error };
         }
         index
     }
 
+    /// Doubts a constant index that none of `n` elements has.
+    fn check_range(&mut self, index: &Expr, n: u32) {
+        if let ExprKind::Int(at) = index.kind
+            && !u32::try_from(at).is_ok_and(|at| at < n)
+        {
+            self.report(errors::out_of_range(index.span, n));
+        }
+    }
+
     fn element(&mut self, base: Place, index: Expr, span: Span) -> Place {
+        match base.ty.extent {
+            Extent::Array(n) => self.check_range(&index, n),
+            Extent::One if base.ty.is_triple() => self.check_range(&index, 3),
+            _ => {}
+        }
         let index = Box::new(index);
         if base.ty.is_array() {
             let ty = base.ty.element();
@@ -91,8 +121,8 @@ impl Resolver<'_> {
             return extend(base, Step::Component(index), Type::FLOAT, span);
         }
         if !base.ty.is_error() {
-            let what = self.show(base.ty);
-            let d = Diagnostic::error(errors::BAD_INDEX, span, format!("a {what} has no elements"));
+            let what = self.show_a(base.ty);
+            let d = Diagnostic::error(errors::BAD_INDEX, span, format!("{what} has no elements"));
             let d = if base.ty == Type::MATRIX {
                 d.help("a matrix takes two indices, `m[row][column]`")
             } else {
@@ -123,7 +153,7 @@ impl Resolver<'_> {
             return extend(base, Step::Component(Box::new(index)), Type::FLOAT, span);
         }
         if !base.ty.is_error() {
-            let message = format!("a {} has no member `{}`", self.show(base.ty), field.text);
+            let message = format!("{} has no member `{}`", self.show_a(base.ty), field.text);
             let d = Diagnostic::error(errors::UNKNOWN_MEMBER, field.span, message);
             let d = match base.ty.base {
                 Base::Color => d.help("a color has `.r`, `.g` and `.b`"),

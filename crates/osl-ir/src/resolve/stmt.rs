@@ -106,7 +106,7 @@ impl Resolver<'_> {
             || matches!(ty.base, Base::Struct(_) | Base::Void)
             || (ty.base == Base::Closure && !closures);
         if bad && !ty.is_error() {
-            let message = format!("a {} has no truth value here", self.show(ty));
+            let message = format!("{} has no truth value here", self.show_a(ty));
             self.report(Diagnostic::error(errors::BAD_CONDITION, expr.span, message));
         }
         expr
@@ -118,7 +118,7 @@ impl Resolver<'_> {
         let message = match (ret, value) {
             (None, Some(_)) => "a shader returns no value: write `return;`".to_string(),
             (Some(Type::VOID), Some(_)) => "a void function returns no value".to_string(),
-            (Some(ty), None) if ty != Type::VOID => format!("this function returns a {}", self.show(ty)),
+            (Some(ty), None) if ty != Type::VOID => format!("this function returns {}", self.show_a(ty)),
             (Some(ty), Some(e)) => return Some(self.returned(ty, e)),
             (_, None) => return None,
         };

@@ -90,7 +90,7 @@ pub(crate) fn closure_type(span: Span) -> Diagnostic {
 }
 
 /// E0120: the limit of reported errors.
-pub(crate) fn too_many_errors(span: Span, limit: usize) -> Diagnostic {
+pub fn too_many_errors(span: Span, limit: usize) -> Diagnostic {
     Diagnostic::error(TOO_MANY_ERRORS, span, format!("more than {limit} problems: the rest is not reported"))
         .label("given up here")
 }

@@ -118,6 +118,24 @@ pub(super) struct RunArgs {
     /// Instruction set (default: the widest of this machine).
     #[arg(long, value_name = "NAME", value_parser = isa)]
     pub(super) isa: Option<Isa>,
+    /// Show the closures of the surface, and write their weights as layers.
+    #[arg(long)]
+    pub(super) closures: bool,
+    /// Kind of ray that the shader runs for.
+    #[arg(long, value_name = "NAME", default_value = "camera")]
+    pub(super) raytype: String,
+    /// Folder to look for textures in, after the working directory and the shader's own; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    pub(super) texture_path: Vec<PathBuf>,
+    /// Memory for textures.
+    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    pub(super) texture_memory: u64,
+    /// Let the shader open and append to any file, not only those below the working directory and the texture paths.
+    #[arg(long)]
+    pub(super) allow_files: bool,
+    /// Rounds that the loops of a batch of points may take together.
+    #[arg(long, value_name = "N", default_value_t = 1 << 21)]
+    pub(super) max_steps: u64,
     /// Pass to leave out; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,

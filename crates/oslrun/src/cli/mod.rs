@@ -6,6 +6,7 @@
 
 mod args;
 mod check;
+mod closures;
 mod doc;
 mod explain_error;
 mod fmt;

@@ -2,13 +2,14 @@
 
 use super::Failure;
 use super::args::RunArgs;
-use osl_exec::{Frame, Plane};
+use osl_exec::{Frame, Plane, Printed};
 use osl_image::{
     BitDepth, ExrOptions, Layer, LayerKind, PngOptions, SampleType, Transfer, write_exr, write_png,
 };
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
 
 /// Writes the frame and yields the files. Strings and closures have no pixels and are left out.
 pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
@@ -22,6 +23,37 @@ pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<Pa
         Some("png") => png(&planes, path, args),
         _ => Err(Failure::new(format!("cannot write {}: the name must end in .exr or .png", path.display()))),
     }
+}
+
+/// Prints what the shader printed, and appends what it printed to files. Unless any file is allowed, these have to lie
+/// below the working directory.
+pub(super) fn printed(list: &[Printed], anywhere: bool, out: &mut dyn Write) -> Result<(), Failure> {
+    for printed in list {
+        match &printed.file {
+            None => {
+                let _ = write!(out, "{}", printed.text);
+            }
+            Some(name) => append(name, &printed.text, anywhere)?,
+        }
+    }
+    Ok(())
+}
+
+fn append(name: &str, text: &str, anywhere: bool) -> Result<(), Failure> {
+    let cannot = |why: &str| Failure::new(format!("cannot append to \"{}\": {why}", name.escape_debug()));
+    let path = Path::new(name);
+    let plain = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    // A link may lead elsewhere, so what counts is where the folder and the file really are.
+    let here =
+        std::env::current_dir().and_then(|dir| dir.canonicalize()).map_err(|e| cannot(&e.to_string()))?;
+    let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let below = |path: &Path| path.canonicalize().map_or(true, |real| real.starts_with(&here));
+    let inside = plain && below(folder) && below(path);
+    if !anywhere && !inside {
+        return Err(cannot("it is not below the working directory; --allow-files lifts this"));
+    }
+    let file = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    file.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|e| cannot(&e.to_string()))
 }
 
 /// The planes of one output, with their values as floats.

@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::{MessageFormat, ReadArgs};
-use osl_exec::{Frame, Printed};
+use osl_exec::Frame;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, places, render};
 use osl_syntax::source::{Place, SourceMap};
@@ -37,16 +37,6 @@ pub(super) fn messages(frame: &Frame, sources: &SourceMap, err: &mut dyn Write) 
         let _ = writeln!(err, "{}: {text}", if error { "error" } else { "warning" });
     }
     if frame.messages.iter().any(|m| m.error) { Err(Failure::said()) } else { Ok(()) }
-}
-
-/// Prints what the shader printed. Files that it names are never touched: their text stands behind their names.
-pub(super) fn printed(list: &[Printed], out: &mut dyn Write) {
-    for printed in list {
-        let _ = match &printed.file {
-            None => write!(out, "{}", printed.text),
-            Some(file) => write!(out, "[{}] {}", file.escape_debug(), printed.text),
-        };
-    }
 }
 
 #[derive(Serialize)]

@@ -1,10 +1,10 @@
 //! `oslrun FILE -o OUT`: compile, run over the grid, write.
 
 use super::args::{ReadArgs, RunArgs};
-use super::{Failure, input, levels, output, repair, report};
+use super::{Failure, closures, input, levels, output, repair, report};
 use crate::pipeline::{self, CompileError, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
-use osl_exec::{Frame, Isa, PointSource, RunOptions, Services, Spaces};
+use osl_exec::{Frame, Isa, PointSource, RunOptions, Services, Spaces, Stop};
 use osl_image::TextureCache;
 use osl_ir::hir;
 use osl_ir::ir::Body;
@@ -50,9 +50,13 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
 
     let started = Instant::now();
     let services = services(args, path);
-    let frame = shade(&compiled, &services, &grid, args)?;
+    let mut frame = shade(&compiled, &services, &grid, args, &checked.sources)?;
     let run_time = started.elapsed();
-    report::printed(&frame.printed, out);
+    output::printed(&frame.printed, args.allow_files, out)?;
+    if args.closures {
+        closures::show(&frame, args.grid.0, out);
+        closures::layers(&mut frame);
+    }
     report::messages(&frame, &checked.sources, err)?;
 
     let started = Instant::now();
@@ -116,14 +120,25 @@ fn services(args: &RunArgs, shader: &Path) -> Services {
             spaces.set(name, **matrix);
         }
     }
-    let folder = shader.parent().map(Path::to_path_buf).unwrap_or_default();
-    Services { spaces, textures: TextureCache::new(vec![folder]), ..Services::default() }
+    let mut folders = vec![shader.parent().map(Path::to_path_buf).unwrap_or_default()];
+    folders.extend(args.texture_path.iter().cloned());
+    let bytes = args.texture_memory.saturating_mul(1 << 20);
+    let textures = TextureCache::with_budget(folders, bytes).allow_files(args.allow_files);
+    Services { ray: args.raytype.clone(), spaces, textures }
 }
 
-fn shade(compiled: &Compiled, services: &Services, grid: &Grid, args: &RunArgs) -> Result<Frame, Failure> {
+fn shade(
+    compiled: &Compiled,
+    services: &Services,
+    grid: &Grid,
+    args: &RunArgs,
+    sources: &SourceMap,
+) -> Result<Frame, Failure> {
     let options = RunOptions {
         batch: args.batch as usize,
         isa: args.isa.unwrap_or_else(Isa::detect),
+        max_rounds: args.max_steps,
+        closures: args.closures,
         ..RunOptions::default()
     };
     let bar = progress(grid.count());
@@ -138,7 +153,11 @@ fn shade(compiled: &Compiled, services: &Services, grid: &Grid, args: &RunArgs) 
         None => work(),
     };
     bar.finish_and_clear();
-    result.map_err(Failure::new)
+    result.map_err(|stop| {
+        let Stop::TooManyRounds { span, .. } = stop;
+        let place = sources.place(span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+        Failure::new(format!("{place}{stop}; --max-steps sets the limit"))
+    })
 }
 
 /// A bar on a terminal, for runs that take a while; nothing in logs.

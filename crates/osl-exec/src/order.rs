@@ -1,0 +1,177 @@
+//! The order of the points of an image: in blocks, so that neighbours on the image are neighbours in a batch.
+//!
+//! Rows of blocks of 16 × 16 follow each other, in each row the blocks, in each block its 4 × 4 parts of 4 × 4 points: a
+//! batch of 256 is a block and a vector of 16 is a part, and both mostly see the same cell of a pattern. Blocks at
+//! the right and lower border that are not whole are in rows. It must not know what points are.
+
+/// Points along a block's side.
+const SIDE: usize = 16;
+/// Points along the side of a part.
+const PART: usize = 4;
+
+/// The blocks of an image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocks {
+    width: usize,
+    height: usize,
+}
+
+/// A block, or a piece of one: where it is and which of its points come.
+struct Piece {
+    x: usize,
+    y: usize,
+    width: usize,
+    height: usize,
+    /// Its points from this on.
+    first: usize,
+    /// How many are left in it.
+    left: usize,
+}
+
+impl Blocks {
+    /// Those of an image of some size.
+    pub fn new(width: usize, height: usize) -> Blocks {
+        Blocks { width, height }
+    }
+
+    /// Points of a row of blocks: after each such number of points, the image is complete so far.
+    pub fn period(&self) -> usize {
+        SIDE * self.width.max(1)
+    }
+
+    fn piece(&self, point: usize) -> Piece {
+        let row = point / self.period();
+        let y = row * SIDE;
+        let height = SIDE.min(self.height.saturating_sub(y)).max(1);
+        let rest = point - row * self.period();
+        let column = rest / (SIDE * height);
+        let x = column * SIDE;
+        let width = SIDE.min(self.width.saturating_sub(x)).max(1);
+        let first = rest - column * SIDE * height;
+        Piece { x, y, width, height, first, left: (width * height).saturating_sub(first).max(1) }
+    }
+
+    /// Column and row of a point.
+    pub fn pixel(&self, point: usize) -> (usize, usize) {
+        let piece = self.piece(point);
+        let (x, y) = piece.inside(piece.first);
+        (piece.x + x, piece.y + y)
+    }
+
+    /// The number of a point row by row.
+    pub fn position(&self, point: usize) -> usize {
+        let (x, y) = self.pixel(point);
+        y * self.width + x
+    }
+
+    /// Calls `visit` for `count` points from `first` on, in order, with column and row of each.
+    pub fn each(&self, first: usize, count: usize, mut visit: impl FnMut(usize, (usize, usize))) {
+        let mut done = 0;
+        while done < count {
+            let piece = self.piece(first + done);
+            let here = piece.left.min(count - done);
+            for index in 0..here {
+                let (x, y) = piece.inside(piece.first + index);
+                visit(done + index, (piece.x + x, piece.y + y));
+            }
+            done += here;
+        }
+    }
+
+    /// Puts the words of the points from `first` on into rows. `rows` begins with the first word of the row of blocks
+    /// that `start` is the first point of.
+    pub fn scatter(&self, first: usize, words: &[u32], start: usize, rows: &mut [u32]) {
+        let top = start / self.period() * SIDE;
+        let mut done = 0;
+        while done < words.len() {
+            let piece = self.piece(first + done);
+            let here = piece.left.min(words.len() - done);
+            let from = &words[done..done + here];
+            let corner = (piece.y - top.min(piece.y)) * self.width + piece.x;
+            if piece.is_whole() && piece.first == 0 && here == SIDE * SIDE {
+                for (part, four) in from.chunks_exact(PART).enumerate() {
+                    let (x, y) = ((part / PART % PART) * PART, part / SIDE * PART + part % PART);
+                    if let Some(to) =
+                        rows.get_mut(corner + y * self.width + x..).and_then(|r| r.get_mut(..PART))
+                    {
+                        to.copy_from_slice(four);
+                    }
+                }
+            } else {
+                for (index, word) in from.iter().enumerate() {
+                    let (x, y) = piece.inside(piece.first + index);
+                    if let Some(to) = rows.get_mut(corner + y * self.width + x) {
+                        *to = *word;
+                    }
+                }
+            }
+            done += here;
+        }
+    }
+}
+
+impl Piece {
+    fn is_whole(&self) -> bool {
+        self.width == SIDE && self.height == SIDE
+    }
+
+    /// Column and row of a point within the block.
+    fn inside(&self, index: usize) -> (usize, usize) {
+        if !self.is_whole() {
+            return (index % self.width, index / self.width);
+        }
+        let (part, within) = (index / (PART * PART), index % (PART * PART));
+        ((part % PART) * PART + within % PART, part / PART * PART + within / PART)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_pixel_once_and_rows_of_blocks_complete() {
+        for (width, height) in [(1, 1), (5, 3), (16, 16), (17, 33), (40, 20), (64, 48)] {
+            let blocks = Blocks::new(width, height);
+            let mut seen = vec![0; width * height];
+            let mut by_each = Vec::new();
+            blocks.each(0, width * height, |_, pixel| by_each.push(pixel));
+            for (point, pixel) in by_each.iter().enumerate() {
+                assert_eq!(blocks.pixel(point), *pixel);
+                seen[blocks.position(point)] += 1;
+                assert_eq!(point / blocks.period(), pixel.1 / SIDE, "{width}x{height} {point}");
+            }
+            assert!(seen.iter().all(|n| *n == 1), "{width}x{height}");
+        }
+    }
+
+    #[test]
+    fn words_land_at_their_pixels_whatever_the_batch() {
+        let (width, height) = (37, 50);
+        let blocks = Blocks::new(width, height);
+        for batch in [1, 7, 256, 300] {
+            let mut image = vec![u32::MAX; width * height];
+            let period = blocks.period();
+            for start in (0..width * height).step_by(period) {
+                let end = (start + period).min(width * height);
+                let rows = &mut image[start..end];
+                for first in (start..end).step_by(batch) {
+                    let points = first..(first + batch).min(end);
+                    let words: Vec<u32> = points.map(|p| blocks.position(p) as u32).collect();
+                    blocks.scatter(first, &words, start, rows);
+                }
+            }
+            assert!(image.iter().enumerate().all(|(at, word)| at as u32 == *word), "batch {batch}");
+        }
+    }
+
+    #[test]
+    fn neighbours_stay_together() {
+        let blocks = Blocks::new(64, 64);
+        let mut corners = (usize::MAX, 0, usize::MAX, 0);
+        blocks.each(512, 16, |_, (x, y)| {
+            corners = (corners.0.min(x), corners.1.max(x), corners.2.min(y), corners.3.max(y));
+        });
+        assert_eq!((corners.1 - corners.0, corners.3 - corners.2), (3, 3));
+    }
+}

@@ -1,0 +1,116 @@
+//! Reading one part of an EXR file.
+//!
+//! It must not know other formats.
+
+use std::cell::Cell;
+use std::io::Cursor;
+use std::path::Path;
+
+use exr::error::Error;
+use exr::meta::MetaData;
+use exr::meta::header::Header;
+use exr::prelude::{AnyChannel, FlatSamples, ReadChannels, ReadLayers};
+
+use crate::error::ImageError;
+use crate::read::{ImageData, StoredType, SubImage, check_samples};
+use crate::wrap::Wrap;
+
+/// Whether a file begins as all EXR files do.
+pub(crate) fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// Decodes one of the parts of plain pixels.
+pub(crate) fn decode(
+    path: &Path,
+    bytes: &[u8],
+    limit: u64,
+    part: SubImage<'_>,
+) -> Result<ImageData, ImageError> {
+    let damaged = |error: Error| ImageError::format(path, format!("not a readable EXR: {error}"));
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(damaged)?;
+    let (header_index, n_parts) = chosen_header(path, &meta, part)?;
+    if let Some(header) = meta.headers.get(header_index) {
+        let size = header.layer_size;
+        check_samples(path, size.width(), size.height(), header.channels.list.len(), limit)?;
+        if header.channels.list.iter().any(|c| c.sampling.width() != 1 || c.sampling.height() != 1) {
+            return Err(ImageError::format(path, "EXR with channels of different resolutions"));
+        }
+    }
+    let channels = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    let reader = OnePart { channels, wanted: header_index, seen: Cell::new(0) }.first_valid_layer();
+    // On this thread: a panic in one of the decoder's own workers would abort the process, barrier or not.
+    let image = reader.all_attributes().non_parallel().from_buffered(Cursor::new(bytes)).map_err(damaged)?;
+    let layer = image.layer_data;
+    let wraps = layer.attributes.wrap_mode_name.map(|text| Wrap::pair_from_file(&text.to_string()));
+    let (width, height) = (layer.size.width(), layer.size.height());
+    let mut channels: Vec<_> = layer.channel_data.list.into_iter().collect();
+    channels.sort_by_cached_key(|channel| channel_order(&channel.name.to_string()));
+    check_samples(path, width, height, channels.len(), limit)?;
+    let image = interleaved(path, width, height, &channels)?;
+    Ok(ImageData { wraps: wraps.unwrap_or_default(), n_parts, ..image })
+}
+
+/// The place of a part among all headers, and how many parts there are to choose from.
+fn chosen_header(path: &Path, meta: &MetaData, part: SubImage<'_>) -> Result<(usize, usize), ImageError> {
+    let flat: Vec<usize> = (0..meta.headers.len()).filter(|&i| !meta.headers[i].deep).collect();
+    let text = |i: &usize| meta.headers[*i].own_attributes.layer_name.as_ref().map(ToString::to_string);
+    let names: Vec<Option<String>> = flat.iter().map(text).collect();
+    let place = part.among(names.iter().map(Option::as_deref));
+    let header = place.and_then(|place| flat.get(place)).ok_or_else(|| part.absent(path, flat.len()))?;
+    Ok((*header, flat.len()))
+}
+
+/// Lets the decoder read one part only, where it would take the first that it can.
+struct OnePart<C> {
+    channels: C,
+    wanted: usize,
+    /// How many headers were offered so far; they come in the order of the file.
+    seen: Cell<usize>,
+}
+
+impl<'s, C: ReadChannels<'s>> ReadChannels<'s> for OnePart<C> {
+    type Reader = C::Reader;
+
+    fn create_channels_reader(&'s self, header: &Header) -> exr::error::Result<Self::Reader> {
+        let index = self.seen.replace(self.seen.get() + 1);
+        if index == self.wanted {
+            self.channels.create_channels_reader(header)
+        } else {
+            Err(Error::NotSupported("another part was asked for".into()))
+        }
+    }
+}
+
+fn interleaved(
+    path: &Path,
+    width: usize,
+    height: usize,
+    channels: &[AnyChannel<FlatSamples>],
+) -> Result<ImageData, ImageError> {
+    let n_channels = channels.len();
+    let mut samples = vec![0.0; width * height * n_channels];
+    for (i, channel) in channels.iter().enumerate() {
+        if channel.sample_data.len() != width * height {
+            return Err(ImageError::format(path, "EXR with a channel that is not of the image's size"));
+        }
+        let slots = samples.iter_mut().skip(i).step_by(n_channels);
+        for (slot, value) in slots.zip(channel.sample_data.values_as_f32()) {
+            *slot = value;
+        }
+    }
+    let stored = match channels.first().map(|c| &c.sample_data) {
+        Some(FlatSamples::F16(_)) => StoredType::Half,
+        Some(FlatSamples::U32(_)) => StoredType::U32,
+        _ => StoredType::Float,
+    };
+    let channels = channels.iter().map(|c| c.name.to_string()).collect();
+    Ok(ImageData { width, height, channels, stored, wraps: Default::default(), n_parts: 1, samples })
+}
+
+/// A key that puts bare names before those of layers, and within a layer R, G, B, A before the rest.
+fn channel_order(name: &str) -> (String, usize, String) {
+    let (layer, base) = name.rsplit_once('.').unwrap_or(("", name));
+    let rank = ["R", "G", "B", "A"].iter().position(|known| *known == base).unwrap_or(4);
+    (layer.to_owned(), rank, base.to_owned())
+}

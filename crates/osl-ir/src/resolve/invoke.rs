@@ -1,0 +1,165 @@
+//! The chosen call: arguments converted, outputs bound to their places.
+
+use super::errors;
+use super::init::convert_to;
+use super::overload::{Candidate, Given};
+use super::{FunctionSymbol, Resolver};
+use crate::builtins::{Builtin, Param, ParamType, Signature};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Step};
+use crate::types::Type;
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::span::Span;
+
+impl Resolver<'_> {
+    pub(super) fn invoke(&mut self, candidate: Candidate, given: Vec<Given>, span: Span) -> Expr {
+        match candidate {
+            Candidate::User(f) => self.invoke_user(&f, given, span),
+            Candidate::Builtin { row, overload, signature } => {
+                self.invoke_builtin(row, overload, signature, given, span)
+            }
+        }
+    }
+
+    fn invoke_user(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
+        let args: Vec<Arg> = given
+            .into_iter()
+            .zip(&f.formals)
+            .map(|(g, formal)| match g {
+                Given::List(id, _) => Arg::Copy { value: self.argument_list(formal.0, id), back: None },
+                Given::Value(v) => {
+                    self.check_output_argument(*formal, &v);
+                    self.argument(*formal, v)
+                }
+            })
+            .collect();
+        let error = Expr { ty: f.ret, kind: ExprKind::Error, span };
+        let Some(id) = f.id else {
+            let d = Diagnostic::error(
+                errors::NO_BODY,
+                span,
+                format!("`{}` is declared but has no body yet", f.name),
+            )
+            .also(f.span, "declared here");
+            self.report(d);
+            return error;
+        };
+        if f.ret != Type::VOID && self.never_returns(id) {
+            let d = Diagnostic::error(
+                errors::NEVER_RETURNS,
+                span,
+                format!("`{}` has no `return` statement", f.name),
+            )
+            .also(f.span, "defined here");
+            self.report(d);
+            return error;
+        }
+        Expr { ty: f.ret, kind: ExprKind::Call(id, args), span }
+    }
+
+    fn never_returns(&self, id: FunctionId) -> bool {
+        self.functions.get(id.0 as usize).is_some_and(|f| f.ret.is_error())
+    }
+
+    /// Output formals of user functions want an argument of an equivalent type, and no literal.
+    fn check_output_argument(&mut self, (ty, output): (Type, bool), value: &Expr) {
+        if !output {
+            return;
+        }
+        if matches!(value.kind, ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_)) {
+            let d = Diagnostic::error(errors::READ_ONLY, value.span, "a constant cannot receive an output")
+                .help("pass a variable");
+            self.report(d);
+        } else if !self.structs.equivalent(ty, value.ty) {
+            let (want, have) = (self.show_a(ty), self.show_a(value.ty));
+            let d = Diagnostic::error(
+                errors::OUTPUT_TYPE,
+                value.span,
+                format!("this output is {want}, the argument {have}"),
+            )
+            .help(format!("pass {want} variable"));
+            self.report(d);
+        } else if !matches!(value.kind, ExprKind::Read(_) | ExprKind::Error) {
+            let d = Diagnostic::warning(errors::OUTPUT_LOST, value.span, "this output is lost")
+                .label("not a variable")
+                .help("pass a variable");
+            self.report(d);
+        }
+    }
+
+    fn invoke_builtin(
+        &mut self,
+        row: &'static Builtin,
+        overload: usize,
+        signature: &'static Signature,
+        given: Vec<Given>,
+        span: Span,
+    ) -> Expr {
+        let given = self.arguments(signature, given, span);
+        self.check_format(row.name, &given, span);
+        self.check_options(row.name, &given, signature.params.len());
+        let mut args = Vec::new();
+        let mut outputs = Vec::new();
+        for (index, value) in given.into_iter().enumerate() {
+            let param = signature.params.get(index);
+            outputs.push(match param {
+                Some(param) if param.output => self.output_place(param.ty, &value),
+                None if index > 0 => {
+                    let option = args.get(index - 1).and_then(|before: &Expr| match &before.kind {
+                        ExprKind::Str(name) => row.output_option(name),
+                        _ => None,
+                    });
+                    option.and_then(|ty| self.output_place(ParamType::Of(ty), &value))
+                }
+                _ => None,
+            });
+            let value = match param {
+                Some(Param { ty: ParamType::Of(ty), .. }) => convert_to(*ty, value),
+                _ => value,
+            };
+            args.push(value);
+        }
+        Expr {
+            ty: signature.ret,
+            kind: ExprKind::Builtin(BuiltinCall { row, overload, args, outputs }),
+            span,
+        }
+    }
+
+    /// The arguments of a built-in as values; lists become what their formals want.
+    fn arguments(&mut self, signature: &Signature, given: Vec<Given>, span: Span) -> Vec<Expr> {
+        let list = |(index, g): (usize, Given)| match (g, signature.params.get(index)) {
+            (Given::Value(v), _) => v,
+            (Given::List(id, _), Some(Param { ty: ParamType::Of(ty), .. })) => {
+                match self.argument_list(*ty, id) {
+                    Init::Value(v) => v,
+                    Init::List(parts) => Expr { ty: *ty, kind: ExprKind::Struct(parts), span },
+                }
+            }
+            (Given::List(..), _) => Expr { ty: Type::ERROR, kind: ExprKind::Error, span },
+        };
+        given.into_iter().enumerate().map(list).collect()
+    }
+
+    fn output_place(&mut self, wanted: ParamType, value: &Expr) -> Option<crate::hir::Place> {
+        let ExprKind::Read(place) = &value.kind else {
+            let d = Diagnostic::warning(errors::OUTPUT_LOST, value.span, "this output is lost")
+                .help("pass a variable");
+            self.report(d);
+            return None;
+        };
+        if let ParamType::Of(ty) = wanted
+            && !self.structs.equivalent(ty, place.ty)
+        {
+            let message = format!(
+                "this output is {}, the variable {}: nothing is stored",
+                self.show_a(ty),
+                self.show_a(place.ty)
+            );
+            self.report(Diagnostic::warning(errors::OUTPUT_LOST, value.span, message));
+            return None;
+        }
+        self.check_writable(place.var, place.span, true);
+        debug_assert!(place.path.iter().all(|s| !matches!(s, Step::Field(n) if *n == u32::MAX)));
+        Some(place.clone())
+    }
+}

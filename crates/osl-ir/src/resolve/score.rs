@@ -1,0 +1,216 @@
+//! Scores: how well arguments suit a candidate, and why one does not fit.
+
+use super::errors::count;
+use super::overload::{Candidate, Given};
+use super::{Resolver, Symbol};
+use crate::builtins::{ParamType, Signature, Tail};
+use crate::types::{Base, Extent, Type};
+use osl_syntax::ast::{self, ExprId};
+
+impl Resolver<'_> {
+    pub(super) fn score(&self, candidate: &Candidate, given: &[Given]) -> Option<u32> {
+        match candidate {
+            Candidate::User(f) => {
+                if f.formals.len() != given.len() {
+                    return None;
+                }
+                f.formals.iter().zip(given).map(|((ty, _), g)| self.score_given(*ty, g)).sum()
+            }
+            Candidate::Builtin { signature, .. } => self.score_signature(signature, given),
+        }
+    }
+
+    fn score_signature(&self, signature: &Signature, given: &[Given]) -> Option<u32> {
+        if given.len() < signature.params.len() {
+            return None;
+        }
+        let (fixed, rest) = given.split_at(signature.params.len());
+        let mut total = 0;
+        for (param, g) in signature.params.iter().zip(fixed) {
+            total += match param.ty {
+                ParamType::Of(ty) => self.score_given(ty, g)?,
+                ParamType::Any { array } => {
+                    let Given::Value(v) = g else { return None };
+                    if v.ty.is_array() != array {
+                        return None;
+                    }
+                    1
+                }
+            };
+        }
+        let rest_fits = match signature.tail {
+            Tail::None => rest.is_empty(),
+            Tail::Any => true,
+            Tail::KeyValue => {
+                rest.len().is_multiple_of(2)
+                    && rest.iter().step_by(2).all(|g| matches!(g, Given::Value(v) if v.ty == Type::STRING))
+            }
+        };
+        rest_fits.then_some(total + rest.len() as u32)
+    }
+
+    fn score_given(&self, formal: Type, given: &Given) -> Option<u32> {
+        match given {
+            Given::Value(v) => self.score_type(formal, v.ty),
+            Given::List(id, _) => self.completes(formal, *id).then_some(100),
+        }
+    }
+
+    /// Whether the list makes one of the type, nothing missing and nothing left, as far as its form tells. What is
+    /// inside is not resolved: it will be once, for the type that it becomes.
+    fn completes(&self, ty: Type, id: ExprId) -> bool {
+        let ast::ExprKind::InitList(items) = &self.ast[id].kind else { return self.may_become(ty, id) };
+        let all = |element: Type| items.iter().all(|item| self.completes(element, *item));
+        match (ty.extent, ty.base) {
+            (Extent::Array(n), _) => n as usize == items.len() && all(ty.element()),
+            (Extent::Unsized, _) => !items.is_empty() && all(ty.element()),
+            (Extent::One, Base::Struct(id)) => {
+                let fields = &self.structs.get(id).fields;
+                fields.len() == items.len()
+                    && fields.iter().zip(items).all(|(f, item)| self.completes(f.ty, *item))
+            }
+            (Extent::One, Base::Matrix) => matches!(items.len(), 1 | 16) && all(Type::FLOAT),
+            (Extent::One, base) if base.is_triple() => match items[..] {
+                [one] => self.may_become(ty, one),
+                _ => items.len() == 3 && all(Type::FLOAT),
+            },
+            _ => false,
+        }
+    }
+
+    /// Whether an element may have the type; what its form does not tell may.
+    fn may_become(&self, ty: Type, id: ExprId) -> bool {
+        let have = match &self.ast[id].kind {
+            ast::ExprKind::Int(_) => Type::INT,
+            ast::ExprKind::Float(_) => Type::FLOAT,
+            ast::ExprKind::Str(_) => Type::STRING,
+            ast::ExprKind::Name(name) => match self.lookup(name) {
+                Some((_, Symbol::Var(var))) => self.var(*var).ty,
+                _ => return true,
+            },
+            _ => return true,
+        };
+        self.structs.assignable(ty, have) || (ty == Type::CLOSURE && have.is_number())
+    }
+
+    /// How well an argument of type `have` suits a formal of type `want`; `None` if not at all.
+    pub(super) fn score_type(&self, want: Type, have: Type) -> Option<u32> {
+        if want == have {
+            return Some(100);
+        }
+        if want == Type::FLOAT && have == Type::INT {
+            return Some(77);
+        }
+        if want.is_array() || have.is_array() {
+            return match (want.extent, have.extent) {
+                (Extent::Unsized, Extent::Array(_)) if want.base == have.base => Some(44),
+                _ if self.structs.equivalent(want, have) => Some(23),
+                _ => None,
+            };
+        }
+        if want.is_triple() && have.is_triple() {
+            return Some(if want == Type::COLOR || have == Type::COLOR { 27 } else { 32 });
+        }
+        if want == Type::INT && have == Type::FLOAT {
+            return None;
+        }
+        self.structs.assignable(want, have).then_some(23)
+    }
+}
+
+impl Resolver<'_> {
+    /// Why the candidate does not take the arguments; the first reason only.
+    pub(super) fn why_not(&self, candidate: &Candidate, given: &[Given]) -> String {
+        match candidate {
+            Candidate::User(f) => {
+                let formals: Vec<Type> = f.formals.iter().map(|(ty, _)| *ty).collect();
+                if formals.len() != given.len() {
+                    return wrong_count("takes", formals.len(), given.len());
+                }
+                let misfits = formals.iter().zip(given).enumerate();
+                misfits
+                    .filter(|(_, (ty, g))| self.score_given(**ty, g).is_none())
+                    .map(|(index, (ty, g))| self.misfit(index, *ty, g))
+                    .next()
+                    .unwrap_or_default()
+            }
+            Candidate::Builtin { signature, .. } => self.why_not_builtin(signature, given),
+        }
+    }
+
+    fn why_not_builtin(&self, signature: &Signature, given: &[Given]) -> String {
+        let wanted = signature.params.len();
+        if given.len() < wanted || (given.len() > wanted && signature.tail == Tail::None) {
+            let takes = if signature.tail == Tail::None { "takes" } else { "takes at least" };
+            return wrong_count(takes, wanted, given.len());
+        }
+        for (index, (param, g)) in signature.params.iter().zip(given).enumerate() {
+            match (param.ty, g) {
+                (ParamType::Of(ty), _) if self.score_given(ty, g).is_none() => {
+                    return self.misfit(index, ty, g);
+                }
+                (ParamType::Any { .. }, Given::List(..)) => {
+                    return format!("argument {} cannot be a list", index + 1);
+                }
+                (ParamType::Any { array }, Given::Value(v)) if v.ty.is_array() != array => {
+                    let what = if array { "is no array" } else { "is an array" };
+                    return format!("argument {} {what}", index + 1);
+                }
+                _ => {}
+            }
+        }
+        let options = given.get(wanted..).unwrap_or_default();
+        for (index, g) in options.iter().enumerate().step_by(2) {
+            if !matches!(g, Given::Value(v) if v.ty == Type::STRING) {
+                let what = self.given_type(g);
+                return format!("argument {} is {what}, not the name of an option", wanted + index + 1);
+            }
+        }
+        "the last option has no value".to_string()
+    }
+
+    fn misfit(&self, index: usize, ty: Type, given: &Given) -> String {
+        let (number, want) = (index + 1, self.show_a(ty));
+        match given {
+            Given::Value(v) if v.ty == Type::FLOAT && ty == Type::INT => {
+                format!("argument {number} is a float, and a call makes no int of it: write `(int)`")
+            }
+            Given::Value(_) => format!("argument {number} is {}, not {}", self.given_type(given), want),
+            Given::List(_, n) => {
+                let values = count(*n, "value");
+                format!("argument {number} does not make {}: a list of {values}", want)
+            }
+        }
+    }
+
+    fn given_type(&self, given: &Given) -> String {
+        match given {
+            Given::Value(v) => self.show_a(v.ty),
+            Given::List(..) => "a list".to_string(),
+        }
+    }
+}
+
+fn wrong_count(takes: &str, wanted: usize, given: usize) -> String {
+    match wanted {
+        0 => format!("{takes} no argument, not {given}"),
+        _ => format!("{takes} {}, not {given}", count(wanted, "argument")),
+    }
+}
+
+/// The order in which return types win a tie that nothing else decides.
+pub(super) fn return_rank(ty: Type) -> u32 {
+    match ty.base {
+        Base::Float => 0,
+        Base::Int => 1,
+        Base::Color => 2,
+        Base::Vector => 3,
+        Base::Point => 4,
+        Base::Normal => 5,
+        Base::Matrix => 6,
+        Base::String => 7,
+        Base::Closure => 8,
+        Base::Struct(_) => 9,
+        Base::Void | Base::Error => 10,
+    }
+}
