@@ -145,8 +145,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "A text that is not XML gives -1. So does the name of a file, none of which is read, with an error of the run. An unknown node gives \
-               0.",
+        "A text that is not XML gives -1. So does a file (a text that ends in .xml) that is \
+         missing or too large, with an error of the run. An unknown node gives 0.",
     )
     .example("int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\");"),
     Builtin::compose(
