@@ -113,7 +113,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("analytic")
     .extremes(
         "0 at whole coordinates, so everywhere from 8388608 on. Beyond the ints (2147483648) the \
-               fraction is meaningless, and the result may be inf or nan, the same on every processor; infinities give inf or nan, nan gives nan.",
+         fraction is meaningless, and the result may be inf or nan, the same on every processor; \
+         infinities give inf or nan, nan gives nan.",
     )
     .example("float bumps = snoise(4 * P);"),
     Builtin::compose(
