@@ -2,4 +2,5 @@
 
 pub mod golden;
 pub mod host;
+pub mod points;
 pub mod run;

@@ -1,8 +1,9 @@
 //! The `oslrun` command as a library: everything but the process itself.
 //!
 //! [`pipeline`] joins the crates from text to program; [`cli`] is the command line over it;
-//! [`lessons`] are what it tells about each diagnostic.
+//! [`lessons`] are what it tells about each diagnostic, [`reference`] about each built-in function.
 
 pub mod cli;
 pub mod lessons;
 pub mod pipeline;
+pub mod reference;

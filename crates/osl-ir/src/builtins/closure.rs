@@ -7,53 +7,136 @@ use crate::ir::{Builder, Const, Kernel, Kind, Shape, ValueId};
 
 /// A row for a component whose arguments are its parameters, in order.
 macro_rules! component {
-    ($name:literal, $sigs:expr, $about:literal) => {
+    ($name:literal, $sigs:expr, $about:literal, $example:literal) => {
         Builtin::compose($name, $sigs, |b, s| component(b, s, $name), $about)
+            .derivatives(NO_DERIVATIVES)
+            .extremes(KEPT)
+            .example($example)
     };
 }
 
+const NO_DERIVATIVES: &str = "none: closures have none";
+const KEPT: &str =
+    "Parameters are kept as they are, inf and nan too. A weight of 0 makes the closure nothing.";
+
 pub(super) static ROWS: &[Builtin] = &[
-    component!("emission", &["K(*)"], "Light that the surface gives off."),
-    component!("background", &["K(*)"], "Light of the background."),
-    component!("transparent", &["K(*)"], "Light that passes straight through."),
-    component!("holdout", &["K(*)"], "A hole in the picture's alpha."),
-    component!("debug", &["K(s,*)"], "Marks a component with a tag."),
-    component!("diffuse", &["K(n,*)"], "Lambert reflection about N."),
-    component!("translucent", &["K(n,*)"], "Lambert transmission."),
-    component!("oren_nayar", &["K(n,f,*)"], "Diffuse reflection of a rough surface; sigma is its roughness."),
-    component!("phong", &["K(n,f,*)"], "Phong reflection with an exponent."),
-    component!("ward", &["K(n,v,f,f,*)"], "Anisotropic Ward reflection about a tangent."),
+    component!("emission", &["K(*)"], "Light that the surface gives off.", "Ci = emission();"),
+    component!("background", &["K(*)"], "Light of the background.", "Ci = background();"),
+    component!("transparent", &["K(*)"], "Light that passes straight through.", "Ci = 0.5 * transparent();"),
+    component!("holdout", &["K(*)"], "A hole in the picture's alpha.", "Ci = holdout();"),
+    component!("debug", &["K(s,*)"], "Marks a component with a tag.", "Ci = debug(\"albedo\");"),
+    component!("diffuse", &["K(n,*)"], "Lambert reflection about N.", "Ci = color(u, v, 0.5) * diffuse(N);"),
+    component!("translucent", &["K(n,*)"], "Lambert transmission.", "Ci = translucent(N);"),
+    component!(
+        "oren_nayar",
+        &["K(n,f,*)"],
+        "Diffuse reflection of a rough surface; sigma is its roughness.",
+        "Ci = oren_nayar(N, 0.3);"
+    ),
+    component!("phong", &["K(n,f,*)"], "Phong reflection with an exponent.", "Ci = phong(N, 20);"),
+    component!(
+        "ward",
+        &["K(n,v,f,f,*)"],
+        "Anisotropic Ward reflection about a tangent.",
+        "Ci = ward(N, dPdu, 0.1, 0.3);"
+    ),
     Builtin::compose(
         "microfacet",
         &["K(s,n,v,f,f,f,i,*)", "K(s,n,f,f,i,*)"],
         microfacet,
         "Microfacets of a distribution, reflecting, refracting or both.",
-    ),
-    Builtin::compose("reflection", &["K(n,f,*)", "K(n,*)"], reflection, "Mirror reflection."),
-    component!("refraction", &["K(n,f,*)"], "Sharp refraction."),
+    )
+    .derivatives(NO_DERIVATIVES)
+    .extremes(KEPT)
+    .example("Ci = microfacet(\"ggx\", N, 0.2, 1.5, 0);"),
+    Builtin::compose("reflection", &["K(n,f,*)", "K(n,*)"], reflection, "Mirror reflection.")
+        .derivatives(NO_DERIVATIVES)
+        .extremes(KEPT)
+        .example("Ci = reflection(N);"),
+    component!("refraction", &["K(n,f,*)"], "Sharp refraction.", "Ci = refraction(N, 1.5);"),
     component!(
         "subsurface",
         &["K(f,f,c,c,*)"],
-        "Scattering below the surface: eta, g, mean free path, albedo."
+        "Scattering below the surface: eta, g, mean free path, albedo.",
+        "Ci = subsurface(1.4, 0, color(1, \
+         0.4, 0.2), color(0.8));"
     ),
-    component!("oren_nayar_diffuse_bsdf", &["K(n,c,f,*)"], "Oren-Nayar diffuse reflection."),
-    component!("burley_diffuse_bsdf", &["K(n,c,f,*)"], "Burley diffuse reflection."),
-    component!("dielectric_bsdf", &["K(n,v,c,c,f,f,f,s,*)"], "Reflection and transmission of a dielectric."),
-    component!("conductor_bsdf", &["K(n,v,f,f,c,c,s,*)"], "Reflection of a conductor."),
+    component!(
+        "oren_nayar_diffuse_bsdf",
+        &["K(n,c,f,*)"],
+        "Oren-Nayar diffuse reflection.",
+        "Ci = oren_nayar_diffuse_bsdf(N, color(0.8), 0.3);"
+    ),
+    component!(
+        "burley_diffuse_bsdf",
+        &["K(n,c,f,*)"],
+        "Burley diffuse reflection.",
+        "Ci = burley_diffuse_bsdf(N, color(0.8), 0.3);"
+    ),
+    component!(
+        "dielectric_bsdf",
+        &["K(n,v,c,c,f,f,f,s,*)"],
+        "Reflection and transmission of a dielectric.",
+        "Ci = dielectric_bsdf(N, dPdu, color(1), color(1), 0.1, 0.1, 1.5, \"ggx\");"
+    ),
+    component!(
+        "conductor_bsdf",
+        &["K(n,v,f,f,c,c,s,*)"],
+        "Reflection of a conductor.",
+        "Ci = conductor_bsdf(N, dPdu, 0.1, 0.1, color(0.2, 0.9, 1.1), color(3.9, 2.4, 2.2), \"ggx\");"
+    ),
     component!(
         "generalized_schlick_bsdf",
         &["K(n,v,c,c,f,f,c,c,f,s,*)"],
-        "Microfacets with a generalised Schlick term."
+        "Microfacets with a generalised Schlick term.",
+        "Ci = generalized_schlick_bsdf(N, dPdu, color(1), \
+         color(0), 0.1, 0.1, color(0.04), color(1), 5, \"ggx\");"
     ),
-    component!("translucent_bsdf", &["K(n,c,*)"], "Diffuse transmission."),
-    component!("transparent_bsdf", &["K(*)"], "Straight transmission."),
-    component!("subsurface_bssrdf", &["K(n,c,f,c,f,*)", "K(n,c,c,f,*)"], "Scattering below the surface."),
-    component!("sheen_bsdf", &["K(n,c,f,*)"], "Back-scattering of cloth."),
-    component!("chiang_hair_bsdf", &["K(n,v,c,c,c,f,f,f,f,f,f,f,f,c,*)"], "Scattering of hair."),
-    component!("uniform_edf", &["K(c,*)"], "Uniform emission."),
-    component!("anisotropic_vdf", &["K(c,c,f,*)"], "Scattering of a volume."),
-    component!("medium_vdf", &["K(c,f,c,f,f,i,*)"], "A medium between dielectrics."),
-    component!("layer", &["K(K,K,*)"], "One closure over another."),
+    component!(
+        "translucent_bsdf",
+        &["K(n,c,*)"],
+        "Diffuse transmission.",
+        "Ci = translucent_bsdf(N, color(0.8));"
+    ),
+    component!("transparent_bsdf", &["K(*)"], "Straight transmission.", "Ci = transparent_bsdf();"),
+    component!(
+        "subsurface_bssrdf",
+        &["K(n,c,f,c,f,*)", "K(n,c,c,f,*)"],
+        "Scattering below the surface.",
+        "Ci = subsurface_bssrdf(N, color(0.8), color(1, 0.4, 0.2), 0);"
+    ),
+    component!(
+        "sheen_bsdf",
+        &["K(n,c,f,*)"],
+        "Back-scattering of cloth.",
+        "Ci = sheen_bsdf(N, color(0.8), 0.3);"
+    ),
+    component!(
+        "chiang_hair_bsdf",
+        &["K(n,v,c,c,c,f,f,f,f,f,f,f,f,c,*)"],
+        "Scattering of hair.",
+        "Ci = chiang_hair_bsdf(N, dPdu, color(1), color(1), color(1), 1.55, 0.1, 0.05, 0.2, 0.2, 0.1, 0.4, \
+         2, color(0.3));"
+    ),
+    component!("uniform_edf", &["K(c,*)"], "Uniform emission.", "Ci = uniform_edf(color(2, 1, 0.5));"),
+    component!(
+        "anisotropic_vdf",
+        &["K(c,c,f,*)"],
+        "Scattering of a volume.",
+        "Ci = anisotropic_vdf(color(0.9), color(1), 0.3);"
+    ),
+    component!(
+        "medium_vdf",
+        &["K(c,f,c,f,f,i,*)"],
+        "A medium between dielectrics.",
+        "Ci = medium_vdf(color(0.9), 1, color(0.5), 0, 1.33, 0);"
+    ),
+    component!(
+        "layer",
+        &["K(K,K,*)"],
+        "One closure over another.",
+        "Ci = layer(reflection(N, 1.5), diffuse(N));"
+    ),
 ];
 
 /// Components whose `label` exists even where it is not given.

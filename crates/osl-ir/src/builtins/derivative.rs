@@ -11,25 +11,48 @@ pub(super) static ROWS: &[Builtin] = &[
         EACH,
         |b, s| b.derivative(s.arg(0), Axis::X).into(),
         "How a value changes to the next pixel in the row; its own derivatives are zero.",
-    ),
+    )
+    .derivatives("zero: no second derivatives")
+    .extremes(
+        "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
+               a branch did not execute does not count; what leaves the finite numbers may give inf or \
+               nan.",
+    )
+    .example("float du = Dx(u);"),
     Builtin::compose(
         "Dy",
         EACH,
         |b, s| b.derivative(s.arg(0), Axis::Y).into(),
         "How a value changes to the next row of pixels; its own derivatives are zero.",
-    ),
+    )
+    .derivatives("zero: no second derivatives")
+    .extremes(
+        "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
+               a branch did not execute does not count; what leaves the finite numbers may give inf or \
+               nan.",
+    )
+    .example("float dv = Dy(v);"),
     Builtin::compose(
         "Dz",
         EACH,
         |b, s| zero(b, s.arg(0)).into(),
         "How a value changes in depth; 0 on a surface.",
-    ),
+    )
+    .derivatives("zero: no second derivatives")
+    .extremes("Always 0.")
+    .example("vector depth = Dz(P);"),
     Builtin::compose(
         "filterwidth",
         &["f(f)", "v(p)", "v(v)"],
         |b, s| width(b, s.arg(0)).into(),
         "Length of the change along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
-    ),
+    )
+    .derivatives("zero: no second derivatives")
+    .extremes(
+        "0 for what has no derivatives. Changes below about 1e-23 square to 0, those above 1.84e19 to \
+               inf.",
+    )
+    .example("float w = filterwidth(u);"),
     Builtin::compose(
         "area",
         &["f(p)"],
@@ -38,19 +61,31 @@ pub(super) static ROWS: &[Builtin] = &[
             b.lane(LaneOp::Length, &[across]).into()
         },
         "Area that a position sweeps over one pixel.",
-    ),
+    )
+    .derivatives("zero: no second derivatives")
+    .extremes("0 where the position does not change, or along one line only.")
+    .example("float covered = area(P);"),
     Builtin::compose(
         "calculatenormal",
         &["v(p)"],
         |b, s| across(b, s.arg(0)).into(),
         "Normal of the surface of a position, Dx x Dy, not of length 1.",
-    ),
+    )
+    .derivatives("zero: no second derivatives")
+    .extremes("0 where the position does not change, or along one line only; normalize keeps that at 0.")
+    .example("normal n = normalize(calculatenormal(P));"),
     Builtin::compose(
         "aastep",
         &["f(f,f,f,f)", "f(f,f,f)", "f(f,f)"],
         aastep,
         "0 below the edge, 1 above, a ramp as wide as a pixel between; arguments are edge, s, ds, dedge.",
-    ),
+    )
+    .derivatives("by the formula; 0 outside the ramp")
+    .extremes(
+        "A width of 0 makes a step: 0 up to and at the edge, 1 above. Widths count by their size. nan \
+               in edge or s gives 0, since the test against the low end holds.",
+    )
+    .example("float y = aastep(0.5, u);"),
 ];
 
 fn zero(b: &mut Builder, like: ValueId) -> ValueId {

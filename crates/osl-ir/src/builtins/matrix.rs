@@ -11,45 +11,83 @@ pub(super) static ROWS: &[Builtin] = &[
         &["n(m,n)", "v(m,v)", "p(m,p)", "n(s,s,n)", "v(s,s,v)", "p(s,s,p)", "n(s,n)", "v(s,v)", "p(s,p)"],
         transform,
         "A point, vector or normal by a matrix, or from one named space (default common) to another.",
-    ),
+    )
+    .derivatives("of the point, vector or normal; the matrix has none")
+    .extremes(
+        "A point whose fourth coordinate becomes 0 gives 0, an overflow in its division 0 too. \
+               Normals by a singular matrix stay as they are, since its inverse is taken as the identity. \
+               An unknown space is an error of the run and changes nothing.",
+    )
+    .example("point p = transform(matrix(2), P); vector up = transform(\"shader\", vector(0, 1, 0));"),
     Builtin::compose(
         "getmatrix",
         &["i(s,s,om)", "i(s,om)"],
         getmatrix,
-        "The matrix from one named space to another (default common); 0 and the identity where one is unknown.",
-    ),
-    Builtin::lane("determinant", &["f(m)"], LaneOp::MDet, "Determinant of the 4x4 matrix."),
-    Builtin::lane("transpose", &["m(m)"], LaneOp::MTranspose, "Rows and columns exchanged."),
+        "The matrix from one named space to another (default common); 0 and the identity where one is \
+         unknown.",
+    )
+    .derivatives("none: matrices have none")
+    .extremes(
+        "Never an error of the run. \"common\" and \"world\" are the identity; a singular space \
+               inverts to the identity.",
+    )
+    .example("matrix m; int known = getmatrix(\"shader\", m);"),
+    Builtin::lane("determinant", &["f(m)"], LaneOp::MDet, "Determinant of the 4x4 matrix.")
+        .derivatives("zero")
+        .extremes("0 for a singular matrix, apart from rounding; inf or nan where products overflow.")
+        .example("float volume = determinant(matrix(2));"),
+    Builtin::lane("transpose", &["m(m)"], LaneOp::MTranspose, "Rows and columns exchanged.")
+        .derivatives("none: matrices have none")
+        .extremes("Bits are only moved.")
+        .example("matrix m = transpose(matrix(\"shader\", \"world\"));"),
     Builtin::compose(
         "point in space",
         &["p(s,p)"],
         into_common,
         "point(\"space\", x, y, z): coordinates of the space.",
-    ),
+    )
+    .derivatives("of the coordinates")
+    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .example("point x = point(\"shader\", u, v, 0);"),
     Builtin::compose(
         "vector in space",
         &["v(s,v)"],
         into_common,
         "vector(\"space\", x, y, z): coordinates of the space.",
-    ),
+    )
+    .derivatives("of the coordinates")
+    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .example("vector x = vector(\"shader\", u, v, 0);"),
     Builtin::compose(
         "normal in space",
         &["n(s,n)"],
         into_common,
         "normal(\"space\", x, y, z): coordinates of the space.",
-    ),
+    )
+    .derivatives("of the coordinates")
+    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .example("normal x = normal(\"shader\", u, v, 0);"),
     Builtin::compose(
         "matrix in space",
         &["m(s,m)"],
         matrix_in_space,
         "matrix(\"space\", …): the matrix relative to the space.",
-    ),
+    )
+    .derivatives("none: matrices have none")
+    .extremes("An unknown space is an error of the run and counts as the identity.")
+    .example("matrix m = matrix(\"shader\", 2);"),
     Builtin::compose(
         "matrix from spaces",
         &["m(s,s)"],
         between,
         "matrix(\"from\", \"to\"): takes points of one space to the other.",
-    ),
+    )
+    .derivatives("none: matrices have none")
+    .extremes(
+        "An unknown space is an error of the run, and the result is the identity. A singular space \
+               inverts to the identity.",
+    )
+    .example("matrix m = matrix(\"shader\", \"world\");"),
 ];
 
 fn space_matrix(b: &mut Builder, from: ValueId, to: ValueId) -> ValueId {

@@ -15,13 +15,25 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(s,?)", "x(s,?[])"],
         set,
         "Leaves a value for later readers at this point; the first of a name wins.",
-    ),
+    )
+    .derivatives("zero for the reader")
+    .extremes(
+        "A second value of the same name at a point is an error of the run and ignored; so is one of \
+               a name that was asked for in vain. The name has to be written out.",
+    )
+    .example("setmessage(\"height\", 2 * u);"),
     Builtin::compose(
         "getmessage",
         &["i(s,o?)", "i(s,o?[])", "i(s,s,o?)", "i(s,s,o?[])"],
         get,
         "Whether a message of this name and type was set at this point, and its value.",
-    ),
+    )
+    .derivatives("zero")
+    .extremes(
+        "0 without a message, and the variable stays; another type is an error of the run and gives \
+               0. The name has to be written out.",
+    )
+    .example("float h = 0; int there = getmessage(\"height\", h);"),
 ];
 
 /// A message that the body may hold.
@@ -147,7 +159,8 @@ fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
                 |b| {
                     let (first, wanted) = (b.messages[at].set_as.clone(), show(ty, array));
                     let text = format!(
-                        "type mismatch for message \"{name}\" (created as {first} here: {{0}}) cannot fetch as {wanted} from {{1}}"
+                        "type mismatch for message \"{name}\" (created as {first} here: {{0}}) cannot fetch \
+                         as {wanted} from {{1}}"
                     );
                     let places = vec![b.messages[at].set_at, b.span];
                     report(b, text, places);

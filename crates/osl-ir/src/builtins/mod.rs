@@ -1,6 +1,7 @@
 //! The one table of built-in functions.
 //!
-//! A row is all there is to know of a function: name, meaning, signatures, and how a call becomes IR. Type
+//! A row is all there is to know of a function: name, meaning, signatures, derivatives, what happens at the edges, an
+//! example, and how a call becomes IR. Type
 //! checking, "did you mean", lowering and the reference page read it; the arithmetic itself is that of
 //! the [lane operations](crate::ir::LaneOp) that the row names. Rows stand in the file of their family; within
 //! a row the order of signatures is the priority for ties. Source of the signatures: OSL language
@@ -14,6 +15,7 @@ mod math;
 mod matrix;
 mod message;
 mod noise;
+mod number;
 mod optics;
 mod print;
 mod scene;
@@ -38,6 +40,12 @@ pub struct Builtin {
     pub name: &'static str,
     /// What it computes, with units and ranges; one or two sentences.
     pub about: &'static str,
+    /// Its derivatives, `cos(x) dx` or in words; `dx` is how the argument x changes.
+    pub derivatives: &'static str,
+    /// What it gives at the edges of its domain and beyond: zeros, denormals, infinities, nan, huge arguments.
+    pub extremes: &'static str,
+    /// A statement or two that use it, and compile in a surface without a word.
+    pub example: &'static str,
     /// Its signatures in the notation of [`Signature`].
     sigs: &'static [&'static str],
     /// How a call becomes IR.
@@ -130,7 +138,7 @@ impl Builtin {
         op: LaneOp,
         about: &'static str,
     ) -> Builtin {
-        Builtin { name, about, sigs, emit: Emit::Lane(op) }
+        Builtin::new(name, sigs, Emit::Lane(op), about)
     }
 
     /// A row whose call is composed.
@@ -140,12 +148,36 @@ impl Builtin {
         emit: fn(&mut Builder, &Site<'_>) -> Emitted,
         about: &'static str,
     ) -> Builtin {
-        Builtin { name, about, sigs, emit: Emit::Compose(emit) }
+        Builtin::new(name, sigs, Emit::Compose(emit), about)
     }
 
     /// The row that ends the shader.
     const fn exit(name: &'static str, sigs: &'static [&'static str], about: &'static str) -> Builtin {
-        Builtin { name, about, sigs, emit: Emit::Exit }
+        Builtin::new(name, sigs, Emit::Exit, about)
+    }
+
+    const fn new(
+        name: &'static str,
+        sigs: &'static [&'static str],
+        emit: Emit,
+        about: &'static str,
+    ) -> Builtin {
+        Builtin { name, about, derivatives: "", extremes: "", example: "", sigs, emit }
+    }
+
+    /// The row with what its derivatives are.
+    const fn derivatives(self, derivatives: &'static str) -> Builtin {
+        Builtin { derivatives, ..self }
+    }
+
+    /// The row with what happens at the edges.
+    const fn extremes(self, extremes: &'static str) -> Builtin {
+        Builtin { extremes, ..self }
+    }
+
+    /// The row with its example.
+    const fn example(self, example: &'static str) -> Builtin {
+        Builtin { example, ..self }
     }
 
     /// The type of the value of an option that is an output.
@@ -165,26 +197,88 @@ impl Builtin {
     }
 }
 
+/// Rows that belong together.
+pub struct Family {
+    /// What they are about, as a heading.
+    pub title: &'static str,
+    /// Where they are defined.
+    pub source: &'static str,
+    /// The rows.
+    pub rows: &'static [Builtin],
+}
+
+/// The standard library's page of the public specification, by section.
+macro_rules! specified {
+    ($section:literal) => {
+        concat!("OSL language specification, standard library: ", $section, ".")
+    };
+}
+
+/// All families.
+pub static FAMILIES: [Family; 15] = [
+    Family {
+        title: "Angles, exponentials, roots",
+        source: concat!(
+            specified!("mathematical functions"),
+            " The values are those of OpenImageIO's approximations (fmath.h), product by product and sum by \
+             sum."
+        ),
+        rows: math::ROWS,
+    },
+    Family {
+        title: "Rounding, comparing, blending",
+        source: specified!("mathematical functions, pattern generation"),
+        rows: number::ROWS,
+    },
+    Family { title: "Geometry", source: specified!("geometric functions"), rows: geometry::ROWS },
+    Family { title: "Light at a boundary", source: specified!("geometric functions"), rows: optics::ROWS },
+    Family {
+        title: "Derivatives and antialiasing",
+        source: specified!("derivatives and area operators"),
+        rows: derivative::ROWS,
+    },
+    Family { title: "Matrices and spaces", source: specified!("matrix functions"), rows: matrix::ROWS },
+    Family {
+        title: "Color",
+        source: concat!(specified!("color functions"), " Observer: CIE 1931."),
+        rows: color::ROWS,
+    },
+    Family { title: "Splines", source: specified!("pattern generation, splines"), rows: spline::ROWS },
+    Family {
+        title: "Noise",
+        source: concat!(
+            specified!("pattern generation, noise"),
+            " Fields: Perlin, Improving Noise, 2002; Gustavson, Simplex noise demystified, 2005; Lagae et al., \
+             Procedural noise using sparse Gabor convolution, 2009; hash: Jenkins, lookup3."
+        ),
+        rows: noise::ROWS,
+    },
+    Family { title: "Textures", source: specified!("texture"), rows: texture::ROWS },
+    Family { title: "Strings and hashing", source: specified!("string functions"), rows: string::ROWS },
+    Family { title: "Printing", source: specified!("string functions, output"), rows: print::ROWS },
+    Family {
+        title: "Messages",
+        source: specified!("renderer state and message passing"),
+        rows: message::ROWS,
+    },
+    Family {
+        title: "Surroundings",
+        source: specified!("renderer state, dictionaries, point clouds, tracing"),
+        rows: scene::ROWS,
+    },
+    Family {
+        title: "Closures",
+        source: concat!(
+            specified!("material closures"),
+            " MaterialX for those that end in bsdf, edf or vdf."
+        ),
+        rows: closure::ROWS,
+    },
+];
+
 /// All rows, family by family.
 pub fn all() -> impl Iterator<Item = &'static Builtin> {
-    [
-        math::ROWS,
-        geometry::ROWS,
-        optics::ROWS,
-        derivative::ROWS,
-        matrix::ROWS,
-        color::ROWS,
-        spline::ROWS,
-        noise::ROWS,
-        texture::ROWS,
-        string::ROWS,
-        print::ROWS,
-        message::ROWS,
-        scene::ROWS,
-        closure::ROWS,
-    ]
-    .into_iter()
-    .flatten()
+    FAMILIES.iter().flat_map(|family| family.rows)
 }
 
 type Index = FxHashMap<&'static str, (&'static Builtin, Vec<Signature>)>;
@@ -224,7 +318,24 @@ mod tests {
     fn every_signature_parses() {
         for row in all() {
             assert_eq!(row.signatures().len(), row.written(), "{}", row.name);
-            assert!(!row.about.is_empty(), "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn every_row_is_documented() {
+        for row in all() {
+            for (text, what) in [
+                (row.about, "about"),
+                (row.derivatives, "derivatives"),
+                (row.extremes, "extremes"),
+                (row.example, "example"),
+            ] {
+                assert!(!text.is_empty(), "{}: {what}", row.name);
+            }
+            let called = row.name.split(' ').next().unwrap_or_default();
+            assert!(row.example.contains(called), "{}: the example does not use it", row.name);
+            assert!(row.about.ends_with('.') && row.extremes.ends_with('.'), "{}", row.name);
+            assert!(!row.derivatives.ends_with('.'), "{}", row.name);
         }
     }
 

@@ -84,37 +84,83 @@ pub(super) static ROWS: &[Builtin] = &[
         PLAIN,
         |b, s| plain(b, s, NoiseField::Cell, false),
         "One random value, 0 to 1, for each unit cell; zero derivatives.",
-    ),
+    )
+    .derivatives("zero")
+    .extremes(
+        "Coordinates beyond the ints (2147483648), inf and nan count as the cell -2147483648, and the \
+               result is as random there as elsewhere. The zeros are equal, and -1e-45 lies in the cell \
+               -1.",
+    )
+    .example("float tint = cellnoise(8 * u, 8 * v); color tile = cellnoise(8 * P);"),
     Builtin::compose(
         "hashnoise",
         PLAIN,
         |b, s| plain(b, s, NoiseField::Hash, false),
         "Another random value, 0 to 1, at every point; zero derivatives.",
-    ),
+    )
+    .derivatives("zero")
+    .extremes(
+        "Every bit of the coordinates counts: 0 and -0 differ, and nans by their payload. inf is a \
+               coordinate like any other.",
+    )
+    .example("float grain = hashnoise(u, v);"),
     Builtin::compose(
         "snoise",
         PLAIN,
         |b, s| plain(b, s, NoiseField::Perlin, false),
         "Gradient noise, -1 to 1, zero at whole coordinates.",
-    ),
+    )
+    .derivatives("analytic")
+    .extremes(
+        "0 at whole coordinates, so everywhere from 8388608 on. Beyond the ints (2147483648) the \
+         fraction is meaningless, and the result may be inf or nan, the same on every processor; \
+         infinities give inf or nan, nan gives nan.",
+    )
+    .example("float bumps = snoise(4 * P);"),
     Builtin::compose(
         "noise",
         NAMED,
         |b, s| noise(b, s, false),
-        "Gradient noise, 0 to 1, or the field named by the first argument: perlin, uperlin, simplex, usimplex, cell, hash, gabor.",
+        "Gradient noise, 0 to 1, or the field named by the first argument: perlin, uperlin, simplex, \
+         usimplex, cell, hash, gabor.",
+    )
+    .derivatives("analytic; zero for cell and hash")
+    .extremes(
+        "Perlin noise is 0.5 (uperlin) or 0 (perlin) at whole coordinates, so everywhere from 8388608 \
+               on; beyond the ints (2147483648) it may be inf or nan, the same on every processor. Simplex \
+               noise of two and more dimensions is 0 there (usimplex 0.5), cell noise falls in the cell \
+               -2147483648, and Gabor noise is 0 for inf and nan. An unknown name is an error of the run and gives 0.",
+    )
+    .example(
+        "float clouds = noise(4 * P); float cells = noise(\"cell\", 8 * u); float stripes = \
+              noise(\"gabor\", 4 * P, \"bandwidth\", 2.0);",
     ),
     Builtin::compose(
         "psnoise",
         PERIODIC,
         |b, s| plain(b, s, NoiseField::Perlin, true),
         "Gradient noise, -1 to 1, that repeats with the periods behind the coordinates.",
-    ),
+    )
+    .derivatives("analytic; of the coordinates, the periods have none")
+    .extremes(
+        "Periods are rounded down to whole numbers; below 1, beyond the ints or nan they count as 1. \
+               Coordinates beyond the ints may give inf or nan, the same on every processor.",
+    )
+    .example("float tiling = psnoise(8 * u, 8);"),
     Builtin::compose(
         "pnoise",
         NAMED_PERIODIC,
         |b, s| noise(b, s, true),
         "Noise that repeats with the periods behind the coordinates; simplex has no periodic form.",
-    ),
+    )
+    .derivatives("analytic; of the coordinates, the periods have none; zero for cell and hash")
+    .extremes(
+        "Periods of Perlin and Gabor noise are rounded down to whole numbers; below 1, beyond the \
+               ints or nan they count as 1. An infinite coordinate or period of cell noise falls in the \
+               cell -2147483648. Coordinates beyond the ints may give inf or nan, the same on every \
+               processor.",
+    )
+    .example("float tiling = pnoise(8 * P, point(8)); float cells = pnoise(\"cell\", 8 * u, 4);"),
 ];
 
 fn plain(b: &mut Builder, s: &Site<'_>, field: NoiseField, periodic: bool) -> Emitted {

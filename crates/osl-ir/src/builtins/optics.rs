@@ -8,20 +8,41 @@ pub(super) static ROWS: &[Builtin] = &[
         "fresnel",
         &["x(v,n,f,of,of,ov,ov)", "x(v,n,f,of,of)"],
         fresnel,
-        "Shares of light reflected and transmitted, and their directions; arguments are I, N, eta, Kr, Kt, R, T.",
-    ),
+        "Shares of light reflected and transmitted, and their directions; arguments are I, N, eta, Kr, Kt, \
+         R, T.",
+    )
+    .derivatives("by the formulas, of every output")
+    .extremes(
+        "At total reflection Kr is 1, Kt 0 and T zero. Divisions are guarded: eta of 0 counts as an \
+               inverse square of 0, and gives total reflection unless I and N are parallel. I of zero gives \
+               finite shares.",
+    )
+    .example("float kr, kt; vector r, t; fresnel(normalize(I), N, 1 / 1.5, kr, kt, r, t);"),
     Builtin::compose(
         "rotate",
         &["p(p,f,p,p)", "p(p,f,v)"],
         rotate,
-        "A point turned by an angle in radians about the line through two points, or about an axis at the origin.",
-    ),
+        "A point turned by an angle in radians about the line through two points, or about an axis at the \
+         origin.",
+    )
+    .derivatives("by the formula, of point, angle and axis")
+    .extremes(
+        "An axis of no length leaves the point scaled by the cosine of the angle. An infinite angle \
+               turns like one of cosine -1 and sine -1.",
+    )
+    .example("point turned = rotate(P, M_PI_4, vector(0, 0, 1));"),
     Builtin::compose(
         "artistic_ior",
         &["x(c,c,oc,oc)"],
         artistic_ior,
         "Index of refraction and extinction of a metal of a given reflectance and edge color.",
-    ),
+    )
+    .derivatives("by the formulas, of both outputs")
+    .extremes(
+        "The reflectance is clamped to 0 to 0.99. A square below 0 under the root for k gives 0. A \
+         reflectance of nan gives 0 in both.",
+    )
+    .example("color n, k; artistic_ior(color(0.9, 0.6, 0.3), color(1), n, k);"),
 ];
 
 fn fresnel(b: &mut Builder, s: &Site<'_>) -> Emitted {

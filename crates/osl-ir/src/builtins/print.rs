@@ -9,26 +9,44 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(s,…)"],
         |b, s| print(b, s, Sink::Print),
         "Prints to the run's output; one conversion prints a whole triple, matrix or array.",
-    ),
+    )
+    .derivatives("none: there is no result")
+    .extremes(
+        "Infinities print inf and -inf, nan prints nan or -nan by its sign bit, -0 prints -0. Letters that \
+               do not suit a value, too few values and too many are errors when compiling.",
+    )
+    .example("printf(\"P = %g, u = %.3f\\n\", P, u);"),
     Builtin::compose(
         "fprintf",
         &["x(s,s,…)"],
         |b, s| print(b, s, Sink::File),
         "Appends to a file, where the run allows files; arguments are file name, format, values.",
-    ),
+    )
+    .derivatives("none: there is no result")
+    .extremes("Written only where the run allows files. The rest as for printf.")
+    .example("fprintf(\"log.txt\", \"u = %g\\n\", u);"),
     Builtin::compose(
         "error",
         &["x(s,…)"],
         |b, s| print(b, s, Sink::Error),
         "Reports an error of the shader.",
-    ),
+    )
+    .derivatives("none: there is no result")
+    .extremes("The same text is reported once a run. The shader goes on. The rest as for printf.")
+    .example("if (u > 2) error(\"u is %g\", u);"),
     Builtin::compose(
         "warning",
         &["x(s,…)"],
         |b, s| print(b, s, Sink::Warning),
         "Reports a warning of the shader.",
-    ),
-    Builtin::compose("format", &["s(s,…)"], format, "The text of a format string and values."),
+    )
+    .derivatives("none: there is no result")
+    .extremes("The same text is reported once a run. The rest as for printf.")
+    .example("if (u > 2) warning(\"u is %g\", u);"),
+    Builtin::compose("format", &["s(s,…)"], format, "The text of a format string and values.")
+        .derivatives("none: the result is a string")
+        .extremes("As for printf, but strings with a width stand to the right.")
+        .example("string name = format(\"tile_%04d.png\", 7);"),
 ];
 
 /// The values from argument `from` on, arrays element by element, with their shapes.

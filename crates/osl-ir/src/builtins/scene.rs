@@ -20,22 +20,44 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         attribute,
         "A named datum of the renderer, an object or the point; 1 if there is one of exactly this type.",
-    ),
+    )
+    .derivatives("the renderer's, where it has them")
+    .extremes(
+        "0 where there is none of exactly this type, and the variable stays. An index outside an \
+               array gives 0.",
+    )
+    .example("float fov = 90; int known = getattribute(\"camera:fov\", fov);"),
     Builtin::compose(
         "raytype",
         &["i(s)"],
         |b, s| b.kernel(Kernel::RayType, s.args, Kind::Int).into(),
-        "Whether the shader runs for a ray of a kind: camera, shadow, reflection, refraction, diffuse, glossy, subsurface, displacement.",
-    ),
-    Builtin::compose("iscameraray", &["i()"], |b, _| ray(b, "camera"), "Whether it runs for a camera ray."),
+        "Whether the shader runs for a ray of a kind: camera, shadow, reflection, refraction, diffuse, \
+         glossy, subsurface, displacement.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes("0 for a name that no renderer knows.")
+    .example("int seen = raytype(\"camera\");"),
+    Builtin::compose("iscameraray", &["i()"], |b, _| ray(b, "camera"), "Whether it runs for a camera ray.")
+        .derivatives("none: the result is an int")
+        .extremes("1 or 0; the same as raytype(\"camera\").")
+        .example("int yes = iscameraray();"),
     Builtin::compose(
         "isdiffuseray",
         &["i()"],
         |b, _| ray(b, "diffuse"),
         "Whether it runs for a diffuse ray.",
-    ),
-    Builtin::compose("isglossyray", &["i()"], |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray."),
-    Builtin::compose("isshadowray", &["i()"], |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray."),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("1 or 0; the same as raytype(\"diffuse\").")
+    .example("int yes = isdiffuseray();"),
+    Builtin::compose("isglossyray", &["i()"], |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray.")
+        .derivatives("none: the result is an int")
+        .extremes("1 or 0; the same as raytype(\"glossy\").")
+        .example("int yes = isglossyray();"),
+    Builtin::compose("isshadowray", &["i()"], |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray.")
+        .derivatives("none: the result is an int")
+        .extremes("1 or 0; the same as raytype(\"shadow\").")
+        .example("int yes = isshadowray();"),
     Builtin::compose(
         "backfacing",
         &["i()"],
@@ -44,74 +66,123 @@ pub(super) static ROWS: &[Builtin] = &[
             b.lane(LaneOp::ToInt, &[seen]).into()
         },
         "Whether the surface is seen from behind.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("1 or 0; 0 on the patch.")
+    .example("int behind = backfacing();"),
     Builtin::compose(
         "surfacearea",
         &["f()"],
         |b, _| b.global(Global::SurfaceArea, Kind::Float).into(),
         "Area of the light's surface that is being shaded.",
-    ),
+    )
+    .derivatives("zero")
+    .extremes("0 where the renderer does not say.")
+    .example("float a = surfacearea();"),
     Builtin::compose(
         "isconnected",
         &["i(?)"],
         |b, _| b.int(0).into(),
         "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("Always 0 where there is one shader only.")
+    .example("int wired = isconnected(u);"),
     Builtin::compose(
         "isconstant",
         &["i(?)"],
         |b, s| b.kernel(Kernel::IsConstant, &[s.arg(0)], Kind::Int).into(),
         "Whether a value was known before running.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("1 for literals and unconnected parameters and what is computed of them, 0 for globals.")
+    .example("int known = isconstant(2 + 3);"),
     Builtin::compose(
         "trace",
         &["i(p,v,*)"],
         |b, _| b.int(0).into(),
         "Whether a ray hits anything; without a scene it never does.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("Always 0, whatever the position and direction.")
+    .example("int hit = trace(P, N);"),
     Builtin::compose(
         "pointcloud_search",
         &["i(s,p,f,i,*)", "i(s,p,f,i,i,*)"],
         |b, _| b.int(0).into(),
         "Number of points near a position; without point clouds 0.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("Always 0; output arrays stay.")
+    .example("float near[4]; int n = pointcloud_search(\"dust.ptc\", P, 0.1, 4, \"distance\", near);"),
     Builtin::compose(
         "pointcloud_get",
         &["i(s,i[],i,s,o?[])"],
         |b, _| b.int(0).into(),
         "Data of found points; without point clouds 0.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes("Always 0; the array stays.")
+    .example(
+        "int which[4] = {0, 1, 2, 3}; float size[4]; int ok = pointcloud_get(\"dust.ptc\", which, 4, \
+              \"size\", size);",
     ),
     Builtin::compose(
         "pointcloud_write",
         &["i(s,p,*)"],
         |b, _| b.int(0).into(),
         "Saves a point; without point clouds 0.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("Always 0; no file is written.")
+    .example("int ok = pointcloud_write(\"dust.ptc\", P, \"u\", u);"),
     Builtin::compose(
         "dict_find",
         &["i(s,s)", "i(i,s)"],
         |b, s| b.kernel(Kernel::DictFind, s.args, Kind::Int).into(),
-        "The first node that a path finds in an XML text, or below a node; 0 if there is none, -1 if it cannot be read.",
-    ),
+        "The first node that a path finds in an XML text, or below a node; 0 if there is none, -1 if it \
+         cannot be read.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes(
+        "A text that is not XML gives -1. So does a file (a text that ends in .xml) that is \
+         missing or too large, with an error of the run. An unknown node gives 0.",
+    )
+    .example("int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\");"),
     Builtin::compose(
         "dict_next",
         &["i(i)"],
         |b, s| b.kernel(Kernel::DictNext, s.args, Kind::Int).into(),
         "The node that the same path found behind a node; 0 if there is none.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("0 behind the last node, and for a node that is not known.")
+    .example("int node = dict_next(dict_find(\"<a><b/><b/></a>\", \"//b\"));"),
     Builtin::compose(
         "dict_value",
         &["i(i,s,o?)", "i(i,s,o?[])"],
         dict_value,
         "An attribute of a node, or its text where the name is empty; 1 if it is of the type.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes("0 where there is no such attribute or it is not of the type, and the variable stays.")
+    .example(
+        "int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\"); int x = 0; int ok = \
+              dict_value(node, \"x\", x);",
     ),
-    Builtin::exit("exit", &["x()"], "Ends the shader; outputs keep what they have."),
+    Builtin::exit("exit", &["x()"], "Ends the shader; outputs keep what they have.")
+        .derivatives("none: there is no result")
+        .extremes("Other points go on. Outputs keep what was assigned before.")
+        .example("if (u > 2) exit();"),
     Builtin::compose(
         "arraylength",
         &["i(?[])"],
         |b, s| b.int(s.array(0).map_or(0, |a| a.len as i32)).into(),
         "Number of elements of an array.",
-    ),
+    )
+    .derivatives("none: the result is an int")
+    .extremes("That of an open array is its length in this instance.")
+    .example("float list[4]; int n = arraylength(list);"),
 ];
 
 fn dict_value(b: &mut Builder, s: &Site<'_>) -> Emitted {

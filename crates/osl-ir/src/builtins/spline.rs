@@ -19,14 +19,28 @@ pub(super) static ROWS: &[Builtin] = &[
             "n(s,f,i,n[])",
         ],
         spline,
-        "Curve through knots at x, 0 to 1; bases are catmull-rom, bezier, bspline, hermite, linear, constant.",
-    ),
+        "Curve through knots at x, 0 to 1; bases are catmull-rom, bezier, bspline, hermite, linear, \
+         constant.",
+    )
+    .derivatives("of x and of the knots; zero for the basis constant")
+    .extremes(
+        "x is clamped to 0 to 1; nan counts as 0. \
+               Reads beyond the knots are clamped to them, so that fewer than four do not fail. Any other \
+               basis is linear. The bases that step by one do not reach the first and last knot.",
+    )
+    .example("float knots[5] = {0, 0, 0.2, 1, 1}; float y = spline(\"catmull-rom\", u, knots);"),
     Builtin::compose(
         "splineinverse",
         &["f(s,f,f[])", "f(s,f,i,f[])"],
         inverse,
         "The x, 0 to 1, at which a spline that only rises or only falls has a value.",
-    ),
+    )
+    .derivatives("of the value only")
+    .extremes(
+        "Values beyond the ends give 0 or 1. It stops after 32 rounds, within about 1e-6, so curves \
+               that turn give one of the places. nan gives a number from 0 to 1.",
+    )
+    .example("float knots[5] = {0, 0, 0.2, 1, 1}; float x = splineinverse(\"linear\", v, knots);"),
 ];
 
 /// A basis: how far a segment is from the next in knots, and rows of coefficients of x³, x², x and 1.

@@ -17,25 +17,53 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         texture,
         "Channels of an image file at (s, t); (0, 0) is the corner of its first pixel and t grows downward.",
-    ),
+    )
+    .derivatives("along s and t")
+    .extremes(
+        "A file that is missing is an error of the run and gives 0, unless missingcolor or \
+               errormessage is given. Coordinates beyond the image follow the wrap mode, black by default; \
+               inf and nan give a color, never a failure. Huge derivatives read the smallest image of the \
+               pyramid.",
+    )
+    .example("string trouble = \"\"; color c = texture(\"tex64.png\", u, v, \"errormessage\", trouble);"),
     Builtin::compose(
         "texture3d",
         &["f(s,p,*)", "c(s,p,*)", "v(s,p,*)", "f(s,p,v,v,v,*)", "c(s,p,v,v,v,*)", "v(s,p,v,v,v,*)"],
         texture3d,
         "Channels of a volume; volume files are not read, so it reports an error and gives 0.",
-    ),
+    )
+    .derivatives("zero")
+    .extremes("Always 0, with an error of the run or the text in errormessage.")
+    .example("string trouble = \"\"; color c = texture3d(\"smoke.vdb\", P, \"errormessage\", trouble);"),
     Builtin::compose(
         "environment",
         &["f(s,v,*)", "c(s,v,*)", "v(s,v,*)", "f(s,v,v,v,*)", "c(s,v,v,v,*)", "v(s,v,v,v,*)"],
         environment,
-        "Channels of an image of all directions in latitude and longitude; y is up and the middle looks along -z.",
+        "Channels of an image of all directions in latitude and longitude; y is up and the middle looks \
+         along -z.",
+    )
+    .derivatives("zero")
+    .extremes(
+        "The zero vector, inf and nan give a color, never a failure. A missing file is an error of \
+               the run and gives 0, unless missingcolor or errormessage is given.",
+    )
+    .example(
+        "string trouble = \"\"; color c = environment(\"sky.exr\", vector(0, 1, 0), \"errormessage\", \
+              trouble);",
     ),
     Builtin::compose(
         "gettextureinfo",
         &["i(s,s,o?)", "i(s,s,o?[])", "i(s,f,f,s,o?)", "i(s,f,f,s,o?[])"],
         info,
-        "A datum of a texture's header: exists, resolution, channels, averagecolor and others; 1 if it has it.",
-    ),
+        "A datum of a texture's header: exists, resolution, channels, averagecolor and others; 1 if it has \
+         it.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes(
+        "A datum that is not there gives 0 and leaves the output. So does a missing file, with an \
+               error of the run, except for \"exists\", which answers 0 in the output.",
+    )
+    .example("int there = 0; int answered = gettextureinfo(\"tex64.png\", \"exists\", there);"),
 ];
 
 fn kind_of(s: &Site<'_>) -> Kind {

@@ -30,6 +30,8 @@ pub(super) enum Command {
     ExplainError(ExplainErrorArgs),
     /// Rewrite shader files in one style.
     Fmt(FmtArgs),
+    /// Describe the built-in functions: signatures, derivatives, extremes, an example.
+    Doc(DocArgs),
 }
 
 /// How a source file is read.
@@ -208,6 +210,17 @@ pub(super) struct FmtArgs {
     /// How files are read.
     #[command(flatten)]
     pub(super) read: ReadArgs,
+}
+
+/// Which function to describe.
+#[derive(Debug, Args)]
+pub(super) struct DocArgs {
+    /// A function, such as smoothstep (default: list all).
+    #[arg(value_name = "NAME")]
+    pub(super) name: Option<String>,
+    /// Print the whole reference as Markdown: docs/builtins.md.
+    #[arg(long, conflicts_with = "name")]
+    pub(super) markdown: bool,
 }
 
 /// Stages of the IR.

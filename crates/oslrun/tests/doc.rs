@@ -1,0 +1,116 @@
+//! The reference of the built-ins: the page is current, every example compiles and runs without a word, and the command
+//! finds entries and close names.
+
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
+
+use osl_exec::{RunOptions, Services};
+use osl_image::TextureCache;
+use osl_ir::builtins;
+use osl_ir::params::ParamValues;
+use osl_ir::passes;
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use oslrun::{cli, pipeline, reference};
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Exit code, output and errors of a command.
+fn command(args: &[&str]) -> (u8, String, String) {
+    let (mut out, mut err) = (Vec::new(), Vec::new());
+    let args = ["oslrun"].iter().chain(args).map(|a| (*a).into());
+    let code = cli::main(args, &mut out, &mut err);
+    (code, String::from_utf8(out).unwrap(), String::from_utf8(err).unwrap())
+}
+
+#[test]
+fn the_page_is_current() {
+    let path = root().join("docs/builtins.md");
+    let (code, page, _) = command(&["doc", "--markdown"]);
+    assert_eq!(code, 0);
+    if std::env::var_os("UPDATE_DOCS").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    let held = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(held == page, "docs/builtins.md is not current: run this test with UPDATE_DOCS=1");
+}
+
+/// Compiled with all passes and run on a few points, an example earns no diagnostic and no message but its own.
+#[test]
+fn every_example_runs() {
+    let mut wrong = String::new();
+    for row in builtins::all() {
+        // A surface is where all globals and closures may be used.
+        let text = format!("surface example(output float result = 0) {{\n{}\n}}\n", row.example);
+        if let Err(why) = run(&text) {
+            wrong.push_str(&format!("{}: {why}\n{text}\n", row.name));
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong}");
+}
+
+fn run(text: &str) -> Result<(), String> {
+    let checked = pipeline::check("example.osl", text, &NoFiles, &Options::default());
+    if !checked.diagnostics.is_empty() {
+        return Err(format!("{:#?}", checked.diagnostics));
+    }
+    let program = checked.program.ok_or("no program")?;
+    let body = osl_ir::lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:#?}"))?;
+    let grid = Grid::new(4, 4);
+    let services = Services {
+        spaces: osl_scene::reference_spaces(4, 4),
+        textures: TextureCache::new(vec![root().join("tests/data/textures")]),
+        ..Services::default()
+    };
+    // Once with all passes, once with none: the examples' results are not used, so that passes drop most of them.
+    for without in [Vec::new(), passes::Pass::ALL.to_vec()] {
+        let options = passes::Options { without, ..passes::Options::default() };
+        let compiled = pipeline::finish(body.clone(), &options);
+        let frame = osl_exec::run(&compiled.program, &services, &grid, &RunOptions::default(), &|_| ())
+            .map_err(|e| e.to_string())?;
+        let said = frame.said(|_| "example.osl".to_string());
+        if !said.is_empty() {
+            return Err(format!("{said:?}"));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn the_command_finds() {
+    let (code, list, _) = command(&["doc"]);
+    assert_eq!(code, 0);
+    for row in builtins::all() {
+        assert!(list.contains(&format!("  {} ", row.name)), "{}", row.name);
+    }
+    let (code, entry, _) = command(&["doc", "smoothstep"]);
+    assert_eq!(code, 0);
+    for part in ["float smoothstep(float, float, float)", "Derivatives: ", "Extremes: ", "Example:"] {
+        assert!(entry.contains(part), "{entry}");
+    }
+    assert!(entry.lines().all(|line| line.chars().count() <= 100), "{entry}");
+    // A constructor with a space is found by the name that programs write.
+    let (code, entry, _) = command(&["doc", "matrix"]);
+    assert_eq!(code, 0);
+    assert!(entry.contains("matrix in space") && entry.contains("matrix from spaces"), "{entry}");
+}
+
+#[test]
+fn the_command_suggests() {
+    let (code, out, err) = command(&["doc", "smothstep"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(err.contains("did you mean `smoothstep`?"), "{err}");
+    let (code, _, err) = command(&["doc", "quaternion_multiplication"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("`oslrun doc` lists them"), "{err}");
+    assert_eq!(command(&["doc", "sin", "--markdown"]).0, 2);
+}
+
+#[test]
+fn names_of_the_table_are_found_by_themselves() {
+    for row in builtins::all() {
+        assert!(reference::find(row.name).iter().any(|r| r.name == row.name), "{}", row.name);
+    }
+}
