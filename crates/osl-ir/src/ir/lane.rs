@@ -90,7 +90,6 @@ macro_rules! for_each_lane_op {
             Select "select" each (F, F, F) -> F, $crate::numeric::common::select;
             Step "step" each (F, F) -> F, $crate::numeric::common::step;
             Smoothstep "smoothstep" each (F, F, F) -> F, $crate::numeric::common::smoothstep;
-            SmoothLinearstep "smooth_linearstep" each (F, F, F, F) -> F, $crate::numeric::common::smooth_linearstep;
             Linearstep "linearstep" each (F, F, F) -> F, $crate::numeric::common::linearstep;
             Mod "mod" each (F, F) -> F, $crate::numeric::common::modulo;
             Fmod "fmod" each (F, F) -> F, $crate::numeric::lane::fmod;

@@ -98,7 +98,6 @@ fn weight(op: LaneOp) -> usize {
         | L::RgbToHsl
         | L::SrgbToLinear
         | L::LinearToSrgb
-        | L::SmoothLinearstep
         | L::Refract => 8,
         _ => 1,
     }

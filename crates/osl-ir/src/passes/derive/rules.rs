@@ -141,16 +141,16 @@ fn slope(w: &mut Writer<'_>, op: LaneOp, x: ValueId, f: ValueId) -> Option<Value
             let power = w.lane(L::Pow, &[base, exponent]);
             let (factor, straight, edge) = (w.float(2.4 / 1.055), w.float(1.0 / 12.92), w.float(0.04045));
             let curved = w.lane(L::FMul, &[power, factor]);
-            let above = w.lane(L::FGt, &[x, edge]);
-            w.lane(L::Choose, &[above, curved, straight])
+            let not_above = w.lane(L::Step, &[x, edge]);
+            w.select(curved, straight, not_above)
         }
         L::LinearToSrgb => {
             let (exponent, factor) = (w.float(1.0 / 2.4 - 1.0), w.float(1.055 / 2.4));
             let power = w.lane(L::Pow, &[x, exponent]);
             let curved = w.lane(L::FMul, &[power, factor]);
             let (straight, edge) = (w.float(12.92), w.float(0.003_130_8));
-            let above = w.lane(L::FGt, &[x, edge]);
-            w.lane(L::Choose, &[above, curved, straight])
+            let not_above = w.lane(L::Step, &[x, edge]);
+            w.select(curved, straight, not_above)
         }
         L::Expm1 => w.lane(L::Exp, &[x]),
         L::Erf | L::Erfc => {
