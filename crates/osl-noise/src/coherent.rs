@@ -5,6 +5,8 @@
 //! table; and the tables of sixteen such groups are made together, a vector at a time. Groups that straddle cells
 //! are computed lane by lane. The bits are the same either way.
 
+#![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
+
 use crate::field::Field;
 use crate::unroll::{array, each};
 
