@@ -113,7 +113,7 @@ fn by_form<F: Field, const D: usize>(field: F, call: Call<'_>) {
                     #[inline(always)]
                     |i| field.one_periodic(at(c, i), at(p, i)),
                 );
-            } else if F::table_words::<D, 1>() > 0 {
+            } else if const { F::SHARED[D][0] } {
                 coherent::fill::<F, D, 1>(field, c, [&mut out[..n]]);
             } else {
                 fill(
@@ -136,7 +136,7 @@ fn by_form<F: Field, const D: usize>(field: F, call: Call<'_>) {
                     #[inline(always)]
                     |i| field.three_periodic(at(c, i), at(p, i)),
                 );
-            } else if F::table_words::<D, 3>() > 0 {
+            } else if const { F::SHARED[D][1] } {
                 coherent::fill::<F, D, 3>(field, c, [x, y, z]);
             } else {
                 fill3(

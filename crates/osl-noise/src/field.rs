@@ -30,6 +30,9 @@ impl Kind {
 
 /// A field as a type, so that a loop over it is compiled for it alone.
 pub(crate) trait Field: Copy {
+    /// In which dimensions neighbours share tables, for one value and for three. Each is a long piece of machine code, so
+    /// these are the forms that shaders use most.
+    const SHARED: [[bool; 2]; 5] = [[false; 2]; 5];
     /// Words of the key that tell the cell of a point apart; 0 where points share nothing.
     fn key_words<const D: usize>() -> usize {
         0
@@ -135,6 +138,7 @@ macro_rules! stepped {
 }
 
 stepped!(Cell, cell::cells, {
+    const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [false; 2], [true; 2], [false; 2]];
     fn key_words<const D: usize>() -> usize {
         D
     }
@@ -210,31 +214,6 @@ impl<const UNSIGNED: bool> Perlin<UNSIGNED> {
 }
 
 impl<const UNSIGNED: bool> Field for Perlin<UNSIGNED> {
-    fn key_words<const D: usize>() -> usize {
-        D
-    }
-    fn table_words<const D: usize, const OUT: usize>() -> usize {
-        1 << D
-    }
-    #[inline(always)]
-    fn key<const D: usize>(self, p: [f32; D]) -> Key {
-        widened(cell::cells(p))
-    }
-    #[inline(always)]
-    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
-        perlin::hashes::<D>(narrowed(key))
-    }
-    #[inline(always)]
-    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
-        let corners = perlin::Corners::<f32, D>::within(p, narrowed(key), table);
-        let mut out = [0.0; OUT];
-        if OUT == 1 {
-            out[0] = self.finish(corners.one::<false>());
-        } else {
-            out.copy_from_slice(&self.finish3(corners.three::<false>()));
-        }
-        out
-    }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {
         self.finish(perlin::one::<f32, D, false>(p, None))
@@ -300,6 +279,7 @@ impl<const UNSIGNED: bool> Simplex<UNSIGNED> {
 }
 
 impl<const UNSIGNED: bool> Field for Simplex<UNSIGNED> {
+    const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [false; 2], [true, false], [false; 2]];
     fn key_words<const D: usize>() -> usize {
         if D == 2 || D == 3 { D + 1 } else { 0 }
     }

@@ -23,15 +23,6 @@ pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
     Corners::new(p, periods).three::<DUAL>()
 }
 
-/// The hashes of the corners of a cell.
-#[inline(always)]
-pub(crate) fn hashes<const D: usize>(cell: [u32; D]) -> [u32; 16] {
-    corner_hashes::<D>(array(
-        #[inline(always)]
-        |a| [cell[a], cell[a].wrapping_add(1)],
-    ))
-}
-
 #[inline(always)]
 fn corner_hashes<const D: usize>(lattice: [[u32; 2]; D]) -> [u32; 16] {
     let mut hashes = [0; 16];
@@ -106,24 +97,6 @@ impl<N: Number, const D: usize> Corners<N, D> {
             },
         );
         Corners { hashes: corner_hashes(lattice), near, far, weight }
-    }
-
-    /// Those around a point of a cell whose hashes are known.
-    #[inline(always)]
-    pub(crate) fn within(p: [N; D], cell: [u32; D], hashes: [u32; 16]) -> Self {
-        let near: [N; D] = array(
-            #[inline(always)]
-            |a| p[a].with_value(p[a].value() - cell[a] as i32 as f32),
-        );
-        let far: [N; D] = array(
-            #[inline(always)]
-            |a| near[a].with_value(near[a].value() - 1.0),
-        );
-        let weight = array(
-            #[inline(always)]
-            |a| fade(near[a]),
-        );
-        Corners { hashes, near, far, weight }
     }
 
     /// The field's value.
