@@ -1,7 +1,7 @@
 //! The `oslrun` command as a library: everything but the process itself.
 //!
 //! [`pipeline`] joins the crates from text to program; [`cli`] is the command line over it;
-//! [`lessons`] are what it tells about each diagnostic, [`reference`] about each built-in function.
+//! [`lessons`] are what it tells about each diagnostic, [`mod@reference`] about each built-in function.
 
 pub mod cli;
 pub mod lessons;
