@@ -1,0 +1,76 @@
+//! Programs that a generator makes: they compile, and every way of compiling and running them yields the same bits.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl_tests::{generate, laws};
+use std::panic::catch_unwind;
+
+fn text(seed: u64) -> String {
+    generate::program(&generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100))
+}
+
+/// The seeds whose programs break a law, with the law.
+fn broken(seeds: std::ops::Range<u64>) -> Vec<(u64, String)> {
+    let ways = laws::ways();
+    let mut broken = Vec::new();
+    for seed in seeds {
+        let text = text(seed);
+        let way = &ways[seed as usize % ways.len()..][..1];
+        let outcome = catch_unwind(|| laws::hold(&text, if seed % 16 == 0 { &ways } else { way }));
+        match outcome {
+            Ok(Ok(())) => {}
+            Ok(Err(law)) => broken.push((seed, law)),
+            Err(_) => broken.push((seed, "panics".to_string())),
+        }
+    }
+    broken
+}
+
+fn tell(broken: &[(u64, String)]) {
+    for (seed, law) in broken.iter().take(40) {
+        println!("--- {seed}: {}", law.chars().take(900).collect::<String>());
+    }
+}
+
+#[test]
+fn programs_compile() {
+    let refused: Vec<(u64, String)> =
+        (0..3000).filter_map(|seed| Some((seed, laws::lower(&text(seed)).err()?))).collect();
+    tell(&refused);
+    assert!(refused.len() <= 30, "{} of 3000 do not compile", refused.len());
+}
+
+#[test]
+fn same_bits_in_any_way() {
+    let broken = broken(0..1500);
+    tell(&broken);
+    assert!(broken.is_empty(), "{} programs", broken.len());
+}
+
+/// A program by its seed: `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`.
+#[test]
+#[ignore = "shows a program"]
+fn one() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let text = text(seed);
+    println!("{text}");
+    laws::hold(&text, &laws::ways()).unwrap();
+}
+
+/// `SEEDS=100000 cargo test --release -p osl-tests --test generated -- --ignored --nocapture many`.
+#[test]
+#[ignore = "takes as long as it is told to"]
+fn many() {
+    let from: u64 = std::env::var("FROM").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let count: u64 = std::env::var("SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(100_000);
+    let broken = broken(from..from + count);
+    tell(&broken);
+    assert!(broken.is_empty(), "{} programs", broken.len());
+}
