@@ -52,7 +52,7 @@ impl Gen<'_> {
                 format!("matrix({})", list.join(", "))
             }
             'm' => format!("matrix({})", self.bytes.pick(FLOATS)),
-            'K' => "0".to_string(),
+            'K' => "emission()".to_string(),
             _ => {
                 let [a, b, c] = std::array::from_fn(|_| self.bytes.pick(FLOATS));
                 format!("{}({a}, {b}, {c})", word(letter))
@@ -103,14 +103,14 @@ impl Gen<'_> {
 
     /// An index, now and then out of range.
     fn index(&mut self, len: usize) -> String {
-        match self.bytes.below(8) {
-            0..4 => self.bytes.below(len).to_string(),
-            4..7 => {
-                let index = self.expr('i', 1);
-                format!("abs({index}) % {len}")
-            }
-            _ => self.expr('i', 1),
+        let choice = self.bytes.below(8);
+        if choice < 4 || self.indices > 2 {
+            return self.bytes.below(len).to_string();
         }
+        self.indices += 1;
+        let index = self.expr('i', 1);
+        self.indices -= 1;
+        if choice < 7 { format!("abs({index}) % {len}") } else { index }
     }
 
     /// An array of a letter, whatever its length.
@@ -145,10 +145,7 @@ impl Gen<'_> {
         if self.bytes.ended() {
             return self.literal(letter);
         }
-        self.place(letter, false).unwrap_or_else(|| match letter {
-            'K' => "emission()".to_string(),
-            _ => self.literal(letter),
-        })
+        self.place(letter, false).unwrap_or_else(|| self.literal(letter))
     }
 
     /// An expression of exactly this type.

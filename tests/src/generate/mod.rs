@@ -50,6 +50,8 @@ struct Gen<'a> {
     names: usize,
     indent: usize,
     loops: usize,
+    /// Indices around what is being made.
+    indices: usize,
     /// Statements that may still be made.
     left: usize,
     /// What a `return` returns; `None` in the shader itself.
@@ -68,6 +70,7 @@ pub fn program(bytes: &[u8]) -> String {
         names: 0,
         indent: 0,
         loops: 0,
+        indices: 0,
         left: 40,
         returns: None,
     };

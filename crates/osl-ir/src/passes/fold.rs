@@ -16,6 +16,30 @@ pub(super) fn run(body: &mut Body) {
     rename_outputs(body, &fold.renaming);
 }
 
+/// Only what changes a meaning: which operations divide by a constant is found out, as the pass would find it, and
+/// nothing else of the body changes. Division by a constant has no guard, so that it must not depend on the pass.
+pub(super) fn only_divisors(body: &mut Body) {
+    let mut folded = body.clone();
+    run(&mut folded);
+    let mut operations = vec![None; body.values.len()];
+    for block in &folded.blocks {
+        for inst in &block.insts {
+            if let (Op::Lane(op @ (LaneOp::FDivBy | LaneOp::FmodExact), _), Some(result)) =
+                (&inst.op, inst.results.first())
+                && let Some(of) = operations.get_mut(result.index())
+            {
+                *of = Some(*op);
+            }
+        }
+    }
+    for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
+        let found = inst.results.first().and_then(|result| operations.get(result.index()).copied().flatten());
+        if let (Op::Lane(op, _), Some(found)) = (&mut inst.op, found) {
+            *op = found;
+        }
+    }
+}
+
 /// Lets the outputs follow a renaming.
 pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
     for output in &mut body.outputs {
