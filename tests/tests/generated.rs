@@ -54,6 +54,33 @@ fn same_bits_in_any_way() {
     assert!(broken.is_empty(), "{} programs", broken.len());
 }
 
+/// Programs that once broke a law, with what was wrong.
+const ONCE_BROKEN: &[(&str, &str)] = &[
+    (
+        "the register of a global was taken by values before and, in loops, behind its use",
+        "shader s(output color r = 11, output float last = u) { if (backfacing()) r += 11; }",
+    ),
+    (
+        "a global in the second round of a loop",
+        "shader s(output float r = 0) { for (int i = 0; i < 3; i++) r += surfacearea() + u * v; }",
+    ),
+    (
+        "division by a constant has no guard, whether it is folded or not",
+        "shader s(output float r = P[0] / 1e-40, output float q = 1e38 / (u * 0 + 1e-3)) { r += fmod(u, 0.3); }",
+    ),
+    (
+        "isconstant finds the same without folding",
+        "shader s(output int r = isconstant(2), output int q = isconstant(u)) { r += isconstant(1 + 1); }",
+    ),
+];
+
+#[test]
+fn once_broken() {
+    for (what, text) in ONCE_BROKEN {
+        laws::hold(text, &laws::ways()).unwrap_or_else(|law| panic!("{what}: {law}"));
+    }
+}
+
 /// A program by its seed, reduced if it breaks a law: `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`.
 #[test]
 #[ignore = "shows a program"]

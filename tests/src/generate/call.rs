@@ -52,9 +52,9 @@ fn letter(ty: Type) -> char {
 /// Texts that mean something to a function, by position of the parameter.
 fn texts(function: &str, position: usize) -> Option<&'static [&'static str]> {
     Some(match (function, position) {
-        ("noise" | "snoise" | "pnoise" | "psnoise", 0) => &[
-            "perlin", "uperlin", "noise", "snoise", "cell", "hash", "simplex", "usimplex", "gabor", "null",
-        ],
+        ("noise" | "snoise" | "pnoise" | "psnoise", 0) => {
+            &["perlin", "uperlin", "noise", "snoise", "cell", "hash", "simplex", "usimplex", "gabor", "null"]
+        }
         ("transformc", _) => &["rgb", "hsv", "hsl", "YIQ", "XYZ", "xyY", "sRGB", "linear"],
         ("transform" | "getmatrix", _) => SPACES,
         ("texture" | "environment" | "gettextureinfo", 0) => &["tex64.png", "none.png"],
@@ -137,9 +137,7 @@ impl Gen<'_> {
         let mut args = Vec::new();
         for (position, param) in form.signature.params.iter().enumerate() {
             args.push(match param.ty {
-                ParamType::Of(ty) if ty.extent == Extent::Unsized => {
-                    self.array(letter(ty), param.output)?
-                }
+                ParamType::Of(ty) if ty.extent == Extent::Unsized => self.array(letter(ty), param.output)?,
                 ParamType::Of(ty) if param.output => self.place(letter(ty), true)?,
                 ParamType::Of(ty) if letter(ty) == 's' => self.string_for(form.name, position, depth),
                 ParamType::Of(ty) => self.expr(letter(ty), depth.saturating_sub(1)),
@@ -195,9 +193,13 @@ impl Gen<'_> {
 
     fn options(&mut self, function: &str, args: &mut Vec<String>, depth: usize) {
         let known: &[(&str, char)] = match function {
-            "noise" | "snoise" | "pnoise" | "psnoise" => {
-                &[("anisotropic", 'i'), ("do_filter", 'i'), ("direction", 'v'), ("bandwidth", 'f'), ("impulses", 'f')]
-            }
+            "noise" | "snoise" | "pnoise" | "psnoise" => &[
+                ("anisotropic", 'i'),
+                ("do_filter", 'i'),
+                ("direction", 'v'),
+                ("bandwidth", 'f'),
+                ("impulses", 'f'),
+            ],
             "texture" | "environment" => &[
                 ("blur", 'f'),
                 ("width", 'f'),

@@ -17,8 +17,22 @@ const GLOBALS: &[(&str, char)] = &[
 
 /// Numbers that are hard on arithmetic.
 const FLOATS: &[&str] = &[
-    "0.0", "1.0", "0.5", "2.0", "(-1.0)", "3.25", "(-0.0)", "0.1", "1e-3", "100.0", "1e30", "1e38", "1e-40",
-    "(-7.5)", "16777216.0", "1.5e-45",
+    "0.0",
+    "1.0",
+    "0.5",
+    "2.0",
+    "(-1.0)",
+    "3.25",
+    "(-0.0)",
+    "0.1",
+    "1e-3",
+    "100.0",
+    "1e30",
+    "1e38",
+    "1e-40",
+    "(-7.5)",
+    "16777216.0",
+    "1.5e-45",
 ];
 const INTS: &[&str] =
     &["0", "1", "2", "3", "(-1)", "7", "31", "32", "255", "(-5)", "2147483647", "(-2147483647 - 1)", "65536"];
@@ -115,7 +129,8 @@ impl Gen<'_> {
 
     /// An array of a letter, whatever its length.
     pub(super) fn array(&mut self, letter: char, write: bool) -> Option<String> {
-        let holds = |var: &&Var| (var.write || !write) && matches!(var.ty, Ty::Array(have, _) if have == letter);
+        let holds =
+            |var: &&Var| (var.write || !write) && matches!(var.ty, Ty::Array(have, _) if have == letter);
         let fitting: Vec<String> = self.vars.iter().filter(holds).map(|var| var.name.clone()).collect();
         fitting.get(self.bytes.below(fitting.len())).cloned()
     }

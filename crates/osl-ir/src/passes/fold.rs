@@ -16,26 +16,25 @@ pub(super) fn run(body: &mut Body) {
     rename_outputs(body, &fold.renaming);
 }
 
-/// Only what changes a meaning: which operations divide by a constant is found out, as the pass would find it, and
-/// nothing else of the body changes. Division by a constant has no guard, so that it must not depend on the pass.
-pub(super) fn only_divisors(body: &mut Body) {
+/// Only what changes a meaning: which operations divide by a constant (they have no guard), and what
+/// `isconstant` finds. Both are found out as the pass would find them, and nothing else of the body changes.
+pub(super) fn only_meaning(body: &mut Body) {
     let mut folded = body.clone();
     run(&mut folded);
-    let mut operations = vec![None; body.values.len()];
-    for block in &folded.blocks {
-        for inst in &block.insts {
-            if let (Op::Lane(op @ (LaneOp::FDivBy | LaneOp::FmodExact), _), Some(result)) =
-                (&inst.op, inst.results.first())
-                && let Some(of) = operations.get_mut(result.index())
-            {
-                *of = Some(*op);
-            }
+    let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
+    for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
+        if let Some(result) = inst.results.first()
+            && let Some(found) = operations.get_mut(result.index())
+        {
+            *found = Some(inst.op.clone());
         }
     }
     for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
-        let found = inst.results.first().and_then(|result| operations.get(result.index()).copied().flatten());
-        if let (Op::Lane(op, _), Some(found)) = (&mut inst.op, found) {
-            *op = found;
+        let found = inst.results.first().and_then(|result| operations.get_mut(result.index())?.take());
+        match (&mut inst.op, found) {
+            (Op::Lane(op, _), Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact), _))) => *op = found,
+            (op @ Op::Kernel(Kernel::IsConstant, _), Some(found @ Op::Const(_))) => *op = found,
+            _ => {}
         }
     }
 }

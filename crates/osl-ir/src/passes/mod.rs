@@ -99,7 +99,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     for pass in Pass::ALL {
         if options.without.contains(&pass) && !matches!(pass, Pass::Ssa | Pass::Derive) {
             if pass == Pass::Fold {
-                fold::only_divisors(body);
+                fold::only_meaning(body);
             }
             continue;
         }
@@ -110,7 +110,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Derive => {
                 if derive::run(body) {
                     if options.without.contains(&Pass::Fold) {
-                        fold::only_divisors(body);
+                        fold::only_meaning(body);
                     } else {
                         fold::run(body);
                     }
