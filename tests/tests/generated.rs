@@ -69,6 +69,16 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "shader s(output float r = P[0] / 1e-40, output float q = 1e38 / (u * 0 + 1e-3)) { r += fmod(u, 0.3); }",
     ),
     (
+        "lanes behind the last point took branches and reported",
+        "shader s(output normal r = 1) { string t[1] = { \"-3\" };
+            if (stoi(t[int(u * 0)])) {} else { r /= normal(\"nowhere\", 1, 1, 1); } }",
+    ),
+    (
+        "the sign of a noise that is no number depended on the instruction set",
+        "shader s(output float r = 1) { for (int w = 0; w < 2; w++)
+            r = (float)pnoise((point)((w ? (float)psnoise(point(1e30, 1.0, 0.0), 1) : 1) - 1), 11); }",
+    ),
+    (
         "isconstant finds the same without folding",
         "shader s(output int r = isconstant(2), output int q = isconstant(u)) { r += isconstant(1 + 1); }",
     ),
@@ -81,12 +91,13 @@ fn once_broken() {
     }
 }
 
-/// A program by its seed, reduced if it breaks a law: `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`.
+/// A program by its seed, reduced if it breaks a law: `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`,
+/// or the text of a `FILE`.
 #[test]
 #[ignore = "shows a program"]
 fn one() {
     let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
-    let text = text(seed);
+    let text = std::env::var("FILE").ok().map_or_else(|| text(seed), |f| std::fs::read_to_string(f).unwrap());
     let ways = laws::ways();
     let small = if laws::hold(&text, &ways).is_ok() { text } else { laws::reduce(&text, &ways) };
     println!("{small}");
