@@ -129,6 +129,19 @@ fn arrays(lines: usize) -> String {
     text + "}\n"
 }
 
+/// Values that move on by one variable in each round of a loop.
+fn chain(lines: usize) -> String {
+    let mut text = String::from("shader s(output float r = 0) {\n");
+    for n in 0..lines / 2 {
+        let _ = writeln!(text, "float x{n} = 0;");
+    }
+    text += "for (int i = 0; i < 4; i++) {\n";
+    for n in (1..lines / 2).rev() {
+        let _ = writeln!(text, "x{n} = x{};", n - 1);
+    }
+    text + &format!("x0 = u + i;\n}}\nr = x{};\n}}\n", lines / 2 - 1)
+}
+
 /// Text with what the lints and formats look at, messages and derivatives.
 fn calls(lines: usize) -> String {
     let mut text = String::from("shader s(output float r = 0) {\ncolor c = P; string t = \"a\";\n");
@@ -154,7 +167,7 @@ fn seeds(c: &mut Criterion) {
 }
 
 fn lengths(c: &mut Criterion) {
-    let kinds: [(&str, fn(usize) -> String); 8] = [
+    let kinds: [(&str, fn(usize) -> String); 9] = [
         ("straight", straight),
         ("functions", functions),
         ("branches", branches),
@@ -162,6 +175,7 @@ fn lengths(c: &mut Criterion) {
         ("params", params),
         ("expressions", expressions),
         ("arrays", arrays),
+        ("chain", chain),
         ("calls", calls),
     ];
     for (name, text) in kinds {
