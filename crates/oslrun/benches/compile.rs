@@ -26,6 +26,9 @@ const SEEDS: [&str; 6] = [
     "tests/data/seeds/sprinkles.repaired.osl",
 ];
 
+/// A name, and what makes a shader of so many lines.
+type Kind = (&'static str, fn(usize) -> String);
+
 const LENGTHS: [usize; 4] = [1000, 2000, 5000, 10_000];
 
 fn compile(text: &str) -> Program {
@@ -167,7 +170,7 @@ fn seeds(c: &mut Criterion) {
 }
 
 fn lengths(c: &mut Criterion) {
-    let kinds: [(&str, fn(usize) -> String); 9] = [
+    let kinds: [Kind; 9] = [
         ("straight", straight),
         ("functions", functions),
         ("branches", branches),
