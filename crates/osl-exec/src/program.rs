@@ -176,6 +176,8 @@ struct Compiler<'a> {
     /// Position of the last use of each value.
     last_use: Vec<u32>,
     position: u32,
+    /// Loops around the current position.
+    loops: u32,
     registers: Vec<u32>,
     /// Free registers by component count.
     free: FxHashMap<u32, Vec<u32>>,
@@ -199,6 +201,7 @@ impl<'a> Compiler<'a> {
             views,
             last_use,
             position: 0,
+            loops: 0,
             registers: Vec::new(),
             free: FxHashMap::default(),
             ending: FxHashMap::default(),
@@ -261,6 +264,23 @@ impl<'a> Compiler<'a> {
         steps
     }
 
+    /// The place of a value that is there before the first step: its register held nothing before, and in a loop it
+    /// holds nothing else.
+    fn given(&mut self, inst: &Inst) -> Option<Operand> {
+        let result = *inst.results.first()?;
+        let words = words_of(self.body.kind(result));
+        if self.body.value(result).rate == Rate::Varying {
+            self.registers.push(words);
+            let reg = self.registers.len() as u32 - 1;
+            if self.loops == 0 {
+                let last = self.last_use[result.index()].max(self.position);
+                self.ending.entry(last).or_default().push((words, reg));
+            }
+            self.places[result.index()] = Some(Place::Lanes { reg, component: 0 });
+        }
+        Some(self.operand(result))
+    }
+
     fn result(&mut self, inst: &Inst) -> Option<Operand> {
         inst.results.first().map(|r| {
             self.define(*r);
@@ -277,13 +297,13 @@ impl<'a> Compiler<'a> {
                 self.advance();
             }
             Op::Global(global) => {
-                if let Some(out) = self.result(inst) {
+                if let Some(out) = self.given(inst) {
                     self.globals.push((*global, out));
                 }
                 self.advance();
             }
             Op::Slope(global, axis) => {
-                if let Some(out) = self.result(inst) {
+                if let Some(out) = self.given(inst) {
                     self.slopes.push((*global, *axis, out));
                 }
                 self.advance();
@@ -356,7 +376,9 @@ impl<'a> Compiler<'a> {
                     carried.push(LoopParam { init, param, next: init, result });
                 }
                 self.advance();
+                self.loops += 1;
                 let inner = self.block(*body);
+                self.loops -= 1;
                 for (carried, next) in carried.iter_mut().zip(next) {
                     carried.next = self.operand(*next);
                 }

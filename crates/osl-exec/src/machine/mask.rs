@@ -17,6 +17,14 @@ impl Mask {
         Mask::All(width)
     }
 
+    /// The first `points` of `width` lanes. The others hold what no point computed, so no branch may follow them.
+    pub(super) fn start(points: usize, width: usize) -> Mask {
+        if points >= width {
+            return Mask::All(width);
+        }
+        Mask::normal((0..width).map(|lane| if lane < points { u32::MAX } else { 0 }).collect())
+    }
+
     /// No lane.
     pub(super) fn none() -> Mask {
         Mask::None

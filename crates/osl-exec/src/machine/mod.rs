@@ -133,7 +133,7 @@ impl<'a> Machine<'a> {
                 _ => self.spread(source.slope(*global, *axis), *operand),
             }
         }
-        self.steps(&program.steps, &Mask::all(self.width))
+        self.steps(&program.steps, &Mask::start(points, self.width))
     }
 
     /// Sets a place to values that all points share.

@@ -122,6 +122,10 @@ impl Machine<'_> {
             let mut lanes: Vec<&mut [f32]> =
                 targets.iter_mut().flat_map(|t| t.chunks_mut(n)).map(floats_mut).collect();
             field(self.isa, &inputs[..count], &mut lanes);
+            // Which NaN comes of coordinates that are none depends on the instruction set.
+            for x in lanes.iter_mut().flat_map(|lanes| lanes.iter_mut()) {
+                *x = if x.is_nan() { f32::NAN } else { *x };
+            }
         }
         for (out, target) in outs.iter().zip(targets) {
             self.put(*out, target);

@@ -16,6 +16,29 @@ pub(super) fn run(body: &mut Body) {
     rename_outputs(body, &fold.renaming);
 }
 
+/// Only what changes a meaning: which operations divide by a constant (they have no guard), and what
+/// `isconstant` finds. Both are found out as the pass would find them, and nothing else of the body changes.
+pub(super) fn only_meaning(body: &mut Body) {
+    let mut folded = body.clone();
+    run(&mut folded);
+    let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
+    for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
+        if let Some(result) = inst.results.first()
+            && let Some(found) = operations.get_mut(result.index())
+        {
+            *found = Some(inst.op.clone());
+        }
+    }
+    for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
+        let found = inst.results.first().and_then(|result| operations.get_mut(result.index())?.take());
+        match (&mut inst.op, found) {
+            (Op::Lane(op, _), Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact), _))) => *op = found,
+            (op @ Op::Kernel(Kernel::IsConstant, _), Some(found @ Op::Const(_))) => *op = found,
+            _ => {}
+        }
+    }
+}
+
 /// Lets the outputs follow a renaming.
 pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
     for output in &mut body.outputs {

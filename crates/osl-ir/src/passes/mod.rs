@@ -98,6 +98,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
     for pass in Pass::ALL {
         if options.without.contains(&pass) && !matches!(pass, Pass::Ssa | Pass::Derive) {
+            if pass == Pass::Fold {
+                fold::only_meaning(body);
+            }
             continue;
         }
         let before = body.count();
@@ -105,8 +108,12 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Ssa => ssa::run(body),
             Pass::Slice => slice(body, options.outputs.as_deref()),
             Pass::Derive => {
-                if derive::run(body) && !options.without.contains(&Pass::Fold) {
-                    fold::run(body);
+                if derive::run(body) {
+                    if options.without.contains(&Pass::Fold) {
+                        fold::only_meaning(body);
+                    } else {
+                        fold::run(body);
+                    }
                 }
             }
             Pass::Fold => fold::run(body),

@@ -1,131 +1,133 @@
 //! Finds what the points of a batch share.
 //!
 //! A value is uniform if all that it is made from is, and no varying condition chooses it. All is taken for
-//! uniform at first and demoted until nothing changes, so that loop counters stay uniform.
+//! uniform at first, and what varies demotes what is made from it, so that loop counters stay uniform.
 
 use crate::hir::Global;
-use crate::ir::{BlockId, Body, Op, Rate, SlotId, ValueId};
+use crate::ir::{BlockId, Body, Op, Rate, ValueId};
 
 /// Runs the pass. `varying` and `slopes`: the globals that differ from point to point, and those whose change from pixel to pixel does.
 pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
-    let mut rates = Rates {
-        varying: vec![false; body.values.len()],
-        slots: vec![false; body.slots.len()],
+    let (values, slots) = (body.values.len(), body.slots.len());
+    let mut flow = Flow {
         globals: varying,
         slopes,
-        changed: false,
+        values,
+        slots,
+        demotes: vec![Vec::new(); values + slots + body.blocks.len()],
+        work: Vec::new(),
     };
-    loop {
-        rates.changed = false;
-        rates.block(body, body.entry, false);
-        if !rates.changed {
-            break;
+    flow.block(body, body.entry);
+    let Flow { demotes, mut work, .. } = flow;
+    let mut varies = vec![false; demotes.len()];
+    while let Some(node) = work.pop() {
+        if let Some(flag) = varies.get_mut(node)
+            && !std::mem::replace(flag, true)
+        {
+            work.extend(&demotes[node]);
         }
     }
     let rate = |varying: &bool| if *varying { Rate::Varying } else { Rate::Uniform };
-    for (value, varying) in body.values.iter_mut().zip(&rates.varying) {
+    for (value, varying) in body.values.iter_mut().zip(&varies) {
         value.rate = rate(varying);
     }
-    for (slot, varying) in body.slots.iter_mut().zip(&rates.slots) {
+    for (slot, varying) in body.slots.iter_mut().zip(&varies[values..]) {
         slot.rate = rate(varying);
     }
 }
 
-struct Rates<'a> {
-    varying: Vec<bool>,
-    slots: Vec<bool>,
+/// What demotes what. Nodes are the values, then the slots, then the blocks: a block varies where some points of the
+/// batch may not run it.
+struct Flow<'a> {
     globals: &'a [Global],
     slopes: &'a [Global],
-    changed: bool,
+    values: usize,
+    slots: usize,
+    demotes: Vec<Vec<usize>>,
+    /// Nodes that vary by themselves.
+    work: Vec<usize>,
 }
 
-impl Rates<'_> {
-    fn get(&self, v: ValueId) -> bool {
-        self.varying.get(v.index()).copied().unwrap_or(true)
-    }
-
-    fn demote(&mut self, v: ValueId, to: bool) {
-        if to
-            && let Some(varying) = self.varying.get_mut(v.index())
-            && !*varying
-        {
-            *varying = true;
-            self.changed = true;
+impl Flow<'_> {
+    fn edge(&mut self, from: usize, to: usize) {
+        if let Some(list) = self.demotes.get_mut(from) {
+            list.push(to);
         }
     }
 
-    fn demote_slot(&mut self, slot: SlotId) {
-        if let Some(varying) = self.slots.get_mut(slot.index())
-            && !*varying
-        {
-            *varying = true;
-            self.changed = true;
+    fn edges(&mut self, from: &[ValueId], to: &[ValueId]) {
+        for from in from {
+            to.iter().for_each(|to| self.edge(from.index(), to.index()));
         }
     }
 
-    /// `diverged`: whether some points of the batch may not run the block.
-    fn block(&mut self, body: &Body, id: BlockId, diverged: bool) {
+    fn slot(&self, slot: crate::ir::SlotId) -> usize {
+        self.values + slot.index()
+    }
+
+    fn of_block(&self, block: BlockId) -> usize {
+        self.values + self.slots + block.index()
+    }
+
+    /// A block within another, run under a condition.
+    fn nested(&mut self, body: &Body, id: BlockId, cond: ValueId, around: BlockId) {
+        let block = self.of_block(id);
+        self.edge(cond.index(), block);
+        self.edge(self.of_block(around), block);
+        self.block(body, id);
+    }
+
+    fn block(&mut self, body: &Body, id: BlockId) {
+        let here = self.of_block(id);
         for inst in &body.block(id).insts {
+            let varies = |flow: &mut Self, list: &[ValueId]| flow.work.extend(list.iter().map(|r| r.index()));
             match &inst.op {
-                Op::Const(_) => {}
-                Op::Slope(global, _) => {
-                    let varying = self.slopes.contains(global);
-                    inst.results.iter().for_each(|r| self.demote(*r, varying));
-                }
-                Op::Global(global) => {
-                    let varying = self.globals.contains(global);
-                    inst.results.iter().for_each(|r| self.demote(*r, varying));
-                }
-                Op::Lane(_, args) => {
-                    let varying = args.iter().any(|a| self.get(*a));
-                    inst.results.iter().for_each(|r| self.demote(*r, varying));
-                }
+                Op::Const(_) | Op::Store(..) => {}
+                Op::Slope(global, _) if self.slopes.contains(global) => varies(self, &inst.results),
+                Op::Global(global) if self.globals.contains(global) => varies(self, &inst.results),
+                Op::Slope(..) | Op::Global(_) => {}
+                Op::Lane(_, args) => self.edges(args, &inst.results),
                 Op::Kernel(kernel, args) => {
-                    let reads = kernel.reads().is_some_and(|s| self.slots[s.index()]);
-                    let varying = kernel.is_varying() || reads || args.iter().any(|a| self.get(*a));
-                    inst.results.iter().for_each(|r| self.demote(*r, varying));
-                    if let Some(slot) = kernel.writes().filter(|_| varying || diverged) {
-                        self.demote_slot(slot);
+                    self.edges(args, &inst.results);
+                    let read = kernel.reads().map(|s| self.slot(s));
+                    let written = kernel.writes().map(|s| self.slot(s));
+                    if kernel.is_varying() {
+                        varies(self, &inst.results);
+                        self.work.extend(written);
+                    }
+                    if let Some(from) = read {
+                        inst.results.iter().for_each(|r| self.edge(from, r.index()));
+                    }
+                    if let Some(to) = written {
+                        args.iter().for_each(|a| self.edge(a.index(), to));
+                        read.into_iter().for_each(|from| self.edge(from, to));
+                        self.edge(here, to);
                     }
                 }
-                // The `derive` pass has replaced it.
-                Op::Derivative(..) => inst.results.iter().for_each(|r| self.demote(*r, true)),
-                // Scalar slots are gone; where they are not, nothing is known.
-                Op::Load(_) => inst.results.iter().for_each(|r| self.demote(*r, true)),
-                Op::Store(..) => {}
+                // The `derive` pass has replaced it; and scalar slots are gone. Where they are not, nothing is known.
+                Op::Derivative(..) | Op::Load(_) => varies(self, &inst.results),
                 Op::LoadElement(slot, index) => {
-                    let varying = self.get(*index) || self.slots[slot.index()];
-                    inst.results.iter().for_each(|r| self.demote(*r, varying));
+                    self.edges(&[*index], &inst.results);
+                    let from = self.slot(*slot);
+                    inst.results.iter().for_each(|r| self.edge(from, r.index()));
                 }
                 Op::StoreElement(slot, index, value) => {
-                    if diverged || self.get(*index) || self.get(*value) {
-                        self.demote_slot(*slot);
-                    }
+                    let to = self.slot(*slot);
+                    [index.index(), value.index(), here].into_iter().for_each(|from| self.edge(from, to));
                 }
                 Op::If { cond, then, otherwise, then_yields, else_yields } => {
-                    let split = self.get(*cond);
-                    self.block(body, *then, diverged || split);
-                    self.block(body, *otherwise, diverged || split);
+                    self.nested(body, *then, *cond, id);
+                    self.nested(body, *otherwise, *cond, id);
                     for ((r, a), b) in inst.results.iter().zip(then_yields).zip(else_yields) {
-                        let varying = split || self.get(*a) || self.get(*b);
-                        self.demote(*r, varying);
+                        self.edges(&[*cond, *a, *b], &[*r]);
                     }
                 }
                 Op::Loop { init, params, body: inner, cond, next } => {
-                    let split = self.get(*cond);
-                    for ((p, i), n) in params.iter().zip(init).zip(next) {
-                        // Points that leave in different rounds keep different values.
-                        let varying = self.get(*i) || self.get(*n) || split;
-                        self.demote(*p, varying);
-                    }
-                    self.block(body, *inner, diverged || split);
-                    for (r, p) in inst.results.iter().zip(params) {
-                        let varying = self.get(*p);
-                        self.demote(*r, varying);
-                    }
-                    for (r, n) in inst.results.iter().zip(next) {
-                        let varying = self.get(*n) || self.get(*cond);
-                        self.demote(*r, varying);
+                    self.nested(body, *inner, *cond, id);
+                    // Points that leave in different rounds keep different values.
+                    for (((r, p), i), n) in inst.results.iter().zip(params).zip(init).zip(next) {
+                        self.edges(&[*i, *n, *cond], &[*p]);
+                        self.edges(&[*p, *n, *cond], &[*r]);
                     }
                 }
             }

@@ -1,0 +1,239 @@
+//! What holds of every valid program: the IR is valid after every pass, and no way of compiling or running changes
+//! what comes out.
+
+use crate::run;
+use osl_exec::{Frame, Isa, RunOptions, Services};
+use osl_ir::ir::{Body, Kernel, Op, validate};
+use osl_ir::params::ParamValues;
+use osl_ir::passes::{self, Pass};
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use oslrun::pipeline;
+use std::fmt::Write;
+use std::sync::OnceLock;
+
+/// Passes that can be switched off.
+pub const SWITCHABLE: [Pass; 6] = [Pass::Slice, Pass::Fold, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten];
+
+/// A way of compiling and running.
+#[derive(Clone, Debug)]
+pub struct Way {
+    /// Passes that do not run.
+    pub without: Vec<Pass>,
+    /// Points of a batch.
+    pub batch: usize,
+    /// The instruction set.
+    pub isa: Isa,
+}
+
+/// The way that others are compared with: all passes, small batches.
+pub fn plain() -> Way {
+    Way { without: Vec::new(), batch: 16, isa: Isa::detect() }
+}
+
+/// All other ways: without each pass, without all, with large batches, on each instruction set.
+pub fn ways() -> Vec<Way> {
+    let mut ways: Vec<Way> = SWITCHABLE.iter().map(|p| Way { without: vec![*p], ..plain() }).collect();
+    ways.push(Way { without: SWITCHABLE.to_vec(), ..plain() });
+    ways.push(Way { batch: 256, ..plain() });
+    ways.push(Way { without: SWITCHABLE.to_vec(), batch: 256, isa: Isa::baseline() });
+    ways.extend(Isa::all().into_iter().map(|isa| Way { isa, ..plain() }));
+    ways
+}
+
+/// The body of a program before the passes.
+///
+/// # Errors
+/// The program's own errors, as text: it is no valid program, or too large.
+pub fn lower(text: &str) -> Result<Body, String> {
+    let checked = pipeline::check("generated.osl", text, &NoFiles, &Options::default());
+    let program = checked.program.ok_or_else(|| {
+        let errors: Vec<String> = checked
+            .diagnostics
+            .iter()
+            .filter(|d| d.is_error())
+            .map(|d| {
+                let at = text.get(d.span.start as usize..d.span.end as usize).unwrap_or("");
+                format!("{} {} at `{at}`", d.code.id, d.message)
+            })
+            .collect();
+        errors.join("\n")
+    })?;
+    osl_ir::lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:?}"))
+}
+
+/// What runs share: files are opened once.
+pub fn services() -> &'static Services {
+    static SERVICES: OnceLock<Services> = OnceLock::new();
+    SERVICES.get_or_init(run::services)
+}
+
+/// The points: more than a batch of 16, some of them outside the unit square.
+fn grid() -> Grid {
+    Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(7, 3) }
+}
+
+/// What a run yields.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// Planes, closures and printed text, bit by bit.
+    pub values: String,
+    /// Errors and warnings, in order.
+    pub messages: Vec<String>,
+}
+
+/// All that a run yields, bit by bit, as text.
+///
+/// # Errors
+/// The body is not valid, before or after the passes.
+pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
+    let grid = grid();
+    let options = passes::Options { without: way.without.clone(), ..passes::Options::default() };
+    let compiled = pipeline::finish(body.clone(), &options);
+    validate::validate(&compiled.body)?;
+    let options = RunOptions {
+        batch: way.batch,
+        isa: way.isa,
+        max_rounds: 1 << 16,
+        closures: true,
+        ..RunOptions::default()
+    };
+    Ok(match osl_exec::run(&compiled.program, services(), &grid, &options, &|_| ()) {
+        Ok(frame) => show(&frame),
+        Err(stop) => Shown { values: format!("stopped: {stop}"), messages: Vec::new() },
+    })
+}
+
+fn show(frame: &Frame) -> Shown {
+    let mut values = String::new();
+    for plane in &frame.planes {
+        let _ = writeln!(values, "{} {}: {:08x?}", plane.output, plane.component, plane.words);
+    }
+    for closures in &frame.closures {
+        let _ = writeln!(values, "{}: {:?}", closures.output, closures.points);
+    }
+    for printed in &frame.printed {
+        let _ = writeln!(values, "{printed:?}");
+    }
+    Shown { values, messages: frame.messages.iter().map(|m| format!("{m:?}")).collect() }
+}
+
+/// Whether the messages of a run may be these where those of the plain run are `plain`. What nobody needs is not looked
+/// up, so that there may be more without `dce`, and without the passes that show it what nobody needs.
+fn says(way: &Way, plain: &[String], got: &[String]) -> bool {
+    if !way.without.iter().any(|pass| matches!(pass, Pass::Slice | Pass::Fold | Pass::Cse | Pass::Dce)) {
+        return plain == got;
+    }
+    // What the shader itself says, which the generator lets begin with `=`, keeps its order. A lookup that fails is told of where it is first made, which may be
+    // one that nobody needs.
+    let own = |m: &&String| m.contains("]: =");
+    got.iter().filter(own).eq(plain.iter().filter(own)) && plain.iter().all(|m| got.contains(m))
+}
+
+/// Whether a noise may be computed with its tangents. As in the reference the value is then rounded in another way, so
+/// that it depends on what is known to want tangents, and folding makes that less.
+fn wants_tangents(body: &Body) -> bool {
+    let insts = || body.blocks.iter().flat_map(|block| &block.insts);
+    let noise = |op: &Op| matches!(op, Op::Kernel(Kernel::Noise { .. } | Kernel::NamedNoise { .. }, _));
+    let wants = |op: &Op| match op {
+        Op::Derivative(..) => true,
+        Op::Kernel(kernel, _) => {
+            kernel.is_filtered() || matches!(kernel, Kernel::Texture { footprint: false, .. })
+        }
+        _ => false,
+    };
+    insts().any(|inst| noise(&inst.op)) && insts().any(|inst| wants(&inst.op))
+}
+
+/// Holds a program against the laws.
+///
+/// # Errors
+/// The first law that is broken, in words.
+pub fn hold(text: &str, ways: &[Way]) -> Result<(), String> {
+    hold_body(&lower(text)?, ways)
+}
+
+/// Holds a lowered program against the laws.
+///
+/// # Errors
+/// The first law that is broken, in words.
+pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
+    validate::validate(body)?;
+    let expected = shown(body, &plain())?;
+    for way in ways {
+        let got = shown(body, way)?;
+        if way.without.contains(&Pass::Fold) && wants_tangents(body) {
+            continue;
+        }
+        let (plain, this) = (&expected.values, &got.values);
+        if plain != this {
+            let line = plain.lines().zip(this.lines()).find(|(a, b)| a != b).unwrap_or((plain, this));
+            return Err(format!("{way:?}\n plain {}\n  this {}", line.0, line.1));
+        }
+        if !says(way, &expected.messages, &got.messages) {
+            return Err(format!("{way:?}\n plain {:#?}\n  this {:#?}", expected.messages, got.messages));
+        }
+    }
+    Ok(())
+}
+
+/// A smaller program that breaks a law as this one does: without lines, and with simple values for what is in brackets,
+/// as long as it still compiles.
+pub fn reduce(text: &str, ways: &[Way]) -> String {
+    let breaks = |text: &str| {
+        lower(text).is_ok() && !matches!(std::panic::catch_unwind(|| hold(text, ways)), Ok(Ok(())))
+    };
+    let mut text = text.to_string();
+    loop {
+        let before = text.len();
+        let mut count = text.lines().count();
+        let mut length = count;
+        while length > 0 {
+            let mut at = 0;
+            while at + length <= count {
+                let kept: Vec<&str> = text
+                    .lines()
+                    .enumerate()
+                    .filter(|(n, _)| !(at..at + length).contains(n))
+                    .map(|(_, line)| line)
+                    .collect();
+                let shorter = kept.join("\n");
+                if breaks(&shorter) {
+                    text = shorter;
+                    count -= length;
+                } else {
+                    at += 1;
+                }
+            }
+            length /= 2;
+        }
+        text = reduce_brackets(text, &breaks);
+        if text.len() >= before {
+            return text;
+        }
+    }
+}
+
+fn reduce_brackets(mut text: String, breaks: &dyn Fn(&str) -> bool) -> String {
+    let mut from = 0;
+    while let Some(open) = text[from..].find('(').map(|at| at + from) {
+        from = open + 1;
+        let mut depth = 0;
+        let close = text[open..].char_indices().find(|(_, c)| {
+            depth += i32::from(*c == '(') - i32::from(*c == ')');
+            depth == 0
+        });
+        let Some(close) = close.map(|(at, _)| open + at) else { break };
+        let start = text[..open].rfind(|c: char| !c.is_alphanumeric() && c != '_').map_or(0, |at| at + 1);
+        for with in ["1", "1.0", "0", "2", "u"] {
+            let [whole, inner] =
+                [start, open].map(|at| format!("{}{with}{}", &text[..at], &text[close + 1..]));
+            if let Some(shorter) = [whole, inner].into_iter().find(|t| t.len() < text.len() && breaks(t)) {
+                text = shorter;
+                from = start;
+                break;
+            }
+        }
+    }
+    text
+}

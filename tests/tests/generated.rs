@@ -1,0 +1,116 @@
+//! Programs that a generator makes: they compile, and every way of compiling and running them yields the same bits.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl_tests::{generate, laws};
+use std::panic::catch_unwind;
+
+fn text(seed: u64) -> String {
+    generate::program(&generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100))
+}
+
+/// The seeds whose programs break a law, with the law.
+fn broken(seeds: std::ops::Range<u64>) -> Vec<(u64, String)> {
+    let ways = laws::ways();
+    let mut broken = Vec::new();
+    for seed in seeds {
+        let text = text(seed);
+        let way = &ways[seed as usize % ways.len()..][..1];
+        let outcome = catch_unwind(|| laws::hold(&text, if seed % 16 == 0 { &ways } else { way }));
+        match outcome {
+            Ok(Ok(())) => {}
+            Ok(Err(law)) => broken.push((seed, law)),
+            Err(_) => broken.push((seed, "panics".to_string())),
+        }
+    }
+    broken
+}
+
+fn tell(broken: &[(u64, String)]) {
+    for (seed, law) in broken.iter().take(40) {
+        println!("--- {seed}: {}", law.chars().take(900).collect::<String>());
+    }
+}
+
+#[test]
+fn programs_compile() {
+    let refused: Vec<(u64, String)> =
+        (0..3000).filter_map(|seed| Some((seed, laws::lower(&text(seed)).err()?))).collect();
+    tell(&refused);
+    assert!(refused.len() <= 30, "{} of 3000 do not compile", refused.len());
+}
+
+#[test]
+fn same_bits_in_any_way() {
+    let broken = broken(0..1500);
+    tell(&broken);
+    assert!(broken.is_empty(), "{} programs", broken.len());
+}
+
+/// Programs that once broke a law, with what was wrong.
+const ONCE_BROKEN: &[(&str, &str)] = &[
+    (
+        "the register of a global was taken by values before and, in loops, behind its use",
+        "shader s(output color r = 11, output float last = u) { if (backfacing()) r += 11; }",
+    ),
+    (
+        "a global in the second round of a loop",
+        "shader s(output float r = 0) { for (int i = 0; i < 3; i++) r += surfacearea() + u * v; }",
+    ),
+    (
+        "division by a constant has no guard, whether it is folded or not",
+        "shader s(output float r = P[0] / 1e-40, output float q = 1e38 / (u * 0 + 1e-3)) { r += fmod(u, 0.3); }",
+    ),
+    (
+        "lanes behind the last point took branches and reported",
+        "shader s(output normal r = 1) { string t[1] = { \"-3\" };
+            if (stoi(t[int(u * 0)])) {} else { r /= normal(\"nowhere\", 1, 1, 1); } }",
+    ),
+    (
+        "the sign of a noise that is no number depended on the instruction set",
+        "shader s(output float r = 1) { for (int w = 0; w < 2; w++)
+            r = (float)pnoise((point)((w ? (float)psnoise(point(1e30, 1.0, 0.0), 1) : 1) - 1), 11); }",
+    ),
+    (
+        "isconstant finds the same without folding",
+        "shader s(output int r = isconstant(2), output int q = isconstant(u)) { r += isconstant(1 + 1); }",
+    ),
+];
+
+#[test]
+fn once_broken() {
+    for (what, text) in ONCE_BROKEN {
+        laws::hold(text, &laws::ways()).unwrap_or_else(|law| panic!("{what}: {law}"));
+    }
+}
+
+/// A program by its seed, reduced if it breaks a law: `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`,
+/// or the text of a `FILE`.
+#[test]
+#[ignore = "shows a program"]
+fn one() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let text = std::env::var("FILE").ok().map_or_else(|| text(seed), |f| std::fs::read_to_string(f).unwrap());
+    let ways = laws::ways();
+    let small = if laws::hold(&text, &ways).is_ok() { text } else { laws::reduce(&text, &ways) };
+    println!("{small}");
+    laws::hold(&small, &ways).unwrap_or_else(|law| println!("breaks {law}"));
+}
+
+/// `SEEDS=100000 cargo test --release -p osl-tests --test generated -- --ignored --nocapture many`.
+#[test]
+#[ignore = "takes as long as it is told to"]
+fn many() {
+    let from: u64 = std::env::var("FROM").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let count: u64 = std::env::var("SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(100_000);
+    let broken = broken(from..from + count);
+    tell(&broken);
+    assert!(broken.is_empty(), "{} programs", broken.len());
+}
