@@ -122,10 +122,7 @@ impl Machine<'_> {
             let mut lanes: Vec<&mut [f32]> =
                 targets.iter_mut().flat_map(|t| t.chunks_mut(n)).map(floats_mut).collect();
             field(self.isa, &inputs[..count], &mut lanes);
-            // Which NaN comes of coordinates that are none depends on the instruction set.
-            for x in lanes.iter_mut().flat_map(|lanes| lanes.iter_mut()) {
-                *x = if x.is_nan() { f32::NAN } else { *x };
-            }
+            lanes.iter_mut().for_each(|lanes| self.isa.dispatch(OneNan(lanes)));
         }
         for (out, target) in outs.iter().zip(targets) {
             self.put(*out, target);
@@ -192,6 +189,19 @@ impl Machine<'_> {
             let value = if index == 0 { value } else { 0.0 };
             target.chunks_mut(1).for_each(|word| word.fill(value.to_bits()));
             self.put(*out, target);
+        }
+    }
+}
+
+/// Makes every NaN the same: which one comes of coordinates that are none depends on the instruction set.
+struct OneNan<'a>(&'a mut [f32]);
+
+impl osl_noise::Kernel for OneNan<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for x in self.0 {
+            *x = if x.is_nan() { f32::NAN } else { *x };
         }
     }
 }

@@ -10,6 +10,7 @@ mod flatten;
 mod fold;
 mod rate;
 mod ssa;
+mod unroll;
 
 use crate::hir::Global;
 use crate::ir::Body;
@@ -25,6 +26,8 @@ pub enum Pass {
     Slice,
     /// Computes constants with the run's own arithmetic, resolves names, takes known branches.
     Fold,
+    /// Writes loops of a few known rounds as their rounds, and folds them.
+    Unroll,
     /// Writes the derivatives that are asked for, and folds what it wrote. Always runs: nothing else knows them.
     Derive,
     /// Computes each value once.
@@ -39,14 +42,24 @@ pub enum Pass {
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Pass; 8] =
-        [Pass::Ssa, Pass::Slice, Pass::Fold, Pass::Derive, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten];
+    pub const ALL: [Pass; 9] = [
+        Pass::Ssa,
+        Pass::Slice,
+        Pass::Fold,
+        Pass::Unroll,
+        Pass::Derive,
+        Pass::Cse,
+        Pass::Dce,
+        Pass::Rate,
+        Pass::Flatten,
+    ];
 
     /// The name that reports and `--without-pass` use.
     pub fn name(self) -> &'static str {
         match self {
             Pass::Ssa => "ssa",
             Pass::Slice => "slice",
+            Pass::Unroll => "unroll",
             Pass::Derive => "derive",
             Pass::Fold => "fold",
             Pass::Cse => "cse",
@@ -107,6 +120,11 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         match pass {
             Pass::Ssa => ssa::run(body),
             Pass::Slice => slice(body, options.outputs.as_deref()),
+            Pass::Unroll => {
+                if unroll::run(body) && !options.without.contains(&Pass::Fold) {
+                    fold::run(body);
+                }
+            }
             Pass::Derive => {
                 if derive::run(body) {
                     if options.without.contains(&Pass::Fold) {
