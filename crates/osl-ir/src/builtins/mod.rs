@@ -28,6 +28,7 @@ pub use color::path as color_path;
 pub(crate) use message::Message;
 pub use signature::{Param, ParamType, Signature, Tail};
 pub use spline::{BASES, Basis, basis as spline_basis};
+pub(crate) use texture::{OPTIONS, is_lookup};
 
 use crate::ir::{Builder, LaneOp, SlotId, ValueId};
 use crate::types::Type;
@@ -73,8 +74,6 @@ pub struct Site<'a> {
     pub arrays: &'a [Option<Array>],
     /// The text of each argument that is a string literal.
     pub literals: &'a [Option<Arc<str>>],
-    /// Which arguments are output parameters of the shader.
-    pub connected: &'a [bool],
     /// The signature that was chosen.
     pub signature: &'a Signature,
     /// Name of the shader.

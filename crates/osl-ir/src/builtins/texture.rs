@@ -85,22 +85,20 @@ fn rest(b: &mut Builder, s: &Site<'_>) -> Rest {
     for index in (from..s.args.len().saturating_sub(1)).step_by(2) {
         let Some(name) = s.literal(index) else { continue };
         let (at, value) = (index + 1, s.arg(index + 1));
-        match &**name {
-            "alpha" => rest.alpha = Some(at),
-            "errormessage" => rest.message = Some(at),
-            // Filtering over time and depth, and color management, have nothing to work on.
-            "time" | "rwidth" | "rblur" | "rwrap" | "colorspace" => {}
-            _ => match option(name, b.body.kind(value)) {
-                Some((option, kind)) => {
-                    let number = b.body.kind(value) == Kind::Int && kind == Kind::Float;
-                    rest.values.push(if number { b.lane(LaneOp::ToFloat, &[value]) } else { value });
-                    rest.options.push(option);
-                }
-                None => {
-                    let text = format!("Unknown texture option: \"{name}\"").into();
-                    b.kernel_of(Kernel::Report { text, places: Vec::new() }, &[], &[]);
-                }
-            },
+        let ty = s.types.get(at).copied().unwrap_or(Type::ERROR);
+        match OPTIONS.iter().find(|option| option.name == &**name && option.takes(ty)) {
+            Some(LookupOption { name: "alpha", .. }) => rest.alpha = Some(at),
+            Some(LookupOption { output: true, .. }) => rest.message = Some(at),
+            Some(LookupOption { sets: Some(option), ty: wanted, .. }) => {
+                let number = ty == Type::INT && *wanted == Type::FLOAT;
+                rest.values.push(if number { b.lane(LaneOp::ToFloat, &[value]) } else { value });
+                rest.options.push(*option);
+            }
+            Some(_) => {}
+            None => {
+                let text = format!("Unknown texture option: \"{name}\"").into();
+                b.kernel_of(Kernel::Report { text, places: Vec::new() }, &[], &[]);
+            }
         }
     }
     rest
@@ -168,37 +166,76 @@ fn info(b: &mut Builder, s: &Site<'_>) -> Emitted {
     super::scene::store_found(b, s, last, found, &values)
 }
 
-/// The type of an option that a lookup writes to.
-pub(super) fn output_option(function: &str, option: &str) -> Option<Type> {
-    let lookup = matches!(function, "texture" | "texture3d" | "environment");
-    match option {
-        "alpha" if lookup => Some(Type::FLOAT),
-        "errormessage" if lookup => Some(Type::STRING),
-        _ => None,
+/// An option of lookups.
+pub(crate) struct LookupOption {
+    /// The name that shaders write.
+    pub(crate) name: &'static str,
+    /// The type of its value.
+    pub(crate) ty: Type,
+    /// What it sets; `None` for outputs, and for what has nothing to work on: filtering over time and depth, and
+    /// color management.
+    sets: Option<TextureOption>,
+    /// Whether the lookup writes to the value.
+    output: bool,
+}
+
+/// The functions that take [`OPTIONS`].
+pub(crate) fn is_lookup(function: &str) -> bool {
+    matches!(function, "texture" | "texture3d" | "environment")
+}
+
+/// The options of lookups. `subimage` is a number or a name.
+pub(crate) static OPTIONS: &[LookupOption] = {
+    use TextureOption as T;
+    const fn sets(name: &'static str, ty: Type, sets: T) -> LookupOption {
+        LookupOption { name, ty, sets: Some(sets), output: false }
+    }
+    const fn idle(name: &'static str, ty: Type) -> LookupOption {
+        LookupOption { name, ty, sets: None, output: false }
+    }
+    const fn output(name: &'static str, ty: Type) -> LookupOption {
+        LookupOption { name, ty, sets: None, output: true }
+    }
+    &[
+        sets("blur", Type::FLOAT, T::Blur),
+        sets("sblur", Type::FLOAT, T::SBlur),
+        sets("tblur", Type::FLOAT, T::TBlur),
+        sets("width", Type::FLOAT, T::Width),
+        sets("swidth", Type::FLOAT, T::SWidth),
+        sets("twidth", Type::FLOAT, T::TWidth),
+        sets("fill", Type::FLOAT, T::Fill),
+        sets("missingalpha", Type::FLOAT, T::MissingAlpha),
+        sets("wrap", Type::STRING, T::Wrap),
+        sets("swrap", Type::STRING, T::SWrap),
+        sets("twrap", Type::STRING, T::TWrap),
+        sets("interp", Type::STRING, T::Interp),
+        sets("firstchannel", Type::INT, T::FirstChannel),
+        sets("subimage", Type::INT, T::SubImage),
+        sets("subimage", Type::STRING, T::SubImageName),
+        sets("missingcolor", Type::COLOR, T::MissingColor),
+        idle("rblur", Type::FLOAT),
+        idle("rwidth", Type::FLOAT),
+        idle("time", Type::FLOAT),
+        idle("rwrap", Type::STRING),
+        idle("colorspace", Type::STRING),
+        output("alpha", Type::FLOAT),
+        output("errormessage", Type::STRING),
+    ]
+};
+
+impl LookupOption {
+    /// Whether a value of a type suits it.
+    pub(crate) fn takes(&self, ty: Type) -> bool {
+        match self.ty {
+            Type::FLOAT => ty.is_number(),
+            Type::COLOR => ty.is_triple(),
+            own => ty == own,
+        }
     }
 }
 
-fn option(name: &str, given: Kind) -> Option<(TextureOption, Kind)> {
-    use TextureOption as T;
-    let (option, kind) = match name {
-        "blur" => (T::Blur, Kind::Float),
-        "sblur" => (T::SBlur, Kind::Float),
-        "tblur" => (T::TBlur, Kind::Float),
-        "width" => (T::Width, Kind::Float),
-        "swidth" => (T::SWidth, Kind::Float),
-        "twidth" => (T::TWidth, Kind::Float),
-        "wrap" => (T::Wrap, Kind::Str),
-        "swrap" => (T::SWrap, Kind::Str),
-        "twrap" => (T::TWrap, Kind::Str),
-        "firstchannel" => (T::FirstChannel, Kind::Int),
-        "fill" => (T::Fill, Kind::Float),
-        "interp" => (T::Interp, Kind::Str),
-        "missingcolor" => (T::MissingColor, Kind::Triple),
-        "missingalpha" => (T::MissingAlpha, Kind::Float),
-        "subimage" if given == Kind::Str => (T::SubImageName, Kind::Str),
-        "subimage" => (T::SubImage, Kind::Int),
-        _ => return None,
-    };
-    let fits = given == kind || (given == Kind::Int && kind == Kind::Float);
-    fits.then_some((option, kind))
+/// The type of an option that a lookup writes to.
+pub(super) fn output_option(function: &str, name: &str) -> Option<Type> {
+    let option = OPTIONS.iter().find(|option| option.output && option.name == name);
+    option.filter(|_| is_lookup(function)).map(|option| option.ty)
 }

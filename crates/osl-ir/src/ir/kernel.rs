@@ -226,11 +226,6 @@ impl Kernel {
         }
     }
 
-    /// Whether it changes from point to point even where its arguments do not.
-    pub fn moves_alone(&self) -> bool {
-        matches!(self, Kernel::Attribute { .. })
-    }
-
     /// Whether tangents of its arguments change its value, so that it always asks for them.
     pub fn is_filtered(&self) -> bool {
         matches!(self, Kernel::NamedNoise { .. })

@@ -127,14 +127,12 @@ impl Lowerer<'_> {
                 _ => None,
             })
             .collect();
-        let connected: Vec<bool> = call.args.iter().map(|e| self.is_output(e)).collect();
         self.b.span = span;
         let site = Site {
             args: &args,
             types: &types,
             arrays: &arrays,
             literals: &literals,
-            connected: &connected,
             signature,
             shader: &self.program.shader.name,
         };
@@ -161,11 +159,6 @@ impl Lowerer<'_> {
         }
         let Val::Stored(Storage::Leaf(slot), None) = self.eval(e) else { return None };
         Some(Array { slot, len: self.b.body.slot(slot).len.unwrap_or(1), ty: e.ty.element() })
-    }
-
-    fn is_output(&self, e: &Expr) -> bool {
-        let ExprKind::Read(place) = &e.kind else { return false };
-        self.program.shader.params.iter().any(|p| p.var == place.var && p.output)
     }
 
     /// Ends the shader at the points that get here.

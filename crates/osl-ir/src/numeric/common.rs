@@ -3,7 +3,7 @@
 //! Each is written for one number; the language applies it to each component of a triple. The order of operations is
 //! the reference's. Nothing here knows of vectors.
 
-use super::arith::{div, ge, gt, is_true, le};
+use super::arith::{div, gt, is_true, le};
 use super::real::{Number, Real};
 
 /// -1, 0 or 1 by the sign of `x`; NaN gives 1.
@@ -41,12 +41,6 @@ pub fn int_min(x: i32, y: i32) -> i32 {
 #[inline(always)]
 pub fn int_max(x: i32, y: i32) -> i32 {
     x.max(y)
-}
-
-/// [`clamp`] for integers; reversed limits are no error, `lo` wins.
-#[inline(always)]
-pub fn int_clamp(x: i32, lo: i32, hi: i32) -> i32 {
-    x.min(hi).max(lo)
 }
 
 /// `a` at t = 0, `b` at t = 1, straight on beyond them. Ratio `t` is not clamped.
@@ -101,40 +95,6 @@ pub fn linearstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
     R::select(edge0 == edge1, step(edge0, x), ramp)
 }
 
-/// [`linearstep`] with its two corners rounded by parabolas that reach `eps` to either side (unit: that of `x`).
-#[inline(always)]
-pub fn smooth_linearstep<R: Real>(edge0: R, edge1: R, x: R, eps: R) -> R {
-    let one = R::lit(1.0);
-    let width = div(one, edge1 - edge0);
-    let reach = eps * width;
-    let t = (x - edge0) * width;
-    let twice = R::lit(2.0) * reach;
-
-    let r = R::select(t < reach, rounded(t + reach, twice), one - rounded(one + reach - t, twice));
-    let r = R::select(t >= one + reach, one, r);
-    let r = R::select((t >= reach) & (t <= one - reach), t, r);
-    let r = R::select(t <= -reach, R::lit(0.0), r);
-    R::select(edge0 == edge1, step(edge0, x), r)
-}
-
-/// The parabola through the origin with slope 1 at `r`.
-#[inline(always)]
-fn rounded<R: Real>(z: R, r: R) -> R {
-    div(R::lit(0.5), r) * z * z
-}
-
-/// A step at `edge` widened to a ramp by what the filter covers: `d_edge` and `d_s` are the filter widths of the
-/// edge and of `s`, in their unit.
-#[inline(always)]
-pub fn aastep<R: Real>(edge: R, s: R, d_edge: R, d_s: R) -> R {
-    let width = d_edge.abs() + d_s.abs();
-    let half = R::lit(0.5) * width;
-    let start = edge - half;
-    let ramp = div(s - start, width);
-    let above = R::select(ge(s, edge + half), R::lit(1.0), ramp);
-    R::select(le(s, start), R::lit(0.0), above)
-}
-
 /// The remainder with the sign of `b`: a - b·floor(a/b); `a` where `b` is 0.
 #[inline(always)]
 pub fn modulo<R: Real>(a: R, b: R) -> R {
@@ -165,12 +125,6 @@ pub fn hypot<R: Real>(a: R, b: R) -> R {
     sqrt(a * a + b * b)
 }
 
-/// √(a² + b² + c²), unscaled.
-#[inline(always)]
-pub fn hypot3<R: Real>(a: R, b: R, c: R) -> R {
-    sqrt(a * a + b * b + c * c)
-}
-
 /// How far a value moves over one sample, from its two derivatives.
 #[inline(always)]
 pub fn filterwidth<R: Real>(dx: R, dy: R) -> R {
@@ -187,12 +141,6 @@ pub fn degrees<R: Real>(x: R) -> R {
 #[inline(always)]
 pub fn radians<R: Real>(x: R) -> R {
     x * R::lit(f32::from_bits(0x3c8e_fa35))
-}
-
-/// Logarithm of `x` to base `b`: the quotient of the natural logarithms.
-#[inline(always)]
-pub fn log_base<R: Real>(x: R, b: R) -> R {
-    div(x.log(), b.log())
 }
 
 /// 1 for NaN, else 0.

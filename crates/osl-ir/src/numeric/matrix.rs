@@ -51,12 +51,6 @@ pub fn divide<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
     multiply(a, inverse(b))
 }
 
-/// `m / k`: by the plain reciprocal, infinite where `k` is 0.
-#[inline(always)]
-pub fn divide_by<R: Real>(m: Matrix<R>, k: R) -> Matrix<R> {
-    scale(m, R::lit(1.0) / k)
-}
-
 /// Rows and columns exchanged.
 #[inline(always)]
 pub fn transpose<R: Real>(m: Matrix<R>) -> Matrix<R> {
@@ -225,10 +219,4 @@ pub fn equal<R: Real>(a: Matrix<R>, b: Matrix<R>) -> bool {
         same &= x == y;
     }
     same
-}
-
-/// `k / m`: k · inverse(m).
-#[inline(always)]
-pub fn scalar_over<R: Real>(k: R, m: Matrix<R>) -> Matrix<R> {
-    scale(inverse(m), k)
 }

@@ -4,31 +4,15 @@
 
 use super::Resolver;
 use super::errors::{self, closest};
+use crate::builtins::{OPTIONS, is_lookup};
 use crate::hir::{Expr, ExprKind};
 use crate::types::Type;
 use osl_syntax::diagnostic::Edit;
 
-const NUMBERS: &[&str] = &[
-    "blur",
-    "sblur",
-    "tblur",
-    "rblur",
-    "width",
-    "swidth",
-    "twidth",
-    "rwidth",
-    "fill",
-    "time",
-    "alpha",
-    "missingalpha",
-];
-const STRINGS: &[&str] = &["wrap", "swrap", "twrap", "rwrap", "interp", "errormessage", "colorspace"];
-const OTHERS: &[&str] = &["firstchannel", "subimage", "missingcolor"];
-
 impl Resolver<'_> {
     /// Checks the pairs of option and value behind the `n_params` fixed arguments, if the function looks up textures.
     pub(super) fn check_options(&mut self, function: &str, args: &[Expr], n_params: usize) {
-        if !matches!(function, "texture" | "texture3d" | "environment") {
+        if !is_lookup(function) {
             return;
         }
         for pair in args.get(n_params..).unwrap_or_default().chunks_exact(2) {
@@ -45,7 +29,7 @@ impl Resolver<'_> {
             if self.is_full() {
                 return;
             }
-            let known = NUMBERS.iter().chain(STRINGS).chain(OTHERS).copied();
+            let known = OPTIONS.iter().map(|option| option.name);
             let mut d = errors::unknown_option(name.span, text);
             if let Some(close) = closest(text, known) {
                 d = d.help(format!("there is one named `{close}`"));
@@ -65,13 +49,14 @@ impl Resolver<'_> {
 }
 
 /// Whether a value of the type suits the option, and what does; `None` for an unknown option.
-fn suits(option: &str, ty: Type) -> Option<(bool, &'static str)> {
-    Some(match option {
-        _ if NUMBERS.contains(&option) => (ty.is_number(), "a float"),
-        _ if STRINGS.contains(&option) => (ty == Type::STRING, "a string"),
-        "firstchannel" => (ty == Type::INT, "an int"),
-        "subimage" => (ty == Type::INT || ty == Type::STRING, "an int or a string"),
-        "missingcolor" => (ty.is_triple(), "a color"),
-        _ => return None,
-    })
+fn suits(name: &str, ty: Type) -> Option<(bool, &'static str)> {
+    let forms = || OPTIONS.iter().filter(|option| option.name == name);
+    let wanted = match forms().next()?.ty {
+        _ if forms().count() > 1 => "an int or a string",
+        Type::FLOAT => "a float",
+        Type::STRING => "a string",
+        Type::INT => "an int",
+        _ => "a color",
+    };
+    Some((forms().any(|option| option.takes(ty)), wanted))
 }

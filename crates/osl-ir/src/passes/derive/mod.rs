@@ -239,7 +239,7 @@ impl Writer<'_> {
             Op::Kernel(ref kernel, ref args) if kernel.is_smooth() => {
                 let wanted = inst.results.first().is_some_and(|r| self.wants(*r));
                 let moving =
-                    kernel.moves_alone() || args.iter().any(|a| self.dual(*a).d.iter().any(Option::is_some));
+                    kernel.is_varying() || args.iter().any(|a| self.dual(*a).d.iter().any(Option::is_some));
                 if kernel.is_filtered() || (wanted && moving) {
                     self.with_tangents(inst);
                 } else {
