@@ -13,7 +13,17 @@ use std::fmt::Write;
 use std::sync::OnceLock;
 
 /// Passes that can be switched off.
-pub const SWITCHABLE: [Pass; 6] = [Pass::Slice, Pass::Fold, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten];
+pub const SWITCHABLE: [Pass; 9] = [
+    Pass::Slice,
+    Pass::Fold,
+    Pass::Unroll,
+    Pass::Cse,
+    Pass::Dce,
+    Pass::Rate,
+    Pass::Flatten,
+    Pass::Algebra,
+    Pass::Share,
+];
 
 /// A way of compiling and running.
 #[derive(Clone, Debug)]

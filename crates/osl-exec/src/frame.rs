@@ -6,6 +6,7 @@
 use crate::machine::{Component, Machine, Stop};
 use crate::message::{Message, Messages, Printed};
 use crate::order::Blocks;
+use crate::profile::{Profile, ProfileEntry};
 use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -30,11 +31,20 @@ pub struct RunOptions {
     pub max_rounds: u64,
     /// Whether the closures of outputs are kept.
     pub closures: bool,
+    /// Whether to note where the time goes.
+    pub profile: bool,
 }
 
 impl Default for RunOptions {
     fn default() -> Self {
-        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_rounds: 1 << 21, closures: false }
+        RunOptions {
+            batch: 256,
+            tile: 4096,
+            isa: Isa::detect(),
+            max_rounds: 1 << 21,
+            closures: false,
+            profile: false,
+        }
     }
 }
 
@@ -72,6 +82,8 @@ pub struct Frame {
     pub printed: Vec<Printed>,
     /// The closures, if they were asked for.
     pub closures: Vec<Closures>,
+    /// Where the time went, if that was asked for: all threads together.
+    pub profile: Vec<ProfileEntry>,
 }
 
 impl Frame {
@@ -97,6 +109,7 @@ struct Tile {
     messages: Messages,
     /// For each closure output, the components of each point.
     closures: Vec<Vec<Vec<Component>>>,
+    profile: Option<Box<Profile>>,
 }
 
 /// Runs a program over all points of a source. `progress` is called with the number of points done.
@@ -145,6 +158,7 @@ pub fn run(
     let (done, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let batch = options.batch.max(1);
     let new = || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_rounds);
+    let profile = || options.profile.then(|| Box::new(Profile::new(program)));
     let results: Vec<Result<Tile, Stop>> = parts
         .into_par_iter()
         .enumerate()
@@ -152,13 +166,15 @@ pub fn run(
             let first = index * tile;
             let points = tile.min(count - first);
             if failed.load(Ordering::Relaxed) {
-                return Ok(Tile { messages: Messages::default(), closures: Vec::new() });
+                return Ok(Tile { messages: Messages::default(), closures: Vec::new(), profile: None });
             }
+            machine.profile = profile();
             let closures =
                 run_tile(machine, first..first + points, (&slots, part), &closures, (batch, blocks))
                     .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
             progress(done.fetch_add(points, Ordering::Relaxed) + points);
-            Ok(Tile { messages: std::mem::take(&mut machine.messages), closures })
+            let (messages, profile) = (std::mem::take(&mut machine.messages), machine.profile.take());
+            Ok(Tile { messages, closures, profile })
         })
         .collect();
     let mut outputs: Vec<Closures> = closures
@@ -169,8 +185,10 @@ pub fn run(
         })
         .collect();
     let mut said = Vec::new();
+    let mut profile = Profile::new(program);
     for result in results {
         let tile = result?;
+        tile.profile.iter().for_each(|of_tile| profile.add(of_tile));
         said.push(tile.messages);
         outputs.iter_mut().zip(tile.closures).for_each(|(all, mut here)| all.points.append(&mut here));
     }
@@ -183,7 +201,7 @@ pub fn run(
         }
     }
     let (messages, printed) = Messages::merge(said, |point| blocks.map_or(point, |b| b.position(point)));
-    Ok(Frame { planes, messages, printed, closures: outputs })
+    Ok(Frame { planes, messages, printed, closures: outputs, profile: profile.entries(program) })
 }
 
 /// One component of one element of an output.

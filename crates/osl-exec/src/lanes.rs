@@ -33,8 +33,6 @@ pub(crate) fn run(isa: Isa, call: LaneCall<'_>) {
 
 /// A type that lanes hold.
 trait Lane: Copy {
-    /// Components.
-    const WORDS: usize;
     /// A view of lane arrays.
     type Each<'a>: Copy;
     fn each(words: &[u32], n: usize) -> Self::Each<'_>;
@@ -44,7 +42,6 @@ trait Lane: Copy {
 }
 
 impl Lane for f32 {
-    const WORDS: usize = 1;
     type Each<'a> = &'a [f32];
     #[inline(always)]
     fn each(words: &[u32], n: usize) -> &[f32] {
@@ -65,7 +62,6 @@ impl Lane for f32 {
 }
 
 impl Lane for i32 {
-    const WORDS: usize = 1;
     type Each<'a> = &'a [i32];
     #[inline(always)]
     fn each(words: &[u32], n: usize) -> &[i32] {
@@ -86,7 +82,6 @@ impl Lane for i32 {
 }
 
 impl<const C: usize> Lane for [f32; C] {
-    const WORDS: usize = C;
     type Each<'a> = [&'a [f32]; C];
     #[inline(always)]
     fn each(words: &[u32], n: usize) -> [&[f32]; C] {
@@ -378,13 +373,6 @@ macro_rules! stamp {
                 match call.op {
                     $(LaneOp::$name => call!(call, $path, ($($arg),*) -> $ret)),*
                 }
-            }
-        }
-
-        /// Words that an argument of the operation takes, and its result.
-        pub(crate) fn words(op: LaneOp) -> (&'static [usize], usize) {
-            match op {
-                $(LaneOp::$name => (&[$(<lane!($arg) as Lane>::WORDS),*], <lane!($ret) as Lane>::WORDS)),*
             }
         }
     };

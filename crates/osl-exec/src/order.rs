@@ -78,6 +78,32 @@ impl Blocks {
         }
     }
 
+    /// Writes what belongs to the column (axis 0) or row (axis 1) of each point from `first` on.
+    pub fn along(&self, axis: usize, first: usize, lanes: &mut [f32], value: impl Fn(usize) -> f32) {
+        let mut done = 0;
+        while done < lanes.len() {
+            let piece = self.piece(first + done);
+            let here = piece.left.min(lanes.len() - done);
+            let to = &mut lanes[done..done + here];
+            let (corner, side) = if axis == 0 { (piece.x, piece.width) } else { (piece.y, piece.height) };
+            let mut values = [0.0; SIDE];
+            values.iter_mut().enumerate().take(side).for_each(|(i, v)| *v = value(corner + i));
+            if piece.is_whole() && here == SIDE * SIDE {
+                let (values, _) = values.as_chunks::<PART>();
+                for (part, four) in to.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
+                    let (column, row) = (part / PART % PART, part / SIDE);
+                    *four = if axis == 0 { values[column] } else { [values[row][part % PART]; PART] };
+                }
+            } else {
+                for (index, lane) in to.iter_mut().enumerate() {
+                    let (x, y) = piece.inside(piece.first + index);
+                    *lane = values.get(if axis == 0 { x } else { y }).copied().unwrap_or(0.0);
+                }
+            }
+            done += here;
+        }
+    }
+
     /// Puts the words of the points from `first` on into rows. `rows` begins with the first word of the row of blocks
     /// that `start` is the first point of.
     pub fn scatter(&self, first: usize, words: &[u32], start: usize, rows: &mut [u32]) {
@@ -162,6 +188,19 @@ mod tests {
                 }
             }
             assert!(image.iter().enumerate().all(|(at, word)| at as u32 == *word), "batch {batch}");
+        }
+    }
+
+    #[test]
+    fn columns_and_rows_are_those_of_the_pixels() {
+        let blocks = Blocks::new(37, 50);
+        for (first, count) in [(0, 256), (256, 256), (100, 300), (37 * 16 - 80, 300), (37 * 50 - 10, 10)] {
+            let (mut x, mut y) = (vec![0.0; count], vec![0.0; count]);
+            blocks.along(0, first, &mut x, |i| i as f32);
+            blocks.along(1, first, &mut y, |i| i as f32);
+            for lane in 0..count {
+                assert_eq!((x[lane] as usize, y[lane] as usize), blocks.pixel(first + lane));
+            }
         }
     }
 

@@ -4,6 +4,7 @@
 //! of the uniform file. A component of a triple is a view into its register, not a copy. Steps keep the
 //! structure of the IR: blocks nested in `If` and `Loop`.
 
+mod shared;
 mod uses;
 
 use osl_ir::Span;
@@ -17,8 +18,8 @@ use uses::Uses;
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// A lane register, from this component on.
-    Lanes { reg: u32, component: u32 },
+    /// A lane register, from this component on; and the group whose cells share the value.
+    Lanes { reg: u32, component: u32, group: Option<u16> },
     /// Words of the uniform file, from this one on.
     Words(u32),
 }
@@ -38,15 +39,91 @@ pub(crate) struct Array {
     pub(crate) varying: bool,
 }
 
+/// Steps in order, with the mark of each.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Steps {
+    pub(crate) list: Vec<Step>,
+    /// Index into the marks of the program.
+    pub(crate) marks: Vec<u32>,
+}
+
+/// What a step comes of, for profiles.
+#[derive(Clone, Debug)]
+pub(crate) struct Mark {
+    pub(crate) name: String,
+    pub(crate) span: Span,
+    /// The mark of the step around it.
+    pub(crate) around: Option<u32>,
+}
+
 /// One step of the interpreter.
 #[derive(Clone, Debug)]
 pub(crate) enum Step {
-    Lane { op: LaneOp, args: Vec<Operand>, out: Operand },
+    Lane(LaneStep),
     Kernel(Box<KernelStep>),
-    Load { array: u32, index: Operand, out: Operand },
-    Store { array: u32, index: Operand, value: Operand },
-    If { cond: Operand, then: Vec<Step>, otherwise: Vec<Step>, results: Vec<[Operand; 3]> },
-    Loop { params: Vec<LoopParam>, body: Vec<Step>, cond: Operand, span: Span },
+    Load {
+        array: u32,
+        index: Operand,
+        out: Operand,
+    },
+    Store {
+        array: u32,
+        index: Operand,
+        value: Operand,
+    },
+    If {
+        cond: Operand,
+        then: Steps,
+        otherwise: Steps,
+        results: Vec<[Operand; 3]>,
+    },
+    Loop {
+        params: Vec<LoopParam>,
+        body: Steps,
+        cond: Operand,
+        span: Span,
+    },
+    /// Finds the cells of a group: points where all of `roots` are equal.
+    FindCells {
+        group: u16,
+        roots: Vec<Operand>,
+        outs: Vec<Operand>,
+    },
+    /// Runs steps once for each cell of a group, if it has few. Points read what `exports` names.
+    Shared {
+        group: u16,
+        steps: Steps,
+        exports: Vec<Operand>,
+    },
+}
+
+/// A step that runs a lane operation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneStep {
+    pub(crate) op: LaneOp,
+    /// Its arguments: the first `count` of these.
+    args: [Operand; MAX_ARGS],
+    count: u8,
+    /// How many times it runs: once, or for each component of a triple.
+    pub(crate) parts: u8,
+    pub(crate) out: Operand,
+}
+
+/// Arguments of a lane operation at most.
+pub(crate) const MAX_ARGS: usize = 4;
+
+impl LaneStep {
+    fn new(op: LaneOp, list: &[Operand], out: Operand) -> LaneStep {
+        let mut args = [out; MAX_ARGS];
+        args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
+        let parts = out.words / words_of(op.shape().result).max(1);
+        LaneStep { op, args, count: list.len().min(MAX_ARGS) as u8, parts: parts as u8, out }
+    }
+
+    /// Its arguments.
+    pub(crate) fn args(&self) -> &[Operand] {
+        &self.args[..usize::from(self.count)]
+    }
 }
 
 /// A step that runs a kernel.
@@ -87,7 +164,8 @@ pub(crate) enum OutputSource {
 /// A compiled program: immutable, shared by all threads.
 #[derive(Clone, Debug)]
 pub struct Program {
-    pub(crate) steps: Vec<Step>,
+    pub(crate) steps: Steps,
+    pub(crate) marks: Vec<Mark>,
     /// Components of each lane register.
     pub(crate) registers: Vec<u32>,
     /// The uniform file as it starts, constants filled in.
@@ -103,6 +181,8 @@ pub struct Program {
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
     /// Name of the shader.
     pub(crate) shader: Arc<str>,
+    /// Groups of values that points share.
+    pub(crate) groups: usize,
 }
 
 impl Program {
@@ -111,7 +191,7 @@ impl Program {
         let mut compiler = Compiler::new(body);
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
-        let Compiler { registers, words, globals, slopes, strings, .. } = compiler;
+        let Compiler { registers, words, globals, slopes, strings, marks, .. } = compiler;
         let arrays = body
             .slots
             .iter()
@@ -123,6 +203,7 @@ impl Program {
             .collect();
         Program {
             steps,
+            marks,
             registers,
             words,
             arrays,
@@ -132,6 +213,7 @@ impl Program {
             strings: strings.list,
             numbers: strings.numbers,
             shader: body.name.clone(),
+            groups: shared::groups(body),
         }
     }
 
@@ -173,6 +255,8 @@ struct Compiler<'a> {
     places: Vec<Option<Place>>,
     /// For a view, the value whose register it looks into, and the component.
     views: Vec<Option<(ValueId, u32)>>,
+    /// Which shared values single points read.
+    exported: Vec<bool>,
     /// Position of the last use of each value.
     last_use: Vec<u32>,
     position: u32,
@@ -187,18 +271,23 @@ struct Compiler<'a> {
     globals: Vec<(Global, Operand)>,
     slopes: Vec<(Global, Axis, Operand)>,
     strings: Strings,
+    marks: Vec<Mark>,
+    /// The mark of the step that is being compiled.
+    around: Option<u32>,
 }
 
 impl<'a> Compiler<'a> {
     fn new(body: &'a Body) -> Self {
         let values = body.values.len();
         let Uses { views, last_use, .. } = Uses::of(body);
+        let exported = shared::exported(body, &views);
         let mut strings = Strings::default();
         strings.number(&"".into());
         Compiler {
             body,
             places: vec![None; values],
             views,
+            exported,
             last_use,
             position: 0,
             loops: 0,
@@ -209,6 +298,8 @@ impl<'a> Compiler<'a> {
             globals: Vec::new(),
             slopes: Vec::new(),
             strings,
+            marks: Vec::new(),
+            around: None,
         }
     }
 
@@ -231,7 +322,7 @@ impl<'a> Compiler<'a> {
             let reg = self.take_register(words);
             let last = self.last_use[v.index()].max(self.position);
             self.ending.entry(last).or_default().push((words, reg));
-            Place::Lanes { reg, component: 0 }
+            Place::Lanes { reg, component: 0, group: shared::group(self.body, v) }
         };
         self.places[v.index()] = Some(place);
         place
@@ -255,13 +346,55 @@ impl<'a> Compiler<'a> {
         self.position += 1;
     }
 
-    fn block(&mut self, id: BlockId) -> Vec<Step> {
+    fn block(&mut self, id: BlockId) -> Steps {
         let body = self.body;
-        let mut steps = Vec::new();
+        let mut steps = Steps::default();
         for inst in &body.block(id).insts {
-            self.inst(inst, &mut steps);
+            match shared::group_of(body, inst) {
+                Some(group) => self.member(inst, group, &mut steps),
+                None => self.marked(inst, &mut steps),
+            }
         }
         steps
+    }
+
+    /// An instruction as steps, each with its mark.
+    fn marked(&mut self, inst: &'a Inst, steps: &mut Steps) {
+        let mark = self.mark(inst, inst.op.name());
+        let around = self.around.replace(mark);
+        self.inst(inst, &mut steps.list);
+        self.around = around;
+        steps.marks.resize(steps.list.len(), mark);
+    }
+
+    fn mark(&mut self, inst: &Inst, name: String) -> u32 {
+        self.marks.push(Mark { name, span: inst.span, around: self.around });
+        self.marks.len() as u32 - 1
+    }
+
+    /// An instruction of a group: together with those of the group before it.
+    fn member(&mut self, inst: &'a Inst, group: u16, steps: &mut Steps) {
+        if !matches!(steps.list.last(), Some(Step::Shared { group: last, .. }) if *last == group) {
+            let mark = self.mark(inst, format!("shared{group}"));
+            steps.list.push(Step::Shared { group, steps: Steps::default(), exports: Vec::new() });
+            steps.marks.push(mark);
+        }
+        let around = std::mem::replace(&mut self.around, steps.marks.last().copied());
+        let mut inner = Steps::default();
+        self.marked(inst, &mut inner);
+        self.around = around;
+        let exported: Vec<ValueId> = inst
+            .results
+            .iter()
+            .copied()
+            .filter(|r| self.exported[r.index()] && self.views[r.index()].is_none())
+            .collect();
+        let found: Vec<Operand> = exported.into_iter().map(|r| self.operand(r)).collect();
+        if let Some(Step::Shared { steps, exports, .. }) = steps.list.last_mut() {
+            steps.list.extend(inner.list);
+            steps.marks.extend(inner.marks);
+            exports.extend(found);
+        }
     }
 
     /// The place of a value that is there before the first step: its register held nothing before, and in a loop it
@@ -276,7 +409,7 @@ impl<'a> Compiler<'a> {
                 let last = self.last_use[result.index()].max(self.position);
                 self.ending.entry(last).or_default().push((words, reg));
             }
-            self.places[result.index()] = Some(Place::Lanes { reg, component: 0 });
+            self.places[result.index()] = Some(Place::Lanes { reg, component: 0, group: None });
         }
         Some(self.operand(result))
     }
@@ -310,9 +443,9 @@ impl<'a> Compiler<'a> {
             }
             Op::Lane(op, args) => {
                 if !self.view(inst) {
-                    let args = args.iter().map(|a| self.operand(*a)).collect();
+                    let args: Vec<Operand> = args.iter().map(|a| self.operand(*a)).collect();
                     if let Some(out) = self.result(inst) {
-                        steps.push(Step::Lane { op: *op, args, out });
+                        steps.push(Step::Lane(LaneStep::new(*op, &args, out)));
                     }
                 }
                 self.advance();
@@ -330,6 +463,15 @@ impl<'a> Compiler<'a> {
                     .collect();
                 let step = KernelStep { kernel: kernel.clone(), args, kinds, outs, span: inst.span };
                 steps.push(Step::Kernel(Box::new(step)));
+                self.advance();
+            }
+            Op::Share(group, roots) => {
+                let roots = roots.iter().map(|v| self.operand(*v)).collect();
+                inst.results.iter().for_each(|r| {
+                    self.define(*r);
+                });
+                let outs = inst.results.iter().map(|r| self.operand(*r)).collect();
+                steps.push(Step::FindCells { group: *group, roots, outs });
                 self.advance();
             }
             Op::LoadElement(slot, index) => {
@@ -394,7 +536,9 @@ impl<'a> Compiler<'a> {
         let Some(result) = inst.results.first().copied() else { return false };
         let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
         let place = match self.operand(root).place {
-            Place::Lanes { reg, component: base } => Place::Lanes { reg, component: base + component },
+            Place::Lanes { reg, component: base, group } => {
+                Place::Lanes { reg, component: base + component, group }
+            }
             Place::Words(at) => Place::Words(at + component),
         };
         self.places[result.index()] = Some(place);
@@ -423,10 +567,10 @@ impl<'a> Compiler<'a> {
                 for (component, word) in words.iter().enumerate() {
                     self.words.push(*word);
                     let from = Operand { place: Place::Words(at + component as u32), words: 1 };
-                    let Place::Lanes { reg, component: base } = out.place else { continue };
-                    let to =
-                        Operand { place: Place::Lanes { reg, component: base + component as u32 }, words: 1 };
-                    steps.push(Step::Lane { op: LaneOp::IOr, args: vec![from, from], out: to });
+                    let Place::Lanes { reg, component: base, group } = out.place else { continue };
+                    let place = Place::Lanes { reg, component: base + component as u32, group };
+                    let to = Operand { place, words: 1 };
+                    steps.push(Step::Lane(LaneStep::new(LaneOp::IOr, &[from, from], to)));
                 }
             }
         }

@@ -13,6 +13,7 @@
 
 pub mod batch;
 mod cell;
+pub mod cells;
 mod coherent;
 pub mod field;
 pub mod gabor;

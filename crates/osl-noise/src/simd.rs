@@ -1,6 +1,6 @@
 //! The choice of instruction set: detected once, carried as a value that proves its presence.
 //!
-//! The only unsafe code of the crate: calling a function compiled for a feature set that the [`Isa`] proves, and the
+//! The only unsafe code of the crate: calling functions compiled for a feature set that the [`Isa`] proves, and the
 //! conversion to integers that compilers turn into one vector instruction.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
@@ -88,6 +88,45 @@ impl Isa {
             Level::Avx512 => unsafe { run_avx512(kernel) },
         }
     }
+}
+
+impl Isa {
+    /// `out[i] = table[index[i]]`, as far as both slices go; of an index only the lowest four bits count. One
+    /// instruction a vector where there is one.
+    #[inline]
+    pub fn look_up(self, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+        match self.0 {
+            // SAFETY: a value of this level is made only by `all`, after detecting the features.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { look_up_avx512(table, index, out) },
+            _ => look_up(table, index, out),
+        }
+    }
+}
+
+fn look_up(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+    for (o, i) in out.iter_mut().zip(index) {
+        *o = table[(i & 15) as usize];
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn look_up_avx512(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+    use std::arch::x86_64::{_mm512_loadu_si512, _mm512_permutexvar_epi32, _mm512_storeu_si512};
+    // SAFETY: the table has the sixteen words that are read.
+    let words = unsafe { _mm512_loadu_si512(table.as_ptr().cast()) };
+    let n = index.len().min(out.len());
+    let (index, index_rest) = index[..n].as_chunks::<16>();
+    let (out, out_rest) = out[..n].as_chunks_mut::<16>();
+    for (to, at) in out.iter_mut().zip(index) {
+        // SAFETY: both chunks have sixteen words.
+        unsafe {
+            let found = _mm512_permutexvar_epi32(_mm512_loadu_si512(at.as_ptr().cast()), words);
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), found);
+        }
+    }
+    look_up(table, index_rest, out_rest);
 }
 
 impl std::fmt::Debug for Isa {

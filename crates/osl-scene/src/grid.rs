@@ -48,19 +48,7 @@ impl Grid {
     fn fill_coordinate(&self, axis: usize, first: usize, lanes: &mut [f32]) {
         let n = [self.width, self.height][axis];
         let count = lanes.len().min(self.count().saturating_sub(first));
-        // A coordinate costs a division, and a block has few different ones.
-        let (mut low, mut high) = (usize::MAX, 0);
-        let along = |(x, y): (usize, usize)| if axis == 0 { x } else { y };
-        self.order().each(first, count, |_, pixel| {
-            low = low.min(along(pixel));
-            high = high.max(along(pixel));
-        });
-        let values: Vec<f32> = (low..=high.max(low)).map(|i| self.coordinate(axis, i, n)).collect();
-        self.order().each(first, count, |lane, pixel| {
-            if let (Some(out), Some(value)) = (lanes.get_mut(lane), values.get(along(pixel) - low)) {
-                *out = *value;
-            }
-        });
+        self.order().along(axis, first, &mut lanes[..count], |i| self.coordinate(axis, i, n));
         if let Some(last) = count.checked_sub(1).and_then(|l| lanes.get(l)).copied() {
             lanes[count..].fill(last);
         }

@@ -2,7 +2,7 @@
 
 /// A set of lanes: all ones for a lane that is in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Mask {
+pub(crate) enum Mask {
     /// Every lane.
     All(usize),
     /// No lane.

@@ -12,20 +12,24 @@ mod kernels;
 mod mask;
 mod noise;
 mod point;
+mod shared;
 mod text;
 mod texture;
 
 use crate::dictionary::Dictionaries;
 use crate::lanes::{self, Arg, LaneCall};
 use crate::message::Messages;
-use crate::program::{Array, LoopParam, Operand, OutputSource, Place, Program, Step};
+use crate::profile::Profile;
+use crate::program::{
+    Array, LaneStep, LoopParam, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps,
+};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
 pub use closure::{Component, Param, show as show_closure};
-use mask::Mask;
+pub(crate) use mask::Mask;
 use osl_ir::Span;
-use osl_ir::ir::{Const, Kind, LaneOp};
+use osl_ir::ir::{Const, Kind};
 use osl_noise::Isa;
 
 /// Why a run stopped.
@@ -49,6 +53,7 @@ pub(crate) struct Machine<'a> {
     /// Lanes of a batch: a multiple of a cache line.
     width: usize,
     registers: Vec<Lanes>,
+    shared: shared::Shared,
     words: Vec<u32>,
     arrays: Vec<Lanes>,
     scratch: Vec<Lanes>,
@@ -63,6 +68,8 @@ pub(crate) struct Machine<'a> {
     closures: closure::Closures,
     dictionaries: Dictionaries,
     pub(crate) messages: Messages,
+    /// Where the time goes, if that is asked for.
+    pub(crate) profile: Option<Box<Profile>>,
 }
 
 impl<'a> Machine<'a> {
@@ -83,6 +90,7 @@ impl<'a> Machine<'a> {
             isa,
             width,
             registers: program.registers.iter().map(|words| Lanes::new(*words as usize * width)).collect(),
+            shared: shared::Shared::new(program, width),
             words: program.words.clone(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
@@ -95,6 +103,7 @@ impl<'a> Machine<'a> {
             closures: closure::Closures::default(),
             dictionaries: Dictionaries::default(),
             messages: Messages::default(),
+            profile: None,
         }
     }
 
@@ -155,11 +164,10 @@ impl<'a> Machine<'a> {
         match plan.source {
             OutputSource::Value(operand) => match operand.place {
                 Place::Words(at) => out.fill(self.words[at as usize + component]),
-                Place::Lanes { reg, component: base } => {
-                    let lanes =
-                        &self.registers[reg as usize].words()[(base as usize + component) * self.width..];
-                    out.copy_from_slice(&lanes[..out.len()]);
-                }
+                Place::Lanes { .. } => match self.arg(self.part(operand, component)) {
+                    Arg::Same(word) => out.fill(word[0]),
+                    Arg::Each(lanes) => out.copy_from_slice(&lanes[..out.len()]),
+                },
             },
             OutputSource::Array(array) => {
                 let plan = self.program.arrays[array as usize];
@@ -174,27 +182,39 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn steps(&mut self, steps: &[Step], mask: &Mask) -> Result<(), Stop> {
-        for step in steps {
-            match step {
-                Step::Lane { op, args, out } => self.lane(*op, args, *out),
-                Step::Kernel(step) => self.kernel(step, mask),
-                Step::Load { array, index, out } => self.load(*array, *index, *out),
-                Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
-                Step::If { cond, then, otherwise, results } => {
-                    self.branch(*cond, then, otherwise, results, mask)?
-                }
-                Step::Loop { params, body, cond, span } => self.round(params, body, *cond, *span, mask)?,
+    fn steps(&mut self, steps: &Steps, mask: &Mask) -> Result<(), Stop> {
+        if self.profile.is_some() {
+            return self.profiled(steps, mask);
+        }
+        steps.list.iter().try_for_each(|step| self.step(step, mask))
+    }
+
+    #[inline(always)]
+    pub(crate) fn step(&mut self, step: &Step, mask: &Mask) -> Result<(), Stop> {
+        match step {
+            Step::Lane(step) => self.lane(step),
+            Step::Kernel(step) => self.kernel(step, mask),
+            Step::Load { array, index, out } => self.load(*array, *index, *out),
+            Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
+            Step::If { cond, then, otherwise, results } => {
+                self.branch(*cond, then, otherwise, results, mask)?
             }
+            Step::Loop { params, body, cond, span } => self.round(params, body, *cond, *span, mask)?,
+            Step::FindCells { group, roots, outs } => self.find_cells(*group, roots, outs, mask),
+            Step::Shared { group, steps, exports } => self.shared(*group, steps, exports, mask)?,
         }
         Ok(())
     }
 
+    #[inline]
     fn arg(&self, operand: Operand) -> Arg<'_> {
         let words = operand.words as usize;
         match operand.place {
             Place::Words(at) => Arg::Same(&self.words[at as usize..][..words]),
-            Place::Lanes { reg, component } => {
+            Place::Lanes { reg, component, group } => {
+                if let Some(lanes) = group.and_then(|group| self.shared.by_all(group, reg)) {
+                    return Arg::Same(&lanes[component as usize..][..words]);
+                }
                 let lanes = self.registers[reg as usize].words();
                 Arg::Each(&lanes[component as usize * self.width..][..words * self.width])
             }
@@ -209,20 +229,52 @@ impl<'a> Machine<'a> {
         self.arg(self.part(operand, component))
     }
 
-    fn lane(&mut self, op: LaneOp, args: &[Operand], out: Operand) {
-        let (_, result) = lanes::words(op);
-        let n = if matches!(out.place, Place::Words(_)) { 1 } else { self.width };
-        let parts = out.words as usize / result;
-        let mut target = self.take(out);
-        let mut list = [Arg::Same(&[]); 4];
-        for (part, chunk) in target.chunks_mut(n * result).enumerate().take(parts) {
-            for (slot, arg) in list.iter_mut().zip(args) {
-                *slot = if parts > 1 { self.component(*arg, part) } else { self.arg(*arg) };
+    fn lane(&mut self, step: &LaneStep) {
+        let (out, width) = (step.out, self.width);
+        let words = out.words as usize;
+        match out.place {
+            Place::Words(at) => {
+                let mut few = [0; 16];
+                self.lane_into(step, &mut few[..words], 1);
+                self.words[at as usize..][..words].copy_from_slice(&few[..words]);
             }
-            let args = &list[..args.len().min(list.len())];
-            lanes::run(self.isa, LaneCall { op, args, out: chunk, n });
+            Place::Lanes { reg, component, .. } => {
+                let mut lanes = std::mem::take(&mut self.registers[reg as usize]);
+                self.lane_into(
+                    step,
+                    &mut lanes.words_mut()[component as usize * width..][..words * width],
+                    width,
+                );
+                self.registers[reg as usize] = lanes;
+            }
         }
-        self.put(out, target);
+    }
+
+    /// Runs a lane operation over `n` lanes of each component.
+    #[inline(always)]
+    fn lane_into(&self, step: &LaneStep, out: &mut [u32], n: usize) {
+        let (op, args) = (step.op, step.args());
+        let mut list = [Arg::Same(&[]); MAX_ARGS];
+        if step.parts == 1 {
+            list.iter_mut().zip(args).for_each(|(slot, arg)| *slot = self.arg(*arg));
+            return lanes::run(self.isa, LaneCall { op, args: &list[..args.len()], out, n });
+        }
+        // Components lie one behind the other: where all arguments are so, or are single words, one call does for all.
+        let flat = list.iter_mut().zip(args).all(|(slot, arg)| {
+            *slot = match self.arg(*arg) {
+                Arg::Same(words) if words.len() > 1 && n == 1 => Arg::Each(words),
+                other => other,
+            };
+            matches!((*slot, arg.words), (Arg::Same(_), 1) | (Arg::Each(_), 3))
+        });
+        if flat {
+            let n = n * usize::from(step.parts);
+            return lanes::run(self.isa, LaneCall { op, args: &list[..args.len()], out, n });
+        }
+        for (part, out) in out.chunks_mut(n).enumerate().take(usize::from(step.parts)) {
+            list.iter_mut().zip(args).for_each(|(slot, arg)| *slot = self.component(*arg, part));
+            lanes::run(self.isa, LaneCall { op, args: &list[..args.len()], out, n });
+        }
     }
 
     /// One word of an operand at one lane.
@@ -255,7 +307,9 @@ impl<'a> Machine<'a> {
         let component = component as u32;
         let place = match operand.place {
             Place::Words(at) => Place::Words(at + component),
-            Place::Lanes { reg, component: base } => Place::Lanes { reg, component: base + component },
+            Place::Lanes { reg, component: base, group } => {
+                Place::Lanes { reg, component: base + component, group }
+            }
         };
         Operand { place, words: 1 }
     }
@@ -265,7 +319,7 @@ impl<'a> Machine<'a> {
         for (component, word) in words.iter().enumerate().take(out.words as usize) {
             match out.place {
                 Place::Words(at) => self.words[at as usize + component] = *word,
-                Place::Lanes { reg, component: base } => {
+                Place::Lanes { reg, component: base, .. } => {
                     let at = (base as usize + component) * self.width + lane;
                     self.registers[reg as usize].words_mut()[at] = *word;
                 }
@@ -297,6 +351,13 @@ impl<'a> Machine<'a> {
         lanes
     }
 
+    /// How many lanes a step runs for.
+    pub(crate) fn lanes_in(&self, mask: &Mask) -> u64 {
+        let mut lanes = 0;
+        mask.for_each(|_| lanes += 1);
+        lanes
+    }
+
     /// The active lanes that have a point of their own.
     fn active(&self, mask: &Mask) -> Vec<usize> {
         let mut lanes = Vec::new();
@@ -312,7 +373,7 @@ impl<'a> Machine<'a> {
     fn take(&mut self, out: Operand) -> Target {
         match out.place {
             Place::Words(_) => Target::Few([0; 16], out.words as usize),
-            Place::Lanes { reg, component } => Target::Lanes(
+            Place::Lanes { reg, component, .. } => Target::Lanes(
                 std::mem::take(&mut self.registers[reg as usize]),
                 component as usize * self.width,
             ),
@@ -347,8 +408,8 @@ impl<'a> Machine<'a> {
     fn branch(
         &mut self,
         cond: Operand,
-        then: &[Step],
-        otherwise: &[Step],
+        then: &Steps,
+        otherwise: &Steps,
         results: &[[Operand; 3]],
         mask: &Mask,
     ) -> Result<(), Stop> {
@@ -377,7 +438,7 @@ impl<'a> Machine<'a> {
     fn round(
         &mut self,
         params: &[LoopParam],
-        body: &[Step],
+        body: &Steps,
         cond: Operand,
         span: Span,
         mask: &Mask,
@@ -420,6 +481,8 @@ enum Target {
     Few([u32; 16], usize),
     /// A register, and the word at which the result starts in it.
     Lanes(Lanes, usize),
+    /// No result.
+    None,
 }
 
 impl Target {
@@ -427,6 +490,7 @@ impl Target {
         match self {
             Target::Few(few, words) => few[..*words].chunks_mut(n),
             Target::Lanes(lanes, start) => lanes.words_mut()[*start..].chunks_mut(n),
+            Target::None => [].chunks_mut(n),
         }
     }
 }

@@ -42,6 +42,10 @@ impl Machine<'_> {
                 }
                 _ => {}
             }
+            // What comes of a hash alone is never NaN.
+            if !matches!(field, Field::Cell | Field::Hash) {
+                lanes.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
+            }
         });
     }
 
@@ -63,6 +67,7 @@ impl Machine<'_> {
                 }
                 _ => {}
             }
+            lanes.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
         });
     }
 
@@ -95,7 +100,10 @@ impl Machine<'_> {
         let Some(first) = outs.first() else { return };
         let n = if matches!(first.place, Place::Words(_)) { 1 } else { self.width };
         let mut spread: Vec<Lanes> = std::mem::take(&mut self.scratch);
-        let mut targets: Vec<Target> = outs.iter().map(|out| self.take(*out)).collect();
+        let mut targets: [Target; MAX_OUTPUTS] = std::array::from_fn(|i| match outs.get(i) {
+            Some(out) => self.take(*out),
+            None => Target::None,
+        });
         {
             let mut inputs: [&[f32]; MAX_INPUTS] = [&[]; MAX_INPUTS];
             let mut count = 0;
@@ -104,6 +112,7 @@ impl Machine<'_> {
                 for component in 0..arg.words as usize {
                     let lanes = match self.component(*arg, component) {
                         Arg::Each(words) => floats(words),
+                        Arg::Same(word) if n == 1 => floats(word),
                         Arg::Same(word) => match scratch.next() {
                             Some(lanes) => {
                                 let lanes = &mut floats_mut(lanes.words_mut())[..n];
@@ -119,10 +128,17 @@ impl Machine<'_> {
                     }
                 }
             }
-            let mut lanes: Vec<&mut [f32]> =
-                targets.iter_mut().flat_map(|t| t.chunks_mut(n)).map(floats_mut).collect();
-            field(self.isa, &inputs[..count], &mut lanes);
-            lanes.iter_mut().for_each(|lanes| self.isa.dispatch(OneNan(lanes)));
+            let mut lanes: [&mut [f32]; 3 * MAX_OUTPUTS] = Default::default();
+            let mut found = 0;
+            for (target, out) in targets.iter_mut().zip(outs) {
+                for chunk in target.chunks_mut(n).take(out.words as usize) {
+                    if let Some(slot) = lanes.get_mut(found) {
+                        *slot = floats_mut(chunk);
+                        found += 1;
+                    }
+                }
+            }
+            field(self.isa, &inputs[..count], &mut lanes[..found]);
         }
         for (out, target) in outs.iter().zip(targets) {
             self.put(*out, target);
@@ -206,6 +222,8 @@ impl osl_noise::Kernel for OneNan<'_> {
     }
 }
 
+/// Results at most: a value and its tangents along two axes, each of up to three words.
+const MAX_OUTPUTS: usize = 3;
 /// Words of all arguments together: four coordinates, their periods, their tangents along two axes.
 const MAX_INPUTS: usize = 16;
 

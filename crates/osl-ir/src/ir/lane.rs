@@ -85,6 +85,8 @@ macro_rules! for_each_lane_op {
             Round "round" each (F) -> F, $crate::numeric::lane::round;
             Min "min" each (F, F) -> F, $crate::numeric::common::min;
             Max "max" each (F, F) -> F, $crate::numeric::common::max;
+            // The first where it is below the second.
+            Lower "lower" each (F, F) -> F, $crate::numeric::lane::lower;
             Clamp "clamp" each (F, F, F) -> F, $crate::numeric::common::clamp;
             Mix "mix" each (F, F, F) -> F, $crate::numeric::common::mix;
             Select "select" each (F, F, F) -> F, $crate::numeric::common::select;
@@ -127,6 +129,9 @@ macro_rules! for_each_lane_op {
             Cross "cross" whole (T, T) -> T, $crate::numeric::geometry::cross;
             Length "length" whole (T) -> F, $crate::numeric::geometry::length;
             Distance "distance" whole (T, T) -> F, $crate::numeric::geometry::distance;
+            // The distance is its root.
+            SquareDistance "square_distance" whole (T, T) -> F, $crate::numeric::geometry::square_distance;
+            Root "root" each (F) -> F, $crate::numeric::lane::root;
             Normalize "normalize" whole (T) -> T, $crate::numeric::geometry::normalize;
             FaceForward "faceforward" whole (T, T, T) -> T, $crate::numeric::geometry::faceforward;
             Reflect "reflect" whole (T, T) -> T, $crate::numeric::geometry::reflect;

@@ -74,6 +74,8 @@ pub enum Kind {
 pub enum Rate {
     /// One value for the whole batch.
     Uniform,
+    /// One value for all points that are in the same cell of the group's pattern, see [`Op::Share`].
+    Shared(u16),
     /// A value for each point.
     Varying,
 }
@@ -184,6 +186,9 @@ pub enum Op {
     Lane(LaneOp, Vec<ValueId>),
     /// A function that needs more than a lane's arithmetic, see [`Kernel`]. Effects: the kernel's.
     Kernel(Kernel, Vec<ValueId>),
+    /// Values as their points share them. Points at which all of the values are equal, bit by bit, are in the same cell
+    /// of this group. A result for each value. No effect.
+    Share(u16, Vec<ValueId>),
     /// Reads a scalar slot.
     Load(SlotId),
     /// Writes a scalar slot at the points that run.
@@ -327,12 +332,20 @@ pub(crate) fn choose_op(kind: Kind) -> LaneOp {
     }
 }
 
+/// Whether an operation picks one of two values.
+pub(crate) fn is_choice(op: LaneOp) -> bool {
+    use LaneOp::{Choose, IChoose, KChoose, MChoose, SChoose};
+    matches!(op, Choose | IChoose | KChoose | MChoose | SChoose)
+}
+
 impl Op {
     /// Calls `visit` for each value that the operation reads, the yields of its blocks included.
     pub fn for_each_use(&self, mut visit: impl FnMut(ValueId)) {
         match self {
             Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
-            Op::Lane(_, args) | Op::Kernel(_, args) => args.iter().copied().for_each(visit),
+            Op::Lane(_, args) | Op::Kernel(_, args) | Op::Share(_, args) => {
+                args.iter().copied().for_each(visit)
+            }
             Op::Store(_, v) | Op::LoadElement(_, v) | Op::Derivative(v, _) => visit(*v),
             Op::StoreElement(_, i, v) => {
                 visit(*i);
@@ -355,7 +368,7 @@ impl Op {
         let mut all = |list: &mut Vec<ValueId>| list.iter_mut().for_each(|v| *v = with(*v));
         match self {
             Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
-            Op::Lane(_, args) | Op::Kernel(_, args) => all(args),
+            Op::Lane(_, args) | Op::Kernel(_, args) | Op::Share(_, args) => all(args),
             Op::Store(_, v) | Op::LoadElement(_, v) | Op::Derivative(v, _) => *v = with(*v),
             Op::StoreElement(_, i, v) => {
                 *i = with(*i);

@@ -34,10 +34,11 @@ fn kind(kind: Kind) -> &'static str {
     }
 }
 
-fn rate(rate: Rate) -> &'static str {
+fn rate(rate: Rate) -> String {
     match rate {
-        Rate::Uniform => " uniform",
-        Rate::Varying => "",
+        Rate::Uniform => " uniform".to_string(),
+        Rate::Shared(group) => format!(" shared{group}"),
+        Rate::Varying => String::new(),
     }
 }
 
@@ -103,6 +104,7 @@ fn simple(op: &Op) -> String {
         Op::Derivative(of, axis) => format!("derivative {of:?} {axis:?}").to_lowercase(),
         Op::Lane(op, args) => format!("{} {}", op.text(), list(args)),
         Op::Kernel(kernel, args) => format!("{} {}", kernel_name(kernel), list(args)),
+        Op::Share(group, roots) => format!("share{group} {}", list(roots)),
         Op::Load(slot) => format!("load {slot:?}"),
         Op::Store(slot, value) => format!("store {slot:?}, {value:?}"),
         Op::LoadElement(slot, index) => format!("load {slot:?}[{index:?}]"),
@@ -165,6 +167,25 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::ClosureScale => "closure.scale".to_string(),
         Kernel::Report { text, .. } => format!("report {text:?}"),
         Kernel::CheckIndex { name } => format!("check_index \"{name}\""),
+    }
+}
+
+impl Op {
+    /// What it does, without what it does it to.
+    pub fn name(&self) -> String {
+        match self {
+            Op::Const(_) => "const".to_string(),
+            Op::Global(_) => "global".to_string(),
+            Op::Slope(..) => "slope".to_string(),
+            Op::Derivative(..) => "derivative".to_string(),
+            Op::Lane(op, _) => op.text().to_string(),
+            Op::Kernel(kernel, _) => kernel_name(kernel),
+            Op::Share(group, _) => format!("share{group}"),
+            Op::Load(_) | Op::LoadElement(..) => "load".to_string(),
+            Op::Store(..) | Op::StoreElement(..) => "store".to_string(),
+            Op::If { .. } => "if".to_string(),
+            Op::Loop { .. } => "loop".to_string(),
+        }
     }
 }
 

@@ -5,8 +5,9 @@
 //! 3. An `If` has as many yields on each side as results, of equal kinds; a `Loop` as many initial and next
 //!    values as parameters and results, of equal kinds.
 //! 4. Conditions and indices are ints. Slots are used as what they are: scalar or array.
+//! 5. A value that points share is made of uniform values and of values shared in the same group.
 
-use super::{BlockId, Body, Inst, Kind, LaneOp, Op, SlotId, Source, ValueId};
+use super::{BlockId, Body, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
 
 /// Checks a body.
 ///
@@ -104,6 +105,10 @@ impl Check<'_> {
                 args.iter().try_for_each(|a| self.used(*a))?;
                 kernel.reads().into_iter().chain(kernel.writes()).try_for_each(|s| self.array(s, true))?;
             }
+            Op::Share(_, roots) => {
+                roots.iter().try_for_each(|v| self.used(*v))?;
+                self.kinds(roots, &inst.results, "shared values")?;
+            }
             Op::Derivative(of, _) => self.used(*of)?,
             Op::Load(s) => self.array(*s, false)?,
             Op::Store(s, v) => {
@@ -139,7 +144,25 @@ impl Check<'_> {
                 self.kinds(params, &inst.results, "results")?;
             }
         }
+        self.shared(inst)?;
         inst.results.iter().try_for_each(|r| self.define(*r))
+    }
+
+    fn shared(&self, inst: &Inst) -> Result<(), String> {
+        let group = inst.results.iter().find_map(|r| match self.body.value(*r).rate {
+            Rate::Shared(group) => Some(group),
+            _ => None,
+        });
+        let (Some(group), false) = (group, matches!(inst.op, Op::Share(..))) else { return Ok(()) };
+        let mut fits = true;
+        inst.op.for_each_use(|v| {
+            fits &= match self.body.value(v).rate {
+                Rate::Uniform => true,
+                Rate::Shared(of) => of == group,
+                Rate::Varying => false,
+            };
+        });
+        if fits { Ok(()) } else { Err("made of more than what points share".to_string()) }
     }
 
     fn lane(&self, op: LaneOp, args: &[ValueId], results: &[ValueId]) -> Result<(), String> {

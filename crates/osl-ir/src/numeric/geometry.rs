@@ -102,6 +102,13 @@ pub fn distance<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
     length_unrescued(sub(a, b))
 }
 
+/// What [`distance`] is the root of.
+#[inline(always)]
+pub fn square_distance<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
+    let difference = sub(a, b);
+    dot(difference, difference)
+}
+
 /// The distance of the point `q` from the segment `a`-`b`.
 #[inline(always)]
 pub fn distance_to_segment<R: Real>(a: Triple<R>, b: Triple<R>, q: Triple<R>) -> R {

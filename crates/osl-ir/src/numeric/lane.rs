@@ -35,6 +35,8 @@ functions! {
     matrix_eq(a: Matrix<R>, b: Matrix<R>) -> i32 = equal(a, b).into();
     matrix_ne(a: Matrix<R>, b: Matrix<R>) -> i32 = 1 - matrix_eq(a, b);
     choose(c: i32, a: R, b: R) -> R = R::select(c != 0, a, b);
+    lower(a: R, b: R) -> R = R::select(arith::lt(a, b), a, b);
+    root(x: R) -> R = x.sqrt();
     triple(x: R, y: R, z: R) -> Triple<R> = [x, y, z];
     splat(x: R) -> Triple<R> = [x; 3];
     x(t: Triple<R>) -> R = t[0];

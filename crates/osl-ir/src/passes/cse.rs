@@ -98,7 +98,7 @@ fn key(op: &Op) -> Option<Key> {
         Op::Derivative(v, axis) => Key::Derivative(*v, *axis),
         // Memory may change between two loads.
         Op::Load(_) | Op::Store(..) | Op::LoadElement(..) | Op::StoreElement(..) => return None,
-        Op::If { .. } | Op::Loop { .. } => return None,
+        Op::If { .. } | Op::Loop { .. } | Op::Share(..) => return None,
     })
 }
 

@@ -3,12 +3,14 @@
 //!
 //! A pass keeps the bits of every value that remains. It must not know lanes, registers or instruction sets.
 
+mod algebra;
 mod cse;
 mod dce;
 mod derive;
 mod flatten;
 mod fold;
 mod rate;
+mod share;
 mod ssa;
 mod unroll;
 
@@ -38,11 +40,15 @@ pub enum Pass {
     Rate,
     /// Turns small branches into selections.
     Flatten,
+    /// Compares distances by their squares, and the like.
+    Algebra,
+    /// Finds work that neighbouring points share.
+    Share,
 }
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Pass; 9] = [
+    pub const ALL: [Pass; 11] = [
         Pass::Ssa,
         Pass::Slice,
         Pass::Fold,
@@ -52,6 +58,8 @@ impl Pass {
         Pass::Dce,
         Pass::Rate,
         Pass::Flatten,
+        Pass::Algebra,
+        Pass::Share,
     ];
 
     /// The name that reports and `--without-pass` use.
@@ -66,6 +74,8 @@ impl Pass {
             Pass::Dce => "dce",
             Pass::Rate => "rate",
             Pass::Flatten => "flatten",
+            Pass::Algebra => "algebra",
+            Pass::Share => "share",
         }
     }
 
@@ -139,6 +149,8 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Dce => dce::run(body),
             Pass::Rate => rate::run(body, &options.varying, &options.slopes),
             Pass::Flatten => flatten::run(body),
+            Pass::Algebra => algebra::run(body),
+            Pass::Share => share::run(body),
         }
         if cfg!(debug_assertions) {
             let found = validate::validate(body);

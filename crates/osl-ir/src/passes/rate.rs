@@ -86,6 +86,8 @@ impl Flow<'_> {
                 Op::Slope(global, _) if self.slopes.contains(global) => varies(self, &inst.results),
                 Op::Global(global) if self.globals.contains(global) => varies(self, &inst.results),
                 Op::Slope(..) | Op::Global(_) => {}
+                // Written later, from values that vary.
+                Op::Share(..) => {}
                 Op::Lane(_, args) => self.edges(args, &inst.results),
                 Op::Kernel(kernel, args) => {
                     self.edges(args, &inst.results);

@@ -14,6 +14,7 @@ mod input;
 mod ir;
 mod levels;
 mod output;
+mod profile;
 mod repair;
 mod report;
 mod run;

@@ -1,7 +1,7 @@
 //! `oslrun FILE -o OUT`: compile, run over the grid, write.
 
 use super::args::{ReadArgs, RunArgs};
-use super::{Failure, closures, input, levels, output, repair, report};
+use super::{Failure, closures, input, levels, output, profile, repair, report};
 use crate::pipeline::{self, CompileError, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, RunOptions, Services, Spaces, Stop};
@@ -64,12 +64,19 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         Some(path) => output::write(&frame, path, args)?,
         None => Vec::new(),
     };
-    if args.output.is_none() && !args.stats {
+    if args.output.is_none() && !args.stats && args.profile.is_none() {
         summary(&frame, out);
     }
     if args.stats {
         let times = [compile_time, run_time, started.elapsed()];
         stats(&compiled, lowered, grid.count(), times, args, err);
+    }
+    if let Some(path) = &args.profile {
+        profile::print(&frame.profile, &checked.sources, err);
+        if !path.as_os_str().is_empty() {
+            profile::write(&frame.profile, &program.shader.name, &checked.sources, path)?;
+            let _ = writeln!(out, "wrote {}", path.display());
+        }
     }
     for file in written {
         let _ = writeln!(out, "wrote {}", file.display());
@@ -139,6 +146,7 @@ fn shade(
         isa: args.isa.unwrap_or_else(Isa::detect),
         max_rounds: args.max_steps,
         closures: args.closures,
+        profile: args.profile.is_some(),
         ..RunOptions::default()
     };
     let bar = progress(grid.count());

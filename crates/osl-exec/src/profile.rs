@@ -1,0 +1,96 @@
+//! Where the time of a run goes: counts for each step, and what they say of instructions and source lines.
+//!
+//! A machine without a profile asks once a block whether there is one, and measures nothing.
+
+use crate::machine::{Machine, Stop};
+use crate::program::{Program, Steps};
+use osl_ir::Span;
+use std::time::{Duration, Instant};
+
+/// What a machine has counted, by the marks of its program.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Profile {
+    counts: Vec<Count>,
+    /// Time of the steps within the one that runs.
+    inner: Duration,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    runs: u64,
+    lanes: u64,
+    own: Duration,
+}
+
+/// What the profile of a run says of one instruction.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProfileEntry {
+    /// What it does, as `oslrun ir` names it.
+    pub name: String,
+    /// The source that it comes from.
+    pub span: Span,
+    /// The instructions around it, the outermost first: what each does and where.
+    pub around: Vec<(String, Span)>,
+    /// How often it ran on a batch.
+    pub runs: u64,
+    /// Lanes that it ran for, all batches together. One run for a shared value counts the cells.
+    pub lanes: u64,
+    /// Time spent in it, without what it runs within.
+    pub own: Duration,
+}
+
+impl Profile {
+    pub(crate) fn new(program: &Program) -> Profile {
+        Profile { counts: vec![Count::default(); program.marks.len()], inner: Duration::ZERO }
+    }
+
+    /// Adds the counts of another machine.
+    pub(crate) fn add(&mut self, other: &Profile) {
+        for (to, from) in self.counts.iter_mut().zip(&other.counts) {
+            to.runs += from.runs;
+            to.lanes += from.lanes;
+            to.own += from.own;
+        }
+    }
+
+    /// The entries of all instructions that ran, in the order of the program.
+    pub(crate) fn entries(&self, program: &Program) -> Vec<ProfileEntry> {
+        let ran = program.marks.iter().zip(&self.counts).filter(|(_, count)| count.runs > 0);
+        ran.map(|(mark, count)| {
+            let mut around = Vec::new();
+            let mut next = mark.around;
+            while let Some(mark) = next.and_then(|at| program.marks.get(at as usize)) {
+                around.push((mark.name.clone(), mark.span));
+                next = mark.around;
+            }
+            around.reverse();
+            let Count { runs, lanes, own } = *count;
+            ProfileEntry { name: mark.name.clone(), span: mark.span, around, runs, lanes, own }
+        })
+        .collect()
+    }
+}
+
+impl Machine<'_> {
+    /// Runs steps and notes what each takes.
+    pub(crate) fn profiled(&mut self, steps: &Steps, mask: &crate::machine::Mask) -> Result<(), Stop> {
+        let lanes = self.lanes_in(mask);
+        for (step, mark) in steps.list.iter().zip(&steps.marks) {
+            let outer = self.profile.as_mut().map(|p| std::mem::take(&mut p.inner)).unwrap_or_default();
+            let start = Instant::now();
+            let result = self.step(step, mask);
+            let time = start.elapsed();
+            if let Some(profile) = &mut self.profile {
+                let own = time.saturating_sub(profile.inner);
+                profile.inner = outer + time;
+                if let Some(count) = profile.counts.get_mut(*mark as usize) {
+                    count.runs += 1;
+                    count.lanes += lanes;
+                    count.own += own;
+                }
+            }
+            result?;
+        }
+        Ok(())
+    }
+}

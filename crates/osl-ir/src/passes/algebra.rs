@@ -1,0 +1,228 @@
+//! Rewrites that compute less and keep every bit: the lower of two numbers without a condition between, and distances
+//! compared by their squares.
+//!
+//! The root is rounded correctly, so it never falls where its argument rises. Hence the lower of two roots is the
+//! root of the lower, and a root is below a number exactly where its argument is below a threshold. Only distances
+//! that are used in no other way are rewritten, such as those of which a search keeps the least. Needs the rates.
+
+use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Rate, Source, Value, ValueId};
+use rustc_hash::FxHashMap;
+
+/// Runs the pass.
+pub(super) fn run(body: &mut Body) {
+    each_block(body, &mut |body, id| lowers(body, id));
+    super::dce::run(body);
+    let mut roots = Roots::of(body);
+    each_block(body, &mut |body, id| roots.block(body, id));
+    if !roots.squares.is_empty() {
+        super::dce::run(body);
+    }
+}
+
+/// Calls `rewrite` with each block that can be reached, outer ones first.
+fn each_block(body: &mut Body, rewrite: &mut dyn FnMut(&mut Body, BlockId)) {
+    let mut work = vec![body.entry];
+    while let Some(id) = work.pop() {
+        rewrite(body, id);
+        for inst in &body.block(id).insts {
+            match &inst.op {
+                Op::If { then, otherwise, .. } => work.extend([*then, *otherwise]),
+                Op::Loop { body: inner, .. } => work.push(*inner),
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Choices between the two numbers that their condition compares.
+fn lowers(body: &mut Body, id: BlockId) {
+    let mut compared: FxHashMap<ValueId, (LaneOp, ValueId, ValueId)> = FxHashMap::default();
+    for inst in &mut body.blocks[id.index()].insts {
+        let Op::Lane(op, args) = &mut inst.op else { continue };
+        match (*op, &args[..]) {
+            (LaneOp::FLt | LaneOp::FGt, [a, b]) => {
+                inst.results.iter().for_each(|r| {
+                    compared.insert(*r, (*op, *a, *b));
+                });
+            }
+            (LaneOp::Choose, [cond, a, b]) => {
+                let rewritten = match compared.get(cond) {
+                    Some((LaneOp::FLt, x, y)) if (x, y) == (a, b) => LaneOp::Lower,
+                    Some((LaneOp::FGt, x, y)) if (x, y) == (a, b) => LaneOp::Max,
+                    _ => continue,
+                };
+                *args = vec![*a, *b];
+                *op = rewritten;
+            }
+            _ => {}
+        }
+    }
+}
+
+struct Roots {
+    constants: FxHashMap<ValueId, f32>,
+    /// Values that are roots of others.
+    squares: FxHashMap<ValueId, ValueId>,
+    /// Roots of which nothing but the order counts.
+    ordered: Vec<bool>,
+}
+
+impl Roots {
+    /// Finds which distances are only compared, or are candidates for the lowest.
+    fn of(body: &mut Body) -> Roots {
+        let mut constants = FxHashMap::default();
+        each_block(body, &mut |body, id| {
+            for inst in &body.block(id).insts {
+                if let (Op::Const(Const::Float(x)), [r]) = (&inst.op, &inst.results[..]) {
+                    constants.insert(*r, *x);
+                }
+            }
+        });
+        let mut ordered = vec![true; body.values.len()];
+        let mut other = |v: ValueId| ordered[v.index()] = false;
+        each_block(body, &mut |body, id| {
+            for inst in &body.block(id).insts {
+                match &inst.op {
+                    Op::Lane(LaneOp::Lower, _) => {}
+                    Op::Lane(LaneOp::FLt | LaneOp::FLe | LaneOp::FGt | LaneOp::FGe, args)
+                        if args.iter().any(|a| constants.get(a).is_some_and(|c| has_threshold(*c))) => {}
+                    op => op.for_each_use(&mut other),
+                }
+            }
+        });
+        for output in &body.outputs {
+            if let Source::Value(v) = output.source {
+                other(v);
+            }
+        }
+        Roots { constants, squares: FxHashMap::default(), ordered }
+    }
+
+    fn block(&mut self, body: &mut Body, id: BlockId) {
+        let insts = std::mem::take(&mut body.blocks[id.index()].insts);
+        let mut out = Vec::with_capacity(insts.len());
+        for mut inst in insts {
+            if let (Op::Lane(op, args), [result]) = (&inst.op, &inst.results[..]) {
+                let (op, args, result, span) = (*op, args.clone(), *result, inst.span);
+                let mut write = Writer { body, out: &mut out, span };
+                match (op, &args[..]) {
+                    (LaneOp::Distance, [..]) if self.ordered.get(result.index()) == Some(&true) => {
+                        let square = write.lane(LaneOp::SquareDistance, args);
+                        self.squares.insert(result, square);
+                    }
+                    (LaneOp::Lower, [a, b]) => {
+                        if let Some((a, b)) = self.square(*a, &mut write).zip(self.square(*b, &mut write)) {
+                            let square = write.lane(LaneOp::Lower, vec![a, b]);
+                            self.squares.insert(result, square);
+                            inst.op = Op::Lane(LaneOp::Root, vec![square]);
+                        }
+                    }
+                    (LaneOp::FLt | LaneOp::FLe | LaneOp::FGt | LaneOp::FGe, [a, b]) => {
+                        if let Some(op) = self.compare(op, *a, *b, &mut write) {
+                            inst.op = op;
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            out.push(inst);
+        }
+        body.blocks[id.index()].insts = out;
+    }
+
+    /// What a value is the root of.
+    fn square(&self, v: ValueId, write: &mut Writer<'_>) -> Option<ValueId> {
+        if let Some(square) = self.squares.get(&v) {
+            return Some(*square);
+        }
+        let c = *self.constants.get(&v)?;
+        (c > 0.0 && (c * c).sqrt() == c).then(|| write.constant(c * c))
+    }
+
+    /// A comparison of a root with a constant, as one of its square.
+    fn compare(&self, op: LaneOp, a: ValueId, b: ValueId, write: &mut Writer<'_>) -> Option<Op> {
+        use LaneOp::{FGe, FGt, FLe, FLt};
+        let (op, x, c) = match (self.squares.get(&a), self.squares.get(&b)) {
+            (Some(x), None) => (op, *x, *self.constants.get(&b)?),
+            (None, Some(x)) => {
+                let turned = match op {
+                    FLt => FGt,
+                    FLe => FGe,
+                    FGt => FLt,
+                    _ => FLe,
+                };
+                (turned, *x, *self.constants.get(&a)?)
+            }
+            _ => return None,
+        };
+        if !has_threshold(c) {
+            return None;
+        }
+        let limit = if matches!(op, FLt | FGe) {
+            least_with_root_of(c)
+        } else {
+            least_with_root_of(c.next_up()).next_down()
+        };
+        let limit = write.constant(limit);
+        Some(Op::Lane(op, vec![x, limit]))
+    }
+}
+
+/// Whether a number is the root of numbers that are neither tiny nor huge.
+fn has_threshold(c: f32) -> bool {
+    (1e-15..1e15).contains(&c)
+}
+
+/// The least number whose root is not below `c`.
+fn least_with_root_of(c: f32) -> f32 {
+    let mut x = c * c;
+    while x.sqrt() >= c {
+        x = x.next_down();
+    }
+    while x.sqrt() < c {
+        x = x.next_up();
+    }
+    x
+}
+
+/// Writes instructions in front of another.
+struct Writer<'a> {
+    body: &'a mut Body,
+    out: &'a mut Vec<Inst>,
+    span: osl_syntax::span::Span,
+}
+
+impl Writer<'_> {
+    fn lane(&mut self, op: LaneOp, args: Vec<ValueId>) -> ValueId {
+        let uniform = args.iter().all(|a| self.body.value(*a).rate == Rate::Uniform);
+        let rate = if uniform { Rate::Uniform } else { Rate::Varying };
+        self.inst(Op::Lane(op, args), rate)
+    }
+
+    fn constant(&mut self, x: f32) -> ValueId {
+        self.inst(Op::Const(Const::Float(x)), Rate::Uniform)
+    }
+
+    fn inst(&mut self, op: Op, rate: Rate) -> ValueId {
+        let kind = crate::ir::Kind::Float;
+        self.body.values.push(Value { kind, rate, span: self.span });
+        let result = ValueId(self.body.values.len() as u32 - 1);
+        self.out.push(Inst { op, results: vec![result], span: self.span });
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thresholds_divide_roots_exactly() {
+        let mut c = 1.1e-15_f32;
+        while has_threshold(c) {
+            let limit = least_with_root_of(c);
+            assert!(limit.sqrt() >= c && limit.next_down().sqrt() < c, "{c:e}");
+            c *= 1.000_37;
+        }
+    }
+}
