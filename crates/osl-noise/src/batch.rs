@@ -4,42 +4,42 @@
 //! shortest goes; other numbers of dimensions leave the output as it is. A single point is a batch of one.
 
 use crate::coherent;
-use crate::field::{Cell, Field, Hash, Kind, Perlin, Simplex};
+use crate::field::{Cell, Field, Hash, Kind, Perlin, Range, Simplex};
 use crate::number::Dual;
 use crate::simd::{Isa, Kernel};
 use crate::unroll::array;
 
 /// One value a point.
 pub fn eval(isa: Isa, kind: Kind, coords: &[&[f32]], out: &mut [f32]) {
-    isa.dispatch(Call { kind, coords, periods: &[], out: Out::One(out) });
+    by_kind(isa, Call { kind, coords, periods: &[], out: Out::One(out) });
 }
 
 /// Three values a point.
 pub fn eval3(isa: Isa, kind: Kind, coords: &[&[f32]], out: [&mut [f32]; 3]) {
-    isa.dispatch(Call { kind, coords, periods: &[], out: Out::Three(out) });
+    by_kind(isa, Call { kind, coords, periods: &[], out: Out::Three(out) });
 }
 
 /// One value a point of the field repeated with the periods, one slice for each dimension.
 pub fn eval_periodic(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: &mut [f32]) {
-    isa.dispatch(Call { kind, coords, periods, out: Out::One(out) });
+    by_kind(isa, Call { kind, coords, periods, out: Out::One(out) });
 }
 
 /// Three values a point of the field repeated with the periods.
 pub fn eval3_periodic(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: [&mut [f32]; 3]) {
-    isa.dispatch(Call { kind, coords, periods, out: Out::Three(out) });
+    by_kind(isa, Call { kind, coords, periods, out: Out::Three(out) });
 }
 
 /// One value a point with its partials: `coords` are the values, then the partials of each in the first direction,
 /// then those in the second; `out` is value and both partials. `periods` may be empty. With partials (1, 0) and
 /// (0, 1) the result is the gradient.
 pub fn eval_dual(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: [&mut [f32]; 3]) {
-    isa.dispatch(Call { kind, coords, periods, out: Out::Dual(out) });
+    by_kind(isa, Call { kind, coords, periods, out: Out::Dual(out) });
 }
 
 /// Three values a point with their partials: `out` is the three values, then the three partials in the first
 /// direction, then in the second.
 pub fn eval3_dual(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: [&mut [f32]; 9]) {
-    isa.dispatch(Call { kind, coords, periods, out: Out::Duals(out) });
+    by_kind(isa, Call { kind, coords, periods, out: Out::Duals(out) });
 }
 
 enum Out<'a> {
@@ -56,29 +56,27 @@ struct Call<'a> {
     out: Out<'a>,
 }
 
-impl Kernel for Call<'_> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        match self.kind {
-            Kind::Cell => by_dimension(Cell, self),
-            Kind::Hash => by_dimension(Hash, self),
-            Kind::Perlin => by_dimension(Perlin::<false>, self),
-            Kind::UPerlin => by_dimension(Perlin::<true>, self),
-            Kind::Simplex => by_dimension(Simplex::<false>, self),
-            Kind::USimplex => by_dimension(Simplex::<true>, self),
-        }
+// What is called is chosen outside of the functions that are compiled for each instruction set: each loop is one of
+// its own, which compilers take far less time for.
+
+fn by_kind(isa: Isa, call: Call<'_>) {
+    match call.kind {
+        Kind::Cell => by_dimension(isa, Cell, call),
+        Kind::Hash => by_dimension(isa, Hash, call),
+        Kind::Perlin => by_dimension(isa, Perlin(Range::SIGNED), call),
+        Kind::UPerlin => by_dimension(isa, Perlin(Range::UNSIGNED), call),
+        Kind::Simplex => by_dimension(isa, Simplex(Range::SIGNED), call),
+        Kind::USimplex => by_dimension(isa, Simplex(Range::UNSIGNED), call),
     }
 }
 
-#[inline(always)]
-fn by_dimension<F: Field>(field: F, call: Call<'_>) {
+fn by_dimension<F: Field>(isa: Isa, field: F, call: Call<'_>) {
     let dual = matches!(call.out, Out::Dual(_) | Out::Duals(_));
     match call.coords.len() / if dual { 3 } else { 1 } {
-        1 => by_form::<F, 1>(field, call),
-        2 => by_form::<F, 2>(field, call),
-        3 => by_form::<F, 3>(field, call),
-        4 => by_form::<F, 4>(field, call),
+        1 => by_form::<F, 1>(isa, field, call),
+        2 => by_form::<F, 2>(isa, field, call),
+        3 => by_form::<F, 3>(isa, field, call),
+        4 => by_form::<F, 4>(isa, field, call),
         _ => {}
     }
 }
@@ -96,8 +94,7 @@ fn cut<'a, const N: usize>(slices: &[&'a [f32]], from: usize, n: usize) -> [&'a 
     )
 }
 
-#[inline(always)]
-fn by_form<F: Field, const D: usize>(field: F, call: Call<'_>) {
+fn by_form<F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_>) {
     let Call { coords, periods, out, .. } = call;
     let lengths = coords.iter().chain(periods).map(|s| s.len());
     let n = lengths.min().unwrap_or(0);
@@ -105,75 +102,201 @@ fn by_form<F: Field, const D: usize>(field: F, call: Call<'_>) {
     match out {
         Out::One(out) => {
             let n = n.min(out.len());
-            let c: [&[f32]; D] = cut(coords, 0, n);
+            let (c, out): ([&[f32]; D], _) = (cut(coords, 0, n), &mut out[..n]);
             if periodic {
-                let p: [&[f32]; D] = cut(periods, 0, n);
-                fill(
-                    &mut out[..n],
-                    #[inline(always)]
-                    |i| field.one_periodic(at(c, i), at(p, i)),
-                );
-            } else if const { F::SHARED[D][0] } {
-                coherent::fill::<F, D, 1>(field, c, [&mut out[..n]]);
-            } else {
-                fill(
-                    &mut out[..n],
-                    #[inline(always)]
-                    |i| field.one(at(c, i)),
-                );
+                return isa.dispatch(OnePeriodic { field, c, p: cut(periods, 0, n), out });
             }
+            let mut done = 0;
+            if const { F::SHARED[D][0] } {
+                done = coherent::fill::<F, D, 1>(isa, field, c, &mut [&mut *out]);
+            }
+            isa.dispatch(One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
         }
         Out::Three([x, y, z]) => {
             let n = n.min(x.len()).min(y.len()).min(z.len());
             let c: [&[f32]; D] = cut(coords, 0, n);
-            let (x, y, z) = (&mut x[..n], &mut y[..n], &mut z[..n]);
+            let mut out = [&mut x[..n], &mut y[..n], &mut z[..n]];
             if periodic {
-                let p: [&[f32]; D] = cut(periods, 0, n);
-                fill3(
-                    x,
-                    y,
-                    z,
-                    #[inline(always)]
-                    |i| field.three_periodic(at(c, i), at(p, i)),
-                );
-            } else if const { F::SHARED[D][1] } {
-                coherent::fill::<F, D, 3>(field, c, [x, y, z]);
-            } else {
-                fill3(
-                    x,
-                    y,
-                    z,
-                    #[inline(always)]
-                    |i| field.three(at(c, i)),
-                );
+                return isa.dispatch(ThreePeriodic { field, c, p: cut(periods, 0, n), out });
             }
+            let mut done = 0;
+            if const { F::SHARED[D][1] } {
+                done = coherent::fill::<F, D, 3>(isa, field, c, &mut out);
+            }
+            let out = out.map(|o| &mut o[done..]);
+            isa.dispatch(Three { field, c: c.map(|c| &c[done..]), out });
         }
         Out::Dual([v, dx, dy]) => {
             let n = n.min(v.len()).min(dx.len()).min(dy.len());
-            let (c, p) = (Duals::<D>::new(coords, n), cut::<D>(periods, 0, n));
-            fill3(
-                &mut v[..n],
-                &mut dx[..n],
-                &mut dy[..n],
+            let (c, p) = (Duals::<D>::new(coords, n), periodic.then(|| cut::<D>(periods, 0, n)));
+            isa.dispatch(OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
+        }
+        Out::Duals(out) => {
+            let n = out.iter().fold(n, |n, o| n.min(o.len()));
+            let (c, p) = (Duals::<D>::new(coords, n), periodic.then(|| cut::<D>(periods, 0, n)));
+            isa.dispatch(ThreeDual { field, c, p, out, n });
+        }
+    }
+}
+
+struct One<'a, F, const D: usize> {
+    field: F,
+    c: [&'a [f32]; D],
+    out: &'a mut [f32],
+}
+
+impl<F: Field, const D: usize> Kernel for One<'_, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let One { field, c, out } = self;
+        let c = same(c, out.len());
+        fill(
+            out,
+            #[inline(always)]
+            |i| field.one(at(c, i)),
+        );
+    }
+}
+
+struct OnePeriodic<'a, F, const D: usize> {
+    field: F,
+    c: [&'a [f32]; D],
+    p: [&'a [f32]; D],
+    out: &'a mut [f32],
+}
+
+impl<F: Field, const D: usize> Kernel for OnePeriodic<'_, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let OnePeriodic { field, c, p, out } = self;
+        let (c, p) = (same(c, out.len()), same(p, out.len()));
+        fill(
+            out,
+            #[inline(always)]
+            |i| field.one_periodic(at(c, i), at(p, i)),
+        );
+    }
+}
+
+struct Three<'a, F, const D: usize> {
+    field: F,
+    c: [&'a [f32]; D],
+    out: [&'a mut [f32]; 3],
+}
+
+impl<F: Field, const D: usize> Kernel for Three<'_, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Three { field, c, out: [x, y, z] } = self;
+        let c = same(c, x.len());
+        fill3(
+            x,
+            y,
+            z,
+            #[inline(always)]
+            |i| field.three(at(c, i)),
+        );
+    }
+}
+
+struct ThreePeriodic<'a, F, const D: usize> {
+    field: F,
+    c: [&'a [f32]; D],
+    p: [&'a [f32]; D],
+    out: [&'a mut [f32]; 3],
+}
+
+impl<F: Field, const D: usize> Kernel for ThreePeriodic<'_, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let ThreePeriodic { field, c, p, out: [x, y, z] } = self;
+        let (c, p) = (same(c, x.len()), same(p, x.len()));
+        fill3(
+            x,
+            y,
+            z,
+            #[inline(always)]
+            |i| field.three_periodic(at(c, i), at(p, i)),
+        );
+    }
+}
+
+struct OneDual<'a, F, const D: usize> {
+    field: F,
+    c: Duals<'a, D>,
+    p: Option<[&'a [f32]; D]>,
+    out: [&'a mut [f32]; 3],
+}
+
+impl<F: Field, const D: usize> Kernel for OneDual<'_, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let OneDual { field, c, p, out: [v, dx, dy] } = self;
+        let c = c.same(v.len());
+        match p.map(|p| same(p, v.len())) {
+            None => fill3(
+                v,
+                dx,
+                dy,
                 #[inline(always)]
                 |i| {
-                    let d = field.one_dual(c.at(i), if periodic { Some(at(p, i)) } else { None });
+                    let d = field.one_dual(c.at(i), None);
                     [d.v, d.dx, d.dy]
                 },
-            );
+            ),
+            Some(p) => fill3(
+                v,
+                dx,
+                dy,
+                #[inline(always)]
+                |i| {
+                    let d = field.one_dual(c.at(i), Some(at(p, i)));
+                    [d.v, d.dx, d.dy]
+                },
+            ),
         }
-        Out::Duals(mut out) => {
-            let n = out.iter().fold(n, |n, o| n.min(o.len()));
-            let (c, p) = (Duals::<D>::new(coords, n), cut::<D>(periods, 0, n));
-            for i in 0..n {
-                let d = field.three_dual(c.at(i), if periodic { Some(at(p, i)) } else { None });
-                let flat = [d[0].v, d[1].v, d[2].v, d[0].dx, d[1].dx, d[2].dx, d[0].dy, d[1].dy, d[2].dy];
-                for (lanes, value) in out.iter_mut().zip(flat) {
-                    lanes[i] = value;
-                }
+    }
+}
+
+struct ThreeDual<'a, F, const D: usize> {
+    field: F,
+    c: Duals<'a, D>,
+    p: Option<[&'a [f32]; D]>,
+    out: [&'a mut [f32]; 9],
+    n: usize,
+}
+
+impl<F: Field, const D: usize> Kernel for ThreeDual<'_, F, D> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let ThreeDual { field, c, p, mut out, n } = self;
+        for i in 0..n {
+            let periods = p.map(
+                #[inline(always)]
+                |p| at(p, i),
+            );
+            let d = field.three_dual(c.at(i), periods);
+            let flat = [d[0].v, d[1].v, d[2].v, d[0].dx, d[1].dx, d[2].dx, d[0].dy, d[1].dy, d[2].dy];
+            for (lanes, value) in out.iter_mut().zip(flat) {
+                lanes[i] = value;
             }
         }
     }
+}
+
+/// Slices cut to a length that is `n` beyond doubt, which frees loops from checks.
+#[inline(always)]
+fn same<const D: usize>(slices: [&[f32]; D], n: usize) -> [&[f32]; D] {
+    array(
+        #[inline(always)]
+        |a| &slices[a][..n],
+    )
 }
 
 /// One point of some slices.
@@ -196,6 +319,11 @@ impl<'a, const D: usize> Duals<'a, D> {
     #[inline(always)]
     fn new(coords: &[&'a [f32]], n: usize) -> Self {
         Duals { v: cut(coords, 0, n), dx: cut(coords, D, n), dy: cut(coords, 2 * D, n) }
+    }
+
+    #[inline(always)]
+    fn same(&self, n: usize) -> Self {
+        Duals { v: same(self.v, n), dx: same(self.dx, n), dy: same(self.dy, n) }
     }
 
     #[inline(always)]

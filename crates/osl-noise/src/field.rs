@@ -30,8 +30,7 @@ impl Kind {
 
 /// A field as a type, so that a loop over it is compiled for it alone.
 pub(crate) trait Field: Copy {
-    /// In which dimensions neighbours share tables, for one value and for three. Each is a long piece of machine code, so
-    /// these are the forms that shaders use most.
+    /// In which dimensions neighbours share tables, for one value and for three.
     const SHARED: [[bool; 2]; 5] = [[false; 2]; 5];
     /// Words of the key that tell the cell of a point apart; 0 where points share nothing.
     fn key_words<const D: usize>() -> usize {
@@ -93,12 +92,11 @@ fn wrapped<const D: usize>(p: [f32; D], periods: [f32; D]) -> [f32; D] {
 }
 
 macro_rules! stepped {
-    ($name:ident, $words:path, { $($sharing:tt)* }) => {
+    ($name:ident, $words:path) => {
         #[derive(Clone, Copy)]
         pub(crate) struct $name;
 
         impl Field for $name {
-            $($sharing)*
             #[inline(always)]
             fn one<const D: usize>(self, p: [f32; D]) -> f32 {
                 cell::one($words(p))
@@ -137,41 +135,8 @@ macro_rules! stepped {
     };
 }
 
-stepped!(Cell, cell::cells, {
-    const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [false; 2], [true; 2], [false; 2]];
-    fn key_words<const D: usize>() -> usize {
-        D
-    }
-    fn table_words<const D: usize, const OUT: usize>() -> usize {
-        OUT
-    }
-    #[inline(always)]
-    fn key<const D: usize>(self, p: [f32; D]) -> Key {
-        widened(cell::cells(p))
-    }
-    #[inline(always)]
-    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
-        let words: [u32; D] = narrowed(key);
-        let mut table = [0; 16];
-        if OUT == 1 {
-            table[0] = cell::one(words).to_bits();
-        } else {
-            let [x, y, z] = cell::three(words);
-            table[0] = x.to_bits();
-            table[1] = y.to_bits();
-            table[2] = z.to_bits();
-        }
-        table
-    }
-    #[inline(always)]
-    fn placed<const D: usize, const OUT: usize>(self, _: [f32; D], _: Key, table: Table) -> [f32; OUT] {
-        array(
-            #[inline(always)]
-            |c| f32::from_bits(table[c]),
-        )
-    }
-});
-stepped!(Hash, cell::bits, {});
+stepped!(Cell, cell::cells);
+stepped!(Hash, cell::bits);
 
 #[inline(always)]
 fn widened<const D: usize>(words: [u32; D]) -> Key {
@@ -192,79 +157,109 @@ fn narrowed<const D: usize>(key: Key) -> [u32; D] {
     )
 }
 
-/// From −1..1 to 0..1, partials included.
-#[inline(always)]
-fn raise<N: Number>(x: N) -> N {
-    x.with_value(x.value() + 1.0).scale(0.5)
+/// The range of a field as numbers, so that both ranges are one machine code.
+#[derive(Clone, Copy)]
+pub(crate) struct Range {
+    shift: f32,
+    factor: f32,
+}
+
+impl Range {
+    /// −1 to 1. Adding −0 keeps every number, 0 included.
+    pub(crate) const SIGNED: Range = Range { shift: -0.0, factor: 1.0 };
+    /// 0 to 1.
+    pub(crate) const UNSIGNED: Range = Range { shift: 1.0, factor: 0.5 };
+
+    /// A number from −1 to 1 in the range, partials included.
+    #[inline(always)]
+    fn of<N: Number>(self, x: N) -> N {
+        x.with_value(x.value() + self.shift).scale(self.factor)
+    }
+
+    #[inline(always)]
+    fn of3<N: Number>(self, [x, y, z]: [N; 3]) -> [N; 3] {
+        [self.of(x), self.of(y), self.of(z)]
+    }
 }
 
 #[derive(Clone, Copy)]
-pub(crate) struct Perlin<const UNSIGNED: bool>;
+pub(crate) struct Perlin(pub(crate) Range);
 
-impl<const UNSIGNED: bool> Perlin<UNSIGNED> {
-    #[inline(always)]
-    fn finish<N: Number>(self, x: N) -> N {
-        if UNSIGNED { raise(x) } else { x }
+impl Field for Perlin {
+    const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [true; 2], [true; 2], [true; 2]];
+    fn key_words<const D: usize>() -> usize {
+        D
     }
-
-    #[inline(always)]
-    fn finish3<N: Number>(self, [x, y, z]: [N; 3]) -> [N; 3] {
-        [self.finish(x), self.finish(y), self.finish(z)]
+    fn table_words<const D: usize, const OUT: usize>() -> usize {
+        1 << D
     }
-}
-
-impl<const UNSIGNED: bool> Field for Perlin<UNSIGNED> {
+    #[inline(always)]
+    fn key<const D: usize>(self, p: [f32; D]) -> Key {
+        widened(perlin::cells(p))
+    }
+    #[inline(always)]
+    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
+        perlin::corner_hashes::<D>(narrowed(key))
+    }
+    #[inline(always)]
+    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], _: Key, table: Table) -> [f32; OUT] {
+        let corners = perlin::Corners::within(p, table);
+        let mut out = [0.0; OUT];
+        if OUT == 1 {
+            out[0] = self.0.of(corners.one::<false>());
+        } else {
+            out.copy_from_slice(&self.0.of3(corners.three::<false>()));
+        }
+        out
+    }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {
-        self.finish(perlin::one::<f32, D, false>(p, None))
+        self.0.of(perlin::one::<f32, D, false>(p, None))
     }
     #[inline(always)]
     fn three<const D: usize>(self, p: [f32; D]) -> [f32; 3] {
-        self.finish3(perlin::three::<f32, D, false>(p, None))
+        self.0.of3(perlin::three::<f32, D, false>(p, None))
     }
     #[inline(always)]
     fn one_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> f32 {
-        self.finish(perlin::one::<f32, D, false>(p, Some(periods)))
+        self.0.of(perlin::one::<f32, D, false>(p, Some(periods)))
     }
     #[inline(always)]
     fn three_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> [f32; 3] {
-        self.finish3(perlin::three::<f32, D, false>(p, Some(periods)))
+        self.0.of3(perlin::three::<f32, D, false>(p, Some(periods)))
     }
     #[inline(always)]
     fn one_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> Dual {
-        self.finish(perlin::one::<Dual, D, true>(p, periods))
+        self.0.of(perlin::one::<Dual, D, true>(p, periods))
     }
     #[inline(always)]
     fn three_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> [Dual; 3] {
-        self.finish3(perlin::three::<Dual, D, true>(p, periods))
+        self.0.of3(perlin::three::<Dual, D, true>(p, periods))
     }
 }
 
 #[derive(Clone, Copy)]
-pub(crate) struct Simplex<const UNSIGNED: bool>;
+pub(crate) struct Simplex(pub(crate) Range);
 
-impl<const UNSIGNED: bool> Simplex<UNSIGNED> {
+impl Simplex {
     #[inline(always)]
     fn value<const D: usize>(self, p: [f32; D], seed: u32) -> f32 {
-        let v = simplex::field(p, seed).0;
-        if UNSIGNED { 0.5 * (v + 1.0) } else { v }
+        self.0.of(simplex::field(p, seed).0)
     }
 
     #[inline(always)]
     fn dual<const D: usize>(self, p: [Dual; D], seed: u32) -> Dual {
-        let (v, mut gradient) = simplex::field::<D>(
+        let (v, gradient) = simplex::field::<D>(
             array(
                 #[inline(always)]
                 |a| p[a].v,
             ),
             seed,
         );
-        if UNSIGNED {
-            gradient = array(
-                #[inline(always)]
-                |a| gradient[a] * 0.5,
-            );
-        }
+        let gradient: [f32; D] = array(
+            #[inline(always)]
+            |a| gradient[a] * self.0.factor,
+        );
         let along = |part: fn(Dual) -> f32| {
             let mut total = gradient[0] * part(p[0]);
             each(
@@ -274,11 +269,11 @@ impl<const UNSIGNED: bool> Simplex<UNSIGNED> {
             );
             total
         };
-        Dual { v: if UNSIGNED { 0.5 * (v + 1.0) } else { v }, dx: along(|x| x.dx), dy: along(|x| x.dy) }
+        Dual { v: self.0.of(v), dx: along(|x| x.dx), dy: along(|x| x.dy) }
     }
 }
 
-impl<const UNSIGNED: bool> Field for Simplex<UNSIGNED> {
+impl Field for Simplex {
     const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [false; 2], [true, false], [false; 2]];
     fn key_words<const D: usize>() -> usize {
         if D == 2 || D == 3 { D + 1 } else { 0 }
@@ -296,8 +291,7 @@ impl<const UNSIGNED: bool> Field for Simplex<UNSIGNED> {
     }
     #[inline(always)]
     fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
-        let v = simplex::within(p, key, table);
-        [if UNSIGNED { 0.5 * (v + 1.0) } else { v }; OUT]
+        [self.0.of(simplex::within(p, key, table)); OUT]
     }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {

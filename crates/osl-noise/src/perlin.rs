@@ -23,8 +23,26 @@ pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
     Corners::new(p, periods).three::<DUAL>()
 }
 
+/// The cell of a point.
 #[inline(always)]
-fn corner_hashes<const D: usize>(lattice: [[u32; 2]; D]) -> [u32; 16] {
+pub(crate) fn cells<N: Number, const D: usize>(p: [N; D]) -> [u32; D] {
+    array(
+        #[inline(always)]
+        |a| split(p[a].value()).0 as u32,
+    )
+}
+
+/// The hashes of the corners of a cell.
+#[inline(always)]
+pub(crate) fn corner_hashes<const D: usize>(cell: [u32; D]) -> [u32; 16] {
+    hashes::<D>(array(
+        #[inline(always)]
+        |a| [cell[a], cell[a].wrapping_add(1)],
+    ))
+}
+
+#[inline(always)]
+fn hashes<const D: usize>(lattice: [[u32; 2]; D]) -> [u32; 16] {
     let mut hashes = [0; 16];
     each(
         1 << D,
@@ -61,7 +79,8 @@ fn mix<N: Number>(a: N, b: N, t: N) -> N {
 
 /// A lattice integer within its period.
 #[inline(always)]
-fn reduce(i: i32, period: f32) -> u32 {
+fn reduce(i: u32, period: f32) -> u32 {
+    let i = i as i32;
     let p = cell(period).max(1);
     let r = i.wrapping_rem(p);
     (if r < 0 { r + p } else { r }) as u32
@@ -70,13 +89,23 @@ fn reduce(i: i32, period: f32) -> u32 {
 impl<N: Number, const D: usize> Corners<N, D> {
     #[inline(always)]
     fn new(p: [N; D], periods: Option<[f32; D]>) -> Self {
-        let parts: [(i32, f32); D] = array(
-            #[inline(always)]
-            |a| split(p[a].value()),
-        );
+        let cell = cells(p);
+        let hashes = match periods {
+            Some(periods) => hashes::<D>(array(
+                #[inline(always)]
+                |a| [reduce(cell[a], periods[a]), reduce(cell[a].wrapping_add(1), periods[a])],
+            )),
+            None => corner_hashes(cell),
+        };
+        Corners::within(p, hashes)
+    }
+
+    /// Those of a point's cell, whose hashes are known.
+    #[inline(always)]
+    pub(crate) fn within(p: [N; D], hashes: [u32; 16]) -> Self {
         let near: [N; D] = array(
             #[inline(always)]
-            |a| p[a].with_value(parts[a].1),
+            |a| p[a].with_value(split(p[a].value()).1),
         );
         let far: [N; D] = array(
             #[inline(always)]
@@ -86,17 +115,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
             #[inline(always)]
             |a| fade(near[a]),
         );
-        let lattice: [[u32; 2]; D] = array(
-            #[inline(always)]
-            |a| {
-                let i = parts[a].0;
-                match periods {
-                    Some(periods) => [reduce(i, periods[a]), reduce(i.wrapping_add(1), periods[a])],
-                    None => [i as u32, i.wrapping_add(1) as u32],
-                }
-            },
-        );
-        Corners { hashes: corner_hashes(lattice), near, far, weight }
+        Corners { hashes, near, far, weight }
     }
 
     /// The field's value.

@@ -111,8 +111,8 @@ pub(super) struct RunArgs {
     pub(super) stats: bool,
     /// Print where the time went, by instruction and line; with a file, write a flame graph: an image (.svg), or
     /// its folded stacks.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, default_missing_value = "")]
-    pub(super) profile: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    pub(super) profile: Option<Option<PathBuf>>,
     /// Threads (default: all cores).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,

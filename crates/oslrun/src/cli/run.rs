@@ -73,7 +73,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     }
     if let Some(path) = &args.profile {
         profile::print(&frame.profile, &checked.sources, err);
-        if !path.as_os_str().is_empty() {
+        if let Some(path) = path {
             profile::write(&frame.profile, &program.shader.name, &checked.sources, path)?;
             let _ = writeln!(out, "wrote {}", path.display());
         }
