@@ -14,12 +14,12 @@ impl Machine<'_> {
         words[if plan.varying { at * self.width + lane } else { at }]
     }
 
-    pub(super) fn set_element(&mut self, array: u32, index: usize, lane: usize, word: u32) {
+    pub(super) fn set_element(&mut self, array: u32, index: usize, component: usize, lane: usize, word: u32) {
         let plan = self.program.arrays[array as usize];
         if index >= plan.len as usize {
             return;
         }
-        let at = index * plan.words as usize;
+        let at = index * plan.words as usize + component;
         let at = if plan.varying { at * self.width + lane } else { at };
         self.arrays[array as usize].words_mut()[at] = word;
     }

@@ -30,6 +30,8 @@ impl Machine<'_> {
             Kernel::IsConstant => self.pure(step, mask, |_| Const::Int(0)),
             Kernel::Format(shapes) => self.format(shapes, step, mask),
             Kernel::Print { sink, shapes } => self.print(*sink, shapes, step, mask),
+            Kernel::SetMessage(form) => self.set_message(form, step, mask),
+            Kernel::GetMessage(form) => self.get_message(form, step, mask),
             Kernel::Report { text, places } => {
                 for lane in self.active(mask) {
                     let message = Message::error_at(text.clone(), places.clone());

@@ -10,6 +10,7 @@ mod color;
 mod dictionary;
 mod kernels;
 mod mask;
+mod named;
 mod noise;
 mod point;
 mod text;
@@ -62,6 +63,7 @@ pub(crate) struct Machine<'a> {
     texts: text::Texts,
     closures: closure::Closures,
     dictionaries: Dictionaries,
+    named: named::Named,
     pub(crate) messages: Messages,
 }
 
@@ -94,6 +96,7 @@ impl<'a> Machine<'a> {
             texts: text::Texts::default(),
             closures: closure::Closures::default(),
             dictionaries: Dictionaries::default(),
+            named: named::Named::default(),
             messages: Messages::default(),
         }
     }
@@ -105,6 +108,7 @@ impl<'a> Machine<'a> {
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
+        self.named.clear();
         for array in &mut self.arrays {
             array.words_mut().fill(0);
         }

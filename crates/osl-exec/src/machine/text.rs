@@ -151,7 +151,7 @@ impl Machine<'_> {
             let found: Vec<Arc<str>> = text::split(s, separator, most).into_iter().map(Into::into).collect();
             for (index, piece) in found.iter().enumerate() {
                 let number = self.intern(piece);
-                self.set_element(pieces, index, lane, number);
+                self.set_element(pieces, index, 0, lane, number);
             }
             if let Some(out) = step.outs.first() {
                 self.set_words(*out, lane, &[found.len() as u32]);
@@ -182,7 +182,7 @@ impl Machine<'_> {
                     let group = found.as_ref().and_then(|g| *g.get(index / 2)?);
                     // Groups without a match have the length of the pattern, as in the reference.
                     let place = group.map_or(pattern.len(), |(a, b)| if index % 2 == 0 { a } else { b });
-                    self.set_element(places, index, lane, place as u32);
+                    self.set_element(places, index, 0, lane, place as u32);
                 }
             }
             if let Some(out) = step.outs.first() {

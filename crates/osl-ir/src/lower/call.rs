@@ -18,8 +18,7 @@ impl Lowerer<'_> {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
         if self.frames.len() > MAX_CALL_DEPTH {
-            self.unsupported(span, &format!("a chain of more than {MAX_CALL_DEPTH} calls"));
-            self.full = true;
+            self.too_large(span, &format!("a chain of more than {MAX_CALL_DEPTH} calls"));
         }
         if !self.has_room() {
             return Val::Void;
@@ -111,10 +110,7 @@ impl Lowerer<'_> {
     /// A built-in, by its row of the table.
     pub(super) fn builtin(&mut self, call: &BuiltinCall, span: Span) -> Val {
         let signatures = call.row.signatures();
-        let Some(signature) = signatures.get(call.overload) else {
-            self.unsupported(span, &format!("`{}`", call.row.name));
-            return Val::Void;
-        };
+        let Some(signature) = signatures.get(call.overload) else { return Val::Void };
         let mut spots = Vec::new();
         let mut operands = Vec::new();
         let mut arrays = Vec::new();

@@ -21,8 +21,6 @@ use osl_syntax::span::Span;
 
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
-/// Something of the language that cannot be run yet.
-pub const UNSUPPORTED: Code = Code { id: "E0602", name: "unsupported-construct" };
 
 /// Values that a program may have: far above any shader that people write, and a few hundred megabytes.
 const MAX_VALUES: usize = 2_000_000;
@@ -38,6 +36,16 @@ const CI: usize = hir::GLOBALS.len() - 1;
 /// The program exceeds its budget or uses what cannot be run yet. Values that do not suit their parameter
 /// are ignored: see [`crate::params`].
 pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
+    let (mut b, mut diagnostics) = write(program, params, false);
+    if b.messages_by_name && !b.messages.is_empty() {
+        // Those before the first computed name are variables of the body, where it would not find them.
+        (b, diagnostics) = write(program, params, true);
+    }
+    if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
+}
+
+/// Writes the body, with messages that are found by name from the start or from the first computed name on.
+fn write(program: &Program, params: &ParamValues, messages_by_name: bool) -> (Builder, Vec<Diagnostic>) {
     let mut lowerer = Lowerer {
         program,
         b: Builder::new(program.shader.name.clone()),
@@ -49,13 +57,11 @@ pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagno
         exits: 0,
         unsure: false,
     };
+    lowerer.b.messages_by_name = messages_by_name;
     lowerer.globals();
     lowerer.shader(params);
-    for (span, what) in std::mem::take(&mut lowerer.b.refused) {
-        lowerer.unsupported(span, &what);
-    }
     let Lowerer { b, diagnostics, .. } = lowerer;
-    if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
+    (b, diagnostics)
 }
 
 /// Where a variable lives: one slot for each part that is no struct.
@@ -118,8 +124,10 @@ struct Lowerer<'a> {
 }
 
 impl<'a> Lowerer<'a> {
-    fn unsupported(&mut self, span: Span, what: &str) {
-        self.diagnostics.push(Diagnostic::error(UNSUPPORTED, span, format!("{what} cannot be run yet")));
+    /// Reports that the budget is used up, and lowers nothing more.
+    fn too_large(&mut self, span: Span, what: &str) {
+        self.full = true;
+        self.diagnostics.push(Diagnostic::error(TOO_LARGE, span, what));
     }
 
     /// Whether there is room for more; reports once where there is not.
