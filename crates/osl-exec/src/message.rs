@@ -69,7 +69,8 @@ pub(crate) struct Messages {
 impl Messages {
     /// Adds a message unless it is there already or there are too many.
     pub(crate) fn add(&mut self, point: usize, message: Message) {
-        if self.list.len() < MAX_MESSAGES && self.known.insert(message.clone()) {
+        if self.list.len() < MAX_MESSAGES && !self.known.contains(&message) {
+            self.known.insert(message.clone());
             self.list.push((point, message));
         }
     }

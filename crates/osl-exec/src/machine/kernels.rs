@@ -33,7 +33,8 @@ impl Machine<'_> {
             Kernel::SetMessage(form) => self.set_message(form, step, mask),
             Kernel::GetMessage(form) => self.get_message(form, step, mask),
             Kernel::Report { text, places } => {
-                for lane in self.active(mask) {
+                // It says the same at every point: the first speaks for all.
+                if let Some(lane) = mask.first().filter(|lane| *lane < self.points) {
                     let message = Message::error_at(text.clone(), places.clone());
                     self.messages.add(self.first + lane, message);
                 }
