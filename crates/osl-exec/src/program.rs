@@ -6,6 +6,7 @@
 
 mod uses;
 
+use crate::register::LINE;
 use osl_ir::Span;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -13,6 +14,11 @@ use osl_ir::types::Type;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 use uses::Uses;
+
+/// Bytes that the registers and arrays of all threads may take, where a batch of one cache line allows it.
+const MAX_BYTES: u64 = 96 << 20;
+/// Bytes that those of a thread may always take.
+const MIN_BYTES: u64 = 8 << 20;
 
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -139,15 +145,19 @@ impl Program {
     pub fn register_words(&self) -> (usize, u32) {
         (self.registers.len(), self.registers.iter().sum())
     }
+
+    /// The widest batch for which the registers and arrays of so many threads fit the budget.
+    pub(crate) fn widest(&self, threads: usize) -> usize {
+        let arrays = self.arrays.iter().filter(|a| a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
+        let words = arrays.chain(self.registers.iter().map(|words| u64::from(*words))).sum::<u64>().max(1);
+        let room = (MAX_BYTES / threads.max(1) as u64).max(MIN_BYTES) / 4;
+        usize::try_from(room / words).unwrap_or(usize::MAX).max(LINE)
+    }
 }
 
 /// Words (of each lane) of a kind.
 pub(crate) fn words_of(kind: Kind) -> u32 {
-    match kind {
-        Kind::Int | Kind::Float | Kind::Str | Kind::Closure => 1,
-        Kind::Triple => 3,
-        Kind::Matrix => 16,
-    }
+    kind.words()
 }
 
 #[derive(Default)]

@@ -3,13 +3,15 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::message::Message;
-use crate::program::KernelStep;
+use crate::program::{KernelStep, Place};
 use osl_ir::ir::{Const, Kernel};
 
 impl Machine<'_> {
     /// Runs a kernel over the lanes that need it, or once where the result is shared.
     pub(super) fn kernel(&mut self, step: &KernelStep, mask: &Mask) {
         let KernelStep { args, outs, .. } = step;
+        let shared = !outs.is_empty() && outs.iter().all(|o| matches!(o.place, Place::Words(_)));
+        self.spend_kernel(step, if shared { 1 } else { mask.count().min(self.points) });
         match &step.kernel {
             Kernel::Noise { field, dims, tangents, .. } => {
                 self.noise(*field, usize::from(*dims), *tangents, args, outs);

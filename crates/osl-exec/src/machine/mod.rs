@@ -15,6 +15,7 @@ mod noise;
 mod point;
 mod text;
 mod texture;
+mod work;
 
 use crate::dictionary::Dictionaries;
 use crate::lanes::{self, Arg, LaneCall};
@@ -28,16 +29,25 @@ use mask::Mask;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kind, LaneOp};
 use osl_noise::Isa;
+use std::sync::atomic::AtomicUsize;
 
 /// Why a run stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stop {
-    /// A loop went on beyond its budget.
-    #[error("a loop ran more than {rounds} rounds")]
-    TooManyRounds {
+    /// A loop went on beyond the budget of its batch.
+    #[error("a loop took more than {steps} steps")]
+    TooManySteps {
         /// The budget.
-        rounds: u64,
+        steps: u64,
         /// The loop.
+        span: Span,
+    },
+    /// What a batch makes, or the run prints, does not fit its budget.
+    #[error("{what}")]
+    Exhausted {
+        /// The budget in words.
+        what: String,
+        /// The call.
         span: Span,
     },
 }
@@ -53,8 +63,11 @@ pub(crate) struct Machine<'a> {
     words: Vec<u32>,
     arrays: Vec<Lanes>,
     scratch: Vec<Lanes>,
-    max_rounds: u64,
-    rounds: u64,
+    max_steps: u64,
+    /// Steps of the batch so far.
+    spent: u64,
+    /// A budget that the kernel which runs has used up.
+    exhausted: Option<String>,
     /// Where the points come from.
     source: &'a dyn PointSource,
     /// The point of the first lane, and how many lanes have a point of their own.
@@ -64,6 +77,10 @@ pub(crate) struct Machine<'a> {
     closures: closure::Closures,
     dictionaries: Dictionaries,
     named: named::Named,
+    /// Bytes that the run has printed and reported.
+    said: &'a AtomicUsize,
+    /// Which blocks of each array hold more than zeros.
+    dirty: Vec<Vec<bool>>,
     pub(crate) messages: Messages,
 }
 
@@ -75,7 +92,8 @@ impl<'a> Machine<'a> {
         source: &'a dyn PointSource,
         isa: Isa,
         width: usize,
-        max_rounds: u64,
+        max_steps: u64,
+        said: &'a AtomicUsize,
     ) -> Self {
         let width = width.max(1).next_multiple_of(LINE);
         let array = |a: &Array| Lanes::new((a.words * a.len) as usize * if a.varying { width } else { 1 });
@@ -88,8 +106,9 @@ impl<'a> Machine<'a> {
             words: program.words.clone(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
-            max_rounds,
-            rounds: 0,
+            max_steps,
+            spent: 0,
+            exhausted: None,
             source,
             first: 0,
             points: 0,
@@ -97,6 +116,8 @@ impl<'a> Machine<'a> {
             closures: closure::Closures::default(),
             dictionaries: Dictionaries::default(),
             named: named::Named::default(),
+            said,
+            dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
             messages: Messages::default(),
         }
     }
@@ -104,14 +125,12 @@ impl<'a> Machine<'a> {
     /// Runs the program for `points` points from `first` on, at most as many as the batch is wide.
     pub(crate) fn run(&mut self, first: usize, points: usize) -> Result<(), Stop> {
         let source = self.source;
-        self.rounds = 0;
+        self.spent = 0;
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
         self.named.clear();
-        for array in &mut self.arrays {
-            array.words_mut().fill(0);
-        }
+        self.clear_arrays();
         let program = self.program;
         for (global, operand) in &program.globals {
             match operand.place {
@@ -180,9 +199,15 @@ impl<'a> Machine<'a> {
 
     fn steps(&mut self, steps: &[Step], mask: &Mask) -> Result<(), Stop> {
         for step in steps {
+            self.spent += work::weight(step);
             match step {
                 Step::Lane { op, args, out } => self.lane(*op, args, *out),
-                Step::Kernel(step) => self.kernel(step, mask),
+                Step::Kernel(step) => {
+                    self.kernel(step, mask);
+                    if let Some(what) = self.exhausted.take() {
+                        return Err(Stop::Exhausted { what, span: step.span });
+                    }
+                }
                 Step::Load { array, index, out } => self.load(*array, *index, *out),
                 Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
                 Step::If { cond, then, otherwise, results } => {
@@ -392,10 +417,9 @@ impl<'a> Machine<'a> {
         }
         let mut active = mask.clone();
         loop {
-            self.rounds += 1;
-            if self.rounds > self.max_rounds {
-                return Err(Stop::TooManyRounds { rounds: self.max_rounds, span });
-            }
+            // Masks and what the loop carries.
+            self.spent += 2 + params.len() as u64;
+            self.within_budget(span)?;
             self.steps(body, &active)?;
             // Results first: a next value may itself be a parameter.
             for p in params {

@@ -88,8 +88,7 @@ impl Machine<'_> {
     fn keep(&mut self, key: (usize, u32), form: &MessageForm, value: Option<Vec<u32>>) {
         let words = value.as_ref().map_or(0, Vec::len);
         if self.named.list.len() >= MAX_MESSAGES || self.named.words + words > MAX_WORDS {
-            let message = Message::error("the shader keeps too many messages under computed names");
-            self.messages.add(self.first + key.0, message);
+            self.exhaust("the shader keeps too many messages under computed names");
             return;
         }
         self.named.words += words;

@@ -69,6 +69,17 @@ pub enum Kind {
     Closure,
 }
 
+impl Kind {
+    /// 32-bit words of a value.
+    pub fn words(self) -> u32 {
+        match self {
+            Kind::Int | Kind::Float | Kind::Str | Kind::Closure => 1,
+            Kind::Triple => 3,
+            Kind::Matrix => 16,
+        }
+    }
+}
+
 /// Whether the points of a batch share one value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Rate {

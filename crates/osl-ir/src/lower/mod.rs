@@ -24,8 +24,8 @@ pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
 
 /// Values that a program may have: far above any shader that people write, and a few hundred megabytes.
 const MAX_VALUES: usize = 2_000_000;
-/// Array elements that a program may have, for each point.
-const MAX_ELEMENTS: u64 = 1 << 22;
+/// Words of arrays that a program may have, for each point: 4 MiB. Sixteen points are the least that run together.
+const MAX_ARRAY_WORDS: u64 = 1 << 20;
 
 /// Where `Ci` stands among the globals.
 const CI: usize = hir::GLOBALS.len() - 1;
@@ -52,7 +52,7 @@ fn write(program: &Program, params: &ParamValues, messages_by_name: bool) -> (Bu
         vars: vec![None; program.vars.len()],
         frames: Vec::new(),
         diagnostics: Vec::new(),
-        elements: 0,
+        array_words: 0,
         full: false,
         exits: 0,
         unsure: false,
@@ -114,7 +114,7 @@ struct Lowerer<'a> {
     vars: Vec<Option<Storage>>,
     frames: Vec<Frame>,
     diagnostics: Vec<Diagnostic>,
-    elements: u64,
+    array_words: u64,
     /// Set once the budget is used up: nothing more is lowered.
     full: bool,
     /// Calls of `exit` so far.
@@ -132,7 +132,7 @@ impl<'a> Lowerer<'a> {
 
     /// Whether there is room for more; reports once where there is not.
     fn has_room(&mut self) -> bool {
-        if !self.full && (self.b.body.values.len() > MAX_VALUES || self.elements > MAX_ELEMENTS) {
+        if !self.full && (self.b.body.values.len() > MAX_VALUES || self.array_words > MAX_ARRAY_WORDS) {
             self.full = true;
             let d = Diagnostic::error(
                 TOO_LARGE,
@@ -140,7 +140,7 @@ impl<'a> Lowerer<'a> {
                 "the program is too large once its functions are inlined",
             )
             .note(format!(
-                "it may have {MAX_VALUES} values and {MAX_ELEMENTS} array elements for each point"
+                "it may have {MAX_VALUES} values and {MAX_ARRAY_WORDS} words of arrays for each point"
             ));
             self.diagnostics.push(d);
         }
@@ -328,7 +328,7 @@ impl<'a> Lowerer<'a> {
             };
             return Storage::Struct(fields.iter().map(|f| part(self, f)).collect());
         }
-        self.elements += u64::from(len.unwrap_or(0));
+        self.array_words += u64::from(len.unwrap_or(0)) * u64::from(kind_of(base).words());
         Storage::Leaf(self.b.slot(kind_of(base), len, name.into()))
     }
 }
