@@ -104,7 +104,7 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let options = RunOptions {
         batch: way.batch,
         isa: way.isa,
-        max_rounds: 1 << 16,
+        max_steps: 1 << 20,
         closures: true,
         ..RunOptions::default()
     };

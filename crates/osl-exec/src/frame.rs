@@ -27,8 +27,9 @@ pub struct RunOptions {
     pub tile: usize,
     /// The instruction set.
     pub isa: Isa,
-    /// Rounds that the loops of a batch may take together.
-    pub max_rounds: u64,
+    /// Steps that a batch may take before a loop of it has to end: an operation over the batch is one, loads, kernels and
+    /// texts are as many as they take of that time.
+    pub max_steps: u64,
     /// Whether the closures of outputs are kept.
     pub closures: bool,
     /// Whether to note where the time goes.
@@ -41,7 +42,7 @@ impl Default for RunOptions {
             batch: 256,
             tile: 4096,
             isa: Isa::detect(),
-            max_rounds: 1 << 21,
+            max_steps: 1 << 24,
             closures: false,
             profile: false,
         }
@@ -156,8 +157,10 @@ pub fn run(
         }
     }
     let (done, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let batch = options.batch.max(1);
-    let new = || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_rounds);
+    let batch = options.batch.clamp(1, program.widest(rayon::current_num_threads()));
+    let said = AtomicUsize::new(0);
+    let new =
+        || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_steps, &said);
     let profile = || options.profile.then(|| Box::new(Profile::new(program)));
     let results: Vec<Result<Tile, Stop>> = parts
         .into_par_iter()

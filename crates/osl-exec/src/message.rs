@@ -52,10 +52,10 @@ pub struct Printed {
     pub text: String,
 }
 
-/// Different messages that a thread keeps.
+/// Different messages that a tile keeps.
 const MAX_MESSAGES: usize = 1000;
-/// Bytes of text that a thread keeps.
-const MAX_PRINTED: usize = 1 << 26;
+/// Bytes of the messages that a tile keeps.
+const MAX_BYTES: usize = 1 << 20;
 
 /// What one thread has said.
 #[derive(Clone, Debug, Default)]
@@ -69,20 +69,16 @@ pub(crate) struct Messages {
 impl Messages {
     /// Adds a message unless it is there already or there are too many.
     pub(crate) fn add(&mut self, point: usize, message: Message) {
-        if self.list.len() < MAX_MESSAGES && self.known.insert(message.clone()) {
+        if self.list.len() < MAX_MESSAGES && self.bytes < MAX_BYTES && !self.known.contains(&message) {
+            self.bytes += message.text.len();
+            self.known.insert(message.clone());
             self.list.push((point, message));
         }
     }
 
-    /// Adds printed text, up to the budget.
+    /// Adds printed text.
     pub(crate) fn print(&mut self, printed: Printed) {
-        self.bytes += printed.text.len();
-        if self.bytes > MAX_PRINTED {
-            let text = format!("the shader prints more than {} MiB; the rest is dropped", MAX_PRINTED >> 20);
-            self.add(printed.point, Message::error(text));
-        } else {
-            self.printed.push(printed);
-        }
+        self.printed.push(printed);
     }
 
     /// All of several threads by the positions of their points, each message once.

@@ -6,7 +6,9 @@
 
 mod shared;
 mod uses;
+mod weight;
 
+use crate::register::LINE;
 use osl_ir::Span;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -14,6 +16,11 @@ use osl_ir::types::Type;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 use uses::Uses;
+
+/// Bytes that the registers and arrays of all threads may take, where a batch of one cache line allows it.
+const MAX_BYTES: u64 = 96 << 20;
+/// Bytes that those of a thread may always take.
+const MIN_BYTES: u64 = 8 << 20;
 
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +52,18 @@ pub(crate) struct Steps {
     pub(crate) list: Vec<Step>,
     /// Index into the marks of the program.
     pub(crate) marks: Vec<u32>,
+    /// What they count against the budget of a batch, those nested in them left out.
+    pub(crate) weight: u64,
+}
+
+/// Sums up what steps count.
+fn weigh(steps: &mut Steps) {
+    for step in &mut steps.list {
+        if let Step::Shared { steps, .. } = step {
+            weigh(steps);
+        }
+    }
+    steps.weight = steps.list.iter().map(weight::weight).sum();
 }
 
 /// What a step comes of, for profiles.
@@ -221,15 +240,19 @@ impl Program {
     pub fn register_words(&self) -> (usize, u32) {
         (self.registers.len(), self.registers.iter().sum())
     }
+
+    /// The widest batch for which the registers and arrays of so many threads fit the budget.
+    pub(crate) fn widest(&self, threads: usize) -> usize {
+        let arrays = self.arrays.iter().filter(|a| a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
+        let words = arrays.chain(self.registers.iter().map(|words| u64::from(*words))).sum::<u64>().max(1);
+        let room = (MAX_BYTES / threads.max(1) as u64).max(MIN_BYTES) / 4;
+        usize::try_from(room / words).unwrap_or(usize::MAX).max(LINE)
+    }
 }
 
 /// Words (of each lane) of a kind.
 pub(crate) fn words_of(kind: Kind) -> u32 {
-    match kind {
-        Kind::Int | Kind::Float | Kind::Str | Kind::Closure => 1,
-        Kind::Triple => 3,
-        Kind::Matrix => 16,
-    }
+    kind.words()
 }
 
 #[derive(Default)]
@@ -355,6 +378,7 @@ impl<'a> Compiler<'a> {
                 None => self.marked(inst, &mut steps),
             }
         }
+        weigh(&mut steps);
         steps
     }
 

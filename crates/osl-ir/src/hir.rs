@@ -307,6 +307,13 @@ pub struct Place {
     pub span: Span,
 }
 
+impl Place {
+    /// Whether it is a variable, or a field of one, without any index.
+    pub fn is_plain(&self) -> bool {
+        self.path.iter().all(|step| matches!(step, Step::Field(_)))
+    }
+}
+
 /// One step from a variable to a part of it.
 #[derive(Clone, Debug)]
 pub enum Step {

@@ -42,6 +42,10 @@ pub struct Options {
     pub max_expansion: usize,
     /// Tokens of the file after preprocessing, at most.
     pub max_tokens: usize,
+    /// Bytes of one file, at most.
+    pub max_file: usize,
+    /// Whether [`Parsed::tokens`] is wanted.
+    pub keep_tokens: bool,
     /// Constructs within constructs, at most: what visits the tree may recurse.
     pub max_nesting: u32,
     /// Errors, at most, and warnings, at most. One more error says that there are more.
@@ -59,7 +63,9 @@ impl Default for Options {
             max_include_depth: 64,
             max_includes: 4096,
             max_expansion: 1 << 20,
-            max_tokens: 1 << 22,
+            max_tokens: 1 << 20,
+            max_file: 1 << 24,
+            keep_tokens: false,
             max_nesting: 256,
             max_diagnostics: 64,
             max_repair_work: 1 << 21,
@@ -74,7 +80,7 @@ pub struct Parsed {
     pub ast: Ast,
     /// The files that were read; the first is the main file.
     pub sources: SourceMap,
-    /// The tokens that the grammar saw, with their places.
+    /// The tokens that the grammar saw, with their places, if [`Options::keep_tokens`] asks for them.
     pub tokens: Vec<(Token, Span)>,
     /// What is wrong, in order of position.
     pub diagnostics: Vec<Diagnostic>,
@@ -99,10 +105,14 @@ impl Parsed {
 /// `name` is what diagnostics and `__FILE__` call the file, and what the provider sees as the including file.
 pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Parsed {
     let mut pre = preprocess::preprocess(name, text, provider, options);
-    let (tokens, spans) = token::convert(&pre.tokens, &pre.names, &mut pre.diagnostics);
+    // Nothing is made of a file that is too large.
+    let raw = if pre.stopped { Vec::new() } else { std::mem::take(&mut pre.tokens) };
+    let (tokens, spans) = token::convert(&raw, &pre.names, &mut pre.diagnostics);
+    drop(raw);
     let end = text.len() as u32;
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
-    let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).collect();
+    let listed = if options.keep_tokens { stream.tokens.len() } else { 0 };
+    let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).take(listed).collect();
     let whole = !pre.diagnostics.list.iter().any(Diagnostic::is_error);
     let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
     let (ast, diagnostics) = lost.unwrap_or_else(|| parser::parse(stream, options, &pre.sources));

@@ -146,6 +146,11 @@ impl<'a> Preprocessor<'a> {
     }
 
     fn run(&mut self, name: &str, text: &str) {
+        if text.len() > self.options.max_file {
+            self.diagnostics.push(errors::file_too_large(Span::default(), name, self.options.max_file));
+            self.stopped = true;
+            return;
+        }
         let text: Arc<str> = text.into();
         let Some(_) = self.sources.add(name, text.clone()) else {
             self.diagnostics.push(errors::too_large(Span::default(), name));
@@ -187,6 +192,10 @@ impl<'a> Preprocessor<'a> {
         let known = match self.known.get(name) {
             Some(known) => known.clone(),
             None => {
+                if text.len() > self.options.max_file {
+                    self.diagnostics.push(errors::file_too_large(at, name, self.options.max_file));
+                    return;
+                }
                 if self.sources.add(name, text.clone()).is_none() {
                     self.diagnostics.push(errors::too_large(at, name));
                     return;

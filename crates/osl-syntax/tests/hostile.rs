@@ -194,7 +194,7 @@ const PIECES: [&str; 52] = [
 
 fn check(text: &str) {
     for strict in [false, true] {
-        let options = Options { strict, ..Options::default() };
+        let options = Options { strict, keep_tokens: true, ..Options::default() };
         let parsed = osl_syntax::parse("fuzz.osl", text, &NoFiles, &options);
         print::ast(&parsed.ast);
         print::tokens(&parsed.tokens, &parsed.sources);

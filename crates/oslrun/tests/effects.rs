@@ -84,7 +84,7 @@ fn what_does_not_end_stops_with_its_place() {
     let result = run(dir.path(), endless, &["-g", "4x4", "--max-steps", "1000", "-o", "out.exr"]);
     assert_eq!(result.status.code(), Some(1));
     assert!(
-        text(&result.stderr).contains("s.osl:2: a loop ran more than 1000 rounds"),
+        text(&result.stderr).contains("s.osl:2: a loop took more than 1000 steps"),
         "{}",
         text(&result.stderr)
     );

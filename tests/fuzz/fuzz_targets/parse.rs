@@ -25,6 +25,7 @@ fuzz_target!(|data: &[u8]| {
     // Small budgets are met more often.
     let options = Options {
         strict,
+        keep_tokens: true,
         max_include_depth: 6,
         max_includes: 20,
         max_expansion: 2000,

@@ -3,9 +3,52 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::lanes::Arg;
-use crate::program::{Operand, Place};
+use crate::program::{Array, Operand, Place};
+
+/// Elements whose zeros are kept together.
+const BLOCK: usize = 64;
+
+/// How many blocks an array has.
+pub(super) fn blocks(array: &Array) -> usize {
+    (array.len as usize).div_ceil(BLOCK)
+}
 
 impl Machine<'_> {
+    /// Zeros where a batch has left something else: long arrays are seldom written everywhere.
+    pub(super) fn clear_arrays(&mut self) {
+        for ((array, plan), dirty) in self.arrays.iter_mut().zip(&self.program.arrays).zip(&mut self.dirty) {
+            let block = BLOCK * plan.words as usize * if plan.varying { self.width } else { 1 };
+            for (words, dirty) in array.words_mut().chunks_mut(block.max(1)).zip(dirty) {
+                if std::mem::take(dirty) {
+                    words.fill(0);
+                }
+            }
+        }
+    }
+
+    fn touch(&mut self, array: u32, index: usize) {
+        if let Some(dirty) = self.dirty[array as usize].get_mut(index / BLOCK) {
+            *dirty = true;
+        }
+    }
+
+    /// Marks the elements that a store may reach.
+    fn touch_all(&mut self, array: u32, index: Operand, mask: &Mask) {
+        let last = self.program.arrays[array as usize].len.saturating_sub(1);
+        let mut dirty = std::mem::take(&mut self.dirty[array as usize]);
+        let mut mark = |at: u32| {
+            if let Some(dirty) = dirty.get_mut(at.min(last) as usize / BLOCK) {
+                *dirty = true;
+            }
+        };
+        match self.arg(index) {
+            Arg::Same(at) => mark(at[0]),
+            Arg::Each(_) if last < BLOCK as u32 => mark(0),
+            Arg::Each(indices) => mask.for_each(|lane| mark(indices[lane])),
+        }
+        self.dirty[array as usize] = dirty;
+    }
+
     /// One word of an array's element at one lane.
     pub(super) fn element(&self, array: u32, index: usize, component: usize, lane: usize) -> u32 {
         let plan = self.program.arrays[array as usize];
@@ -14,12 +57,13 @@ impl Machine<'_> {
         words[if plan.varying { at * self.width + lane } else { at }]
     }
 
-    pub(super) fn set_element(&mut self, array: u32, index: usize, lane: usize, word: u32) {
+    pub(super) fn set_element(&mut self, array: u32, index: usize, component: usize, lane: usize, word: u32) {
         let plan = self.program.arrays[array as usize];
         if index >= plan.len as usize {
             return;
         }
-        let at = index * plan.words as usize;
+        self.touch(array, index);
+        let at = index * plan.words as usize + component;
         let at = if plan.varying { at * self.width + lane } else { at };
         self.arrays[array as usize].words_mut()[at] = word;
     }
@@ -56,6 +100,7 @@ impl Machine<'_> {
     pub(super) fn store(&mut self, array: u32, index: Operand, value: Operand, mask: &Mask) {
         let plan = self.program.arrays[array as usize];
         let width = self.width;
+        self.touch_all(array, index, mask);
         let mut target = std::mem::take(&mut self.arrays[array as usize]);
         let words = target.words_mut();
         let last = plan.len.saturating_sub(1);

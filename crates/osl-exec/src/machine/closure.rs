@@ -2,7 +2,6 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
@@ -75,10 +74,9 @@ impl Closures {
 }
 
 impl Machine<'_> {
-    fn new_node(&mut self, node: Node, lane: usize) -> u32 {
+    fn new_node(&mut self, node: Node) -> u32 {
         if self.closures.nodes.len() >= MAX_NODES {
-            let message = Message::error("the shader makes too many closures");
-            self.messages.add(self.first + lane, message);
+            self.exhaust("the shader makes too many closures");
             return 0;
         }
         self.closures.nodes.push(node);
@@ -106,7 +104,7 @@ impl Machine<'_> {
             });
             let params = params.collect();
             let node = Node::Component(Component { weight: [1.0; 3], name: name.clone(), params });
-            let number = self.new_node(node, lane);
+            let number = self.new_node(node);
             self.set_words(*out, lane, &[number]);
         }
     }
@@ -116,7 +114,7 @@ impl Machine<'_> {
         for lane in self.lanes(&step.outs, mask) {
             let number = match (self.word(*a, lane), self.word(*b, lane)) {
                 (0, other) | (other, 0) => other,
-                (a, b) => self.new_node(Node::Sum(a, b), lane),
+                (a, b) => self.new_node(Node::Sum(a, b)),
             };
             self.set_words(*out, lane, &[number]);
         }
@@ -133,7 +131,7 @@ impl Machine<'_> {
                 _ if by == [0.0; 3] => 0,
                 0 => 0,
                 of if by == [1.0; 3] => of,
-                of => self.new_node(Node::Scale(of, by), lane),
+                of => self.new_node(Node::Scale(of, by)),
             };
             self.set_words(*out, lane, &[number]);
         }

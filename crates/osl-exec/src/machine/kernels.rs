@@ -3,13 +3,15 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::message::Message;
-use crate::program::KernelStep;
+use crate::program::{KernelStep, Place};
 use osl_ir::ir::{Const, Kernel};
 
 impl Machine<'_> {
     /// Runs a kernel over the lanes that need it, or once where the result is shared.
     pub(super) fn kernel(&mut self, step: &KernelStep, mask: &Mask) {
         let KernelStep { args, outs, .. } = step;
+        let shared = !outs.is_empty() && outs.iter().all(|o| matches!(o.place, Place::Words(_)));
+        self.spend_kernel(step, if shared { 1 } else { mask.count().min(self.points) });
         match &step.kernel {
             Kernel::Noise { field, dims, tangents, .. } => {
                 self.noise(*field, usize::from(*dims), *tangents, args, outs);
@@ -30,8 +32,11 @@ impl Machine<'_> {
             Kernel::IsConstant => self.pure(step, mask, |_| Const::Int(0)),
             Kernel::Format(shapes) => self.format(shapes, step, mask),
             Kernel::Print { sink, shapes } => self.print(*sink, shapes, step, mask),
+            Kernel::SetMessage(form) => self.set_message(form, step, mask),
+            Kernel::GetMessage(form) => self.get_message(form, step, mask),
             Kernel::Report { text, places } => {
-                for lane in self.active(mask) {
+                // It says the same at every point: the first speaks for all.
+                if let Some(lane) = mask.first().filter(|lane| *lane < self.points) {
                     let message = Message::error_at(text.clone(), places.clone());
                     self.messages.add(self.first + lane, message);
                 }

@@ -10,11 +10,13 @@ mod color;
 mod dictionary;
 mod kernels;
 mod mask;
+mod named;
 mod noise;
 mod point;
 mod shared;
 mod text;
 mod texture;
+mod work;
 
 use crate::dictionary::Dictionaries;
 use crate::lanes::{self, Arg, LaneCall};
@@ -31,16 +33,25 @@ pub(crate) use mask::Mask;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kind};
 use osl_noise::Isa;
+use std::sync::atomic::AtomicUsize;
 
 /// Why a run stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stop {
-    /// A loop went on beyond its budget.
-    #[error("a loop ran more than {rounds} rounds")]
-    TooManyRounds {
+    /// A loop went on beyond the budget of its batch.
+    #[error("a loop took more than {steps} steps")]
+    TooManySteps {
         /// The budget.
-        rounds: u64,
+        steps: u64,
         /// The loop.
+        span: Span,
+    },
+    /// What a batch makes, or the run prints, does not fit its budget.
+    #[error("{what}")]
+    Exhausted {
+        /// The budget in words.
+        what: String,
+        /// The call.
         span: Span,
     },
 }
@@ -57,8 +68,11 @@ pub(crate) struct Machine<'a> {
     words: Vec<u32>,
     arrays: Vec<Lanes>,
     scratch: Vec<Lanes>,
-    max_rounds: u64,
-    rounds: u64,
+    max_steps: u64,
+    /// Steps of the batch so far.
+    spent: u64,
+    /// A budget that the kernel which runs has used up.
+    exhausted: Option<String>,
     /// Where the points come from.
     source: &'a dyn PointSource,
     /// The point of the first lane, and how many lanes have a point of their own.
@@ -67,6 +81,11 @@ pub(crate) struct Machine<'a> {
     texts: text::Texts,
     closures: closure::Closures,
     dictionaries: Dictionaries,
+    named: named::Named,
+    /// Bytes that the run has printed and reported.
+    said: &'a AtomicUsize,
+    /// Which blocks of each array hold more than zeros.
+    dirty: Vec<Vec<bool>>,
     pub(crate) messages: Messages,
     /// Where the time goes, if that is asked for.
     pub(crate) profile: Option<Box<Profile>>,
@@ -80,7 +99,8 @@ impl<'a> Machine<'a> {
         source: &'a dyn PointSource,
         isa: Isa,
         width: usize,
-        max_rounds: u64,
+        max_steps: u64,
+        said: &'a AtomicUsize,
     ) -> Self {
         let width = width.max(1).next_multiple_of(LINE);
         let array = |a: &Array| Lanes::new((a.words * a.len) as usize * if a.varying { width } else { 1 });
@@ -94,14 +114,18 @@ impl<'a> Machine<'a> {
             words: program.words.clone(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
-            max_rounds,
-            rounds: 0,
+            max_steps,
+            spent: 0,
+            exhausted: None,
             source,
             first: 0,
             points: 0,
             texts: text::Texts::default(),
             closures: closure::Closures::default(),
             dictionaries: Dictionaries::default(),
+            named: named::Named::default(),
+            said,
+            dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
             messages: Messages::default(),
             profile: None,
         }
@@ -110,13 +134,12 @@ impl<'a> Machine<'a> {
     /// Runs the program for `points` points from `first` on, at most as many as the batch is wide.
     pub(crate) fn run(&mut self, first: usize, points: usize) -> Result<(), Stop> {
         let source = self.source;
-        self.rounds = 0;
+        self.spent = 0;
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
-        for array in &mut self.arrays {
-            array.words_mut().fill(0);
-        }
+        self.named.clear();
+        self.clear_arrays();
         let program = self.program;
         for (global, operand) in &program.globals {
             match operand.place {
@@ -183,6 +206,7 @@ impl<'a> Machine<'a> {
     }
 
     fn steps(&mut self, steps: &Steps, mask: &Mask) -> Result<(), Stop> {
+        self.spent += steps.weight;
         if self.profile.is_some() {
             return self.profiled(steps, mask);
         }
@@ -193,7 +217,12 @@ impl<'a> Machine<'a> {
     pub(crate) fn step(&mut self, step: &Step, mask: &Mask) -> Result<(), Stop> {
         match step {
             Step::Lane(step) => self.lane(step),
-            Step::Kernel(step) => self.kernel(step, mask),
+            Step::Kernel(step) => {
+                self.kernel(step, mask);
+                if let Some(what) = self.exhausted.take() {
+                    return Err(Stop::Exhausted { what, span: step.span });
+                }
+            }
             Step::Load { array, index, out } => self.load(*array, *index, *out),
             Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
             Step::If { cond, then, otherwise, results } => {
@@ -449,10 +478,9 @@ impl<'a> Machine<'a> {
         }
         let mut active = mask.clone();
         loop {
-            self.rounds += 1;
-            if self.rounds > self.max_rounds {
-                return Err(Stop::TooManyRounds { rounds: self.max_rounds, span });
-            }
+            // Masks and what the loop carries.
+            self.spent += 2 + params.len() as u64;
+            self.within_budget(span)?;
             self.steps(body, &active)?;
             // Results first: a next value may itself be a parameter.
             for p in params {

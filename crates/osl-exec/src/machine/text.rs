@@ -9,6 +9,7 @@ use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// The strings of a batch beside those of the program. They are numbered behind those, and forgotten when the batch ends.
 #[derive(Debug, Default)]
@@ -18,8 +19,12 @@ pub(super) struct Texts {
     bytes: usize,
 }
 
+/// Bytes that a run may print, each text with what is kept beside it.
+const MAX_PRINTED: usize = 3 << 25;
+/// What is kept beside a printed text.
+const PRINTED_BESIDE: usize = 128;
 /// Bytes of strings that a batch may make.
-const MAX_TEXTS: usize = 1 << 26;
+const MAX_TEXTS: usize = 1 << 25;
 
 impl Texts {
     pub(super) fn clear(&mut self) {
@@ -38,15 +43,16 @@ impl Machine<'_> {
         known.get(number).or_else(made).cloned().unwrap_or_else(|| "".into())
     }
 
-    /// The number of a string; that of the empty string where the batch has made too much text.
+    /// The number of a string; that of the empty string, and the end of the run, where the batch has made too much
+    /// text.
     pub(super) fn intern(&mut self, text: &Arc<str>) -> u32 {
+        self.spend_text(text.len());
         if let Some(number) = self.program.numbers.get(text).or_else(|| self.texts.numbers.get(text)) {
             return *number;
         }
         self.texts.bytes += text.len();
         if self.texts.bytes > MAX_TEXTS {
-            let text = format!("the shader makes more than {} MiB of strings", MAX_TEXTS >> 20);
-            self.messages.add(self.first, Message::error(text));
+            self.exhaust(format!("the shader makes more than {} MiB of strings", MAX_TEXTS >> 20));
             return 0;
         }
         let number = (self.program.strings.len() + self.texts.list.len()) as u32;
@@ -114,13 +120,14 @@ impl Machine<'_> {
         for lane in self.active(mask) {
             let format = self.text(self.word(*format, lane));
             let text = text::format(&format, &self.shaped(shapes, rest, lane), Flavour::Print);
+            self.spend_text(text.len());
             let point = self.first + lane;
             let shader = &self.program.shader;
             match sink {
-                Sink::Print => self.messages.print(Printed { point, file: None, text }),
+                Sink::Print => self.say(Printed { point, file: None, text }),
                 Sink::File => {
                     let file = Some(self.text(self.word(head[0], lane)));
-                    self.messages.print(Printed { point, file, text });
+                    self.say(Printed { point, file, text });
                 }
                 Sink::Error => {
                     let text = format!("Shader error [{shader}]: {text}");
@@ -131,6 +138,16 @@ impl Machine<'_> {
                     self.messages.add(point, Message::warning(text));
                 }
             }
+        }
+    }
+
+    /// Keeps printed text; the end of the run where there is too much.
+    fn say(&mut self, printed: Printed) {
+        let bytes = printed.text.len() + PRINTED_BESIDE;
+        if self.said.fetch_add(bytes, Ordering::Relaxed) + bytes > MAX_PRINTED {
+            self.exhaust(format!("the shader prints more than {} MiB", MAX_PRINTED >> 20));
+        } else {
+            self.messages.print(printed);
         }
     }
 
@@ -151,7 +168,7 @@ impl Machine<'_> {
             let found: Vec<Arc<str>> = text::split(s, separator, most).into_iter().map(Into::into).collect();
             for (index, piece) in found.iter().enumerate() {
                 let number = self.intern(piece);
-                self.set_element(pieces, index, lane, number);
+                self.set_element(pieces, index, 0, lane, number);
             }
             if let Some(out) = step.outs.first() {
                 self.set_words(*out, lane, &[found.len() as u32]);
@@ -182,7 +199,7 @@ impl Machine<'_> {
                     let group = found.as_ref().and_then(|g| *g.get(index / 2)?);
                     // Groups without a match have the length of the pattern, as in the reference.
                     let place = group.map_or(pattern.len(), |(a, b)| if index % 2 == 0 { a } else { b });
-                    self.set_element(places, index, lane, place as u32);
+                    self.set_element(places, index, 0, lane, place as u32);
                 }
             }
             if let Some(out) = step.outs.first() {

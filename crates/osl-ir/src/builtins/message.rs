@@ -1,10 +1,11 @@
 //! Messages between the layers of a point, by name.
 //!
 //! All layers of a run are one body, so a message is a variable of that body with a note of how far it got: nothing
-//! yet, asked for in vain, or set with a type. Names have to be known when compiling.
+//! yet, asked for in vain, or set with a type. That takes names that are written out. In a body where one is computed
+//! all messages are kernels' instead, which keep them by point and name.
 
 use super::{Array, Builtin, Emitted, Site};
-use crate::ir::{Builder, Kernel, Kind, LaneOp, SlotId, ValueId};
+use crate::ir::{Builder, Kernel, Kind, LaneOp, MessageForm, SlotId, ValueId};
 use crate::types::Type;
 use osl_syntax::span::Span;
 use std::sync::Arc;
@@ -19,7 +20,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("zero for the reader")
     .extremes(
         "A second value of the same name at a point is an error of the run and ignored; so is one of \
-               a name that was asked for in vain. The name has to be written out.",
+               a name that was asked for in vain. A batch of points keeps at most 65536 messages and 4 MiB of \
+               values under computed names; more are an error of the run and ignored.",
     )
     .example("setmessage(\"height\", 2 * u);"),
     Builtin::compose(
@@ -30,22 +32,66 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("zero")
     .extremes(
-        "0 without a message, and the variable stays; another type is an error of the run and gives \
-               0. The name has to be written out.",
+        "0 without a message, and the variable stays; another type, with which it was set or first asked for, \
+               is an error of the run and gives 0.",
     )
     .example("float h = 0; int there = getmessage(\"height\", h);"),
 ];
+
+/// What is said where a message is set again; `{0}` is the first place, `{1}` this one.
+pub fn set_twice(name: &str) -> String {
+    format!("message \"{name}\" already exists (created here: {{0}}) cannot set again from {{1}}")
+}
+
+/// What is said where a message is set that was asked for in vain at `{0}`.
+pub fn set_late(name: &str) -> String {
+    format!("message \"{name}\" is set too late at {{1}}: it was asked for in vain at {{0}}")
+}
+
+/// What is said where a message is asked for as another type.
+pub fn other_type(name: &str, made: Made, first: &str, wanted: &str) -> String {
+    let made = match made {
+        Made::Set => "created",
+        Made::AskedFor => "queried",
+    };
+    format!(
+        "type mismatch for message \"{name}\" ({made} as {first} here: {{0}}) cannot fetch as {wanted} from {{1}}"
+    )
+}
+
+/// How a point came to know of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Made {
+    /// It was set.
+    Set,
+    /// It was asked for before it was set.
+    AskedFor,
+}
 
 /// A message that the body may hold.
 #[derive(Clone, Debug)]
 pub(crate) struct Message {
     name: Arc<str>,
-    /// 0 nothing, −1 asked for in vain, n set with the type of `values[n - 1]`.
+    /// 0 nothing, −n asked for in vain and n set, with the type of `values[n - 1]`.
     state: SlotId,
     values: Vec<(Type, Option<u32>, SlotId)>,
-    /// Where it is set first, and with what type.
-    set_at: Span,
-    set_as: String,
+    set: First,
+    asked: First,
+}
+
+/// The first call of the text that sets a message, or asks for it.
+#[derive(Clone, Debug, Default)]
+struct First {
+    at: Span,
+    ty: String,
+}
+
+impl First {
+    fn note(&mut self, at: Span, ty: &str) {
+        if self.ty.is_empty() {
+            *self = First { at, ty: ty.to_string() };
+        }
+    }
 }
 
 /// The message of a name, made where it is new.
@@ -54,8 +100,8 @@ fn message(b: &mut Builder, name: &Arc<str>) -> usize {
         return at;
     }
     let state = b.slot(Kind::Int, None, format!("message {name}").into());
-    let (values, set_at, set_as) = (Vec::new(), Span::default(), String::new());
-    b.messages.push(Message { name: name.clone(), state, values, set_at, set_as });
+    let (set, asked) = (First::default(), First::default());
+    b.messages.push(Message { name: name.clone(), state, values: Vec::new(), set, asked });
     b.messages.len() - 1
 }
 
@@ -82,19 +128,27 @@ fn report(b: &mut Builder, text: String, places: Vec<Span>) {
     b.kernel_of(Kernel::Report { text: text.into(), places }, &[], &[]);
 }
 
+/// The name, unless messages are found by name when running.
+fn written_name(b: &mut Builder, s: &Site<'_>) -> Option<Arc<str>> {
+    let name = s.literal(0).cloned();
+    b.messages_by_name |= name.is_none();
+    if b.messages_by_name { None } else { name }
+}
+
 fn set(b: &mut Builder, s: &Site<'_>) -> Emitted {
-    let Some(name) = s.literal(0).cloned() else {
-        b.refuse("a message whose name is not written out");
+    let (kind, ty) = type_of(b, s, 1);
+    let array = s.array(1);
+    let shown = show(ty, array);
+    let Some(name) = written_name(b, s) else {
+        let args = [s.arg(0), s.arg(1)];
+        let args = if array.is_some() { &args[..1] } else { &args };
+        b.kernel_of(Kernel::SetMessage(form(b, array, shown)), args, &[]);
         return Emitted::default();
     };
     let at = message(b, &name);
-    let (kind, ty) = type_of(b, s, 1);
-    let array = s.array(1);
     let (number, slot) = variable(b, at, kind, array, ty);
-    if b.messages[at].set_as.is_empty() {
-        b.messages[at].set_at = b.span;
-        b.messages[at].set_as = show(ty, array);
-    }
+    let here = b.span;
+    b.messages[at].set.note(here, &shown);
     let state = b.messages[at].state;
     let now = b.load(state);
     let zero = b.int(0);
@@ -107,14 +161,20 @@ fn set(b: &mut Builder, s: &Site<'_>) -> Emitted {
             b.store(state, number);
         },
         |b| {
-            let text = format!(
-                "message \"{name}\" already exists (created here: {{0}}) cannot set again from {{1}}"
+            let is_set = b.lane(LaneOp::IGt, &[now, zero]);
+            let places = |first: &First| vec![first.at, here];
+            b.if_else(
+                is_set,
+                |b| report(b, set_twice(&name), places(&b.messages[at].set)),
+                |b| report(b, set_late(&name), places(&b.messages[at].asked)),
             );
-            let places = vec![b.messages[at].set_at, b.span];
-            report(b, text, places);
         },
     );
     Emitted::default()
+}
+
+fn form(b: &Builder, array: Option<Array>, shown: String) -> MessageForm {
+    MessageForm { ty: shown.into(), array: array.map(|a| a.slot), place: b.span }
 }
 
 fn copy(b: &mut Builder, to: SlotId, array: Option<Array>, value: ValueId) {
@@ -131,19 +191,20 @@ fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
         // Messages of a source, such as the last ray traced: there is none.
         return b.int(0).into();
     }
-    let Some(name) = s.literal(0).cloned() else {
-        b.refuse("a message whose name is not written out");
-        return Emitted::default();
-    };
-    let at = message(b, &name);
     let (kind, ty) = type_of(b, s, 1);
     let array = s.array(1);
+    let shown = show(ty, array);
+    let Some(name) = written_name(b, s) else { return get_by_name(b, s, kind, array, shown) };
+    let at = message(b, &name);
     let (number, slot) = variable(b, at, kind, array, ty);
+    let here = b.span;
+    b.messages[at].asked.note(here, &shown);
     let state = b.messages[at].state;
     let now = b.load(state);
     let number = b.int(number);
     let found = b.lane(LaneOp::IEq, &[now, number]);
     let old = if array.is_none() { Some(b.load(slot)) } else { None };
+    let old = old.map(|value| still(b, value));
     b.if_else(
         found,
         |b| {
@@ -153,23 +214,26 @@ fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
         },
         |b| {
             let zero = b.int(0);
-            let other = b.lane(LaneOp::IGt, &[now, zero]);
-            b.if_else(
-                other,
-                |b| {
-                    let (first, wanted) = (b.messages[at].set_as.clone(), show(ty, array));
-                    let text = format!(
-                        "type mismatch for message \"{name}\" (created as {first} here: {{0}}) cannot fetch \
-                         as {wanted} from {{1}}"
-                    );
-                    let places = vec![b.messages[at].set_at, b.span];
-                    report(b, text, places);
-                },
-                |b| {
-                    let vain = b.int(-1);
-                    b.store(state, vain);
-                },
-            );
+            let vain = b.lane(LaneOp::INeg, &[number]);
+            let other = |b: &mut Builder, made: Made| {
+                let Message { set, asked, .. } = &b.messages[at];
+                let first = if made == Made::Set { set } else { asked };
+                let (text, places) = (other_type(&name, made, &first.ty, &shown), vec![first.at, here]);
+                report(b, text, places);
+            };
+            let is_set = b.lane(LaneOp::IGt, &[now, zero]);
+            let ask = |b: &mut Builder| {
+                let unknown = b.lane(LaneOp::IEq, &[now, zero]);
+                b.if_else(
+                    unknown,
+                    |b| b.store(state, vain),
+                    |b| {
+                        let differs = b.lane(LaneOp::INe, &[now, vain]);
+                        b.if_else(differs, |b| other(b, Made::AskedFor), |_| ());
+                    },
+                );
+            };
+            b.if_else(is_set, |b| other(b, Made::Set), ask);
         },
     );
     let outputs = match old {
@@ -182,11 +246,31 @@ fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
     Emitted { result: Some(found), outputs }
 }
 
+fn get_by_name(b: &mut Builder, s: &Site<'_>, kind: Kind, array: Option<Array>, shown: String) -> Emitted {
+    let kernel = Kernel::GetMessage(form(b, array, shown));
+    if array.is_some() {
+        return b.kernel(kernel, &[s.arg(0)], Kind::Int).into();
+    }
+    let results = b.kernel_of(kernel, &[s.arg(0)], &[Kind::Int, kind]);
+    let [found, value] = results[..] else { return Emitted::default() };
+    let value = b.choose(found, value, s.arg(1));
+    Emitted { result: Some(found), outputs: vec![(1, value)] }
+}
+
 fn copy_array(b: &mut Builder, from: SlotId, to: Array) {
     for element in 0..to.len {
         let at = b.int(element as i32);
         let value = b.load_element(from, at);
+        let value = still(b, value);
         b.store_element(to.slot, at, value);
+    }
+}
+
+/// The value as a message hands it on: without tangents.
+fn still(b: &mut Builder, value: ValueId) -> ValueId {
+    match b.body.kind(value) {
+        Kind::Float | Kind::Triple => b.lane(LaneOp::Still, &[value]),
+        _ => value,
     }
 }
 

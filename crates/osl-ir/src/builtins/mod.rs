@@ -26,6 +26,7 @@ mod texture;
 
 pub use color::path as color_path;
 pub(crate) use message::Message;
+pub use message::{Made as MessageMade, other_type, set_late, set_twice};
 pub use signature::{Param, ParamType, Signature, Tail};
 pub use spline::{BASES, Basis, basis as spline_basis};
 pub(crate) use texture::{OPTIONS, is_lookup};

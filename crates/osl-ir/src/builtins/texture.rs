@@ -81,6 +81,7 @@ struct Rest {
 
 fn rest(b: &mut Builder, s: &Site<'_>) -> Rest {
     let mut rest = Rest::default();
+    let mut unknown = std::collections::HashSet::new();
     let from = s.signature.params.len();
     for index in (from..s.args.len().saturating_sub(1)).step_by(2) {
         let Some(name) = s.literal(index) else { continue };
@@ -95,6 +96,8 @@ fn rest(b: &mut Builder, s: &Site<'_>) -> Rest {
                 rest.options.push(*option);
             }
             Some(_) => {}
+            // Once for each name.
+            None if !unknown.insert(name) => {}
             None => {
                 let text = format!("Unknown texture option: \"{name}\"").into();
                 b.kernel_of(Kernel::Report { text, places: Vec::new() }, &[], &[]);

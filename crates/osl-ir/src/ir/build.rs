@@ -17,8 +17,8 @@ pub struct Builder {
     pub span: Span,
     /// Messages that the program may hold, by name.
     pub(crate) messages: Vec<crate::builtins::Message>,
-    /// What cannot be run, with its source.
-    pub(crate) refused: Vec<(Span, String)>,
+    /// Whether messages are found by name when running, since the name of at least one is not written out.
+    pub(crate) messages_by_name: bool,
 }
 
 impl Builder {
@@ -37,7 +37,7 @@ impl Builder {
             current: BlockId(0),
             span: Span::default(),
             messages: Vec::new(),
-            refused: Vec::new(),
+            messages_by_name: false,
         }
     }
 
@@ -154,11 +154,6 @@ impl Builder {
         let (low, high) = (self.int(0), self.int(last));
         let index = self.lane(LaneOp::IMin, &[index, high]);
         self.lane(LaneOp::IMax, &[index, low])
-    }
-
-    /// Notes that something cannot be run.
-    pub(crate) fn refuse(&mut self, what: &str) {
-        self.refused.push((self.span, what.to_string()));
     }
 
     /// `a` where the condition, an int, is not 0, else `b`.

@@ -150,6 +150,13 @@ pub enum Kernel {
     ClosureSum,
     /// A closure times a color.
     ClosureScale,
+    /// Leaves a message whose name is known when running: the name; and the value, unless it is an array. Effect: the
+    /// messages of the point; output where it already has one of the name.
+    SetMessage(MessageForm),
+    /// Asks for a message whose name is known when running: the name. Results: whether there is one of the type; and its
+    /// value, unless it is an array. Effects: writes the array where there is one; notes what was asked for in vain;
+    /// output where there is one of another type.
+    GetMessage(MessageForm),
     /// Reports an error of the program. Effect: output.
     Report {
         /// The text, with `{0}`, `{1}` for the places.
@@ -162,6 +169,17 @@ pub enum Kernel {
         /// The array, as messages name it.
         name: Arc<str>,
     },
+}
+
+/// The value of a message.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MessageForm {
+    /// Its type in words: what has to be the same where it is set and where it is asked for.
+    pub ty: Arc<str>,
+    /// Where it lies, or goes, if it is an array.
+    pub array: Option<SlotId>,
+    /// Where the call stands.
+    pub place: Span,
 }
 
 /// What an argument of `printf` and the like is.
@@ -191,7 +209,14 @@ pub enum Sink {
 impl Kernel {
     /// Whether it does more than yield results.
     pub fn has_effect(&self) -> bool {
-        matches!(self, Kernel::Print { .. } | Kernel::Report { .. } | Kernel::CheckIndex { .. })
+        matches!(
+            self,
+            Kernel::Print { .. }
+                | Kernel::Report { .. }
+                | Kernel::CheckIndex { .. }
+                | Kernel::SetMessage(_)
+                | Kernel::GetMessage(_)
+        )
     }
 
     /// The array that it writes.
@@ -199,6 +224,7 @@ impl Kernel {
         match self {
             Kernel::Split { pieces } => Some(*pieces),
             Kernel::Regex { places, .. } => *places,
+            Kernel::GetMessage(form) => form.array,
             _ => None,
         }
     }
@@ -207,13 +233,14 @@ impl Kernel {
     pub fn reads(&self) -> Option<SlotId> {
         match self {
             Kernel::SplineInverse { knots } => Some(*knots),
+            Kernel::SetMessage(form) => form.array,
             _ => None,
         }
     }
 
     /// Whether equal arguments may give different results at different points.
     pub fn is_varying(&self) -> bool {
-        matches!(self, Kernel::Attribute { .. })
+        matches!(self, Kernel::Attribute { .. } | Kernel::GetMessage(_))
     }
 
     /// Whether the result changes smoothly with the arguments.

@@ -16,7 +16,7 @@ mod print;
 pub mod validate;
 
 pub use build::Builder;
-pub use kernel::{GaborOption, Kernel, NoiseField, Shape, Sink, TextureOption};
+pub use kernel::{GaborOption, Kernel, MessageForm, NoiseField, Shape, Sink, TextureOption};
 pub use lane::{LaneOp, LaneShape};
 pub use print::print;
 
@@ -67,6 +67,17 @@ pub enum Kind {
     Str,
     /// Closure.
     Closure,
+}
+
+impl Kind {
+    /// 32-bit words of a value.
+    pub fn words(self) -> u32 {
+        match self {
+            Kind::Int | Kind::Float | Kind::Str | Kind::Closure => 1,
+            Kind::Triple => 3,
+            Kind::Matrix => 16,
+        }
+    }
 }
 
 /// Whether the points of a batch share one value.

@@ -1,6 +1,8 @@
 //! The IR as text: one instruction a line, blocks by indentation. Snapshots and `oslrun ir` show it.
 
-use super::{BlockId, Body, Const, Inst, Kernel, Kind, Op, Rate, Source, TextureOption, ValueId};
+use super::{
+    BlockId, Body, Const, Inst, Kernel, Kind, MessageForm, Op, Rate, Source, TextureOption, ValueId,
+};
 use std::fmt::Write;
 
 /// The body as text.
@@ -165,6 +167,8 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::Component { name, .. } => format!("closure.{name}"),
         Kernel::ClosureSum => "closure.sum".to_string(),
         Kernel::ClosureScale => "closure.scale".to_string(),
+        Kernel::SetMessage(form) => format!("message.set{}", message(form)),
+        Kernel::GetMessage(form) => format!("message.get{}", message(form)),
         Kernel::Report { text, .. } => format!("report {text:?}"),
         Kernel::CheckIndex { name } => format!("check_index \"{name}\""),
     }
@@ -187,6 +191,11 @@ impl Op {
             Op::Loop { .. } => "loop".to_string(),
         }
     }
+}
+
+fn message(form: &MessageForm) -> String {
+    let array = form.array.map_or(String::new(), |s| format!(" {s:?}"));
+    format!(" \"{}\"{array}", form.ty)
 }
 
 fn with_options(flags: &[(bool, &str)], options: &[TextureOption]) -> String {

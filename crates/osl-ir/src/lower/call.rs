@@ -1,9 +1,10 @@
 //! Calls: user functions are inlined, built-ins ask their row.
 
+use super::expr::Operand;
 use super::place::Spot;
 use super::{Frame, Lowerer, Storage, Val};
 use crate::builtins::{Array, Emit, Emitted, Site};
-use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init};
+use crate::hir::{Arg, BuiltinCall, ExprKind, FunctionId, Init, Place};
 use crate::ir::ValueId;
 use crate::types::{Extent, Type};
 use osl_syntax::span::Span;
@@ -17,8 +18,7 @@ impl Lowerer<'_> {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
         if self.frames.len() > MAX_CALL_DEPTH {
-            self.unsupported(span, &format!("a chain of more than {MAX_CALL_DEPTH} calls"));
-            self.full = true;
+            self.too_large(span, &format!("a chain of more than {MAX_CALL_DEPTH} calls"));
         }
         if !self.has_room() {
             return Val::Void;
@@ -110,15 +110,27 @@ impl Lowerer<'_> {
     /// A built-in, by its row of the table.
     pub(super) fn builtin(&mut self, call: &BuiltinCall, span: Span) -> Val {
         let signatures = call.row.signatures();
-        let Some(signature) = signatures.get(call.overload) else {
-            self.unsupported(span, &format!("`{}`", call.row.name));
-            return Val::Void;
-        };
-        let spots: Vec<Option<Spot>> =
-            call.outputs.iter().map(|place| place.as_ref().and_then(|p| self.spot(p))).collect();
-        let args = self.operands(&call.args);
+        let Some(signature) = signatures.get(call.overload) else { return Val::Void };
+        let mut spots = Vec::new();
+        let mut operands = Vec::new();
+        let mut arrays = Vec::new();
+        for (e, place) in call.args.iter().zip(&call.outputs) {
+            let spot = place.as_ref().and_then(|p| self.spot(p));
+            let (operand, array) = match (&spot, place) {
+                (Some(spot), Some(place)) => self.held(spot, place),
+                _ if e.ty.is_array() => {
+                    let val = self.eval(e);
+                    let array = self.array(&val, e.ty);
+                    (Operand::Now(self.one(val)), array)
+                }
+                _ => (self.operand(e), None),
+            };
+            spots.push(spot);
+            operands.push(operand);
+            arrays.push(array);
+        }
+        let args: Vec<ValueId> = operands.into_iter().map(|o| self.settle(o)).collect();
         let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
-        let arrays: Vec<Option<Array>> = call.args.iter().map(|e| self.array(e)).collect();
         let literals: Vec<_> = call
             .args
             .iter()
@@ -152,13 +164,24 @@ impl Lowerer<'_> {
         result.map_or(Val::Void, Val::One)
     }
 
-    /// Where an array argument lies.
-    fn array(&mut self, e: &Expr) -> Option<Array> {
-        if !e.ty.is_array() {
-            return None;
+    /// What an output argument holds before the call: its indices are those of its spot, evaluated once.
+    fn held(&mut self, spot: &Spot, place: &Place) -> (Operand, Option<Array>) {
+        if place.ty.is_array() {
+            let val = self.read(spot);
+            let array = self.array(&val, place.ty);
+            (Operand::Now(self.one(val)), array)
+        } else if place.is_plain() {
+            (Operand::Later(spot.clone()), None)
+        } else {
+            let val = self.read(spot);
+            (Operand::Now(self.one(val)), None)
         }
-        let Val::Stored(Storage::Leaf(slot), None) = self.eval(e) else { return None };
-        Some(Array { slot, len: self.b.body.slot(slot).len.unwrap_or(1), ty: e.ty.element() })
+    }
+
+    /// Where an array argument lies.
+    fn array(&self, val: &Val, ty: Type) -> Option<Array> {
+        let Val::Stored(Storage::Leaf(slot), None) = val else { return None };
+        Some(Array { slot: *slot, len: self.b.body.slot(*slot).len.unwrap_or(1), ty: ty.element() })
     }
 
     /// Ends the shader at the points that get here.

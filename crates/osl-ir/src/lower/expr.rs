@@ -5,13 +5,13 @@
 
 use super::place::Spot;
 use super::{Lowerer, Val, kind_of};
-use crate::hir::{Expr, ExprKind, Init, Place, Step};
+use crate::hir::{Expr, ExprKind, Init, Place};
 use crate::ir::{Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
 use osl_syntax::ast::{BinaryOp, UnaryOp};
 
 /// An operand: its value, or the variable to read once all operands are evaluated.
-enum Operand {
+pub(super) enum Operand {
     Now(ValueId),
     Later(Spot),
 }
@@ -88,26 +88,20 @@ impl Lowerer<'_> {
         }
     }
 
-    /// The operands of a call, in order.
-    pub(super) fn operands(&mut self, list: &[Expr]) -> Vec<ValueId> {
-        let operands: Vec<Operand> = list.iter().map(|e| self.operand(e)).collect();
-        operands.into_iter().map(|o| self.settle(o)).collect()
-    }
-
     fn operands_of<const N: usize>(&mut self, list: [&Expr; N]) -> [ValueId; N] {
         let operands = list.map(|e| self.operand(e));
         operands.map(|o| self.settle(o))
     }
 
-    fn operand(&mut self, e: &Expr) -> Operand {
+    pub(super) fn operand(&mut self, e: &Expr) -> Operand {
         let place = match &e.kind {
-            ExprKind::Read(place) if is_plain(place) => Some(place),
+            ExprKind::Read(place) if place.is_plain() => Some(place),
             // These yield the variable itself.
-            ExprKind::Step { prefix: true, place, .. } if is_plain(place) => {
+            ExprKind::Step { prefix: true, place, .. } if place.is_plain() => {
                 self.eval(e);
                 Some(place)
             }
-            ExprKind::Assign(place, _) if is_plain(place) => {
+            ExprKind::Assign(place, _) if place.is_plain() => {
                 self.eval(e);
                 Some(place)
             }
@@ -119,7 +113,7 @@ impl Lowerer<'_> {
         }
     }
 
-    fn settle(&mut self, operand: Operand) -> ValueId {
+    pub(super) fn settle(&mut self, operand: Operand) -> ValueId {
         match operand {
             Operand::Now(value) => value,
             Operand::Later(spot) => {
@@ -353,9 +347,4 @@ impl Lowerer<'_> {
         }
         matrix
     }
-}
-
-/// A variable, or a field of one, without any index.
-fn is_plain(place: &Place) -> bool {
-    place.path.iter().all(|step| matches!(step, Step::Field(_)))
 }

@@ -21,13 +21,11 @@ use osl_syntax::span::Span;
 
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
-/// Something of the language that cannot be run yet.
-pub const UNSUPPORTED: Code = Code { id: "E0602", name: "unsupported-construct" };
 
 /// Values that a program may have: far above any shader that people write, and a few hundred megabytes.
 const MAX_VALUES: usize = 2_000_000;
-/// Array elements that a program may have, for each point.
-const MAX_ELEMENTS: u64 = 1 << 22;
+/// Words of arrays that a program may have, for each point: 4 MiB. Sixteen points are the least that run together.
+const MAX_ARRAY_WORDS: u64 = 1 << 20;
 
 /// Where `Ci` stands among the globals.
 const CI: usize = hir::GLOBALS.len() - 1;
@@ -38,24 +36,32 @@ const CI: usize = hir::GLOBALS.len() - 1;
 /// The program exceeds its budget or uses what cannot be run yet. Values that do not suit their parameter
 /// are ignored: see [`crate::params`].
 pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
+    let (mut b, mut diagnostics) = write(program, params, false);
+    if b.messages_by_name && !b.messages.is_empty() {
+        // Those before the first computed name are variables of the body, where it would not find them.
+        (b, diagnostics) = write(program, params, true);
+    }
+    if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
+}
+
+/// Writes the body, with messages that are found by name from the start or from the first computed name on.
+fn write(program: &Program, params: &ParamValues, messages_by_name: bool) -> (Builder, Vec<Diagnostic>) {
     let mut lowerer = Lowerer {
         program,
         b: Builder::new(program.shader.name.clone()),
         vars: vec![None; program.vars.len()],
         frames: Vec::new(),
         diagnostics: Vec::new(),
-        elements: 0,
+        array_words: 0,
         full: false,
         exits: 0,
         unsure: false,
     };
+    lowerer.b.messages_by_name = messages_by_name;
     lowerer.globals();
     lowerer.shader(params);
-    for (span, what) in std::mem::take(&mut lowerer.b.refused) {
-        lowerer.unsupported(span, &what);
-    }
     let Lowerer { b, diagnostics, .. } = lowerer;
-    if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
+    (b, diagnostics)
 }
 
 /// Where a variable lives: one slot for each part that is no struct.
@@ -108,7 +114,7 @@ struct Lowerer<'a> {
     vars: Vec<Option<Storage>>,
     frames: Vec<Frame>,
     diagnostics: Vec<Diagnostic>,
-    elements: u64,
+    array_words: u64,
     /// Set once the budget is used up: nothing more is lowered.
     full: bool,
     /// Calls of `exit` so far.
@@ -118,13 +124,15 @@ struct Lowerer<'a> {
 }
 
 impl<'a> Lowerer<'a> {
-    fn unsupported(&mut self, span: Span, what: &str) {
-        self.diagnostics.push(Diagnostic::error(UNSUPPORTED, span, format!("{what} cannot be run yet")));
+    /// Reports that the budget is used up, and lowers nothing more.
+    fn too_large(&mut self, span: Span, what: &str) {
+        self.full = true;
+        self.diagnostics.push(Diagnostic::error(TOO_LARGE, span, what));
     }
 
     /// Whether there is room for more; reports once where there is not.
     fn has_room(&mut self) -> bool {
-        if !self.full && (self.b.body.values.len() > MAX_VALUES || self.elements > MAX_ELEMENTS) {
+        if !self.full && (self.b.body.values.len() > MAX_VALUES || self.array_words > MAX_ARRAY_WORDS) {
             self.full = true;
             let d = Diagnostic::error(
                 TOO_LARGE,
@@ -132,7 +140,7 @@ impl<'a> Lowerer<'a> {
                 "the program is too large once its functions are inlined",
             )
             .note(format!(
-                "it may have {MAX_VALUES} values and {MAX_ELEMENTS} array elements for each point"
+                "it may have {MAX_VALUES} values and {MAX_ARRAY_WORDS} words of arrays for each point"
             ));
             self.diagnostics.push(d);
         }
@@ -320,7 +328,7 @@ impl<'a> Lowerer<'a> {
             };
             return Storage::Struct(fields.iter().map(|f| part(self, f)).collect());
         }
-        self.elements += u64::from(len.unwrap_or(0));
+        self.array_words += u64::from(len.unwrap_or(0)) * u64::from(kind_of(base).words());
         Storage::Leaf(self.b.slot(kind_of(base), len, name.into()))
     }
 }

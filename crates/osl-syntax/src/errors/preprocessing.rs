@@ -166,6 +166,12 @@ pub(crate) fn too_large(span: Span, name: &str) -> Diagnostic {
         .label("not read")
 }
 
+/// E0017: a file that is too large by itself.
+pub(crate) fn file_too_large(span: Span, name: &str, limit: usize) -> Diagnostic {
+    let text = format!("{name} does not fit: a file may hold {} MiB", limit >> 20);
+    Diagnostic::error(TOO_LARGE, span, text).label("not read")
+}
+
 /// E0018: `#pragma error`.
 pub(crate) fn pragma_error(span: Span, text: &str) -> Diagnostic {
     Diagnostic::error(PRAGMA_ERROR, span, text.to_owned()).label("reported by the source itself")

@@ -19,7 +19,7 @@ impl SourceProvider for Files {
 /// Parses with the given files and options.
 pub(crate) fn parse_with(text: &str, files: &[(&'static str, &str)], options: &Options) -> Parsed {
     let files = Files(files.iter().map(|(n, t)| (*n, (*t).to_owned())).collect());
-    parse("test.osl", text, &files, options)
+    parse("test.osl", text, &files, &Options { keep_tokens: true, ..options.clone() })
 }
 
 /// Parses by default.

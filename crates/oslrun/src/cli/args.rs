@@ -137,8 +137,8 @@ pub(super) struct RunArgs {
     /// Let the shader open and append to any file, not only those below the working directory and the texture paths.
     #[arg(long)]
     pub(super) allow_files: bool,
-    /// Rounds that the loops of a batch of points may take together.
-    #[arg(long, value_name = "N", default_value_t = 1 << 21)]
+    /// Steps that a batch of points may take before a loop of it has to end.
+    #[arg(long, value_name = "N", default_value_t = 1 << 24)]
     pub(super) max_steps: u64,
     /// Pass to leave out; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]

@@ -144,7 +144,7 @@ fn shade(
     let options = RunOptions {
         batch: args.batch as usize,
         isa: args.isa.unwrap_or_else(Isa::detect),
-        max_rounds: args.max_steps,
+        max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
         ..RunOptions::default()
@@ -162,9 +162,13 @@ fn shade(
     };
     bar.finish_and_clear();
     result.map_err(|stop| {
-        let Stop::TooManyRounds { span, .. } = stop;
+        let (Stop::TooManySteps { span, .. } | Stop::Exhausted { span, .. }) = stop;
+        let hint = match stop {
+            Stop::TooManySteps { .. } => "; --max-steps sets the limit",
+            Stop::Exhausted { .. } => "",
+        };
         let place = sources.place(span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
-        Failure::new(format!("{place}{stop}; --max-steps sets the limit"))
+        Failure::new(format!("{place}{stop}{hint}"))
     })
 }
 

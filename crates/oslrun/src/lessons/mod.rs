@@ -37,7 +37,7 @@ pub fn all() -> &'static [Lesson] {
 pub fn codes() -> Vec<Code> {
     let mut all: Vec<Code> = osl_syntax::errors::CODES.to_vec();
     all.extend(resolve::errors::ALL);
-    all.extend([lower::TOO_LARGE, lower::UNSUPPORTED]);
+    all.push(lower::TOO_LARGE);
     all.extend(lint::LINTS.iter().map(|l| l.code));
     all.sort_by_key(|code| code.id);
     all

@@ -1,0 +1,115 @@
+//! Messages whose names are computed: kept by lane and name, as long as the batch lasts.
+//!
+//! Values are kept as words: strings and closures are numbers that last as long.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::message::Message;
+use crate::program::KernelStep;
+use osl_ir::Span;
+use osl_ir::builtins::{MessageMade, other_type, set_late, set_twice};
+use osl_ir::ir::MessageForm;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// Messages that a batch may keep.
+const MAX_MESSAGES: usize = 1 << 16;
+/// Words of values that a batch may keep.
+const MAX_WORDS: usize = 1 << 20;
+
+/// The messages of a batch by lane and number of the name.
+#[derive(Debug, Default)]
+pub(super) struct Named {
+    list: FxHashMap<(usize, u32), Entry>,
+    words: usize,
+}
+
+/// A message that was set, or asked for in vain.
+#[derive(Debug)]
+struct Entry {
+    ty: Arc<str>,
+    place: Span,
+    /// The components of the value, element by element; `None` was asked for in vain.
+    value: Option<Vec<u32>>,
+}
+
+impl Named {
+    pub(super) fn clear(&mut self) {
+        self.list.clear();
+        self.words = 0;
+    }
+}
+
+impl Machine<'_> {
+    pub(super) fn set_message(&mut self, form: &MessageForm, step: &KernelStep, mask: &Mask) {
+        let Some(name) = step.args.first() else { return };
+        for lane in self.active(mask) {
+            let key = (lane, self.word(*name, lane));
+            match self.named.list.get(&key) {
+                None => {
+                    let value = self.message_words(form, step, lane);
+                    self.keep(key, form, Some(value));
+                }
+                Some(Entry { place, value, .. }) => {
+                    let say = if value.is_some() { set_twice } else { set_late };
+                    let places = vec![*place, form.place];
+                    let message = Message::error_at(say(&self.text(key.1)), places);
+                    self.messages.add(self.first + lane, message);
+                }
+            }
+        }
+    }
+
+    pub(super) fn get_message(&mut self, form: &MessageForm, step: &KernelStep, mask: &Mask) {
+        let (Some(name), Some((found, rest))) = (step.args.first(), step.outs.split_first()) else { return };
+        for lane in self.active(mask) {
+            let key = (lane, self.word(*name, lane));
+            let mut value = None;
+            match self.named.list.get(&key) {
+                None => self.keep(key, form, None),
+                Some(entry) if entry.ty == form.ty => value = entry.value.clone(),
+                Some(Entry { ty, place, value }) => {
+                    let made = if value.is_some() { MessageMade::Set } else { MessageMade::AskedFor };
+                    let text = other_type(&self.text(key.1), made, ty, &form.ty);
+                    let message = Message::error_at(text, vec![*place, form.place]);
+                    self.messages.add(self.first + lane, message);
+                }
+            }
+            self.set_words(*found, lane, &[value.is_some().into()]);
+            let Some(words) = value else { continue };
+            match (rest.first(), form.array) {
+                (Some(out), _) => self.set_words(*out, lane, &words),
+                (None, Some(array)) => self.fill_array(array.0, lane, &words),
+                (None, None) => {}
+            }
+        }
+    }
+
+    fn keep(&mut self, key: (usize, u32), form: &MessageForm, value: Option<Vec<u32>>) {
+        let words = value.as_ref().map_or(0, Vec::len);
+        if self.named.list.len() >= MAX_MESSAGES || self.named.words + words > MAX_WORDS {
+            self.exhaust("the shader keeps too many messages under computed names");
+            return;
+        }
+        self.named.words += words;
+        self.named.list.insert(key, Entry { ty: form.ty.clone(), place: form.place, value });
+    }
+
+    /// The words of the value that a call sets.
+    fn message_words(&self, form: &MessageForm, step: &KernelStep, lane: usize) -> Vec<u32> {
+        if let Some(array) = form.array {
+            let plan = self.program.arrays[array.index()];
+            let (len, words) = (plan.len as usize, plan.words as usize);
+            return (0..len * words).map(|at| self.element(array.0, at / words, at % words, lane)).collect();
+        }
+        let Some(value) = step.args.get(1) else { return Vec::new() };
+        (0..value.words as usize).map(|c| self.word(self.part(*value, c), lane)).collect()
+    }
+
+    fn fill_array(&mut self, array: u32, lane: usize, words: &[u32]) {
+        let each = self.program.arrays[array as usize].words.max(1) as usize;
+        for (at, word) in words.iter().enumerate() {
+            self.set_element(array, at / each, at % each, lane, *word);
+        }
+    }
+}

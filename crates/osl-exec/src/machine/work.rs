@@ -1,0 +1,50 @@
+//! How much a batch may do: steps, counted by what they take, and the memory of what it makes.
+//!
+//! The count knows no clock, so that a program ends at the same place on every machine.
+
+use super::{Machine, Stop};
+use crate::program::KernelStep;
+use osl_ir::Span;
+use osl_ir::ir::Kernel;
+
+/// Bytes of text for each step that is counted for it.
+const BYTES_A_STEP: usize = 128;
+
+/// What a kernel counts for each lane, in sixteenths of a step.
+fn of_kernel(kernel: &Kernel) -> u64 {
+    match kernel {
+        Kernel::Noise { triple, .. } => 4 << u32::from(*triple),
+        Kernel::NamedNoise { .. } => 1600,
+        Kernel::Texture { .. } | Kernel::Environment { .. } | Kernel::TextureInfo { .. } => 160,
+        Kernel::Regex { .. } => 16_000,
+        Kernel::DictFind => 1600,
+        Kernel::Report { .. } | Kernel::CheckIndex { .. } | Kernel::Hash => 4,
+        Kernel::ClosureSum | Kernel::ClosureScale => 16,
+        _ => 100,
+    }
+}
+
+impl Machine<'_> {
+    /// Counts a kernel that runs at `lanes` lanes.
+    pub(super) fn spend_kernel(&mut self, step: &KernelStep, lanes: usize) {
+        self.spent += (of_kernel(&step.kernel) * lanes as u64).div_ceil(16);
+    }
+
+    /// Counts the making of a text.
+    pub(super) fn spend_text(&mut self, bytes: usize) {
+        self.spent += (bytes / BYTES_A_STEP) as u64;
+    }
+
+    /// An error once the batch has done too much.
+    pub(super) fn within_budget(&self, span: Span) -> Result<(), Stop> {
+        if self.spent > self.max_steps {
+            return Err(Stop::TooManySteps { steps: self.max_steps, span });
+        }
+        Ok(())
+    }
+
+    /// Ends the run behind the kernel that is running.
+    pub(super) fn exhaust(&mut self, what: impl Into<String>) {
+        self.exhausted.get_or_insert_with(|| what.into());
+    }
+}
