@@ -35,7 +35,7 @@ pub struct RunOptions {
 
 impl Default for RunOptions {
     fn default() -> Self {
-        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_steps: 1 << 24, closures: false }
+        RunOptions { batch: 256, tile: 4096, isa: Isa::detect(), max_steps: 1 << 23, closures: false }
     }
 }
 

@@ -109,6 +109,18 @@ pub struct Program {
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
     /// Name of the shader.
     pub(crate) shader: Arc<str>,
+    /// Whether all points share all that it does: one run is enough.
+    pub(crate) shared: bool,
+}
+
+/// Whether steps do no more than yield values.
+fn is_quiet(steps: &[Step]) -> bool {
+    steps.iter().all(|step| match step {
+        Step::Lane { .. } | Step::Load { .. } | Step::Store { .. } => true,
+        Step::Kernel(step) => !step.kernel.has_effect() && !step.kernel.is_varying(),
+        Step::If { then, otherwise, .. } => is_quiet(then) && is_quiet(otherwise),
+        Step::Loop { body, .. } => is_quiet(body),
+    })
 }
 
 impl Program {
@@ -118,7 +130,7 @@ impl Program {
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
         let Compiler { registers, words, globals, slopes, strings, .. } = compiler;
-        let arrays = body
+        let arrays: Vec<Array> = body
             .slots
             .iter()
             .map(|slot| Array {
@@ -127,7 +139,9 @@ impl Program {
                 varying: slot.rate == Rate::Varying,
             })
             .collect();
+        let shared = registers.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
         Program {
+            shared,
             steps,
             registers,
             words,
