@@ -42,7 +42,7 @@ impl Default for RunOptions {
             batch: 256,
             tile: 4096,
             isa: Isa::detect(),
-            max_steps: 1 << 24,
+            max_steps: 1 << 23,
             closures: false,
             profile: false,
         }

@@ -202,6 +202,19 @@ pub struct Program {
     pub(crate) shader: Arc<str>,
     /// Groups of values that points share.
     pub(crate) groups: usize,
+    /// Whether all points share all that it does: one run is enough.
+    pub(crate) shared: bool,
+}
+
+/// Whether steps do no more than yield values.
+fn is_quiet(steps: &Steps) -> bool {
+    steps.list.iter().all(|step| match step {
+        Step::Lane(_) | Step::FindCells { .. } | Step::Load { .. } | Step::Store { .. } => true,
+        Step::Kernel(step) => !step.kernel.has_effect() && !step.kernel.is_varying(),
+        Step::If { then, otherwise, .. } => is_quiet(then) && is_quiet(otherwise),
+        Step::Loop { body, .. } => is_quiet(body),
+        Step::Shared { steps, .. } => is_quiet(steps),
+    })
 }
 
 impl Program {
@@ -211,7 +224,7 @@ impl Program {
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
         let Compiler { registers, words, globals, slopes, strings, marks, .. } = compiler;
-        let arrays = body
+        let arrays: Vec<Array> = body
             .slots
             .iter()
             .map(|slot| Array {
@@ -220,7 +233,9 @@ impl Program {
                 varying: slot.rate == Rate::Varying,
             })
             .collect();
+        let shared = registers.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
         Program {
+            shared,
             steps,
             marks,
             registers,

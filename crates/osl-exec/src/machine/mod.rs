@@ -73,6 +73,8 @@ pub(crate) struct Machine<'a> {
     spent: u64,
     /// A budget that the kernel which runs has used up.
     exhausted: Option<String>,
+    /// Whether a batch has been run.
+    ran: bool,
     /// Where the points come from.
     source: &'a dyn PointSource,
     /// The point of the first lane, and how many lanes have a point of their own.
@@ -117,6 +119,7 @@ impl<'a> Machine<'a> {
             max_steps,
             spent: 0,
             exhausted: None,
+            ran: false,
             source,
             first: 0,
             points: 0,
@@ -134,6 +137,10 @@ impl<'a> Machine<'a> {
     /// Runs the program for `points` points from `first` on, at most as many as the batch is wide.
     pub(crate) fn run(&mut self, first: usize, points: usize) -> Result<(), Stop> {
         let source = self.source;
+        if self.program.shared && std::mem::replace(&mut self.ran, true) {
+            // It holds the results of every point.
+            return Ok(());
+        }
         self.spent = 0;
         (self.first, self.points) = (first, points);
         self.texts.clear();

@@ -81,6 +81,7 @@ impl Machine<'_> {
         for lane in self.active(mask) {
             let (i, n) = (self.word(*index, lane) as i32, self.word(*len, lane) as i32);
             if i < 0 || i >= n {
+                self.spend_report();
                 let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);
                 self.messages.add(self.first + lane, Message::error_at(text, vec![step.span]));
             }

@@ -9,6 +9,8 @@ use osl_ir::ir::Kernel;
 
 /// Bytes of text for each step that is counted for it.
 const BYTES_A_STEP: usize = 128;
+/// Steps that are counted for a report of a bad index.
+const REPORT: u64 = 16;
 
 /// What a kernel counts for each lane, in sixteenths of a step.
 fn of_kernel(kernel: &Kernel) -> u64 {
@@ -18,6 +20,8 @@ fn of_kernel(kernel: &Kernel) -> u64 {
         Kernel::Texture { .. } | Kernel::Environment { .. } | Kernel::TextureInfo { .. } => 160,
         Kernel::Regex { .. } => 16_000,
         Kernel::DictFind => 1600,
+        Kernel::Print { .. } => 400,
+        Kernel::Format(_) | Kernel::Split { .. } => 200,
         Kernel::Report { .. } | Kernel::CheckIndex { .. } | Kernel::Hash => 4,
         Kernel::ClosureSum | Kernel::ClosureScale => 16,
         _ => 100,
@@ -33,6 +37,11 @@ impl Machine<'_> {
     /// Counts the making of a text.
     pub(super) fn spend_text(&mut self, bytes: usize) {
         self.spent += (bytes / BYTES_A_STEP) as u64;
+    }
+
+    /// Counts a report of a bad index.
+    pub(super) fn spend_report(&mut self) {
+        self.spent += REPORT;
     }
 
     /// An error once the batch has done too much.

@@ -22,8 +22,8 @@ use osl_syntax::span::Span;
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
 
-/// Values that a program may have: far above any shader that people write, and a few hundred megabytes.
-const MAX_VALUES: usize = 2_000_000;
+/// Values that a program may have: far above any shader that people write, and some 150 megabytes.
+const MAX_VALUES: usize = 500_000;
 /// Words of arrays that a program may have, for each point: 4 MiB. Sixteen points are the least that run together.
 const MAX_ARRAY_WORDS: u64 = 1 << 20;
 

@@ -138,7 +138,7 @@ pub(super) struct RunArgs {
     #[arg(long)]
     pub(super) allow_files: bool,
     /// Steps that a batch of points may take before a loop of it has to end.
-    #[arg(long, value_name = "N", default_value_t = 1 << 24)]
+    #[arg(long, value_name = "N", default_value_t = 1 << 23)]
     pub(super) max_steps: u64,
     /// Pass to leave out; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
