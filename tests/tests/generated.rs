@@ -82,6 +82,22 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "isconstant finds the same without folding",
         "shader s(output int r = isconstant(2), output int q = isconstant(u)) { r += isconstant(1 + 1); }",
     ),
+    (
+        "what wants tangents, which rounds noises and powers in another way, was asked of the unfolded body",
+        "shader s(output float r = 0, output float q = 0) { float a = snoise(P * 7); float b = pow(u, v);
+            r = a; q = b; if (1 - 1) r += Dx(a * b); r += Dx(u); }",
+    ),
+    (
+        "what rounds of a loop divide by, and whether it is constant, was not found out without folding",
+        "shader s(output vector r = 0, output int q = 0, output float p = 1) {
+            for (int i = 1 - 1; i < 3; i++) { normal n = 1; r = u / vector(r[1 % 3], n[0], 2);
+            q += isconstant(p) * (i + 1); if (i == 1) continue; p /= 1 - 1; } }",
+    ),
+    (
+        "a round of a loop wants tangents that the others do not",
+        "shader s(output float r = 0) { float n = u; for (int i = 0; i < 3; i++) {
+            n = noise(P * (i + 3)) + n; if (i == 1) r += Dx(n); r += n; } }",
+    ),
 ];
 
 #[test]

@@ -26,7 +26,9 @@ pub enum Pass {
     Ssa,
     /// Drops outputs that nobody asked for.
     Slice,
-    /// Computes constants with the run's own arithmetic, resolves names, takes known branches.
+    /// Computes constants with the run's own arithmetic, resolves names, takes known branches. Switched off it still
+    /// runs where what follows asks the folded body: before `unroll` where there are loops, whose rounds may be known,
+    /// and before `derive` where derivatives are asked for, since what wants them decides how some values are rounded.
     Fold,
     /// Writes loops of a few known rounds as their rounds, and folds them.
     Unroll,
@@ -119,29 +121,35 @@ pub struct Report {
 /// Runs the passes and reports what each did.
 pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
+    let without = |pass| options.without.contains(&pass);
+    // Whether derivatives, which the folded body decides on, or loops need folding.
+    let (mut derives, mut loops) = (false, false);
     for pass in Pass::ALL {
-        if options.without.contains(&pass) && !matches!(pass, Pass::Ssa | Pass::Derive) {
-            if pass == Pass::Fold {
-                fold::only_meaning(body);
-            }
-            continue;
-        }
         let before = body.count();
+        match pass {
+            Pass::Ssa | Pass::Derive => {}
+            Pass::Fold if without(pass) => {
+                derives = derive::asks(body);
+                loops = !without(Pass::Unroll) && unroll::has_loop(body);
+                if !derives && !loops {
+                    fold::only_meaning(body);
+                    continue;
+                }
+            }
+            pass if without(pass) => continue,
+            _ => {}
+        }
         match pass {
             Pass::Ssa => ssa::run(body),
             Pass::Slice => slice(body, options.outputs.as_deref()),
             Pass::Unroll => {
-                if unroll::run(body) && !options.without.contains(&Pass::Fold) {
-                    fold::run(body);
+                if unroll::run(body) {
+                    fold_if(body, derives || !without(Pass::Fold));
                 }
             }
             Pass::Derive => {
                 if derive::run(body) {
-                    if options.without.contains(&Pass::Fold) {
-                        fold::only_meaning(body);
-                    } else {
-                        fold::run(body);
-                    }
+                    fold_if(body, !without(Pass::Fold));
                 }
             }
             Pass::Fold => fold::run(body),
@@ -159,6 +167,11 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         reports.push(Report { pass, before, after: body.count() });
     }
     reports
+}
+
+/// Folds, or finds out what folding would say of the program's meaning.
+fn fold_if(body: &mut Body, folds: bool) {
+    if folds { fold::run(body) } else { fold::only_meaning(body) }
 }
 
 /// Drops outputs that are not wanted. What computed them goes with `dce`.

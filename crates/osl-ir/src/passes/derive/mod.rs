@@ -50,6 +50,15 @@ pub(super) fn run(body: &mut Body) -> bool {
     demand.any
 }
 
+/// Whether anything asks for tangents.
+pub(super) fn asks(body: &Body) -> bool {
+    body.blocks.iter().flat_map(|block| &block.insts).any(|inst| match &inst.op {
+        Op::Derivative(..) | Op::Kernel(Kernel::Texture { footprint: false, .. }, _) => true,
+        Op::Kernel(kernel, _) => kernel.is_filtered(),
+        _ => false,
+    })
+}
+
 /// Arrays for the tangents of an array's elements.
 fn shadow(body: &mut Body, index: usize) -> [SlotId; 2] {
     Axis::BOTH.map(|axis| {
