@@ -138,6 +138,8 @@ pub enum Kernel {
     SplineInverse {
         /// The knots.
         knots: SlotId,
+        /// Whether the value's tangents follow, and the result's are wanted.
+        tangents: bool,
     },
     /// A closure component: the values of `shapes`, which are the parameters in order and then keyword arguments.
     Component {
@@ -206,7 +208,7 @@ impl Kernel {
     /// The array that it reads.
     pub fn reads(&self) -> Option<SlotId> {
         match self {
-            Kernel::SplineInverse { knots } => Some(*knots),
+            Kernel::SplineInverse { knots, .. } => Some(*knots),
             _ => None,
         }
     }
@@ -220,7 +222,7 @@ impl Kernel {
     pub fn is_smooth(&self) -> bool {
         match self {
             Kernel::Noise { field, .. } => !matches!(field, NoiseField::Cell | NoiseField::Hash),
-            Kernel::NamedNoise { .. } => true,
+            Kernel::NamedNoise { .. } | Kernel::SplineInverse { .. } => true,
             Kernel::Attribute { kind, count, .. } => *kind == Kind::Float && *count == 0,
             _ => false,
         }
@@ -237,6 +239,7 @@ impl Kernel {
         if let Kernel::Noise { tangents, .. }
         | Kernel::NamedNoise { tangents, .. }
         | Kernel::Texture { tangents, .. }
+        | Kernel::SplineInverse { tangents, .. }
         | Kernel::Attribute { tangents, .. } = &mut self
         {
             *tangents = true;
@@ -251,6 +254,7 @@ impl Kernel {
             Kernel::Noise { tangents: true, .. }
                 | Kernel::NamedNoise { tangents: true, .. }
                 | Kernel::Texture { tangents: true, .. }
+                | Kernel::SplineInverse { tangents: true, .. }
                 | Kernel::Attribute { tangents: true, .. }
         )
     }
@@ -261,6 +265,7 @@ impl Kernel {
         match self {
             Kernel::Noise { dims, .. } => 0..words(*dims),
             Kernel::NamedNoise { dims, .. } => 1..1 + words(*dims),
+            Kernel::SplineInverse { .. } => 1..2,
             _ => 0..0,
         }
     }

@@ -112,15 +112,15 @@ pub struct Report {
 pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
     let without = |pass| options.without.contains(&pass);
-    // Whether derivatives, which the folded body decides on, or loops need folding.
-    let (mut derives, mut loops) = (false, false);
+    // Whether the folded body decides on derivatives.
+    let mut derives = false;
     for pass in Pass::ALL {
         let before = body.count();
         match pass {
             Pass::Ssa | Pass::Derive => {}
             Pass::Fold if without(pass) => {
                 derives = derive::asks(body);
-                loops = !without(Pass::Unroll) && unroll::has_loop(body);
+                let loops = !without(Pass::Unroll) && unroll::has_loop(body);
                 if !derives && !loops {
                     fold::only_meaning(body);
                     continue;
