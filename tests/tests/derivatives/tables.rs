@@ -113,10 +113,7 @@ pub(crate) fn splines() -> Vec<Case> {
         });
         let list: Vec<String> = rising.iter().map(f64::to_string).collect();
         let code = format!("float k[7] = {{ {} }}; f = splineinverse(\"{name}\", s, k);", list.join(", "));
-        cases.push(Case::new("splineinverse", &code, false, model).on(&[even(0.1, 6.9)]).within(
-            1e-4,
-            "the search stops within 1e-6 of x, and the slope is that of the place where it stopped",
-        ));
+        cases.push(Case::new("splineinverse", &code, false, model).on(&[even(0.1, 6.9)]));
     }
     for case in &mut cases {
         case.inside = (8.0, "the weights of knots are sums that cancel");
