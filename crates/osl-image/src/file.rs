@@ -4,7 +4,7 @@
 //! bytes or the new ones and a failed run leaves the old file as it was. It must not know image formats.
 
 use std::fs;
-use std::io::{Read, Write};
+use std::io::{BufWriter, Cursor, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::ImageError;
@@ -18,13 +18,29 @@ const MAX_FILE_BYTES: u64 = 1 << 31;
 /// link stays, and what it points to is replaced. A device or pipe is written to directly, since renaming over
 /// it would destroy it.
 pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    replace_with(path, |file| file.write_all(bytes).map_err(|e| ImageError::io(path, "write the file", e)))
+}
+
+/// A file that is being written.
+pub(crate) trait Sink: Write + Seek + Send {}
+impl<T: Write + Seek + Send> Sink for T {}
+
+/// Replaces `path` by what `write` writes, as [`replace`] does; leaves it untouched if that fails.
+pub(crate) fn replace_with<E: From<ImageError>>(
+    path: &Path,
+    write: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
+) -> Result<(), E> {
     let target = resolve(path);
     match fs::metadata(&target) {
-        Ok(old) if old.is_dir() => Err(ImageError::input(path, "is a directory, not a file")),
-        Ok(old) if old.is_file() => persist(path, &target, bytes, Some(old.permissions())),
-        Ok(_) => write_through(path, &target, bytes),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => persist(path, &target, bytes, None),
-        Err(error) => Err(ImageError::io(path, "look at the file", error)),
+        Ok(old) if old.is_dir() => Err(ImageError::input(path, "is a directory, not a file").into()),
+        Ok(old) if old.is_file() => persist(path, &target, write, Some(old.permissions())),
+        Ok(_) => {
+            let mut bytes = Cursor::new(Vec::new());
+            write(&mut bytes)?;
+            Ok(write_through(path, &target, bytes.get_ref())?)
+        }
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => persist(path, &target, write, None),
+        Err(error) => Err(ImageError::io(path, "look at the file", error).into()),
     }
 }
 
@@ -52,23 +68,25 @@ fn resolve(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
-fn persist(
+fn persist<E: From<ImageError>>(
     path: &Path,
     target: &Path,
-    bytes: &[u8],
+    write: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
     permissions: Option<fs::Permissions>,
-) -> Result<(), ImageError> {
+) -> Result<(), E> {
     let dir = match target.parent() {
         Some(dir) if !dir.as_os_str().is_empty() => dir,
         _ => Path::new("."),
     };
     if !dir.is_dir() {
-        return Err(ImageError::input(path, format!("there is no directory {}", dir.display())));
+        return Err(ImageError::input(path, format!("there is no directory {}", dir.display())).into());
     }
     let mut temporary = temporary_in(dir)
         .map_err(|e| ImageError::io(path, format!("create a file in {}", dir.display()), e))?;
-    let written = temporary.write_all(bytes).and_then(|()| temporary.flush());
-    written.map_err(|e| ImageError::io(path, "write the file", e))?;
+    let mut buffered = BufWriter::new(&mut temporary);
+    write(&mut buffered)?;
+    buffered.flush().map_err(|e| ImageError::io(path, "write the file", e))?;
+    drop(buffered);
     if let Some(permissions) = permissions {
         let set = temporary.as_file().set_permissions(permissions);
         set.map_err(|e| ImageError::io(path, "set the permissions of the file", e))?;
