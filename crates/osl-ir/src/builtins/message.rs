@@ -21,7 +21,7 @@ pub(super) static ROWS: &[Builtin] = &[
     .extremes(
         "A second value of the same name at a point is an error of the run and ignored; so is one of \
                a name that was asked for in vain. A batch of points keeps at most 65536 messages and 4 MiB of \
-               values under computed names; more are an error of the run and ignored.",
+               values under computed names; more end the run.",
     )
     .example("setmessage(\"height\", 2 * u);"),
     Builtin::compose(
