@@ -203,7 +203,7 @@ impl<'a> Run<'a> {
         let failed = AtomicBool::new(false);
         let batch = options.batch.clamp(1, program.widest(rayon::current_num_threads()));
         let new = || {
-            Machine::new(program, *services, *source, options.isa, batch.min(tile), options.max_steps, said)
+            Machine::new(program, services, *source, options.isa, batch.min(tile), options.max_steps, said)
         };
         let profile = || options.profile.then(|| Box::new(Profile::new(program)));
         let results: Vec<Result<Tile, Stop>> = parts

@@ -190,7 +190,7 @@ pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>
                         || !whole
                         || ordered.iter().any(|p| p.len() != rows * width)
                     {
-                        return Err(exr::error::Error::invalid("piece of the image"));
+                        return Err(exr::error::Error::Invalid("piece of the image".into()));
                     }
                     let (result, following) = rayon::join(
                         || write_rows(&meta, chunks, &ordered, row, rows, options.samples),

@@ -18,7 +18,7 @@ pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<Pa
     let planes: Vec<&Plane> =
         frame.planes.iter().filter(|p| !matches!(p.kind, Kind::Str | Kind::Closure)).collect();
     if planes.is_empty() {
-        return Err(Failure::new("the shader has no output that an image can hold"));
+        return Err(Failure::new(EMPTY));
     }
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("exr") => exr(&planes, path, args),
@@ -121,7 +121,12 @@ pub(super) enum Broken {
     Image(ImageError),
     /// The run.
     Stop(Stop),
+    /// There is nothing to write.
+    Empty,
 }
+
+/// What is said of a frame without planes.
+pub(super) const EMPTY: &str = "the shader has no output that an image can hold";
 
 impl From<ImageError> for Broken {
     fn from(error: ImageError) -> Broken {
@@ -146,7 +151,7 @@ pub(super) fn stream(
     let (width, height) = args.grid;
     let planes = run.planes();
     if planes.is_empty() {
-        return Err(ImageError::input(path, "the shader has no output that an image can hold").into());
+        return Err(Broken::Empty);
     }
     let rows =
         (PIECE_WORDS / (width * planes.len()).max(1)).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER);

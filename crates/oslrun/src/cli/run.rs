@@ -187,6 +187,7 @@ fn shade(
     result.map_err(|broken| match broken {
         Broken::Image(error) => Failure::new(error),
         Broken::Stop(stop) => stopped(&stop, sources),
+        Broken::Empty => Failure::new(output::EMPTY),
     })
 }
 
