@@ -16,7 +16,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::error::ImageError;
-use crate::file;
+use crate::file::Unsaved;
 
 /// What the planes of a layer mean, which decides the names of its channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -145,7 +145,7 @@ pub fn write_exr(
         check_planes(path, layer, width * height)?;
     }
     let mut planes = Some(layers.iter().flat_map(|l| l.planes.iter().copied()).collect::<Vec<&[f32]>>());
-    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))
+    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))?.save()
 }
 
 /// Rows that a piece of [`write_exr_rows`] must have a multiple of, unless it is the last.
@@ -153,6 +153,7 @@ pub const ROWS_TOGETHER: usize = 32;
 
 /// Writes an EXR file that comes in pieces from the first row on. `next` yields the planes of all layers for the next
 /// rows, a multiple of [`ROWS_TOGETHER`] until the last; it is called while the piece before is compressed and written.
+/// The file is in its place once the result is saved.
 ///
 /// **Errors**: those of [`write_exr`], and those of `next`. The file at `path` is then as it was before.
 pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
@@ -161,51 +162,45 @@ pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>
     layers: &[(&str, LayerKind)],
     options: ExrOptions,
     mut next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
-) -> Result<(), E> {
+) -> Result<Unsaved, E> {
     check_size(path, width, height)?;
     let (header, order) = header(path, (width, height), layers, options)?;
-    let fails =
-        |error: exr::error::Error| E::from(ImageError::format(path, format!("cannot encode EXR: {error}")));
-    file::replace_with(path, |file| {
-        let mut stopped: Option<E> = None;
-        let written =
-            exr::block::writer::write_chunks_with(file, smallvec::smallvec![header], true, |meta, chunks| {
-                let mut row = 0;
-                let mut piece = next();
-                loop {
-                    let planes = match piece {
-                        Ok(Some(planes)) => planes,
-                        Ok(None) => return Ok(()),
-                        Err(error) => {
-                            stopped = Some(error);
-                            return Err(exr::error::Error::Aborted);
-                        }
-                    };
-                    let rows = planes.first().map_or(0, |p| p.as_ref().len() / width);
-                    let ordered: Vec<&[f32]> =
-                        order.iter().filter_map(|i| planes.get(*i)).map(|p| p.as_ref()).collect();
-                    let whole = rows % ROWS_TOGETHER == 0 || row + rows == height;
-                    if ordered.len() != order.len()
-                        || rows == 0
-                        || !whole
-                        || ordered.iter().any(|p| p.len() != rows * width)
-                    {
-                        return Err(exr::error::Error::Invalid("piece of the image".into()));
-                    }
-                    let (result, following) = rayon::join(
-                        || write_rows(&meta, chunks, &ordered, row, rows, options.samples),
-                        &mut next,
-                    );
-                    result?;
-                    row += rows;
-                    piece = following;
+    let mut file = Unsaved::new(path)?;
+    let mut stopped: Option<E> = None;
+    let headers = smallvec::smallvec![header];
+    let written = exr::block::writer::write_chunks_with(file.sink(), headers, true, |meta, chunks| {
+        let mut row = 0;
+        let mut piece = next();
+        loop {
+            let planes = match piece {
+                Ok(Some(planes)) => planes,
+                Ok(None) => return Ok(()),
+                Err(error) => {
+                    stopped = Some(error);
+                    return Err(exr::error::Error::Aborted);
                 }
-            });
-        match stopped {
-            Some(error) => Err(error),
-            None => written.map_err(fails),
+            };
+            let rows = planes.first().map_or(0, |p| p.as_ref().len() / width);
+            let ordered: Vec<&[f32]> =
+                order.iter().filter_map(|i| planes.get(*i)).map(|p| p.as_ref()).collect();
+            let whole = rows > 0 && (rows % ROWS_TOGETHER == 0 || row + rows == height);
+            if !whole || ordered.len() != order.len() || ordered.iter().any(|p| p.len() != rows * width) {
+                return Err(exr::error::Error::Invalid("piece of the image".into()));
+            }
+            let write = || write_rows(&meta, chunks, &ordered, row, rows, options.samples);
+            let (result, following) = rayon::join(write, &mut next);
+            result?;
+            row += rows;
+            piece = following;
         }
-    })
+    });
+    match stopped {
+        Some(error) => Err(error),
+        None => {
+            written.map_err(|e| ImageError::format(path, format!("cannot encode EXR: {e}")))?;
+            Ok(file)
+        }
+    }
 }
 
 /// The header of the file, and which plane each of its channels is: they are sorted by name.

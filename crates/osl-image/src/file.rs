@@ -13,34 +13,79 @@ use crate::error::ImageError;
 const MAX_FILE_BYTES: u64 = 1 << 31;
 
 /// Replaces `path` by a file of these bytes, or leaves it untouched and says why.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    let mut file = Unsaved::new(path)?;
+    let written = file.sink().write_all(bytes);
+    written.map_err(|e| ImageError::io(path, "write the file", e))?;
+    file.save()
+}
+
+/// A file that is written but not yet in its place: [`Unsaved::save`] puts it there, and if it is dropped, all is as it was
+/// before.
 ///
 /// An existing file keeps its permissions, a new one gets those the process gives to any new file. A symbolic
 /// link stays, and what it points to is replaced. A device or pipe is written to directly, since renaming over
 /// it would destroy it.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    replace_with(path, |file| file.write_all(bytes).map_err(|e| ImageError::io(path, "write the file", e)))
+pub struct Unsaved {
+    path: PathBuf,
+    target: PathBuf,
+    content: Content,
+}
+
+enum Content {
+    Temporary(BufWriter<tempfile::NamedTempFile>, Option<fs::Permissions>),
+    /// For what is no file.
+    Bytes(Cursor<Vec<u8>>),
 }
 
 /// A file that is being written.
 pub(crate) trait Sink: Write + Seek + Send {}
 impl<T: Write + Seek + Send> Sink for T {}
 
-/// Replaces `path` by what `write` writes, as [`replace`] does; leaves it untouched if that fails.
-pub(crate) fn replace_with<E: From<ImageError>>(
-    path: &Path,
-    write: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
-) -> Result<(), E> {
-    let target = resolve(path);
-    match fs::metadata(&target) {
-        Ok(old) if old.is_dir() => Err(ImageError::input(path, "is a directory, not a file").into()),
-        Ok(old) if old.is_file() => persist(path, &target, write, Some(old.permissions())),
-        Ok(_) => {
-            let mut bytes = Cursor::new(Vec::new());
-            write(&mut bytes)?;
-            Ok(write_through(path, &target, bytes.get_ref())?)
+impl Unsaved {
+    /// An empty file for a path.
+    ///
+    /// **Errors**: the path is a directory, or there is none for it, or the system refuses.
+    pub(crate) fn new(path: &Path) -> Result<Unsaved, ImageError> {
+        let target = resolve(path);
+        let content = match fs::metadata(&target) {
+            Ok(old) if old.is_dir() => return Err(ImageError::input(path, "is a directory, not a file")),
+            Ok(old) if old.is_file() => temporary_beside(path, &target, Some(old.permissions()))?,
+            Ok(_) => Content::Bytes(Cursor::new(Vec::new())),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                temporary_beside(path, &target, None)?
+            }
+            Err(error) => return Err(ImageError::io(path, "look at the file", error)),
+        };
+        Ok(Unsaved { path: path.to_owned(), target, content })
+    }
+
+    /// Where to write.
+    pub(crate) fn sink(&mut self) -> &mut dyn Sink {
+        match &mut self.content {
+            Content::Temporary(file, _) => file,
+            Content::Bytes(bytes) => bytes,
         }
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => persist(path, &target, write, None),
-        Err(error) => Err(ImageError::io(path, "look at the file", error).into()),
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// **Errors**: what the disk refuses; what was there before is there still.
+    pub fn save(self) -> Result<(), ImageError> {
+        let Unsaved { path, target, content } = self;
+        match content {
+            Content::Bytes(bytes) => write_through(&path, &target, bytes.get_ref()),
+            Content::Temporary(file, permissions) => {
+                let file =
+                    file.into_inner().map_err(|e| ImageError::io(&path, "write the file", e.into_error()))?;
+                if let Some(permissions) = permissions {
+                    let set = file.as_file().set_permissions(permissions);
+                    set.map_err(|e| ImageError::io(&path, "set the permissions of the file", e))?;
+                }
+                file.persist(target).map_err(|e| ImageError::io(&path, "replace the file", e.error))?;
+                Ok(())
+            }
+        }
     }
 }
 
@@ -68,31 +113,21 @@ fn resolve(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
-fn persist<E: From<ImageError>>(
+fn temporary_beside(
     path: &Path,
     target: &Path,
-    write: impl FnOnce(&mut dyn Sink) -> Result<(), E>,
     permissions: Option<fs::Permissions>,
-) -> Result<(), E> {
+) -> Result<Content, ImageError> {
     let dir = match target.parent() {
         Some(dir) if !dir.as_os_str().is_empty() => dir,
         _ => Path::new("."),
     };
     if !dir.is_dir() {
-        return Err(ImageError::input(path, format!("there is no directory {}", dir.display())).into());
+        return Err(ImageError::input(path, format!("there is no directory {}", dir.display())));
     }
-    let mut temporary = temporary_in(dir)
+    let temporary = temporary_in(dir)
         .map_err(|e| ImageError::io(path, format!("create a file in {}", dir.display()), e))?;
-    let mut buffered = BufWriter::new(&mut temporary);
-    write(&mut buffered)?;
-    buffered.flush().map_err(|e| ImageError::io(path, "write the file", e))?;
-    drop(buffered);
-    if let Some(permissions) = permissions {
-        let set = temporary.as_file().set_permissions(permissions);
-        set.map_err(|e| ImageError::io(path, "set the permissions of the file", e))?;
-    }
-    temporary.persist(target).map_err(|e| ImageError::io(path, "replace the file", e.error))?;
-    Ok(())
+    Ok(Content::Temporary(BufWriter::new(temporary), permissions))
 }
 
 /// A temporary file with the permissions that any new file would get.

@@ -31,6 +31,7 @@ pub use error::ImageError;
 pub use exr_out::{
     ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,
 };
+pub use file::Unsaved;
 pub use file::replace as replace_file;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;

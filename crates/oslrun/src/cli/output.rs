@@ -5,7 +5,7 @@ use super::args::RunArgs;
 use osl_exec::{Frame, Plane, Printed, Run, Stop};
 use osl_image::{
     BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
-    write_exr, write_exr_rows, write_png,
+    Unsaved, write_exr, write_exr_rows, write_png,
 };
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
@@ -141,13 +141,13 @@ pub(super) fn streams(args: &RunArgs) -> bool {
 }
 
 /// Runs all points and writes them to an EXR file as they come, so that memory does not grow with the image. Yields the
-/// frame without its planes, and the time that the run took of it.
+/// frame without its planes, the time that the run took of it, and the file.
 pub(super) fn stream(
     run: &Run<'_>,
     path: &Path,
     args: &RunArgs,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<(Frame, Duration), Broken> {
+) -> Result<(Frame, Duration, Unsaved), Broken> {
     let (width, height) = args.grid;
     let planes = run.planes();
     if planes.is_empty() {
@@ -156,7 +156,7 @@ pub(super) fn stream(
     let rows =
         (PIECE_WORDS / (width * planes.len()).max(1)).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER);
     let (mut frame, mut time, mut row) = (Frame::default(), Duration::ZERO, 0);
-    write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
+    let file = write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
         if row >= height {
             return Ok::<_, Broken>(None);
         }
@@ -169,7 +169,7 @@ pub(super) fn stream(
         time += started.elapsed();
         Ok(Some(values))
     })?;
-    Ok((frame, time))
+    Ok((frame, time, file))
 }
 
 /// Colors go through the sRGB curve; numbers become grey and other triples RGB as they are.

@@ -6,7 +6,7 @@ use super::{Failure, closures, input, levels, output, profile, repair, report};
 use crate::pipeline::{self, CompileError, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
-use osl_image::TextureCache;
+use osl_image::{TextureCache, Unsaved};
 use osl_ir::hir;
 use osl_ir::ir::Body;
 use osl_ir::lint::Level;
@@ -14,7 +14,7 @@ use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Runs a shader.
@@ -50,8 +50,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compile_time = started.elapsed();
 
     let services = services(args, path);
-    let Shaded { mut frame, run, write, written } =
-        shade(&compiled, &services, &grid, args, &checked.sources)?;
+    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &grid, args, &checked.sources)?;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
@@ -60,9 +59,13 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     report::messages(&frame, &checked.sources, err)?;
 
     let started = Instant::now();
-    let written = match (&args.output, written) {
+    let written = match (&args.output, file) {
         (Some(path), None) => output::write(&frame, path, args)?,
-        (_, written) => written.into_iter().collect(),
+        (Some(path), Some(file)) => {
+            file.save().map_err(Failure::new)?;
+            vec![path.clone()]
+        }
+        (None, _) => Vec::new(),
     };
     let write = write + started.elapsed();
     if args.output.is_none() && !args.stats && args.profile.is_none() {
@@ -135,12 +138,12 @@ fn services(args: &RunArgs, shader: &Path) -> Services {
     Services { ray: args.raytype.clone(), spaces, textures }
 }
 
-/// A frame, the times that running and writing it took, and the file if it is written already.
+/// A frame, the times that running and writing it took, and the file if it is written already, though not yet in place.
 struct Shaded {
     frame: Frame,
     run: Duration,
     write: Duration,
-    written: Option<PathBuf>,
+    file: Option<Unsaved>,
 }
 
 /// Runs all points. What goes into an EXR file is written as it comes.
@@ -165,14 +168,14 @@ fn shade(
     let work = || match &args.output {
         Some(path) if output::streams(args) => {
             let started = Instant::now();
-            let (frame, run) = output::stream(&run, path, args, &tick)?;
+            let (frame, run, file) = output::stream(&run, path, args, &tick)?;
             let write = started.elapsed().saturating_sub(run);
-            Ok(Shaded { frame, run, write, written: Some(path.clone()) })
+            Ok(Shaded { frame, run, write, file: Some(file) })
         }
         _ => {
             let started = Instant::now();
             let frame = run.points(0..grid.count(), &tick).map_err(Broken::Stop)?;
-            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, written: None })
+            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
         }
     };
     let result = match args.threads {
