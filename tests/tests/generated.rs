@@ -94,6 +94,10 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             q += isconstant(p) * (i + 1); if (i == 1) continue; p /= 1 - 1; } }",
     ),
     (
+        "derivatives of a texture that is missing were whatever the register held",
+        "surface s(output float r = 0) { r -= Dx((float)texture(\"none.png\", 1, u)); if (u) 1; }",
+    ),
+    (
         "a round of a loop wants tangents that the others do not",
         "shader s(output float r = 0) { float n = u; for (int i = 0; i < 3; i++) {
             n = noise(P * (i + 3)) + n; if (i == 1) r += Dx(n); r += n; } }",

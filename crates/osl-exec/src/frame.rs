@@ -88,6 +88,27 @@ pub struct Frame {
 }
 
 impl Frame {
+    /// Adds what the points behind its own yielded, in the order of the pieces of a [`Run`]; planes grow by theirs.
+    pub fn add(&mut self, next: Frame) {
+        let Frame { planes, messages, printed, closures, profile } = next;
+        self.messages.extend(messages);
+        self.printed.extend(printed);
+        if self.planes.is_empty() {
+            self.planes = planes;
+        } else {
+            self.planes.iter_mut().zip(planes).for_each(|(all, more)| all.words.extend(more.words));
+        }
+        if self.closures.is_empty() {
+            self.closures = closures;
+        } else {
+            self.closures.iter_mut().zip(closures).for_each(|(all, more)| all.points.extend(more.points));
+        }
+        self.profile.iter_mut().zip(&profile).for_each(|(all, more)| all.add(more));
+        if self.profile.is_empty() {
+            self.profile = profile;
+        }
+    }
+
     /// The messages in words, each once, with whether it is an error; `place` names a place of the source.
     pub fn said(&self, place: impl Fn(osl_ir::Span) -> String) -> Vec<(bool, String)> {
         let mut seen = rustc_hash::FxHashSet::default();
@@ -124,62 +145,131 @@ pub fn run(
     options: &RunOptions,
     progress: &(dyn Fn(usize) + Sync),
 ) -> Result<Frame, Stop> {
-    let count = source.count();
-    let blocks = source.blocks();
-    // A tile's results are a piece of each plane, so it has whole rows of blocks.
-    let tile = options.tile.max(1).next_multiple_of(blocks.map_or(1, |b| b.period()));
-    let mut slots: Vec<Slot> = Vec::new();
-    let mut planes = Vec::new();
-    let mut closures = Vec::new();
-    for (output, plan) in program.outputs.iter().enumerate() {
-        for element in 0..plan.ty_len(program) {
-            match plan.kind {
-                // Texts have no plane.
-                Kind::Str => {}
-                Kind::Closure => closures.push(Slot { output, element, component: 0 }),
-                kind => {
-                    for component in 0..words_of(kind) as usize {
-                        slots.push(Slot { output, element, component });
-                        planes.push(plane(plan, element, component, count));
+    Run::new(program, services, source, options).points(0..source.count(), progress)
+}
+
+/// A run that yields its points piece by piece, so that not all have to be in memory.
+pub struct Run<'a> {
+    program: &'a Program,
+    services: &'a Services,
+    source: &'a dyn PointSource,
+    options: &'a RunOptions,
+    /// Bytes that the run has printed and reported.
+    said: AtomicUsize,
+    done: AtomicUsize,
+}
+
+impl<'a> Run<'a> {
+    /// A run of which nothing is done.
+    pub fn new(
+        program: &'a Program,
+        services: &'a Services,
+        source: &'a dyn PointSource,
+        options: &'a RunOptions,
+    ) -> Run<'a> {
+        Run { program, services, source, options, said: AtomicUsize::new(0), done: AtomicUsize::new(0) }
+    }
+
+    /// The planes that a frame will have, without their words.
+    pub fn planes(&self) -> Vec<Plane> {
+        let slots = Slots::of(self.program, self.options).planes;
+        slots.iter().map(|slot| self.plane(slot, 0)).collect()
+    }
+
+    fn plane(&self, slot: &Slot, count: usize) -> Plane {
+        plane(&self.program.outputs[slot.output], slot.element, slot.component, count)
+    }
+
+    /// Runs the points of a range; where the source has blocks, it begins and ends with whole rows of them. The planes
+    /// of the frame have these points alone. `progress` is called with the number of points that the run has done.
+    ///
+    /// # Errors
+    /// A loop beyond its budget.
+    pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, Stop> {
+        let Run { program, services, source, options, said, done } = self;
+        let blocks = source.blocks();
+        let points = points.start..points.end.min(source.count()).max(points.start);
+        // A tile's results are a piece of each plane, so it has whole rows of blocks.
+        let tile = options.tile.max(1).next_multiple_of(blocks.map_or(1, |b| b.period()));
+        let Slots { planes: slots, closures } = Slots::of(program, options);
+        let mut planes: Vec<Plane> = slots.iter().map(|slot| self.plane(slot, points.len())).collect();
+        let tiles = points.len().div_ceil(tile);
+        let mut parts: Vec<Vec<&mut [u32]>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
+        for plane in &mut planes {
+            for (part, words) in parts.iter_mut().zip(plane.words.chunks_mut(tile)) {
+                part.push(words);
+            }
+        }
+        let failed = AtomicBool::new(false);
+        let batch = options.batch.clamp(1, program.widest(rayon::current_num_threads()));
+        let new = || {
+            Machine::new(program, services, *source, options.isa, batch.min(tile), options.max_steps, said)
+        };
+        let profile = || options.profile.then(|| Box::new(Profile::new(program)));
+        let results: Vec<Result<Tile, Stop>> = parts
+            .into_par_iter()
+            .enumerate()
+            .map_init(new, |machine, (index, part)| {
+                let first = points.start + index * tile;
+                let here = first..points.end.min(first + tile);
+                if failed.load(Ordering::Relaxed) {
+                    return Ok(Tile { messages: Messages::default(), closures: Vec::new(), profile: None });
+                }
+                machine.profile = profile();
+                let count = here.len();
+                let closures = run_tile(machine, here, (&slots, part), &closures, (batch, blocks))
+                    .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
+                progress(done.fetch_add(count, Ordering::Relaxed) + count);
+                let (messages, profile) = (std::mem::take(&mut machine.messages), machine.profile.take());
+                Ok(Tile { messages, closures, profile })
+            })
+            .collect();
+        let mut frame = gather(program, blocks, points.start, (planes, closures), results)?;
+        if !options.profile {
+            frame.profile.clear();
+        }
+        Ok(frame)
+    }
+}
+
+/// What a program delivers for each point.
+struct Slots {
+    planes: Vec<Slot>,
+    closures: Vec<Slot>,
+}
+
+impl Slots {
+    fn of(program: &Program, options: &RunOptions) -> Slots {
+        let mut slots = Slots { planes: Vec::new(), closures: Vec::new() };
+        for (output, plan) in program.outputs.iter().enumerate() {
+            for element in 0..plan.ty_len(program) {
+                match plan.kind {
+                    // Texts have no plane.
+                    Kind::Str => {}
+                    Kind::Closure if options.closures => {
+                        slots.closures.push(Slot { output, element, component: 0 });
                     }
+                    Kind::Closure => {}
+                    kind => slots.planes.extend((0..words_of(kind) as usize).map(|component| Slot {
+                        output,
+                        element,
+                        component,
+                    })),
                 }
             }
         }
+        slots
     }
-    if !options.closures {
-        closures.clear();
-    }
-    let tiles = count.div_ceil(tile);
-    let mut parts: Vec<Vec<&mut [u32]>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
-    for plane in &mut planes {
-        for (part, words) in parts.iter_mut().zip(plane.words.chunks_mut(tile)) {
-            part.push(words);
-        }
-    }
-    let (done, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let batch = options.batch.clamp(1, program.widest(rayon::current_num_threads()));
-    let said = AtomicUsize::new(0);
-    let new =
-        || Machine::new(program, services, source, options.isa, batch.min(tile), options.max_steps, &said);
-    let profile = || options.profile.then(|| Box::new(Profile::new(program)));
-    let results: Vec<Result<Tile, Stop>> = parts
-        .into_par_iter()
-        .enumerate()
-        .map_init(new, |machine, (index, part)| {
-            let first = index * tile;
-            let points = tile.min(count - first);
-            if failed.load(Ordering::Relaxed) {
-                return Ok(Tile { messages: Messages::default(), closures: Vec::new(), profile: None });
-            }
-            machine.profile = profile();
-            let closures =
-                run_tile(machine, first..first + points, (&slots, part), &closures, (batch, blocks))
-                    .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
-            progress(done.fetch_add(points, Ordering::Relaxed) + points);
-            let (messages, profile) = (std::mem::take(&mut machine.messages), machine.profile.take());
-            Ok(Tile { messages, closures, profile })
-        })
-        .collect();
+}
+
+/// Puts together what the tiles of a range of points yield.
+fn gather(
+    program: &Program,
+    blocks: Option<Blocks>,
+    start: usize,
+    (planes, closures): (Vec<Plane>, Vec<Slot>),
+    results: Vec<Result<Tile, Stop>>,
+) -> Result<Frame, Stop> {
     let mut outputs: Vec<Closures> = closures
         .iter()
         .filter_map(|slot| {
@@ -199,7 +289,7 @@ pub fn run(
         for all in &mut outputs {
             let found = std::mem::take(&mut all.points);
             let mut sorted: Vec<_> = found.into_iter().enumerate().collect();
-            sorted.sort_by_key(|(point, _)| blocks.position(*point));
+            sorted.sort_by_key(|(point, _)| blocks.position(start + *point));
             all.points = sorted.into_iter().map(|(_, list)| list).collect();
         }
     }

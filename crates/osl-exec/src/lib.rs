@@ -16,7 +16,7 @@ mod register;
 mod services;
 pub mod source;
 
-pub use frame::{Closures, Frame, Plane, RunOptions, run};
+pub use frame::{Closures, Frame, Plane, Run, RunOptions, run};
 pub use machine::{Component, Param, Stop, show_closure};
 pub use message::{Message, Printed};
 pub use order::Blocks;

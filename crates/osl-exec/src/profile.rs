@@ -39,6 +39,15 @@ pub struct ProfileEntry {
     pub own: Duration,
 }
 
+impl ProfileEntry {
+    /// Adds the counts of another part of the run.
+    pub(crate) fn add(&mut self, other: &ProfileEntry) {
+        self.runs += other.runs;
+        self.lanes += other.lanes;
+        self.own += other.own;
+    }
+}
+
 impl Profile {
     pub(crate) fn new(program: &Program) -> Profile {
         Profile { counts: vec![Count::default(); program.marks.len()], inner: Duration::ZERO }
@@ -53,10 +62,10 @@ impl Profile {
         }
     }
 
-    /// The entries of all instructions that ran, in the order of the program.
+    /// The entries of all instructions, in the order of the program.
     pub(crate) fn entries(&self, program: &Program) -> Vec<ProfileEntry> {
-        let ran = program.marks.iter().zip(&self.counts).filter(|(_, count)| count.runs > 0);
-        ran.map(|(mark, count)| {
+        let all = program.marks.iter().zip(&self.counts);
+        all.map(|(mark, count)| {
             let mut around = Vec::new();
             let mut next = mark.around;
             while let Some(mark) = next.and_then(|at| program.marks.get(at as usize)) {

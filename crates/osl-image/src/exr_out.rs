@@ -3,17 +3,20 @@
 //! A layer called `result` with three color planes becomes the channels `result.R`, `result.G` and `result.B`,
 //! the naming by which viewers group channels. It must not know where the planes come from.
 
-use std::io::Cursor;
 use std::path::Path;
 
-use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, LayerAttributes, LineOrder,
-    Text, WritableImage,
-};
+use exr::block::writer::ChunksWriter;
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::compression::Compression;
+use exr::math::Vec2;
+use exr::meta::attribute::{ChannelDescription, LineOrder, Text};
+use exr::meta::header::{Header, LayerAttributes};
+use exr::meta::{BlockDescription, MetaData};
 use half::f16;
+use rayon::prelude::*;
 
 use crate::error::ImageError;
-use crate::file;
+use crate::file::Unsaved;
 
 /// What the planes of a layer mean, which decides the names of its channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,30 +140,143 @@ pub fn write_exr(
     options: ExrOptions,
 ) -> Result<(), ImageError> {
     check_size(path, width, height)?;
-    let mut channels = Vec::new();
+    let shapes: Vec<(&str, LayerKind)> = layers.iter().map(|l| (l.name, l.kind)).collect();
     for layer in layers {
-        for (name, plane) in channels_of(path, layer, width * height)? {
-            channels.push(AnyChannel::new(name, samples(plane, options.samples)));
+        check_planes(path, layer, width * height)?;
+    }
+    let mut planes = Some(layers.iter().flat_map(|l| l.planes.iter().copied()).collect::<Vec<&[f32]>>());
+    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))?.save()
+}
+
+/// Rows that a piece of [`write_exr_rows`] must have a multiple of, unless it is the last.
+pub const ROWS_TOGETHER: usize = 32;
+
+/// Writes an EXR file that comes in pieces from the first row on. `next` yields the planes of all layers for the next
+/// rows, a multiple of [`ROWS_TOGETHER`] until the last; it is called while the piece before is compressed and written.
+/// The file is in its place once the result is saved.
+///
+/// **Errors**: those of [`write_exr`], and those of `next`. The file at `path` is then as it was before.
+pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
+    path: &Path,
+    (width, height): (usize, usize),
+    layers: &[(&str, LayerKind)],
+    options: ExrOptions,
+    mut next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
+) -> Result<Unsaved, E> {
+    check_size(path, width, height)?;
+    let (header, order) = header(path, (width, height), layers, options)?;
+    let mut file = Unsaved::new(path)?;
+    let mut stopped: Option<E> = None;
+    let headers = smallvec::smallvec![header];
+    let written = exr::block::writer::write_chunks_with(file.sink(), headers, true, |meta, chunks| {
+        let mut row = 0;
+        let mut piece = next();
+        loop {
+            let planes = match piece {
+                Ok(Some(planes)) => planes,
+                Ok(None) => return Ok(()),
+                Err(error) => {
+                    stopped = Some(error);
+                    return Err(exr::error::Error::Aborted);
+                }
+            };
+            let rows = planes.first().map_or(0, |p| p.as_ref().len() / width);
+            let ordered: Vec<&[f32]> =
+                order.iter().filter_map(|i| planes.get(*i)).map(|p| p.as_ref()).collect();
+            let whole = rows > 0 && (rows % ROWS_TOGETHER == 0 || row + rows == height);
+            if !whole || ordered.len() != order.len() || ordered.iter().any(|p| p.len() != rows * width) {
+                return Err(exr::error::Error::Invalid("piece of the image".into()));
+            }
+            let write = || write_rows(&meta, chunks, &ordered, row, rows, options.samples);
+            let (result, following) = rayon::join(write, &mut next);
+            result?;
+            row += rows;
+            piece = following;
+        }
+    });
+    match stopped {
+        Some(error) => Err(error),
+        None => {
+            written.map_err(|e| ImageError::format(path, format!("cannot encode EXR: {e}")))?;
+            Ok(file)
         }
     }
-    if channels.is_empty() {
+}
+
+/// The header of the file, and which plane each of its channels is: they are sorted by name.
+fn header(
+    path: &Path,
+    size: (usize, usize),
+    layers: &[(&str, LayerKind)],
+    options: ExrOptions,
+) -> Result<(Header, Vec<usize>), ImageError> {
+    let mut names = Vec::new();
+    for (layer, kind) in layers {
+        for suffix in kind.suffixes() {
+            names.push(checked_text(path, &channel_name(layer, suffix))?);
+        }
+    }
+    if names.is_empty() {
         return Err(ImageError::input(path, "no channels to write"));
     }
-    let channels = AnyChannels::sort(channels.into());
-    if let Some(name) = first_duplicate(&channels) {
-        return Err(ImageError::input(path, format!("two channels are called `{name}`")));
+    let mut order: Vec<usize> = (0..names.len()).collect();
+    order.sort_by(|a, b| names[*a].cmp(&names[*b]));
+    if let Some(pair) = order.windows(2).find(|pair| names[pair[0]] == names[pair[1]]) {
+        return Err(ImageError::input(path, format!("two channels are called `{}`", names[pair[0]])));
     }
-    let encoding = Encoding {
-        compression: options.compression.method(),
-        blocks: Blocks::ScanLines,
-        // A fixed order, so that the same values give the same bytes.
-        line_order: LineOrder::Increasing,
+    let sample_type = match options.samples {
+        SampleType::Float => exr::meta::attribute::SampleType::F32,
+        SampleType::Half => exr::meta::attribute::SampleType::F16,
     };
-    let layer = exr::prelude::Layer::new((width, height), LayerAttributes::default(), encoding, channels);
-    let mut bytes = Cursor::new(Vec::new());
-    let encoded = Image::from_layer(layer).write().to_buffered(&mut bytes);
-    encoded.map_err(|error| ImageError::format(path, format!("cannot encode EXR: {error}")))?;
-    file::replace(path, bytes.get_ref())
+    let channels =
+        order.iter().map(|i| ChannelDescription::new(names[*i].clone(), sample_type, false)).collect();
+    // A fixed order of lines, so that the same values give the same bytes.
+    let header = Header::new(Text::from(""), size, channels)
+        .with_attributes(LayerAttributes::default())
+        .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing);
+    Ok((header, order))
+}
+
+/// Compresses rows on all threads and writes them.
+fn write_rows(
+    meta: &MetaData,
+    chunks: &mut impl ChunksWriter,
+    planes: &[&[f32]],
+    first: usize,
+    rows: usize,
+    samples: SampleType,
+) -> exr::error::UnitResult {
+    let Some(header) = meta.headers.first() else { return Ok(()) };
+    let (width, together) = (header.layer_size.width(), header.compression.scan_lines_per_block());
+    let compressed: Vec<exr::error::Result<_>> = (0..rows.div_ceil(together))
+        .into_par_iter()
+        .map(|block| {
+            let lines = block * together..rows.min((block + 1) * together);
+            let mut data = Vec::with_capacity(lines.len() * width * header.channels.bytes_per_pixel);
+            for line in lines.clone() {
+                for plane in planes {
+                    let values = &plane[line * width..][..width];
+                    match samples {
+                        SampleType::Float => values.iter().for_each(|v| data.extend(v.to_ne_bytes())),
+                        SampleType::Half => {
+                            values.iter().for_each(|v| data.extend(f16::from_f32(*v).to_ne_bytes()));
+                        }
+                    }
+                }
+            }
+            let index = BlockIndex {
+                layer: 0,
+                pixel_position: Vec2(0, first + lines.start),
+                pixel_size: Vec2(width, lines.len()),
+                level: Vec2(0, 0),
+            };
+            UncompressedBlock { index, data }.compress_to_chunk(&meta.headers)
+        })
+        .collect();
+    for (block, chunk) in compressed.into_iter().enumerate() {
+        chunks.write_chunk(first / together + block, chunk?)?;
+    }
+    Ok(())
 }
 
 /// Refuses sizes that no image has, or that EXR's signed 32-bit windows cannot express.
@@ -182,23 +298,15 @@ pub(crate) fn check_plane(path: &Path, what: &str, plane: &[f32], n_pixels: usiz
     Err(ImageError::input(path, format!("{what} has {got} values for {n_pixels} pixels")))
 }
 
-fn channels_of<'a>(
-    path: &Path,
-    layer: &Layer<'a>,
-    n_pixels: usize,
-) -> Result<Vec<(Text, &'a [f32])>, ImageError> {
+fn check_planes(path: &Path, layer: &Layer<'_>, n_pixels: usize) -> Result<(), ImageError> {
     let suffixes = layer.kind.suffixes();
     if layer.planes.len() != suffixes.len() {
         let (got, want) = (layer.planes.len(), suffixes.len());
         return Err(ImageError::input(path, format!("`{}` has {got} planes, not {want}", layer.name)));
     }
-    let mut channels = Vec::with_capacity(suffixes.len());
-    for (suffix, plane) in suffixes.iter().zip(&layer.planes) {
-        let name = channel_name(layer.name, suffix);
-        check_plane(path, &format!("channel `{name}`"), plane, n_pixels)?;
-        channels.push((checked_text(path, &name)?, *plane));
-    }
-    Ok(channels)
+    suffixes.iter().zip(&layer.planes).try_for_each(|(suffix, plane)| {
+        check_plane(path, &format!("channel `{}`", channel_name(layer.name, suffix)), plane, n_pixels)
+    })
 }
 
 fn channel_name(layer: &str, suffix: &str) -> String {
@@ -213,17 +321,4 @@ fn checked_text(path: &Path, name: &str) -> Result<Text, ImageError> {
     let plain = (1..=255).contains(&name.len()) && name.bytes().all(|b| b == b' ' || b.is_ascii_graphic());
     let text = if plain { Text::new_or_none(name) } else { None };
     text.ok_or_else(|| ImageError::input(path, format!("{name:?} cannot be a channel name")))
-}
-
-fn samples(plane: &[f32], sample_type: SampleType) -> FlatSamples {
-    match sample_type {
-        SampleType::Float => FlatSamples::F32(plane.to_vec()),
-        SampleType::Half => FlatSamples::F16(plane.iter().map(|&v| f16::from_f32(v)).collect()),
-    }
-}
-
-/// The first name that occurs twice in channels sorted by name.
-fn first_duplicate(channels: &AnyChannels<FlatSamples>) -> Option<String> {
-    let mut neighbours = channels.list.windows(2);
-    neighbours.find(|pair| pair[0].name == pair[1].name).map(|pair| pair[0].name.to_string())
 }

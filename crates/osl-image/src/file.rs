@@ -4,7 +4,7 @@
 //! bytes or the new ones and a failed run leaves the old file as it was. It must not know image formats.
 
 use std::fs;
-use std::io::{Read, Write};
+use std::io::{BufWriter, Cursor, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 
 use crate::error::ImageError;
@@ -13,18 +13,79 @@ use crate::error::ImageError;
 const MAX_FILE_BYTES: u64 = 1 << 31;
 
 /// Replaces `path` by a file of these bytes, or leaves it untouched and says why.
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
+    let mut file = Unsaved::new(path)?;
+    let written = file.sink().write_all(bytes);
+    written.map_err(|e| ImageError::io(path, "write the file", e))?;
+    file.save()
+}
+
+/// A file that is written but not yet in its place: [`Unsaved::save`] puts it there, and if it is dropped, all is as it was
+/// before.
 ///
 /// An existing file keeps its permissions, a new one gets those the process gives to any new file. A symbolic
 /// link stays, and what it points to is replaced. A device or pipe is written to directly, since renaming over
 /// it would destroy it.
-pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
-    let target = resolve(path);
-    match fs::metadata(&target) {
-        Ok(old) if old.is_dir() => Err(ImageError::input(path, "is a directory, not a file")),
-        Ok(old) if old.is_file() => persist(path, &target, bytes, Some(old.permissions())),
-        Ok(_) => write_through(path, &target, bytes),
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => persist(path, &target, bytes, None),
-        Err(error) => Err(ImageError::io(path, "look at the file", error)),
+pub struct Unsaved {
+    path: PathBuf,
+    target: PathBuf,
+    content: Content,
+}
+
+enum Content {
+    Temporary(BufWriter<tempfile::NamedTempFile>, Option<fs::Permissions>),
+    /// For what is no file.
+    Bytes(Cursor<Vec<u8>>),
+}
+
+/// A file that is being written.
+pub(crate) trait Sink: Write + Seek + Send {}
+impl<T: Write + Seek + Send> Sink for T {}
+
+impl Unsaved {
+    /// An empty file for a path.
+    ///
+    /// **Errors**: the path is a directory, or there is none for it, or the system refuses.
+    pub(crate) fn new(path: &Path) -> Result<Unsaved, ImageError> {
+        let target = resolve(path);
+        let content = match fs::metadata(&target) {
+            Ok(old) if old.is_dir() => return Err(ImageError::input(path, "is a directory, not a file")),
+            Ok(old) if old.is_file() => temporary_beside(path, &target, Some(old.permissions()))?,
+            Ok(_) => Content::Bytes(Cursor::new(Vec::new())),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                temporary_beside(path, &target, None)?
+            }
+            Err(error) => return Err(ImageError::io(path, "look at the file", error)),
+        };
+        Ok(Unsaved { path: path.to_owned(), target, content })
+    }
+
+    /// Where to write.
+    pub(crate) fn sink(&mut self) -> &mut dyn Sink {
+        match &mut self.content {
+            Content::Temporary(file, _) => file,
+            Content::Bytes(bytes) => bytes,
+        }
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// **Errors**: what the disk refuses; what was there before is there still.
+    pub fn save(self) -> Result<(), ImageError> {
+        let Unsaved { path, target, content } = self;
+        match content {
+            Content::Bytes(bytes) => write_through(&path, &target, bytes.get_ref()),
+            Content::Temporary(file, permissions) => {
+                let file =
+                    file.into_inner().map_err(|e| ImageError::io(&path, "write the file", e.into_error()))?;
+                if let Some(permissions) = permissions {
+                    let set = file.as_file().set_permissions(permissions);
+                    set.map_err(|e| ImageError::io(&path, "set the permissions of the file", e))?;
+                }
+                file.persist(target).map_err(|e| ImageError::io(&path, "replace the file", e.error))?;
+                Ok(())
+            }
+        }
     }
 }
 
@@ -52,12 +113,11 @@ fn resolve(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
 }
 
-fn persist(
+fn temporary_beside(
     path: &Path,
     target: &Path,
-    bytes: &[u8],
     permissions: Option<fs::Permissions>,
-) -> Result<(), ImageError> {
+) -> Result<Content, ImageError> {
     let dir = match target.parent() {
         Some(dir) if !dir.as_os_str().is_empty() => dir,
         _ => Path::new("."),
@@ -65,16 +125,9 @@ fn persist(
     if !dir.is_dir() {
         return Err(ImageError::input(path, format!("there is no directory {}", dir.display())));
     }
-    let mut temporary = temporary_in(dir)
+    let temporary = temporary_in(dir)
         .map_err(|e| ImageError::io(path, format!("create a file in {}", dir.display()), e))?;
-    let written = temporary.write_all(bytes).and_then(|()| temporary.flush());
-    written.map_err(|e| ImageError::io(path, "write the file", e))?;
-    if let Some(permissions) = permissions {
-        let set = temporary.as_file().set_permissions(permissions);
-        set.map_err(|e| ImageError::io(path, "set the permissions of the file", e))?;
-    }
-    temporary.persist(target).map_err(|e| ImageError::io(path, "replace the file", e.error))?;
-    Ok(())
+    Ok(Content::Temporary(BufWriter::new(temporary), permissions))
 }
 
 /// A temporary file with the permissions that any new file would get.

@@ -28,7 +28,10 @@ mod wrap;
 
 pub use cache::{LoadFailure, Loaded, TextureCache};
 pub use error::ImageError;
-pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, SampleType, write_exr};
+pub use exr_out::{
+    ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,
+};
+pub use file::Unsaved;
 pub use file::replace as replace_file;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;

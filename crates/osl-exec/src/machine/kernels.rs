@@ -49,7 +49,7 @@ impl Machine<'_> {
                 let ray = if self.services.ray.is_empty() { "camera" } else { &self.services.ray };
                 self.pure(step, mask, |args| Const::Int((args == [Const::Str(ray.into())]).into()));
             }
-            Kernel::SplineInverse { knots } => self.spline_inverse(knots.0, step, mask),
+            Kernel::SplineInverse { knots, .. } => self.spline_inverse(knots.0, step, mask),
             Kernel::Component { name, shapes } => self.component_of(name, shapes, step, mask),
             Kernel::ClosureSum => self.closure_sum(step, mask),
             Kernel::ClosureScale => self.closure_scale(step, mask),

@@ -52,21 +52,26 @@ impl Machine<'_> {
     }
 
     pub(super) fn spline_inverse(&mut self, knots: u32, step: &KernelStep, mask: &Mask) {
-        let Some(out) = step.outs.first() else { return };
+        let Some((out, tangents)) = step.outs.split_first() else { return };
         let len = self.program.arrays.get(knots as usize).map_or(0, |a| a.len as usize);
         let mut list = vec![0.0; len];
         for lane in self.lanes(&step.outs, mask) {
-            let [Const::Str(basis), Const::Float(y), Const::Int(count)] =
-                &self.values(&step.args, &step.kinds, lane)[..]
-            else {
+            let values = self.values(&step.args, &step.kinds, lane);
+            let [Const::Str(basis), Const::Float(y), Const::Int(count), changes @ ..] = &values[..] else {
                 return;
             };
             for (index, knot) in list.iter_mut().enumerate() {
                 *knot = f32::from_bits(self.element(knots, index, 0, lane));
             }
             let count = usize::try_from(*count).unwrap_or(0).min(len);
-            let x = spline::inverse(osl_ir::builtins::spline_basis(basis), *y, &list, count);
+            let basis = osl_ir::builtins::spline_basis(basis);
+            let (x, slope) = spline::inverse_with_slope(basis, *y, &list, count);
             self.set_words(*out, lane, &[x.to_bits()]);
+            for (out, change) in tangents.iter().zip(changes) {
+                if let Const::Float(change) = change {
+                    self.set_words(*out, lane, &[(slope * change).to_bits()]);
+                }
+            }
         }
     }
 

@@ -83,7 +83,8 @@ impl Machine<'_> {
                 }
             });
             self.deliver(step, lane, &sample, (quiet, "texture"), &given);
-            let Ok(sample) = sample else { continue };
+            // What could not be looked up does not change.
+            let sample = sample.unwrap_or_default();
             if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
                 (step.outs.first(), step.outs.get(3..).unwrap_or(&[]))
             {

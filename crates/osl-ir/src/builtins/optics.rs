@@ -25,7 +25,9 @@ pub(super) static ROWS: &[Builtin] = &[
         "A point turned by an angle in radians about the line through two points, or about an axis at the \
          origin.",
     )
-    .derivatives("by the formula, of point, angle and axis")
+    .derivatives(
+        "of the point and the first of two points; angle and axis go through a matrix, which has none",
+    )
     .extremes(
         "An axis of no length leaves the point scaled by the cosine of the angle. An infinite angle \
                turns like one of cosine -1 and sine -1.",

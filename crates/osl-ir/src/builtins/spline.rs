@@ -35,7 +35,9 @@ pub(super) static ROWS: &[Builtin] = &[
         inverse,
         "The x, 0 to 1, at which a spline that only rises or only falls has a value.",
     )
-    .derivatives("of the value only")
+    .derivatives(
+        "of the value only: over the slope of the spline; 0 beyond the ends and where the slope is 0",
+    )
     .extremes(
         "Values beyond the ends give 0 or 1. It stops after 32 rounds, within about 1e-6, so curves \
                that turn give one of the places. nan gives a number from 0 to 1.",
@@ -53,6 +55,7 @@ pub struct Basis {
     pub rows: [[f32; 4]; 4],
 }
 
+const CONSTANT: &str = "constant";
 const SIXTH: f32 = 1.0 / 6.0;
 
 /// The bases (OSL language specification, chapter on splines). Any other name means the last, linear.
@@ -82,7 +85,7 @@ pub static BASES: [Basis; 6] = [
         step: 2,
         rows: [[2.0, 1.0, -2.0, 1.0], [-3.0, -2.0, 3.0, -1.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
     },
-    Basis { name: "constant", step: 1, rows: [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0]] },
+    Basis { name: CONSTANT, step: 1, rows: [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0]] },
     Basis {
         name: "linear",
         step: 1,
@@ -146,7 +149,18 @@ fn spline(b: &mut Builder, s: &Site<'_>) -> Emitted {
             (value, term) => value.or(term),
         };
     }
-    Emitted { result: value, outputs: Vec::new() }
+    Emitted { result: value.map(|value| still_if_constant(b, s, value)), outputs: Vec::new() }
+}
+
+/// The value without derivatives where the basis is "constant".
+fn still_if_constant(b: &mut Builder, s: &Site<'_>, value: ValueId) -> ValueId {
+    if let Some(name) = s.literal(0) {
+        return if &**name == CONSTANT { b.lane(LaneOp::Still, &[value]) } else { value };
+    }
+    let name = b.constant(Const::Str(CONSTANT.into()));
+    let is = b.lane(LaneOp::SEq, &[s.arg(0), name]);
+    let still = b.lane(LaneOp::Still, &[value]);
+    b.lane(LaneOp::Choose, &[is, still, value])
 }
 
 /// Step and coefficients of the basis; chosen when running where the name is not written out.
@@ -175,5 +189,10 @@ fn chosen(b: &mut Builder, s: &Site<'_>) -> (ValueId, [[ValueId; 4]; 4]) {
 
 fn inverse(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let Some((array, count)) = knots(b, s) else { return Emitted::default() };
-    b.kernel(Kernel::SplineInverse { knots: array.slot }, &[s.arg(0), s.arg(1), count], Kind::Float).into()
+    b.kernel(
+        Kernel::SplineInverse { knots: array.slot, tangents: false },
+        &[s.arg(0), s.arg(1), count],
+        Kind::Float,
+    )
+    .into()
 }

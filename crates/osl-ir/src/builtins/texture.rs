@@ -18,7 +18,9 @@ pub(super) static ROWS: &[Builtin] = &[
         texture,
         "Channels of an image file at (s, t); (0, 0) is the corner of its first pixel and t grows downward.",
     )
-    .derivatives("along s and t")
+    .derivatives(
+        "slopes of the filtered image along s and t times the changes of s and t, given or their own",
+    )
     .extremes(
         "A file that is missing is an error of the run and gives 0, unless missingcolor or \
                errormessage is given. Coordinates beyond the image follow the wrap mode, black by default; \

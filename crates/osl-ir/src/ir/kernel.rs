@@ -138,6 +138,8 @@ pub enum Kernel {
     SplineInverse {
         /// The knots.
         knots: SlotId,
+        /// Whether the value's tangents follow, and the result's are wanted.
+        tangents: bool,
     },
     /// A closure component: the values of `shapes`, which are the parameters in order and then keyword arguments.
     Component {
@@ -232,7 +234,7 @@ impl Kernel {
     /// The array that it reads.
     pub fn reads(&self) -> Option<SlotId> {
         match self {
-            Kernel::SplineInverse { knots } => Some(*knots),
+            Kernel::SplineInverse { knots, .. } => Some(*knots),
             Kernel::SetMessage(form) => form.array,
             _ => None,
         }
@@ -247,7 +249,7 @@ impl Kernel {
     pub fn is_smooth(&self) -> bool {
         match self {
             Kernel::Noise { field, .. } => !matches!(field, NoiseField::Cell | NoiseField::Hash),
-            Kernel::NamedNoise { .. } => true,
+            Kernel::NamedNoise { .. } | Kernel::SplineInverse { .. } => true,
             Kernel::Attribute { kind, count, .. } => *kind == Kind::Float && *count == 0,
             _ => false,
         }
@@ -264,6 +266,7 @@ impl Kernel {
         if let Kernel::Noise { tangents, .. }
         | Kernel::NamedNoise { tangents, .. }
         | Kernel::Texture { tangents, .. }
+        | Kernel::SplineInverse { tangents, .. }
         | Kernel::Attribute { tangents, .. } = &mut self
         {
             *tangents = true;
@@ -278,6 +281,7 @@ impl Kernel {
             Kernel::Noise { tangents: true, .. }
                 | Kernel::NamedNoise { tangents: true, .. }
                 | Kernel::Texture { tangents: true, .. }
+                | Kernel::SplineInverse { tangents: true, .. }
                 | Kernel::Attribute { tangents: true, .. }
         )
     }
@@ -288,6 +292,7 @@ impl Kernel {
         match self {
             Kernel::Noise { dims, .. } => 0..words(*dims),
             Kernel::NamedNoise { dims, .. } => 1..1 + words(*dims),
+            Kernel::SplineInverse { .. } => 1..2,
             _ => 0..0,
         }
     }

@@ -163,7 +163,9 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::DictValue { kind: of, count } => format!("dict_value {}[{count}]", kind(*of)),
         Kernel::IsConstant => "is_constant".to_string(),
         Kernel::RayType => "raytype".to_string(),
-        Kernel::SplineInverse { knots } => format!("spline_inverse {knots:?}"),
+        Kernel::SplineInverse { knots, tangents } => {
+            format!("spline_inverse{} {knots:?}", if *tangents { ".tangents" } else { "" })
+        }
         Kernel::Component { name, .. } => format!("closure.{name}"),
         Kernel::ClosureSum => "closure.sum".to_string(),
         Kernel::ClosureScale => "closure.scale".to_string(),

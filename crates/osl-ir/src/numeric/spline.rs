@@ -48,6 +48,18 @@ impl Spline<'_> {
         value
     }
 
+    /// How fast the value changes with x, at a place in a segment.
+    fn slope(&self, x: f32, segment: i32) -> f32 {
+        let segments = self.segments() as f32;
+        let t = x.clamp(0.0, 1.0) * segments - segment as f32;
+        let start = segment * self.basis.step;
+        let term = |row: &[f32; 4]| -> f32 {
+            row.iter().zip(start..).fold(0.0, |sum, (b, index)| sum + b * self.knot(index))
+        };
+        let [cubic, square, linear, _] = &self.basis.rows;
+        segments * ((3.0 * term(cubic) * t + 2.0 * term(square)) * t + term(linear))
+    }
+
     /// Looks for `y` between two places. Tells whether they bracket it, and the place: one end if they do not.
     fn search(&self, y: f32, mut x0: f32, mut x1: f32) -> (bool, f32) {
         let (mut v0, mut v1) = (self.at(x0), self.at(x1));
@@ -82,28 +94,35 @@ impl Spline<'_> {
 /// The x, 0 to 1, at which the spline over the first `count` knots reaches `y`. The spline should only rise or only
 /// fall; where it does not, the first segment that brackets `y` is taken.
 pub fn inverse(basis: &Basis, y: f32, knots: &[f32], count: usize) -> f32 {
+    inverse_with_slope(basis, y, knots, count).0
+}
+
+/// [`inverse`], and how fast it changes with `y`: one over the slope of the spline, 0 beyond the ends and where the
+/// spline is level.
+pub fn inverse_with_slope(basis: &Basis, y: f32, knots: &[f32], count: usize) -> (f32, f32) {
     let count = i32::try_from(count.min(knots.len())).unwrap_or(i32::MAX);
     let spline = Spline { basis, knots, count };
     let (low, high) = if basis.step == 1 { (1, count - 2) } else { (0, count - 1) };
     let rising = spline.knot(1) < spline.knot(count - 2);
     let (first, last) = (spline.knot(low), spline.knot(high));
     if if rising { y <= first } else { y >= first } {
-        return 0.0;
+        return (0.0, 0.0);
     }
     if if rising { y >= last } else { y <= last } {
-        return 1.0;
+        return (1.0, 0.0);
     }
     let segments = spline.segments();
-    let mut x = 0.0;
+    let (mut x, mut slope) = (0.0, 0.0);
     for segment in 0..segments {
         let place = |s: i32| s as f32 / segments as f32;
         let (found, at) = spline.search(y, place(segment), place(segment + 1));
         x = at;
         if found {
+            slope = spline.slope(x, segment);
             break;
         }
     }
-    x
+    (x, if slope == 0.0 { 0.0 } else { 1.0 / slope })
 }
 
 #[cfg(test)]

@@ -9,9 +9,27 @@ use crate::ir::{
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
+    fold(body, false);
+}
+
+/// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it.
+pub(super) fn again(body: &mut Body) {
+    fold(body, true);
+}
+
+/// Settles what the program means where that depends on what is constant: what is not found to be so by now is not.
+pub(super) fn settle(body: &mut Body) {
+    for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
+        if matches!(inst.op, Op::Kernel(Kernel::IsConstant, _)) {
+            inst.op = Op::Const(Const::Int(0));
+        }
+    }
+}
+
+fn fold(body: &mut Body, settled: bool) {
     let values = body.values.len();
     let mut fold =
-        Fold { renaming: Renaming::default(), known: vec![None; values], lanes: vec![None; values] };
+        Fold { settled, renaming: Renaming::default(), known: vec![None; values], lanes: vec![None; values] };
     fold.block(body, body.entry);
     rename_outputs(body, &fold.renaming);
 }
@@ -49,6 +67,8 @@ pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
 }
 
 struct Fold {
+    /// Whether a constant divisor changes nothing any more.
+    settled: bool,
     renaming: Renaming,
     /// The constant that a value is.
     known: Vec<Option<Const>>,
@@ -181,7 +201,7 @@ impl Fold {
             return Outcome::Constant(result);
         }
         match (op, args.as_slice(), constants.as_slice()) {
-            (LaneOp::FDiv, _, [_, Some(c)]) if is_some_divisor(c) => {
+            (LaneOp::FDiv, _, [_, Some(c)]) if !self.settled && is_some_divisor(c) => {
                 Outcome::Keep(Op::Lane(LaneOp::FDivBy, args))
             }
             (LaneOp::Get, [t, _], [_, Some(Const::Int(i))]) => {
@@ -207,7 +227,9 @@ impl Fold {
                 }
                 Outcome::Keep(Op::Lane(LaneOp::Triple, parts.to_vec()))
             }
-            (LaneOp::Fmod, _, [_, Some(_)]) => Outcome::Keep(Op::Lane(LaneOp::FmodExact, args)),
+            (LaneOp::Fmod, _, [_, Some(_)]) if !self.settled => {
+                Outcome::Keep(Op::Lane(LaneOp::FmodExact, args))
+            }
             (
                 LaneOp::Choose | LaneOp::IChoose | LaneOp::MChoose | LaneOp::SChoose | LaneOp::KChoose,
                 [_, a, b],

@@ -26,14 +26,15 @@ pub enum Pass {
     Ssa,
     /// Drops outputs that nobody asked for.
     Slice,
-    /// Computes constants with the run's own arithmetic, resolves names, takes known branches. Switched off it still
-    /// runs where what follows asks the folded body: before `unroll` where there are loops, whose rounds may be known,
-    /// and before `derive` where derivatives are asked for, since what wants them decides how some values are rounded.
+    /// Computes constants with the run's own arithmetic, resolves names, takes known branches; and settles what depends
+    /// on that: which divisors are constants, what `isconstant` says, what wants derivatives. Switched off it still
+    /// runs where derivatives are asked for.
     Fold,
-    /// Writes loops of a few known rounds as their rounds, and folds them.
-    Unroll,
     /// Writes the derivatives that are asked for, and folds what it wrote. Always runs: nothing else knows them.
     Derive,
+    /// Writes loops of a few known rounds as their rounds, and folds them. Behind what settles the meaning: the
+    /// reference keeps loops, so that what is constant in a round is not constant to it.
+    Unroll,
     /// Computes each value once.
     Cse,
     /// Removes what no output needs.
@@ -54,8 +55,8 @@ impl Pass {
         Pass::Ssa,
         Pass::Slice,
         Pass::Fold,
-        Pass::Unroll,
         Pass::Derive,
+        Pass::Unroll,
         Pass::Cse,
         Pass::Dce,
         Pass::Rate,
@@ -122,20 +123,16 @@ pub struct Report {
 pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
     let without = |pass| options.without.contains(&pass);
-    // Whether derivatives, which the folded body decides on, or loops need folding.
-    let (mut derives, mut loops) = (false, false);
     for pass in Pass::ALL {
         let before = body.count();
         match pass {
             Pass::Ssa | Pass::Derive => {}
-            Pass::Fold if without(pass) => {
-                derives = derive::asks(body);
-                loops = !without(Pass::Unroll) && unroll::has_loop(body);
-                if !derives && !loops {
-                    fold::only_meaning(body);
-                    continue;
-                }
+            Pass::Fold if without(pass) && !derive::asks(body) => {
+                fold::only_meaning(body);
+                fold::settle(body);
+                continue;
             }
+            Pass::Fold => {}
             pass if without(pass) => continue,
             _ => {}
         }
@@ -143,16 +140,19 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Ssa => ssa::run(body),
             Pass::Slice => slice(body, options.outputs.as_deref()),
             Pass::Unroll => {
-                if unroll::run(body) {
-                    fold_if(body, derives || !without(Pass::Fold));
+                if unroll::run(body) && !without(Pass::Fold) {
+                    fold::again(body);
                 }
             }
             Pass::Derive => {
-                if derive::run(body) {
-                    fold_if(body, !without(Pass::Fold));
+                if derive::run(body) && !without(Pass::Fold) {
+                    fold::again(body);
                 }
             }
-            Pass::Fold => fold::run(body),
+            Pass::Fold => {
+                fold::run(body);
+                fold::settle(body);
+            }
             Pass::Cse => cse::run(body),
             Pass::Dce => dce::run(body),
             Pass::Rate => rate::run(body, &options.varying, &options.slopes),
@@ -167,11 +167,6 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         reports.push(Report { pass, before, after: body.count() });
     }
     reports
-}
-
-/// Folds, or finds out what folding would say of the program's meaning.
-fn fold_if(body: &mut Body, folds: bool) {
-    if folds { fold::run(body) } else { fold::only_meaning(body) }
 }
 
 /// Drops outputs that are not wanted. What computed them goes with `dce`.

@@ -13,11 +13,6 @@ const MAX_ROUNDS: usize = 64;
 /// Instructions that all unrolled loops may have together.
 const MAX_GROWTH: usize = 8192;
 
-/// Whether there is a loop.
-pub(super) fn has_loop(body: &Body) -> bool {
-    body.blocks.iter().flat_map(|block| &block.insts).any(|inst| matches!(inst.op, Op::Loop { .. }))
-}
-
 /// Runs the pass. Tells whether it changed anything.
 pub(super) fn run(body: &mut Body) -> bool {
     let mut known: FxHashMap<ValueId, Const> = FxHashMap::default();

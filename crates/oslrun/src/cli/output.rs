@@ -2,21 +2,23 @@
 
 use super::Failure;
 use super::args::RunArgs;
-use osl_exec::{Frame, Plane, Printed};
+use osl_exec::{Frame, Plane, Printed, Run, Stop};
 use osl_image::{
-    BitDepth, ExrOptions, Layer, LayerKind, PngOptions, SampleType, Transfer, write_exr, write_png,
+    BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
+    Unsaved, write_exr, write_exr_rows, write_png,
 };
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Writes the frame and yields the files. Strings and closures have no pixels and are left out.
 pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let planes: Vec<&Plane> =
         frame.planes.iter().filter(|p| !matches!(p.kind, Kind::Str | Kind::Closure)).collect();
     if planes.is_empty() {
-        return Err(Failure::new("the shader has no output that an image can hold"));
+        return Err(Failure::new(EMPTY));
     }
     match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
         Some("exr") => exr(&planes, path, args),
@@ -73,25 +75,101 @@ fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
     groups
 }
 
+/// Names and kinds of the layers of an EXR file with these planes.
+fn layers(planes: &[Plane]) -> Vec<(&str, LayerKind)> {
+    planes
+        .iter()
+        .filter(|plane| plane.component == 0)
+        .map(|plane| (&*plane.output, layer_kind(plane)))
+        .collect()
+}
+
+fn layer_kind(plane: &Plane) -> LayerKind {
+    match plane.ty {
+        Type::COLOR => LayerKind::Color,
+        Type::MATRIX => LayerKind::Matrix,
+        ty if ty.is_triple() => LayerKind::Triple,
+        _ => LayerKind::Scalar,
+    }
+}
+
+fn exr_options(args: &RunArgs) -> ExrOptions {
+    let samples = if args.half { SampleType::Half } else { SampleType::Float };
+    ExrOptions { samples, compression: args.compression }
+}
+
 fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let groups = groups(planes);
     let layers: Vec<Layer<'_>> = groups
         .iter()
         .map(|group| Layer {
             name: &group.first.output,
-            kind: match group.first.ty {
-                Type::COLOR => LayerKind::Color,
-                Type::MATRIX => LayerKind::Matrix,
-                ty if ty.is_triple() => LayerKind::Triple,
-                _ => LayerKind::Scalar,
-            },
+            kind: layer_kind(group.first),
             planes: group.values.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    let samples = if args.half { SampleType::Half } else { SampleType::Float };
-    let options = ExrOptions { samples, compression: args.compression };
-    write_exr(path, args.grid.0, args.grid.1, &layers, options).map_err(Failure::new)?;
+    write_exr(path, args.grid.0, args.grid.1, &layers, exr_options(args)).map_err(Failure::new)?;
     Ok(vec![path.to_path_buf()])
+}
+
+/// Words of a piece of a frame that is written while the next is computed.
+const PIECE_WORDS: usize = 1 << 23;
+
+/// Why a frame was not written.
+pub(super) enum Broken {
+    /// The file.
+    Image(ImageError),
+    /// The run.
+    Stop(Stop),
+    /// There is nothing to write.
+    Empty,
+}
+
+/// What is said of a frame without planes.
+pub(super) const EMPTY: &str = "the shader has no output that an image can hold";
+
+impl From<ImageError> for Broken {
+    fn from(error: ImageError) -> Broken {
+        Broken::Image(error)
+    }
+}
+
+/// Whether a frame goes into its file piece by piece.
+pub(super) fn streams(args: &RunArgs) -> bool {
+    let exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
+    !args.closures && args.output.as_ref().is_some_and(exr)
+}
+
+/// Runs all points and writes them to an EXR file as they come, so that memory does not grow with the image. Yields the
+/// frame without its planes, the time that the run took of it, and the file.
+pub(super) fn stream(
+    run: &Run<'_>,
+    path: &Path,
+    args: &RunArgs,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<(Frame, Duration, Unsaved), Broken> {
+    let (width, height) = args.grid;
+    let planes = run.planes();
+    if planes.is_empty() {
+        return Err(Broken::Empty);
+    }
+    let rows =
+        (PIECE_WORDS / (width * planes.len()).max(1)).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER);
+    let (mut frame, mut time, mut row) = (Frame::default(), Duration::ZERO, 0);
+    let file = write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
+        if row >= height {
+            return Ok::<_, Broken>(None);
+        }
+        let started = Instant::now();
+        let here = row * width..height.min(row + rows) * width;
+        row += rows;
+        let piece = run.points(here, progress).map_err(Broken::Stop)?;
+        let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
+        frame.add(Frame { planes: Vec::new(), ..piece });
+        time += started.elapsed();
+        Ok(Some(values))
+    })?;
+    Ok((frame, time, file))
 }
 
 /// Colors go through the sRGB curve; numbers become grey and other triples RGB as they are.

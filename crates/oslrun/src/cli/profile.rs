@@ -37,7 +37,8 @@ pub(super) fn print(profile: &[ProfileEntry], sources: &SourceMap, err: &mut dyn
 
 fn by(profile: &[ProfileEntry], key: impl Fn(&ProfileEntry) -> String) -> Vec<(String, Sum)> {
     let mut sums: BTreeMap<String, Sum> = BTreeMap::new();
-    profile.iter().for_each(|entry| sums.entry(key(entry)).or_default().add(entry));
+    let ran = profile.iter().filter(|entry| entry.runs > 0);
+    ran.for_each(|entry| sums.entry(key(entry)).or_default().add(entry));
     let mut rows: Vec<(String, Sum)> = sums.into_iter().collect();
     rows.sort_by_key(|(_, sum)| std::cmp::Reverse(sum.own));
     rows
@@ -83,7 +84,7 @@ pub(super) fn write(
 ) -> Result<(), Failure> {
     let plain = |text: &str| text.replace([';', ' '], "_");
     let mut folded: BTreeMap<String, u128> = BTreeMap::new();
-    for entry in profile {
+    for entry in profile.iter().filter(|entry| entry.runs > 0) {
         let mut stack = vec![plain(shader)];
         stack.extend(
             entry.around.iter().map(|(name, span)| plain(&format!("{name} {}", line(*span, sources)))),

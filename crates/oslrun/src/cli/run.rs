@@ -1,11 +1,12 @@
 //! `oslrun FILE -o OUT`: compile, run over the grid, write.
 
 use super::args::{ReadArgs, RunArgs};
+use super::output::Broken;
 use super::{Failure, closures, input, levels, output, profile, repair, report};
 use crate::pipeline::{self, CompileError, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
-use osl_exec::{Frame, Isa, PointSource, RunOptions, Services, Spaces, Stop};
-use osl_image::TextureCache;
+use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
+use osl_image::{TextureCache, Unsaved};
 use osl_ir::hir;
 use osl_ir::ir::Body;
 use osl_ir::lint::Level;
@@ -48,10 +49,8 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
-    let started = Instant::now();
     let services = services(args, path);
-    let mut frame = shade(&compiled, &services, &grid, args, &checked.sources)?;
-    let run_time = started.elapsed();
+    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &grid, args, &checked.sources)?;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
@@ -60,15 +59,20 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     report::messages(&frame, &checked.sources, err)?;
 
     let started = Instant::now();
-    let written = match &args.output {
-        Some(path) => output::write(&frame, path, args)?,
-        None => Vec::new(),
+    let written = match (&args.output, file) {
+        (Some(path), None) => output::write(&frame, path, args)?,
+        (Some(path), Some(file)) => {
+            file.save().map_err(Failure::new)?;
+            vec![path.clone()]
+        }
+        (None, _) => Vec::new(),
     };
+    let write = write + started.elapsed();
     if args.output.is_none() && !args.stats && args.profile.is_none() {
         summary(&frame, out);
     }
     if args.stats {
-        let times = [compile_time, run_time, started.elapsed()];
+        let times = [compile_time, run, write];
         stats(&compiled, lowered, grid.count(), times, args, err);
     }
     if let Some(path) = &args.profile {
@@ -134,13 +138,22 @@ fn services(args: &RunArgs, shader: &Path) -> Services {
     Services { ray: args.raytype.clone(), spaces, textures }
 }
 
+/// A frame, the times that running and writing it took, and the file if it is written already, though not yet in place.
+struct Shaded {
+    frame: Frame,
+    run: Duration,
+    write: Duration,
+    file: Option<Unsaved>,
+}
+
+/// Runs all points. What goes into an EXR file is written as it comes.
 fn shade(
     compiled: &Compiled,
     services: &Services,
     grid: &Grid,
     args: &RunArgs,
     sources: &SourceMap,
-) -> Result<Frame, Failure> {
+) -> Result<Shaded, Failure> {
     let options = RunOptions {
         batch: args.batch as usize,
         isa: args.isa.unwrap_or_else(Isa::detect),
@@ -151,7 +164,20 @@ fn shade(
     };
     let bar = progress(grid.count());
     let tick = |done: usize| bar.set_position(done as u64);
-    let work = || osl_exec::run(&compiled.program, services, grid, &options, &tick);
+    let run = Run::new(&compiled.program, services, grid, &options);
+    let work = || match &args.output {
+        Some(path) if output::streams(args) => {
+            let started = Instant::now();
+            let (frame, run, file) = output::stream(&run, path, args, &tick)?;
+            let write = started.elapsed().saturating_sub(run);
+            Ok(Shaded { frame, run, write, file: Some(file) })
+        }
+        _ => {
+            let started = Instant::now();
+            let frame = run.points(0..grid.count(), &tick).map_err(Broken::Stop)?;
+            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
+        }
+    };
     let result = match args.threads {
         Some(threads) => rayon::ThreadPoolBuilder::new()
             .num_threads(usize::from(threads))
@@ -161,15 +187,22 @@ fn shade(
         None => work(),
     };
     bar.finish_and_clear();
-    result.map_err(|stop| {
-        let (Stop::TooManySteps { span, .. } | Stop::Exhausted { span, .. }) = stop;
-        let hint = match stop {
-            Stop::TooManySteps { .. } => "; --max-steps sets the limit",
-            Stop::Exhausted { .. } => "",
-        };
-        let place = sources.place(span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
-        Failure::new(format!("{place}{stop}{hint}"))
+    result.map_err(|broken| match broken {
+        Broken::Image(error) => Failure::new(error),
+        Broken::Stop(stop) => stopped(&stop, sources),
+        Broken::Empty => Failure::new(output::EMPTY),
     })
+}
+
+/// A run that ended early, in words.
+fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
+    let (Stop::TooManySteps { span, .. } | Stop::Exhausted { span, .. }) = stop;
+    let hint = match stop {
+        Stop::TooManySteps { .. } => "; --max-steps sets the limit",
+        Stop::Exhausted { .. } => "",
+    };
+    let place = sources.place(*span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+    Failure::new(format!("{place}{stop}{hint}"))
 }
 
 /// A bar on a terminal, for runs that take a while; nothing in logs.
@@ -216,9 +249,20 @@ fn stats(
         "{points} points, {rate:.0} points/s, {per_point:.1} ns/point ({isa:?}, batches of {})",
         args.batch
     );
+    if let Some(peak) = peak_memory() {
+        let _ = writeln!(err, "peak memory {:.0} MB", peak as f64 / 1e6);
+    }
     let _ =
         writeln!(err, "{lowered} instructions lowered, {registers} lane registers of {words} words in all");
     for report in &compiled.reports {
         let _ = writeln!(err, "  {:<8} {:>6} -> {}", report.pass.name(), report.before, report.after);
     }
+}
+
+/// The most memory that the process has had, in bytes, where the system tells.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kilobytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(kilobytes * 1024)
 }

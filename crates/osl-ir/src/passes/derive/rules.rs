@@ -175,8 +175,9 @@ fn slope(w: &mut Writer<'_>, op: LaneOp, x: ValueId, f: ValueId) -> Option<Value
             let three = w.float(3.0);
             let scaled = w.lane(L::FMul, &[three, f]);
             let square = w.lane(L::FMul, &[scaled, f]);
-            let one = w.float(1.0);
-            w.lane(L::FDiv, &[one, square])
+            let slope = over(w, 1.0, square);
+            let zero = w.float(0.0);
+            w.select(zero, slope, f)
         }
         _ => return None,
     })
