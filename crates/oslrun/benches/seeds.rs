@@ -1,5 +1,5 @@
-//! Points a second of each seed shader at 512², one thread, by instruction set; and what compiling costs.
-//! Expect: AVX-512 at least twice the baseline; compiling in a few milliseconds.
+//! Points a second of each seed shader, and of shaders that cover the library, at 512²: one thread by instruction set, and
+//! all threads; and what compiling costs. Expect: AVX-512 at least twice the baseline; compiling in a few milliseconds.
 
 #![allow(
     clippy::unwrap_used,
@@ -21,7 +21,7 @@ use std::path::Path;
 /// Name, file, outputs to compute (all where empty), and parameters.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
 
-const CASES: [Case; 9] = [
+const CASES: [Case; 18] = [
     ("Cobbled, all outputs", "osl/Cobbled.osl", &[], &[]),
     ("Cobbled, resultRGB", "osl/Cobbled.osl", &["resultRGB"], &[]),
     ("Cobbled, resultMask", "osl/Cobbled.osl", &["resultMask"], &[]),
@@ -30,8 +30,19 @@ const CASES: [Case; 9] = [
     ("strips, all outputs", "osl/strips.osl", &[], &[]),
     ("strips, Fac", "osl/strips.osl", &["Fac"], &[]),
     ("nonlinear noise, recursive", "osl/nonlinear_noise.osl", &[], &[("type", "recursive")]),
-    ("chaosmosaic, Color", "osl/chaosmosaic.osl", &[], &[("Image", "tests/data/textures/tex64.png")]),
+    ("chaosmosaic, Color", "osl/chaosmosaic.osl", &[], &[("Image", TEXTURE)]),
+    ("matrices", "crates/oslrun/benches/shaders/matrices.osl", &[], &[]),
+    ("transcendental", "crates/oslrun/benches/shaders/transcendental.osl", &[], &[]),
+    ("branches", "crates/oslrun/benches/shaders/branches.osl", &[], &[]),
+    ("splines", "crates/oslrun/benches/shaders/splines.osl", &[], &[]),
+    ("colors", "crates/oslrun/benches/shaders/colors.osl", &[], &[]),
+    ("gabor", "crates/oslrun/benches/shaders/gabor.osl", &[], &[]),
+    ("textures", "crates/oslrun/benches/shaders/textures.osl", &[], &[("image", TEXTURE)]),
+    ("derivatives", "crates/oslrun/benches/shaders/derivatives.osl", &[], &[]),
+    ("strings", "crates/oslrun/benches/shaders/strings.osl", &[], &[]),
 ];
+
+const TEXTURE: &str = "tests/data/textures/tex64.png";
 
 fn seeds(c: &mut Criterion) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -64,6 +75,9 @@ fn seeds(c: &mut Criterion) {
             let shade = || osl_exec::run(&program, &services, &grid, &options, &|_| ()).expect("a frame");
             group.bench_function(isa.name(), |b| b.iter(|| one.install(shade)));
         }
+        let shade =
+            || osl_exec::run(&program, &services, &grid, &RunOptions::default(), &|_| ()).expect("a frame");
+        group.bench_function("all threads", |b| b.iter(shade));
         group.finish();
     }
 }
