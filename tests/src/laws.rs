@@ -104,7 +104,8 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let options = RunOptions {
         batch: way.batch,
         isa: way.isa,
-        max_steps: 1 << 20,
+        // Generated loops end, and the passes decide how many steps that takes.
+        max_steps: 1 << 26,
         closures: true,
         ..RunOptions::default()
     };
