@@ -104,7 +104,8 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let options = RunOptions {
         batch: way.batch,
         isa: way.isa,
-        max_steps: 1 << 20,
+        // Generated loops end, and the passes decide how many steps that takes.
+        max_steps: 1 << 26,
         closures: true,
         ..RunOptions::default()
     };
@@ -129,7 +130,8 @@ fn show(frame: &Frame) -> Shown {
 }
 
 /// Whether the messages of a run may be these where those of the plain run are `plain`. What nobody needs is not looked
-/// up, so that there may be more without `dce`, and without the passes that show it what nobody needs.
+/// up, so that there may be more without `dce`, and without the passes that show it what nobody needs: in a loop that is written
+/// out, conditions become known.
 fn says(way: &Way, plain: &[String], got: &[String]) -> bool {
     if !way
         .without

@@ -98,6 +98,16 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "surface s(output float r = 0) { r -= Dx((float)texture(\"none.png\", 1, u)); if (u) 1; }",
     ),
     (
+        "only a loop that is not written out seems to need a space",
+        "shader s(output int r = 1) { matrix m = matrix(\"nowhere\", \"camera\"); int w = 0; do {
+            m[1][1] = (r ? m[1][1] == u : 1) ? 1 : m[abs(r) % 4][1]; --r; } while (++w < 1 && r); }",
+    ),
+    (
+        "a round of a loop picks what it divides by from a table",
+        "shader s(output color r = 1) { matrix m = matrix(1, 2, 3, 4, 1e-45, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16);
+            for (int i = 0; i++ < 4;) r = clamp(-(color)pnoise(v / m[1][abs(-i) % 4], 0.0), 1, 1); }",
+    ),
+    (
         "a round of a loop wants tangents that the others do not",
         "shader s(output float r = 0) { float n = u; for (int i = 0; i < 3; i++) {
             n = noise(P * (i + 3)) + n; if (i == 1) r += Dx(n); r += n; } }",
