@@ -124,7 +124,8 @@ fn show(frame: &Frame) -> Shown {
         let _ = writeln!(values, "{}: {:?}", closures.output, closures.points);
     }
     for printed in &frame.printed {
-        let _ = writeln!(values, "{printed:?}");
+        // The sign of NaN depends on the instruction set.
+        let _ = writeln!(values, "{}", format!("{printed:?}").replace("-nan", "nan"));
     }
     Shown { values, messages: frame.messages.iter().map(|m| format!("{m:?}")).collect() }
 }

@@ -188,7 +188,8 @@ impl<'a> Machine<'a> {
         }
     }
 
-    /// Copies component `component` of an output's element `element` for the first points into `out`.
+    /// Copies component `component` of an output's element `element` for the first points into `out`. What is NaN is the
+    /// same word everywhere: which one arithmetic makes depends on the instruction set.
     pub(crate) fn output(&self, output: usize, element: usize, component: usize, out: &mut [u32]) {
         let Some(plan) = self.program.outputs.get(output) else { return };
         match plan.source {
@@ -200,14 +201,19 @@ impl<'a> Machine<'a> {
                 },
             },
             OutputSource::Array(array) => {
-                let plan = self.program.arrays[array as usize];
-                let at = element * plan.words as usize + component;
+                let slot = self.program.arrays[array as usize];
+                let at = element * slot.words as usize + component;
                 let words = self.arrays[array as usize].words();
-                if plan.varying {
+                if slot.varying {
                     out.copy_from_slice(&words[at * self.width..][..out.len()]);
                 } else {
                     out.fill(words[at]);
                 }
+            }
+        }
+        if matches!(plan.kind, Kind::Float | Kind::Triple | Kind::Matrix) {
+            for word in out {
+                *word = if f32::from_bits(*word).is_nan() { f32::NAN.to_bits() } else { *word };
             }
         }
     }
