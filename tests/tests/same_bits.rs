@@ -9,7 +9,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Frame, Isa, RunOptions};
+use osl_exec::{Frame, Isa, Run, RunOptions};
 use osl_ir::passes::{self, Pass};
 use osl_scene::Grid;
 use osl_tests::run;
@@ -75,14 +75,27 @@ proptest! {
 /// Any passes may be left out: they change what is computed, never what comes out.
 #[test]
 fn any_passes() {
-    let sets: [&[Pass]; 7] = [
+    let sets: [&[Pass]; 10] = [
         &[Pass::Fold],
+        &[Pass::Unroll],
+        &[Pass::Algebra],
+        &[Pass::Share],
         &[Pass::Cse],
         &[Pass::Dce],
         &[Pass::Rate],
         &[Pass::Flatten],
         &[Pass::Slice, Pass::Fold, Pass::Cse],
-        &[Pass::Slice, Pass::Fold, Pass::Cse, Pass::Dce, Pass::Rate, Pass::Flatten],
+        &[
+            Pass::Slice,
+            Pass::Fold,
+            Pass::Unroll,
+            Pass::Cse,
+            Pass::Dce,
+            Pass::Rate,
+            Pass::Flatten,
+            Pass::Algebra,
+            Pass::Share,
+        ],
     ];
     let options = RunOptions::default();
     for (name, text, params) in shaders() {
@@ -93,6 +106,61 @@ fn any_passes() {
             let got = osl_exec::run(&compiled.program, &run::services(), &grid(), &options, &|_| ()).unwrap();
             assert_eq!(words(&got), words(&expected), "{name} without {without:?}");
         }
+    }
+}
+
+/// Batches that see one cell of a pattern, a few or many share what they can, and nothing of it shows.
+#[test]
+fn any_size_of_cells() {
+    for (name, text, params) in shaders() {
+        let without = vec![Pass::Share, Pass::Algebra];
+        let plain = passes::Options { without, ..passes::Options::default() };
+        let plain = run::compile(name, text, params, &plain).unwrap();
+        let shared = run::compile(name, text, params, &passes::Options::default()).unwrap();
+        for scale in [0.1, 1.0, 7.0, 60.0] {
+            let grid = Grid { scale: [scale; 2], offset: [-0.3 * scale; 2], ..Grid::new(64, 48) };
+            let frame = |program| {
+                osl_exec::run(program, &run::services(), &grid, &RunOptions::default(), &|_| ()).unwrap()
+            };
+            assert_eq!(words(&frame(&shared.program)), words(&frame(&plain.program)), "{name} at {scale}");
+        }
+    }
+}
+
+/// A run in pieces is the run as a whole.
+#[test]
+fn any_pieces() {
+    for (name, text, params) in shaders() {
+        let compiled = run::compile(name, text, params, &passes::Options::default()).unwrap();
+        let (services, grid, options) = (run::services(), Grid::new(50, 90), RunOptions::default());
+        let whole = osl_exec::run(&compiled.program, &services, &grid, &options, &|_| ()).unwrap();
+        let pieces = Run::new(&compiled.program, &services, &grid, &options);
+        let mut frame = Frame::default();
+        for rows in [0..32, 32..64, 64..90] {
+            frame.add(pieces.points(rows.start * 50..rows.end * 50, &|_| ()).unwrap());
+        }
+        assert_eq!(words(&frame), words(&whole), "{name}");
+        assert_eq!(frame.messages, whole.messages, "{name}");
+    }
+}
+
+/// NaN is one word in outputs, however it came about.
+#[test]
+fn one_nan() {
+    let text =
+        "shader s(float zero = 0, output float a = 0, output color b = 0, output float c[2] = {0, 0}) {
+        float inf = 1e38 * 1e38; a = inf * zero; b = color(-(inf - inf), sqrt(u) * a, 1); c[0] = -a; }";
+    for isa in Isa::all() {
+        let options = RunOptions { isa, ..RunOptions::default() };
+        let frame = run::run("s", text, &[], &grid(), &options).unwrap();
+        let nans: Vec<u32> = frame
+            .planes
+            .iter()
+            .flat_map(|p| p.words.clone())
+            .filter(|w| f32::from_bits(*w).is_nan())
+            .collect();
+        assert_eq!(nans.len(), 4 * 37 * 23, "{isa:?}");
+        assert!(nans.iter().all(|w| *w == f32::NAN.to_bits()), "{isa:?}");
     }
 }
 

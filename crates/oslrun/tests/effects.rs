@@ -36,6 +36,42 @@ fn closures_are_shown_and_become_layers() {
 }
 
 #[test]
+fn profiles_name_instructions_and_lines() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader =
+        "shader s(output float f = 0)\n{\n  for (int i = 0; i < 100 * u; i++)\n    f += noise(P * i);\n}";
+    let result = run(dir.path(), shader, &["-g", "32x32", "--profile"]);
+    let told = text(&result.stderr);
+    assert!(result.status.success(), "{told}");
+    assert!(told.contains("noise.uperlin.3d") && told.contains("s.osl:4"), "{told}");
+    for (file, start) in [("time.svg", "<?xml"), ("time.folded", "s;")] {
+        let flag = format!("--profile={file}");
+        let result = run(dir.path(), shader, &["-g", "32x32", &flag]);
+        assert!(text(&result.stdout).contains("wrote"), "{}", text(&result.stderr));
+        let written = std::fs::read_to_string(dir.path().join(file)).unwrap();
+        assert!(written.starts_with(start) && written.contains("loop_s.osl:3"), "{written}");
+    }
+}
+
+#[test]
+fn images_of_several_pieces_are_whole() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader = "shader s(output matrix m = 0, output color c = 0, output float rest[20] = {0}) {
+        m = matrix(u); c = color(u, v, 1); rest[19] = v; }";
+    let (width, height) = (4096, 67);
+    let result = run(dir.path(), shader, &["-g", "4096x67", "-o", "out.exr", "--compression", "none"]);
+    assert!(result.status.success(), "{}", text(&result.stderr));
+    let image = osl_image::read_image(&dir.path().join("out.exr")).unwrap();
+    let channel = |name: &str| image.channels.iter().position(|c| c == name).unwrap();
+    let at = |x: usize, y: usize, c: usize| image.samples[(y * width + x) * image.channels.len() + c];
+    let (green, last) = (channel("c.G"), channel("rest[19]"));
+    for y in 0..height {
+        let v = y as f32 / (height - 1) as f32;
+        assert_eq!((at(7, y, green), at(4095, y, last)), (v, v), "row {y}");
+    }
+}
+
+#[test]
 fn files_are_appended_below_the_working_directory_only() {
     let dir = tempfile::tempdir().unwrap();
     let shader = "shader s(string file = \"\") { fprintf(file, \"%g\\n\", u); printf(\"point %g\\n\", u); }";
