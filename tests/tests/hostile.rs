@@ -317,6 +317,14 @@ fn runs_that_would_not_end() {
             "endless regex",
             "string a = \"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\"; while (u >= 0) { r += regex_search(a, \"(a*)*b\"); }",
         ),
+        (
+            "endless look-ahead",
+            "string a = \"aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\"; while (u >= 0) { r += 1 + regex_search(format(\"%s%g\", a, u), \"(?=a)(a|aa)*\\\\1c\"); }",
+        ),
+        (
+            "endless patterns",
+            "while (u >= 0) { r += 1 + regex_search(\"abc\", format(\"a*(b|%g)*c\", u + v)); }",
+        ),
         ("endless closures", "while (u >= 0) { Ci = Ci + diffuse(N); r += 1; }"),
         ("endless messages", "while (u >= 0) { setmessage(format(\"%g\", r), r); r += 1; }"),
         ("endless splits", "string w[100]; while (u >= 0) { r += split(format(\"%g a b c\", r), w); }"),

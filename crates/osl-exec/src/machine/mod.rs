@@ -492,7 +492,7 @@ impl<'a> Machine<'a> {
         let mut active = mask.clone();
         loop {
             // Masks and what the loop carries.
-            self.spent += 2 + params.len() as u64;
+            self.spent += 4 + params.len() as u64;
             self.within_budget(span)?;
             self.steps(body, &active)?;
             // Results first: a next value may itself be a parameter.

@@ -184,10 +184,13 @@ impl Machine<'_> {
         {
             lanes.truncate(1);
         }
+        let mut last: Option<Arc<str>> = None;
         for lane in lanes {
             let [Const::Str(s), Const::Str(pattern)] = &self.values(&step.args, &step.kinds, lane)[..] else {
                 return;
             };
+            self.spend_pattern(pattern, last.as_ref() != Some(pattern));
+            last = Some(pattern.clone());
             let search = if whole { text::whole } else { text::find };
             let found = search(s, pattern).unwrap_or_else(|()| {
                 let text = format!("malformed regular expression \"{}\"", pattern.escape_debug());

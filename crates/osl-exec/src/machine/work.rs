@@ -11,6 +11,10 @@ use osl_ir::ir::Kernel;
 const BYTES_A_STEP: usize = 128;
 /// Steps that are counted for a report of a bad index.
 const REPORT: u64 = 16;
+/// Steps that are counted for a pattern that has to be compiled.
+const PATTERN: u64 = 2000;
+/// Steps that are counted for a match that may go back and try again, as often as matches may.
+const RETRIES: u64 = 8000;
 
 /// What a kernel counts for each lane, in sixteenths of a step.
 fn of_kernel(kernel: &Kernel) -> u64 {
@@ -18,7 +22,7 @@ fn of_kernel(kernel: &Kernel) -> u64 {
         Kernel::Noise { triple, .. } => 4 << u32::from(*triple),
         Kernel::NamedNoise { .. } => 1600,
         Kernel::Texture { .. } | Kernel::Environment { .. } | Kernel::TextureInfo { .. } => 160,
-        Kernel::Regex { .. } => 16_000,
+        Kernel::Regex { .. } => 200,
         Kernel::DictFind => 1600,
         Kernel::Print { .. } => 400,
         Kernel::Format(_) | Kernel::Split { .. } => 200,
@@ -42,6 +46,13 @@ impl Machine<'_> {
     /// Counts a report of a bad index.
     pub(super) fn spend_report(&mut self) {
         self.spent += REPORT;
+    }
+
+    /// Counts what a pattern takes beyond a plain match: it is `new`, or looks around or back.
+    pub(super) fn spend_pattern(&mut self, pattern: &str, new: bool) {
+        let refers = |pair: &[u8]| pair[0] == b'\\' && pair[1].is_ascii_digit();
+        let retries = pattern.contains("(?") || pattern.as_bytes().windows(2).any(refers);
+        self.spent += PATTERN * u64::from(new) + RETRIES * u64::from(retries);
     }
 
     /// An error once the batch has done too much.

@@ -7,7 +7,7 @@ use osl_ir::ir::LaneOp;
 pub(crate) fn weight(step: &Step) -> u64 {
     match step {
         Step::Lane(step) => of_op(step.op) * u64::from(step.out.words.min(3)),
-        Step::Load { .. } | Step::Store { .. } => 4,
+        Step::Load { .. } | Step::Store { .. } => 6,
         Step::Kernel(_) | Step::If { .. } => 2,
         Step::FindCells { roots, .. } => 4 * roots.len() as u64,
         // Counted as they run.

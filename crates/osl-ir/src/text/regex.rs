@@ -8,7 +8,7 @@ use fancy_regex::{Regex, RegexBuilder};
 use std::cell::RefCell;
 
 /// Steps that a match may take.
-const MAX_STEPS: usize = 100_000;
+const MAX_STEPS: usize = 4_000;
 /// Bytes of a compiled pattern.
 const MAX_SIZE: usize = 1 << 20;
 
