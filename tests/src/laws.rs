@@ -102,7 +102,7 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let compiled = pipeline::finish(body.clone(), &options);
     validate::validate(&compiled.body)?;
     let options = RunOptions {
-        batch: way.batch,
+        batch: Some(way.batch),
         isa: way.isa,
         // Generated loops end, and the passes decide how many steps that takes.
         max_steps: 1 << 26,

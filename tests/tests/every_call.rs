@@ -308,7 +308,8 @@ fn check(row: &'static Builtin, signature: &'static Signature, literals: &[&str]
     let mut first: Option<Vec<(String, Vec<u32>)>> = None;
     for isa in Isa::all() {
         for batch in [256, 1, 1000] {
-            let options = RunOptions { isa, batch, tile: 1_900, closures: true, ..RunOptions::default() };
+            let options =
+                RunOptions { isa, batch: Some(batch), tile: 1_900, closures: true, ..RunOptions::default() };
             let frame = osl_exec::run(&compiled.program, &run::services(), &points, &options, &|_| ())
                 .map_err(|e| format!("{e}\n{}", call.text))?;
             let got = all_of(&frame);

@@ -62,10 +62,10 @@ proptest! {
         isa in 0..3_usize,
     ) {
         let (name, text, params) = &shaders()[shader];
-        let plain = RunOptions { batch: 64, tile: 10_000, isa: Isa::baseline(), ..RunOptions::default() };
+        let plain = RunOptions { batch: Some(64), tile: 10_000, isa: Isa::baseline(), ..RunOptions::default() };
         let expected = run::run(name, text, params, &grid(), &plain).unwrap();
         let all = Isa::all();
-        let options = RunOptions { batch, tile, isa: all[isa % all.len()], ..RunOptions::default() };
+        let options = RunOptions { batch: Some(batch), tile, isa: all[isa % all.len()], ..RunOptions::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let got = pool.install(|| run::run(name, text, params, &grid(), &options)).unwrap();
         prop_assert_eq!(words(&got), words(&expected), "{} {:?} {} threads", name, options, threads);

@@ -21,8 +21,8 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 /// How a program is run.
 #[derive(Clone, Debug)]
 pub struct RunOptions {
-    /// Points that one instruction covers; rounded up to a multiple of 16.
-    pub batch: usize,
+    /// Points that one instruction covers, rounded up to a multiple of 16; as suits the program where it is not set.
+    pub batch: Option<usize>,
     /// Points of a task.
     pub tile: usize,
     /// The instruction set.
@@ -39,7 +39,7 @@ pub struct RunOptions {
 impl Default for RunOptions {
     fn default() -> Self {
         RunOptions {
-            batch: 256,
+            batch: None,
             tile: 4096,
             isa: Isa::detect(),
             max_steps: 1 << 23,
@@ -201,7 +201,8 @@ impl<'a> Run<'a> {
             }
         }
         let failed = AtomicBool::new(false);
-        let batch = options.batch.clamp(1, program.widest(rayon::current_num_threads()));
+        let batch = options.batch.unwrap_or_else(|| program.batch());
+        let batch = batch.clamp(1, program.widest(rayon::current_num_threads()));
         let new = || {
             Machine::new(program, services, *source, options.isa, batch.min(tile), options.max_steps, said)
         };

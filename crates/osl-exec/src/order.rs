@@ -1,13 +1,11 @@
 //! The order of the points of an image: in blocks, so that neighbours on the image are neighbours in a batch.
 //!
-//! Rows of blocks of 16 × 16 follow each other, in each row the blocks, in each block its 4 × 4 parts of 4 × 4 points: a
-//! batch of 256 is a block and a vector of 16 is a part, and both mostly see the same cell of a pattern. Blocks at
-//! the right and lower border that are not whole are in rows. It must not know what points are.
+//! Rows of blocks of 32 × 32 follow each other, in each row the blocks, in each block its rows: a batch covers a few
+//! blocks, or some rows of one, and mostly sees few cells of a pattern. Blocks at the right and lower border are
+//! narrower or lower. It must not know what points are.
 
 /// Points along a block's side.
-const SIDE: usize = 16;
-/// Points along the side of a part.
-const PART: usize = 4;
+const SIDE: usize = 32;
 
 /// The blocks of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,17 +86,9 @@ impl Blocks {
             let (corner, side) = if axis == 0 { (piece.x, piece.width) } else { (piece.y, piece.height) };
             let mut values = [0.0; SIDE];
             values.iter_mut().enumerate().take(side).for_each(|(i, v)| *v = value(corner + i));
-            if piece.is_whole() && here == SIDE * SIDE {
-                let (values, _) = values.as_chunks::<PART>();
-                for (part, four) in to.as_chunks_mut::<PART>().0.iter_mut().enumerate() {
-                    let (column, row) = (part / PART % PART, part / SIDE);
-                    *four = if axis == 0 { values[column] } else { [values[row][part % PART]; PART] };
-                }
-            } else {
-                for (index, lane) in to.iter_mut().enumerate() {
-                    let (x, y) = piece.inside(piece.first + index);
-                    *lane = values.get(if axis == 0 { x } else { y }).copied().unwrap_or(0.0);
-                }
+            for (index, lane) in to.iter_mut().enumerate() {
+                let (x, y) = piece.inside(piece.first + index);
+                *lane = values.get(if axis == 0 { x } else { y }).copied().unwrap_or(0.0);
             }
             done += here;
         }
@@ -112,24 +102,18 @@ impl Blocks {
         while done < words.len() {
             let piece = self.piece(first + done);
             let here = piece.left.min(words.len() - done);
-            let from = &words[done..done + here];
             let corner = (piece.y - top.min(piece.y)) * self.width + piece.x;
-            if piece.is_whole() && piece.first == 0 && here == SIDE * SIDE {
-                for (part, four) in from.chunks_exact(PART).enumerate() {
-                    let (x, y) = ((part / PART % PART) * PART, part / SIDE * PART + part % PART);
-                    if let Some(to) =
-                        rows.get_mut(corner + y * self.width + x..).and_then(|r| r.get_mut(..PART))
-                    {
-                        to.copy_from_slice(four);
-                    }
+            // Row by row: what is left of the first, then whole ones.
+            let mut at = 0;
+            while at < here {
+                let (x, y) = piece.inside(piece.first + at);
+                let count = (piece.width - x).min(here - at);
+                let from = &words[done + at..done + at + count];
+                if let Some(to) = rows.get_mut(corner + y * self.width + x..).and_then(|r| r.get_mut(..count))
+                {
+                    to.copy_from_slice(from);
                 }
-            } else {
-                for (index, word) in from.iter().enumerate() {
-                    let (x, y) = piece.inside(piece.first + index);
-                    if let Some(to) = rows.get_mut(corner + y * self.width + x) {
-                        *to = *word;
-                    }
-                }
+                at += count;
             }
             done += here;
         }
@@ -137,17 +121,9 @@ impl Blocks {
 }
 
 impl Piece {
-    fn is_whole(&self) -> bool {
-        self.width == SIDE && self.height == SIDE
-    }
-
     /// Column and row of a point within the block.
     fn inside(&self, index: usize) -> (usize, usize) {
-        if !self.is_whole() {
-            return (index % self.width, index / self.width);
-        }
-        let (part, within) = (index / (PART * PART), index % (PART * PART));
-        ((part % PART) * PART + within % PART, part / PART * PART + within / PART)
+        (index % self.width, index / self.width)
     }
 }
 
@@ -194,7 +170,7 @@ mod tests {
     #[test]
     fn columns_and_rows_are_those_of_the_pixels() {
         let blocks = Blocks::new(37, 50);
-        for (first, count) in [(0, 256), (256, 256), (100, 300), (37 * 16 - 80, 300), (37 * 50 - 10, 10)] {
+        for (first, count) in [(0, 256), (256, 256), (100, 300), (37 * 32 - 80, 300), (37 * 50 - 10, 10)] {
             let (mut x, mut y) = (vec![0.0; count], vec![0.0; count]);
             blocks.along(0, first, &mut x, |i| i as f32);
             blocks.along(1, first, &mut y, |i| i as f32);
@@ -206,11 +182,11 @@ mod tests {
 
     #[test]
     fn neighbours_stay_together() {
-        let blocks = Blocks::new(64, 64);
+        let blocks = Blocks::new(96, 64);
         let mut corners = (usize::MAX, 0, usize::MAX, 0);
-        blocks.each(512, 16, |_, (x, y)| {
+        blocks.each(1024, 1024, |_, (x, y)| {
             corners = (corners.0.min(x), corners.1.max(x), corners.2.min(y), corners.3.max(y));
         });
-        assert_eq!((corners.1 - corners.0, corners.3 - corners.2), (3, 3));
+        assert_eq!(corners, (32, 63, 0, 31));
     }
 }

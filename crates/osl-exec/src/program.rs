@@ -206,6 +206,19 @@ pub struct Program {
     pub(crate) shared: bool,
 }
 
+/// Points of a batch where nothing speaks for more.
+const BATCH: usize = 256;
+/// What the registers of a wider batch may take: measured, see docs/performance.md.
+const NEAR_BYTES: u64 = 256 << 10;
+
+fn has_loop(steps: &Steps) -> bool {
+    steps.list.iter().any(|step| match step {
+        Step::Loop { .. } => true,
+        Step::If { then, otherwise, .. } => has_loop(then) || has_loop(otherwise),
+        _ => false,
+    })
+}
+
 /// Whether steps do no more than yield values.
 fn is_quiet(steps: &Steps) -> bool {
     steps.list.iter().all(|step| match step {
@@ -254,6 +267,18 @@ impl Program {
     /// Lane registers and the words of each lane that they hold, for reports.
     pub fn register_words(&self) -> (usize, u32) {
         (self.registers.len(), self.registers.iter().sum())
+    }
+
+    /// Points of a batch that suit the program: more of them cost less each, as long as what the registers hold stays near
+    /// the processor. Loops end sooner for fewer points.
+    pub fn batch(&self) -> usize {
+        let words: u64 = self.registers.iter().map(|words| u64::from(*words)).sum();
+        let fits = |batch: &usize| words * 4 * *batch as u64 <= NEAR_BYTES;
+        if has_loop(&self.steps) {
+            BATCH
+        } else {
+            [8, 4, 2].map(|n| n * BATCH).into_iter().find(fits).unwrap_or(BATCH)
+        }
     }
 
     /// The widest batch for which the registers and arrays of so many threads fit the budget.

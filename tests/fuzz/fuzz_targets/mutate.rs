@@ -35,6 +35,6 @@ fuzz_target!(|data: &[u8]| {
     }
     let without = if data.len() % 2 == 0 { Vec::new() } else { laws::SWITCHABLE.to_vec() };
     let compiled = pipeline::finish(body, &passes::Options { without, ..passes::Options::default() });
-    let options = osl_exec::RunOptions { batch: 16, max_steps: 1 << 12, ..osl_exec::RunOptions::default() };
+    let options = osl_exec::RunOptions { batch: Some(16), max_steps: 1 << 12, ..osl_exec::RunOptions::default() };
     let _ = osl_exec::run(&compiled.program, laws::services(), &Grid::new(3, 2), &options, &|_| ());
 });

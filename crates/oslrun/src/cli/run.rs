@@ -155,7 +155,7 @@ fn shade(
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
     let options = RunOptions {
-        batch: args.batch as usize,
+        batch: args.batch.map(|n| n as usize),
         isa: args.isa.unwrap_or_else(Isa::detect),
         max_steps: args.max_steps,
         closures: args.closures,
@@ -247,7 +247,7 @@ fn stats(
     let _ = writeln!(
         err,
         "{points} points, {rate:.0} points/s, {per_point:.1} ns/point ({isa:?}, batches of {})",
-        args.batch
+        args.batch.map_or_else(|| compiled.program.batch(), |n| n as usize)
     );
     if let Some(peak) = peak_memory() {
         let _ = writeln!(err, "peak memory {:.0} MB", peak as f64 / 1e6);
