@@ -85,17 +85,7 @@ fn any_passes() {
         &[Pass::Rate],
         &[Pass::Flatten],
         &[Pass::Slice, Pass::Fold, Pass::Cse],
-        &[
-            Pass::Slice,
-            Pass::Fold,
-            Pass::Unroll,
-            Pass::Cse,
-            Pass::Dce,
-            Pass::Rate,
-            Pass::Flatten,
-            Pass::Algebra,
-            Pass::Share,
-        ],
+        &osl_tests::laws::SWITCHABLE,
     ];
     let options = RunOptions::default();
     for (name, text, params) in shaders() {
