@@ -112,6 +112,11 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "shader s(output float r = 0) { float n = u; for (int i = 0; i < 3; i++) {
             n = noise(P * (i + 3)) + n; if (i == 1) r += Dx(n); r += n; } }",
     ),
+    (
+        "a closure of few nodes that are shared was written out in full",
+        "volume s(output closure color k = 0) { for (int i = 0; i < 9; i++)
+            k += layer(dielectric_bsdf(N, P, color(v), color(1), u, v, 3.25, \"ggx\") * u, k + k + k * v); }",
+    ),
 ];
 
 #[test]

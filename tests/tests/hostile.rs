@@ -326,6 +326,15 @@ fn runs_that_would_not_end() {
             "while (u >= 0) { r += 1 + regex_search(\"abc\", format(\"a*(b|%g)*c\", u + v)); }",
         ),
         ("endless closures", "while (u >= 0) { Ci = Ci + diffuse(N); r += 1; }"),
+        ("closures doubled", "closure color c = u * diffuse(N); for (int i = 0; i < 60; ++i) c += v * c; Ci = c;"),
+        (
+            "closures nested",
+            "closure color c = u * diffuse(N); for (int i = 0; i < 60; ++i) c = debug(\"c\", \"x\", c + c) + c; Ci = c;",
+        ),
+        (
+            "closures layered",
+            "closure color c = u * diffuse(N); for (int i = 0; i < 60; ++i) c = layer(c + c, c); Ci = c;",
+        ),
         ("endless messages", "while (u >= 0) { setmessage(format(\"%g\", r), r); r += 1; }"),
         ("endless splits", "string w[100]; while (u >= 0) { r += split(format(\"%g a b c\", r), w); }"),
         (

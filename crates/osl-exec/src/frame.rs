@@ -3,7 +3,7 @@
 //! The points are cut into tiles; each tile is a task with a machine of its own thread, and writes its own part of
 //! each plane. Results do not depend on tile size, batch width, thread count or instruction set.
 
-use crate::machine::{Component, Machine, Stop};
+use crate::machine::{Component, Machine, Stop, Totals};
 use crate::message::{Message, Messages, Printed};
 use crate::order::Blocks;
 use crate::profile::{Profile, ProfileEntry};
@@ -154,8 +154,7 @@ pub struct Run<'a> {
     services: &'a Services,
     source: &'a dyn PointSource,
     options: &'a RunOptions,
-    /// Bytes that the run has printed and reported.
-    said: AtomicUsize,
+    totals: Totals,
     done: AtomicUsize,
 }
 
@@ -167,7 +166,7 @@ impl<'a> Run<'a> {
         source: &'a dyn PointSource,
         options: &'a RunOptions,
     ) -> Run<'a> {
-        Run { program, services, source, options, said: AtomicUsize::new(0), done: AtomicUsize::new(0) }
+        Run { program, services, source, options, totals: Totals::default(), done: AtomicUsize::new(0) }
     }
 
     /// The planes that a frame will have, without their words.
@@ -186,7 +185,7 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A loop beyond its budget.
     pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, Stop> {
-        let Run { program, services, source, options, said, done } = self;
+        let Run { program, services, source, options, totals, done } = self;
         let blocks = source.blocks();
         let points = points.start..points.end.min(source.count()).max(points.start);
         // A tile's results are a piece of each plane, so it has whole rows of blocks.
@@ -204,7 +203,7 @@ impl<'a> Run<'a> {
         let batch = options.batch.unwrap_or_else(|| program.batch());
         let batch = batch.clamp(1, program.widest(rayon::current_num_threads()));
         let new = || {
-            Machine::new(program, services, *source, options.isa, batch.min(tile), options.max_steps, said)
+            Machine::new(program, services, *source, options.isa, batch.min(tile), options.max_steps, totals)
         };
         let profile = || options.profile.then(|| Box::new(Profile::new(program)));
         let results: Vec<Result<Tile, Stop>> = parts
@@ -334,7 +333,9 @@ fn run_tile(
         for (slot, found) in closures.iter().zip(&mut found) {
             let mut numbers = vec![0; here];
             machine.output(slot.output, slot.element, 0, &mut numbers);
-            found.extend(numbers.into_iter().map(|number| machine.components(number)));
+            for number in numbers {
+                found.push(machine.keep_components(number)?);
+            }
         }
         at += here;
     }

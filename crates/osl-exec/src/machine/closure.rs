@@ -1,11 +1,12 @@
 //! Closures while running: a tree for each value, in an arena that lasts as long as the batch.
 
-use super::Machine;
 use super::mask::Mask;
+use super::{Machine, Stop};
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 /// A component of a closure: a way to scatter or emit light, with its weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,26 +31,60 @@ pub struct Param {
 }
 
 #[derive(Debug)]
-enum Node {
+enum Form {
     Component(Component),
     Sum(u32, u32),
     Scale(u32, [f32; 3]),
+}
+
+#[derive(Debug)]
+struct Node {
+    form: Form,
+    /// Bytes that it takes written out, about: what nodes share, as often as it is met.
+    written: usize,
 }
 
 /// The closures of a batch. Number 0 is the null closure; others are one above their node.
 #[derive(Debug, Default)]
 pub(super) struct Closures {
     nodes: Vec<Node>,
+    /// Bytes of the nodes, about.
+    bytes: usize,
 }
 
-/// Nodes that a batch may make.
-const MAX_NODES: usize = 1 << 20;
-/// Components that one closure may have.
-const MAX_COMPONENTS: usize = 1 << 12;
+/// Bytes of closures that a batch may make.
+const MAX_BYTES: usize = 64 << 20;
+/// Bytes of closures that a run may keep for whom it runs for.
+const MAX_KEPT: usize = 512 << 20;
+/// Bytes of one closure written out.
+const MAX_WRITTEN: usize = 8 << 20;
+/// Bytes that count for a node beside what its parameters take: a step of writing it out has its time too.
+const NODE_BYTES: usize = 512;
+
+impl Component {
+    /// Bytes that it takes, about, with what its parameters hold.
+    fn bytes(&self) -> usize {
+        let of_param = |param: &Param| {
+            size_of::<Param>()
+                + size_of_val(&param.values[..])
+                + param.closure.iter().map(Component::bytes).sum::<usize>()
+        };
+        size_of::<Component>() + self.params.iter().map(of_param).sum::<usize>()
+    }
+}
 
 impl Closures {
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
+        self.bytes = 0;
+    }
+
+    fn node(&self, closure: u32) -> Option<&Node> {
+        self.nodes.get(closure.checked_sub(1)? as usize)
+    }
+
+    fn written(&self, closure: u32) -> usize {
+        self.node(closure).map_or(0, |node| node.written)
     }
 
     /// The components in the order of the sums, weights multiplied out.
@@ -57,16 +92,11 @@ impl Closures {
         let mut found = Vec::new();
         let mut open = vec![(closure, [1.0_f32; 3])];
         while let Some((closure, weight)) = open.pop() {
-            let Some(node) = closure.checked_sub(1).and_then(|at| self.nodes.get(at as usize)) else {
-                continue;
-            };
-            match node {
-                Node::Component(component) => found.push(Component { weight, ..component.clone() }),
-                Node::Sum(a, b) => open.extend([(*b, weight), (*a, weight)]),
-                Node::Scale(of, by) => open.push((*of, std::array::from_fn(|c| weight[c] * by[c]))),
-            }
-            if found.len() >= MAX_COMPONENTS {
-                break;
+            let Some(node) = self.node(closure) else { continue };
+            match &node.form {
+                Form::Component(component) => found.push(Component { weight, ..component.clone() }),
+                Form::Sum(a, b) => open.extend([(*b, weight), (*a, weight)]),
+                Form::Scale(of, by) => open.push((*of, std::array::from_fn(|c| weight[c] * by[c]))),
             }
         }
         found
@@ -74,13 +104,35 @@ impl Closures {
 }
 
 impl Machine<'_> {
-    fn new_node(&mut self, node: Node) -> u32 {
-        if self.closures.nodes.len() >= MAX_NODES {
+    fn new_node(&mut self, form: Form) -> u32 {
+        let written = match &form {
+            Form::Component(component) => component.bytes(),
+            Form::Sum(a, b) => self.closures.written(*a).saturating_add(self.closures.written(*b)),
+            Form::Scale(of, _) => self.closures.written(*of),
+        };
+        let kept = if let Form::Component(_) = form { written } else { 0 };
+        self.closures.bytes += kept + size_of::<Node>();
+        let written = written.saturating_add(NODE_BYTES);
+        if self.closures.bytes > MAX_BYTES || written > MAX_WRITTEN {
             self.exhaust("the shader makes too many closures");
             return 0;
         }
-        self.closures.nodes.push(node);
+        self.closures.nodes.push(Node { form, written });
         self.closures.nodes.len() as u32
+    }
+
+    /// The components of a closure value, kept for whom the run is for.
+    ///
+    /// # Errors
+    /// More of them than a run keeps.
+    pub(crate) fn keep_components(&self, closure: u32) -> Result<Vec<Component>, Stop> {
+        let found = self.closures.components(closure);
+        let bytes = size_of_val(&found) + found.iter().map(Component::bytes).sum::<usize>();
+        if self.totals.closures.fetch_add(bytes, Ordering::Relaxed) + bytes > MAX_KEPT {
+            let what = format!("the closures of all points take more than {} MiB", MAX_KEPT >> 20);
+            return Err(Stop::Exhausted { what, span: None });
+        }
+        Ok(found)
     }
 
     pub(super) fn component_of(&mut self, name: &Arc<str>, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
@@ -103,8 +155,8 @@ impl Machine<'_> {
                 Param { key: shape.key.clone(), values, closure }
             });
             let params = params.collect();
-            let node = Node::Component(Component { weight: [1.0; 3], name: name.clone(), params });
-            let number = self.new_node(node);
+            let form = Form::Component(Component { weight: [1.0; 3], name: name.clone(), params });
+            let number = self.new_node(form);
             self.set_words(*out, lane, &[number]);
         }
     }
@@ -114,7 +166,7 @@ impl Machine<'_> {
         for lane in self.lanes(&step.outs, mask) {
             let number = match (self.word(*a, lane), self.word(*b, lane)) {
                 (0, other) | (other, 0) => other,
-                (a, b) => self.new_node(Node::Sum(a, b)),
+                (a, b) => self.new_node(Form::Sum(a, b)),
             };
             self.set_words(*out, lane, &[number]);
         }
@@ -131,20 +183,15 @@ impl Machine<'_> {
                 _ if by == [0.0; 3] => 0,
                 0 => 0,
                 of if by == [1.0; 3] => of,
-                of => self.new_node(Node::Scale(of, by)),
+                of => self.new_node(Form::Scale(of, by)),
             };
             self.set_words(*out, lane, &[number]);
         }
     }
 
-    /// The components of a closure value.
-    pub(crate) fn components(&self, closure: u32) -> Vec<Component> {
-        self.closures.components(closure)
-    }
-
     /// A closure as `printf` shows it.
     pub(super) fn closure_text(&self, closure: u32) -> String {
-        self.components(closure).iter().map(show).collect::<Vec<_>>().join("\n\t+ ")
+        self.closures.components(closure).iter().map(show).collect::<Vec<_>>().join("\n\t+ ")
     }
 }
 

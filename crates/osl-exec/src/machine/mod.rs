@@ -33,7 +33,7 @@ pub(crate) use mask::Mask;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kind};
 use osl_noise::Isa;
-use std::sync::atomic::AtomicUsize;
+pub(crate) use work::Totals;
 
 /// Why a run stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -51,8 +51,8 @@ pub enum Stop {
     Exhausted {
         /// The budget in words.
         what: String,
-        /// The call.
-        span: Span,
+        /// The call, if it was one.
+        span: Option<Span>,
     },
 }
 
@@ -84,8 +84,7 @@ pub(crate) struct Machine<'a> {
     closures: closure::Closures,
     dictionaries: Dictionaries,
     named: named::Named,
-    /// Bytes that the run has printed and reported.
-    said: &'a AtomicUsize,
+    totals: &'a Totals,
     /// Which blocks of each array hold more than zeros.
     dirty: Vec<Vec<bool>>,
     pub(crate) messages: Messages,
@@ -102,7 +101,7 @@ impl<'a> Machine<'a> {
         isa: Isa,
         width: usize,
         max_steps: u64,
-        said: &'a AtomicUsize,
+        totals: &'a Totals,
     ) -> Self {
         let width = width.max(1).next_multiple_of(LINE);
         let array = |a: &Array| Lanes::new((a.words * a.len) as usize * if a.varying { width } else { 1 });
@@ -127,7 +126,7 @@ impl<'a> Machine<'a> {
             closures: closure::Closures::default(),
             dictionaries: Dictionaries::default(),
             named: named::Named::default(),
-            said,
+            totals,
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
             messages: Messages::default(),
             profile: None,
@@ -233,7 +232,7 @@ impl<'a> Machine<'a> {
             Step::Kernel(step) => {
                 self.kernel(step, mask);
                 if let Some(what) = self.exhausted.take() {
-                    return Err(Stop::Exhausted { what, span: step.span });
+                    return Err(Stop::Exhausted { what, span: Some(step.span) });
                 }
             }
             Step::Load { array, index, out } => self.load(*array, *index, *out),

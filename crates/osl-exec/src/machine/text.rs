@@ -144,7 +144,7 @@ impl Machine<'_> {
     /// Keeps printed text; the end of the run where there is too much.
     fn say(&mut self, printed: Printed) {
         let bytes = printed.text.len() + PRINTED_BESIDE;
-        if self.said.fetch_add(bytes, Ordering::Relaxed) + bytes > MAX_PRINTED {
+        if self.totals.said.fetch_add(bytes, Ordering::Relaxed) + bytes > MAX_PRINTED {
             self.exhaust(format!("the shader prints more than {} MiB", MAX_PRINTED >> 20));
         } else {
             self.messages.print(printed);

@@ -6,6 +6,7 @@ use super::{Machine, Stop};
 use crate::program::KernelStep;
 use osl_ir::Span;
 use osl_ir::ir::Kernel;
+use std::sync::atomic::AtomicUsize;
 
 /// Bytes of text for each step that is counted for it.
 const BYTES_A_STEP: usize = 128;
@@ -15,6 +16,15 @@ const REPORT: u64 = 16;
 const PATTERN: u64 = 2000;
 /// Steps that are counted for a match that may go back and try again, as often as matches may.
 const RETRIES: u64 = 8000;
+
+/// What the batches of a run have made together, in bytes.
+#[derive(Debug, Default)]
+pub(crate) struct Totals {
+    /// Printed and reported.
+    pub(super) said: AtomicUsize,
+    /// Closures that are kept.
+    pub(super) closures: AtomicUsize,
+}
 
 /// What a kernel counts for each lane, in sixteenths of a step.
 fn of_kernel(kernel: &Kernel) -> u64 {

@@ -196,12 +196,11 @@ fn shade(
 
 /// A run that ended early, in words.
 fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
-    let (Stop::TooManySteps { span, .. } | Stop::Exhausted { span, .. }) = stop;
-    let hint = match stop {
-        Stop::TooManySteps { .. } => "; --max-steps sets the limit",
-        Stop::Exhausted { .. } => "",
+    let (span, hint) = match stop {
+        Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
+        Stop::Exhausted { span, .. } => (*span, ""),
     };
-    let place = sources.place(*span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+    let place = span.and_then(|span| sources.place(span)).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
     Failure::new(format!("{place}{stop}{hint}"))
 }
 
