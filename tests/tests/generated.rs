@@ -113,6 +113,12 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             n = noise(P * (i + 3)) + n; if (i == 1) r += Dx(n); r += n; } }",
     ),
     (
+        "a lookup that nobody needs is the same as one in a branch that no point takes",
+        "shader s(output normal r = 1, output float last = 3) { for (int i = 0; i < 2; i++) {
+            r = (0 <= (0 ? 1 : (float)psnoise(P, P))) ? 1 : (1 ? normal(\"nowhere\", 1, 11, last) : 1);
+            normal x = normal(\"nowhere\", 1, 1, 1); } }",
+    ),
+    (
         "a closure of few nodes that are shared was written out in full",
         "volume s(output closure color k = 0) { for (int i = 0; i < 9; i++)
             k += layer(dielectric_bsdf(N, P, color(v), color(1), u, v, 3.25, \"ggx\") * u, k + k + k * v); }",
