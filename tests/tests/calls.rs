@@ -145,7 +145,7 @@ fn both(body: &str, points: usize, expected: &str, errors: &[&str]) {
 #[test]
 fn messages_by_name() {
     let twice = "message \"m\" already exists (created here: HERE) cannot set again from HERE";
-    let late = "message \"m\" is set too late at HERE: it was asked for in vain at HERE";
+    let late = "message \"m\" was queried before being set (queried here: HERE) setting it now (HERE) would lead to inconsistent results";
     let mismatch = |made: &str, first: &str, wanted: &str| {
         format!(
             "type mismatch for message \"m\" ({made} as {first} here: HERE) cannot fetch as {wanted} from HERE"

@@ -198,8 +198,8 @@ pub struct Program {
     pub(crate) strings: Vec<Arc<str>>,
     /// The number of each string.
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
-    /// Name of the shader.
-    pub(crate) shader: Arc<str>,
+    /// The layers, each with the start of its source.
+    layers: Vec<(u32, osl_ir::builtins::Names)>,
     /// Groups of values that points share.
     pub(crate) groups: usize,
     /// Whether all points share all that it does: one run is enough.
@@ -259,9 +259,19 @@ impl Program {
             outputs,
             strings: strings.list,
             numbers: strings.numbers,
-            shader: body.name.clone(),
+            layers: body.layers.clone(),
             groups: shared::groups(body),
         }
+    }
+
+    /// The layer that a place of the source belongs to, and its names.
+    pub fn names(&self, span: osl_ir::Span) -> Option<(usize, &osl_ir::builtins::Names)> {
+        osl_ir::ir::names_at(&self.layers, span)
+    }
+
+    /// The name of the shader at a place of the source.
+    pub(crate) fn shader(&self, span: osl_ir::Span) -> Arc<str> {
+        self.names(span).map_or_else(|| "".into(), |(_, names)| names.shader.clone())
     }
 
     /// Lane registers and the words of each lane that they hold, for reports.

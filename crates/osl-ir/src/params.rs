@@ -89,12 +89,37 @@ pub fn set_typed(
     name: &str,
     text: &str,
 ) -> Result<(), ParamError> {
+    set_parsed(program, values, given, name, text, parse(given, text))
+}
+
+/// Adds a value whose type is given, as the words of it: numbers one by one, or strings. What is missing is 0, or empty.
+///
+/// # Errors
+/// As [`set_typed`].
+pub fn set_words(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    words: &[Arc<str>],
+) -> Result<(), ParamError> {
+    set_parsed(program, values, given, name, &words.join(" "), from_words(given, words))
+}
+
+fn set_parsed(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    text: &str,
+    value: Option<Vec<Const>>,
+) -> Result<(), ParamError> {
     let ty = find(program, name)?;
     let error = || mismatch(program, ty, name, text);
     let triples = given.element().is_triple() && ty.element().is_triple();
     let same = given.base == ty.base || triples || (given == Type::FLOAT && ty.is_triple());
     let extent = given.extent == ty.extent || (given.is_array() && ty.extent == Extent::Unsized);
-    let value = parse(given, text).filter(|_| same && extent).ok_or_else(error)?;
+    let value = value.filter(|_| same && extent).ok_or_else(error)?;
     let spread = |v: Const| match v {
         Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
         v => v,
@@ -130,6 +155,40 @@ fn path(program: &Program, name: &str) -> Option<Type> {
         ty = fields.iter().find(|f| &*f.name == part)?.ty;
     }
     Some(ty)
+}
+
+/// The value that words make; `None` if they make none, or are too many.
+fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
+    let each = match ty.base {
+        Base::Int | Base::Float | Base::String => 1,
+        base if base.is_triple() => 3,
+        Base::Matrix => 16,
+        _ => return None,
+    };
+    let len = match ty.extent {
+        Extent::One => 1,
+        Extent::Array(n) => n as usize,
+        Extent::Unsized => words.len().div_ceil(each).clamp(1, MAX_ARRAY_LENGTH as usize),
+    };
+    if words.len() > len * each || words.is_empty() {
+        return None;
+    }
+    let missing = len * each - words.len();
+    match ty.base {
+        Base::String => {
+            let rest = std::iter::repeat_n(Arc::from(""), missing);
+            Some(words.iter().cloned().chain(rest).map(Const::Str).collect())
+        }
+        Base::Int => {
+            let ints: Option<Vec<i32>> = words.iter().map(|w| w.parse().ok()).collect();
+            Some(ints?.into_iter().chain(std::iter::repeat_n(0, missing)).map(Const::Int).collect())
+        }
+        _ => {
+            let mut numbers: Vec<f32> = words.iter().map(|w| w.parse().ok()).collect::<Option<_>>()?;
+            numbers.resize(len * each, 0.0);
+            Some(numbers.chunks_exact(each).filter_map(|c| constant(each, c)).collect())
+        }
+    }
 }
 
 fn parse(ty: Type, text: &str) -> Option<Vec<Const>> {

@@ -50,6 +50,19 @@ impl SourceMap {
         Some(FileId(self.files.len() as u32 - 1))
     }
 
+    /// Adds all files of another map behind its own. Returns what to add to a span of the other map to make it one of
+    /// this; `None` when the offset space is used up.
+    pub fn append(&mut self, other: &SourceMap) -> Option<u32> {
+        let base = match self.files.last() {
+            None => 0,
+            Some(f) => f.base.checked_add(u32::try_from(f.text.len()).ok()?)?.checked_add(1)?,
+        };
+        let end = other.files.last().map_or(Some(0), |f| f.base.checked_add(f.text.len() as u32))?;
+        base.checked_add(end)?.checked_add(1)?;
+        self.files.extend(other.files.iter().map(|f| SourceFile { base: f.base + base, ..f.clone() }));
+        Some(base)
+    }
+
     /// The files in the order of their first reading.
     pub fn files(&self) -> &[SourceFile] {
         &self.files

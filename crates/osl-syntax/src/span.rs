@@ -18,6 +18,12 @@ impl Span {
         Self { start, end }
     }
 
+    /// The span of a file map that was appended to another: see [`crate::source::SourceMap::append`].
+    #[must_use]
+    pub fn moved(self, by: u32) -> Span {
+        Span::new(self.start.saturating_add(by), self.end.saturating_add(by))
+    }
+
     /// The smallest span that covers both.
     pub fn to(self, other: Span) -> Span {
         Span::new(self.start.min(other.start), self.end.max(other.end))

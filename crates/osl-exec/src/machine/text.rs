@@ -117,12 +117,12 @@ impl Machine<'_> {
         let heads = if sink == Sink::File { 2 } else { 1 };
         let (head, rest) = step.args.split_at(heads.min(step.args.len()));
         let Some(format) = head.last() else { return };
+        let shader = self.program.shader(step.span);
         for lane in self.active(mask) {
             let format = self.text(self.word(*format, lane));
             let text = text::format(&format, &self.shaped(shapes, rest, lane), Flavour::Print);
             self.spend_text(text.len());
             let point = self.first + lane;
-            let shader = &self.program.shader;
             match sink {
                 Sink::Print => self.say(Printed { point, file: None, text }),
                 Sink::File => {

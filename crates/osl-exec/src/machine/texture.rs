@@ -240,7 +240,7 @@ impl Machine<'_> {
                 match self.services.textures.get(file) {
                     Ok(texture) => header(&texture, datum, kind, count),
                     Err(failure) => {
-                        let (shader, why) = (&self.program.shader, failure.message());
+                        let (shader, why) = (self.program.shader(step.span), failure.message());
                         let text = format!("Shader error [{shader}]: Invalid image file \"{file}\": {why}");
                         self.messages.add(self.first + lane, Message::error(text));
                         None

@@ -45,7 +45,10 @@ pub fn set_twice(name: &str) -> String {
 
 /// What is said where a message is set that was asked for in vain at `{0}`.
 pub fn set_late(name: &str) -> String {
-    format!("message \"{name}\" is set too late at {{1}}: it was asked for in vain at {{0}}")
+    format!(
+        "message \"{name}\" was queried before being set (queried here: {{0}}) setting it now ({{1}}) would lead to \
+         inconsistent results"
+    )
 }
 
 /// What is said where a message is asked for as another type.
@@ -91,6 +94,14 @@ impl First {
         if self.ty.is_empty() {
             *self = First { at, ty: ty.to_string() };
         }
+    }
+}
+
+/// Makes the messages of another builder, with the places where they were first set and asked for, but without values.
+pub(crate) fn carry(b: &mut Builder, from: &[Message]) {
+    for Message { name, set, asked, .. } in from {
+        let at = message(b, name);
+        (b.messages[at].set, b.messages[at].asked) = (set.clone(), asked.clone());
     }
 }
 

@@ -25,7 +25,7 @@ mod string;
 mod texture;
 
 pub use color::path as color_path;
-pub(crate) use message::Message;
+pub(crate) use message::{Message, carry as carry_messages};
 pub use message::{Made as MessageMade, other_type, set_late, set_twice};
 pub use signature::{Param, ParamType, Signature, Tail};
 pub use spline::{BASES, Basis, basis as spline_basis};
@@ -65,6 +65,17 @@ pub enum Emit {
     Exit,
 }
 
+/// The names that a shader goes by where it runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Names {
+    /// The shader's own.
+    pub shader: Arc<str>,
+    /// That of its layer.
+    pub layer: Arc<str>,
+    /// That of the group.
+    pub group: Arc<str>,
+}
+
 /// A call that is being written.
 pub struct Site<'a> {
     /// Values of the arguments, converted to the signature's types; anything for an array.
@@ -77,8 +88,10 @@ pub struct Site<'a> {
     pub literals: &'a [Option<Arc<str>>],
     /// The signature that was chosen.
     pub signature: &'a Signature,
-    /// Name of the shader.
-    pub shader: &'a Arc<str>,
+    /// The names that the shader goes by.
+    pub names: &'a Names,
+    /// How the first argument is connected, if it is a parameter: 1 from upstream, 2 to something downstream.
+    pub connected: i32,
 }
 
 /// An argument that is an array.

@@ -82,11 +82,11 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "isconnected",
         &["i(?)"],
-        |b, _| b.int(0).into(),
+        |b, s| b.int(s.connected).into(),
         "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Always 0 where there is one shader only.")
+    .extremes("An output of the last layer is connected downstream: something asks for it.")
     .example("int wired = isconnected(u);"),
     Builtin::compose(
         "isconstant",
@@ -261,11 +261,11 @@ pub(super) fn store_found(
 /// Attributes of the shader itself.
 fn known(b: &mut Builder, s: &Site<'_>) -> Option<ValueId> {
     let text = match &**s.literal(0)? {
-        "shader:shadername" => s.shader.to_string(),
-        "shader:layername" => format!("{}_0", s.shader),
-        "shader:groupname" => "unnamed_group_1".to_string(),
+        "shader:shadername" => &s.names.shader,
+        "shader:layername" => &s.names.layer,
+        "shader:groupname" => &s.names.group,
         _ => return None,
     };
     let string = s.types.get(1) == Some(&Type::STRING);
-    string.then(|| b.constant(Const::Str(text.into())))
+    string.then(|| b.constant(Const::Str(text.clone())))
 }

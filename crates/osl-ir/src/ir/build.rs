@@ -31,6 +31,7 @@ impl Builder {
             slots: Vec::new(),
             entry: BlockId(0),
             outputs: Vec::new(),
+            layers: Vec::new(),
         };
         Builder {
             body,
@@ -51,6 +52,12 @@ impl Builder {
     pub fn slot(&mut self, kind: Kind, len: Option<u32>, name: Arc<str>) -> SlotId {
         self.body.slots.push(Slot { kind, len, name, rate: Rate::Varying });
         SlotId(self.body.slots.len() as u32 - 1)
+    }
+
+    /// A new block that nothing leads to yet.
+    pub(crate) fn block(&mut self) -> BlockId {
+        self.body.blocks.push(Block::default());
+        BlockId(self.body.blocks.len() as u32 - 1)
     }
 
     /// Appends an instruction.
@@ -176,8 +183,7 @@ impl Builder {
 
     /// Runs `work` with a new block as the current one.
     pub fn in_block<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> (BlockId, T) {
-        self.body.blocks.push(Block::default());
-        let block = BlockId(self.body.blocks.len() as u32 - 1);
+        let block = self.block();
         let outer = std::mem::replace(&mut self.current, block);
         let result = work(self);
         self.current = outer;

@@ -294,9 +294,16 @@ pub struct Body {
     pub entry: BlockId,
     /// What to deliver.
     pub outputs: Vec<Output>,
+    /// The layers that it was made of, each with the start of its source: see [`Body::names`].
+    pub layers: Vec<(u32, crate::builtins::Names)>,
 }
 
 impl Body {
+    /// The layer that a place of the source belongs to, and its names.
+    pub fn names(&self, span: Span) -> Option<(usize, &crate::builtins::Names)> {
+        names_at(&self.layers, span)
+    }
+
     /// The value of an id of this body.
     pub fn value(&self, id: ValueId) -> &Value {
         &self.values[id.index()]
@@ -330,6 +337,15 @@ impl Body {
         };
         self.block(id).insts.iter().map(|inst| 1 + nested(inst)).sum()
     }
+}
+
+/// The layer among `layers`, in the order of their sources, that a place of the source belongs to.
+pub fn names_at(
+    layers: &[(u32, crate::builtins::Names)],
+    span: Span,
+) -> Option<(usize, &crate::builtins::Names)> {
+    let index = layers.partition_point(|(base, _)| *base <= span.start).checked_sub(1)?;
+    layers.get(index).map(|(_, names)| (index, names))
 }
 
 /// The operation that picks one of two values of a kind.

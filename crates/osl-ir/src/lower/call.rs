@@ -18,7 +18,8 @@ impl Lowerer<'_> {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
         if self.frames.len() > MAX_CALL_DEPTH {
-            self.too_large(span, &format!("a chain of more than {MAX_CALL_DEPTH} calls"));
+            self.at(span);
+            self.too_large(&format!("a chain of more than {MAX_CALL_DEPTH} calls"));
         }
         if !self.has_room() {
             return Val::Void;
@@ -62,7 +63,7 @@ impl Lowerer<'_> {
         self.stmts(&function.body);
         self.frames.pop();
         self.unsure |= self.exits > exits;
-        self.b.span = span;
+        self.at(span);
         for (spot, storage) in back {
             let value = self.read(&Spot::whole(storage.clone()));
             self.write(&spot, value);
@@ -139,14 +140,15 @@ impl Lowerer<'_> {
                 _ => None,
             })
             .collect();
-        self.b.span = span;
+        self.at(span);
         let site = Site {
             args: &args,
             types: &types,
             arrays: &arrays,
             literals: &literals,
             signature,
-            shader: &self.program.shader.name,
+            names: &self.layer.names,
+            connected: self.connected(call),
         };
         let Emitted { result, outputs } = match call.row.emit {
             Emit::Lane(op) => self.b.lane(op, &args).into(),

@@ -19,7 +19,7 @@ pub(super) enum Operand {
 impl Lowerer<'_> {
     /// Evaluates an expression of any type.
     pub(super) fn eval(&mut self, e: &Expr) -> Val {
-        self.b.span = e.span;
+        self.at(e.span);
         match &e.kind {
             ExprKind::Read(place) => match self.spot(place) {
                 Some(spot) => self.read(&spot),
@@ -64,7 +64,7 @@ impl Lowerer<'_> {
             ExprKind::Binary(op @ (BinaryOp::And | BinaryOp::Or), a, b) => self.short_circuit(*op, a, b),
             ExprKind::Binary(op, a, b) => {
                 let operands = self.operands_of([a, b]);
-                self.b.span = e.span;
+                self.at(e.span);
                 self.binary(*op, operands[0], operands[1])
             }
             ExprKind::Ternary(cond, a, b) => self.ternary(cond, a, b, e.ty),
@@ -263,7 +263,7 @@ impl Lowerer<'_> {
     /// The truth of an expression as an int, 0 where false.
     pub(super) fn truth(&mut self, e: &Expr) -> ValueId {
         let value = self.value(e);
-        self.b.span = e.span;
+        self.at(e.span);
         match self.b.body.kind(value) {
             Kind::Int => value,
             Kind::Closure => self.b.lane(LaneOp::KSome, &[value]),

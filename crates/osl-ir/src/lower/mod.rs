@@ -7,17 +7,21 @@
 
 mod call;
 mod expr;
+mod first_use;
 mod flow;
+mod layers;
 mod place;
 mod stmt;
 
-use crate::hir::{self, Global, Init, Program, VarId, VarKind};
-use crate::ir::{Body, Builder, Const, Inst, Kernel, Kind, Op, Output, SlotId, Source, ValueId};
+use crate::builtins::Names;
+use crate::group::{Group, Layer};
+use crate::hir::{Init, Program, VarId, VarKind};
+use crate::ir::{Body, Builder, Const, Kind, SlotId, ValueId};
 use crate::params::ParamValues;
 use crate::types::{Base, Extent, Type};
-use flow::Flow;
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
+use std::sync::Arc;
 
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
@@ -27,8 +31,8 @@ const MAX_VALUES: usize = 500_000;
 /// Words of arrays that a program may have, for each point: 4 MiB. Sixteen points are the least that run together.
 const MAX_ARRAY_WORDS: u64 = 1 << 20;
 
-/// Where `Ci` stands among the globals.
-const CI: usize = hir::GLOBALS.len() - 1;
+/// What a group is called that has no name.
+const UNNAMED: &str = "unnamed_group_1";
 
 /// Lowers a program for the given parameter values.
 ///
@@ -36,32 +40,33 @@ const CI: usize = hir::GLOBALS.len() - 1;
 /// The program exceeds its budget or uses what cannot be run yet. Values that do not suit their parameter
 /// are ignored: see [`crate::params`].
 pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
-    let (mut b, mut diagnostics) = write(program, params, false);
-    if b.messages_by_name && !b.messages.is_empty() {
-        // Those before the first computed name are variables of the body, where it would not find them.
-        (b, diagnostics) = write(program, params, true);
-    }
-    if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
+    let shader = program.shader.name.clone();
+    let names = Names { layer: format!("{shader}_0").into(), group: UNNAMED.into(), shader };
+    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &[])
 }
 
-/// Writes the body, with messages that are found by name from the start or from the first computed name on.
-fn write(program: &Program, params: &ParamValues, messages_by_name: bool) -> (Builder, Vec<Diagnostic>) {
-    let mut lowerer = Lowerer {
-        program,
-        b: Builder::new(program.shader.name.clone()),
-        vars: vec![None; program.vars.len()],
-        frames: Vec::new(),
-        diagnostics: Vec::new(),
-        array_words: 0,
-        full: false,
-        exits: 0,
-        unsure: false,
-    };
-    lowerer.b.messages_by_name = messages_by_name;
-    lowerer.globals();
-    lowerer.shader(params);
-    let Lowerer { b, diagnostics, .. } = lowerer;
-    (b, diagnostics)
+/// Lowers a group to one body. Its outputs are those of the last layer, and those of other layers that `outputs` names as
+/// `layer.output`. A layer runs where its values are needed, once at most; one that has an output that is named, even if
+/// without the layer, runs at every point, before the last.
+///
+/// # Errors
+/// The group exceeds its budget.
+pub fn lower_group(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diagnostic>> {
+    let mut views = Vec::new();
+    for Layer { name, program, values, base } in &group.layers {
+        let (shader, layer) = (program.shader.name.clone(), name.clone());
+        views.push(View { program, values, names: Names { shader, layer, group: group.name.clone() }, base: *base });
+    }
+    layers::lower(&views, &group.connections, outputs)
+}
+
+/// A layer as lowering sees it.
+struct View<'a> {
+    program: &'a Program,
+    values: &'a ParamValues,
+    names: Names,
+    /// What to add to spans of the program.
+    base: u32,
 }
 
 /// Where a variable lives: one slot for each part that is no struct.
@@ -109,7 +114,11 @@ enum Val {
 }
 
 struct Lowerer<'a> {
+    /// The layer that is being lowered, and its program.
+    layer: &'a View<'a>,
     program: &'a Program,
+    /// For each of its parameters: 1 connected from upstream, 2 downstream, 3 both.
+    connected: Vec<i32>,
     b: Builder,
     vars: Vec<Option<Storage>>,
     frames: Vec<Frame>,
@@ -124,10 +133,15 @@ struct Lowerer<'a> {
 }
 
 impl<'a> Lowerer<'a> {
+    /// Says where in the source the next instructions come from.
+    fn at(&mut self, span: Span) {
+        self.b.span = span.moved(self.layer.base);
+    }
+
     /// Reports that the budget is used up, and lowers nothing more.
-    fn too_large(&mut self, span: Span, what: &str) {
+    fn too_large(&mut self, what: &str) {
         self.full = true;
-        self.diagnostics.push(Diagnostic::error(TOO_LARGE, span, what));
+        self.diagnostics.push(Diagnostic::error(TOO_LARGE, self.b.span, what));
     }
 
     /// Whether there is room for more; reports once where there is not.
@@ -145,90 +159,6 @@ impl<'a> Lowerer<'a> {
             self.diagnostics.push(d);
         }
         !self.full
-    }
-
-    fn globals(&mut self) {
-        for (index, (global, name, ty, _)) in hir::GLOBALS.iter().enumerate() {
-            let kind = kind_of(ty.base);
-            let slot = self.b.slot(kind, None, (*name).into());
-            let value = if *global == Global::Ci {
-                self.b.constant(Const::Null)
-            } else {
-                self.b.global(*global, kind)
-            };
-            self.b.store(slot, value);
-            self.bind(VarId(index as u32), Storage::Leaf(slot));
-        }
-    }
-
-    fn shader(&mut self, params: &ParamValues) {
-        let program = self.program;
-        let returned = self.flag("returned");
-        self.frames.push(Frame { ret: None, returned, loops: Vec::new() });
-        for param in &program.shader.params {
-            let var = &program.vars[param.var.0 as usize];
-            self.b.span = var.span;
-            let ty = self.param_type(param, var, params);
-            let storage = self.allocate(ty, &var.name);
-            self.param(&storage, ty, &var.name, &param.init, params);
-            if is_interpolated(param) || params.is_interpolated(&var.name) {
-                self.interpolate(&storage, ty, &var.name);
-            }
-            self.bind(param.var, storage);
-        }
-        self.unsure = false;
-        if self.exits == 0 {
-            self.stmts(&program.shader.body);
-        } else {
-            self.guarded(Flow { returns: true, ..Flow::default() }, |l| l.stmts(&program.shader.body));
-        }
-        for param in program.shader.params.iter().filter(|p| p.output) {
-            let var = &program.vars[param.var.0 as usize];
-            if let Some(storage) = self.storage(param.var) {
-                self.output(&storage, var.ty, var.name.to_string());
-            }
-        }
-        self.light();
-    }
-
-    /// The type of a parameter; an open array has the length of its value.
-    fn param_type(&self, param: &hir::Param, var: &hir::Var, params: &ParamValues) -> Type {
-        match params.get(&var.name) {
-            Some(values) if param.open => {
-                Type { extent: Extent::Array(values.len().max(1) as u32), ..var.ty }
-            }
-            _ => var.ty,
-        }
-    }
-
-    /// Takes the value that the point has for a parameter's name and type, where it has one.
-    fn interpolate(&mut self, storage: &Storage, ty: Type, name: &str) {
-        let Storage::Leaf(slot) = storage else { return };
-        let kind = kind_of(ty.base);
-        if ty.is_array() || kind == Kind::Closure {
-            return;
-        }
-        let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(-1));
-        let name = self.b.constant(Const::Str(name.into()));
-        let kernel = Kernel::Attribute { kind, count: 0, tangents: false };
-        let found = self.b.kernel_of(kernel, &[object, name, whole], &[kind, Kind::Int]);
-        if let [value, found] = found[..] {
-            let own = self.b.load(*slot);
-            let value = self.b.choose(found, value, own);
-            self.b.store(*slot, value);
-        }
-    }
-
-    /// The closure of the surface is an output of shaders that write it.
-    fn light(&mut self) {
-        let Some(Some(Storage::Leaf(slot))) = self.vars.get(CI).cloned() else { return };
-        let writes = |inst: &Inst| matches!(inst.op, Op::Store(to, _) if to == slot);
-        // The first write is its null to start with.
-        let count = self.b.body.blocks.iter().flat_map(|b| &b.insts).filter(|i| writes(i)).count();
-        if count > 1 {
-            let output = Output { name: "Ci".into(), ty: Type::CLOSURE, source: Source::Slot(slot) };
-            self.b.body.outputs.push(output);
-        }
     }
 
     /// Gives a parameter its instance value, or else its default. Fields are set by name, `s.a`.
@@ -259,20 +189,6 @@ impl<'a> Lowerer<'a> {
             } else {
                 self.b.store(slot, value);
             }
-        }
-    }
-
-    fn output(&mut self, storage: &Storage, ty: Type, name: String) {
-        match (storage, ty.base) {
-            (Storage::Struct(parts), Base::Struct(id)) => {
-                for (part, field) in parts.iter().zip(&self.program.structs.get(id).fields.clone()) {
-                    self.output(part, field.ty, format!("{name}.{}", field.name));
-                }
-            }
-            (Storage::Leaf(slot), _) => {
-                self.b.body.outputs.push(Output { name: name.into(), ty, source: Source::Slot(*slot) });
-            }
-            _ => {}
         }
     }
 
@@ -331,14 +247,6 @@ impl<'a> Lowerer<'a> {
         self.array_words += u64::from(len.unwrap_or(0)) * u64::from(kind_of(base).words());
         Storage::Leaf(self.b.slot(kind_of(base), len, name.into()))
     }
-}
-
-/// Whether metadata let the point's own value go before the parameter's.
-fn is_interpolated(param: &hir::Param) -> bool {
-    let says = |name: &str, value: f64| {
-        param.metadata.iter().any(|(_, n, v)| &**n == name && *v == hir::MetaValue::Numbers(vec![value]))
-    };
-    says("lockgeom", 0.0) || says("interpolated", 1.0)
 }
 
 /// How values of a type are stored. Structs have no kind of their own and are never asked for.

@@ -33,7 +33,7 @@ impl Lowerer<'_> {
     /// Evaluates the indices of a place.
     pub(super) fn spot(&mut self, place: &Place) -> Option<Spot> {
         let mut spot = Spot { storage: self.storage(place.var)?, element: None, part: Part::Whole };
-        let outer = std::mem::replace(&mut self.b.span, place.span);
+        let outer = std::mem::replace(&mut self.b.span, place.span.moved(self.layer.base));
         let mut name =
             self.program.vars.get(place.var.0 as usize).map_or_else(|| "".into(), |v| v.name.clone());
         for step in &place.path {

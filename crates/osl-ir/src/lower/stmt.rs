@@ -77,7 +77,7 @@ impl Lowerer<'_> {
         self.b.push(op, Vec::new());
     }
 
-    fn in_block(&mut self, work: impl FnOnce(&mut Self)) -> BlockId {
+    pub(super) fn in_block(&mut self, work: impl FnOnce(&mut Self)) -> BlockId {
         let (block, ()) = self.b.in_block(|_| ());
         let outer = std::mem::replace(&mut self.b.current, block);
         work(self);
@@ -123,7 +123,7 @@ impl Lowerer<'_> {
     }
 
     fn stmt(&mut self, stmt: &Stmt) {
-        self.b.span = stmt.span;
+        self.at(stmt.span);
         match &stmt.kind {
             StmtKind::Expr(e) => {
                 self.eval(e);
@@ -199,7 +199,7 @@ impl Lowerer<'_> {
         if let Some(frame) = self.frames.last_mut() {
             frame.loops.pop();
         }
-        self.b.span = span;
+        self.at(span);
         let op =
             Op::Loop { init: Vec::new(), params: Vec::new(), body: block, cond: again, next: Vec::new() };
         self.b.push(op, Vec::new());

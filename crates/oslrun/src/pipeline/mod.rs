@@ -2,6 +2,10 @@
 //!
 //! It must not know arguments, terminals or where files lie: includes come through a provider.
 
+mod group;
+
+pub use group::{CheckedGroup, ShaderFiles, check_group};
+
 use osl_exec::Program;
 use osl_ir::hir;
 use osl_ir::ir::Body;

@@ -1,0 +1,95 @@
+//! Shader groups: layers, each a shader with values for its parameters, and connections from parameter to parameter.
+//!
+//! [`Group`] is the model, checked as it is built; [`text`] reads the serialized form of the OSL specification (chapter
+//! "Describing shader groups"). [`crate::lower::lower_group`] makes one body of a group. This module must not know files:
+//! shaders come from whoever builds the group.
+
+mod connect;
+pub mod text;
+
+pub use connect::ConnectError;
+
+use crate::hir::Program;
+use crate::params::ParamValues;
+use std::sync::Arc;
+
+/// Layers of one group, at most.
+pub const MAX_LAYERS: usize = 4096;
+
+/// A shader of a group, with its instance values.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// Its name, unlike those of the other layers.
+    pub name: Arc<str>,
+    /// The shader.
+    pub program: Arc<Program>,
+    /// Values of its parameters.
+    pub values: ParamValues,
+    /// What to add to spans of the program to make them spans of the group's source map.
+    pub base: u32,
+}
+
+/// One side of a connection: a parameter or a part of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct End {
+    /// The layer.
+    pub layer: usize,
+    /// The parameter, by its place in the shader's list.
+    pub param: usize,
+    /// The way to a field of a struct, from the outermost.
+    pub fields: Vec<usize>,
+    /// A component of a triple.
+    pub component: Option<u8>,
+}
+
+/// A connection: the value goes from a layer to a later one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Connection {
+    /// Where the value comes from.
+    pub from: End,
+    /// Where it goes.
+    pub to: End,
+}
+
+/// A group. The last layer is the one that runs; others run where what they yield is needed.
+#[derive(Clone, Debug, Default)]
+pub struct Group {
+    /// Its name.
+    pub name: Arc<str>,
+    pub(crate) layers: Vec<Layer>,
+    pub(crate) connections: Vec<Connection>,
+}
+
+impl Group {
+    /// A group without layers.
+    pub fn new(name: impl Into<Arc<str>>) -> Group {
+        Group { name: name.into(), layers: Vec::new(), connections: Vec::new() }
+    }
+
+    /// The layers in order.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    /// The connections in order.
+    pub fn connections(&self) -> &[Connection] {
+        &self.connections
+    }
+
+    /// Adds a layer; hands it back where its name is taken or there are too many.
+    ///
+    /// # Errors
+    /// The layer, which was not added.
+    pub fn add(&mut self, layer: Layer) -> Result<usize, Box<Layer>> {
+        if self.layers.len() >= MAX_LAYERS || self.find(&layer.name).is_some() {
+            return Err(Box::new(layer));
+        }
+        self.layers.push(layer);
+        Ok(self.layers.len() - 1)
+    }
+
+    /// The layer of a name.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.layers.iter().position(|l| &*l.name == name)
+    }
+}

@@ -1,0 +1,65 @@
+//! Where variables of the body are first needed: what computes them goes there.
+//!
+//! A use in both sides of an `If`, or in a side and behind it, is a use of the `If` itself. A use in a loop is one of the
+//! loop: what is needed in many rounds is computed once.
+
+use crate::ir::{BlockId, Body, Op, SlotId};
+use rustc_hash::FxHashMap;
+
+/// A place in a body: before an instruction of a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Spot {
+    pub(super) block: BlockId,
+    pub(super) index: usize,
+}
+
+/// For each owner of some slots, the place in `root` or its nested blocks before all uses of its slots; none where there
+/// are no uses. Stores count as uses.
+pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHashMap<usize, Spot> {
+    // With the place, the first instruction of this block that holds a use.
+    let mut found: FxHashMap<usize, (usize, Spot)> = FxHashMap::default();
+    if owners.is_empty() {
+        return FxHashMap::default();
+    }
+    let mut note = |owner: usize, index: usize, spot: Spot| {
+        let first = found.entry(owner).or_insert((index, spot));
+        if first.0 != index {
+            first.1 = Spot { block: root, index: first.0 };
+        }
+    };
+    for (index, inst) in body.block(root).insts.iter().enumerate() {
+        let here = Spot { block: root, index };
+        let mut used = |slot: SlotId| owners.get(&slot).into_iter().for_each(|owner| note(*owner, index, here));
+        match &inst.op {
+            Op::Load(slot) | Op::Store(slot, _) | Op::LoadElement(slot, _) | Op::StoreElement(slot, ..) => {
+                used(*slot);
+            }
+            Op::Kernel(kernel, _) => [kernel.reads(), kernel.writes()].into_iter().flatten().for_each(used),
+            Op::If { then, otherwise, .. } => {
+                let (then, mut otherwise) = (of(body, *then, owners), of(body, *otherwise, owners));
+                for (owner, spot) in then {
+                    let spot = if otherwise.remove(&owner).is_some() { here } else { spot };
+                    note(owner, index, spot);
+                }
+                otherwise.into_iter().for_each(|(owner, spot)| note(owner, index, spot));
+            }
+            Op::Loop { body: round, .. } => {
+                of(body, *round, owners).into_keys().for_each(|owner| note(owner, index, here));
+            }
+            _ => {}
+        }
+    }
+    found.into_iter().map(|(owner, (_, spot))| (owner, spot)).collect()
+}
+
+/// Whether a slot is stored to in a block behind its first `skip` instructions, or in blocks nested there.
+pub(super) fn is_stored(body: &Body, block: BlockId, skip: usize, slot: SlotId) -> bool {
+    body.block(block).insts.iter().skip(skip).any(|inst| match &inst.op {
+        Op::Store(to, _) => *to == slot,
+        Op::If { then, otherwise, .. } => {
+            is_stored(body, *then, 0, slot) || is_stored(body, *otherwise, 0, slot)
+        }
+        Op::Loop { body: round, .. } => is_stored(body, *round, 0, slot),
+        _ => false,
+    })
+}

@@ -1,0 +1,106 @@
+//! From the text of a group to one program.
+//!
+//! Each shader is read and resolved once; each layer has a part of the source map of its own, so that a place in it tells
+//! the layer too.
+
+use super::{Checked, check};
+use osl_ir::group::Group;
+use osl_ir::group::text::{self, Shaders};
+use osl_ir::hir;
+use osl_syntax::Options;
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::span::Span;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+/// Where the shaders of a group come from.
+pub trait ShaderFiles {
+    /// The name of the file of a shader, and its text.
+    ///
+    /// # Errors
+    /// Why there is none, in words for the user.
+    fn find(&self, shader: &str) -> Result<(String, String), String>;
+
+    /// Where the shaders' includes come from.
+    fn includes(&self) -> &dyn SourceProvider;
+}
+
+/// A group that was read, with or without errors.
+pub struct CheckedGroup {
+    /// The text of the group, and the files of each layer behind it.
+    pub sources: SourceMap,
+    /// What there is to say, that of the text first.
+    pub diagnostics: Vec<Diagnostic>,
+    /// The group; only if there is no error.
+    pub group: Option<Group>,
+}
+
+/// Reads the text of a group and its shaders.
+pub fn check_group(
+    file: &str,
+    text: &str,
+    name: &str,
+    files: &dyn ShaderFiles,
+    options: &Options,
+) -> CheckedGroup {
+    let mut sources = SourceMap::default();
+    sources.add(file, text.into());
+    let (statements, mut diagnostics) = text::parse(text, 0);
+    let mut library = Library { files, options, sources, known: HashMap::new(), diagnostics: Vec::new() };
+    let (group, more) = text::build(name, &statements, &mut library);
+    diagnostics.extend(more);
+    diagnostics.append(&mut library.diagnostics);
+    let failed = diagnostics.iter().any(Diagnostic::is_error);
+    CheckedGroup { sources: library.sources, diagnostics, group: Some(group).filter(|_| !failed) }
+}
+
+/// The shaders that were read so far.
+struct Library<'a> {
+    files: &'a dyn ShaderFiles,
+    options: &'a Options,
+    sources: SourceMap,
+    known: HashMap<String, Result<Known, String>>,
+    diagnostics: Vec<Diagnostic>,
+}
+
+struct Known {
+    program: Arc<hir::Program>,
+    sources: SourceMap,
+}
+
+impl Shaders for Library<'_> {
+    fn load(&mut self, name: &str) -> Result<(Arc<hir::Program>, u32), String> {
+        if !self.known.contains_key(name) {
+            let known = self.read(name);
+            self.known.insert(name.to_string(), known);
+        }
+        let Some(Ok(known)) = self.known.get(name) else {
+            let why = self.known.get(name).and_then(|k| k.as_ref().err());
+            return Err(why.cloned().unwrap_or_default());
+        };
+        let base = self.sources.append(&known.sources).ok_or("the sources have more than 4 GiB")?;
+        Ok((known.program.clone(), base))
+    }
+}
+
+impl Library<'_> {
+    fn read(&mut self, name: &str) -> Result<Known, String> {
+        let (file, text) = self.files.find(name)?;
+        let checked = check(&file, &text, self.files.includes(), self.options);
+        let Checked { sources, diagnostics, program, .. } = checked;
+        let base = self.sources.append(&sources).ok_or("the sources have more than 4 GiB")?;
+        self.diagnostics.extend(diagnostics.into_iter().map(|d| moved(d, base)));
+        let program = program.ok_or_else(|| format!("{file} has errors"))?;
+        Ok(Known { program: Arc::new(program), sources })
+    }
+}
+
+/// A diagnostic of files that lie elsewhere now.
+fn moved(mut d: Diagnostic, by: u32) -> Diagnostic {
+    let mv = |span: &mut Span| *span = span.moved(by);
+    mv(&mut d.span);
+    d.labels.iter_mut().for_each(|(span, _)| mv(span));
+    d.fixes.iter_mut().flat_map(|fix| &mut fix.edits).for_each(|edit| mv(&mut edit.span));
+    d
+}
