@@ -119,6 +119,11 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             normal x = normal(\"nowhere\", 1, 1, 1); } }",
     ),
     (
+        "a message that a later point says in an earlier round came before others",
+        "shader s(output float r = 1) { for (int i = 0; i < 4; i++) { warning(\"= %g\", floor(v * 4) - i * r);
+            if (noise(u * 9 + i) < 0.4) r = -r; } }",
+    ),
+    (
         "a closure of few nodes that are shared was written out in full",
         "volume s(output closure color k = 0) { for (int i = 0; i < 9; i++)
             k += layer(dielectric_bsdf(N, P, color(v), color(1), u, v, 3.25, \"ggx\") * u, k + k + k * v); }",

@@ -220,7 +220,7 @@ impl<'a> Run<'a> {
                 let closures = run_tile(machine, here, (&slots, part), &closures, (batch, blocks))
                     .inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
                 progress(done.fetch_add(count, Ordering::Relaxed) + count);
-                let (messages, profile) = (std::mem::take(&mut machine.messages), machine.profile.take());
+                let (messages, profile) = (machine.messages.take(), machine.profile.take());
                 Ok(Tile { messages, closures, profile })
             })
             .collect();
@@ -293,7 +293,7 @@ fn gather(
             all.points = sorted.into_iter().map(|(_, list)| list).collect();
         }
     }
-    let (messages, printed) = Messages::merge(said, |point| blocks.map_or(point, |b| b.position(point)));
+    let (messages, printed) = Messages::merge(said);
     Ok(Frame { planes, messages, printed, closures: outputs, profile: profile.entries(program) })
 }
 

@@ -1,7 +1,8 @@
 //! What a run has to say: errors and warnings, printed text, each with the point that says it.
 
+use crate::order::Blocks;
 use osl_ir::Span;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// An error or warning of the shader, or of what it asked for.
@@ -57,45 +58,66 @@ const MAX_MESSAGES: usize = 1000;
 /// Bytes of the messages that a tile keeps.
 const MAX_BYTES: usize = 1 << 20;
 
-/// What one thread has said.
+/// What one thread has said. Messages are kept once, with the first of their points: which point comes to say one first
+/// depends on how many run together.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Messages {
-    list: Vec<(usize, Message)>,
-    known: FxHashSet<Message>,
+    /// The order of the points; by their numbers without.
+    blocks: Option<Blocks>,
+    /// Position of the point, and how many came before.
+    known: FxHashMap<Message, (usize, usize)>,
+    said: usize,
     printed: Vec<Printed>,
     bytes: usize,
 }
 
 impl Messages {
-    /// Adds a message unless it is there already or there are too many.
+    /// Nothing said yet, by points in this order.
+    pub(crate) fn new(blocks: Option<Blocks>) -> Messages {
+        Messages { blocks, ..Messages::default() }
+    }
+
+    /// Takes what was said, and starts anew.
+    pub(crate) fn take(&mut self) -> Messages {
+        let anew = Messages::new(self.blocks);
+        std::mem::replace(self, anew)
+    }
+
+    fn position(&self, point: usize) -> usize {
+        self.blocks.map_or(point, |blocks| blocks.position(point))
+    }
+
+    /// Adds a message unless a point before has said it or there are too many.
     pub(crate) fn add(&mut self, point: usize, message: Message) {
-        if self.list.len() < MAX_MESSAGES && self.bytes < MAX_BYTES && !self.known.contains(&message) {
+        let here = (self.position(point), self.said);
+        self.said += 1;
+        if let Some(first) = self.known.get_mut(&message) {
+            if here.0 < first.0 {
+                *first = here;
+            }
+        } else if self.known.len() < MAX_MESSAGES && self.bytes < MAX_BYTES {
             self.bytes += message.text.len();
-            self.known.insert(message.clone());
-            self.list.push((point, message));
+            self.known.insert(message, here);
         }
     }
 
     /// Adds printed text.
-    pub(crate) fn print(&mut self, printed: Printed) {
+    pub(crate) fn print(&mut self, mut printed: Printed) {
+        printed.point = self.position(printed.point);
         self.printed.push(printed);
     }
 
-    /// All of several threads by the positions of their points, each message once.
-    pub(crate) fn merge(
-        all: impl IntoIterator<Item = Messages>,
-        position: impl Fn(usize) -> usize,
-    ) -> (Vec<Message>, Vec<Printed>) {
+    /// All of several threads in the order of their points, each message once.
+    pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Message>, Vec<Printed>) {
         let (mut list, mut printed) = (Vec::new(), Vec::new());
         for mut one in all {
-            list.append(&mut one.list);
+            list.extend(one.known);
             printed.append(&mut one.printed);
         }
-        list.sort_by_key(|(point, _)| position(*point));
-        printed.iter_mut().for_each(|p| p.point = position(p.point));
+        list.sort_by_key(|(_, order)| *order);
         printed.sort_by_key(|p| p.point);
         let mut seen = FxHashSet::default();
-        let messages = list.into_iter().map(|(_, m)| m).filter(|m| seen.insert(m.clone())).collect();
+        let messages = list.into_iter().map(|(m, _)| m).filter(|m| seen.insert(m.clone())).collect();
         (messages, printed)
     }
 }

@@ -128,7 +128,7 @@ impl<'a> Machine<'a> {
             named: named::Named::default(),
             totals,
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
-            messages: Messages::default(),
+            messages: Messages::new(source.blocks()),
             profile: None,
         }
     }
