@@ -140,7 +140,8 @@ fn says(way: &Way, plain: &[String], got: &[String], lowered: impl FnOnce() -> V
     }
     let own = |m: &&String| m.contains("]: =");
     let lowered = lowered();
-    got.iter().filter(own).eq(plain.iter().filter(own)) && got.iter().chain(plain).all(|m| lowered.contains(m))
+    got.iter().filter(own).eq(plain.iter().filter(own))
+        && got.iter().chain(plain).all(|m| lowered.contains(m))
 }
 
 /// Holds a program against the laws.

@@ -71,7 +71,8 @@ fn case(folder: &Path) -> Result<String, String> {
             return Err(format!("{name}: {} of {} differ, worst {:?}", c.total - c.within, c.total, c.worst));
         }
     }
-    let place = |span| checked.sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    let place =
+        |span| checked.sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut said: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
     for (error, line) in frame.said(place) {
         said += &format!("{}: {line}\n", if error { "ERROR" } else { "WARNING" });
@@ -85,8 +86,10 @@ fn case(folder: &Path) -> Result<String, String> {
 
 #[test]
 fn recorded_groups() {
-    let mut folders: Vec<PathBuf> =
-        std::fs::read_dir(run::root().join("tests/data/groups")).unwrap().map(|e| e.unwrap().path()).collect();
+    let mut folders: Vec<PathBuf> = std::fs::read_dir(run::root().join("tests/data/groups"))
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .collect();
     folders.sort();
     assert_eq!(folders.len(), 40);
     let mut failed = 0;

@@ -25,8 +25,8 @@ mod string;
 mod texture;
 
 pub use color::path as color_path;
-pub(crate) use message::{Message, carry as carry_messages};
 pub use message::{Made as MessageMade, other_type, set_late, set_twice};
+pub(crate) use message::{Message, carry as carry_messages};
 pub use signature::{Param, ParamType, Signature, Tail};
 pub use spline::{BASES, Basis, basis as spline_basis};
 pub(crate) use texture::{OPTIONS, is_lookup};

@@ -147,7 +147,8 @@ fn suits((a, from): (&Program, Type), (b, to): (&Program, Type)) -> bool {
     let bases = match (from.base, to.base) {
         (Base::Struct(x), Base::Struct(y)) => {
             let (x, y) = (&a.structs.get(x).fields, &b.structs.get(y).fields);
-            x.len() == y.len() && x.iter().zip(y).all(|(x, y)| suits((a, x.ty), (b, y.ty)) && suits((b, y.ty), (a, x.ty)))
+            x.len() == y.len()
+                && x.iter().zip(y).all(|(x, y)| suits((a, x.ty), (b, y.ty)) && suits((b, y.ty), (a, x.ty)))
         }
         (Base::Int, Base::Float) => true,
         (Base::Int | Base::Float, to) if to.is_triple() => !from.is_array(),

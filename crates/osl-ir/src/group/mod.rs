@@ -88,6 +88,11 @@ impl Group {
         Ok(self.layers.len() - 1)
     }
 
+    /// A layer, to change its values.
+    pub fn layer_mut(&mut self, index: usize) -> Option<&mut Layer> {
+        self.layers.get_mut(index)
+    }
+
     /// The layer of a name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.layers.iter().position(|l| &*l.name == name)

@@ -169,7 +169,11 @@ impl<'a> Reader<'a> {
         };
         let len = rest.char_indices().find(|c| stops(*c)).map_or(rest.len(), |(at, _)| at);
         if len == 0 {
-            return error(self.here(), format!("here should be {what}"), "see the form of a group: explain-error E0701");
+            return error(
+                self.here(),
+                format!("here should be {what}"),
+                "see the form of a group: explain-error E0701",
+            );
         }
         self.at += len;
         Ok(Word { text: rest[..len].into(), span: self.span(start, self.at) })
@@ -275,7 +279,8 @@ impl<'a> Reader<'a> {
             let len = rest.find(',').unwrap_or(rest.len()).min(rest.find("]]").unwrap_or(rest.len()));
             let hint = &rest[..len];
             self.at += len;
-            let words: Vec<&str> = hint.split(['=', ' ', '\t', '\n', '\r']).filter(|w| !w.is_empty()).collect();
+            let words: Vec<&str> =
+                hint.split(['=', ' ', '\t', '\n', '\r']).filter(|w| !w.is_empty()).collect();
             match words[..] {
                 ["int", "lockgeom", value] => interpolated |= value == "0",
                 ["int", "interpolated", value] => interpolated |= value != "0",
@@ -342,7 +347,8 @@ pub fn build(name: &str, statements: &[Statement], shaders: &mut dyn Shaders) ->
     for statement in pending {
         if let Statement::Param { name, span, .. } = statement {
             let text = format!("the value of `{}` is for no shader: none follows", name.text);
-            diagnostics.push(Diagnostic::warning(UNUSED_VALUE, *span, text).help("write it before its shader"));
+            diagnostics
+                .push(Diagnostic::warning(UNUSED_VALUE, *span, text).help("write it before its shader"));
         }
     }
     (group, diagnostics)
@@ -362,7 +368,9 @@ fn layer_of(
     };
     if group.find(&layer).is_some() {
         let text = format!("there is a layer `{layer}` already");
-        return Err(Box::new(Diagnostic::error(BAD_LAYER, span, text).help("give each layer a name of its own")));
+        return Err(Box::new(
+            Diagnostic::error(BAD_LAYER, span, text).help("give each layer a name of its own"),
+        ));
     }
     let (program, base) = shaders.load(&shader.text).map_err(|why| {
         Box::new(Diagnostic::error(NO_SHADER, shader.span, format!("no shader `{}`: {why}", shader.text)))

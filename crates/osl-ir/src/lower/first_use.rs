@@ -29,7 +29,8 @@ pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) 
     };
     for (index, inst) in body.block(root).insts.iter().enumerate() {
         let here = Spot { block: root, index };
-        let mut used = |slot: SlotId| owners.get(&slot).into_iter().for_each(|owner| note(*owner, index, here));
+        let mut used =
+            |slot: SlotId| owners.get(&slot).into_iter().for_each(|owner| note(*owner, index, here));
         match &inst.op {
             Op::Load(slot) | Op::Store(slot, _) | Op::LoadElement(slot, _) | Op::StoreElement(slot, ..) => {
                 used(*slot);

@@ -81,7 +81,8 @@ impl<'a> Wiring<'a> {
         }
         let before = views.split_last().map_or(&[][..], |(_, before)| before);
         for name in outputs {
-            let (of, output) = name.split_once('.').map_or((None, &**name), |(of, output)| (Some(of), output));
+            let (of, output) =
+                name.split_once('.').map_or((None, &**name), |(of, output)| (Some(of), output));
             for (layer, View { program, names, .. }) in before.iter().enumerate() {
                 if of.is_none_or(|of| of == &*names.layer) {
                     let named = |p: &Param| &*program.vars[p.var.0 as usize].name == output;
@@ -91,7 +92,13 @@ impl<'a> Wiring<'a> {
             }
         }
         if let Some(last) = views.last() {
-            for (param, ends) in last.program.shader.params.iter().zip(wiring.ends.iter_mut().next_back().into_iter().flatten()) {
+            for (param, ends) in last
+                .program
+                .shader
+                .params
+                .iter()
+                .zip(wiring.ends.iter_mut().next_back().into_iter().flatten())
+            {
                 *ends |= if param.output { 2 } else { 0 };
             }
         }
@@ -293,7 +300,8 @@ impl<'a> Lowerer<'a> {
         };
         for connection in sources {
             let from = done.get(connection.from.layer).and_then(Option::as_ref);
-            let from = from.and_then(|lowered| part(lowered.params.get(connection.from.param)?, &connection.from));
+            let from =
+                from.and_then(|lowered| part(lowered.params.get(connection.from.param)?, &connection.from));
             if let (Some(from), Some(to)) = (from, part(storage, &connection.to)) {
                 self.connect(&to, connection.to.component, &from, connection.from.component);
             }

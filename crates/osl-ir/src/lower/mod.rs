@@ -55,7 +55,12 @@ pub fn lower_group(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diag
     let mut views = Vec::new();
     for Layer { name, program, values, base } in &group.layers {
         let (shader, layer) = (program.shader.name.clone(), name.clone());
-        views.push(View { program, values, names: Names { shader, layer, group: group.name.clone() }, base: *base });
+        views.push(View {
+            program,
+            values,
+            names: Names { shader, layer, group: group.name.clone() },
+            base: *base,
+        });
     }
     layers::lower(&views, &group.connections, outputs)
 }

@@ -64,13 +64,17 @@ pub(super) enum MessageFormat {
 /// How a shader is run.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// The shader file.
-    #[arg(required = true, value_name = "FILE.osl")]
+    /// The shader file, or the text of a group (.group, .oslgroup, .txt).
+    #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
     pub(super) file: Option<PathBuf>,
+    /// A group of shaders.
+    #[command(flatten)]
+    pub(super) network: NetworkArgs,
     /// Image to write: .exr holds all outputs, .png one file for each output.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// Outputs to compute and write, separated by commas (default: all).
+    /// Outputs to compute and write, separated by commas (default: all; of a group, those of the last layer). Others are
+    /// named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(super) outputs: Option<Vec<String>>,
     /// Points of the grid.
@@ -85,7 +89,8 @@ pub(super) struct RunArgs {
     /// Added to u and v.
     #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub(super) uv_offset: Pair,
-    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object.
+    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. Of a group, the last layer's, or
+    /// LAYER.NAME=VALUE.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(super) params: Vec<(String, String)>,
     /// Matrix from shader to common space: 16 numbers, row by row, for row vectors.
@@ -151,6 +156,33 @@ pub(super) struct RunArgs {
     pub(super) read: ReadArgs,
 }
 
+/// A group of shaders, and how its layers are connected.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct NetworkArgs {
+    /// The text of a group: "shader noisy n; shader mixer m; connect n.out m.a".
+    #[arg(long, value_name = "TEXT")]
+    pub(super) group: Option<String>,
+    /// A layer; may be repeated. FILE, if given, is the last.
+    #[arg(long, value_name = "NAME=SHADER", value_parser = assignment)]
+    pub(super) layer: Vec<(String, String)>,
+    /// A connection from an earlier layer to a later one; may be repeated.
+    #[arg(long, value_name = "LAYER.OUTPUT=LAYER.PARAM", value_parser = assignment)]
+    pub(super) connect: Vec<(String, String)>,
+    /// Folder to look for the shaders of a group in, after that of FILE and the working directory; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    pub(super) shader_path: Vec<PathBuf>,
+    /// What the group is called: shaders can ask for it.
+    #[arg(long, value_name = "NAME", default_value = "unnamed_group_1")]
+    pub(super) group_name: String,
+}
+
+impl NetworkArgs {
+    /// Whether there is only a file.
+    pub(super) fn is_empty(&self) -> bool {
+        self.group.is_none() && self.layer.is_empty() && self.connect.is_empty()
+    }
+}
+
 /// Which files to check.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
@@ -168,9 +200,12 @@ pub(super) struct CheckArgs {
 /// Which IR to print.
 #[derive(Debug, Args)]
 pub(super) struct IrArgs {
-    /// The shader file.
-    #[arg(value_name = "FILE.osl")]
-    pub(super) file: PathBuf,
+    /// The shader file, or the text of a group.
+    #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
+    pub(super) file: Option<PathBuf>,
+    /// A group of shaders.
+    #[command(flatten)]
+    pub(super) network: NetworkArgs,
     /// Value of a parameter; may be repeated.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(super) params: Vec<(String, String)>,
@@ -183,6 +218,9 @@ pub(super) struct IrArgs {
     /// Pass to leave out; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,
+    /// Which warnings count.
+    #[command(flatten)]
+    pub(super) lints: LintArgs,
     /// How the file is read.
     #[command(flatten)]
     pub(super) read: ReadArgs,

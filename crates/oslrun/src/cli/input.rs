@@ -55,16 +55,25 @@ pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
 }
 
 fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) -> Input {
+    Input { name, text, files: includes(&main, args), options: options(args) }
+}
+
+/// Where the includes of a file in a folder come from.
+pub(super) fn includes(main: &Path, args: &ReadArgs) -> Files {
+    Files { main: main.to_path_buf(), folders: args.include.clone() }
+}
+
+/// How files are read.
+pub(super) fn options(args: &ReadArgs) -> Options {
     let defines = args.define.iter().map(|d| match d.split_once('=') {
         Some((name, value)) => (name.to_string(), value.to_string()),
         None => (d.clone(), "1".to_string()),
     });
-    let options = Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() };
-    Input { name, text, files: Files { main, folders: args.include.clone() }, options }
+    Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() }
 }
 
 /// The text of a file; why there is none, in words for the user.
-fn read_text(path: &Path) -> Result<String, String> {
+pub(super) fn read_text(path: &Path) -> Result<String, String> {
     let meta = std::fs::metadata(path).map_err(|e| e.to_string())?;
     if meta.is_dir() {
         return Err("it is a folder".to_string());

@@ -1,18 +1,25 @@
 //! `oslrun ir FILE`.
 
+use super::Failure;
 use super::args::{IrArgs, Stage};
-use super::{Failure, input, report, run};
+use super::load::{self, Request};
 use crate::pipeline;
 use osl_ir::passes;
 use std::io::Write;
 
 /// Prints the IR of a shader.
 pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
-    let input = input::read(&args.file, &args.read)?;
-    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-    report::diagnostics(&checked.diagnostics, &checked.sources, &args.read, err)?;
-    let program = checked.program.ok_or_else(Failure::said)?;
-    let body = run::lower(&program, &args.params, &checked.sources, &args.read, err)?;
+    let request = Request {
+        file: args.file.as_deref(),
+        network: &args.network,
+        params: &args.params,
+        outputs: args.outputs.as_deref(),
+        read: &args.read,
+        lints: &args.lints,
+        repair: None,
+        allow_files: false,
+    };
+    let body = load::load(&request, err)?.body;
     if args.stage != Stage::After {
         let _ = write!(out, "# before the passes\n{}", osl_ir::ir::print(&body));
     }

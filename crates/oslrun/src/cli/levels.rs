@@ -30,8 +30,7 @@ pub(super) struct LintArgs {
 /// A checked file's diagnostics and its lints of at least this level, as the command line wants them.
 pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs) -> Vec<Diagnostic> {
     let options = lint::Options { known_spaces: args.known_space.clone() };
-    let mut list: Vec<Diagnostic> =
-        checked.diagnostics.iter().filter_map(|d| verdict(d.clone(), true, args)).collect();
+    let mut list = sift(checked.diagnostics.clone(), args);
     let mut explained: Vec<Code> = Vec::new();
     for found in pipeline::lint(checked, &options) {
         let shown = lint::find(found.code).is_some_and(|l| l.level >= level);
@@ -44,6 +43,11 @@ pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs) -> Vec<Dia
         list.push(found);
     }
     list
+}
+
+/// Diagnostics as the command line wants them.
+pub(super) fn sift(list: Vec<Diagnostic>, args: &LintArgs) -> Vec<Diagnostic> {
+    list.into_iter().filter_map(|d| verdict(d, true, args)).collect()
 }
 
 /// The diagnostic as it is to be shown, if it is.

@@ -13,6 +13,7 @@ mod fmt;
 mod input;
 mod ir;
 mod levels;
+mod load;
 mod output;
 mod profile;
 mod repair;

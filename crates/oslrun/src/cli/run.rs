@@ -1,36 +1,34 @@
 //! `oslrun FILE -o OUT`: compile, run over the grid, write.
 
-use super::args::{ReadArgs, RunArgs};
+use super::args::RunArgs;
+use super::load::{self, Loaded, Request};
 use super::output::Broken;
-use super::{Failure, closures, input, levels, output, profile, repair, report};
-use crate::pipeline::{self, CompileError, Compiled};
+use super::{Failure, closures, output, profile, report};
+use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
 use osl_image::{TextureCache, Unsaved};
-use osl_ir::hir;
-use osl_ir::ir::Body;
-use osl_ir::lint::Level;
 use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// Runs a shader.
 pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
-    let Some(path) = &args.file else { return Err(Failure::new("no shader file")) };
     let started = Instant::now();
-    let mut input = input::read(path, &args.read)?;
-    if args.repair {
-        repair::apply(&mut input, args.write.as_deref(), err)?;
-    }
-    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-    let list = levels::judge(&checked, Level::Always, &args.lints);
-    report::diagnostics(&list, &checked.sources, &args.read, err)?;
-    let program = checked.program.ok_or_else(Failure::said)?;
-    wanted(&program, args)?;
-    let body = lower(&program, &args.params, &checked.sources, &args.read, err)?;
+    let request = Request {
+        file: args.file.as_deref(),
+        network: &args.network,
+        params: &args.params,
+        outputs: args.outputs.as_deref(),
+        read: &args.read,
+        lints: &args.lints,
+        repair: args.repair.then_some(args.write.as_deref()),
+        allow_files: args.allow_files,
+    };
+    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
     let grid = Grid {
         width: args.grid.0,
         height: args.grid.1,
@@ -49,14 +47,14 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
-    let services = services(args, path);
-    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &grid, args, &checked.sources)?;
+    let services = services(args, folder);
+    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &grid, args, &sources)?;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
         closures::layers(&mut frame);
     }
-    report::messages(&frame, &checked.sources, err)?;
+    report::messages(&frame, &sources, err)?;
 
     let started = Instant::now();
     let written = match (&args.output, file) {
@@ -76,9 +74,9 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         stats(&compiled, lowered, grid.count(), times, args, err);
     }
     if let Some(path) = &args.profile {
-        profile::print(&frame.profile, &checked.sources, err);
+        profile::print(&frame.profile, &sources, err);
         if let Some(path) = path {
-            profile::write(&frame.profile, &program.shader.name, &checked.sources, path)?;
+            profile::write(&frame.profile, &name, &sources, path)?;
             let _ = writeln!(out, "wrote {}", path.display());
         }
     }
@@ -88,50 +86,14 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     Ok(())
 }
 
-/// Lowers a program for parameter values, reporting what is wrong with either.
-pub(super) fn lower(
-    program: &hir::Program,
-    params: &[(String, String)],
-    sources: &SourceMap,
-    read: &ReadArgs,
-    err: &mut dyn Write,
-) -> Result<Body, Failure> {
-    pipeline::lower(program, params).map_err(|e| match e {
-        CompileError::Param(e) => Failure::new(e),
-        CompileError::Program(list) => match report::diagnostics(&list, sources, read, err) {
-            Ok(()) => Failure::said(),
-            Err(failure) => failure,
-        },
-    })
-}
-
-/// Every output that was asked for exists.
-fn wanted(program: &hir::Program, args: &RunArgs) -> Result<(), Failure> {
-    let names: Vec<&str> = program
-        .shader
-        .params
-        .iter()
-        .filter(|p| p.output)
-        .filter_map(|p| program.vars.get(p.var.0 as usize))
-        .map(|v| &*v.name)
-        .collect();
-    let first = |name: &str| name.split('.').next().unwrap_or(name).to_string();
-    match args.outputs.iter().flatten().find(|o| !names.contains(&first(o).as_str())) {
-        Some(unknown) => {
-            Err(Failure::new(format!("the shader has no output `{unknown}`; it has {}", names.join(", "))))
-        }
-        None => Ok(()),
-    }
-}
-
-fn services(args: &RunArgs, shader: &Path) -> Services {
+fn services(args: &RunArgs, folder: PathBuf) -> Services {
     let mut spaces = Spaces::default();
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
             spaces.set(name, **matrix);
         }
     }
-    let mut folders = vec![shader.parent().map(Path::to_path_buf).unwrap_or_default()];
+    let mut folders = vec![folder];
     folders.extend(args.texture_path.iter().cloned());
     let bytes = args.texture_memory.saturating_mul(1 << 20);
     let textures = TextureCache::with_budget(folders, bytes).allow_files(args.allow_files);
@@ -200,7 +162,9 @@ fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
         Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
         Stop::Exhausted { span, .. } => (*span, ""),
     };
-    let place = span.and_then(|span| sources.place(span)).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+    let place = span
+        .and_then(|span| sources.place(span))
+        .map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
     Failure::new(format!("{place}{stop}{hint}"))
 }
 

@@ -1,0 +1,217 @@
+//! What is to run: a shader file, or a group from a file, a text or the command line; up to the lowered body.
+
+use super::args::{NetworkArgs, ReadArgs};
+use super::{Failure, input, levels, repair, report};
+use crate::pipeline::{self, CompileError, ShaderFiles};
+use osl_ir::group::Group;
+use osl_ir::ir::Body;
+use osl_ir::lint::Level;
+use osl_ir::params::{self, ParamError};
+use osl_ir::{hir, lower};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::{SourceMap, SourceProvider};
+use std::fmt::Write as _;
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
+
+/// Endings of files that hold the text of a group.
+const GROUP_ENDINGS: [&str; 3] = ["group", "oslgroup", "txt"];
+
+/// What is to run.
+pub(super) struct Loaded {
+    /// The files behind places of the body.
+    pub(super) sources: SourceMap,
+    /// The body, for the parameter values that were given.
+    pub(super) body: Body,
+    /// Name of the shader, or of the last one of a group.
+    pub(super) name: Arc<str>,
+    /// The folder of the file, where textures may lie.
+    pub(super) folder: PathBuf,
+}
+
+/// What the command line says about it.
+pub(super) struct Request<'a> {
+    pub(super) file: Option<&'a Path>,
+    pub(super) network: &'a NetworkArgs,
+    pub(super) params: &'a [(String, String)],
+    pub(super) outputs: Option<&'a [String]>,
+    pub(super) read: &'a ReadArgs,
+    pub(super) lints: &'a levels::LintArgs,
+    /// Insert missing brackets, and where to save what comes of it.
+    pub(super) repair: Option<Option<&'a Path>>,
+    /// Whether shaders of a group may lie anywhere.
+    pub(super) allow_files: bool,
+}
+
+/// Reads, resolves and lowers what is to run, reporting what is wrong with it.
+pub(super) fn load(request: &Request<'_>, err: &mut dyn Write) -> Result<Loaded, Failure> {
+    let ending = request.file.and_then(Path::extension).unwrap_or_default().to_string_lossy().to_lowercase();
+    let is_group = GROUP_ENDINGS.contains(&ending.as_str());
+    match request.file {
+        Some(path) if request.network.is_empty() && !is_group => shader(path, request, err),
+        _ => group(request, is_group, err),
+    }
+}
+
+fn shader(path: &Path, request: &Request<'_>, err: &mut dyn Write) -> Result<Loaded, Failure> {
+    let mut input = input::read(path, request.read)?;
+    if let Some(write) = request.repair {
+        repair::apply(&mut input, write, err)?;
+    }
+    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+    let list = levels::judge(&checked, Level::Always, request.lints);
+    report::diagnostics(&list, &checked.sources, request.read, err)?;
+    let program = checked.program.ok_or_else(Failure::said)?;
+    wanted(&program, request.outputs)?;
+    let body = pipeline::lower(&program, request.params).map_err(|e| match e {
+        CompileError::Param(e) => Failure::new(e),
+        CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
+    })?;
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    Ok(Loaded { sources: checked.sources, body, name: program.shader.name, folder })
+}
+
+/// Reports what stopped the lowering.
+fn told(list: &[Diagnostic], sources: &SourceMap, read: &ReadArgs, err: &mut dyn Write) -> Failure {
+    match report::diagnostics(list, sources, read, err) {
+        Ok(()) => Failure::said(),
+        Err(failure) => failure,
+    }
+}
+
+/// Every output that was asked for exists.
+fn wanted(program: &hir::Program, outputs: Option<&[String]>) -> Result<(), Failure> {
+    let names = outputs_of(program);
+    let first = |name: &str| name.split('.').next().unwrap_or(name).to_string();
+    match outputs.into_iter().flatten().find(|o| !names.contains(&first(o).as_str())) {
+        Some(unknown) => {
+            Err(Failure::new(format!("the shader has no output `{unknown}`; it has {}", names.join(", "))))
+        }
+        None => Ok(()),
+    }
+}
+
+fn outputs_of(program: &hir::Program) -> Vec<&str> {
+    let outputs = program.shader.params.iter().filter(|p| p.output);
+    outputs.filter_map(|p| program.vars.get(p.var.0 as usize)).map(|v| &*v.name).collect()
+}
+
+fn group(request: &Request<'_>, is_group: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
+    let network = request.network;
+    let mut text = String::new();
+    let mut file = "<group>".to_string();
+    let mut folder = PathBuf::new();
+    if let Some(path) = request.file.filter(|_| is_group) {
+        text = input::read_text(path)
+            .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
+        file = path.display().to_string();
+        folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    }
+    if let Some(given) = &network.group {
+        text = given.clone();
+    }
+    // What the command line adds comes behind, in the same words.
+    for (name, shader) in &network.layer {
+        let _ = write!(text, "\nshader {shader} {name} ;");
+    }
+    if let Some(path) = request.file.filter(|_| !is_group) {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let _ = write!(text, "\nshader \"{}\" {stem} ;", path.display());
+    }
+    for (from, to) in &network.connect {
+        let _ = write!(text, "\nconnect {from} {to} ;");
+    }
+    let mut folders = vec![folder.clone(), PathBuf::new()];
+    folders.extend(network.shader_path.iter().cloned());
+    let own: Vec<PathBuf> = request.file.into_iter().map(Path::to_path_buf).collect();
+    let files = Folders {
+        own,
+        includes: input::includes(&folder, request.read),
+        folders,
+        anywhere: request.allow_files,
+    };
+    let options = input::options(request.read);
+    let checked = pipeline::check_group(&file, &text, &network.group_name, &files, &options);
+    let list = levels::sift(checked.diagnostics, request.lints);
+    report::diagnostics(&list, &checked.sources, request.read, err)?;
+    let mut group = checked.group.ok_or_else(Failure::said)?;
+    let Some(last) = group.layers().last().map(|l| l.program.clone()) else {
+        return Err(Failure::new("the group has no layers"));
+    };
+    set_params(&mut group, request.params)?;
+    let outputs = asked(&group, &last, request.outputs)?;
+    let body = lower::lower_group(&group, &outputs)
+        .map_err(|list| told(&list, &checked.sources, request.read, err))?;
+    Ok(Loaded { sources: checked.sources, body, name: last.shader.name.clone(), folder })
+}
+
+/// Sets `name=value` in the last layer, `layer.name=value` in any.
+fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<(), Failure> {
+    for (path, text) in given {
+        let (layer, name) = match path.split_once('.').and_then(|(l, n)| Some((group.find(l)?, n))) {
+            Some(found) => found,
+            None => (group.layers().len().saturating_sub(1), path.as_str()),
+        };
+        let Some(layer) = group.layer_mut(layer) else { continue };
+        params::set(&layer.program, &mut layer.values, name, text).map_err(|e| match e {
+            ParamError::Unknown(..) => Failure::new(format!("layer `{}`: {e}", layer.name)),
+            e => Failure::new(e),
+        })?;
+    }
+    Ok(())
+}
+
+/// The outputs of layers before the last that were asked for; all that were asked for exist.
+fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Result<Vec<Arc<str>>, Failure> {
+    let mut asked = Vec::new();
+    for name in outputs.into_iter().flatten() {
+        let part = name.split_once('.').and_then(|(layer, output)| Some((group.find(layer)?, output)));
+        match part {
+            Some((layer, output)) => {
+                let layer = &group.layers()[layer];
+                let only = [output.to_string()];
+                wanted(&layer.program, Some(&only)).map_err(|Failure(text)| {
+                    Failure(text.replace("the shader", &format!("layer `{}`", layer.name)))
+                })?;
+                asked.push(name.as_str().into());
+            }
+            None => wanted(last, Some(std::slice::from_ref(name)))?,
+        }
+    }
+    Ok(asked)
+}
+
+/// The folders in which shaders of a group are looked for.
+struct Folders {
+    /// Files that the user named, which may lie anywhere.
+    own: Vec<PathBuf>,
+    folders: Vec<PathBuf>,
+    includes: input::Files,
+    anywhere: bool,
+}
+
+impl ShaderFiles for Folders {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let name = Path::new(shader);
+        let inside = name.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
+        let own = self.own.iter().any(|path| path == name);
+        if !inside && !own && !self.anywhere {
+            return Err("it lies outside of the shader paths; --allow-files lets it".to_string());
+        }
+        let names = if name.extension().is_some_and(|e| e == "osl") {
+            vec![name.to_path_buf()]
+        } else {
+            vec![PathBuf::from(format!("{shader}.osl"))]
+        };
+        let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
+        match places.into_iter().find(|path| path.is_file()) {
+            Some(path) => Ok((path.display().to_string(), input::read_text(&path)?)),
+            None => Err("there is no such file in the shader paths".to_string()),
+        }
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &self.includes
+    }
+}
