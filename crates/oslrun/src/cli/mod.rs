@@ -7,6 +7,7 @@
 mod args;
 mod check;
 mod closures;
+mod data;
 mod doc;
 mod explain_error;
 mod fmt;
