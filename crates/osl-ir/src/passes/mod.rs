@@ -145,6 +145,11 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                 }
             }
             Pass::Derive => {
+                // What nothing needs, such as most layers of a large group, is not to be differentiated, nor to use up what
+                // unrolled loops may grow by.
+                if !without(Pass::Dce) {
+                    dce::run(body);
+                }
                 if derive::run(body) && !without(Pass::Fold) {
                     fold::again(body);
                 }
