@@ -33,6 +33,11 @@ impl ShaderFiles for Library<'_> {
     }
 }
 
+/// What a word in a parameter does to a number.
+type Curve = (&'static str, fn(f64) -> f64);
+/// What a word in a parameter does to two numbers.
+type Blend = (&'static str, fn(f64, f64) -> f64);
+
 /// Points along each side. Odd, so that some lie in the middle.
 const SIDE: usize = 17;
 
@@ -166,7 +171,7 @@ fn ramp() {
             colors[1] * (1.0 - t) + colors[2] * t
         }
     };
-    let shapes: [(&str, fn(f64) -> f64); 3] =
+    let shapes: [Curve; 3] =
         [("linear", |t| t), ("smooth", |t| t * t * (3.0 - 2.0 * t)), ("constant", f64::floor)];
     let [red, green, blue] = luminance();
     for (name, shape) in shapes {
@@ -193,7 +198,7 @@ fn displacement_layer() {
 
 #[test]
 fn mix() {
-    let modes: [(&str, fn(f64, f64) -> f64); 9] = [
+    let modes: [Blend; 9] = [
         ("blend", |_, b| b),
         ("add", |a, b| a + b),
         ("subtract", |a, b| a - b),
@@ -284,7 +289,7 @@ fn uv_transform() {
     let (s, c) = (PI / 6.0).sin_cos();
     let x = |u: f64, v: f64| c * 3.0 * (u - 0.25) - s * 2.0 * (v - 0.5) + 0.35;
     let y = |u: f64, v: f64| s * 3.0 * (u - 0.25) + c * 2.0 * (v - 0.5) + 0.3;
-    let wraps: [(&str, fn(f64) -> f64); 4] = [
+    let wraps: [Curve; 4] = [
         ("none", |x| x),
         ("repeat", |x| x.rem_euclid(1.0)),
         ("mirror", |x| 1.0 - (x.rem_euclid(2.0) - 1.0).abs()),
@@ -357,4 +362,27 @@ fn color_correct() {
     turned.are("result.g", |u, _| 0.25 + u);
     turned.are("result.b", |_, v| 0.2 * v);
     turned.are("result.r", |_, _| 0.0);
+}
+
+/// What a group comes to after the passes: instructions, lane registers and their words.
+fn size(text: &str, output: &str) -> (usize, (usize, u32)) {
+    let checked = pipeline::check_group("group", text, "test", &Library(&[]), &Options::default());
+    let body = osl_ir::lower::lower_group(&checked.group.unwrap(), &[]).unwrap();
+    let varying = Grid::new(1, 1).varying().to_vec();
+    let outputs = Some(vec![output.into()]);
+    let options = passes::Options { outputs, varying, ..passes::Options::default() };
+    let done = pipeline::finish(body, &options);
+    (done.body.count(), done.program.register_words())
+}
+
+#[test]
+fn idle_layers_leave_nothing_behind() {
+    let file = run::root().join("crates/oslrun/benches/shaders/network.group");
+    let needed = std::fs::read_to_string(file).unwrap();
+    let idle: String = (0..25).map(|i| format!("shader fractal Noise{i}; shader remap Map{i};\n")).collect();
+    let links: String = (0..25).map(|i| format!("connect Noise{i}.result Map{i}.value;\n")).collect();
+    let chain: String = (1..25).map(|i| format!("connect Map{}.result Noise{i}.offset;\n", i - 1)).collect();
+    let crowded = format!("{idle}{needed}{links}{chain}connect Map24.result Last.value;");
+    assert_eq!(size(&needed, "result_color"), size(&crowded, "result_color"));
+    assert!(size(&needed, "result_color").0 < size(&crowded, "result").0);
 }

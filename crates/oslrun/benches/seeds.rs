@@ -15,13 +15,15 @@ use osl_exec::{Isa, PointSource, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
 use osl_ir::passes;
 use osl_scene::Grid;
-use oslrun::pipeline;
+use osl_syntax::NoFiles;
+use osl_syntax::source::SourceProvider;
+use oslrun::pipeline::{self, ShaderFiles};
 use std::path::Path;
 
 /// Name, file, outputs to compute (all where empty), and parameters.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
 
-const CASES: [Case; 18] = [
+const CASES: [Case; 19] = [
     ("Cobbled, all outputs", "osl/Cobbled.osl", &[], &[]),
     ("Cobbled, resultRGB", "osl/Cobbled.osl", &["resultRGB"], &[]),
     ("Cobbled, resultMask", "osl/Cobbled.osl", &["resultMask"], &[]),
@@ -40,9 +42,24 @@ const CASES: [Case; 18] = [
     ("textures", "crates/oslrun/benches/shaders/textures.osl", &[], &[("image", TEXTURE)]),
     ("derivatives", "crates/oslrun/benches/shaders/derivatives.osl", &[], &[]),
     ("strings", "crates/oslrun/benches/shaders/strings.osl", &[], &[]),
+    ("network", "crates/oslrun/benches/shaders/network.group", &[], &[]),
 ];
 
 const TEXTURE: &str = "tests/data/textures/tex64.png";
+
+/// The shaders that are built in.
+struct Nodes;
+
+impl ShaderFiles for Nodes {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let text = oslrun::nodes::find(shader).ok_or("no such node")?;
+        Ok((format!("{shader}.osl"), text.to_string()))
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &NoFiles
+    }
+}
 
 fn seeds(c: &mut Criterion) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -58,8 +75,14 @@ fn seeds(c: &mut Criterion) {
         let params: Vec<(String, String)> =
             params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
         let compile = || {
-            let checked = pipeline::check(file, &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
-            let body = pipeline::lower(&checked.program.expect("a program"), &params).expect("a body");
+            let options = osl_syntax::Options::default();
+            let body = if file.ends_with(".group") {
+                let checked = pipeline::check_group(file, &text, "bench", &Nodes, &options);
+                osl_ir::lower::lower_group(&checked.group.expect("a group"), &[]).expect("a body")
+            } else {
+                let checked = pipeline::check(file, &text, &NoFiles, &options);
+                pipeline::lower(&checked.program.expect("a program"), &params).expect("a body")
+            };
             let outputs = (!outputs.is_empty()).then(|| outputs.iter().map(|o| (*o).into()).collect());
             let options =
                 passes::Options { outputs, varying: grid.varying().to_vec(), ..passes::Options::default() };

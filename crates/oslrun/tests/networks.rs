@@ -64,3 +64,14 @@ fn nodes_are_found_anywhere_and_files_go_before_them() {
     let (done, text) = run(&["--group", "shader torn t", "--repair"]);
     assert!(done && text.contains("torn.osl (repaired)"), "{text}");
 }
+
+#[test]
+fn nodes_are_strict_osl_without_a_warning_and_in_the_style() {
+    let nodes = oslrun::nodes::names().map(|name| format!("osl/nodes/{name}.osl"));
+    let files: Vec<String> = nodes.chain(["examples/networks/wood.osl".to_string()]).collect();
+    for args in [&["check", "--strict-syntax", "--deny", "warnings"][..], &["fmt", "--check"]] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_oslrun"));
+        let done = command.args(args).args(&files).current_dir(root()).output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&[done.stdout, done.stderr].concat()));
+    }
+}
