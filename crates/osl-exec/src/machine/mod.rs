@@ -241,7 +241,10 @@ impl<'a> Machine<'a> {
                 self.branch(*cond, then, otherwise, results, mask)?
             }
             Step::Loop { params, body, cond, span } => self.round(params, body, *cond, *span, mask)?,
-            Step::FindCells { group, roots, outs } => self.find_cells(*group, roots, outs, mask),
+            Step::FindCells { group, roots, outs, exports } => {
+                self.find_cells(*group, roots, outs, mask);
+                self.export_roots(*group, roots, outs, exports);
+            }
             Step::Shared { group, steps, exports } => self.shared(*group, steps, exports, mask)?,
         }
         Ok(())
