@@ -15,7 +15,7 @@ use osl_ir::passes;
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::golden::{Golden, compare};
-use osl_tests::host::Host;
+use osl_tests::host;
 use osl_tests::run;
 use oslrun::pipeline::{self, ShaderFiles};
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ fn case(folder: &Path) -> Result<String, String> {
     let csv = [folder.join("out.csv"), folder.join("out.csv.gz")].into_iter().find(|p| p.is_file()).unwrap();
     let mut golden = Golden::load(&csv)?;
     golden.untangle(|_| false);
-    let host = Host::new(&golden);
+    let host = host::renderer(&golden);
     // The recorder asked for the outputs of the last layer by their names, whatever layer has them.
     let last = group.layers().last().unwrap().program.clone();
     let outputs = last.shader.params.iter().filter(|p| p.output);
@@ -58,7 +58,13 @@ fn case(folder: &Path) -> Result<String, String> {
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &passes);
-    let frame = osl_exec::run(&compiled.program, &host.services(), &host, &RunOptions::default(), &|_| ());
+    let frame = osl_exec::run(
+        &compiled.program,
+        &host::services(&golden, &host),
+        &host,
+        &RunOptions::default(),
+        &|_| (),
+    );
     let frame = frame.map_err(|e| e.to_string())?;
     let columns = run::columns(&frame);
     let (mut total, mut exact) = (0, 0);

@@ -1,8 +1,11 @@
-//! Where shading points come from. For now: the unit patch as a grid.
+//! Where shading points come from. For now: the unit patch as a grid, and the renderer of the
+//! reference's grid tool on it.
 //!
 //! A source gives the shader's globals at its points, in common space. It must not know the terminal, files
 //! or what a shader computes.
 
 mod grid;
+mod reference;
 
 pub use grid::{Grid, reference_spaces};
+pub use reference::ReferenceRenderer;

@@ -7,6 +7,7 @@
 mod args;
 mod check;
 mod closures;
+mod compat;
 mod doc;
 mod explain_error;
 mod fmt;
@@ -43,6 +44,10 @@ impl Failure {
 
 /// Runs the command and yields its exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
+    if let Some(code) = compat::run(&args, out, err) {
+        return code;
+    }
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(usage) => {

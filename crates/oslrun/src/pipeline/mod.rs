@@ -4,7 +4,7 @@
 
 mod group;
 
-pub use group::{CheckedGroup, ShaderFiles, check_group};
+pub use group::{CheckedGroup, ShaderFiles, check_group, link};
 
 use osl_exec::Program;
 use osl_ir::hir;
