@@ -326,7 +326,10 @@ fn runs_that_would_not_end() {
             "while (u >= 0) { r += 1 + regex_search(\"abc\", format(\"a*(b|%g)*c\", u + v)); }",
         ),
         ("endless closures", "while (u >= 0) { Ci = Ci + diffuse(N); r += 1; }"),
-        ("closures doubled", "closure color c = u * diffuse(N); for (int i = 0; i < 60; ++i) c += v * c; Ci = c;"),
+        (
+            "closures doubled",
+            "closure color c = u * diffuse(N); for (int i = 0; i < 60; ++i) c += v * c; Ci = c;",
+        ),
         (
             "closures nested",
             "closure color c = u * diffuse(N); for (int i = 0; i < 60; ++i) c = debug(\"c\", \"x\", c + c) + c; Ci = c;",

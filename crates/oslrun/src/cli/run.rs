@@ -200,7 +200,9 @@ fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
         Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
         Stop::Exhausted { span, .. } => (*span, ""),
     };
-    let place = span.and_then(|span| sources.place(span)).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+    let place = span
+        .and_then(|span| sources.place(span))
+        .map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
     Failure::new(format!("{place}{stop}{hint}"))
 }
 
