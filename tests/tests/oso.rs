@@ -117,3 +117,71 @@ fn samples_of_the_reference_run_as_recorded() {
         .collect();
     assert!(bad.is_empty(), "{} of {}:\n{}", bad.len(), samples.len(), bad.join("\n"));
 }
+
+/// Everything that a run yields, as text: bits of all planes, closures, printed text, messages.
+fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> Vec<(String, String)> {
+    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    let mut all = Vec::new();
+    for (name, values) in run::columns(frame) {
+        let bits: Vec<u32> = values.iter().map(|x| x.to_bits()).collect();
+        all.push((name, format!("{bits:x?}")));
+    }
+    let printed: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
+    all.push(("printed".to_string(), printed));
+    all.push(("messages".to_string(), format!("{:#?}", frame.said(place))));
+    all.push(("closures".to_string(), format!("{:?}", frame.closures)));
+    all
+}
+
+/// Compiles a source to text and runs both; what differs. `None` if the source is not accepted.
+fn round_trip(source: &Path) -> Option<Vec<String>> {
+    let name = source.file_name().unwrap().to_string_lossy().into_owned();
+    let text = std::fs::read_to_string(source).unwrap();
+    let checked =
+        oslrun::pipeline::check(&name, &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    let program = checked.program?;
+    let written = match osl_ir::oso::write(&program, &checked.sources) {
+        Ok(written) => written,
+        Err(list) => return Some(vec![format!("{list:?}")]),
+    };
+    let mut golden = Golden::conditions(&text);
+    golden.size = (golden.size.0.max(7), golden.size.1.max(5));
+    let options = RunOptions { closures: true, ..RunOptions::default() };
+    let expected = match run::like(&name, &text, &golden, &options) {
+        Ok((frame, sources)) => outcome(&frame, &sources),
+        // It does not fit, or does not end: neither does what it becomes.
+        Err(why) => vec![("error".to_string(), why)],
+    };
+    let got = match run::like(&format!("{name}.oso"), &written, &golden, &options) {
+        Ok((frame, sources)) => outcome(&frame, &sources),
+        Err(why) if expected[0].0 == "error" => {
+            vec![("error".to_string(), if why.is_empty() { why } else { expected[0].1.clone() })]
+        }
+        Err(why) => return Some(vec![format!("{why}\n{written}")]),
+    };
+    let names = |list: &[(String, String)]| list.iter().map(|(n, _)| n.clone()).collect::<Vec<_>>();
+    if names(&expected) != names(&got) {
+        return Some(vec![format!("{:?} for {:?}", names(&got), names(&expected))]);
+    }
+    let short = |text: &str| text.chars().take(300).collect::<String>();
+    let differ = expected.iter().zip(&got).filter(|(e, g)| e != g);
+    Some(differ.map(|(e, g)| format!("{}: {} for {}", e.0, short(&g.1), short(&e.1))).collect())
+}
+
+#[test]
+fn what_is_written_comes_back() {
+    let mut sources = files(&run::root().join("osl"), "osl");
+    sources.extend(files(&run::root().join("tests/data"), "osl"));
+    let outcomes: Vec<Option<Vec<String>>> = sources.par_iter().map(|s| round_trip(s)).collect();
+    let accepted = outcomes.iter().flatten().count();
+    let bad: Vec<String> = sources
+        .iter()
+        .zip(outcomes)
+        .filter_map(|(source, wrong)| Some((source, wrong?)))
+        .filter(|(_, wrong)| !wrong.is_empty())
+        .map(|(source, wrong)| format!("{}:\n  {}", source.display(), wrong.join("\n  ")))
+        .collect();
+    println!("{accepted} sources accepted of {}", sources.len());
+    assert!(bad.is_empty(), "{} of {accepted}:\n{}", bad.len(), bad.join("\n"));
+    assert!(accepted > 500, "{accepted}");
+}

@@ -8,5 +8,7 @@
 pub mod errors;
 mod read;
 mod text;
+mod write;
 
 pub use read::{Read, read};
+pub use write::write;
