@@ -136,18 +136,20 @@ fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> 
 /// Compiles a source to text and runs both; what differs. `None` if the source is not accepted.
 fn round_trip(source: &Path) -> Option<Vec<String>> {
     let name = source.file_name().unwrap().to_string_lossy().into_owned();
-    let text = std::fs::read_to_string(source).unwrap();
-    let checked =
-        oslrun::pipeline::check(&name, &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    round_trip_text(&name, &std::fs::read_to_string(source).unwrap())
+}
+
+fn round_trip_text(name: &str, text: &str) -> Option<Vec<String>> {
+    let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
     let program = checked.program?;
     let written = match osl_ir::oso::write(&program, &checked.sources) {
         Ok(written) => written,
         Err(list) => return Some(vec![format!("{list:?}")]),
     };
-    let mut golden = Golden::conditions(&text);
+    let mut golden = Golden::conditions(text);
     golden.size = (golden.size.0.max(7), golden.size.1.max(5));
     let options = RunOptions { closures: true, ..RunOptions::default() };
-    let expected = match run::like(&name, &text, &golden, &options) {
+    let expected = match run::like(name, text, &golden, &options) {
         Ok((frame, sources)) => outcome(&frame, &sources),
         // It does not fit, or does not end: neither does what it becomes.
         Err(why) => vec![("error".to_string(), why)],
@@ -163,9 +165,13 @@ fn round_trip(source: &Path) -> Option<Vec<String>> {
     if names(&expected) != names(&got) {
         return Some(vec![format!("{:?} for {:?}", names(&got), names(&expected))]);
     }
-    let short = |text: &str| text.chars().take(300).collect::<String>();
     let differ = expected.iter().zip(&got).filter(|(e, g)| e != g);
-    Some(differ.map(|(e, g)| format!("{}: {} for {}", e.0, short(&g.1), short(&e.1))).collect())
+    let short = |e: &str, g: &str| {
+        let at = e.bytes().zip(g.bytes()).take_while(|(e, g)| e == g).count().saturating_sub(80);
+        let part = |text: &str| text.chars().skip(at).take(300).collect::<String>();
+        format!("{}\nfor {}", part(g), part(e))
+    };
+    Some(differ.map(|(e, g)| format!("{}: {}", e.0, short(&e.1, &g.1))).collect())
 }
 
 #[test]
@@ -184,4 +190,187 @@ fn what_is_written_comes_back() {
     println!("{accepted} sources accepted of {}", sources.len());
     assert!(bad.is_empty(), "{} of {accepted}:\n{}", bad.len(), bad.join("\n"));
     assert!(accepted > 500, "{accepted}");
+}
+
+/// The text that a source compiles to.
+fn written(name: &str, text: &str) -> String {
+    let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    let program = checked.program.unwrap_or_else(|| panic!("{name}: {:#?}", checked.diagnostics));
+    osl_ir::oso::write(&program, &checked.sources).unwrap()
+}
+
+/// Class, type, name, value, metadata and place in a struct of each parameter's line.
+fn params(oso: &str) -> Vec<Vec<String>> {
+    let is_param = |line: &&str| line.starts_with("param\t") || line.starts_with("oparam\t");
+    let fields = |line: &str| {
+        let keeps = |hint: &&str| {
+            ["meta{", "mystruct", "struct", "initexpr"].iter().any(|kept| hint.starts_with(kept))
+        };
+        let (head, hints) = line.split_once('%').unwrap_or((line, ""));
+        let mut all: Vec<String> = head.split('\t').map(|part| part.trim().to_string()).collect();
+        all.extend(hints.split(" %").filter(keeps).map(|hint| hint.trim().to_string()));
+        all
+    };
+    oso.lines().filter(is_param).map(fields).collect()
+}
+
+/// The source of a sample.
+fn source_of(sample: &Path) -> PathBuf {
+    let stem = sample.file_stem().unwrap().to_string_lossy().into_owned();
+    let (area, case) = stem.split_once("__").unwrap();
+    let inside = data("values").join(area).join(format!("{case}.osl"));
+    if inside.exists() { inside } else { data("seeds").join(format!("{case}.osl")) }
+}
+
+#[test]
+fn parameters_are_written_as_the_reference_writes_them() {
+    let (mut compared, mut bad) = (0, Vec::new());
+    let mut same_ops = 0;
+    for sample in files(&data("oso"), "oso") {
+        let source = source_of(&sample);
+        let text = std::fs::read_to_string(&source).unwrap();
+        let name = source.file_name().unwrap().to_string_lossy().into_owned();
+        let (theirs, ours) = (std::fs::read_to_string(&sample).unwrap(), written(&name, &text));
+        compared += 1;
+        if params(&theirs) != params(&ours) {
+            bad.push(format!("{name}: {:#?}\nfor {:#?}", params(&ours), params(&theirs)));
+        }
+        let ops = |text: &str| {
+            let lines = text.lines().filter(|line| line.starts_with('\t'));
+            lines.filter_map(|line| line.split_whitespace().next().map(str::to_string)).collect::<Vec<_>>()
+        };
+        same_ops += usize::from(ops(&theirs) == ops(&ours));
+    }
+    println!("{same_ops} of {compared} have the very operations of the reference");
+    assert!(bad.is_empty(), "{} of {compared}:\n{}", bad.len(), bad.join("\n"));
+    assert_eq!(compared, 83);
+}
+
+#[test]
+fn every_function_of_the_library_comes_back() {
+    let mut bad = Vec::new();
+    let mut count = 0;
+    for row in osl_ir::builtins::all() {
+        let text = format!("surface example(output float result = 0) {{\n{}\n}}\n", row.example);
+        if let Some(wrong) = round_trip_text("example.osl", &text) {
+            count += 1;
+            if !wrong.is_empty() {
+                bad.push(format!("{}: {}", row.name, wrong.join("; ")));
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{} of {count}:\n{}", bad.len(), bad.join("\n"));
+    assert!(count > 150, "{count}");
+}
+
+#[test]
+fn generated_programs_come_back() {
+    let check = |seed: u64| {
+        let bytes = osl_tests::generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100);
+        let text = osl_tests::generate::program(&bytes);
+        let wrong = round_trip_text("generated.osl", &text)?;
+        (!wrong.is_empty()).then(|| format!("{seed}: {}\n{text}", wrong.join("; ")))
+    };
+    let bad: Vec<String> = (0..600u64).into_par_iter().filter_map(check).collect();
+    assert!(bad.is_empty(), "{} of 600:\n{}", bad.len(), bad[0]);
+}
+
+/// Operations that renderers know. What else is written is in the list behind it.
+const KNOWN: &str = "aassign abs acos add and area aref arraycopy arraylength asin assign atan atan2 backfacing bitand \
+    bitor blackbody break calculatenormal cbrt ceil cellnoise clamp closure color compassign compl compref concat \
+    continue cos cosh cross degrees determinant dict_find dict_next dict_value distance div dot Dx Dy Dz dowhile end \
+    endswith environment eq erf erfc error exit exp exp2 expm1 fabs filterwidth floor fmod for format fprintf \
+    functioncall ge getattribute getchar getmatrix getmessage gettextureinfo gt hash hashnoise if inversesqrt \
+    isconnected isconstant isfinite isinf isnan le length log log10 log2 logb lt luminance matrix max min mix mod mul \
+    mxcompassign mxcompref neg neq noise normal normalize or point pointcloud_get pointcloud_search pointcloud_write \
+    pow printf psnoise pnoise radians raytype regex_match regex_search return round select setmessage shl shr sign sin \
+    sincos sinh smoothstep snoise spline splineinverse split sqrt startswith step stof stoi strlen sub substr \
+    surfacearea tan tanh texture texture3d trace transform transformc transformn transformv transpose trunc vector \
+    warning wavelength_color while xor";
+
+/// Functions that the reference's header writes out in the language, and that stay operations here.
+const BEYOND: &[&str] = &[];
+
+#[test]
+fn only_known_operations_are_written() {
+    let known: std::collections::BTreeSet<&str> = KNOWN.split_whitespace().collect();
+    let mut beyond = std::collections::BTreeSet::new();
+    for row in osl_ir::builtins::all() {
+        let text = format!("surface example(output float result = 0) {{\n{}\n}}\n", row.example);
+        let oso = written("example.osl", &text);
+        let ops = oso.lines().filter(|l| l.starts_with('\t')).filter_map(|l| l.split_whitespace().next());
+        beyond.extend(ops.filter(|op| !known.contains(op)).map(str::to_string));
+    }
+    assert_eq!(beyond.iter().map(String::as_str).collect::<Vec<_>>(), BEYOND);
+}
+
+#[test]
+fn written_texts() {
+    for case in [
+        "loops/break_continue",
+        "struct/params",
+        "params/metadata_array",
+        "params/closure_output",
+        "logic/and_or_values",
+        "deriv/arrays",
+    ] {
+        let path = data("values").join(format!("{case}.osl"));
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let text = written(&name, &std::fs::read_to_string(&path).unwrap());
+        insta::assert_snapshot!(case.replace('/', "__"), text);
+    }
+}
+
+/// Lines are left out, doubled and exchanged, bytes overwritten: what comes of it is read or refused, never more.
+#[test]
+fn nothing_upsets_the_reader() {
+    let samples = files(&data("oso"), "oso");
+    samples.par_iter().enumerate().for_each(|(at, sample)| {
+        let text = std::fs::read_to_string(sample).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let mut state = at as u64 + 1;
+        let mut random = |below: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % below.max(1)
+        };
+        for _ in 0..150 {
+            let mut changed: Vec<String> = lines.iter().map(|l| (*l).to_string()).collect();
+            for _ in 0..=random(3) {
+                let (a, b) = (random(changed.len()), random(changed.len()));
+                match random(5) {
+                    0 => drop(changed.remove(a)),
+                    1 => changed.swap(a, b),
+                    2 => changed.insert(a, changed[b].clone()),
+                    3 => {
+                        // A word of one line in the place of one of another.
+                        let word = changed[b].split_whitespace().nth(random(6)).unwrap_or("0").to_string();
+                        let mut words: Vec<String> =
+                            changed[a].split_inclusive(char::is_whitespace).map(str::to_string).collect();
+                        if !words.is_empty() {
+                            let place = random(words.len());
+                            words[place] = format!("{word} ");
+                        }
+                        changed[a] = words.concat();
+                    }
+                    _ => {
+                        let mut bytes = changed[a].clone().into_bytes();
+                        if !bytes.is_empty() {
+                            let place = random(bytes.len());
+                            bytes[place] = b" \"%{},.$_-09az#\\"[random(16)];
+                        }
+                        changed[a] = String::from_utf8_lossy(&bytes).into_owned();
+                    }
+                }
+            }
+            let read = osl_ir::oso::read("changed.oso", &changed.join("\n"));
+            assert_eq!(read.program.is_some(), read.diagnostics.is_empty());
+            if let Some(program) = read.program {
+                // A loop may have lost its end: it is compiled, not run.
+                let _ = osl_ir::lower::lower(&program, &osl_ir::params::ParamValues::default());
+                let again = osl_ir::oso::write(&program, &read.sources).unwrap();
+                let third = osl_ir::oso::read("again.oso", &again);
+                assert!(third.diagnostics.is_empty(), "{:#?}\n{again}", third.diagnostics);
+            }
+        }
+    });
 }

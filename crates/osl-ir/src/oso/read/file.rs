@@ -270,6 +270,8 @@ fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>
                 SymbolType::Plain(closure(of).ok_or_else(|| unknown_type(second.span, of))?)
             }
         }
+        // The language lets a variable be declared so, and says no more of it.
+        "void" if class == Class::Local => SymbolType::Plain(Type::VOID),
         _ => SymbolType::Plain(Type::parse(word).ok_or_else(|| unknown_type(first.span, word))?),
     };
     let (name, rest) = rest.split_first().ok_or_else(missing)?;
