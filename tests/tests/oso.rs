@@ -128,7 +128,11 @@ fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> 
     }
     let printed: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
     all.push(("printed".to_string(), printed));
-    all.push(("messages".to_string(), format!("{:#?}", frame.said(place))));
+    // A compiled shader knows the lines of its operations but not the columns: of equal messages of one line the first
+    // counts, so that only their order may differ.
+    let mut said = frame.said(place);
+    said.sort();
+    all.push(("messages".to_string(), format!("{said:#?}")));
     all.push(("closures".to_string(), format!("{:?}", frame.closures)));
     all
 }
@@ -264,6 +268,19 @@ fn every_function_of_the_library_comes_back() {
 }
 
 #[test]
+fn functions_that_are_written_out_keep_their_derivatives() {
+    let text = "surface s(output float r[12] = {}, output vector w[4] = {}) {
+        normal n = normalize(normal(u - 0.5, v + 0.1, 1)); vector i = normalize(vector(v, u * u, -1)); vector k = i;
+        float x = hypot(u, v); r[0] = Dx(x); x = hypot(u, x, v); r[1] = Dy(x); x = mod(u * 7, v + 0.2); r[2] = Dx(x);
+        x = log(u + 2, v + 3); r[3] = Dx(x) + Dy(x); r[4] = aastep(0.5, u); r[5] = aastep(v, u, 0.1);
+        r[6] = aastep(0.3, v, -0.2, u); x = aastep(0.5, u, 0.1, 0.7); r[7] = Dx(x); r[8] = aastep(u, u);
+        k = reflect(k, n); w[0] = Dx(k); k = refract(k, k, 1.5 + u); w[1] = Dx(k) + Dy(k); k = refract(i, -n, 0.7 * v); w[2] = k + Dy(k);
+        k = faceforward(k, i); k = faceforward(n, k, i); w[3] = k + Dx(k); r[9] = iscameraray(); r[10] = mod(-7, 3);
+        r[11] = strlen(concat(\"a\", \"bc\", format(\"%g\", u), \"d\")) + strlen(substr(\"abcdef\", -3)); }";
+    assert_eq!(round_trip_text("written_out.osl", text), Some(Vec::new()));
+}
+
+#[test]
 fn generated_programs_come_back() {
     let check = |seed: u64| {
         let bytes = osl_tests::generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100);
@@ -289,7 +306,7 @@ const KNOWN: &str = "aassign abs acos add and area aref arraycopy arraylength as
     warning wavelength_color while xor";
 
 /// Functions that the reference's header writes out in the language, and that stay operations here.
-const BEYOND: &[&str] = &[];
+const BEYOND: &[&str] = &["artistic_ior", "fresnel", "linearstep", "rotate", "smooth_linearstep"];
 
 #[test]
 fn only_known_operations_are_written() {

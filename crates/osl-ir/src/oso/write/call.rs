@@ -156,9 +156,13 @@ impl Writer<'_> {
             self.emit(name, args, access);
             return None;
         }
-        let to = to.unwrap_or_else(|| self.table.temp(ty));
-        if let Some(done) = self.composed(name, ty, to, args) {
-            return Some(done);
+        // What takes several operations must not write a variable that the later ones read.
+        let to = match to {
+            Some(to) if !args.contains(&to) => to,
+            _ => self.table.temp(ty),
+        };
+        if self.composed(name, ty, to, args) {
+            return Some(to);
         }
         let (name, mut all) = match name {
             _ if ty == Type::CLOSURE => {
@@ -196,46 +200,6 @@ impl Writer<'_> {
         };
         let to = to.unwrap_or_else(|| self.table.temp(ty));
         self.emit_to(name, to, &[&[space][..], &parts].concat());
-        Some(to)
-    }
-
-    /// Functions that are a few operations.
-    fn composed(&mut self, name: &str, ty: Type, to: Sym, args: &[Sym]) -> Option<Sym> {
-        match (name, args) {
-            ("mod", [a, b]) if ty.base != Base::Int => {
-                let quotient = self.emit_value("div", ty, &[*a, *b]);
-                let whole = self.emit_value("floor", ty, &[quotient]);
-                let product = self.emit_value("mul", ty, &[*b, whole]);
-                self.emit_to("sub", to, &[*a, product]);
-            }
-            ("log", [x, base]) => {
-                let x_ty = self.table.ty(*x);
-                let base_ty = self.table.ty(*base);
-                let above = self.emit_value("log", x_ty, &[*x]);
-                let below = self.emit_value("log", base_ty, &[*base]);
-                self.emit_to("div", to, &[above, below]);
-            }
-            ("substr", [text, start]) => {
-                let length = self.emit_value("strlen", Type::INT, &[*text]);
-                self.emit_to("substr", to, &[*text, *start, length]);
-            }
-            ("concat", [first, second, more @ ..]) if !more.is_empty() => {
-                let mut joined = self.emit_value("concat", Type::STRING, &[*first, *second]);
-                for (index, next) in more.iter().enumerate() {
-                    if index + 1 == more.len() {
-                        self.emit_to("concat", to, &[joined, *next]);
-                    } else {
-                        joined = self.emit_value("concat", Type::STRING, &[joined, *next]);
-                    }
-                }
-            }
-            ("iscameraray" | "isdiffuseray" | "isglossyray" | "isshadowray", []) => {
-                let kind = name.trim_start_matches("is").trim_end_matches("ray");
-                let kind = self.table.text(kind.into());
-                self.emit_to("raytype", to, &[kind]);
-            }
-            _ => return None,
-        }
         Some(to)
     }
 }

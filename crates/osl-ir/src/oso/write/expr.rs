@@ -94,7 +94,11 @@ impl Writer<'_> {
                 self.scalar(e, Some(to));
             }
             ExprKind::Builtin(call) if self.table.ty(to) == e.ty => {
-                self.builtin(call, e.ty, Some(to));
+                if let Val::One(made) = self.builtin(call, e.ty, Some(to))
+                    && made != to
+                {
+                    self.assign(to, made);
+                }
             }
             _ => {
                 let val = self.eval(e);

@@ -1,10 +1,11 @@
 //! Writing: from the resolved tree to the text of a compiled shader.
 //!
 //! Functions are put in the place of their calls and structs become their fields, as in lowering, and in the same
-//! order: what comes of the text computes the same bits. `table` holds symbols and operations, `stmt`, `expr`, `place`, `call`
+//! order: what comes of the text computes the same bits. `composed` spells out functions that renderers have no operation for, `table` holds symbols and operations, `stmt`, `expr`, `place`, `call`
 //! write operations, `params` the defaults, `usage` finds who reads and writes what, `print` lays the text out.
 
 mod call;
+mod composed;
 mod constant;
 mod expr;
 mod params;
