@@ -5,7 +5,7 @@ use super::stmt::ends;
 use super::table::Sym;
 use super::{Storage, Val, Writer};
 use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Place};
-use crate::types::{Base, Extent, Type};
+use crate::types::{Extent, Type};
 
 /// Calls within calls; functions cannot recurse.
 const MAX_CALL_DEPTH: usize = 128;
