@@ -15,22 +15,25 @@ pub const JUMP: Code = Code { id: "E0704", name: "oso-jump" };
 /// All codes of this module, in order.
 pub const ALL: &[Code] = &[SYNTAX, SYMBOL, OPERATION, JUMP];
 
-pub(super) fn syntax(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::error(SYNTAX, span, message)
+/// What is wrong with a file; boxed, since results of every step carry it.
+pub(super) type Wrong = Box<Diagnostic>;
+
+pub(super) fn syntax(span: Span, message: impl Into<String>) -> Wrong {
+    Box::new(Diagnostic::error(SYNTAX, span, message))
 }
 
-pub(super) fn symbol(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::error(SYMBOL, span, message)
+pub(super) fn symbol(span: Span, message: impl Into<String>) -> Wrong {
+    Box::new(Diagnostic::error(SYMBOL, span, message))
 }
 
-pub(super) fn operation(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::error(OPERATION, span, message)
+pub(super) fn operation(span: Span, message: impl Into<String>) -> Wrong {
+    Box::new(Diagnostic::error(OPERATION, span, message))
 }
 
-pub(super) fn jump(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::error(JUMP, span, message)
+pub(super) fn jump(span: Span, message: impl Into<String>) -> Wrong {
+    Box::new(Diagnostic::error(JUMP, span, message))
 }
 
-pub(super) fn too_large(span: Span, message: impl Into<String>) -> Diagnostic {
-    Diagnostic::error(crate::lower::TOO_LARGE, span, message)
+pub(super) fn too_large(span: Span, message: impl Into<String>) -> Wrong {
+    Box::new(Diagnostic::error(crate::lower::TOO_LARGE, span, message))
 }

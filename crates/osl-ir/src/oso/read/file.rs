@@ -2,7 +2,8 @@
 
 use super::lex::{self, Kind, Token};
 use crate::hir::MetaValue;
-use crate::oso::{errors, text};
+use crate::oso::errors::{self, Wrong};
+use crate::oso::text;
 use crate::types::{Base, Extent, Type};
 use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
@@ -105,7 +106,7 @@ pub(super) fn parse<'a>(source: &'a str, errors: &mut Vec<Diagnostic>) -> File<'
             quoting = None;
             if let Err(error) = lex::tokens(words, base, false).and_then(|tokens| reader.line(&tokens)) {
                 let fatal = error.code == crate::lower::TOO_LARGE || error.message == NO_HEADER;
-                errors.push(error);
+                errors.push(*error);
                 if fatal || errors.len() >= MAX_ERRORS {
                     break;
                 }
@@ -118,9 +119,9 @@ pub(super) fn parse<'a>(source: &'a str, errors: &mut Vec<Diagnostic>) -> File<'
         last.end = ends;
     }
     if errors.is_empty() && !reader.header {
-        errors.push(errors::syntax(Span::default(), NO_HEADER));
+        errors.push(*errors::syntax(Span::default(), NO_HEADER));
     } else if errors.is_empty() && reader.file.shader.is_none() {
-        errors.push(errors::syntax(Span::default(), "no line names the shader"));
+        errors.push(*errors::syntax(Span::default(), "no line names the shader"));
     }
     reader.file
 }
@@ -141,7 +142,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn line(&mut self, tokens: &[Token<'a>]) -> Result<(), Diagnostic> {
+    fn line(&mut self, tokens: &[Token<'a>]) -> Result<(), Wrong> {
         let Some((first, rest)) = tokens.split_first() else { return Ok(()) };
         let span = tokens.last().map_or(first.span, |last| first.span.to(last.span));
         if !self.header {
@@ -179,7 +180,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn header(&mut self, tokens: &[Token<'a>], span: Span) -> Result<(), Diagnostic> {
+    fn header(&mut self, tokens: &[Token<'a>], span: Span) -> Result<(), Wrong> {
         let words: Vec<&str> = tokens.iter().filter_map(Token::word).collect();
         match words[..] {
             [text::HEADER, version] if version.split('.').next() == Some("1") => {
@@ -189,13 +190,13 @@ impl<'a> Reader<'a> {
             [text::HEADER, version] => {
                 // The rest of the file would be read by the wrong rules.
                 let error = errors::syntax(span, NO_HEADER);
-                Err(error.label(format!("this is version {version}")))
+                Err(Box::new(error.label(format!("this is version {version}"))))
             }
             _ => Err(errors::syntax(span, NO_HEADER)),
         }
     }
 
-    fn section(&mut self, rest: &[Token<'a>], span: Span) -> Result<(), Diagnostic> {
+    fn section(&mut self, rest: &[Token<'a>], span: Span) -> Result<(), Wrong> {
         let at = self.file.ops.len();
         if let Some(last) = self.file.sections.last_mut() {
             last.end = at;
@@ -209,7 +210,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn op(&mut self, name: &'a str, rest: &[Token<'a>], span: Span) -> Result<(), Diagnostic> {
+    fn op(&mut self, name: &'a str, rest: &[Token<'a>], span: Span) -> Result<(), Wrong> {
         if self.file.ops.len() >= MAX_LINES {
             return Err(errors::too_large(span, format!("more than {MAX_LINES} operations")));
         }
@@ -244,7 +245,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-fn shader<'a>(kind: &str, rest: &[Token<'a>], span: Span) -> Result<Shader<'a>, Diagnostic> {
+fn shader<'a>(kind: &str, rest: &[Token<'a>], span: Span) -> Result<Shader<'a>, Wrong> {
     let Some(kind) = text::shader_kind(kind) else {
         return Err(errors::syntax(span, format!("`{kind}` is no kind of shader")));
     };
@@ -255,7 +256,7 @@ fn shader<'a>(kind: &str, rest: &[Token<'a>], span: Span) -> Result<Shader<'a>, 
 }
 
 /// The line of a symbol behind its class: type, name, values, hints.
-fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>, Diagnostic> {
+fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>, Wrong> {
     let missing = || errors::syntax(span, "a symbol has a type and a name");
     let (first, mut rest) = rest.split_first().ok_or_else(missing)?;
     let word = first.word().ok_or_else(missing)?;
@@ -299,12 +300,12 @@ fn closure(word: &str) -> Option<Type> {
     Some(Type { base: Base::Closure, ..ty })
 }
 
-fn unknown_type(span: Span, word: &str) -> Diagnostic {
+fn unknown_type(span: Span, word: &str) -> Wrong {
     errors::symbol(span, format!("there is no type `{word}`"))
 }
 
 /// The metadata among the hints.
-fn metadata(tokens: &[Token<'_>]) -> Result<Vec<Metadatum>, Diagnostic> {
+fn metadata(tokens: &[Token<'_>]) -> Result<Vec<Metadatum>, Wrong> {
     let mut list = Vec::new();
     for token in tokens {
         let Kind::Hint("meta", Some(inside)) = token.kind else { continue };

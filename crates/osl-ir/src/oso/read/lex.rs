@@ -1,7 +1,6 @@
 //! The words, strings and hints of one line.
 
-use crate::oso::errors;
-use osl_syntax::diagnostic::Diagnostic;
+use crate::oso::errors::{self, Wrong};
 use osl_syntax::span::Span;
 
 /// A part of a line.
@@ -43,7 +42,7 @@ impl<'a> Token<'a> {
 }
 
 /// Splits a line, or the inside of a hint, of which the first byte lies at `base`. Within hints a comma ends a word.
-pub(super) fn tokens<'a>(line: &'a str, base: u32, in_hint: bool) -> Result<Vec<Token<'a>>, Diagnostic> {
+pub(super) fn tokens<'a>(line: &'a str, base: u32, in_hint: bool) -> Result<Vec<Token<'a>>, Wrong> {
     let mut list = Vec::new();
     let mut at = 0;
     while let Some(rest) = line.get(at..).filter(|rest| !rest.is_empty()) {

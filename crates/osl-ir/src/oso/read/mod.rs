@@ -38,13 +38,13 @@ pub fn read(name: &str, text: &str) -> Read {
     let mut sources = SourceMap::default();
     let mut diagnostics = Vec::new();
     if sources.add(name, text.into()).is_none() {
-        diagnostics.push(errors::too_large(Span::default(), "a compiled shader may have 4 GiB"));
+        diagnostics.push(*errors::too_large(Span::default(), "a compiled shader may have 4 GiB"));
         return Read { sources, program: None, diagnostics };
     }
     let file = file::parse(text, &mut diagnostics);
     let program = if diagnostics.is_empty() {
         let spans = sources::places(&file, &mut sources);
-        build(&file, &spans).map_err(|error| diagnostics.push(error)).ok()
+        build(&file, &spans).map_err(|error| diagnostics.push(*error)).ok()
     } else {
         None
     };
@@ -62,7 +62,7 @@ struct Builder<'f, 'a> {
     symbols: Symbols<'a>,
 }
 
-type Result<T> = std::result::Result<T, Diagnostic>;
+type Result<T> = std::result::Result<T, errors::Wrong>;
 
 /// Makes the program of a file. The first thing that is wrong ends it: what follows from it would be wrong too.
 fn build<'a>(file: &File<'a>, spans: &[Span]) -> Result<Program> {

@@ -31,7 +31,7 @@ impl Builder<'_, '_> {
             (name, values) if is_value(name) => {
                 let (_, args) = values.split_first().ok_or_else(wrong)?;
                 let to = self.target(at, span)?;
-                let value = self.value(name, to.ty, args, span).ok_or_else(wrong)?;
+                let value = value(name, args, span).ok_or_else(wrong)?;
                 self.store(to, value, op.span)
             }
             _ => self.library(at, values, span),
@@ -62,29 +62,27 @@ impl Builder<'_, '_> {
         };
         Ok(Expr { ty: to.ty, kind: ExprKind::Assign(to, Box::new(Init::Value(value))), span })
     }
+}
 
-    /// The value of an operator, a part of a variable, or a constructor.
-    fn value(&self, name: &str, to: Type, args: &[Expr], span: Span) -> Option<Expr> {
-        if let Some((_, op)) = text::OPERATORS.iter().find(|(n, _)| *n == name)
-            && let [a, b] = args
-        {
-            return binary(*op, a.clone(), b.clone(), span);
-        }
-        match (name, args) {
-            ("assign" | "arraycopy", [value]) => Some(value.clone()),
-            ("neg", [value]) => unary(UnaryOp::Neg, value, span),
-            ("compl", [value]) => unary(UnaryOp::Compl, value, span),
-            ("aref" | "compref", [of, index]) => read(of, index, None, span),
-            ("mxcompref", [of, row, column]) => read(of, row, Some(column), span),
-            ("color", args) => triple(Type::COLOR, args, span),
-            ("point", args) => triple(Type::POINT, args, span),
-            ("vector", args) => triple(Type::VECTOR, args, span),
-            ("normal", args) => triple(Type::NORMAL, args, span),
-            ("matrix", args) => matrix(args, span),
-            // The result of a comparison of kinds that only the runtime knows is an int all the same.
-            _ => None,
-        }
-        .filter(|value| !value.ty.is_error() && !to.is_error())
+/// The value of an operator, a part of a variable, or a constructor.
+fn value(name: &str, args: &[Expr], span: Span) -> Option<Expr> {
+    if let Some((_, op)) = text::OPERATORS.iter().find(|(n, _)| *n == name)
+        && let [a, b] = args
+    {
+        return binary(*op, a.clone(), b.clone(), span);
+    }
+    match (name, args) {
+        ("assign" | "arraycopy", [value]) => Some(value.clone()),
+        ("neg", [value]) => unary(UnaryOp::Neg, value, span),
+        ("compl", [value]) => unary(UnaryOp::Compl, value, span),
+        ("aref" | "compref", [of, index]) => read(of, index, None, span),
+        ("mxcompref", [of, row, column]) => read(of, row, Some(column), span),
+        ("color", args) => triple(Type::COLOR, args, span),
+        ("point", args) => triple(Type::POINT, args, span),
+        ("vector", args) => triple(Type::VECTOR, args, span),
+        ("normal", args) => triple(Type::NORMAL, args, span),
+        ("matrix", args) => matrix(args, span),
+        _ => None,
     }
 }
 
@@ -104,7 +102,7 @@ fn is_value(name: &str) -> bool {
         "normal",
         "matrix",
     ];
-    // `mod` of three arguments is the operator on ints; the function has put itself in place.
+    // Compilers write `mod` for the operator only, and put the function of the name in place.
     others.contains(&name) || text::OPERATORS.iter().any(|(n, _)| *n == name)
 }
 

@@ -13,6 +13,9 @@ use std::sync::Arc;
 /// Structs within structs, at most.
 const MAX_STRUCT_DEPTH: usize = 32;
 
+/// Elements of constant arrays, at most, each array counted for every section that uses it.
+const MAX_ELEMENTS: usize = 1 << 20;
+
 /// What a name stands for.
 #[derive(Clone, Debug)]
 pub(super) enum Meaning {
@@ -30,6 +33,9 @@ pub(super) struct Symbols<'a> {
     meanings: FxHashMap<&'a str, Meaning>,
     /// Constant arrays that the current section uses.
     tables: Vec<(VarId, Init)>,
+    used: FxHashSet<VarId>,
+    /// Elements of constant arrays in all sections so far.
+    elements: usize,
     /// A parameter that is being computed, and the variable that stands for it meanwhile.
     stands_for: Option<(VarId, VarId)>,
 }
@@ -264,6 +270,7 @@ impl<'a> Builder<'_, 'a> {
     /// The statements of a section, constant arrays set first.
     pub(super) fn section(&mut self, section: &Section<'a>) -> Result<Vec<Stmt>> {
         self.symbols.tables.clear();
+        self.symbols.used.clear();
         let body = self.block(section.start..section.end, super::flow::Around::default())?;
         let set = |(var, init)| Stmt { kind: StmtKind::Declare(var, Some(init)), span: section.span };
         let mut all: Vec<Stmt> = self.symbols.tables.drain(..).map(set).collect();
@@ -289,7 +296,11 @@ impl<'a> Builder<'_, 'a> {
             Meaning::Place { var, path, ty } => (*var, path.clone(), *ty),
             Meaning::Table { var, init } => {
                 let var = *var;
-                if !self.symbols.tables.iter().any(|(v, _)| *v == var) {
+                if self.symbols.used.insert(var) {
+                    self.symbols.elements += if let Init::List(list) = init { list.len() } else { 1 };
+                    if self.symbols.elements > MAX_ELEMENTS {
+                        return Err(errors::too_large(at, "the constant arrays of all parts are too large"));
+                    }
                     self.symbols.tables.push((var, init.clone()));
                 }
                 (var, Vec::new(), self.vars.get(var.0 as usize).map_or(Type::ERROR, |v| v.ty))

@@ -54,7 +54,7 @@ pub fn write(program: &Program, sources: &SourceMap) -> Result<String, Vec<Diagn
     writer.body(&program.shader.body);
     if let Some(span) = writer.full {
         let message = "the program is too large once its functions are put in place";
-        return Err(vec![errors::too_large(span, message)]);
+        return Err(vec![*errors::too_large(span, message)]);
     }
     writer.emit("end", &[], "");
     usage::derivatives(&mut writer.table, &writer.ops);
