@@ -76,7 +76,10 @@ fn said(text: &'static str, options: &Options) -> (Vec<Diagnostic>, String) {
         let rendered = render(&checked.diagnostics, &checked.sources, RenderStyle::default());
         return (checked.diagnostics, rendered);
     }
-    let checked = pipeline::check("example.osl", text, &Itself(text), options);
+    // The lessons of compiled shaders show those.
+    let name =
+        if text.trim_start().starts_with("OpenShadingLanguage") { "example.oso" } else { "example.osl" };
+    let checked = pipeline::check(name, text, &Itself(text), options);
     let mut list = checked.diagnostics.clone();
     list.extend(pipeline::lint(&checked, &lint::Options::default()));
     if let Some(program) = &checked.program {

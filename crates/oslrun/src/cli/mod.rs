@@ -1,5 +1,5 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
-//! `oslrun explain-error CODE`, `oslrun doc NAME`.
+//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
@@ -8,9 +8,11 @@ mod args;
 mod check;
 mod closures;
 mod compat;
+mod compile;
 mod doc;
 mod explain_error;
 mod fmt;
+mod info;
 mod input;
 mod ir;
 mod levels;
@@ -65,6 +67,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
+        (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
+        (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (None, args) => run::run(&args, out, err),
