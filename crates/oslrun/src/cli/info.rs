@@ -28,33 +28,34 @@ pub(super) fn info(args: &InfoArgs, out: &mut dyn Write, err: &mut dyn Write) ->
 }
 
 #[derive(Serialize)]
-struct Shader {
-    kind: &'static str,
-    name: String,
-    metadata: Vec<Metadatum>,
-    parameters: Vec<Parameter>,
+pub(super) struct Shader {
+    pub(super) kind: &'static str,
+    pub(super) name: String,
+    pub(super) metadata: Vec<Metadatum>,
+    pub(super) parameters: Vec<Parameter>,
 }
 
 #[derive(Serialize)]
-struct Parameter {
-    name: String,
+pub(super) struct Parameter {
+    pub(super) name: String,
     #[serde(rename = "type")]
-    ty: String,
-    output: bool,
+    pub(super) ty: String,
+    pub(super) output: bool,
     /// `null` where code computes it.
-    default: Value,
-    metadata: Vec<Metadatum>,
+    pub(super) default: Value,
+    pub(super) metadata: Vec<Metadatum>,
 }
 
 #[derive(Serialize)]
-struct Metadatum {
-    name: String,
+pub(super) struct Metadatum {
+    pub(super) name: String,
     #[serde(rename = "type")]
-    ty: String,
-    value: Value,
+    pub(super) ty: String,
+    pub(super) value: Value,
 }
 
-fn describe(program: &Program) -> Shader {
+/// What is to be said of a shader.
+pub(super) fn describe(program: &Program) -> Shader {
     let shader = &program.shader;
     Shader {
         kind: match shader.kind {

@@ -4,8 +4,12 @@
 //! for those tools go on. Sources of the options: the OSL documentation and the tools' own help.
 
 mod options;
+mod oslc;
+mod oslinfo;
 mod testshade;
 
+use osl_ir::ir::Const;
+use osl_ir::text::{self, Flavour, Value};
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
@@ -17,7 +21,7 @@ struct Console<'a> {
 }
 
 /// The tools, by name.
-const TOOLS: [&str; 1] = ["testshade"];
+const TOOLS: [&str; 3] = ["oslc", "oslinfo", "testshade"];
 
 /// Runs the tool that the command line asks for, by the binary's name or the first argument, and yields its exit code.
 pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -> Option<u8> {
@@ -34,7 +38,13 @@ pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -
     let rest: Vec<String> = rest.unwrap_or(&[]).iter().map(|a| a.to_string_lossy().into_owned()).collect();
     let mut console = Console { out, err };
     Some(match tool {
-        "testshade" => testshade::main(&rest, &mut console),
-        _ => return None,
+        "oslc" => oslc::main(&rest, &mut console),
+        "oslinfo" => oslinfo::main(&rest, &mut console),
+        _ => testshade::main(&rest, &mut console),
     })
+}
+
+/// A number with six digits, as the tools print it.
+fn number(x: f32) -> String {
+    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print)
 }

@@ -1,6 +1,6 @@
 //! What `testshade` shows of a run: what shaders said, values point by point, images.
 
-use super::super::Console;
+use super::super::{Console, number};
 use super::job::Job;
 use crate::cli::output;
 use osl_exec::{Frame, Plane, Program};
@@ -106,13 +106,6 @@ pub(super) fn points(frame: &Frame, outputs: &[Output], width: usize, console: &
             let _ = writeln!(console.out, "  {} :{values}", output.asked);
         }
     }
-}
-
-/// A number with six digits, as C's `%g` has it.
-fn number(x: f32) -> String {
-    use osl_ir::ir::Const;
-    use osl_ir::text::{Flavour, Value, format};
-    format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print)
 }
 
 /// Writes each output to its file.
