@@ -1,46 +1,66 @@
-//! A shader inside another program: text in, values out, without files or a command line.
+//! A shader inside another program: text in, values at the program's own points out.
 //!
-//! `cargo run -p osl-examples --bin embed` prints the stripes of the shader below over a small grid.
+//! `cargo run -p osl-examples --bin embed` shades points of a sphere, as a renderer would have hit them, and prints them
+//! as characters.
 
 #![allow(clippy::print_stdout, reason = "its purpose is to print")]
 
-use anyhow::{Context, Result, ensure};
-use osl_exec::{PointSource, Program, RunOptions, Services, Spaces};
-use osl_image::TextureCache;
-use osl_ir::{lower, params, passes, resolve};
-use osl_scene::Grid;
-use osl_syntax::{NoFiles, Options};
+use osl::{Error, Group, Points, Shader};
 
 const SHADER: &str = "
-    shader stripes(float width = 0.1, output float mask = 0) {
-        float warp = 0.2 * noise(8 * P);
-        mask = mod(u + warp, 2 * width) < width;
+    shader stripes(float width = 0.1, output float mask = 0, output float facing = 0) {
+        float warp = 0.4 * noise(2 * P);
+        mask = mod(v + warp, 2 * width) < width;
+        facing = -dot(N, I);
     }";
 
-fn main() -> Result<()> {
-    let parsed = osl_syntax::parse("stripes.osl", SHADER, &NoFiles, &Options::default());
-    ensure!(!parsed.has_errors(), "{:?}", parsed.diagnostics);
-    let resolved = resolve::resolve(&parsed.ast);
-    let shader = resolved.program.with_context(|| format!("{:?}", resolved.diagnostics))?;
+/// Columns and rows of the picture.
+const SIZE: (usize, usize) = (60, 30);
 
-    let mut values = params::ParamValues::default();
-    params::set(&shader, &mut values, "width", "0.25")?;
-    let mut body = lower::lower(&shader, &values).map_err(|errors| anyhow::anyhow!("{errors:?}"))?;
+/// Where a ray through a character of the picture hits the unit sphere, looking along -z.
+fn hit(column: usize, row: usize) -> Option<[f32; 3]> {
+    let x = 2.1 * ((column as f32 + 0.5) / SIZE.0 as f32 - 0.5);
+    let y = 2.1 * (0.5 - (row as f32 + 0.5) / SIZE.1 as f32);
+    let square = 1.0 - x * x - y * y;
+    (square >= 0.0).then(|| [x, y, square.sqrt()])
+}
 
-    let grid = Grid::new(64, 16);
-    let options = passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() };
-    passes::run(&mut body, &options);
-    let program = Program::new(&body);
+fn main() -> Result<(), Error> {
+    let pixels: Vec<(usize, usize)> =
+        (0..SIZE.1).flat_map(|row| (0..SIZE.0).map(move |column| (column, row))).collect();
+    let hits: Vec<Option<[f32; 3]>> = pixels.iter().map(|(column, row)| hit(*column, *row)).collect();
+    // Only what was hit is shaded: points are a list, in any order.
+    let p: Vec<[f32; 3]> = hits.iter().flatten().copied().collect();
+    let v: Vec<f32> = p.iter().map(|p| p[1].asin() / std::f32::consts::PI + 0.5).collect();
+    let rays = vec![[0.0, 0.0, -1.0]; p.len()];
+    let points = Points::new(p.len()).p(&p).n(&p).v(v).i(&rays);
 
-    let services = Services {
-        spaces: Spaces::default(),
-        textures: TextureCache::new(Vec::new()),
-        ..Services::default()
-    };
-    let frame = osl_exec::run(&program, &services, &grid, &RunOptions::default(), &|_| ())
-        .map_err(|stop| anyhow::anyhow!("{stop:?}"))?;
-    for row in frame.planes[0].floats().chunks(grid.width) {
-        println!("{}", row.iter().map(|m| if *m > 0.0 { '#' } else { '.' }).collect::<String>());
+    let stripes = Shader::compile("stripes.osl", SHADER)?;
+    let program = Group::builder().layer("stripes", &stripes).param("width", 0.08).compile(&[])?;
+    let outputs = program.run(&points)?;
+
+    let mask = outputs.floats("mask").unwrap_or_default();
+    let facing = outputs.floats("facing").unwrap_or_default();
+    let mut shaded = mask.iter().zip(&facing);
+    for row in hits.chunks(SIZE.0) {
+        let character = |hit: &Option<[f32; 3]>| match hit.and_then(|_| shaded.next()) {
+            None => ' ',
+            Some((mask, facing)) if *mask > 0.0 => {
+                if *facing > 0.5 {
+                    '#'
+                } else {
+                    '+'
+                }
+            }
+            Some((_, facing)) => {
+                if *facing > 0.5 {
+                    '-'
+                } else {
+                    '.'
+                }
+            }
+        };
+        println!("{}", row.iter().map(character).collect::<String>().trim_end());
     }
     Ok(())
 }

@@ -23,5 +23,5 @@ pub use order::Blocks;
 pub use osl_noise::Isa;
 pub use profile::ProfileEntry;
 pub use program::Program;
-pub use services::{Services, Spaces};
+pub use services::{FindSpace, Services, Spaces};
 pub use source::{Datum, PointSource};

@@ -2,13 +2,28 @@
 
 use osl_image::TextureCache;
 use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// Finds the matrix from a space to common space by the name of the space, row by row, for row vectors.
+pub type FindSpace = Arc<dyn Fn(&str) -> Option<[f32; 16]> + Send + Sync>;
 
 /// Named coordinate systems. Matrices are row by row, for row vectors, from the space to common space.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Spaces {
     to_common: FxHashMap<String, [f32; 16]>,
     /// Spaces that are only a destination, such as the raster.
     from_common: FxHashMap<String, [f32; 16]>,
+    /// Who is asked first.
+    find: Option<FindSpace>,
+}
+
+impl std::fmt::Debug for Spaces {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Spaces { to_common, from_common, find } = self;
+        let mut fields = f.debug_struct("Spaces");
+        fields.field("to_common", to_common).field("from_common", from_common);
+        fields.field("find", &find.is_some()).finish()
+    }
 }
 
 /// The matrix that changes nothing.
@@ -19,7 +34,7 @@ impl Default for Spaces {
     fn default() -> Self {
         let names = ["common", "world", "shader", "object", "camera"];
         let to_common = names.into_iter().map(|n| (n.to_string(), IDENTITY)).collect();
-        Spaces { to_common, from_common: FxHashMap::default() }
+        Spaces { to_common, from_common: FxHashMap::default(), find: None }
     }
 }
 
@@ -35,25 +50,35 @@ impl Spaces {
         self.from_common.insert(name.to_string(), from_common);
     }
 
+    /// Has spaces looked up by a function before those that were set, each time that a shader names one.
+    pub fn set_lookup(&mut self, find: FindSpace) {
+        self.find = Some(find);
+    }
+
+    fn to_common(&self, name: &str) -> Option<[f32; 16]> {
+        let found = self.find.as_ref().and_then(|find| find(name));
+        found.or_else(|| self.to_common.get(name).copied())
+    }
+
     /// The matrix from one space to another, or the name that is unknown.
     ///
     /// # Errors
     /// The unknown name.
     pub fn matrix<'n>(&self, from: &'n str, to: &'n str) -> Result<[f32; 16], &'n str> {
-        let from_matrix = self.to_common.get(from).ok_or(from)?;
+        let from_matrix = self.to_common(from).ok_or(from)?;
         if let Some(to_matrix) = self.from_common.get(to) {
-            return Ok(osl_ir::numeric::matrix::multiply(*from_matrix, *to_matrix));
+            return Ok(osl_ir::numeric::matrix::multiply(from_matrix, *to_matrix));
         }
-        let to_matrix = self.to_common.get(to).ok_or(to)?;
+        let to_matrix = self.to_common(to).ok_or(to)?;
         if from == to {
             return Ok(IDENTITY);
         }
         let common = |name: &str| name == "common" || name == "world";
         Ok(match (common(from), common(to)) {
-            (_, true) => *from_matrix,
-            (true, false) => osl_ir::numeric::matrix::inverse(*to_matrix),
+            (_, true) => from_matrix,
+            (true, false) => osl_ir::numeric::matrix::inverse(to_matrix),
             (false, false) => {
-                osl_ir::numeric::matrix::multiply(*from_matrix, osl_ir::numeric::matrix::inverse(*to_matrix))
+                osl_ir::numeric::matrix::multiply(from_matrix, osl_ir::numeric::matrix::inverse(to_matrix))
             }
         })
     }

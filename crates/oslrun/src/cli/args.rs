@@ -103,13 +103,20 @@ pub(super) struct RunArgs {
     /// Matrix from object to common space: 16 numbers, row by row, for row vectors.
     #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true)]
     pub(super) object_space: Option<Box<[f32; 16]>>,
+    /// What the surface knows by name: attributes, and values of parameters with `lockgeom = 0` or `interpolated = 1`. A
+    /// number is a float, three are a triple, what else there is is a string; may be repeated.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(super) userdata: Vec<(String, String)>,
+    /// JSON file of attributes: {"name": value, "object": {"name": value}}. 3 is an int, 3.0 a float, [r, g, b] a triple.
+    #[arg(long, value_name = "FILE")]
+    pub(super) attributes: Option<PathBuf>,
     /// Write 16-bit floats (EXR).
     #[arg(long)]
     pub(super) half: bool,
     /// Compression of EXR files: none, rle, zip1, zip16, piz, pxr24.
     #[arg(long, value_name = "NAME", default_value = "zip16", value_parser = compression)]
     pub(super) compression: ExrCompression,
-    /// Insert missing brackets before running; the edits are shown.
+    /// Insert missing brackets before running, in the shaders of a group too; the edits are shown.
     #[arg(long)]
     pub(super) repair: bool,
     /// With --repair: save the repaired source here.

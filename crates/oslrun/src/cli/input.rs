@@ -54,7 +54,8 @@ pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
     Ok(input(name.to_string(), text, PathBuf::new(), args))
 }
 
-fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) -> Input {
+/// A text with its name and the folder that its includes lie in.
+pub(super) fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) -> Input {
     Input { name, text, files: includes(&main, args), options: options(args) }
 }
 

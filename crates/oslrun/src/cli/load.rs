@@ -2,6 +2,7 @@
 
 use super::args::{NetworkArgs, ReadArgs};
 use super::{Failure, input, levels, repair, report};
+use crate::nodes;
 use crate::pipeline::{self, CompileError, ShaderFiles};
 use osl_ir::group::Group;
 use osl_ir::ir::Body;
@@ -10,6 +11,7 @@ use osl_ir::params::{self, ParamError};
 use osl_ir::{hir, lower};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
+use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
@@ -124,15 +126,23 @@ fn group(request: &Request<'_>, is_group: bool, err: &mut dyn Write) -> Result<L
     }
     let mut folders = vec![folder.clone(), PathBuf::new()];
     folders.extend(network.shader_path.iter().cloned());
+    if request.repair.flatten().is_some() {
+        return Err(Failure::new("--write is for a single shader, not for a group"));
+    }
     let own: Vec<PathBuf> = request.file.into_iter().map(Path::to_path_buf).collect();
     let files = Folders {
         own,
         includes: input::includes(&folder, request.read),
         folders,
         anywhere: request.allow_files,
+        read: request.read,
+        repair: request.repair.map(|_| RefCell::default()),
     };
     let options = input::options(request.read);
     let checked = pipeline::check_group(&file, &text, &network.group_name, &files, &options);
+    if let Some(edits) = files.repair {
+        let _ = err.write_all(&edits.into_inner());
+    }
     let list = levels::sift(checked.diagnostics, request.lints);
     report::diagnostics(&list, &checked.sources, request.read, err)?;
     let mut group = checked.group.ok_or_else(Failure::said)?;
@@ -182,16 +192,31 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
     Ok(asked)
 }
 
-/// The folders in which shaders of a group are looked for.
-struct Folders {
+/// The folders in which shaders of a group are looked for; then among those that are built in.
+struct Folders<'a> {
     /// Files that the user named, which may lie anywhere.
     own: Vec<PathBuf>,
     folders: Vec<PathBuf>,
     includes: input::Files,
     anywhere: bool,
+    read: &'a ReadArgs,
+    /// Insert missing brackets; the edits as they are shown.
+    repair: Option<RefCell<Vec<u8>>>,
 }
 
-impl ShaderFiles for Folders {
+impl Folders<'_> {
+    /// A shader's file as it is read: its name and text.
+    fn open(&self, path: &Path) -> Result<(String, String), String> {
+        let (name, text) = (path.display().to_string(), input::read_text(path)?);
+        let Some(edits) = &self.repair else { return Ok((name, text)) };
+        let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
+        let mut input = input::input(name, text, main, self.read);
+        repair::apply(&mut input, None, &mut *edits.borrow_mut()).map_err(|Failure(why)| why)?;
+        Ok((input.name, input.text))
+    }
+}
+
+impl ShaderFiles for Folders<'_> {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         let name = Path::new(shader);
         let inside = name.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
@@ -206,8 +231,11 @@ impl ShaderFiles for Folders {
         };
         let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
         match places.into_iter().find(|path| path.is_file()) {
-            Some(path) => Ok((path.display().to_string(), input::read_text(&path)?)),
-            None => Err("there is no such file in the shader paths".to_string()),
+            Some(path) => self.open(&path),
+            None => match nodes::find(shader) {
+                Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
+                None => Err("there is no such file in the shader paths, nor is it built in".to_string()),
+            },
         }
     }
 

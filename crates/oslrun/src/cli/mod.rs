@@ -9,6 +9,7 @@ mod check;
 mod closures;
 mod compat;
 mod compile;
+mod data;
 mod doc;
 mod explain_error;
 mod fmt;

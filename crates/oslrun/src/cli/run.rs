@@ -3,13 +3,13 @@
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
 use super::output::Broken;
-use super::{Failure, closures, output, profile, report};
+use super::{Failure, closures, data, output, profile, report};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
 use osl_image::{TextureCache, Unsaved};
 use osl_ir::passes;
-use osl_scene::Grid;
+use osl_scene::{Grid, WithData};
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -29,18 +29,13 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         allow_files: args.allow_files,
     };
     let Loaded { sources, body, name, folder } = load::load(&request, err)?;
-    let grid = Grid {
-        width: args.grid.0,
-        height: args.grid.1,
-        scale: args.uv_scale.0,
-        offset: args.uv_offset.0,
-        center: args.center,
-    };
+    let points =
+        WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let options = passes::Options {
         outputs,
-        varying: grid.varying().to_vec(),
-        slopes: grid.varying_slopes().to_vec(),
+        varying: points.varying().to_vec(),
+        slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
     };
     let lowered = body.count();
@@ -48,7 +43,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compile_time = started.elapsed();
 
     let services = services(args, folder);
-    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &grid, args, &sources)?;
+    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &points, args, &sources)?;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
@@ -71,7 +66,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     }
     if args.stats {
         let times = [compile_time, run, write];
-        stats(&compiled, lowered, grid.count(), times, args, err);
+        stats(&compiled, lowered, points.count(), times, args, err);
     }
     if let Some(path) = &args.profile {
         profile::print(&frame.profile, &sources, err);
@@ -84,6 +79,16 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         let _ = writeln!(out, "wrote {}", file.display());
     }
     Ok(())
+}
+
+fn grid(args: &RunArgs) -> Grid {
+    Grid {
+        width: args.grid.0,
+        height: args.grid.1,
+        scale: args.uv_scale.0,
+        offset: args.uv_offset.0,
+        center: args.center,
+    }
 }
 
 fn services(args: &RunArgs, folder: PathBuf) -> Services {
@@ -112,7 +117,7 @@ struct Shaded {
 fn shade(
     compiled: &Compiled,
     services: &Services,
-    grid: &Grid,
+    points: &dyn PointSource,
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
@@ -124,9 +129,9 @@ fn shade(
         profile: args.profile.is_some(),
         ..RunOptions::default()
     };
-    let bar = progress(grid.count());
+    let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
-    let run = Run::new(&compiled.program, services, grid, &options);
+    let run = Run::new(&compiled.program, services, points, &options);
     let work = || match &args.output {
         Some(path) if output::streams(args) => {
             let started = Instant::now();
@@ -136,7 +141,7 @@ fn shade(
         }
         _ => {
             let started = Instant::now();
-            let frame = run.points(0..grid.count(), &tick).map_err(Broken::Stop)?;
+            let frame = run.points(0..points.count(), &tick).map_err(Broken::Stop)?;
             Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
         }
     };

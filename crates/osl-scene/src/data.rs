@@ -1,0 +1,103 @@
+//! Points with data of their own: user data and attributes by name.
+
+use osl_exec::{Blocks, Datum, PointSource};
+use osl_ir::hir::Global;
+use osl_ir::ir::Axis;
+use std::collections::BTreeMap;
+
+/// What is known by name, the same at all points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Data {
+    /// User data of the surface: what interpolated parameters take, and attributes of no object.
+    pub user: BTreeMap<String, Datum>,
+    /// Attributes of no object, where the user data have none of the name.
+    pub attributes: BTreeMap<String, Datum>,
+    /// Attributes of objects, by object and name.
+    pub objects: BTreeMap<String, BTreeMap<String, Datum>>,
+}
+
+impl Data {
+    /// A datum, or one element of an array.
+    pub fn find(&self, object: &str, name: &str, element: Option<usize>) -> Option<Datum> {
+        let datum = if object.is_empty() {
+            self.user.get(name).or_else(|| self.attributes.get(name))
+        } else {
+            self.objects.get(object)?.get(name)
+        }?;
+        match element {
+            None => Some(datum.clone()),
+            Some(at) if datum.array => datum.values.get(at).cloned().map(Datum::one),
+            Some(_) => None,
+        }
+    }
+}
+
+/// The points of a source, with data.
+#[derive(Clone, Debug)]
+pub struct WithData<S> {
+    /// The points.
+    pub points: S,
+    /// Their data; what these do not have is asked of the points.
+    pub data: Data,
+}
+
+impl<S: PointSource> PointSource for WithData<S> {
+    fn count(&self) -> usize {
+        self.points.count()
+    }
+
+    fn blocks(&self) -> Option<Blocks> {
+        self.points.blocks()
+    }
+
+    fn varying(&self) -> &[Global] {
+        self.points.varying()
+    }
+
+    fn uniform(&self, global: Global) -> [f32; 3] {
+        self.points.uniform(global)
+    }
+
+    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.points.slope(global, axis)
+    }
+
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        self.points.fill(global, first, width, lanes);
+    }
+
+    fn varying_slopes(&self) -> &[Global] {
+        self.points.varying_slopes()
+    }
+
+    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        self.points.fill_slope(global, axis, first, width, lanes);
+    }
+
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let own = self.data.find(object, name, element);
+        own.or_else(|| self.points.attribute(object, name, element, point))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use osl_ir::ir::Const;
+
+    #[test]
+    fn user_data_go_before_attributes_and_objects_have_their_own() {
+        let mut data = Data::default();
+        let float = |x| Datum::one(Const::Float(x));
+        data.user.insert("a".into(), float(1.0));
+        data.attributes.insert("a".into(), float(2.0));
+        data.attributes.insert("list".into(), Datum::array(vec![Const::Int(4), Const::Int(5)]));
+        data.objects.entry("box".into()).or_default().insert("a".into(), float(3.0));
+        assert_eq!(data.find("", "a", None), Some(float(1.0)));
+        assert_eq!(data.find("box", "a", None), Some(float(3.0)));
+        assert_eq!(data.find("sphere", "a", None), None);
+        assert_eq!(data.find("", "list", Some(1)), Some(Datum::one(Const::Int(5))));
+        assert_eq!(data.find("", "list", Some(2)), None);
+        assert_eq!(data.find("", "a", Some(0)), None, "not an array");
+    }
+}

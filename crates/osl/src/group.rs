@@ -1,0 +1,142 @@
+//! Groups: shaders as layers, with values and connections, up to a program.
+
+use crate::{Error, Program, Shader, Value, pipeline};
+use osl_ir::group::{self, Layer};
+use osl_ir::params::{self, ParamError, ParamValues};
+use osl_ir::types::Type;
+use osl_ir::{hir, lower, passes};
+use osl_syntax::source::SourceMap;
+use std::sync::Arc;
+
+/// Shaders that work together. The last layer is the one that runs; others run where what they yield is needed.
+#[derive(Clone, Copy, Debug)]
+pub struct Group;
+
+impl Group {
+    /// A group without layers.
+    pub fn builder() -> GroupBuilder {
+        GroupBuilder::named("unnamed_group_1")
+    }
+}
+
+/// A group in the making. The first thing that goes wrong is what [`GroupBuilder::compile`] returns.
+#[derive(Clone, Debug)]
+pub struct GroupBuilder {
+    group: group::Group,
+    sources: SourceMap,
+    failed: Option<Error>,
+}
+
+impl GroupBuilder {
+    /// A group of this name, which shaders can ask for.
+    pub fn named(name: &str) -> GroupBuilder {
+        GroupBuilder { group: group::Group::new(name), sources: SourceMap::default(), failed: None }
+    }
+
+    /// Adds a layer. Its name is unlike those of the other layers.
+    #[must_use]
+    pub fn layer(self, name: &str, shader: &Shader) -> GroupBuilder {
+        self.and(|group, sources| {
+            let base = sources.append(&shader.sources).ok_or("the sources have more than 4 GiB")?;
+            let values = ParamValues::default();
+            let layer = Layer { name: name.into(), program: shader.program.clone(), values, base };
+            match group.add(layer) {
+                Ok(_) => Ok(()),
+                Err(_) => Err(format!("layer `{name}`: the name is taken, or there are too many layers")),
+            }
+        })
+    }
+
+    /// Sets a parameter of the layer that was added last; `s.a` is a field. An int suits a float parameter, a float any
+    /// triple; an array that is too short is filled up with zeros.
+    #[must_use]
+    pub fn param(self, name: &str, value: impl Into<Value>) -> GroupBuilder {
+        self.and(|group, _| last(group, |layer| set(layer, name, &value.into())))
+    }
+
+    /// Has a parameter of the layer that was added last take the value that a point has under its name, where it has one.
+    #[must_use]
+    pub fn interpolate(self, name: &str) -> GroupBuilder {
+        self.and(|group, _| {
+            last(group, |layer| {
+                layer.values.interpolate(name);
+                Ok(())
+            })
+        })
+    }
+
+    /// Connects an output or parameter of a layer to a parameter of a later one: `connect("noise.out", "paint.c[1]")`.
+    #[must_use]
+    pub fn connect(self, from: &str, to: &str) -> GroupBuilder {
+        self.and(|group, _| {
+            let end = |path: &str| {
+                let parts = path.split_once('.').map(|(layer, param)| (layer.to_string(), param.to_string()));
+                parts.ok_or_else(|| format!("`{path}` is not of the form LAYER.PARAMETER"))
+            };
+            let (from, to) = (end(from)?, end(to)?);
+            group.connect((&from.0, &from.1), (&to.0, &to.1)).map_err(|e| e.to_string())
+        })
+    }
+
+    /// Compiles the group for some of its outputs: those of the last layer by their names, those of others as
+    /// `LAYER.OUTPUT`. None is all of the last layer. What they do not need costs nothing.
+    ///
+    /// # Errors
+    /// A step of the building failed, there is no such output, or the program is too large.
+    pub fn compile(self, outputs: &[&str]) -> Result<Program, Error> {
+        let GroupBuilder { group, sources, failed } = self;
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        let last = group.layers().last().ok_or_else(|| Error::new("the group has no layers"))?;
+        let mut others: Vec<Arc<str>> = Vec::new();
+        for name in outputs {
+            let part = name.split_once('.').and_then(|(l, n)| Some((group.layers().get(group.find(l)?)?, n)));
+            let (layer, output) = part.unwrap_or((last, name));
+            if !has_output(&layer.program, output) {
+                return Err(Error::new(format!("layer `{}` has no output `{output}`", layer.name)));
+            }
+            if part.is_some() {
+                others.push((*name).into());
+            }
+        }
+        let body = lower::lower_group(&group, &others).map_err(|list| Error::of(&list, &sources))?;
+        let wanted = (!outputs.is_empty()).then(|| outputs.iter().map(|name| (*name).into()).collect());
+        let options = passes::Options { outputs: wanted, ..passes::Options::default() };
+        Ok(Program::new(pipeline::finish(body, &options).program, sources))
+    }
+
+    /// Takes a step, if none has failed.
+    fn and(
+        mut self,
+        step: impl FnOnce(&mut group::Group, &mut SourceMap) -> Result<(), String>,
+    ) -> GroupBuilder {
+        if self.failed.is_none() {
+            self.failed = step(&mut self.group, &mut self.sources).err().map(Error::new);
+        }
+        self
+    }
+}
+
+fn last(group: &mut group::Group, step: impl FnOnce(&mut Layer) -> Result<(), String>) -> Result<(), String> {
+    let at = group.layers().len().checked_sub(1).ok_or("a parameter belongs to a layer: add one first")?;
+    group.layer_mut(at).map_or(Ok(()), step)
+}
+
+fn set(layer: &mut Layer, name: &str, value: &Value) -> Result<(), String> {
+    let (ty, words) = value.words();
+    let Layer { program, values, .. } = layer;
+    let mut set = |ty| params::set_words(program, values, ty, name, &words);
+    let result = match set(ty) {
+        Err(ParamError::Mismatch { .. }) if ty == Type::INT => set(Type::FLOAT),
+        result => result,
+    };
+    result.map_err(|e| format!("layer `{}`: {e}", layer.name))
+}
+
+/// Whether a shader has an output of a name, or one that it is a part of.
+fn has_output(program: &hir::Program, name: &str) -> bool {
+    let first = name.split('.').next().unwrap_or(name);
+    let is = |p: &hir::Param| program.vars.get(p.var.0 as usize).is_some_and(|var| &*var.name == first);
+    program.shader.params.iter().any(|p| p.output && is(p))
+}

@@ -1,0 +1,58 @@
+//! Open Shading Language inside another program: text in, values at the program's own points out.
+//!
+//! A [`Shader`] is compiled from text. A [`Group`] puts shaders together, with values for their parameters and connections
+//! between them, and compiles to a [`Program`], specialised on those values. A program runs over [`Points`] and yields
+//! [`Outputs`]. What a shader may ask of its surroundings, an embedder answers by [`RendererServices`].
+//!
+//! ```
+//! use osl::{Group, Points, Shader};
+//!
+//! let noise = Shader::compile("scale.osl", "shader scale(float by = 1, output float o = 0) { o = by * u; }")?;
+//! let paint = Shader::compile(
+//!     "paint.osl",
+//!     "shader paint(float x = 0, output color c = 0) { c = mix(color(1, 0, 0), color(0, 0, 1), x); }",
+//! )?;
+//! let program = Group::builder()
+//!     .layer("scale", &noise)
+//!     .param("by", 0.5)
+//!     .layer("paint", &paint)
+//!     .connect("scale.o", "paint.x")
+//!     .compile(&["c"])?;
+//!
+//! let points = Points::new(3).u([0.0, 0.5, 1.0]);
+//! let outputs = program.run(&points)?;
+//! assert_eq!(
+//!     outputs.triples("c"),
+//!     Some(vec![[1.0, 0.0, 0.0], [0.75, 0.0, 0.25], [0.5, 0.0, 0.5]])
+//! );
+//! # Ok::<(), osl::Error>(())
+//! ```
+//!
+//! Errors are one type, [`Error`], which shows the diagnostics with excerpts of the source:
+//!
+//! ```
+//! let error = osl::Shader::compile("wrong.osl", "shader wrong() { float x = y; }").unwrap_err();
+//! assert_eq!((error.diagnostics()[0].line, error.diagnostics()[0].column), (1, 28));
+//! assert!(error.to_string().contains("y"));
+//! ```
+//!
+//! This crate must not know command lines, terminals, or files other than textures. No type of the compiler behind it shows in
+//! its interface.
+
+mod error;
+mod group;
+#[doc(hidden)]
+pub mod pipeline;
+mod points;
+mod program;
+mod services;
+mod shader;
+mod value;
+
+pub use error::{Diagnostic, Error};
+pub use group::{Group, GroupBuilder};
+pub use points::Points;
+pub use program::{Message, Outputs, Program};
+pub use services::{Renderer, RendererServices};
+pub use shader::{Param, Shader};
+pub use value::Value;

@@ -1,0 +1,89 @@
+//! Shaders, compiled from text.
+
+use crate::error::{self, Diagnostic, Error};
+use crate::pipeline;
+use osl_ir::hir;
+use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::{NoFiles, Options};
+use std::sync::Arc;
+
+/// A shader that was read, checked, and is ready to be a layer of any number of groups.
+#[derive(Clone, Debug)]
+pub struct Shader {
+    pub(crate) program: Arc<hir::Program>,
+    pub(crate) sources: Arc<SourceMap>,
+    warnings: Vec<Diagnostic>,
+}
+
+/// A parameter of a shader.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Param {
+    /// Its name.
+    pub name: String,
+    /// Its type as it is written: `float`, `color[3]`.
+    pub ty: String,
+    /// Whether it is an output.
+    pub output: bool,
+}
+
+impl Shader {
+    /// Compiles a text; `name` is what diagnostics call it. `#include "stdosl.h"` does nothing, since all of it is known;
+    /// other includes fail: see [`Shader::compile_with`].
+    ///
+    /// # Errors
+    /// The text has errors.
+    pub fn compile(name: &str, text: &str) -> Result<Shader, Error> {
+        Shader::read(name, text, &NoFiles)
+    }
+
+    /// Compiles a text with files that it includes: `include` yields the text of a name.
+    ///
+    /// # Errors
+    /// The text or an included one has errors, or there is none.
+    pub fn compile_with(
+        name: &str,
+        text: &str,
+        include: impl Fn(&str) -> Option<String>,
+    ) -> Result<Shader, Error> {
+        Shader::read(name, text, &Includes(include))
+    }
+
+    fn read(name: &str, text: &str, files: &dyn SourceProvider) -> Result<Shader, Error> {
+        let checked = pipeline::check(name, text, files, &Options::default());
+        let Some(program) = checked.program else {
+            return Err(Error::of(&checked.diagnostics, &checked.sources));
+        };
+        let warnings = error::diagnostics(&checked.diagnostics, &checked.sources);
+        Ok(Shader { program: Arc::new(program), sources: Arc::new(checked.sources), warnings })
+    }
+
+    /// Its name, as the text says.
+    pub fn name(&self) -> &str {
+        &self.program.shader.name
+    }
+
+    /// Its parameters, in order.
+    pub fn params(&self) -> Vec<Param> {
+        let program = &self.program;
+        let of = |p: &hir::Param| {
+            let var = program.vars.get(p.var.0 as usize)?;
+            Some(Param { name: var.name.to_string(), ty: program.structs.show(var.ty), output: p.output })
+        };
+        program.shader.params.iter().filter_map(of).collect()
+    }
+
+    /// What there is to say about the text although it compiles.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
+    }
+}
+
+/// Includes from a function.
+struct Includes<F>(F);
+
+impl<F: Fn(&str) -> Option<String>> SourceProvider for Includes<F> {
+    fn include(&self, name: &str, _: bool, _: &str) -> Result<(String, Arc<str>), String> {
+        let text = (self.0)(name).ok_or("no such file")?;
+        Ok((name.to_string(), text.into()))
+    }
+}

@@ -1,0 +1,45 @@
+//! The shaders that are built in: those of `osl/nodes`, for what networks need around the shaders of their users.
+//!
+//! They are the last that a group's shaders are looked for among, so that a file of the same name goes before. A test
+//! holds the list to the folder. This module must not know groups.
+
+macro_rules! nodes {
+    ($($name:literal)*) => {
+        /// Name and source text of each, by name.
+        const NODES: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!("../../../osl/nodes/", $name, ".osl")))),*];
+    };
+}
+
+nodes! {
+    "bump" "chaos_image" "clamp" "color_correct" "displacement_layer" "fractal" "mix" "project_cylindrical"
+    "project_planar" "project_spherical" "project_triplanar" "ramp" "remap" "uv_transform"
+}
+
+/// The names of all nodes, in order.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    NODES.iter().map(|(name, _)| *name)
+}
+
+/// The source text of a node.
+pub fn find(name: &str) -> Option<&'static str> {
+    let at = NODES.binary_search_by_key(&name, |(name, _)| name).ok()?;
+    NODES.get(at).map(|(_, text)| *text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn the_list_is_the_folder() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl/nodes");
+        let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut files: Vec<String> = entries.map(|e| e.file_name().to_string_lossy().into_owned()).collect();
+        files.sort();
+        assert_eq!(names().map(|name| format!("{name}.osl")).collect::<Vec<_>>(), files);
+        assert!(names().all(|name| find(name).is_some()), "the list is sorted");
+        assert_eq!(find("nothing"), None);
+    }
+}
