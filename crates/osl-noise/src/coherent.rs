@@ -23,7 +23,8 @@ pub(crate) type Key = [u32; 5];
 /// What is known of a cell.
 pub(crate) type Table = [u32; 16];
 
-/// Working memory of a thread.
+/// Working memory of a thread. On cache lines, so that no vector lies on two of them.
+#[repr(align(64))]
 struct Room {
     keys: [[u32; CHUNK]; 5],
     index: [u32; CHUNK],
