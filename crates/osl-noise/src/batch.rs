@@ -337,10 +337,14 @@ impl<'a, const D: usize> Duals<'a, D> {
 
 // Closures say `inline(always)` because they are compiled for the baseline where they are not inlined.
 // Outputs are parameters of their own so that the compiler knows that they overlap with nothing.
+// The loops count: an iterator over the output leaves checks of the inputs in the loop, which then runs its last lanes one
+// by one.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
 fn fill(out: &mut [f32], f: impl Fn(usize) -> f32) {
-    for (i, o) in out.iter_mut().enumerate() {
-        *o = f(i);
+    let n = out.len();
+    for i in 0..n {
+        out[i] = f(i);
     }
 }
 
