@@ -182,6 +182,7 @@ fn site<const D: usize>(p: [f32; D]) -> Site<D> {
 
 /// The gradients of the corners of a simplex of space, corner by corner. The key is its first corner, and the ranks of the
 /// axes, two bits for each.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
     let base = array(
