@@ -192,6 +192,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
 
 /// The gradient of a corner of a cell of the plane or of space as factors of the way from there, which is not negative from
 /// near corners and not positive from far ones: a zero has the sign that makes its product −0.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn factors<const D: usize>(g: u32, corner: usize) -> [f32; D] {
     let zero: [f32; D] = array(

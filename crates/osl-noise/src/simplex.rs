@@ -95,11 +95,13 @@ fn gradient<const D: usize>(cell: [i32; D], seed: u32) -> [f32; D] {
         3 => (scramble(w[0], w[1], scramble(w[2], seed, 0)) & 15, SPACE),
         _ => (scramble(w[0], w[1], scramble(w[2], w[3], seed)) & 31, HYPER),
     };
+    // One shift for all axes: not every machine has shifts by lanes.
+    let bit = 1_u32 << h;
     array(
         #[inline(always)]
         |a| {
             let [plus, minus] = signs[a];
-            (((plus >> h) & 1) as i32 - ((minus >> h) & 1) as i32) as f32
+            (i32::from(bit & plus != 0) - i32::from(bit & minus != 0)) as f32
         },
     )
 }
@@ -180,6 +182,7 @@ fn site<const D: usize>(p: [f32; D]) -> Site<D> {
 
 /// The gradients of the corners of a simplex of space, corner by corner. The key is its first corner, and the ranks of the
 /// axes, two bits for each.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
     let base = array(
