@@ -1,7 +1,7 @@
 //! From a shader's text to its values on a grid.
 
 use crate::golden::Golden;
-use crate::host::Host;
+use crate::host;
 use osl_exec::{Frame, PointSource, RunOptions, Services};
 use osl_image::TextureCache;
 use osl_ir::params::{self, ParamValues};
@@ -69,7 +69,7 @@ pub fn like(
     golden: &Golden,
     options: &RunOptions,
 ) -> Result<(Frame, SourceMap), String> {
-    let host = Host::new(golden);
+    let host = host::renderer(golden);
     let checked = pipeline::check(name, text, &NoFiles, &Options::default());
     let program = checked.program.ok_or_else(|| format!("{:#?}", checked.diagnostics))?;
     let mut values = ParamValues::default();
@@ -86,7 +86,7 @@ pub fn like(
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &passes);
-    let frame = osl_exec::run(&compiled.program, &host.services(), &host, options, &|_| ());
+    let frame = osl_exec::run(&compiled.program, &host::services(golden, &host), &host, options, &|_| ());
     Ok((frame.map_err(|e| e.to_string())?, checked.sources))
 }
 

@@ -124,6 +124,11 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             if (noise(u * 9 + i) < 0.4) r = -r; } }",
     ),
     (
+        "a point reads a component of what its cell shares before the cell computes anything",
+        "shader s(output point r = floor(P), output float x = 0) {
+            r *= point(((1 ? (u - r[1]) : 1) + v), (0 ? 1 : (1 / (float)hashnoise(r, 1))), 1); }",
+    ),
+    (
         "a closure of few nodes that are shared was written out in full",
         "volume s(output closure color k = 0) { for (int i = 0; i < 9; i++)
             k += layer(dielectric_bsdf(N, P, color(v), color(1), u, v, 3.25, \"ggx\") * u, k + k + k * v); }",

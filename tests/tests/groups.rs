@@ -12,10 +12,11 @@
 
 use osl_exec::{PointSource, RunOptions};
 use osl_ir::passes;
+use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::golden::{Golden, compare};
-use osl_tests::host::Host;
+use osl_tests::host;
 use osl_tests::run;
 use oslrun::pipeline::{self, ShaderFiles};
 use std::path::{Path, PathBuf};
@@ -46,7 +47,7 @@ fn case(folder: &Path) -> Result<String, String> {
     let csv = [folder.join("out.csv"), folder.join("out.csv.gz")].into_iter().find(|p| p.is_file()).unwrap();
     let mut golden = Golden::load(&csv)?;
     golden.untangle(|_| false);
-    let host = Host::new(&golden);
+    let host = host::renderer(&golden);
     // The recorder asked for the outputs of the last layer by their names, whatever layer has them.
     let last = group.layers().last().unwrap().program.clone();
     let outputs = last.shader.params.iter().filter(|p| p.output);
@@ -58,7 +59,13 @@ fn case(folder: &Path) -> Result<String, String> {
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &passes);
-    let frame = osl_exec::run(&compiled.program, &host.services(), &host, &RunOptions::default(), &|_| ());
+    let frame = osl_exec::run(
+        &compiled.program,
+        &host::services(&golden, &host),
+        &host,
+        &RunOptions::default(),
+        &|_| (),
+    );
     let frame = frame.map_err(|e| e.to_string())?;
     let columns = run::columns(&frame);
     let (mut total, mut exact) = (0, 0);
@@ -104,4 +111,136 @@ fn recorded_groups() {
         }
     }
     assert_eq!(failed, 0);
+}
+
+/// The shaders that the malformed groups name.
+struct Known;
+
+impl ShaderFiles for Known {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let text = match shader {
+            "src" => {
+                "struct S { float x; color c; };\nshader src(output float f = 0, output color c = 0, output S s = {0, 0}, output float a[3] = {0, 0, 0}, output string t = \"\") { f = u; }"
+            }
+            "dst" => {
+                "shader dst(float x = 0, color k = 0, int i = 0, float b[2] = {0, 0}, float shut = 0 [[ int allowconnect = 0 ]], output float o = 0) { o = x; }"
+            }
+            "broken" => "shader broken(output float f = 0) { f = nothing; }",
+            _ => return Err("there is no such file".to_string()),
+        };
+        Ok((format!("{shader}.osl"), text.to_string()))
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &NoFiles
+    }
+}
+
+/// What is said of a group, with the places in its text.
+fn said(text: &str) -> String {
+    let checked = pipeline::check_group("bad.group", text, "g", &Known, &Options::default());
+    let failed = checked.diagnostics.iter().any(|d| d.is_error());
+    assert_eq!(failed, checked.group.is_none(), "{text}");
+    render(&checked.diagnostics, &checked.sources, RenderStyle::default())
+}
+
+#[test]
+fn malformed_groups() {
+    let layers = "shader src A ;\nshader dst B ;\n";
+    let cases = [
+        "shader src A\nshader dst B ;",
+        "param float x ;\nshader dst B ;",
+        "param colour k 1 ;\nshader dst B ;",
+        "param float x \"unfinished ;\nshader dst B ;",
+        "param float x 1 [[ int nonsense = 1 ]] ;\nshader dst B ;",
+        "param float x 1 [[ int lockgeom = 0 ;\nshader dst B ;",
+        "shader src A ;;",
+        "shader ;\nconnect A.f ;\nnothing at all ;",
+        "shader missing A ;",
+        "shader broken A ;\nshader dst B ;",
+        "shader src A ;\nshader dst A ;",
+        "param float y 1 ;\nparam int x 1 ;\nparam color k 1 2 3 4 ;\nparam float[3] b 1 2 3 ;\nshader dst B ;",
+        "shader dst B ;\nparam float x 1 ;",
+        &format!("{layers}connect A.f C.x ;\nconnect D.f B.x ;"),
+        &format!("{layers}connect A.g B.x ;\nconnect A.f B.y ;"),
+        &format!("{layers}connect B.o A.f ;\nconnect A.f A.c ;"),
+        &format!(
+            "{layers}connect A.c B.x ;\nconnect A.f B.i ;\nconnect A.a B.b ;\nconnect A.t B.x ;\nconnect A.s B.x ;"
+        ),
+        &format!(
+            "{layers}connect A.a[1] B.x ;\nconnect A.c[3] B.x ;\nconnect A.s.y B.x ;\nconnect A.f.x B.x ;"
+        ),
+        &format!("{layers}connect A.f B.shut ;"),
+    ];
+    let all: String =
+        cases.iter().map(|text| format!("# {}\n{}\n", text.replace('\n', "\n# "), said(text))).collect();
+    insta::assert_snapshot!(all);
+}
+
+/// What a group yields, and what its layers print, on a grid of four points.
+fn run_text(
+    text: &str,
+    sources: &[(&str, &str)],
+    outputs: &[&str],
+) -> (Vec<(String, Vec<f32>)>, Vec<String>) {
+    struct Texts<'a>(&'a [(&'a str, &'a str)]);
+    impl ShaderFiles for Texts<'_> {
+        fn find(&self, shader: &str) -> Result<(String, String), String> {
+            let found = self.0.iter().find(|(name, _)| *name == shader).ok_or("no such shader")?;
+            Ok((format!("{shader}.osl"), found.1.to_string()))
+        }
+        fn includes(&self) -> &dyn SourceProvider {
+            &NoFiles
+        }
+    }
+    let checked = pipeline::check_group("test.group", text, "g", &Texts(sources), &Options::default());
+    let group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
+    let outputs: Vec<_> = outputs.iter().map(|o| (*o).into()).collect();
+    let body = osl_ir::lower::lower_group(&group, &outputs).unwrap();
+    osl_ir::ir::validate::validate(&body).unwrap();
+    let grid = osl_scene::Grid::new(2, 2);
+    let compiled = pipeline::finish(
+        body,
+        &passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() },
+    );
+    let frame =
+        osl_exec::run(&compiled.program, &run::services(), &grid, &RunOptions::default(), &|_| ()).unwrap();
+    (run::columns(&frame), frame.printed.iter().map(|p| p.text.clone()).collect())
+}
+
+const SAY: &str =
+    "shader say(string name = \"\", float x = 0, output float f = 0) { printf(\"%s \", name); f = x + u; }";
+
+#[test]
+fn a_layer_runs_once_and_only_where_it_is_read() {
+    let root = "shader root(float a = 0, float b = 0, output float r = 0) { for (int i = 0; i < 3; i++) if (u > 0.5) r += a; r += b; }";
+    let text = "param string name \"far\" ; shader say F ; param string name \"near\" ; shader say N ; \
+                param string name \"none\" ; shader say X ; shader root R ; connect F.f N.x ; connect N.f R.a ; ";
+    let (columns, printed) = run_text(text, &[("say", SAY), ("root", root)], &[]);
+    assert_eq!(columns[0], ("r".to_string(), vec![0.0, 6.0, 0.0, 6.0]));
+    // Read in a loop, so it runs before the loop, at every point; and its own source after it has printed.
+    assert_eq!(printed.concat(), "near far ".repeat(4));
+    let root = "shader root(float a = 0, float b = 0, output float r = 0) { if (u > 0.5) { r = a; } }";
+    let (_, printed) = run_text(text, &[("say", SAY), ("root", root)], &[]);
+    assert_eq!(printed.concat(), "near far ".repeat(2));
+}
+
+#[test]
+fn outputs_of_other_layers_can_be_asked_for() {
+    let root = "shader root(float a = 7, output float r = 0) { r = a; }";
+    let text = "param string name \"s\" ; shader say S ; shader root R ; ";
+    let (columns, printed) = run_text(text, &[("say", SAY), ("root", root)], &["S.f"]);
+    let names: Vec<&str> = columns.iter().map(|(n, _)| n.as_str()).collect();
+    assert_eq!((names, printed.len()), (vec!["S.f", "r"], 4));
+    assert_eq!(columns[0].1, [0.0, 1.0, 0.0, 1.0]);
+}
+
+#[test]
+fn an_input_is_handed_on_and_an_output_is_connected_to() {
+    let pass = "shader pass(float x = 1, output float y = 2) { }";
+    let root = "shader root(float a = 0, float b = 0, output float r = 0) { r = a + 10 * b; }";
+    let text = "param string name \"\" ; shader say S ; shader pass P ; shader root R ; \
+                connect S.f P.x ; connect S.f P.y ; connect P.x R.a ; connect P.y R.b ;";
+    let (columns, _) = run_text(text, &[("say", SAY), ("pass", pass), ("root", root)], &[]);
+    assert_eq!(columns[0].1, [0.0, 11.0, 0.0, 11.0]);
 }

@@ -86,9 +86,16 @@ impl Blocks {
             let (corner, side) = if axis == 0 { (piece.x, piece.width) } else { (piece.y, piece.height) };
             let mut values = [0.0; SIDE];
             values.iter_mut().enumerate().take(side).for_each(|(i, v)| *v = value(corner + i));
-            for (index, lane) in to.iter_mut().enumerate() {
-                let (x, y) = piece.inside(piece.first + index);
-                *lane = values.get(if axis == 0 { x } else { y }).copied().unwrap_or(0.0);
+            // Row by row: what is left of the first, then whole ones.
+            let (mut x, mut y) = piece.inside(piece.first);
+            let mut rest = to;
+            while !rest.is_empty() {
+                let (row, next) = rest.split_at_mut((piece.width - x).min(rest.len()));
+                match axis {
+                    0 => row.copy_from_slice(&values[x..x + row.len()]),
+                    _ => row.fill(values[y]),
+                }
+                (x, y, rest) = (0, y + 1, next);
             }
             done += here;
         }

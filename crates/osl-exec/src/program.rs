@@ -102,11 +102,12 @@ pub(crate) enum Step {
         cond: Operand,
         span: Span,
     },
-    /// Finds the cells of a group: points where all of `roots` are equal.
+    /// Finds the cells of a group: points where all of `roots` are equal. Points read the outs that `exports` numbers.
     FindCells {
         group: u16,
         roots: Vec<Operand>,
         outs: Vec<Operand>,
+        exports: Vec<usize>,
     },
     /// Runs steps once for each cell of a group, if it has few. Points read what `exports` names.
     Shared {
@@ -545,7 +546,9 @@ impl<'a> Compiler<'a> {
                     self.define(*r);
                 });
                 let outs = inst.results.iter().map(|r| self.operand(*r)).collect();
-                steps.push(Step::FindCells { group: *group, roots, outs });
+                let exports = inst.results.iter().enumerate().filter(|(_, r)| self.exported[r.index()]);
+                let exports = exports.map(|(at, _)| at).collect();
+                steps.push(Step::FindCells { group: *group, roots, outs, exports });
                 self.advance();
             }
             Op::LoadElement(slot, index) => {

@@ -9,6 +9,7 @@
 
 mod budget;
 mod cache;
+mod channels_out;
 mod error;
 mod exr_in;
 mod exr_out;
@@ -27,6 +28,7 @@ mod udim;
 mod wrap;
 
 pub use cache::{LoadFailure, Loaded, TextureCache};
+pub use channels_out::{Samples, write_channels};
 pub use error::ImageError;
 pub use exr_out::{
     ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,

@@ -111,6 +111,8 @@ pub struct Shader {
     pub name: Arc<str>,
     /// Its kind.
     pub kind: ShaderKind,
+    /// Its metadata: type, name, value.
+    pub metadata: Vec<(String, Arc<str>, MetaValue)>,
     /// Its parameters in order.
     pub params: Vec<Param>,
     /// Its body.

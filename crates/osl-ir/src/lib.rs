@@ -3,7 +3,7 @@
 //! The way of the data: [`resolve`] binds names and types and makes the [`hir`]; [`lower`] inlines and
 //! flattens it into the [`ir`], one body for a shader or a whole [`group`]; [`passes`] specialise and shrink that. [`builtins`] is the one table of the
 //! library's functions, [`numeric`] the arithmetic of one lane that folding and running share, [`text`] what works
-//! on strings. This crate
+//! on strings, [`oso`] the text form of compiled shaders, read and written. This crate
 //! must not know lanes, masks, instruction sets or the disk.
 
 pub mod builtins;
@@ -13,6 +13,7 @@ pub mod ir;
 pub mod lint;
 pub mod lower;
 pub mod numeric;
+pub mod oso;
 pub mod params;
 pub mod passes;
 pub mod resolve;

@@ -3,7 +3,6 @@
 //! Coordinates come as one slice for each dimension, one to four. Slices of unequal length count as far as the
 //! shortest goes; other numbers of dimensions leave the output as it is. A single point is a batch of one.
 
-use crate::coherent;
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Range, Simplex};
 use crate::number::Dual;
 use crate::simd::{Isa, Kernel};
@@ -106,25 +105,17 @@ fn by_form<F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_>) {
             if periodic {
                 return isa.dispatch(OnePeriodic { field, c, p: cut(periods, 0, n), out });
             }
-            let mut done = 0;
-            if const { F::SHARED[D][0] } {
-                done = coherent::fill::<F, D, 1>(isa, field, c, &mut [&mut *out]);
-            }
+            let done = field.shared(isa, c, out);
             isa.dispatch(One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
         }
         Out::Three([x, y, z]) => {
             let n = n.min(x.len()).min(y.len()).min(z.len());
             let c: [&[f32]; D] = cut(coords, 0, n);
-            let mut out = [&mut x[..n], &mut y[..n], &mut z[..n]];
+            let out = [&mut x[..n], &mut y[..n], &mut z[..n]];
             if periodic {
                 return isa.dispatch(ThreePeriodic { field, c, p: cut(periods, 0, n), out });
             }
-            let mut done = 0;
-            if const { F::SHARED[D][1] } {
-                done = coherent::fill::<F, D, 3>(isa, field, c, &mut out);
-            }
-            let out = out.map(|o| &mut o[done..]);
-            isa.dispatch(Three { field, c: c.map(|c| &c[done..]), out });
+            isa.dispatch(Three { field, c, out });
         }
         Out::Dual([v, dx, dy]) => {
             let n = n.min(v.len()).min(dx.len()).min(dy.len());
@@ -337,10 +328,14 @@ impl<'a, const D: usize> Duals<'a, D> {
 
 // Closures say `inline(always)` because they are compiled for the baseline where they are not inlined.
 // Outputs are parameters of their own so that the compiler knows that they overlap with nothing.
+// The loops count: an iterator over the output leaves checks of the inputs in the loop, which then runs its last lanes one
+// by one.
 #[inline(always)]
+#[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
 fn fill(out: &mut [f32], f: impl Fn(usize) -> f32) {
-    for (i, o) in out.iter_mut().enumerate() {
-        *o = f(i);
+    let n = out.len();
+    for i in 0..n {
+        out[i] = f(i);
     }
 }
 

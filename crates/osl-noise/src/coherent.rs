@@ -2,230 +2,237 @@
 //!
 //! Points that lie close together mostly lie in a few cells of a lattice, and what hashing tells about a cell costs more
 //! than all the rest. So lanes are taken some hundreds at a time: where they are in few cells ([`crate::cells`]), each
-//! cell's table is made once, sixteen cells in a vector, and the words of their cells are given to the lanes. Where they
-//! are in many, all is computed lane by lane. The bits are the same either way.
+//! cell's table is made once, sixteen cells in a vector, and lanes take their words out of registers. Where they
+//! are in many, all is computed lane by lane. The bits are the same either way. It pays only with AVX-512, whose
+//! registers hold a table's word of all cells.
 
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 
+mod perlin;
+mod simplex;
+
 use crate::cells::{self, Cells, MAX_CELLS};
-use crate::field::Field;
+use crate::field::Range;
+use crate::simd::wide::{Floats, Proof, Words};
 use crate::simd::{Isa, Kernel};
 use crate::unroll::{array, each};
+pub(crate) use perlin::Perlin;
+pub(crate) use simplex::Simplex;
 use std::cell::RefCell;
 
 /// Lanes that are looked at together.
 const CHUNK: usize = 256;
 /// Fewer lanes are not worth looking at.
 const FEW: usize = 48;
+/// Lanes of a register.
+const WIDE: usize = 16;
+/// Words that tell a cell apart at most.
+const KEYS: usize = 4;
+/// Words that are known of a cell at most.
+const WORDS: usize = 24;
 
 /// Words that tell the cell of a point.
-pub(crate) type Key = [u32; 5];
+type Key = [u32; KEYS];
 /// What is known of a cell.
-pub(crate) type Table = [u32; 16];
+type Table = [u32; WORDS];
 
-/// Working memory of a thread.
+/// A field over a lattice whose points share what is known of a cell.
+pub(crate) trait Lattice<const D: usize>: Copy {
+    /// Words of a key, and of a table.
+    const SIZES: (usize, usize);
+    /// The cells of points.
+    fn key(proof: Proof, p: [Floats; D]) -> [Words; KEYS];
+    /// What is known of a cell.
+    fn table(key: Key) -> Table;
+    /// The values at points of known cells, before their range. `word` yields a word of the table of each.
+    fn placed(proof: Proof, p: [Floats; D], word: impl Fn(usize) -> Floats) -> Floats;
+}
+
+/// Working memory of a thread. On cache lines, so that no vector lies on two of them.
+#[repr(align(64))]
 struct Room {
-    keys: [[u32; CHUNK]; 5],
+    keys: [[u32; CHUNK]; KEYS],
     index: [u32; CHUNK],
     scratch: [u32; CHUNK],
-    tables: [[u32; MAX_CELLS]; 16],
-    /// The table of each lane's cell, word by word.
-    words: [[u32; CHUNK]; 16],
+    tables: [[f32; MAX_CELLS]; WORDS],
 }
 
 thread_local! {
     static ROOM: RefCell<Box<Room>> = RefCell::new(Box::new(Room {
-        keys: [[0; CHUNK]; 5],
+        keys: [[0; CHUNK]; KEYS],
         index: [0; CHUNK],
         scratch: [0; CHUNK],
-        tables: [[0; MAX_CELLS]; 16],
-        words: [[0; CHUNK]; 16],
+        tables: [[0.0; MAX_CELLS]; WORDS],
     }));
 }
 
-/// One value (`OUT` 1) or three at each point, as far as all slices go. Tells how many points it has done: where it
-/// stops, they are in too many cells.
-pub(crate) fn fill<F: Field, const D: usize, const OUT: usize>(
+/// A value at each point, as far as all slices go. Tells how many points it has done: where it stops, they are too few, or
+/// in too many cells, or lie where the arithmetic of registers has other bits.
+pub(crate) fn fill<L: Lattice<D>, const D: usize>(
     isa: Isa,
-    field: F,
+    range: Range,
     coords: [&[f32]; D],
-    out: &mut [&mut [f32]; OUT],
+    out: &mut [f32],
 ) -> usize {
-    let n = coords.iter().map(|c| c.len()).chain(out.iter().map(|o| o.len())).min().unwrap_or(0);
+    let Some(proof) = isa.wide() else { return 0 };
+    let n = coords.iter().map(|c| c.len()).min().unwrap_or(0).min(out.len());
     ROOM.with(|room| {
         let Ok(mut room) = room.try_borrow_mut() else { return 0 };
         let mut start = 0;
         while n - start >= FEW {
-            let here = start..n.min(start + CHUNK);
-            let c = coords.map(|c| &c[here.clone()]);
-            let mut o = out.each_mut().map(|o| &mut o[here.clone()]);
-            if !chunk(isa, field, c, &mut o, &mut room) {
+            let end = start + (n - start).min(CHUNK) / WIDE * WIDE;
+            let call = Chunk::<L, D> {
+                proof,
+                range,
+                coords: coords.map(|c| &c[start..end]),
+                out: &mut out[start..end],
+                lattice: std::marker::PhantomData,
+            };
+            if !chunk(isa, call, &mut room) {
                 break;
             }
-            start = here.end;
+            start = end;
         }
         start
     })
 }
 
-fn chunk<F: Field, const D: usize, const OUT: usize>(
-    isa: Isa,
-    field: F,
-    coords: [&[f32]; D],
-    out: &mut [&mut [f32]; OUT],
-    room: &mut Room,
-) -> bool {
-    let n = coords.first().map_or(0, |c| c.len()).min(CHUNK);
-    let Room { keys, index, scratch, tables, words } = room;
-    isa.dispatch(Keys { field, coords, keys, n });
+/// Some hundred points.
+struct Chunk<'a, L, const D: usize> {
+    proof: Proof,
+    range: Range,
+    coords: [&'a [f32]; D],
+    out: &'a mut [f32],
+    lattice: std::marker::PhantomData<L>,
+}
+
+fn chunk<L: Lattice<D>, const D: usize>(isa: Isa, call: Chunk<'_, L, D>, room: &mut Room) -> bool {
+    let n = call.out.len().min(CHUNK);
+    let Room { keys, index, scratch, tables } = room;
+    let Chunk { proof, range, coords, out, .. } = call;
+    if !isa.dispatch(Keys::<L, D> { proof, coords, keys, lattice: call.lattice }) {
+        return false;
+    }
     index[..n].fill(u32::MAX);
     let key_lanes = keys.each_ref().map(|k| &k[..n]);
-    let found = cells::find(isa, &key_lanes[..F::key_words::<D>()], &mut index[..n], &mut scratch[..n]);
+    let found = cells::find(isa, &key_lanes[..L::SIZES.0], &mut index[..n], &mut scratch[..n]);
     let Some(cells) = found else { return false };
-    isa.dispatch(Tables::<F, D, OUT> { field, cells, keys, tables });
-    for (words, table) in words.iter_mut().zip(tables.iter()).take(F::table_words::<D, OUT>()) {
-        isa.look_up(table, &index[..n], &mut words[..n]);
-    }
-    isa.dispatch(Placed { field, coords, keys, words, out, n });
+    isa.dispatch(Tables::<L, D> { cells, keys, tables, lattice: call.lattice });
+    isa.dispatch(Placed::<L, D> { proof, range, coords, index, tables, out, lattice: call.lattice });
     true
 }
 
-/// Finds the key of each lane.
-struct Keys<'a, F, const D: usize> {
-    field: F,
+/// Finds the key of each lane; false where coordinates are so large that floats below them are no longer whole, or are
+/// −0 or so close below it that their fraction is 1: signs of zeros would differ.
+struct Keys<'a, L, const D: usize> {
+    proof: Proof,
     coords: [&'a [f32]; D],
-    keys: &'a mut [[u32; CHUNK]; 5],
-    n: usize,
+    keys: &'a mut [[u32; CHUNK]; KEYS],
+    lattice: std::marker::PhantomData<L>,
 }
 
-impl<F: Field, const D: usize> Kernel for Keys<'_, F, D> {
-    type Output = ();
+impl<L: Lattice<D>, const D: usize> Kernel for Keys<'_, L, D> {
+    type Output = bool;
     #[inline(always)]
-    fn run(self) {
-        let n = self.n.min(CHUNK);
-        let c = cut(self.coords, n);
-        // Of known length, so that the loop has no checks.
-        let keys = self.keys.each_mut().map(|k| &mut k[..n]);
-        for i in 0..n {
-            let key = self.field.key::<D>(point(c, i));
-            each(
-                F::key_words::<D>(),
+    fn run(self) -> bool {
+        const LARGE: u32 = 1_048_576.0_f32.to_bits();
+        const BELOW: u32 = 0x3300_0000;
+        let mut odd = false;
+        for c in self.coords {
+            for x in c {
+                let bits = x.to_bits();
+                odd |= (bits & 0x7fff_ffff >= LARGE) | (bits.wrapping_sub(0x8000_0000) <= BELOW);
+            }
+        }
+        if odd {
+            return false;
+        }
+        let blocks: [&[[f32; WIDE]]; D] = array(
+            #[inline(always)]
+            |a| self.coords[a].as_chunks().0,
+        );
+        let keys = self.keys.each_mut().map(|k| k.as_chunks_mut::<WIDE>().0);
+        for i in 0..blocks[0].len().min(CHUNK / WIDE) {
+            let p = array(
                 #[inline(always)]
-                |j| keys[j][i] = key[j],
+                |a| self.proof.floats(&blocks[a][i]),
+            );
+            let key = L::key(self.proof, p);
+            each(
+                L::SIZES.0,
+                #[inline(always)]
+                |j| key[j].store(&mut keys[j][i]),
             );
         }
+        true
     }
 }
 
 /// Makes the tables of the cells, a cell in each lane.
-struct Tables<'a, F, const D: usize, const OUT: usize> {
-    field: F,
+struct Tables<'a, L, const D: usize> {
     cells: Cells,
-    keys: &'a [[u32; CHUNK]; 5],
-    tables: &'a mut [[u32; MAX_CELLS]; 16],
+    keys: &'a [[u32; CHUNK]; KEYS],
+    tables: &'a mut [[f32; MAX_CELLS]; WORDS],
+    lattice: std::marker::PhantomData<L>,
 }
 
-impl<F: Field, const D: usize, const OUT: usize> Kernel for Tables<'_, F, D, OUT> {
+impl<L: Lattice<D>, const D: usize> Kernel for Tables<'_, L, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let mut keys = [[0; MAX_CELLS]; 5];
-        for (to, from) in keys.iter_mut().zip(self.keys) {
+        let mut keys = [[0; MAX_CELLS]; KEYS];
+        for (to, from) in keys.iter_mut().zip(self.keys).take(L::SIZES.0) {
             for (word, lane) in to.iter_mut().zip(self.cells.lanes) {
                 *word = from.get(lane).copied().unwrap_or(0);
             }
         }
         for cell in 0..MAX_CELLS {
-            let mut key = [0; 5];
-            each(
-                F::key_words::<D>(),
+            let table = L::table(array(
                 #[inline(always)]
-                |j| key[j] = keys[j][cell],
-            );
-            let table = self.field.table::<D, OUT>(key);
-            each(
-                F::table_words::<D, OUT>(),
-                #[inline(always)]
-                |j| self.tables[j][cell] = table[j],
-            );
+                |j| keys[j][cell],
+            ));
+            for j in 0..L::SIZES.1 {
+                self.tables[j][cell] = f32::from_bits(table[j]);
+            }
         }
     }
 }
 
 /// Computes the values of lanes whose tables are known.
-struct Placed<'a, 'o, F, const D: usize, const OUT: usize> {
-    field: F,
+struct Placed<'a, L, const D: usize> {
+    proof: Proof,
+    range: Range,
     coords: [&'a [f32]; D],
-    keys: &'a [[u32; CHUNK]; 5],
-    words: &'a [[u32; CHUNK]; 16],
-    out: &'a mut [&'o mut [f32]; OUT],
-    n: usize,
+    index: &'a [u32; CHUNK],
+    tables: &'a [[f32; MAX_CELLS]; WORDS],
+    out: &'a mut [f32],
+    lattice: std::marker::PhantomData<L>,
 }
 
-impl<F: Field, const D: usize, const OUT: usize> Kernel for Placed<'_, '_, F, D, OUT> {
+impl<L: Lattice<D>, const D: usize> Kernel for Placed<'_, L, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
-        let Placed { field, coords, keys, words, out, n } = self;
-        let n = out.iter().fold(n.min(CHUNK), |n, o| n.min(o.len()));
-        let c = cut(coords, n);
-        let (keys, words) = (keys.each_ref().map(|k| &k[..n]), words.each_ref().map(|w| &w[..n]));
-        // Outputs are named one by one so that the compiler knows that they overlap with nothing.
-        match &mut out[..] {
-            [x] => {
-                let x = &mut x[..n];
-                for i in 0..n {
-                    x[i] = placed::<F, D, OUT>(field, c, &keys, &words, i)[0];
-                }
-            }
-            [x, y, z] => {
-                let (x, y, z) = (&mut x[..n], &mut y[..n], &mut z[..n]);
-                for i in 0..n {
-                    let v = placed::<F, D, OUT>(field, c, &keys, &words, i);
-                    x[i] = v[0];
-                    y[i] = v[1 % OUT];
-                    z[i] = v[2 % OUT];
-                }
-            }
-            _ => {}
+        let proof = self.proof;
+        let blocks: [&[[f32; WIDE]]; D] = array(
+            #[inline(always)]
+            |a| self.coords[a].as_chunks().0,
+        );
+        let index = self.index.as_chunks::<WIDE>().0;
+        let (shift, factor) = (proof.all(self.range.shift), proof.all(self.range.factor));
+        for (i, out) in self.out.as_chunks_mut::<WIDE>().0.iter_mut().enumerate() {
+            let p = array(
+                #[inline(always)]
+                |a| proof.floats(&blocks[a][i]),
+            );
+            let cell = proof.words(&index[i]);
+            let value = L::placed(
+                proof,
+                p,
+                #[inline(always)]
+                |j| cell.pick(proof.floats(&self.tables[j])),
+            );
+            ((value + shift) * factor).store(out);
         }
     }
-}
-
-#[inline(always)]
-fn placed<F: Field, const D: usize, const OUT: usize>(
-    field: F,
-    coords: [&[f32]; D],
-    keys: &[&[u32]; 5],
-    words: &[&[u32]; 16],
-    i: usize,
-) -> [f32; OUT] {
-    let (mut key, mut table) = ([0; 5], [0; 16]);
-    each(
-        F::key_words::<D>(),
-        #[inline(always)]
-        |j| key[j] = keys[j][i],
-    );
-    each(
-        F::table_words::<D, OUT>(),
-        #[inline(always)]
-        |j| table[j] = words[j][i],
-    );
-    field.placed::<D, OUT>(point(coords, i), key, table)
-}
-
-#[inline(always)]
-fn cut<const D: usize>(coords: [&[f32]; D], n: usize) -> [&[f32]; D] {
-    array(
-        #[inline(always)]
-        |a| &coords[a][..n],
-    )
-}
-
-#[inline(always)]
-fn point<const D: usize>(p: [&[f32]; D], i: usize) -> [f32; D] {
-    array(
-        #[inline(always)]
-        |a| p[a][i],
-    )
 }

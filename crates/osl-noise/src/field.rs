@@ -1,7 +1,9 @@
 //! The fields by name, for one point.
 
-use crate::coherent::{Key, Table};
+#[cfg(target_arch = "x86_64")]
+use crate::coherent;
 use crate::number::{Dual, Number};
+use crate::simd::Isa;
 use crate::unroll::{array, each};
 use crate::{cell, perlin, simplex};
 
@@ -30,44 +32,10 @@ impl Kind {
 
 /// A field as a type, so that a loop over it is compiled for it alone.
 pub(crate) trait Field: Copy {
-    /// In which dimensions neighbours share tables, for one value and for three.
-    const SHARED: [[bool; 2]; 5] = [[false; 2]; 5];
-    /// Words of the key that tell the cell of a point apart; 0 where points share nothing.
-    fn key_words<const D: usize>() -> usize {
+    /// Computes one value at each point as far as points come in few cells; tells how many it has done.
+    fn shared<const D: usize>(self, isa: Isa, coords: [&[f32]; D], out: &mut [f32]) -> usize {
+        let _ = (isa, coords, out);
         0
-    }
-    /// Words that are worth knowing of a cell, for one value or three; 0 where there are too many to share.
-    fn table_words<const D: usize, const OUT: usize>() -> usize {
-        0
-    }
-    /// The cell of a point.
-    #[inline(always)]
-    fn key<const D: usize>(self, p: [f32; D]) -> Key {
-        let _ = p;
-        [0; 5]
-    }
-    /// What is known of a cell.
-    #[inline(always)]
-    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
-        let _ = key;
-        [0; 16]
-    }
-    /// The values at a point of a known cell: those of [`Field::each`], bit for bit.
-    #[inline(always)]
-    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
-        let _ = (key, table);
-        self.each(p)
-    }
-    /// One value or three.
-    #[inline(always)]
-    fn each<const D: usize, const OUT: usize>(self, p: [f32; D]) -> [f32; OUT] {
-        let mut out = [0.0; OUT];
-        if OUT == 1 {
-            out[0] = self.one(p);
-        } else {
-            out.copy_from_slice(&self.three(p));
-        }
-        out
     }
     /// One value.
     fn one<const D: usize>(self, p: [f32; D]) -> f32;
@@ -138,30 +106,12 @@ macro_rules! stepped {
 stepped!(Cell, cell::cells);
 stepped!(Hash, cell::bits);
 
-#[inline(always)]
-fn widened<const D: usize>(words: [u32; D]) -> Key {
-    let mut key = [0; 5];
-    each(
-        D,
-        #[inline(always)]
-        |a| key[a] = words[a],
-    );
-    key
-}
-
-#[inline(always)]
-fn narrowed<const D: usize>(key: Key) -> [u32; D] {
-    array(
-        #[inline(always)]
-        |a| key[a],
-    )
-}
-
 /// The range of a field as numbers, so that both ranges are one machine code.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
-    shift: f32,
-    factor: f32,
+    /// Added first.
+    pub(crate) shift: f32,
+    pub(crate) factor: f32,
 }
 
 impl Range {
@@ -186,31 +136,13 @@ impl Range {
 pub(crate) struct Perlin(pub(crate) Range);
 
 impl Field for Perlin {
-    const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [true; 2], [true; 2], [true; 2]];
-    fn key_words<const D: usize>() -> usize {
-        D
-    }
-    fn table_words<const D: usize, const OUT: usize>() -> usize {
-        1 << D
-    }
-    #[inline(always)]
-    fn key<const D: usize>(self, p: [f32; D]) -> Key {
-        widened(perlin::cells(p))
-    }
-    #[inline(always)]
-    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
-        perlin::corner_hashes::<D>(narrowed(key))
-    }
-    #[inline(always)]
-    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], _: Key, table: Table) -> [f32; OUT] {
-        let corners = perlin::Corners::within(p, table);
-        let mut out = [0.0; OUT];
-        if OUT == 1 {
-            out[0] = self.0.of(corners.one::<false>());
-        } else {
-            out.copy_from_slice(&self.0.of3(corners.three::<false>()));
+    #[cfg(target_arch = "x86_64")]
+    fn shared<const D: usize>(self, isa: Isa, coords: [&[f32]; D], out: &mut [f32]) -> usize {
+        match coords[..] {
+            [x, y] => coherent::fill::<coherent::Perlin, 2>(isa, self.0, [x, y], out),
+            [x, y, z] => coherent::fill::<coherent::Perlin, 3>(isa, self.0, [x, y, z], out),
+            _ => 0,
         }
-        out
     }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {
@@ -274,24 +206,12 @@ impl Simplex {
 }
 
 impl Field for Simplex {
-    const SHARED: [[bool; 2]; 5] = [[false; 2], [false; 2], [false; 2], [true, false], [false; 2]];
-    fn key_words<const D: usize>() -> usize {
-        if D == 2 || D == 3 { D + 1 } else { 0 }
-    }
-    fn table_words<const D: usize, const OUT: usize>() -> usize {
-        if (D == 2 || D == 3) && OUT == 1 { (D + 1) * D } else { 0 }
-    }
-    #[inline(always)]
-    fn key<const D: usize>(self, p: [f32; D]) -> Key {
-        simplex::key(p)
-    }
-    #[inline(always)]
-    fn table<const D: usize, const OUT: usize>(self, key: Key) -> Table {
-        simplex::gradients::<D>(key, 0)
-    }
-    #[inline(always)]
-    fn placed<const D: usize, const OUT: usize>(self, p: [f32; D], key: Key, table: Table) -> [f32; OUT] {
-        [self.0.of(simplex::within(p, key, table)); OUT]
+    #[cfg(target_arch = "x86_64")]
+    fn shared<const D: usize>(self, isa: Isa, coords: [&[f32]; D], out: &mut [f32]) -> usize {
+        match coords[..] {
+            [x, y, z] => coherent::fill::<coherent::Simplex, 3>(isa, self.0, [x, y, z], out),
+            _ => 0,
+        }
     }
     #[inline(always)]
     fn one<const D: usize>(self, p: [f32; D]) -> f32 {

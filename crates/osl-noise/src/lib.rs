@@ -14,6 +14,7 @@
 pub mod batch;
 mod cell;
 pub mod cells;
+#[cfg(target_arch = "x86_64")]
 mod coherent;
 pub mod field;
 pub mod gabor;

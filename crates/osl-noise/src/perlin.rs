@@ -5,7 +5,7 @@ use crate::number::Number;
 use crate::unroll::{array, each};
 
 /// Scale of the field by dimension, so that it stays within −1 and 1.
-const SCALE: [f32; 5] =
+pub(crate) const SCALE: [f32; 5] =
     [0.0, 0.25, f32::from_bits(0x3f29_5e9e), f32::from_bits(0x3f7b_645a), f32::from_bits(0x3f55_9b3d)];
 
 /// The field's value.
@@ -25,7 +25,7 @@ pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
 
 /// The cell of a point.
 #[inline(always)]
-pub(crate) fn cells<N: Number, const D: usize>(p: [N; D]) -> [u32; D] {
+fn cells<N: Number, const D: usize>(p: [N; D]) -> [u32; D] {
     array(
         #[inline(always)]
         |a| split(p[a].value()).0 as u32,
@@ -58,7 +58,7 @@ fn hashes<const D: usize>(lattice: [[u32; 2]; D]) -> [u32; 16] {
 }
 
 /// What the corners of a cell share: their hashes, the way to them, and the weights.
-pub(crate) struct Corners<N, const D: usize> {
+struct Corners<N, const D: usize> {
     hashes: [u32; 16],
     /// From the near and the far corner, for each axis.
     near: [N; D],
@@ -102,7 +102,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
 
     /// Those of a point's cell, whose hashes are known.
     #[inline(always)]
-    pub(crate) fn within(p: [N; D], hashes: [u32; 16]) -> Self {
+    fn within(p: [N; D], hashes: [u32; 16]) -> Self {
         let near: [N; D] = array(
             #[inline(always)]
             |a| p[a].with_value(split(p[a].value()).1),
@@ -120,7 +120,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
 
     /// The field's value.
     #[inline(always)]
-    pub(crate) fn one<const DUAL: bool>(&self) -> N {
+    fn one<const DUAL: bool>(&self) -> N {
         self.blend::<DUAL>(
             #[inline(always)]
             |h| h,
@@ -129,7 +129,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
 
     /// Three values.
     #[inline(always)]
-    pub(crate) fn three<const DUAL: bool>(&self) -> [N; 3] {
+    fn three<const DUAL: bool>(&self) -> [N; 3] {
         [
             self.blend::<DUAL>(
                 #[inline(always)]
@@ -188,6 +188,36 @@ impl<N: Number, const D: usize> Corners<N, D> {
         );
         g[0].scale(SCALE[D])
     }
+}
+
+/// The gradient of a corner of a cell of the plane or of space as factors of the way from there, which is not negative from
+/// near corners and not positive from far ones: a zero has the sign that makes its product −0.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+pub(crate) fn factors<const D: usize>(g: u32, corner: usize) -> [f32; D] {
+    let zero: [f32; D] = array(
+        #[inline(always)]
+        |a| if (corner >> a) & 1 == 1 { 0.0 } else { -0.0 },
+    );
+    let s = crate::number::flip(1.0, g & 1);
+    let t = crate::number::flip(if D == 2 { 2.0 } else { 1.0 }, g & 2);
+    let m = g & if D == 2 { 7 } else { 15 };
+    // The axis of the first term, and of the second.
+    let first = u32::from(m >= if D == 2 { 4 } else { 8 });
+    let second = match D {
+        2 => 1 - first,
+        _ => {
+            let inner = if m | 2 == 14 { 0 } else { 2 };
+            if m < 4 { 1 } else { inner }
+        }
+    };
+    array(
+        #[inline(always)]
+        |a| {
+            let other = if second == a as u32 { t } else { zero[a] };
+            if first == a as u32 { s } else { other }
+        },
+    )
 }
 
 /// The gradient of a corner, chosen by the low bits of its hash, times the way to the point.

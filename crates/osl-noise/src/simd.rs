@@ -1,9 +1,12 @@
 //! The choice of instruction set: detected once, carried as a value that proves its presence.
 //!
-//! The only unsafe code of the crate: calling functions compiled for a feature set that the [`Isa`] proves, and the
-//! conversion to integers that compilers turn into one vector instruction.
+//! The only unsafe code of the crate: calling functions compiled for a feature set that the [`Isa`] proves, the registers
+//! of [`wide`], and the conversion to integers that compilers turn into one vector instruction.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod wide;
 
 /// An instruction set that this machine has.
 ///
@@ -72,6 +75,13 @@ impl Isa {
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => "avx512",
         }
+    }
+
+    /// Whether it is AVX-512, told by what proves it to registers.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) fn wide(self) -> Option<wide::Proof> {
+        // A value of this level is made only by `all`, after detecting the features.
+        (self.0 == Level::Avx512).then(wide::Proof::detected)
     }
 
     /// Runs the kernel as compiled for this instruction set.

@@ -38,11 +38,11 @@ fn line(x: f32, seed: u32) -> (f32, f32) {
 }
 
 /// Skew, unskew and scale by dimension.
-const F: [f32; 5] =
+pub(crate) const F: [f32; 5] =
     [0.0, 0.0, f32::from_bits(0x3ebb_67ae), f32::from_bits(0x3eaa_aaab), f32::from_bits(0x3e9e_377a)];
-const G: [f32; 5] =
+pub(crate) const G: [f32; 5] =
     [0.0, 0.0, f32::from_bits(0x3e58_658c), f32::from_bits(0x3e2a_aaab), f32::from_bits(0x3e0d_8369)];
-const SCALE: [f32; 5] = [0.0, 0.0, 64.0, 68.0, 54.0];
+pub(crate) const SCALE: [f32; 5] = [0.0, 0.0, 64.0, 68.0, 54.0];
 
 /// Bit `h` of the first word of an axis: gradient `h` has +1 there; of the second: −1. Axis by axis.
 type Signs = [[u32; 2]; 4];
@@ -95,11 +95,13 @@ fn gradient<const D: usize>(cell: [i32; D], seed: u32) -> [f32; D] {
         3 => (scramble(w[0], w[1], scramble(w[2], seed, 0)) & 15, SPACE),
         _ => (scramble(w[0], w[1], scramble(w[2], w[3], seed)) & 31, HYPER),
     };
+    // One shift for all axes: not every machine has shifts by lanes.
+    let bit = 1_u32 << h;
     array(
         #[inline(always)]
         |a| {
             let [plus, minus] = signs[a];
-            (((plus >> h) & 1) as i32 - ((minus >> h) & 1) as i32) as f32
+            (i32::from(bit & plus != 0) - i32::from(bit & minus != 0)) as f32
         },
     )
 }
@@ -178,85 +180,33 @@ fn site<const D: usize>(p: [f32; D]) -> Site<D> {
     Site { base, origin, rank }
 }
 
-/// What tells the simplex of a point apart: its first corner, and the ranks of the axes.
+/// The gradients of the corners of a simplex of space, corner by corner. The key is its first corner, and the ranks of the
+/// axes, two bits for each.
+#[cfg(target_arch = "x86_64")]
 #[inline(always)]
-pub(crate) fn key<const D: usize>(p: [f32; D]) -> [u32; 5] {
-    let mut key = [0; 5];
-    if D == 1 {
-        return key;
-    }
-    let site = site(p);
-    let mut ranks = 0;
-    each(
-        D,
-        #[inline(always)]
-        |a| {
-            key[a] = site.base[a] as u32;
-            ranks |= (site.rank[a] as u32) << (2 * a);
-        },
-    );
-    key[D] = ranks;
-    key
-}
-
-#[inline(always)]
-fn from_key<const D: usize>(key: [u32; 5]) -> ([i32; D], [i32; D]) {
+pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
     let base = array(
         #[inline(always)]
         |a| key[a] as i32,
     );
     let rank = array(
         #[inline(always)]
-        |a| ((key[D] >> (2 * a)) & 3) as i32,
+        |a| ((key[3] >> (2 * a)) & 3) as i32,
     );
-    (base, rank)
-}
-
-/// The gradients of the corners of a simplex of the plane or of space, corner by corner.
-#[inline(always)]
-pub(crate) fn gradients<const D: usize>(key: [u32; 5], seed: u32) -> [u32; 16] {
-    let mut table = [0; 16];
-    if D != 2 && D != 3 {
-        return table;
-    }
-    let (base, rank) = from_key::<D>(key);
+    let mut table = [0; 24];
     each(
-        D + 1,
+        4,
         #[inline(always)]
         |q| {
-            let g: [f32; D] = corner_gradient(base, rank, q, seed);
+            let g: [f32; 3] = corner_gradient(base, rank, q, seed);
             each(
-                D,
+                3,
                 #[inline(always)]
-                |a| table[q * D + a] = g[a].to_bits(),
+                |a| table[q * 3 + a] = g[a].to_bits(),
             );
         },
     );
     table
-}
-
-/// The value at a point of a simplex whose gradients are known: that of [`field`].
-#[inline(always)]
-pub(crate) fn within<const D: usize>(p: [f32; D], key: [u32; 5], table: [u32; 16]) -> f32 {
-    if D != 2 && D != 3 {
-        return 0.0;
-    }
-    let (base, rank) = from_key::<D>(key);
-    let origin = origin(p, base);
-    let mut total = 0.0;
-    each(
-        D + 1,
-        #[inline(always)]
-        |q| {
-            let g = array(
-                #[inline(always)]
-                |a| f32::from_bits(table[q * D + a]),
-            );
-            let value = corner(origin, rank, q, g).value;
-            total = if q == 0 { value } else { total + value };
-        },
-    );
-    SCALE[D] * total
 }
 
 #[inline(always)]
@@ -292,10 +242,10 @@ fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
 
 /// Whether the `q`th corner is one further along an axis.
 #[inline(always)]
-fn offset<const D: usize>(rank: [i32; D], q: usize) -> [i32; D] {
+fn offset<const D: usize>(rank: [i32; D], q: usize) -> [bool; D] {
     array(
         #[inline(always)]
-        |a| i32::from(rank[a] >= D as i32 - q as i32),
+        |a| rank[a] >= D as i32 - q as i32,
     )
 }
 
@@ -305,7 +255,7 @@ fn corner_gradient<const D: usize>(base: [i32; D], rank: [i32; D], q: usize, see
     gradient(
         array(
             #[inline(always)]
-            |a| base[a].wrapping_add(offset[a]),
+            |a| base[a].wrapping_add(i32::from(offset[a])),
         ),
         seed,
     )
@@ -317,7 +267,10 @@ fn corner<const D: usize>(origin: [f32; D], rank: [i32; D], q: usize, g: [f32; D
     let offset = offset(rank, q);
     let way: [f32; D] = array(
         #[inline(always)]
-        |a| if q == 0 { origin[a] } else { (origin[a] - offset[a] as f32) + q as f32 * G[D] },
+        |a| {
+            let from = if offset[a] { origin[a] - 1.0 } else { origin[a] };
+            if q == 0 { from } else { from + q as f32 * G[D] }
+        },
     );
     let mut t = 0.5;
     each(

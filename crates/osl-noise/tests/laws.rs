@@ -52,6 +52,42 @@ proptest! {
         }
     }
 
+    /// Points of a patch share what is known of their cells; whole coordinates, zeros of both signs and what lies just
+    /// below them are among them.
+    #[test]
+    fn a_patch_is_its_points(
+        corner in prop::array::uniform3(-3i32..3),
+        step in prop_oneof![Just(0.0625f32), Just(0.25), Just(1.0), 0.001f32..2.0],
+        turn in prop::array::uniform3(-1.0f32..1.0),
+        level in any::<bool>(),
+        odd in prop::option::of((0usize..300, 0usize..3, prop_oneof![Just(-0.0f32), Just(-1e-30), Just(-5.9e-8), Just(4e6), any_coordinate()])),
+    ) {
+        let column = |a: usize| (0..300).map(|i| {
+            let (x, y) = ((i % 16) as f32 * step, (i / 16) as f32 * step);
+            let straight = [x, y, 0.0][a];
+            corner[a] as f32 + if level { straight } else { straight + turn[a] * (x - y) }
+        }).collect::<Vec<f32>>();
+        let mut columns: Vec<Vec<f32>> = (0..3).map(column).collect();
+        if let Some((lane, axis, x)) = odd {
+            columns[axis][lane] = x;
+        }
+        for kind in [Kind::Perlin, Kind::UPerlin, Kind::Simplex, Kind::USimplex] {
+            for dims in 2..=3 {
+                let coords: Vec<&[f32]> = columns[..dims].iter().map(Vec::as_slice).collect();
+                let mut singles = vec![0.0; 300];
+                for (i, single) in singles.iter_mut().enumerate() {
+                    let one: Vec<&[f32]> = coords.iter().map(|c| &c[i..=i]).collect();
+                    eval(Isa::baseline(), kind, &one, std::slice::from_mut(single));
+                }
+                for isa in Isa::all() {
+                    let mut out = vec![0.0; 300];
+                    eval(isa, kind, &coords, &mut out);
+                    prop_assert_eq!(bits(&out), bits(&singles), "{:?} {} {:?}", kind, dims, isa);
+                }
+            }
+        }
+    }
+
     #[test]
     fn gradients_follow_differences(p in prop::array::uniform3(-20.0f32..20.0)) {
         for kind in [Kind::Perlin, Kind::UPerlin, Kind::Simplex, Kind::USimplex] {

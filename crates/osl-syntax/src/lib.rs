@@ -132,6 +132,22 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     parsed
 }
 
+/// The text of a file after preprocessing: what macros and includes make of it, line by line.
+pub fn preprocessed(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> String {
+    let pre = preprocess::preprocess(name, text, provider, options);
+    let mut out = String::new();
+    for token in &pre.tokens {
+        match (out.is_empty(), token.line_start, token.space) {
+            (false, true, _) => out.push('\n'),
+            (false, false, true) => out.push(' '),
+            _ => {}
+        }
+        out.push_str(pre.names.str(token.sym));
+    }
+    out.push('\n');
+    out
+}
+
 /// What was said before parsing: lines with an error, and from where on text was swallowed by an open comment or the
 /// open arguments of a macro.
 struct Told {

@@ -10,10 +10,10 @@
 )]
 
 use osl_ir::lint::{self, Level};
-use osl_syntax::Options;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
+use osl_syntax::{NoFiles, Options};
 use oslrun::lessons::{self, Lesson};
 use oslrun::pipeline;
 use std::collections::BTreeSet;
@@ -51,9 +51,35 @@ impl SourceProvider for Itself {
     }
 }
 
+/// The shaders that the groups of the lessons are made of.
+struct Shaders;
+
+impl pipeline::ShaderFiles for Shaders {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let text = match shader {
+            "ramp" => "shader ramp(float scale = 1, output float value = 0) { value = u * scale; }",
+            "paint" => "shader paint(float amount = 0, output color c = 0) { c = amount; }",
+            _ => return Err("no such file".to_owned()),
+        };
+        Ok((format!("{shader}.osl"), text.to_owned()))
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &NoFiles
+    }
+}
+
 /// All that any stage says about a source, and that as text.
 fn said(text: &'static str, options: &Options) -> (Vec<Diagnostic>, String) {
-    let checked = pipeline::check("example.osl", text, &Itself(text), options);
+    if ["param ", "shader "].iter().any(|s| text.starts_with(s)) && !text.contains('{') {
+        let checked = pipeline::check_group("example.group", text, "example", &Shaders, options);
+        let rendered = render(&checked.diagnostics, &checked.sources, RenderStyle::default());
+        return (checked.diagnostics, rendered);
+    }
+    // The lessons of compiled shaders show those.
+    let name =
+        if text.trim_start().starts_with("OpenShadingLanguage") { "example.oso" } else { "example.osl" };
+    let checked = pipeline::check(name, text, &Itself(text), options);
     let mut list = checked.diagnostics.clone();
     list.extend(pipeline::lint(&checked, &lint::Options::default()));
     if let Some(program) = &checked.program {

@@ -9,6 +9,7 @@ mod closure;
 mod color;
 mod dictionary;
 mod kernels;
+mod lane;
 mod mask;
 mod named;
 mod noise;
@@ -19,12 +20,10 @@ mod texture;
 mod work;
 
 use crate::dictionary::Dictionaries;
-use crate::lanes::{self, Arg, LaneCall};
+use crate::lanes::Arg;
 use crate::message::Messages;
 use crate::profile::Profile;
-use crate::program::{
-    Array, LaneStep, LoopParam, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps,
-};
+use crate::program::{Array, LoopParam, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -222,13 +221,13 @@ impl<'a> Machine<'a> {
         if self.profile.is_some() {
             return self.profiled(steps, mask);
         }
-        steps.list.iter().try_for_each(|step| self.step(step, mask))
+        self.in_pieces(&steps.list, mask)
     }
 
     #[inline(always)]
     pub(crate) fn step(&mut self, step: &Step, mask: &Mask) -> Result<(), Stop> {
         match step {
-            Step::Lane(step) => self.lane(step),
+            Step::Lane(step) => self.lane(step, 0..self.width),
             Step::Kernel(step) => {
                 self.kernel(step, mask);
                 if let Some(what) = self.exhausted.take() {
@@ -241,7 +240,10 @@ impl<'a> Machine<'a> {
                 self.branch(*cond, then, otherwise, results, mask)?
             }
             Step::Loop { params, body, cond, span } => self.round(params, body, *cond, *span, mask)?,
-            Step::FindCells { group, roots, outs } => self.find_cells(*group, roots, outs, mask),
+            Step::FindCells { group, roots, outs, exports } => {
+                self.find_cells(*group, roots, outs, mask);
+                self.export_roots(*group, roots, outs, exports);
+            }
             Step::Shared { group, steps, exports } => self.shared(*group, steps, exports, mask)?,
         }
         Ok(())
@@ -268,54 +270,6 @@ impl<'a> Machine<'a> {
             return self.arg(operand);
         }
         self.arg(self.part(operand, component))
-    }
-
-    fn lane(&mut self, step: &LaneStep) {
-        let (out, width) = (step.out, self.width);
-        let words = out.words as usize;
-        match out.place {
-            Place::Words(at) => {
-                let mut few = [0; 16];
-                self.lane_into(step, &mut few[..words], 1);
-                self.words[at as usize..][..words].copy_from_slice(&few[..words]);
-            }
-            Place::Lanes { reg, component, .. } => {
-                let mut lanes = std::mem::take(&mut self.registers[reg as usize]);
-                self.lane_into(
-                    step,
-                    &mut lanes.words_mut()[component as usize * width..][..words * width],
-                    width,
-                );
-                self.registers[reg as usize] = lanes;
-            }
-        }
-    }
-
-    /// Runs a lane operation over `n` lanes of each component.
-    #[inline(always)]
-    fn lane_into(&self, step: &LaneStep, out: &mut [u32], n: usize) {
-        let (op, args) = (step.op, step.args());
-        let mut list = [Arg::Same(&[]); MAX_ARGS];
-        if step.parts == 1 {
-            list.iter_mut().zip(args).for_each(|(slot, arg)| *slot = self.arg(*arg));
-            return lanes::run(self.isa, LaneCall { op, args: &list[..args.len()], out, n });
-        }
-        // Components lie one behind the other: where all arguments are so, or are single words, one call does for all.
-        let flat = list.iter_mut().zip(args).all(|(slot, arg)| {
-            *slot = match self.arg(*arg) {
-                Arg::Same(words) if words.len() > 1 && n == 1 => Arg::Each(words),
-                other => other,
-            };
-            matches!((*slot, arg.words), (Arg::Same(_), 1) | (Arg::Each(_), 3))
-        });
-        if flat {
-            let n = n * usize::from(step.parts);
-            return lanes::run(self.isa, LaneCall { op, args: &list[..args.len()], out, n });
-        }
-        for (part, out) in out.chunks_mut(n).enumerate().take(usize::from(step.parts)) {
-            list.iter_mut().zip(args).for_each(|(slot, arg)| *slot = self.component(*arg, part));
-            lanes::run(self.isa, LaneCall { op, args: &list[..args.len()], out, n });
-        }
     }
 
     /// One word of an operand at one lane.

@@ -88,6 +88,22 @@ impl Machine<'_> {
         self.shared.groups[usize::from(group)].count = cells.count;
     }
 
+    /// Gives each lane the roots that single points read, where the batch has a few cells.
+    pub(super) fn export_roots(
+        &mut self,
+        group: u16,
+        roots: &[Operand],
+        outs: &[Operand],
+        exports: &[usize],
+    ) {
+        if self.shared.groups[usize::from(group)].count > 1 {
+            let all = Mask::all(self.width);
+            for (root, out) in exports.iter().filter_map(|at| Some((roots.get(*at)?, outs.get(*at)?))) {
+                self.copy(*root, *out, &all);
+            }
+        }
+    }
+
     fn cells(&self, roots: &[Operand], index: &mut [u32], scratch: &mut [u32], mask: &Mask) -> Option<Cells> {
         let mut keys: [&[u32]; MAX_KEYS] = [&[]; MAX_KEYS];
         let mut count = 0;

@@ -20,15 +20,15 @@ use osl_syntax::span::Span;
 use std::sync::Arc;
 
 /// What stands there is no statement of a group.
-pub const GROUP_SYNTAX: Code = Code { id: "E0701", name: "group-syntax" };
+pub const GROUP_SYNTAX: Code = Code { id: "E0801", name: "group-syntax" };
 /// A shader of a group is missing or does not compile.
-pub const NO_SHADER: Code = Code { id: "E0702", name: "missing-shader" };
+pub const NO_SHADER: Code = Code { id: "E0802", name: "missing-shader" };
 /// A layer's name is taken, or there are too many layers.
-pub const BAD_LAYER: Code = Code { id: "E0703", name: "bad-layer" };
+pub const BAD_LAYER: Code = Code { id: "E0803", name: "bad-layer" };
 /// A connection cannot be made.
-pub const BAD_CONNECTION: Code = Code { id: "E0704", name: "bad-connection" };
+pub const BAD_CONNECTION: Code = Code { id: "E0804", name: "bad-connection" };
 /// A value that no parameter takes.
-pub const UNUSED_VALUE: Code = Code { id: "W0705", name: "unused-value" };
+pub const UNUSED_VALUE: Code = Code { id: "W0805", name: "unused-value" };
 
 /// The codes of this module.
 pub const CODES: [Code; 5] = [GROUP_SYNTAX, NO_SHADER, BAD_LAYER, BAD_CONNECTION, UNUSED_VALUE];
@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
             return error(
                 self.here(),
                 format!("here should be {what}"),
-                "see the form of a group: explain-error E0701",
+                "see the form of a group: explain-error E0801",
             );
         }
         self.at += len;

@@ -330,10 +330,10 @@ impl Resolver<'_> {
         for (index, formal) in decl.formals.iter().enumerate() {
             params.push(self.param(formal, index as u32));
         }
-        self.metadata(&decl.metadata);
+        let metadata = self.metadata(&decl.metadata);
         self.context = Context { ret: None, loops: 0 };
         let body = self.stmts(&decl.body.stmts);
-        hir::Shader { name: decl.name.text.clone(), kind: decl.kind, params, body }
+        hir::Shader { name: decl.name.text.clone(), kind: decl.kind, metadata, params, body }
     }
 
     fn param(&mut self, formal: &ast::Formal, index: u32) -> hir::Param {

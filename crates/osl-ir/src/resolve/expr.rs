@@ -384,7 +384,7 @@ enum Shape {
 }
 
 /// Int beside float becomes float; an int beside a triple or matrix too.
-fn unify_numbers(left: Expr, right: Expr) -> (Expr, Expr) {
+pub(crate) fn unify_numbers(left: Expr, right: Expr) -> (Expr, Expr) {
     let lift = |e: Expr, other: Type| {
         if e.ty == Type::INT && other != Type::INT && other != Type::CLOSURE {
             convert_to(Type::FLOAT, e)

@@ -185,7 +185,7 @@ impl Resolver<'_> {
 }
 
 /// Wraps the value in a conversion where its type differs. The caller has checked that there is one.
-pub(super) fn convert_to(to: Type, value: Expr) -> Expr {
+pub(crate) fn convert_to(to: Type, value: Expr) -> Expr {
     if value.ty == to || to.is_array() || matches!(to.base, Base::Struct(_)) {
         return value;
     }

@@ -18,7 +18,7 @@ impl Resolver<'_> {
             let ty = self.declared_type(&datum.ty, datum.array.as_ref(), false);
             let value = meta_value(self.ast, datum.value);
             self.check_metadatum(datum, ty, &value);
-            read.push((self.show(ty.element()), datum.name.text.clone(), value));
+            read.push((self.show(ty), datum.name.text.clone(), value));
         }
         read
     }

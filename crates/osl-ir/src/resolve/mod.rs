@@ -13,12 +13,15 @@ mod formats;
 mod init;
 mod invoke;
 mod metadata;
-mod operators;
+pub(crate) mod operators;
 mod options;
 mod overload;
 mod place;
 mod score;
 mod stmt;
+
+pub(crate) use expr::unify_numbers;
+pub(crate) use init::convert_to;
 
 use crate::hir::{self, Function, GLOBALS, Program, Var, VarId, VarKind};
 use crate::types::{StructTable, Type};

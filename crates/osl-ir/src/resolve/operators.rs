@@ -4,7 +4,7 @@ use crate::types::{Base, Type};
 use osl_syntax::ast::{BinaryOp as B, UnaryOp as U};
 
 /// Type of `left op right`, or `None` where the operator does not take them.
-pub(super) fn binary(op: B, left: Type, right: Type) -> Option<Type> {
+pub(crate) fn binary(op: B, left: Type, right: Type) -> Option<Type> {
     if left.is_array() || right.is_array() {
         return None;
     }
@@ -71,12 +71,12 @@ fn comparable(left: Type, right: Type) -> bool {
 }
 
 /// Whether a value can be a condition (closures included).
-pub(super) fn has_truth(ty: Type) -> bool {
+pub(crate) fn has_truth(ty: Type) -> bool {
     !ty.is_array() && !matches!(ty.base, Base::Struct(_) | Base::Void)
 }
 
 /// Type of `op operand`, or `None`.
-pub(super) fn unary(op: U, operand: Type) -> Option<Type> {
+pub(crate) fn unary(op: U, operand: Type) -> Option<Type> {
     match op {
         U::Neg => (operand.is_number()
             || operand.is_triple()

@@ -5,7 +5,7 @@
 
 use super::{Checked, check};
 use osl_ir::group::Group;
-use osl_ir::group::text::{self, Shaders};
+use osl_ir::group::text::{self, Shaders, Statement};
 use osl_ir::hir;
 use osl_syntax::Options;
 use osl_syntax::diagnostic::Diagnostic;
@@ -47,9 +47,22 @@ pub fn check_group(
     let mut sources = SourceMap::default();
     sources.add(file, text.into());
     let (statements, mut diagnostics) = text::parse(text, 0);
+    let mut linked = link(sources, &statements, name, files, options);
+    diagnostics.append(&mut linked.diagnostics);
+    let failed = diagnostics.iter().any(Diagnostic::is_error);
+    CheckedGroup { group: linked.group.filter(|_| !failed), diagnostics, ..linked }
+}
+
+/// Builds a group of statements whose places lie in `sources`, and reads its shaders.
+pub fn link(
+    sources: SourceMap,
+    statements: &[Statement],
+    name: &str,
+    files: &dyn ShaderFiles,
+    options: &Options,
+) -> CheckedGroup {
     let mut library = Library { files, options, sources, known: HashMap::new(), diagnostics: Vec::new() };
-    let (group, more) = text::build(name, &statements, &mut library);
-    diagnostics.extend(more);
+    let (group, mut diagnostics) = text::build(name, statements, &mut library);
     diagnostics.append(&mut library.diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     CheckedGroup { sources: library.sources, diagnostics, group: Some(group).filter(|_| !failed) }

@@ -4,13 +4,14 @@
 
 mod group;
 
-pub use group::{CheckedGroup, ShaderFiles, check_group};
+pub use group::{CheckedGroup, ShaderFiles, check_group, link};
 
 use osl_exec::Program;
 use osl_ir::hir;
 use osl_ir::ir::Body;
 use osl_ir::lint;
 use osl_ir::lower;
+use osl_ir::oso::{self, Read};
 use osl_ir::params::{self, ParamValues};
 use osl_ir::passes::{self, Report};
 use osl_syntax::ast::Ast;
@@ -31,10 +32,28 @@ pub struct Checked {
     pub ast: Ast,
     /// Lines on which the file silences warnings.
     pub nowarn: Vec<Span>,
+    /// Whether the file is a compiled shader: it has no syntax tree, and lints do not apply.
+    pub compiled: bool,
 }
 
-/// Reads and resolves a file.
+/// Whether a file of this name is a compiled shader rather than a source.
+pub fn is_compiled(name: &str) -> bool {
+    name.rsplit_once('.').is_some_and(|(_, extension)| extension.eq_ignore_ascii_case("oso"))
+}
+
+/// Reads and resolves a file: a source, or a compiled shader if its name ends in `.oso`.
 pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Checked {
+    if is_compiled(name) {
+        let Read { sources, program, diagnostics } = oso::read(name, text);
+        return Checked {
+            sources,
+            diagnostics,
+            program,
+            ast: Ast::default(),
+            nowarn: Vec::new(),
+            compiled: true,
+        };
+    }
     let parsed = osl_syntax::parse(name, text, provider, options);
     let resolved = (!parsed.has_errors()).then(|| osl_ir::resolve::resolve(&parsed.ast));
     let (program, more) = match resolved {
@@ -45,12 +64,12 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let Parsed { sources, mut diagnostics, ast, nowarn, .. } = parsed;
     diagnostics.extend(more);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
-    Checked { sources, diagnostics, program: program.filter(|_| !failed), ast, nowarn }
+    Checked { sources, diagnostics, program: program.filter(|_| !failed), ast, nowarn, compiled: false }
 }
 
 /// What the lints find in a file without errors, whatever their level; nothing in a file with errors.
 pub fn lint(checked: &Checked, options: &lint::Options) -> Vec<Diagnostic> {
-    let Some(program) = &checked.program else { return Vec::new() };
+    let Some(program) = checked.program.as_ref().filter(|_| !checked.compiled) else { return Vec::new() };
     let mut found = lint::run(&checked.ast, program, &checked.sources, options);
     let silenced = |at: u32| checked.nowarn.iter().any(|s| s.start <= at && at < s.end);
     found.retain(|d| !silenced(d.span.start));

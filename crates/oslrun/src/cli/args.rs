@@ -28,6 +28,10 @@ pub(super) enum Command {
     Ir(IrArgs),
     /// Explain an error or warning by its code, with a wrong and a right example.
     ExplainError(ExplainErrorArgs),
+    /// Compile a shader to the text form that renderers load, .oso.
+    Compile(CompileArgs),
+    /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
+    Info(InfoArgs),
     /// Rewrite shader files in one style.
     Fmt(FmtArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.
@@ -64,7 +68,7 @@ pub(super) enum MessageFormat {
 /// How a shader is run.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// The shader file, or the text of a group (.group, .oslgroup, .txt).
+    /// The shader file: a source, or a compiled shader (.oso); or the text of a group (.group, .oslgroup, .txt).
     #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
     pub(super) file: Option<PathBuf>,
     /// A group of shaders.
@@ -228,6 +232,37 @@ pub(super) struct IrArgs {
     /// Which warnings count.
     #[command(flatten)]
     pub(super) lints: LintArgs,
+    /// How the file is read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Which shader to compile.
+#[derive(Debug, Args)]
+pub(super) struct CompileArgs {
+    /// The shader file.
+    #[arg(value_name = "FILE.osl")]
+    pub(super) file: PathBuf,
+    /// File to write; - is the standard output (default: the shader file's name with .oso, in the working directory).
+    #[arg(short, long, value_name = "FILE.oso")]
+    pub(super) output: Option<PathBuf>,
+    /// Which warnings count.
+    #[command(flatten)]
+    pub(super) lints: LintArgs,
+    /// How the file is read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Which shader to show.
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    /// The shader file, a source or compiled.
+    #[arg(value_name = "FILE")]
+    pub(super) file: PathBuf,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub(super) json: bool,
     /// How the file is read.
     #[command(flatten)]
     pub(super) read: ReadArgs,

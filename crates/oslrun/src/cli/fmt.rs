@@ -5,6 +5,7 @@
 use super::args::FmtArgs;
 use super::input::Input;
 use super::{Failure, input, report};
+use crate::pipeline;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use similar::TextDiff;
@@ -35,6 +36,9 @@ pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
 fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<bool, Failure> {
     let stdin = path == Path::new("-");
     let input = if stdin { input::read_stdin(&args.read) } else { input::read(path, &args.read) }?;
+    if pipeline::is_compiled(&input.name) {
+        return Err(Failure::new(format!("{} is a compiled shader, not a source", input.name)));
+    }
     let formatted = formatted(&input, args, err)?;
     let changed = formatted != input.text;
     let unwritten = |e: std::io::Error| Failure::new(format!("cannot write: {e}"));

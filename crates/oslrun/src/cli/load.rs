@@ -224,10 +224,10 @@ impl ShaderFiles for Folders<'_> {
         if !inside && !own && !self.anywhere {
             return Err("it lies outside of the shader paths; --allow-files lets it".to_string());
         }
-        let names = if name.extension().is_some_and(|e| e == "osl") {
+        let names = if name.extension().is_some_and(|e| e == "osl" || e == "oso") {
             vec![name.to_path_buf()]
         } else {
-            vec![PathBuf::from(format!("{shader}.osl"))]
+            ["osl", "oso"].map(|ending| PathBuf::from(format!("{shader}.{ending}"))).into()
         };
         let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
         match places.into_iter().find(|path| path.is_file()) {

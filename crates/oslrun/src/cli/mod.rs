@@ -1,5 +1,5 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
-//! `oslrun explain-error CODE`, `oslrun doc NAME`.
+//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
@@ -7,10 +7,13 @@
 mod args;
 mod check;
 mod closures;
+mod compat;
+mod compile;
 mod data;
 mod doc;
 mod explain_error;
 mod fmt;
+mod info;
 mod input;
 mod ir;
 mod levels;
@@ -44,6 +47,10 @@ impl Failure {
 
 /// Runs the command and yields its exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
+    if let Some(code) = compat::run(&args, out, err) {
+        return code;
+    }
     let cli = match Cli::try_parse_from(args) {
         Ok(cli) => cli,
         Err(usage) => {
@@ -61,6 +68,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
+        (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
+        (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (None, args) => run::run(&args, out, err),

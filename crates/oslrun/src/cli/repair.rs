@@ -2,6 +2,7 @@
 
 use super::Failure;
 use super::input::Input;
+use crate::pipeline;
 use osl_syntax::repair::repair;
 use similar::TextDiff;
 use std::io::Write;
@@ -9,6 +10,9 @@ use std::path::Path;
 
 /// Replaces the text by its repaired form, printing the edits as a diff. A text that needs none stays as it is.
 pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write) -> Result<(), Failure> {
+    if pipeline::is_compiled(&input.name) {
+        return Err(Failure::new("--repair is for sources, not for compiled shaders"));
+    }
     let parsed = osl_syntax::parse(&input.name, &input.text, &input.files, &input.options);
     if parsed.has_errors() {
         let Some(found) = repair(&input.name, &input.text, &input.files, &input.options) else {

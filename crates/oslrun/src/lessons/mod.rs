@@ -6,7 +6,7 @@
 
 mod files;
 
-use osl_ir::{lint, lower, resolve};
+use osl_ir::{group, lint, lower, oso, resolve};
 use osl_syntax::diagnostic::Code;
 use std::sync::OnceLock;
 
@@ -38,6 +38,8 @@ pub fn codes() -> Vec<Code> {
     let mut all: Vec<Code> = osl_syntax::errors::CODES.to_vec();
     all.extend(resolve::errors::ALL);
     all.push(lower::TOO_LARGE);
+    all.extend(oso::errors::ALL);
+    all.extend(group::text::CODES);
     all.extend(lint::LINTS.iter().map(|l| l.code));
     all.sort_by_key(|code| code.id);
     all
@@ -82,7 +84,9 @@ fn parse(text: &'static str) -> Option<Lesson> {
 
 /// The code between the fences.
 fn block(text: &'static str) -> Option<&'static str> {
-    let (_, inside) = text.split_once("```osl\n")?;
+    // A shader, a compiled one, or the text of a group.
+    let fence = |name: &str| text.split_once(&format!("```{name}\n"));
+    let (_, inside) = ["osl", "oso", "text"].into_iter().find_map(fence)?;
     inside.split_once("```").map(|(code, _)| code)
 }
 

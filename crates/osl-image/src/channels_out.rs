@@ -1,0 +1,194 @@
+//! Writing: the channels of one output as an image file of its own, in the format that the name of the file says.
+//!
+//! Channels are called as image tools expect: `Y` alone, else `R`, `G`, `B`, `A`, `channel4` and so on. It must not know
+//! where the planes come from.
+
+use std::io::{Cursor, Seek, Write};
+use std::path::Path;
+
+use image::ImageEncoder;
+use image::codecs::jpeg::JpegEncoder;
+use tiff::encoder::{TiffEncoder, TiffKind, colortype};
+
+use crate::error::ImageError;
+use crate::exr_out::{ExrOptions, Layer, LayerKind, SampleType, check_plane, check_size, write_exr};
+use crate::file;
+use crate::png_out::{BitDepth, PngOptions, write_png};
+use crate::transfer::Transfer;
+
+/// How samples are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Samples {
+    /// 0 to 255.
+    Byte,
+    /// 0 to 65535.
+    Short,
+    /// 16-bit floats.
+    Half,
+    /// 32-bit floats.
+    Float,
+}
+
+impl Samples {
+    /// The samples that a word names: `uint8`, `uint16`, `half`, `float`.
+    pub fn from_name(name: &str) -> Option<Samples> {
+        Some(match name {
+            "uint8" => Samples::Byte,
+            "uint16" => Samples::Short,
+            "half" => Samples::Half,
+            "float" => Samples::Float,
+            _ => return None,
+        })
+    }
+}
+
+/// Writes planes as the channels of a file: .exr, .tif, .png or .jpg. What the format cannot store is stored as the nearest
+/// that it can: floats by default, bytes in PNG and JPEG, which take their values through the sRGB curve.
+///
+/// **Shape**: each plane has `width * height` values, row 0 first.
+///
+/// **Errors**: a format that is unknown or cannot hold so many channels, sizes that do not fit, and what the disk refuses.
+pub fn write_channels(
+    path: &Path,
+    (width, height): (usize, usize),
+    planes: &[&[f32]],
+    samples: Option<Samples>,
+) -> Result<(), ImageError> {
+    check_size(path, width, height)?;
+    for (i, plane) in planes.iter().enumerate() {
+        check_plane(path, &format!("plane {i}"), plane, width * height)?;
+    }
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match ending.as_str() {
+        "exr" => exr(path, (width, height), planes, samples),
+        "tif" | "tiff" => tiff(path, (width, height), planes, samples.unwrap_or(Samples::Float)),
+        "png" => {
+            let depth = if samples == Some(Samples::Short) { BitDepth::Sixteen } else { BitDepth::Eight };
+            write_png(path, width, height, planes, PngOptions { transfer: Transfer::Srgb, depth })
+        }
+        "jpg" | "jpeg" => jpeg(path, (width, height), planes),
+        _ => Err(ImageError::input(path, "the name must end in .exr, .tif, .png or .jpg")),
+    }
+}
+
+fn channel(index: usize, of: usize) -> String {
+    match (index, of) {
+        (0, 1) => "Y".to_string(),
+        (0..=3, _) => ["R", "G", "B", "A"].get(index).map_or_else(String::new, ToString::to_string),
+        _ => format!("channel{index}"),
+    }
+}
+
+fn exr(
+    path: &Path,
+    (width, height): (usize, usize),
+    planes: &[&[f32]],
+    samples: Option<Samples>,
+) -> Result<(), ImageError> {
+    let names: Vec<String> = (0..planes.len()).map(|i| channel(i, planes.len())).collect();
+    let layers: Vec<Layer<'_>> = names
+        .iter()
+        .zip(planes)
+        .map(|(name, plane)| Layer { name, kind: LayerKind::Scalar, planes: vec![plane] })
+        .collect();
+    let samples = if samples == Some(Samples::Half) { SampleType::Half } else { SampleType::Float };
+    write_exr(path, width, height, &layers, ExrOptions { samples, ..ExrOptions::default() })
+}
+
+/// The samples pixel by pixel.
+fn pixels<T>(planes: &[&[f32]], n_pixels: usize, convert: impl Fn(f32) -> T) -> Vec<T> {
+    (0..n_pixels).flat_map(|at| planes.iter().map(move |plane| plane[at])).map(convert).collect()
+}
+
+fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Result<(), ImageError> {
+    let color = match planes.len() {
+        1 => image::ExtendedColorType::L8,
+        3 => image::ExtendedColorType::Rgb8,
+        n => return Err(ImageError::input(path, format!("a JPEG takes 1 or 3 channels, not {n}"))),
+    };
+    let stored = pixels(planes, width * height, |x| Transfer::Srgb.quantize(x, 255) as u8);
+    let mut bytes = Vec::new();
+    let encoded = JpegEncoder::new_with_quality(&mut bytes, 98).write_image(
+        &stored,
+        width as u32,
+        height as u32,
+        color,
+    );
+    encoded.map_err(|e| ImageError::format(path, format!("cannot encode JPEG: {e}")))?;
+    file::replace(path, &bytes)
+}
+
+fn tiff(path: &Path, size: (usize, usize), planes: &[&[f32]], samples: Samples) -> Result<(), ImageError> {
+    let n = size.0 * size.1;
+    let mut bytes = Cursor::new(Vec::new());
+    let encoded = TiffEncoder::new(&mut bytes).and_then(|encoder| {
+        let byte = |x| Transfer::Linear.quantize(x, 255) as u8;
+        let short = |x| Transfer::Linear.quantize(x, 65535);
+        match (planes.len(), samples) {
+            (1, Samples::Byte) => write::<colortype::Gray8>(encoder, size, &pixels(planes, n, byte)),
+            (3, Samples::Byte) => write::<colortype::RGB8>(encoder, size, &pixels(planes, n, byte)),
+            (1, Samples::Short) => write::<colortype::Gray16>(encoder, size, &pixels(planes, n, short)),
+            (3, Samples::Short) => write::<colortype::RGB16>(encoder, size, &pixels(planes, n, short)),
+            (1, _) => write::<colortype::Gray32Float>(encoder, size, &pixels(planes, n, |x| x)),
+            (3, _) => write::<colortype::RGB32Float>(encoder, size, &pixels(planes, n, |x| x)),
+            (n, _) => {
+                let what = format!("a TIFF takes 1 or 3 channels, not {n}");
+                Err(std::io::Error::other(what).into())
+            }
+        }
+    });
+    encoded.map_err(|e| ImageError::format(path, format!("cannot encode TIFF: {e}")))?;
+    file::replace(path, bytes.get_ref())
+}
+
+fn write<C: colortype::ColorType>(
+    mut encoder: TiffEncoder<impl Write + Seek, impl TiffKind>,
+    (width, height): (usize, usize),
+    pixels: &[C::Inner],
+) -> tiff::TiffResult<()>
+where
+    [C::Inner]: tiff::encoder::TiffValue,
+{
+    encoder.write_image::<C>(width as u32, height as u32, pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::read::read_image;
+
+    #[test]
+    fn what_is_written_is_read_again() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let planes: Vec<Vec<f32>> =
+            (0..3).map(|c| (0..6).map(|i| (c * 6 + i) as f32 / 17.0).collect()).collect();
+        for (name, samples, off) in [
+            ("a.exr", None, 0.0),
+            ("a.tif", None, 0.0),
+            ("b.exr", Some(Samples::Half), 1e-3),
+            ("b.tif", Some(Samples::Byte), 2.1e-3),
+            ("c.tif", Some(Samples::Short), 1e-5),
+        ] {
+            for count in [1, 3] {
+                let path = dir.path().join(name);
+                let slices: Vec<&[f32]> = planes.iter().take(count).map(Vec::as_slice).collect();
+                write_channels(&path, (3, 2), &slices, samples).expect(name);
+                let read = read_image(&path).expect(name);
+                assert_eq!((read.width, read.height), (3, 2), "{name}");
+                for c in 0..count {
+                    for i in 0..6 {
+                        let got = read.samples[i * read.channels.len() + c];
+                        assert!((got - planes[c][i]).abs() <= off, "{name} {count} {c} {i}: {got}");
+                    }
+                }
+            }
+        }
+        let gray: Vec<&[f32]> = planes.iter().take(1).map(Vec::as_slice).collect();
+        for name in ["a.png", "a.jpg"] {
+            write_channels(&dir.path().join(name), (3, 2), &gray, None).expect(name);
+        }
+        assert!(write_channels(&dir.path().join("a.gif"), (3, 2), &gray, None).is_err());
+        let two: Vec<&[f32]> = planes.iter().take(2).map(Vec::as_slice).collect();
+        assert!(write_channels(&dir.path().join("a.tif"), (3, 2), &two, None).is_err());
+    }
+}

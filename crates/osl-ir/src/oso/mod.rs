@@ -1,0 +1,14 @@
+//! Compiled shaders as text (`.oso`, version 1.00): reading makes the [resolved tree](crate::hir) of one, writing makes
+//! one of the resolved tree.
+//!
+//! The format is a table of symbols and a list of operations on them. Structured operations (`if`, loops, inlined
+//! functions) name the operations at which their parts end. Source: the format's version 1.00 as compilers write it.
+//! This module must not know how files are found, IR or lanes: behind the resolved tree nothing tells a compiled shader from a source.
+
+pub mod errors;
+mod read;
+mod text;
+mod write;
+
+pub use read::{Read, read};
+pub use write::write;

@@ -1,0 +1,145 @@
+//! Operations that are functions of the library: found in the one table by name and by the types of what they
+//! take and yield.
+
+use super::{Builder, Result};
+use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
+use crate::hir::{BuiltinCall, Expr, ExprKind, Place};
+use crate::oso::errors;
+use crate::resolve::convert_to;
+use crate::types::{Extent, StructTable, Type};
+use osl_syntax::span::Span;
+
+impl Builder<'_, '_> {
+    /// The call of a function, its result stored in the first argument where there is a result.
+    pub(super) fn library(&mut self, at: usize, values: Vec<Expr>, span: Span) -> Result<Expr> {
+        let file = self.file;
+        let Some(op) = file.ops.get(at) else { return Err(errors::jump(Span::default(), "no operation")) };
+        let (row, dropped) = self.row(op.name, &values, op.span)?;
+        let yields = row.signatures().iter().any(|s| s.ret != Type::VOID);
+        let to = if yields { Some(self.target(at, span)?) } else { None };
+        let args = values.into_iter().skip(usize::from(yields) + dropped).collect::<Vec<Expr>>();
+        let result = to.as_ref().map(|to| to.ty);
+        let scored = row.signatures().iter().enumerate();
+        let scored =
+            scored.filter_map(|(index, s)| Some((score(&self.structs, s, result, &args)?, index, s)));
+        // Of equals the first, as everywhere.
+        let best = scored.min_by_key(|(score, ..)| std::cmp::Reverse(*score));
+        let Some((_, overload, signature)) = best else {
+            let types: Vec<String> = args.iter().map(|e| self.structs.show(e.ty)).collect();
+            let message = format!("no `{}` takes ({})", row.name, types.join(", "));
+            return Err(errors::operation(op.span, message));
+        };
+        let call = self.bound(row, overload, signature, args);
+        let call = Expr { ty: signature.ret, kind: ExprKind::Builtin(call), span };
+        match to {
+            Some(to) => self.store(to, call, op.span),
+            None => Ok(call),
+        }
+    }
+
+    /// The row of an operation's name, and how many arguments behind the result are not the function's.
+    fn row(&self, name: &str, values: &[Expr], op: Span) -> Result<(&'static Builtin, usize)> {
+        let unknown = |name: &str| errors::operation(op, format!("there is no operation `{name}`"));
+        if name == "closure" {
+            // Before the name there may be a weight; it would have to be multiplied in.
+            let literal = |e: &Expr| match &e.kind {
+                ExprKind::Str(name) => Some(name.clone()),
+                _ => None,
+            };
+            let Some(name) = values.get(1).and_then(literal) else {
+                return Err(errors::operation(op, "the name of a closure is a constant string"));
+            };
+            let row =
+                builtins::find(&name).filter(|row| row.signatures().iter().any(|s| s.ret == Type::CLOSURE));
+            return row.map(|row| (row, 1)).ok_or_else(|| unknown(&name));
+        }
+        let name = match name {
+            "transformv" | "transformn" => "transform",
+            name => name,
+        };
+        let row = builtins::find(name).filter(|row| !row.name.contains(' '));
+        row.map(|row| (row, 0)).ok_or_else(|| unknown(name))
+    }
+
+    /// The arguments converted, the outputs with their places.
+    fn bound(
+        &self,
+        row: &'static Builtin,
+        overload: usize,
+        signature: &Signature,
+        given: Vec<Expr>,
+    ) -> BuiltinCall {
+        let mut args: Vec<Expr> = Vec::new();
+        let mut outputs = Vec::new();
+        for (index, value) in given.into_iter().enumerate() {
+            let param = signature.params.get(index);
+            let wanted = match param {
+                Some(Param { ty, output }) => output.then_some(*ty),
+                None => {
+                    let option = index.checked_sub(1).and_then(|before| args.get(before));
+                    let name =
+                        option.and_then(|e| if let ExprKind::Str(s) = &e.kind { Some(s) } else { None });
+                    name.and_then(|name| row.output_option(name)).map(ParamType::Of)
+                }
+            };
+            outputs.push(wanted.and_then(|wanted| self.output(wanted, &value)));
+            args.push(match param {
+                Some(Param { ty: ParamType::Of(ty), .. }) => convert_to(*ty, value),
+                _ => value,
+            });
+        }
+        BuiltinCall { row, overload, args, outputs }
+    }
+
+    /// Where an output is stored; nowhere if it is no variable of the type.
+    fn output(&self, wanted: ParamType, value: &Expr) -> Option<Place> {
+        let ExprKind::Read(place) = &value.kind else { return None };
+        match wanted {
+            ParamType::Of(ty) if !self.structs.equivalent(ty, place.ty) => None,
+            _ => Some(place.clone()),
+        }
+    }
+}
+
+/// How well a signature suits a result and arguments; `None` if not at all.
+fn score(structs: &StructTable, signature: &Signature, result: Option<Type>, args: &[Expr]) -> Option<u32> {
+    let (fixed, rest) = args.split_at_checked(signature.params.len())?;
+    let mut total = match result {
+        Some(to) => suits(structs, to, signature.ret)?,
+        None => 0,
+    };
+    for (param, e) in signature.params.iter().zip(fixed) {
+        total += match param.ty {
+            ParamType::Of(ty) => suits(structs, ty, e.ty)?,
+            ParamType::Any { array } => u32::from(e.ty.is_array() == array).checked_sub(1)? + 1,
+        };
+    }
+    let fits = match signature.tail {
+        Tail::None => rest.is_empty(),
+        Tail::Any => true,
+        Tail::KeyValue => {
+            rest.len().is_multiple_of(2) && rest.iter().step_by(2).all(|e| e.ty == Type::STRING)
+        }
+    };
+    fits.then_some(total)
+}
+
+/// How well a value of type `have` suits one of type `want`.
+fn suits(structs: &StructTable, want: Type, have: Type) -> Option<u32> {
+    if want == have {
+        return Some(100);
+    }
+    if want == Type::FLOAT && have == Type::INT {
+        return Some(70);
+    }
+    if want.is_array() || have.is_array() {
+        return match (want.extent, have.extent) {
+            (Extent::Unsized, Extent::Array(_)) if want.base == have.base => Some(90),
+            _ => structs.equivalent(want, have).then_some(20),
+        };
+    }
+    if want.is_triple() && have.is_triple() {
+        return Some(60);
+    }
+    structs.assignable(want, have).then_some(20)
+}

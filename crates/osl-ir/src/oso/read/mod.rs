@@ -1,0 +1,95 @@
+//! Reading: from the text of a compiled shader to the resolved tree.
+//!
+//! `lex` splits lines, `file` knows which lines there are, `symbols` makes variables of the table, `flow` makes
+//! statements of structured operations, `ops` and `call` make expressions of single ones. Variables keep their
+//! names; functions that compilers have put in place become functions without formals, so that their `return`
+//! leaves what it should.
+
+mod call;
+mod file;
+mod flow;
+mod lex;
+mod ops;
+mod sources;
+mod symbols;
+
+use super::{errors, text};
+use crate::hir::{self, Function, Program, Var};
+use crate::types::StructTable;
+use file::File;
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::SourceMap;
+use osl_syntax::span::Span;
+use symbols::Symbols;
+
+/// A compiled shader that was read, with or without errors.
+#[derive(Debug)]
+pub struct Read {
+    /// The file itself, then the sources that it names, as far as it quotes them.
+    pub sources: SourceMap,
+    /// The program; only if there is no error.
+    pub program: Option<Program>,
+    /// What is wrong.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Reads a compiled shader. `name` is what diagnostics call the file.
+pub fn read(name: &str, text: &str) -> Read {
+    let mut sources = SourceMap::default();
+    let mut diagnostics = Vec::new();
+    if sources.add(name, text.into()).is_none() {
+        diagnostics.push(*errors::too_large(Span::default(), "a compiled shader may have 4 GiB"));
+        return Read { sources, program: None, diagnostics };
+    }
+    let file = file::parse(text, &mut diagnostics);
+    let program = if diagnostics.is_empty() {
+        let spans = sources::places(&file, &mut sources);
+        build(&file, &spans).map_err(|error| diagnostics.push(*error)).ok()
+    } else {
+        None
+    };
+    Read { sources, program, diagnostics }
+}
+
+/// What the parts of reading share.
+struct Builder<'f, 'a> {
+    file: &'f File<'a>,
+    /// Where each operation stands in its source.
+    spans: &'f [Span],
+    structs: StructTable,
+    vars: Vec<Var>,
+    functions: Vec<Function>,
+    symbols: Symbols<'a>,
+}
+
+type Result<T> = std::result::Result<T, errors::Wrong>;
+
+/// Makes the program of a file. The first thing that is wrong ends it: what follows from it would be wrong too.
+fn build<'a>(file: &File<'a>, spans: &[Span]) -> Result<Program> {
+    let mut b = Builder {
+        file,
+        spans,
+        structs: StructTable::default(),
+        vars: symbols::globals(),
+        functions: Vec::new(),
+        symbols: Symbols::default(),
+    };
+    let params = b.declare()?;
+    let params = b.defaults(params)?;
+    let main = file.sections.iter().find(|s| s.name == text::MAIN);
+    let body = match main {
+        Some(section) => b.section(section)?,
+        None => Vec::new(),
+    };
+    let Some(line) = &file.shader else {
+        return Err(errors::syntax(Span::default(), "no line names the shader"));
+    };
+    let shader = hir::Shader {
+        name: line.name.into(),
+        kind: line.kind,
+        metadata: line.metadata.clone(),
+        params,
+        body,
+    };
+    Ok(Program { structs: b.structs, vars: b.vars, functions: b.functions, shader })
+}

@@ -1,0 +1,64 @@
+//! Where operations come from: the lines of the sources that hints name, as files of a source map.
+//!
+//! A compiled shader knows file and line of its operations and quotes some of the lines. Those become files with
+//! the quoted lines and empty ones between, so that messages name the source as they would if it were run.
+
+use super::file::File;
+use osl_syntax::source::SourceMap;
+use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Lines of all sources together, at most; what lies behind them keeps its place in the compiled shader.
+const MAX_LINES: u32 = 1 << 20;
+
+/// The span of each operation, in the source where that is known.
+pub(super) fn places(file: &File<'_>, sources: &mut SourceMap) -> Vec<Span> {
+    let mut last: FxHashMap<&str, u32> = FxHashMap::default();
+    let mut order: Vec<&str> = Vec::new();
+    let mut total = 0u32;
+    for (name, line) in file.ops.iter().filter_map(|op| op.place) {
+        let reached = last.entry(name).or_insert_with(|| {
+            order.push(name);
+            0
+        });
+        let more = line.saturating_sub(*reached);
+        if more <= MAX_LINES - total {
+            total += more;
+            *reached = (*reached).max(line);
+        }
+    }
+    let mut quoted: FxHashMap<&str, BTreeMap<u32, &str>> = FxHashMap::default();
+    for (name, line, text) in &file.quoted {
+        quoted.entry(name).or_default().insert(*line, text);
+    }
+    let mut spans: FxHashMap<&str, Vec<Span>> = FxHashMap::default();
+    for name in order {
+        let count = last.get(name).copied().unwrap_or(0);
+        spans.insert(name, add(sources, name, count, quoted.get(name)));
+    }
+    let place = |op: &super::file::Op<'_>| {
+        let (name, line) = op.place?;
+        spans.get(name)?.get(line.checked_sub(1)? as usize).copied()
+    };
+    file.ops.iter().map(|op| place(op).unwrap_or(op.span)).collect()
+}
+
+/// Adds a file of so many lines; the span of each.
+fn add(sources: &mut SourceMap, name: &str, count: u32, quoted: Option<&BTreeMap<u32, &str>>) -> Vec<Span> {
+    let mut text = String::new();
+    let mut lines = Vec::new();
+    for number in 1..=count {
+        let line = quoted.and_then(|q| q.get(&number)).copied().unwrap_or_default();
+        let indent = line.len() - line.trim_start().len();
+        lines.push((text.len() + indent, text.len() + line.len()));
+        text.push_str(line);
+        text.push('\n');
+    }
+    let Some(base) = sources.add(name, Arc::from(text)).and_then(|_| sources.files().last()).map(|f| f.base)
+    else {
+        return Vec::new();
+    };
+    lines.into_iter().map(|(start, end)| Span::new(base + start as u32, base + end as u32)).collect()
+}

@@ -1,0 +1,205 @@
+//! Calls: functions are put in place, built-ins are operations of their name.
+
+use super::place::Spot;
+use super::stmt::ends;
+use super::table::Sym;
+use super::{Storage, Val, Writer};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Place};
+use crate::types::{Extent, Type};
+
+/// Calls within calls; functions cannot recurse.
+const MAX_CALL_DEPTH: usize = 128;
+
+impl Writer<'_> {
+    /// Puts a function in the place of its call.
+    pub(super) fn call(&mut self, id: FunctionId, args: &[Arg]) -> Val {
+        let program = self.program;
+        let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
+        let span = self.span;
+        if self.returns.len() > MAX_CALL_DEPTH {
+            self.full.get_or_insert(span);
+        }
+        if self.is_full() {
+            return Val::Void;
+        }
+        let mut bound = Vec::new();
+        let mut back: Vec<(Spot, Storage)> = Vec::new();
+        for (arg, formal) in args.iter().zip(&function.formals) {
+            let Some(var) = program.vars.get(formal.0 as usize) else { continue };
+            let storage = match arg {
+                Arg::Alias(actual) => self.storage(*actual),
+                Arg::Copy { value, back: None } => Some(self.argument(var.ty, &var.name, value)),
+                Arg::Copy { back: Some(place), .. } => {
+                    let spot = self.spot(place, true);
+                    let storage = self.allocate(var.ty, &var.name);
+                    if let Some(spot) = spot {
+                        let value = self.read(&spot);
+                        self.write(&Spot::whole(storage.clone()), value);
+                        back.push((spot, storage.clone()));
+                    }
+                    Some(storage)
+                }
+            };
+            bound.push((*formal, storage));
+        }
+        for (formal, storage) in bound {
+            if let Some(storage) = storage {
+                self.bind(formal, storage);
+            }
+        }
+        let ret = (function.ret != Type::VOID).then(|| self.allocate_temp(function.ret));
+        if let Some(ret) = ret.as_ref().filter(|_| !ends(&function.body)) {
+            self.store_zero(ret);
+        }
+        self.returns.push(ret.clone().map(|ret| (ret, function.ret)));
+        let name = self.table.text(function.name.clone());
+        let op = self.emit("functioncall", &[name], "r");
+        self.body(&function.body);
+        self.part_ends(op);
+        self.returns.pop();
+        self.span = span;
+        for (spot, storage) in back {
+            let value = self.read(&Spot::whole(storage));
+            self.write(&spot, value);
+        }
+        match ret {
+            Some(ret) => self.read(&Spot::whole(ret)),
+            None => Val::Void,
+        }
+    }
+
+    /// Storage for an argument that is copied in. An open array gets the argument's own length.
+    fn argument(&mut self, ty: Type, name: &str, value: &Init) -> Storage {
+        if let Init::Value(e) = value
+            && matches!(e.kind, ExprKind::Read(_))
+            && ty.is_array()
+            && let Val::Stored(storage, None) = self.eval(e)
+        {
+            return storage;
+        }
+        let ty = match value {
+            Init::List(items) if ty.extent == Extent::Unsized => {
+                Type { extent: Extent::Array(items.len().max(1) as u32), ..ty }
+            }
+            _ => ty,
+        };
+        let storage = self.allocate(ty, name);
+        self.store_init(&storage, ty, value);
+        storage
+    }
+
+    /// A built-in function; its result goes to a given symbol or a new one.
+    pub(super) fn builtin(&mut self, call: &BuiltinCall, ty: Type, to: Option<Sym>) -> Val {
+        let span = self.span;
+        if let Some(made) = self.in_space(call, ty, to) {
+            return Val::One(made);
+        }
+        let mut spots: Vec<(Spot, Sym)> = Vec::new();
+        let mut args = Vec::new();
+        let mut access = String::new();
+        for (index, (e, place)) in call.args.iter().zip(&call.outputs).enumerate() {
+            let output = self.reads_output(call, index);
+            args.push(match place {
+                Some(place) => self.output(place, &mut spots),
+                None => self.passed(e),
+            });
+            access.push(match (place.is_some(), output) {
+                (true, _) | (false, Some(true)) => 'w',
+                _ => 'r',
+            });
+        }
+        self.span = span;
+        let result = self.operation(call, ty, to, &args, &access);
+        for (spot, temp) in spots {
+            self.write(&spot, Val::One(temp));
+        }
+        result.map_or(Val::Void, Val::One)
+    }
+
+    /// Whether the table says of an argument that it is an output.
+    fn reads_output(&self, call: &BuiltinCall, index: usize) -> Option<bool> {
+        let signature = call.row.signatures().get(call.overload)?;
+        signature.params.get(index).map(|p| p.output)
+    }
+
+    /// An argument that is only read. Arrays are passed as they lie.
+    fn passed(&mut self, e: &Expr) -> Sym {
+        if e.ty.is_array() {
+            let val = self.eval(e);
+            return self.one(val);
+        }
+        self.operand(e)
+    }
+
+    /// An output argument: the variable, or a temporary that is stored to a part of one behind the call.
+    fn output(&mut self, place: &Place, spots: &mut Vec<(Spot, Sym)>) -> Sym {
+        let Some(spot) = self.spot(place, true) else { return self.table.int(0) };
+        let value = self.read(&spot);
+        let value = self.one(value);
+        if !spot.is_plain() {
+            spots.push((spot, value));
+        }
+        value
+    }
+
+    /// The operation itself, or the few that stand for a function that the format has no operation for.
+    fn operation(
+        &mut self,
+        call: &BuiltinCall,
+        ty: Type,
+        to: Option<Sym>,
+        args: &[Sym],
+        access: &str,
+    ) -> Option<Sym> {
+        let name = call.row.name;
+        if ty == Type::VOID {
+            self.emit(name, args, access);
+            return None;
+        }
+        // What takes several operations must not write a variable that the later ones read.
+        let to = match to {
+            Some(to) if !args.contains(&to) => to,
+            _ => self.table.temp(ty),
+        };
+        if self.composed(name, ty, to, args) {
+            return Some(to);
+        }
+        let (name, mut all) = match name {
+            _ if ty == Type::CLOSURE => {
+                let name = self.table.text(name.into());
+                ("closure", vec![to, name])
+            }
+            "transform" if ty == Type::VECTOR => ("transformv", vec![to]),
+            "transform" if ty == Type::NORMAL => ("transformn", vec![to]),
+            "matrix from spaces" => ("matrix", vec![to]),
+            name => (name, vec![to]),
+        };
+        let before = "r".repeat(all.len() - 1);
+        all.extend_from_slice(args);
+        self.emit(name, &all, &format!("w{before}{access}"));
+        Some(to)
+    }
+
+    /// A constructor with a space: the parts of the value are its arguments.
+    fn in_space(&mut self, call: &BuiltinCall, ty: Type, to: Option<Sym>) -> Option<Sym> {
+        let [space, value] = call.args.as_slice() else { return None };
+        let name = match call.row.name {
+            "color in space" => "color",
+            "point in space" => "point",
+            "vector in space" => "vector",
+            "normal in space" => "normal",
+            "matrix in space" => "matrix",
+            _ => return None,
+        };
+        let space = self.operand(space);
+        let parts = match &value.kind {
+            ExprKind::Triple(parts) => parts.iter().map(|p| self.operand(p)).collect(),
+            ExprKind::Matrix(cells) => self.cells(cells),
+            ExprKind::Convert(inner) => vec![self.value(inner)],
+            _ => return None,
+        };
+        let to = to.unwrap_or_else(|| self.table.temp(ty));
+        self.emit_to(name, to, &[&[space][..], &parts].concat());
+        Some(to)
+    }
+}

@@ -1,0 +1,161 @@
+//! Writing: from the resolved tree to the text of a compiled shader.
+//!
+//! Functions are put in the place of their calls and structs become their fields, as in lowering, and in the same
+//! order: what comes of the text computes the same bits. `composed` spells out functions that renderers have no operation for, `table` holds symbols and operations, `stmt`, `expr`, `place`, `call`
+//! write operations, `params` the defaults, `usage` finds who reads and writes what, `print` lays the text out.
+
+mod call;
+mod composed;
+mod constant;
+mod expr;
+mod params;
+mod place;
+mod print;
+mod stmt;
+mod usage;
+
+mod table;
+
+use super::errors;
+use crate::hir::{Program, VarId};
+use crate::types::Type;
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::SourceMap;
+use osl_syntax::span::Span;
+use table::{Op, Sym, Table};
+
+/// Operations, at most.
+const MAX_OPS: usize = 400_000;
+
+/// Writes a program. `sources` tells its files and lines.
+///
+/// # Errors
+/// The program is too large once its functions are put in place.
+pub fn write(program: &Program, sources: &SourceMap) -> Result<String, Vec<Diagnostic>> {
+    let mut writer = Writer {
+        program,
+        table: Table::new(),
+        ops: Vec::new(),
+        vars: vec![None; program.vars.len()],
+        returns: Vec::new(),
+        sections: Vec::new(),
+        span: Span::default(),
+        loops: 0,
+        full: None,
+    };
+    for index in 0..crate::hir::GLOBALS.len() {
+        // Symbols of globals come with their first use.
+        if let Some(var) = writer.vars.get_mut(index) {
+            *var = Some(Storage::Global(index));
+        }
+    }
+    writer.params();
+    writer.sections.push((super::text::MAIN.to_string(), writer.ops.len()));
+    writer.body(&program.shader.body);
+    if let Some(span) = writer.full {
+        let message = "the program is too large once its functions are put in place";
+        return Err(vec![*errors::too_large(span, message)]);
+    }
+    writer.emit("end", &[], "");
+    usage::derivatives(&mut writer.table, &writer.ops);
+    Ok(print::print(&writer, sources))
+}
+
+/// Where a variable lies: one symbol for each part that is no struct.
+#[derive(Clone, Debug)]
+enum Storage {
+    /// A global that no operation has named yet.
+    Global(usize),
+    Leaf(Sym),
+    Struct(Vec<Storage>),
+}
+
+/// The value of an expression.
+#[derive(Clone, Debug)]
+enum Val {
+    /// A scalar, triple, matrix, string or closure.
+    One(Sym),
+    /// A struct or array, where it lies; `None` is no element, else that of each part.
+    Stored(Storage, Option<Sym>),
+    /// No value.
+    Void,
+}
+
+struct Writer<'a> {
+    program: &'a Program,
+    table: Table,
+    ops: Vec<Op>,
+    vars: Vec<Option<Storage>>,
+    /// Where the values of the functions around go.
+    returns: Vec<Option<(Storage, Type)>>,
+    /// Names of the codes and where each starts.
+    sections: Vec<(String, usize)>,
+    span: Span,
+    /// Loops around, in all functions.
+    loops: u32,
+    /// Where the limit was passed.
+    full: Option<Span>,
+}
+
+impl Writer<'_> {
+    /// Adds an operation; `access` has `r`, `w` or `W` (both) for each argument.
+    fn emit(&mut self, name: &'static str, args: &[Sym], access: &str) -> usize {
+        if self.ops.len() >= MAX_OPS {
+            self.full.get_or_insert(self.span);
+            return self.ops.len().saturating_sub(1);
+        }
+        self.ops.push(Op {
+            name,
+            args: args.to_vec(),
+            access: access.bytes().collect(),
+            jumps: Vec::new(),
+            span: self.span,
+        });
+        self.ops.len() - 1
+    }
+
+    /// A result and arguments that are only read.
+    fn emit_value(&mut self, name: &'static str, ty: Type, args: &[Sym]) -> Sym {
+        let to = self.table.temp(ty);
+        self.emit_to(name, to, args);
+        to
+    }
+
+    fn emit_to(&mut self, name: &'static str, to: Sym, args: &[Sym]) {
+        let mut all = vec![to];
+        all.extend_from_slice(args);
+        let access = format!("w{}", "r".repeat(args.len()));
+        self.emit(name, &all, &access);
+    }
+
+    fn assign(&mut self, to: Sym, from: Sym) {
+        self.emit_to("assign", to, &[from]);
+    }
+
+    /// Says at which operation the next part of an operation starts, or the last one ends: here.
+    fn part_ends(&mut self, op: usize) {
+        let here = self.ops.len();
+        if let Some(op) = self.ops.get_mut(op) {
+            op.jumps.push(here);
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        self.full.is_some()
+    }
+
+    fn bind(&mut self, var: VarId, storage: Storage) {
+        if let Some(place) = self.vars.get_mut(var.0 as usize) {
+            *place = Some(storage);
+        }
+    }
+
+    /// The symbol of a part that is no struct.
+    fn leaf(&mut self, storage: &Storage) -> Option<Sym> {
+        match storage {
+            Storage::Leaf(sym) => Some(*sym),
+            Storage::Global(index) => Some(self.table.global(*index)),
+            Storage::Struct(_) => None,
+        }
+    }
+}

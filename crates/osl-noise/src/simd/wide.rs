@@ -1,0 +1,144 @@
+//! Registers of sixteen words, for what compilers find no vector instruction for: above all, giving lanes the words of
+//! a table.
+//!
+//! Every register is made by way of a [`Proof`] or of another register, so that one that exists proves its
+//! instructions. Work with them inside [`super::Isa::dispatch`], where they are compiled to single instructions.
+
+use std::arch::x86_64::*;
+use std::ops::{Add, Mul, Sub};
+
+/// What proves AVX-512.
+#[derive(Clone, Copy)]
+pub(crate) struct Proof(());
+
+/// Sixteen floats.
+#[derive(Clone, Copy)]
+pub(crate) struct Floats(__m512);
+
+/// Sixteen words.
+#[derive(Clone, Copy)]
+pub(crate) struct Words(__m512i);
+
+/// Some of sixteen lanes.
+#[derive(Clone, Copy)]
+pub(crate) struct Marks(__mmask16);
+
+// SAFETY of all blocks below: the value at hand comes from a `Proof`, which is made only where AVX-512 was detected.
+// Loads and stores have arrays of sixteen words.
+
+impl Proof {
+    /// For a level that was detected.
+    pub(super) fn detected() -> Proof {
+        Proof(())
+    }
+
+    #[inline(always)]
+    pub(crate) fn floats(self, from: &[f32; 16]) -> Floats {
+        unsafe { Floats(_mm512_loadu_ps(from.as_ptr())) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn words(self, from: &[u32; 16]) -> Words {
+        unsafe { Words(_mm512_loadu_si512(from.as_ptr().cast())) }
+    }
+
+    /// One float in all lanes.
+    #[inline(always)]
+    pub(crate) fn all(self, x: f32) -> Floats {
+        unsafe { Floats(_mm512_set1_ps(x)) }
+    }
+
+    /// One word in all lanes.
+    #[inline(always)]
+    pub(crate) fn each(self, x: u32) -> Words {
+        unsafe { Words(_mm512_set1_epi32(x as i32)) }
+    }
+}
+
+impl Floats {
+    #[inline(always)]
+    pub(crate) fn store(self, to: &mut [f32; 16]) {
+        unsafe { _mm512_storeu_ps(to.as_mut_ptr(), self.0) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn floor(self) -> Floats {
+        unsafe { Floats(_mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)) }
+    }
+
+    /// The integers that whole numbers are.
+    #[inline(always)]
+    pub(crate) fn whole(self) -> Words {
+        unsafe { Words(_mm512_cvttps_epi32(self.0)) }
+    }
+
+    /// Where it is not less than another; no lane is NaN.
+    #[inline(always)]
+    pub(crate) fn at_least(self, other: Floats) -> Marks {
+        unsafe { Marks(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, other.0)) }
+    }
+
+    /// Less another at some lanes, itself at the others.
+    #[inline(always)]
+    pub(crate) fn less_at(self, marks: Marks, other: Floats) -> Floats {
+        unsafe { Floats(_mm512_mask_sub_ps(self.0, marks.0, self.0, other.0)) }
+    }
+
+    /// Times another at some lanes, 0 at the others.
+    #[inline(always)]
+    pub(crate) fn times_at(self, marks: Marks, other: Floats) -> Floats {
+        unsafe { Floats(_mm512_maskz_mul_ps(marks.0, self.0, other.0)) }
+    }
+}
+
+impl Words {
+    #[inline(always)]
+    pub(crate) fn store(self, to: &mut [u32; 16]) {
+        unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), self.0) }
+    }
+
+    /// For each lane the float of a table that its lowest four bits tell.
+    #[inline(always)]
+    pub(crate) fn pick(self, table: Floats) -> Floats {
+        unsafe { Floats(_mm512_permutexvar_ps(self.0, table.0)) }
+    }
+
+    /// Plus one of two.
+    #[inline(always)]
+    pub(crate) fn plus(self, marks: Marks, yes: Words, no: Words) -> Words {
+        unsafe { Words(_mm512_add_epi32(self.0, _mm512_mask_blend_epi32(marks.0, no.0, yes.0))) }
+    }
+}
+
+impl Marks {
+    #[inline(always)]
+    pub(crate) fn and(self, other: Marks) -> Marks {
+        Marks(self.0 & other.0)
+    }
+
+    #[inline(always)]
+    pub(crate) fn or(self, other: Marks) -> Marks {
+        Marks(self.0 | other.0)
+    }
+
+    #[inline(always)]
+    pub(crate) fn not(self) -> Marks {
+        Marks(!self.0)
+    }
+}
+
+macro_rules! operator {
+    ($trait:ident $name:ident $call:ident) => {
+        impl $trait for Floats {
+            type Output = Floats;
+            #[inline(always)]
+            fn $name(self, other: Floats) -> Floats {
+                unsafe { Floats($call(self.0, other.0)) }
+            }
+        }
+    };
+}
+
+operator!(Add add _mm512_add_ps);
+operator!(Sub sub _mm512_sub_ps);
+operator!(Mul mul _mm512_mul_ps);

@@ -1,0 +1,140 @@
+//! The renderer of the reference's grid tool: a grid with its own spaces, data and attributes, as values are recorded
+//! with it. OSL language specification, "testshade"; what it answers was measured.
+
+use crate::grid::{Grid, reference_spaces};
+use osl_exec::{Blocks, Datum, PointSource, Spaces};
+use osl_ir::hir::Global;
+use osl_ir::ir::{Axis, Const};
+
+/// A grid, with what the grid tool's renderer answers.
+#[derive(Clone, Debug)]
+pub struct ReferenceRenderer {
+    /// The points.
+    pub grid: Grid,
+    /// Globals whose slopes differ from point to point: P, u, v.
+    pub vary: Vec<Global>,
+    /// Data of the primitive: name and value.
+    pub data: Vec<(String, Datum)>,
+}
+
+impl ReferenceRenderer {
+    /// The renderer of a grid, without data of its own.
+    pub fn new(grid: Grid) -> ReferenceRenderer {
+        ReferenceRenderer { grid, vary: Vec::new(), data: Vec::new() }
+    }
+
+    /// Its named spaces.
+    pub fn spaces(&self) -> Spaces {
+        reference_spaces(self.grid.width, self.grid.height)
+    }
+
+    fn uv(&self, point: usize) -> [f32; 2] {
+        let (width, height) = (self.grid.width, self.grid.height);
+        let (x, y) = self.grid.order().pixel(point);
+        [self.grid.coordinate(0, x, width), self.grid.coordinate(1, y, height)]
+    }
+
+    /// A slope that differs from point to point.
+    fn own_slope(&self, global: Global, axis: Axis, [u, v]: [f32; 2]) -> [f32; 3] {
+        match (global, axis) {
+            (Global::P, Axis::X) => [1.0 - u, 1.0 - v, u * 0.5],
+            (Global::P, Axis::Y) => [1.0 - v, 1.0 - u, v * 0.5],
+            (Global::U, Axis::X) => [1.0 - u, 0.0, 0.0],
+            (Global::U, Axis::Y) => [u, 0.0, 0.0],
+            (Global::V, Axis::X) => [1.0 - v, 0.0, 0.0],
+            (Global::V, Axis::Y) => [v, 0.0, 0.0],
+            _ => [0.0; 3],
+        }
+    }
+
+    fn slopes(&self, global: Global, uv: [f32; 2]) -> [f32; 2] {
+        Axis::BOTH.map(|axis| {
+            let own = self.vary.contains(&global);
+            if own { self.own_slope(global, axis, uv)[0] } else { self.grid.slope(global, axis)[0] }
+        })
+    }
+}
+
+impl PointSource for ReferenceRenderer {
+    fn count(&self) -> usize {
+        self.grid.count()
+    }
+
+    fn blocks(&self) -> Option<Blocks> {
+        self.grid.blocks()
+    }
+
+    fn varying(&self) -> &[Global] {
+        self.grid.varying()
+    }
+
+    fn uniform(&self, global: Global) -> [f32; 3] {
+        match global {
+            Global::SurfaceArea => [1.0, 0.0, 0.0],
+            _ => self.grid.uniform(global),
+        }
+    }
+
+    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.grid.slope(global, axis)
+    }
+
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        self.grid.fill(global, first, width, lanes);
+    }
+
+    fn varying_slopes(&self) -> &[Global] {
+        &self.vary
+    }
+
+    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        let last = self.count().saturating_sub(1);
+        for (component, lanes) in lanes.chunks_mut(width).enumerate() {
+            for (lane, out) in lanes.iter_mut().enumerate() {
+                *out = self.own_slope(global, axis, self.uv((first + lane).min(last)))[component];
+            }
+        }
+    }
+
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let [u, v] = self.uv(point);
+        let float = |x: f32| Some(Datum::one(Const::Float(x)));
+        let aspect = self.grid.width as f32 / self.grid.height as f32;
+        let floats = |list: &[f32]| Some(Datum::array(list.iter().map(|x| Const::Float(*x)).collect()));
+        if (object, name) == ("options", "blahblah") {
+            // The recorder's own number, not π.
+            return float(314_159.0 / 100_000.0);
+        }
+        if !matches!(object, "" | "global") || element.is_some() {
+            return None;
+        }
+        if let Some((_, value)) = self.data.iter().find(|(n, _)| n == name) {
+            return Some(value.clone());
+        }
+        match name {
+            "s" => Some(Datum { slopes: self.slopes(Global::U, [u, v]), ..Datum::one(Const::Float(u)) }),
+            "t" => Some(Datum { slopes: self.slopes(Global::V, [u, v]), ..Datum::one(Const::Float(v)) }),
+            "red" if u > 0.5 => float(u),
+            "green" if u < 0.5 => float(v),
+            "blue" if (v * 12.0) as i32 % 2 == 0 => float(1.0 - u),
+            "face_idx" => Some(Datum::one(Const::Int((4.0 * u) as i32))),
+            "shading:index" => Some(Datum::one(Const::Int(self.grid.order().position(point) as i32))),
+            "osl:version" => Some(Datum::one(Const::Int(11312))),
+            "camera:resolution" => {
+                let side = |n: usize| Const::Int(n as i32);
+                Some(Datum::array(vec![side(self.grid.width), side(self.grid.height)]))
+            }
+            "camera:projection" => Some(Datum::one(Const::Str("perspective".into()))),
+            "camera:fov" => float(90.0),
+            "camera:pixelaspect" => float(1.0),
+            "camera:clip" => floats(&[0.1, 1000.0]),
+            "camera:clip_near" => float(0.1),
+            "camera:clip_far" => float(1000.0),
+            "camera:shutter" => floats(&[0.0, 1.0]),
+            "camera:shutter_open" => float(0.0),
+            "camera:shutter_close" => float(1.0),
+            "camera:screen_window" => floats(&[-aspect, -1.0, aspect, 1.0]),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! The command lines of the reference's tools: `oslrun testshade …`, or the same binary under the tool's name.
+//!
+//! They take the tools' options, use their defaults, write the same files and print the same lines, so that scripts made
+//! for those tools go on. Sources of the options: the OSL documentation and the tools' own help.
+
+mod options;
+mod oslc;
+mod oslinfo;
+mod testshade;
+
+use osl_ir::ir::Const;
+use osl_ir::text::{self, Flavour, Value};
+use std::ffi::OsString;
+use std::io::Write;
+use std::path::Path;
+
+/// Where a tool writes.
+struct Console<'a> {
+    out: &'a mut dyn Write,
+    err: &'a mut dyn Write,
+}
+
+/// The tools, by name.
+const TOOLS: [&str; 3] = ["oslc", "oslinfo", "testshade"];
+
+/// Runs the tool that the command line asks for, by the binary's name or the first argument, and yields its exit code.
+pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -> Option<u8> {
+    let name = |arg: &OsString| Path::new(arg).file_stem().map(|s| s.to_string_lossy().into_owned());
+    let tool = |arg: Option<&OsString>| {
+        let name = name(arg?)?;
+        TOOLS.into_iter().find(|tool| *tool == name)
+    };
+    let (tool, rest) = match (tool(args.first()), tool(args.get(1))) {
+        (Some(found), _) => (found, args.get(1..)),
+        (None, Some(found)) if args.get(1).is_some_and(|a| a == found) => (found, args.get(2..)),
+        _ => return None,
+    };
+    let rest: Vec<String> = rest.unwrap_or(&[]).iter().map(|a| a.to_string_lossy().into_owned()).collect();
+    let mut console = Console { out, err };
+    Some(match tool {
+        "oslc" => oslc::main(&rest, &mut console),
+        "oslinfo" => oslinfo::main(&rest, &mut console),
+        _ => testshade::main(&rest, &mut console),
+    })
+}
+
+/// A number with six digits, as the tools print it.
+fn number(x: f32) -> String {
+    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print)
+}

@@ -1,0 +1,124 @@
+//! What `testshade` shows of a run: what shaders said, values point by point, images.
+
+use super::super::{Console, number};
+use super::job::Job;
+use crate::cli::output;
+use osl_exec::{Frame, Plane, Program};
+use osl_image::write_channels;
+use osl_ir::group::Group;
+use osl_ir::hir;
+use osl_syntax::source::SourceMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// An output that was asked for and that a layer has.
+pub(super) struct Output {
+    /// As it was asked for.
+    pub(super) asked: String,
+    /// The name of its planes.
+    pub(super) plane: Arc<str>,
+    /// What lowering has to know of it.
+    pub(super) names: Vec<Arc<str>>,
+    /// Where it goes.
+    pub(super) file: Option<PathBuf>,
+}
+
+/// The outputs that layers have; the last layer with an output of the name is meant. Others are passed over in silence.
+pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
+    let mut found = Vec::new();
+    for (asked, file) in &job.outputs {
+        let (of, name) = asked.split_once('.').map_or((None, asked.as_str()), |(of, name)| (Some(of), name));
+        let layers = group.layers().iter().enumerate().rev();
+        let has = |l: &osl_ir::group::Layer| {
+            of.is_none_or(|of| of == &*l.name) && names(&l.program).any(|output| output == name)
+        };
+        let Some((index, layer)) = layers.into_iter().find(|(_, l)| has(l)) else { continue };
+        let last = index + 1 == group.layers().len();
+        let path: Arc<str> = format!("{}.{name}", layer.name).into();
+        // A name without its layer makes every layer that has such an output run.
+        let mut names: Vec<Arc<str>> = if last { Vec::new() } else { vec![path.clone()] };
+        names.extend(of.is_none().then(|| name.into()));
+        found.push(Output {
+            asked: asked.clone(),
+            plane: if last { name.into() } else { path },
+            names,
+            file: (file != "null").then(|| file.into()),
+        });
+    }
+    found
+}
+
+fn names(program: &hir::Program) -> impl Iterator<Item = &str> {
+    program.shader.params.iter().filter(|p| p.output).map(|p| &*program.vars[p.var.0 as usize].name)
+}
+
+/// The outputs of layers that are to run by themselves.
+pub(super) fn entries(group: &Group, job: &Job) -> Vec<Arc<str>> {
+    let mut all: Vec<Arc<str>> = job.entry_outputs.iter().map(|o| o.as_str().into()).collect();
+    for layer in group.layers().iter().filter(|l| job.entries.iter().any(|e| *e == *l.name)) {
+        all.extend(names(&layer.program).map(|output| format!("{}.{output}", layer.name).into()));
+    }
+    all
+}
+
+/// Prints what the shaders printed, then errors and warnings, each once.
+pub(super) fn said(
+    frame: &Frame,
+    program: &Program,
+    sources: &SourceMap,
+    console: &mut Console<'_>,
+) -> Result<(), String> {
+    output::printed(&frame.printed, false, console.out).map_err(|failure| format!("ERROR: {}", failure.0))?;
+    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    let mut seen = std::collections::HashSet::new();
+    for message in &frame.messages {
+        let mut line = message.show(place);
+        if line.starts_with("Index [")
+            && let Some((index, names)) = message.places.first().and_then(|span| program.names(*span))
+        {
+            line +=
+                &format!(" (group {}, layer {index} {}, shader {})", names.group, names.layer, names.shader);
+        }
+        if seen.insert((message.error, line.clone())) {
+            let _ = writeln!(console.err, "{}: {line}", if message.error { "ERROR" } else { "WARNING" });
+        }
+    }
+    Ok(())
+}
+
+/// The planes of an output, in order.
+fn planes<'a>(frame: &'a Frame, output: &Output) -> Vec<&'a Plane> {
+    let part = |plane: &str| {
+        plane.strip_prefix(&*output.plane).is_some_and(|rest| rest.is_empty() || rest.starts_with(['[', '.']))
+    };
+    frame.planes.iter().filter(|p| part(&p.output)).collect()
+}
+
+/// Prints the outputs of each point.
+pub(super) fn points(frame: &Frame, outputs: &[Output], width: usize, console: &mut Console<'_>) {
+    let all: Vec<(&Output, Vec<Vec<f32>>)> =
+        outputs.iter().map(|o| (o, planes(frame, o).iter().map(|p| p.floats()).collect())).collect();
+    let count = all.iter().flat_map(|(_, planes)| planes.iter().map(Vec::len)).max().unwrap_or(0);
+    for point in 0..count {
+        let _ = writeln!(console.out, "Pixel ({}, {}):", point % width, point / width);
+        for (output, planes) in &all {
+            let values: String = planes.iter().map(|p| format!(" {}", number(p[point]))).collect();
+            let _ = writeln!(console.out, "  {} :{values}", output.asked);
+        }
+    }
+}
+
+/// Writes each output to its file.
+pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), String> {
+    for output in outputs {
+        let Some(file) = &output.file else { continue };
+        let values: Vec<Vec<f32>> = planes(frame, output).iter().map(|p| p.floats()).collect();
+        let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
+        if slices.is_empty() {
+            continue;
+        }
+        write_channels(file, (job.grid.width, job.grid.height), &slices, job.samples)
+            .map_err(|e| format!("ERROR: {e}"))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,39 @@
+//! `oslrun compile FILE -o OUT`: a source as a compiled shader.
+
+use super::args::CompileArgs;
+use super::{Failure, input, levels, report};
+use crate::pipeline;
+use osl_ir::lint::Level;
+use osl_ir::oso;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Compiles a shader and writes it.
+pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let input = input::read(&args.file, &args.read)?;
+    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+    let list = levels::judge(&checked, Level::Always, &args.lints);
+    report::diagnostics(&list, &checked.sources, &args.read, err)?;
+    let program = checked.program.ok_or_else(Failure::said)?;
+    let text = match oso::write(&program, &checked.sources) {
+        Ok(text) => text,
+        Err(list) => {
+            report::diagnostics(&list, &checked.sources, &args.read, err)?;
+            return Err(Failure::said());
+        }
+    };
+    let path = match &args.output {
+        Some(path) if path == Path::new("-") => {
+            let _ = out.write_all(text.as_bytes());
+            return Ok(());
+        }
+        Some(path) => path.clone(),
+        None => PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso"),
+    };
+    if args.output.is_none() && path == args.file {
+        return Err(Failure::new("this would write the file that is read: name another one with -o"));
+    }
+    osl_image::replace_file(&path, text.as_bytes()).map_err(Failure::new)?;
+    let _ = writeln!(out, "wrote {}", path.display());
+    Ok(())
+}

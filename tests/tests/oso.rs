@@ -1,0 +1,406 @@
+//! Compiled shaders: those that the reference wrote run like their sources, and what is written here comes back.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl_exec::RunOptions;
+use osl_ir::ir::Kind;
+use osl_tests::golden::{Golden, compare, ulps};
+use osl_tests::run;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+
+/// The files below a folder with an extension, in order.
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()) {
+        if entry.is_dir() {
+            found.extend(files(&entry, extension));
+        } else if entry.extension().is_some_and(|e| e == extension) {
+            found.push(entry);
+        }
+    }
+    found.sort();
+    found
+}
+
+fn data(folder: &str) -> PathBuf {
+    run::root().join("tests/data").join(folder)
+}
+
+/// Whether a value is as near as it has to be: the rule of the tests of the sources.
+fn near(expected: f32, got: f32) -> bool {
+    expected == got
+        || (expected.is_nan() && got.is_nan())
+        || (expected - got).abs() <= 1e-6
+        || ulps(expected, got) <= 2
+}
+
+/// Runs a compiled shader of the reference for a recorded run of its source; what differs.
+fn recorded(oso: &Path, csv: &Path, seed: bool) -> Vec<String> {
+    let name = oso.file_name().unwrap().to_string_lossy().into_owned();
+    let text = std::fs::read_to_string(oso).unwrap();
+    let mut golden = Golden::load(csv).unwrap();
+    let frame = match run::like(&name, &text, &golden, &RunOptions::default()) {
+        Ok((frame, _)) => frame,
+        Err(e) => return vec![e],
+    };
+    let is_int = |output: &str| {
+        let of = |p: &osl_exec::Plane| p.output.split('[').next() == Some(output) && p.kind == Kind::Int;
+        frame.planes.iter().any(of)
+    };
+    if !seed {
+        golden.untangle(is_int);
+    }
+    let unopt = csv.with_extension("").with_extension("unopt.csv");
+    let mut other = Golden::load(&unopt).unwrap_or_default();
+    other.untangle(is_int);
+    let columns = run::columns(&frame);
+    let mut wrong = Vec::new();
+    for (column, expected) in golden.columns.iter().skip(2) {
+        let Some((_, got)) = columns.iter().find(|(n, _)| n == column) else {
+            wrong.push(format!("no column {column}"));
+            continue;
+        };
+        if seed {
+            let c = compare(expected, got, 1e-5);
+            if c.total != expected.len() || c.within * 1000 < c.total * 999 {
+                wrong.push(format!("{column}: {c:?}"));
+            }
+            continue;
+        }
+        let second = other.columns.iter().find(|(n, _)| n == column).map(|(_, v)| v);
+        let fits = |e: &Vec<f32>| e.iter().zip(got).all(|(e, g)| near(*e, *g));
+        if !fits(expected) && !second.is_some_and(fits) {
+            let first = expected.iter().zip(got).enumerate().find(|(_, (e, g))| !near(**e, **g));
+            wrong.push(format!("{column}: {first:?}"));
+        }
+    }
+    wrong
+}
+
+/// The recorded runs of the source of a sample.
+fn runs_of(sample: &Path) -> (Vec<PathBuf>, bool) {
+    let stem = sample.file_stem().unwrap().to_string_lossy().into_owned();
+    let (area, case) = stem.split_once("__").unwrap();
+    if area == "seeds" {
+        let prefix = format!("{}.", case.trim_end_matches(".repaired"));
+        let mut all = files(&data("seeds"), "gz");
+        all.retain(|p| p.file_name().unwrap().to_string_lossy().starts_with(&prefix));
+        return (all, true);
+    }
+    let csv = data("values").join(area).join(format!("{case}.csv"));
+    (vec![if csv.exists() { csv } else { csv.with_extension("csv.gz") }], false)
+}
+
+#[test]
+fn samples_of_the_reference_run_as_recorded() {
+    let samples = files(&data("oso"), "oso");
+    assert_eq!(samples.len(), 83);
+    let check = |sample: &PathBuf| {
+        let (runs, seed) = runs_of(sample);
+        assert!(!runs.is_empty(), "{}", sample.display());
+        runs.iter().flat_map(|csv| recorded(sample, csv, seed)).collect::<Vec<String>>()
+    };
+    let outcomes: Vec<Vec<String>> = samples.par_iter().map(check).collect();
+    let bad: Vec<String> = samples
+        .iter()
+        .zip(&outcomes)
+        .filter(|(_, wrong)| !wrong.is_empty())
+        .map(|(sample, wrong)| format!("{}: {}", sample.file_stem().unwrap().display(), wrong.join("\n  ")))
+        .collect();
+    assert!(bad.is_empty(), "{} of {}:\n{}", bad.len(), samples.len(), bad.join("\n"));
+}
+
+/// Everything that a run yields, as text: bits of all planes, closures, printed text, messages.
+fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> Vec<(String, String)> {
+    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    let mut all = Vec::new();
+    for (name, values) in run::columns(frame) {
+        let bits: Vec<u32> = values.iter().map(|x| x.to_bits()).collect();
+        all.push((name, format!("{bits:x?}")));
+    }
+    let printed: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
+    all.push(("printed".to_string(), printed));
+    // A compiled shader knows the lines of its operations but not the columns: of equal messages of one line the first
+    // counts, so that only their order may differ.
+    let mut said = frame.said(place);
+    said.sort();
+    all.push(("messages".to_string(), format!("{said:#?}")));
+    all.push(("closures".to_string(), format!("{:?}", frame.closures)));
+    all
+}
+
+/// Compiles a source to text and runs both; what differs. `None` if the source is not accepted.
+fn round_trip(source: &Path) -> Option<Vec<String>> {
+    let name = source.file_name().unwrap().to_string_lossy().into_owned();
+    round_trip_text(&name, &std::fs::read_to_string(source).unwrap())
+}
+
+fn round_trip_text(name: &str, text: &str) -> Option<Vec<String>> {
+    let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    let program = checked.program?;
+    let written = match osl_ir::oso::write(&program, &checked.sources) {
+        Ok(written) => written,
+        Err(list) => return Some(vec![format!("{list:?}")]),
+    };
+    let mut golden = Golden::conditions(text);
+    golden.size = (golden.size.0.max(7), golden.size.1.max(5));
+    let options = RunOptions { closures: true, ..RunOptions::default() };
+    let expected = match run::like(name, text, &golden, &options) {
+        Ok((frame, sources)) => outcome(&frame, &sources),
+        // It does not fit, or does not end: neither does what it becomes.
+        Err(why) => vec![("error".to_string(), why)],
+    };
+    let got = match run::like(&format!("{name}.oso"), &written, &golden, &options) {
+        Ok((frame, sources)) => outcome(&frame, &sources),
+        Err(why) if expected[0].0 == "error" => {
+            vec![("error".to_string(), if why.is_empty() { why } else { expected[0].1.clone() })]
+        }
+        Err(why) => return Some(vec![format!("{why}\n{written}")]),
+    };
+    let names = |list: &[(String, String)]| list.iter().map(|(n, _)| n.clone()).collect::<Vec<_>>();
+    if names(&expected) != names(&got) {
+        return Some(vec![format!("{:?} for {:?}", names(&got), names(&expected))]);
+    }
+    let differ = expected.iter().zip(&got).filter(|(e, g)| e != g);
+    let short = |e: &str, g: &str| {
+        let at = e.bytes().zip(g.bytes()).take_while(|(e, g)| e == g).count().saturating_sub(80);
+        let part = |text: &str| text.chars().skip(at).take(300).collect::<String>();
+        format!("{}\nfor {}", part(g), part(e))
+    };
+    Some(differ.map(|(e, g)| format!("{}: {}", e.0, short(&e.1, &g.1))).collect())
+}
+
+#[test]
+fn what_is_written_comes_back() {
+    let mut sources = files(&run::root().join("osl"), "osl");
+    sources.extend(files(&run::root().join("tests/data"), "osl"));
+    let outcomes: Vec<Option<Vec<String>>> = sources.par_iter().map(|s| round_trip(s)).collect();
+    let accepted = outcomes.iter().flatten().count();
+    let bad: Vec<String> = sources
+        .iter()
+        .zip(outcomes)
+        .filter_map(|(source, wrong)| Some((source, wrong?)))
+        .filter(|(_, wrong)| !wrong.is_empty())
+        .map(|(source, wrong)| format!("{}:\n  {}", source.display(), wrong.join("\n  ")))
+        .collect();
+    println!("{accepted} sources accepted of {}", sources.len());
+    assert!(bad.is_empty(), "{} of {accepted}:\n{}", bad.len(), bad.join("\n"));
+    assert!(accepted > 500, "{accepted}");
+}
+
+/// The text that a source compiles to.
+fn written(name: &str, text: &str) -> String {
+    let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    let program = checked.program.unwrap_or_else(|| panic!("{name}: {:#?}", checked.diagnostics));
+    osl_ir::oso::write(&program, &checked.sources).unwrap()
+}
+
+/// Class, type, name, value, metadata and place in a struct of each parameter's line.
+fn params(oso: &str) -> Vec<Vec<String>> {
+    let is_param = |line: &&str| line.starts_with("param\t") || line.starts_with("oparam\t");
+    let fields = |line: &str| {
+        let keeps = |hint: &&str| {
+            ["meta{", "mystruct", "struct", "initexpr"].iter().any(|kept| hint.starts_with(kept))
+        };
+        let (head, hints) = line.split_once('%').unwrap_or((line, ""));
+        let mut all: Vec<String> = head.split('\t').map(|part| part.trim().to_string()).collect();
+        all.extend(hints.split(" %").filter(keeps).map(|hint| hint.trim().to_string()));
+        all
+    };
+    oso.lines().filter(is_param).map(fields).collect()
+}
+
+/// The source of a sample.
+fn source_of(sample: &Path) -> PathBuf {
+    let stem = sample.file_stem().unwrap().to_string_lossy().into_owned();
+    let (area, case) = stem.split_once("__").unwrap();
+    let inside = data("values").join(area).join(format!("{case}.osl"));
+    if inside.exists() { inside } else { data("seeds").join(format!("{case}.osl")) }
+}
+
+#[test]
+fn parameters_are_written_as_the_reference_writes_them() {
+    let (mut compared, mut bad) = (0, Vec::new());
+    let mut same_ops = 0;
+    for sample in files(&data("oso"), "oso") {
+        let source = source_of(&sample);
+        let text = std::fs::read_to_string(&source).unwrap();
+        let name = source.file_name().unwrap().to_string_lossy().into_owned();
+        let (theirs, ours) = (std::fs::read_to_string(&sample).unwrap(), written(&name, &text));
+        compared += 1;
+        if params(&theirs) != params(&ours) {
+            bad.push(format!("{name}: {:#?}\nfor {:#?}", params(&ours), params(&theirs)));
+        }
+        let ops = |text: &str| {
+            let lines = text.lines().filter(|line| line.starts_with('\t'));
+            lines.filter_map(|line| line.split_whitespace().next().map(str::to_string)).collect::<Vec<_>>()
+        };
+        same_ops += usize::from(ops(&theirs) == ops(&ours));
+    }
+    println!("{same_ops} of {compared} have the very operations of the reference");
+    assert!(bad.is_empty(), "{} of {compared}:\n{}", bad.len(), bad.join("\n"));
+    assert_eq!(compared, 83);
+}
+
+#[test]
+fn every_function_of_the_library_comes_back() {
+    let mut bad = Vec::new();
+    let mut count = 0;
+    for row in osl_ir::builtins::all() {
+        let text = format!("surface example(output float result = 0) {{\n{}\n}}\n", row.example);
+        if let Some(wrong) = round_trip_text("example.osl", &text) {
+            count += 1;
+            if !wrong.is_empty() {
+                bad.push(format!("{}: {}", row.name, wrong.join("; ")));
+            }
+        }
+    }
+    assert!(bad.is_empty(), "{} of {count}:\n{}", bad.len(), bad.join("\n"));
+    assert!(count > 150, "{count}");
+}
+
+#[test]
+fn functions_that_are_written_out_keep_their_derivatives() {
+    let text = "surface s(output float r[12] = {}, output vector w[4] = {}) {
+        normal n = normalize(normal(u - 0.5, v + 0.1, 1)); vector i = normalize(vector(v, u * u, -1)); vector k = i;
+        float x = hypot(u, v); r[0] = Dx(x); x = hypot(u, x, v); r[1] = Dy(x); x = mod(u * 7, v + 0.2); r[2] = Dx(x);
+        x = log(u + 2, v + 3); r[3] = Dx(x) + Dy(x); r[4] = aastep(0.5, u); r[5] = aastep(v, u, 0.1);
+        r[6] = aastep(0.3, v, -0.2, u); x = aastep(0.5, u, 0.1, 0.7); r[7] = Dx(x); r[8] = aastep(u, u);
+        k = reflect(k, n); w[0] = Dx(k); k = refract(k, k, 1.5 + u); w[1] = Dx(k) + Dy(k); k = refract(i, -n, 0.7 * v); w[2] = k + Dy(k);
+        k = faceforward(k, i); k = faceforward(n, k, i); w[3] = k + Dx(k); r[9] = iscameraray(); r[10] = mod(-7, 3);
+        r[11] = strlen(concat(\"a\", \"bc\", format(\"%g\", u), \"d\")) + strlen(substr(\"abcdef\", -3)); }";
+    assert_eq!(round_trip_text("written_out.osl", text), Some(Vec::new()));
+}
+
+#[test]
+fn generated_programs_come_back() {
+    let check = |seed: u64| {
+        let bytes = osl_tests::generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100);
+        let text = osl_tests::generate::program(&bytes);
+        let wrong = round_trip_text("generated.osl", &text)?;
+        // A formal that stands for a variable is that variable, and messages about its indices name that.
+        let unnamed = |text: &str| {
+            let named = |line: &str| match line.split_once(" out of range ") {
+                Some((head, rest)) => format!("{head}{}", rest.trim_start_matches(|c| c != '[')),
+                None => line.to_string(),
+            };
+            text.lines().map(named).collect::<std::collections::BTreeSet<String>>()
+        };
+        let renamed = |w: &String| {
+            let sides = w.strip_prefix("messages: ").and_then(|both| both.split_once("\nfor "));
+            sides.is_some_and(|(got, expected)| unnamed(got) == unnamed(expected))
+        };
+        let wrong: Vec<String> = wrong.into_iter().filter(|w| !renamed(w)).collect();
+        (!wrong.is_empty()).then(|| format!("{seed}: {}\n{text}", wrong.join("; ")))
+    };
+    let bad: Vec<String> = (0..600u64).into_par_iter().filter_map(check).collect();
+    assert!(bad.is_empty(), "{} of 600:\n{}", bad.len(), bad[0]);
+}
+
+/// Operations that renderers know. What else is written is in the list behind it.
+const KNOWN: &str = "aassign abs acos add and area aref arraycopy arraylength asin assign atan atan2 backfacing bitand \
+    bitor blackbody break calculatenormal cbrt ceil cellnoise clamp closure color compassign compl compref concat \
+    continue cos cosh cross degrees determinant dict_find dict_next dict_value distance div dot Dx Dy Dz dowhile end \
+    endswith environment eq erf erfc error exit exp exp2 expm1 fabs filterwidth floor fmod for format fprintf \
+    functioncall ge getattribute getchar getmatrix getmessage gettextureinfo gt hash hashnoise if inversesqrt \
+    isconnected isconstant isfinite isinf isnan le length log log10 log2 logb lt luminance matrix max min mix mod mul \
+    mxcompassign mxcompref neg neq noise normal normalize or point pointcloud_get pointcloud_search pointcloud_write \
+    pow printf psnoise pnoise radians raytype regex_match regex_search return round select setmessage shl shr sign sin \
+    sincos sinh smoothstep snoise spline splineinverse split sqrt startswith step stof stoi strlen sub substr \
+    surfacearea tan tanh texture texture3d trace transform transformc transformn transformv transpose trunc vector \
+    warning wavelength_color while xor";
+
+/// Functions that the reference's header writes out in the language, and that stay operations here.
+const BEYOND: &[&str] = &["artistic_ior", "fresnel", "linearstep", "rotate", "smooth_linearstep"];
+
+#[test]
+fn only_known_operations_are_written() {
+    let known: std::collections::BTreeSet<&str> = KNOWN.split_whitespace().collect();
+    let mut beyond = std::collections::BTreeSet::new();
+    for row in osl_ir::builtins::all() {
+        let text = format!("surface example(output float result = 0) {{\n{}\n}}\n", row.example);
+        let oso = written("example.osl", &text);
+        let ops = oso.lines().filter(|l| l.starts_with('\t')).filter_map(|l| l.split_whitespace().next());
+        beyond.extend(ops.filter(|op| !known.contains(op)).map(str::to_string));
+    }
+    assert_eq!(beyond.iter().map(String::as_str).collect::<Vec<_>>(), BEYOND);
+}
+
+#[test]
+fn written_texts() {
+    for case in [
+        "loops/break_continue",
+        "struct/params",
+        "params/metadata_array",
+        "params/closure_output",
+        "logic/and_or_values",
+        "deriv/arrays",
+    ] {
+        let path = data("values").join(format!("{case}.osl"));
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let text = written(&name, &std::fs::read_to_string(&path).unwrap());
+        insta::assert_snapshot!(case.replace('/', "__"), text);
+    }
+}
+
+/// Lines are left out, doubled and exchanged, bytes overwritten: what comes of it is read or refused, never more.
+#[test]
+fn nothing_upsets_the_reader() {
+    let samples = files(&data("oso"), "oso");
+    samples.par_iter().enumerate().for_each(|(at, sample)| {
+        let text = std::fs::read_to_string(sample).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        let mut state = at as u64 + 1;
+        let mut random = |below: usize| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as usize % below.max(1)
+        };
+        for _ in 0..150 {
+            let mut changed: Vec<String> = lines.iter().map(|l| (*l).to_string()).collect();
+            for _ in 0..=random(3) {
+                let (a, b) = (random(changed.len()), random(changed.len()));
+                match random(5) {
+                    0 => drop(changed.remove(a)),
+                    1 => changed.swap(a, b),
+                    2 => changed.insert(a, changed[b].clone()),
+                    3 => {
+                        // A word of one line in the place of one of another.
+                        let word = changed[b].split_whitespace().nth(random(6)).unwrap_or("0").to_string();
+                        let mut words: Vec<String> =
+                            changed[a].split_inclusive(char::is_whitespace).map(str::to_string).collect();
+                        if !words.is_empty() {
+                            let place = random(words.len());
+                            words[place] = format!("{word} ");
+                        }
+                        changed[a] = words.concat();
+                    }
+                    _ => {
+                        let mut bytes = changed[a].clone().into_bytes();
+                        if !bytes.is_empty() {
+                            let place = random(bytes.len());
+                            bytes[place] = b" \"%{},.$_-09az#\\"[random(16)];
+                        }
+                        changed[a] = String::from_utf8_lossy(&bytes).into_owned();
+                    }
+                }
+            }
+            let read = osl_ir::oso::read("changed.oso", &changed.join("\n"));
+            assert_eq!(read.program.is_some(), read.diagnostics.is_empty());
+            if let Some(program) = read.program {
+                // A loop may have lost its end: it is compiled, not run.
+                let _ = osl_ir::lower::lower(&program, &osl_ir::params::ParamValues::default());
+                let again = osl_ir::oso::write(&program, &read.sources).unwrap();
+                let third = osl_ir::oso::read("again.oso", &again);
+                assert!(third.diagnostics.is_empty(), "{:#?}\n{again}", third.diagnostics);
+            }
+        }
+    });
+}
