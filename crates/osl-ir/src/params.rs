@@ -11,6 +11,15 @@ use std::sync::Arc;
 pub enum ParamError {
     /// The shader has no parameter of this name; the closest one.
     Unknown(String, Option<String>),
+    /// The value has a type that the parameter does not take.
+    Type {
+        /// The parameter.
+        name: String,
+        /// Its type.
+        ty: String,
+        /// That of the value.
+        given: String,
+    },
     /// The text is no value of the parameter's type.
     Mismatch {
         /// The parameter.
@@ -28,6 +37,9 @@ impl std::fmt::Display for ParamError {
             ParamError::Unknown(name, None) => write!(f, "the shader has no parameter `{name}`"),
             ParamError::Unknown(name, Some(close)) => {
                 write!(f, "the shader has no parameter `{name}`; there is one named `{close}`")
+            }
+            ParamError::Type { name, ty, given } => {
+                write!(f, "parameter `{name}` is of type {ty} and takes no value of type {given}")
             }
             ParamError::Mismatch { name, ty, text } => {
                 write!(f, "parameter `{name}` is a {ty}, and `{text}` is none")
@@ -116,10 +128,18 @@ fn set_parsed(
 ) -> Result<(), ParamError> {
     let ty = find(program, name)?;
     let error = || mismatch(program, ty, name, text);
+    let wrong = || ParamError::Type {
+        name: name.to_string(),
+        ty: program.structs.show(ty),
+        given: program.structs.show(given),
+    };
     let triples = given.element().is_triple() && ty.element().is_triple();
     let same = given.base == ty.base || triples || (given == Type::FLOAT && ty.is_triple());
     let extent = given.extent == ty.extent || (given.is_array() && ty.extent == Extent::Unsized);
-    let value = value.filter(|_| same && extent).ok_or_else(error)?;
+    if !same || !extent {
+        return Err(wrong());
+    }
+    let value = value.ok_or_else(error)?;
     let spread = |v: Const| match v {
         Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
         v => v,

@@ -128,7 +128,7 @@ fn set(layer: &mut Layer, name: &str, value: &Value) -> Result<(), String> {
     let Layer { program, values, .. } = layer;
     let mut set = |ty| params::set_words(program, values, ty, name, &words);
     let result = match set(ty) {
-        Err(ParamError::Mismatch { .. }) if ty == Type::INT => set(Type::FLOAT),
+        Err(ParamError::Type { .. }) if ty == Type::INT => set(Type::FLOAT),
         result => result,
     };
     result.map_err(|e| format!("layer `{}`: {e}", layer.name))

@@ -105,7 +105,7 @@ fn what_is_wrong_is_told() {
     let one = || Group::builder().layer("a", &good);
     assert!(said(one().layer("a", &good)).contains("the name is taken"));
     assert!(said(one().param("y", 1.0)).contains("no parameter `y`"));
-    assert!(said(one().param("x", "text")).contains("parameter `x` is a float"));
+    assert!(said(one().param("x", "text")).contains("parameter `x` is of type float"));
     assert!(said(one().connect("a", "b.x")).contains("LAYER.PARAMETER"));
     assert!(said(one().connect("a.o", "b.x")).contains("no layer `b`"));
     assert!(said(one().layer("b", &good).connect("b.o", "a.x")).contains("does not come before"));

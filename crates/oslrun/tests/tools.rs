@@ -277,7 +277,10 @@ fn groups_of_testshade() {
         ("shader add s; connect s.sum t.a;", "there is no layer `t`"),
         ("shader add s; shader add t; connect s.sum t.x;", "no parameter `x`"),
         ("shader add s; shader add t; connect t.sum s.a;", "does not come before"),
-        ("shader add s; shader noisy t; connect s.sum t.name;", "a float cannot be connected to a string"),
+        (
+            "shader add s; shader noisy t; connect s.sum t.name;",
+            "a value of type float cannot go to one of type string",
+        ),
     ] {
         let (code, _, err) = tool(dir, "testshade", &["--group", bad]);
         assert!(

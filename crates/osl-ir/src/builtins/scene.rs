@@ -86,7 +86,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
     )
     .derivatives("none: the result is an int")
-    .extremes("An output of the last layer is connected downstream: something asks for it.")
+    .extremes("An output of the last of several layers is connected downstream: something asks for it. 0 in a shader by itself.")
     .example("int wired = isconnected(u);"),
     Builtin::compose(
         "isconstant",

@@ -36,7 +36,7 @@ pub enum ConnectError {
         to: String,
     },
     /// The types do not suit.
-    #[error("a {from} cannot be connected to a {to}")]
+    #[error("a value of type {from} cannot go to one of type {to}")]
     Types {
         /// Type of the source.
         from: String,
