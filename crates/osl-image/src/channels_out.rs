@@ -175,10 +175,9 @@ mod tests {
                 write_channels(&path, (3, 2), &slices, samples).expect(name);
                 let read = read_image(&path).expect(name);
                 assert_eq!((read.width, read.height), (3, 2), "{name}");
-                for c in 0..count {
-                    for i in 0..6 {
-                        let got = read.samples[i * read.channels.len() + c];
-                        assert!((got - planes[c][i]).abs() <= off, "{name} {count} {c} {i}: {got}");
+                for (c, plane) in slices.iter().enumerate() {
+                    for (got, wanted) in read.plane(c).iter().zip(*plane) {
+                        assert!((got - wanted).abs() <= off, "{name} {count} {c}: {got} for {wanted}");
                     }
                 }
             }
