@@ -1,7 +1,7 @@
 //! The choice of instruction set: detected once, carried as a value that proves its presence.
 //!
 //! The only unsafe code of the crate: calling functions compiled for a feature set that the [`Isa`] proves, the registers
-//! of [`wide`], and the conversion to integers that compilers turn into one vector instruction.
+//! of `wide`, and the conversion to integers that compilers turn into one vector instruction.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
 
