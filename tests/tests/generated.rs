@@ -129,6 +129,11 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             r *= point(((1 ? (u - r[1]) : 1) + v), (0 ? 1 : (1 / (float)hashnoise(r, 1))), 1); }",
     ),
     (
+        "what nothing needs asked for derivatives, but only where it was not removed",
+        "shader s(output color r = 0) { r = pow(2.5, (color)snoise(point(-1, -1, -1), u));
+            float x = (float)pnoise(\"usimplex\", P, 1e-40, point(0, 0.5, 100), time, \"direction\", (vector)r); }",
+    ),
+    (
         "a closure of few nodes that are shared was written out in full",
         "volume s(output closure color k = 0) { for (int i = 0; i < 9; i++)
             k += layer(dielectric_bsdf(N, P, color(v), color(1), u, v, 3.25, \"ggx\") * u, k + k + k * v); }",

@@ -146,8 +146,8 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             }
             Pass::Derive => {
                 // What nothing needs, such as most layers of a large group, is not to be differentiated, nor to use up what
-                // unrolled loops may grow by.
-                if !without(Pass::Dce) {
+                // unrolled loops may grow by. It asks for no derivatives either, which decides about bits.
+                if !without(Pass::Dce) || derive::asks(body) {
                     dce::run(body);
                 }
                 if derive::run(body) && !without(Pass::Fold) {
