@@ -1,6 +1,8 @@
 //! What may be said on the command line.
 
+use super::explain::ExplainArgs;
 use super::levels::LintArgs;
+use super::stability::StabilityArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use osl_exec::Isa;
 use osl_image::ExrCompression;
@@ -28,6 +30,10 @@ pub(super) enum Command {
     Ir(IrArgs),
     /// Explain an error or warning by its code, with a wrong and a right example.
     ExplainError(ExplainErrorArgs),
+    /// Tell what a shader does at one point, line by line, or what each output costs.
+    Explain(Box<ExplainArgs>),
+    /// Find where a shader stops being right at the extremes, and the lines to blame.
+    Stability(Box<StabilityArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
@@ -322,7 +328,7 @@ pub(super) enum Stage {
 /// Points that a grid may have.
 const MAX_POINTS: usize = 1 << 30;
 
-fn grid(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn grid(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let (w, h): (usize, usize) = (w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?);
@@ -337,7 +343,7 @@ fn grid(text: &str) -> Result<(usize, usize), String> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair(pub(super) [f32; 2]);
 
-fn pair(text: &str) -> Result<Pair, String> {
+pub(super) fn pair(text: &str) -> Result<Pair, String> {
     let wrong = || format!("two numbers separated by a comma, not `{text}`");
     let (u, v) = text.split_once(',').ok_or_else(wrong)?;
     let number = |t: &str| t.trim().parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(wrong);

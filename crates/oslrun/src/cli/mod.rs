@@ -11,6 +11,7 @@ mod compat;
 mod compile;
 mod data;
 mod doc;
+mod explain;
 mod explain_error;
 mod fmt;
 mod info;
@@ -23,6 +24,7 @@ mod profile;
 mod repair;
 mod report;
 mod run;
+mod stability;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -68,6 +70,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
+        (Some(Command::Explain(args)), _) => explain::explain(&args, out, err),
+        (Some(Command::Stability(args)), _) => stability::stability(&args, out, err),
         (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
         (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),

@@ -28,7 +28,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         repair: args.repair.then_some(args.write.as_deref()),
         allow_files: args.allow_files,
     };
-    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -81,7 +81,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     Ok(())
 }
 
-fn grid(args: &RunArgs) -> Grid {
+pub(super) fn grid(args: &RunArgs) -> Grid {
     Grid {
         width: args.grid.0,
         height: args.grid.1,
@@ -91,7 +91,7 @@ fn grid(args: &RunArgs) -> Grid {
     }
 }
 
-fn services(args: &RunArgs, folder: PathBuf) -> Services {
+pub(super) fn services(args: &RunArgs, folder: PathBuf) -> Services {
     let mut spaces = Spaces::default();
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
