@@ -6,9 +6,11 @@
 
 pub mod camera;
 mod data;
+pub mod displace;
 mod grid;
 pub mod mesh;
 mod reference;
+pub mod subdivide;
 pub mod surface_points;
 
 pub use data::{Data, WithData};
