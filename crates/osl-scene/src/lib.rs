@@ -10,6 +10,7 @@ pub mod displace;
 mod grid;
 pub mod mesh;
 mod reference;
+pub mod shape;
 pub mod subdivide;
 pub mod surface_points;
 
