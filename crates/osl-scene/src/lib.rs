@@ -13,6 +13,10 @@ mod reference;
 pub mod shape;
 pub mod subdivide;
 pub mod surface_points;
+pub mod view;
+
+// Its types are part of this interface.
+pub use glam;
 
 pub use data::{Data, WithData};
 pub use grid::{Grid, reference_spaces};
