@@ -16,7 +16,7 @@ use osl_ir::types::Type;
 use osl_scene::camera::View;
 use osl_scene::displace::{Displacement, displace};
 use osl_scene::glam::{Mat4, Vec2, Vec3};
-use osl_scene::mesh::{Mesh, Triangles, read_obj};
+use osl_scene::mesh::{Bounds, Mesh, Triangles, read_obj};
 use osl_scene::shape::{Placed, Shape, Solid, Surface};
 use osl_scene::subdivide::{Detail, Scheme, tessellate};
 use osl_scene::surface_points::SurfacePoints;
@@ -199,22 +199,18 @@ impl<'a> Job<'a> {
         displacement: Option<&Compiled>,
         program: Option<&Compiled>,
     ) -> Result<(Seen, Frame), Failure> {
-        let flat = "--object-space is to be a matrix that can be inverted";
-        let whole = match &self.shape {
-            Source::Shape(shape) => {
-                Placed::new(*shape, self.to_common).ok_or_else(|| Failure::new(flat))?.bounds()
-            }
-            Source::Mesh(mesh) => {
-                let mut mesh = mesh.clone();
-                mesh.transform(&self.to_common);
-                osl_scene::mesh::Bounds::of(mesh.positions)
-            }
-        };
         let (width, height) = self.args.grid;
-        let camera = camera_for(&whole, self.args.on.eye, [width, height]);
-        let view = camera.view().map_err(Failure::new)?;
-        let services = self.services(&view, whole.radius());
+        let (bounds, reach) = self.whole()?;
+        let camera = camera_for(&bounds, reach, self.args.on.eye, [width, height]);
+        let mut view = camera.view().map_err(Failure::new)?;
+        let services = self.services(&view, reach);
         let surface = self.surface(displacement, &view, &services)?;
+        // What grew is seen from farther away, where its edges are shorter still.
+        if displacement.is_some() && surface.reach() > reach {
+            let camera = camera_for(&surface.bounds(), surface.reach(), self.args.on.eye, [width, height]);
+            view = camera.view().map_err(Failure::new)?;
+        }
+        let services = self.services(&view, surface.reach());
         let seen = look(&view, &*surface);
         let mut frame = match program {
             Some(program) => self.shade(program, seen.points.clone(), &services)?,
@@ -222,6 +218,28 @@ impl<'a> Job<'a> {
         };
         frame.planes.iter_mut().for_each(|plane| spread(plane, &seen.pixels, width * height));
         Ok((seen, frame))
+    }
+
+    /// The box around the surface before it is displaced, and how far it reaches.
+    fn whole(&self) -> Result<(Bounds, f32), Failure> {
+        match &self.shape {
+            Source::Shape(shape) => {
+                let placed = self.placed(*shape)?;
+                Ok((placed.bounds(), placed.reach()))
+            }
+            Source::Mesh(mesh) => {
+                let mut mesh = mesh.clone();
+                mesh.transform(&self.to_common);
+                let bounds = Bounds::of(mesh.positions.iter().copied());
+                let far = mesh.positions.iter().map(|p| p.distance(bounds.center())).fold(0.0, f32::max);
+                Ok((bounds, far))
+            }
+        }
+    }
+
+    fn placed(&self, shape: Shape) -> Result<Placed<Shape>, Failure> {
+        Placed::new(shape, self.to_common)
+            .ok_or_else(|| Failure::new("--object-space is to be a matrix that can be inverted"))
     }
 
     /// The surface as it is seen, displaced if it is to be.
@@ -232,10 +250,7 @@ impl<'a> Job<'a> {
         services: &Services,
     ) -> Result<Box<dyn Surface>, Failure> {
         if let (Source::Shape(shape), None) = (&self.shape, displacement) {
-            let placed = Placed::new(*shape, self.to_common);
-            return placed
-                .map(|placed| Box::new(placed) as Box<dyn Surface>)
-                .ok_or_else(|| Failure::new("the surface is flat"));
+            return Ok(Box::new(self.placed(*shape)?));
         }
         let mut triangles = self.triangles(view, displacement.is_some())?;
         if let Some(compiled) = displacement {
