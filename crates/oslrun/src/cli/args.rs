@@ -1,6 +1,8 @@
 //! What may be said on the command line.
 
 use super::levels::LintArgs;
+use super::sampling::SampleArgs;
+use super::tradeoff::TradeoffArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use osl_exec::Isa;
 use osl_image::ExrCompression;
@@ -36,6 +38,8 @@ pub(super) enum Command {
     Fmt(FmtArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.
     Doc(DocArgs),
+    /// Measure what more and fewer samples of a shader cost, and how far off they are.
+    Tradeoff(Box<TradeoffArgs>),
 }
 
 /// How a source file is read.
@@ -93,6 +97,9 @@ pub(super) struct RunArgs {
     /// Added to u and v.
     #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub(super) uv_offset: Pair,
+    /// Samples of pixels.
+    #[command(flatten)]
+    pub(super) sampling: SampleArgs,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. Of a group, the last layer's, or
     /// LAYER.NAME=VALUE.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]

@@ -2,7 +2,8 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::output::Broken;
+use super::output::{Broken, Rows};
+use super::sampling::{self, Plan, Sampled};
 use super::{Failure, closures, data, output, profile, report};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -18,6 +19,10 @@ use std::time::{Duration, Instant};
 /// Runs a shader.
 pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let started = Instant::now();
+    let plan = args.sampling.plan()?;
+    if args.closures && plan != Plan::Plain {
+        return Err(Failure::new("--closures wants one sample for each pixel"));
+    }
     let request = Request {
         file: args.file.as_deref(),
         network: &args.network,
@@ -43,7 +48,8 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compile_time = started.elapsed();
 
     let services = services(args, folder);
-    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &points, args, &sources)?;
+    let shaded = shade(&compiled, &services, &points, plan, args, &sources)?;
+    let Shaded { mut frame, run, write, file, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
@@ -66,7 +72,11 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     }
     if args.stats {
         let times = [compile_time, run, write];
-        stats(&compiled, lowered, points.count(), times, args, err);
+        let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
+        stats(&compiled, lowered, evaluations, times, args, err);
+    }
+    if let Some(said) = said {
+        let _ = write!(if args.stats { err } else { &mut *out }, "{}", said.text);
     }
     if let Some(path) = &args.profile {
         profile::print(&frame.profile, &sources, err);
@@ -81,7 +91,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     Ok(())
 }
 
-fn grid(args: &RunArgs) -> Grid {
+pub(super) fn grid(args: &RunArgs) -> Grid {
     Grid {
         width: args.grid.0,
         height: args.grid.1,
@@ -91,7 +101,7 @@ fn grid(args: &RunArgs) -> Grid {
     }
 }
 
-fn services(args: &RunArgs, folder: PathBuf) -> Services {
+pub(super) fn services(args: &RunArgs, folder: PathBuf) -> Services {
     let mut spaces = Spaces::default();
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
@@ -111,39 +121,33 @@ struct Shaded {
     run: Duration,
     write: Duration,
     file: Option<Unsaved>,
+    /// What there is to say of samples.
+    said: Option<sampling::Said>,
 }
 
 /// Runs all points. What goes into an EXR file is written as it comes.
 fn shade(
     compiled: &Compiled,
     services: &Services,
-    points: &dyn PointSource,
+    points: &WithData<Grid>,
+    plan: Plan,
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
-    let options = RunOptions {
-        batch: args.batch.map(|n| n as usize),
-        isa: args.isa.unwrap_or_else(Isa::detect),
-        max_steps: args.max_steps,
-        closures: args.closures,
-        profile: args.profile.is_some(),
-        ..RunOptions::default()
-    };
+    let options = options(args);
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
     let run = Run::new(&compiled.program, services, points, &options);
-    let work = || match &args.output {
-        Some(path) if output::streams(args) => {
-            let started = Instant::now();
-            let (frame, run, file) = output::stream(&run, path, args, &tick)?;
-            let write = started.elapsed().saturating_sub(run);
-            Ok(Shaded { frame, run, write, file: Some(file) })
+    let work = || {
+        let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
+        if plan == Plan::Plain {
+            return computed(&mut plain, args);
         }
-        _ => {
-            let started = Instant::now();
-            let frame = run.points(0..points.count(), &tick).map_err(Broken::Stop)?;
-            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
-        }
+        let shading = sampling::shading(&compiled.program, services, points, &options, plan);
+        let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
+        let shaded = computed(&mut sampled, args)?;
+        let said = sampled.said().map_err(Broken::Stop)?;
+        Ok(Shaded { said: Some(said), ..shaded })
     };
     let result = match args.threads {
         Some(threads) => rayon::ThreadPoolBuilder::new()
@@ -161,8 +165,36 @@ fn shade(
     })
 }
 
+/// How to run what the command line says.
+pub(super) fn options(args: &RunArgs) -> RunOptions {
+    RunOptions {
+        batch: args.batch.map(|n| n as usize),
+        isa: args.isa.unwrap_or_else(Isa::detect),
+        max_steps: args.max_steps,
+        closures: args.closures,
+        profile: args.profile.is_some(),
+        ..RunOptions::default()
+    }
+}
+
+/// Computes an image, into its file if that takes it piece by piece.
+fn computed(image: &mut dyn Rows, args: &RunArgs) -> Result<Shaded, Broken> {
+    let started = Instant::now();
+    match &args.output {
+        Some(path) if output::streams(args) => {
+            let (frame, run, file) = output::stream(image, path, args)?;
+            let write = started.elapsed().saturating_sub(run);
+            Ok(Shaded { frame, run, write, file: Some(file), said: None })
+        }
+        _ => {
+            let frame = output::whole(image, args.grid)?;
+            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None, said: None })
+        }
+    }
+}
+
 /// A run that ended early, in words.
-fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
+pub(super) fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
     let (span, hint) = match stop {
         Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
         Stop::Exhausted { span, .. } => (*span, ""),
@@ -201,7 +233,7 @@ fn summary(frame: &Frame, out: &mut dyn Write) {
 fn stats(
     compiled: &Compiled,
     lowered: usize,
-    points: usize,
+    points: u64,
     times: [Duration; 3],
     args: &RunArgs,
     err: &mut dyn Write,
