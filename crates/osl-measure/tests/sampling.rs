@@ -142,7 +142,7 @@ fn a_bound_is_kept_and_costs_little() {
     let cases: [(&str, f32, f64); 5] = [
         ("smooth", 0.01, 0.6),
         ("edge", 0.02, 12.0),
-        ("dots", 0.02, 20.0),
+        ("dots", 0.02, 64.0),
         ("noise", 0.1, 90.0),
         ("constant", 0.01, 0.6),
     ];

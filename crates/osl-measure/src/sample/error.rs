@@ -1,8 +1,7 @@
 //! Sums over the samples of a pixel, and how far their mean may be off.
 //!
 //! The samples of a pattern have one in each rectangle, so that their mean is far better than that of as many independent
-//! ones, most where the shader is smooth. What is left is seen in how neighbouring rectangles differ: half of the mean
-//! square of their differences is the variance within a rectangle, and more where the shader has a slope.
+//! ones, most where the shader is smooth. What is left is seen in how neighbouring rectangles differ.
 
 use super::pattern::Pattern;
 use osl_ir::ir::Kind;
@@ -84,26 +83,40 @@ pub(super) fn block(
     found
 }
 
-/// Half of the mean square of the differences of neighbours.
+/// The variance within rectangles, along both axes alike.
 fn within(level: u32, at: impl Fn(usize) -> f32) -> f32 {
     let (columns, rows) = Pattern::rectangles(level);
-    let (mut total, mut pairs) = (0.0, 0.0_f32);
-    for y in 0..rows {
-        let mut left = None;
-        for x in 0..columns {
-            let here = at(y * columns + x);
-            if let Some(left) = left {
-                total += square(here - left);
-                pairs += 1.0;
+    let across = along(rows, columns, |y, x| at(y * columns + x));
+    let down = along(columns, rows, |x, y| at(y * columns + x));
+    match (across, down) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (a, b) => a.or(b).unwrap_or(0.0),
+    }
+}
+
+/// The mean square of how values differ from the line through their neighbours, so that a slope does not count; where there
+/// are but two, of how these differ.
+fn along(lines: usize, length: usize, at: impl Fn(usize, usize) -> f32) -> Option<f32> {
+    let mut total = 0.0;
+    match length {
+        0 | 1 => return None,
+        2 => {
+            (0..lines).for_each(|line| total += square(at(line, 1) - at(line, 0)));
+            Some(0.5 * total / lines as f32)
+        }
+        _ => {
+            for line in 0..lines {
+                let (mut a, mut b) = (at(line, 0), at(line, 1));
+                for i in 2..length {
+                    let c = at(line, i);
+                    total += square(a - 2.0 * b + c);
+                    (a, b) = (b, c);
+                }
             }
-            if y > 0 {
-                total += square(here - at((y - 1) * columns + x));
-                pairs += 1.0;
-            }
-            left = Some(here);
+            // Independent values of variance s give 6 s.
+            Some(total / (6 * lines * (length - 2)) as f32)
         }
     }
-    if pairs > 0.0 { 0.5 * total / pairs } else { 0.0 }
 }
 
 fn square(x: f32) -> f32 {

@@ -36,10 +36,13 @@ const TRUSTED: [f32; 3] = [1.0, 0.25, 0.5];
 const RARE: f32 = 0.3;
 /// How far from the lattice samples may be that agree with it, as a share of the bound.
 const AGREED: f32 = 0.75;
+/// Pixels of which there is something to learn.
+const FEW: usize = 8;
 /// Samples until a pixel that disagrees with the lattice is believed.
 const DOUBTS: u32 = 64;
-/// Samples of a pilot's pixel, unless the lattice agrees with fewer.
-const WITNESSES: u32 = 8;
+/// The fewest and the most samples without which a pilot's pixel does not count as truth: as many as would see what covers
+/// so much of a pixel that it matters.
+const WITNESSES: (f32, f32) = (8.0, 64.0);
 /// A pixel of the pilot that comes this close to the bound counts as beyond it.
 const CLOSE: f32 = 0.9;
 /// How far below the estimate of the best pixel that failed an estimate has to be.
@@ -98,6 +101,13 @@ struct Lesson {
     samples: Vec<(u32, f32)>,
 }
 
+impl Lesson {
+    /// What was taught of every second pixel, or of each.
+    fn at(&mut self, step: usize) -> &mut Option<f32> {
+        if step == 1 { &mut self.centre } else { &mut self.fine }
+    }
+}
+
 /// Nothing is trusted.
 const NEVER: f32 = -1.0;
 
@@ -143,14 +153,26 @@ impl<'a> Work<'_, 'a> {
             refiner.round(2 * refiner.samples)?;
         }
         if refiner.active.is_empty() {
-            return Pilot::new(self, peek, refiner, bends);
+            return Pilot::new(self, peek, refiner, 0);
         }
         self.evaluations += refiner.evaluations;
         self.said.add(std::mem::take(&mut refiner.said));
         let pilot = choose(PILOT, self.first ^ 0x2b07);
         let mut refiner = self.refiner(&pilot);
         refiner.round(FEWEST.min(self.wanted.most))?;
-        Pilot::new(self, pilot, refiner, bends)
+        let (fewest, most) = WITNESSES;
+        let witnesses = (0.5 * self.range() / self.wanted.error).clamp(fewest, most) as u32;
+        Pilot::new(self, pilot, refiner, witnesses.next_power_of_two())
+    }
+
+    /// How far apart values of the lattice are, the most of all planes.
+    fn range(&self) -> f32 {
+        let range = |plane: &Vec<f32>| {
+            let finite = plane.iter().filter(|x| x.is_finite());
+            let (low, high) = finite.fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)));
+            (high - low).max(0.0)
+        };
+        self.values.iter().map(range).fold(0.0, f32::max)
     }
 
     fn refiner(&self, pixels: &[u32]) -> Refiner<'a> {
@@ -280,9 +302,11 @@ impl<'a> Work<'_, 'a> {
         let [lattice, centre, samples] = TRUSTED;
         (lesson.coarse, left) = trust(&tried, &left, self.wanted.error, lattice);
         for step in [2, 1] {
-            // Trying costs up to two dozen evaluations a pixel; of few pixels there is little to learn.
-            if left.len() < 8 {
-                break;
+            // Of few pixels there is little to learn: these ways are then as good as their estimates.
+            if left.len() < FEW {
+                let most = if step == 1 { centre } else { lattice } * self.wanted.error;
+                *lesson.at(step) = Some(most);
+                continue;
             }
             let tried = self.try_step(step, truth, &left)?;
             let most = if step == 1 { centre } else { lattice };
@@ -290,8 +314,7 @@ impl<'a> Work<'_, 'a> {
             // A lattice that rejects most pixels costs more than it saves.
             let pays = (left.len() - rest.len()) * [0, 5, 4][step] > left.len();
             if pays {
-                let place = if step == 2 { &mut lesson.fine } else { &mut lesson.centre };
-                *place = Some(limit);
+                *lesson.at(step) = Some(limit);
                 left = rest;
             }
         }
@@ -492,7 +515,7 @@ impl Pilot {
         work: &mut Work<'_, '_>,
         pixels: Vec<u32>,
         mut refiner: Refiner<'_>,
-        bends: &[f32],
+        witnesses: u32,
     ) -> Result<Pilot, Stop> {
         let mut history = Vec::new();
         let most = power_below(work.wanted.most.saturating_mul(REFERENCE_MORE));
@@ -503,10 +526,8 @@ impl Pilot {
                 refiner.active.iter().for_each(|slot| errors[*slot] = refiner.error(*slot));
                 history.push(Round { samples, errors, values: refiner.means() });
             }
-            let agree: Vec<bool> =
-                (0..pixels.len()).map(|slot| work.agrees(&refiner, &pixels, slot, bends)).collect();
             let enough = REFERENCE * work.wanted.error;
-            refiner.settle(|slot, error| agree[slot] || (samples >= WITNESSES && error <= enough));
+            refiner.settle(|_, error| samples >= witnesses && error <= enough);
             if refiner.active.is_empty() || 2 * samples > most {
                 break;
             }
