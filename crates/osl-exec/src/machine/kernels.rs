@@ -54,6 +54,7 @@ impl Machine<'_> {
             Kernel::ClosureSum => self.closure_sum(step, mask),
             Kernel::ClosureScale => self.closure_scale(step, mask),
             Kernel::CheckIndex { name } => self.check_index(name, step, mask),
+            Kernel::Note(_) => {}
         }
     }
 
