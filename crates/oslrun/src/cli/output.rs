@@ -191,7 +191,7 @@ pub(super) fn whole(image: &mut dyn Rows, (width, height): (usize, usize)) -> Re
 /// Computes an image and writes it to an EXR file as it comes, so that memory does not grow with it. Yields the
 /// frame without its planes, the time that computing took of it, and the file.
 pub(super) fn stream(
-    image: &mut dyn Rows,
+    image: &mut (dyn Rows + Send),
     path: &Path,
     args: &RunArgs,
 ) -> Result<(Frame, Duration, Unsaved), Broken> {

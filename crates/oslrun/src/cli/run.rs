@@ -42,6 +42,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
+        prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
     let compiled = pipeline::finish(body, &options);
@@ -76,7 +77,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         stats(&compiled, lowered, evaluations, times, args, err);
     }
     if let Some(said) = said {
-        let _ = write!(if args.stats { err } else { &mut *out }, "{}", said.text);
+        let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
     }
     if let Some(path) = &args.profile {
         profile::print(&frame.profile, &sources, err);
@@ -178,7 +179,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
 }
 
 /// Computes an image, into its file if that takes it piece by piece.
-fn computed(image: &mut dyn Rows, args: &RunArgs) -> Result<Shaded, Broken> {
+fn computed(image: &mut (dyn Rows + Send), args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
     match &args.output {
         Some(path) if output::streams(args) => {

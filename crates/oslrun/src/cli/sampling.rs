@@ -31,6 +31,9 @@ pub(super) struct SampleArgs {
     /// interpolated where the shader is smooth, and have many samples where it is not. With --stats the error is checked.
     #[arg(long, value_name = "ERROR", value_parser = error)]
     pub(super) max_error: Option<f32>,
+    /// Widen steps, choices by comparison and noise by the area that a sample stands for, so that fewer samples are needed.
+    #[arg(long, conflicts_with_all = ["adaptive", "max_error"])]
+    pub(super) prefilter: bool,
 }
 
 /// What to do about samples.
@@ -68,6 +71,25 @@ impl SampleArgs {
             _ if self.samples.unwrap_or(1) == 1 => Plan::Plain,
             _ => Plan::Samples(most, kind, width),
         })
+    }
+}
+
+impl SampleArgs {
+    /// Whether any option is.
+    pub(super) fn is_given(&self) -> bool {
+        let SampleArgs { samples, filter, shading_rate, adaptive, max_error, prefilter } = self;
+        samples.is_some()
+            || filter.is_some()
+            || shading_rate.is_some()
+            || adaptive.is_some()
+            || max_error.is_some()
+            || *prefilter
+    }
+
+    /// How wide steps are to be, if they are to be wide: as the share of the pixel that a sample stands for.
+    pub(super) fn prefilter(&self, plan: Plan) -> Option<f32> {
+        let samples = if let Plan::Samples(samples, ..) = plan { samples } else { 1 };
+        self.prefilter.then(|| 1.0 / (samples as f32).sqrt())
     }
 }
 
