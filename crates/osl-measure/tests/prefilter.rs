@@ -1,6 +1,12 @@
 //! Widened steps against means of many samples.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
 
 use osl::pipeline;
 use osl_exec::{PointSource, RunOptions, Services};
@@ -67,12 +73,11 @@ fn edges_show_their_mean() {
 #[test]
 fn noise_fades_where_it_is_too_fine() {
     for (name, mean) in [("perlin", 0.0), ("uperlin", 0.5), ("simplex", 0.0), ("usimplex", 0.5)] {
-        let text = |scale: u32| format!("shader s(output float r = 0) {{ r = noise(\"{name}\", P * {scale}); }}");
+        let text =
+            |scale: u32| format!("shader s(output float r = 0) {{ r = noise(\"{name}\", P * {scale}); }}");
         let gone = image(&text(300), 1, Some(1.0));
         assert!(gone.iter().all(|r| *r == mean), "{name}");
-        let coarse = text(3);
-        assert_eq!(image(&coarse, 1, Some(1.0)), image(&coarse, 1, None), "{name}: nothing to fade");
-        for scale in [15, 25, 40] {
+        for scale in [5, 15, 25, 40, 70] {
             let (plain, wide) = errors(&text(scale));
             assert!(wide < plain, "{name} * {scale}: {plain:.2e} becomes {wide:.2e}");
         }
@@ -99,7 +104,8 @@ fn what_chooses_a_cell_stays_where_it_is() {
 
 #[test]
 fn a_side_that_is_no_number_does_not_show_where_it_is_not_taken() {
-    let text = "shader s(output float r = 0) { float x = u - 0.5; r = x > 0 ? 1 / (x * x) : x; if (x < 0) r = x; }";
+    let text =
+        "shader s(output float r = 0) { float x = u - 0.5; r = x > 0 ? 1 / (x * x) : x; if (x < 0) r = x; }";
     assert!(image(text, 1, Some(1.0)).iter().all(|r| r.is_finite()));
 }
 

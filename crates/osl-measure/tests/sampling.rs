@@ -1,6 +1,12 @@
 //! Images from samples, of shaders whose true images are known.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
 
 use osl::pipeline;
 use osl_exec::{Frame, PointSource, Program, RunOptions, Services};
@@ -129,11 +135,16 @@ fn share_above(image: &Image, truth: &[Vec<f32>], limit: f32) -> f64 {
 #[test]
 fn adaptive_samples_go_where_the_edge_is() {
     let grid = Grid::new(64, 64);
-    shading("shader s(output float r = 0) { r = step(0.437, u + 0.3 * v); }", &grid, Filter::default(), |s| {
-        let image = adaptive(s, 0..64, Adaptive { threshold: 0.01, most: 256 }).unwrap();
-        assert!(image.tally.per_pixel() < 24.0, "{:?}", image.tally);
-        assert!(share_above(&image, &truth(s, 64), 0.03) < 0.005);
-    });
+    shading(
+        "shader s(output float r = 0) { r = step(0.437, u + 0.3 * v); }",
+        &grid,
+        Filter::default(),
+        |s| {
+            let image = adaptive(s, 0..64, Adaptive { threshold: 0.01, most: 256 }).unwrap();
+            assert!(image.tally.per_pixel() < 24.0, "{:?}", image.tally);
+            assert!(share_above(&image, &truth(s, 64), 0.03) < 0.005);
+        },
+    );
 }
 
 #[test]

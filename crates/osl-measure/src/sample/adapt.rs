@@ -54,7 +54,8 @@ impl<'a> Refiner<'a> {
         if self.shading.pattern.count() < samples {
             self.shading.pattern = self.shading.pattern.clone().with(samples);
         }
-        let pixels: Vec<u32> = self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
+        let pixels: Vec<u32> =
+            self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
         let batch = self.shading.batch(&pixels, self.samples..samples)?;
         for (sums, blocks) in self.sums.iter_mut().zip(&batch.blocks) {
             for (slot, block) in self.active.iter().zip(blocks) {

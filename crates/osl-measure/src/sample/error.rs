@@ -134,8 +134,7 @@ mod tests {
         let pixels = 500;
         for pixel in 0..pixels {
             let own = &pattern.of(pixel)[..n as usize];
-            let words: Vec<u32> =
-                own.iter().enumerate().map(|(i, s)| f(*s, pixel, i).to_bits()).collect();
+            let words: Vec<u32> = own.iter().enumerate().map(|(i, s)| f(*s, pixel, i).to_bits()).collect();
             let block = block(&words, Kind::Float, &[], (&pattern, pixel, 0..n));
             actual += (f64::from(block.mean()) - mean).powi(2);
             estimated += f64::from(block.error()).powi(2);

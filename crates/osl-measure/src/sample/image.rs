@@ -202,6 +202,17 @@ impl<'a> Shading<'a> {
     }
 }
 
+impl Shading<'_> {
+    /// The values of some pixels with a number of samples, plane by plane.
+    ///
+    /// # Errors
+    /// A loop beyond its budget.
+    pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, Stop> {
+        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()))?;
+        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
+    }
+}
+
 /// How many pixels have a value that is not a number or infinite.
 pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
     let pixels = planes.first().map_or(0, Vec::len);

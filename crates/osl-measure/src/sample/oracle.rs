@@ -121,6 +121,11 @@ impl Watch {
         Watch { pixels: some_pixels(count, wanted, 0xc4ec), noted: 0, values: Vec::new() }
     }
 
+    /// The pixels, in order.
+    pub fn pixels(&self) -> &[u32] {
+        &self.pixels
+    }
+
     /// Notes the values of a piece of the image, which comes in order. `first` is the number of its first pixel.
     pub fn note(&mut self, image: &Image, first: usize) {
         let planes = &image.frame.planes;

@@ -74,7 +74,13 @@ pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<
 }
 
 /// All pixels of some rows, from those of a lattice.
-fn stretched(known: &[f32], columns: &[usize], lines: &[usize], width: usize, rows: &Range<usize>) -> Vec<f32> {
+fn stretched(
+    known: &[f32],
+    columns: &[usize],
+    lines: &[usize],
+    width: usize,
+    rows: &Range<usize>,
+) -> Vec<f32> {
     let mut values = Vec::with_capacity(rows.len() * width);
     let mut line = 0;
     let row = |line: usize| known.get(line * columns.len()..(line + 1) * columns.len()).unwrap_or(&[]);

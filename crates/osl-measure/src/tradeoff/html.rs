@@ -57,7 +57,8 @@ impl Axis {
         let (low, high) = values
             .filter(|v| v.is_finite() && *v > 0.0)
             .fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
-        let (low, high) = if low.is_finite() { (low.log10().floor(), high.log10().ceil()) } else { (0.0, 1.0) };
+        let (low, high) =
+            if low.is_finite() { (low.log10().floor(), high.log10().ceil()) } else { (0.0, 1.0) };
         Axis { low, high: high.max(low + 1.0), from, to }
     }
 
@@ -75,7 +76,9 @@ impl Axis {
 fn plot(trade: &Trade, output: &Output, page: &mut String) {
     let x = Axis::new(trade.rows.iter().map(|row| row.ns_per_pixel), 60.0, 660.0);
     let y = Axis::new(output.errors.iter().map(|error| error.rms), 300.0, 20.0);
-    page.push_str("<svg viewBox=\"0 0 820 340\" width=\"820\" role=\"img\" aria-label=\"error against time\">");
+    page.push_str(
+        "<svg viewBox=\"0 0 820 340\" width=\"820\" role=\"img\" aria-label=\"error against time\">",
+    );
     for at in x.decades() {
         let p = x.place(at);
         let _ = write!(
@@ -103,7 +106,8 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
             let _ = write!(line, "{:.1},{:.1} ", x.place(times.ns_per_pixel), y.place(error.rms));
         }
     }
-    let _ = write!(page, "<polyline points=\"{line}\" fill=\"none\" stroke=\"#2f6fde\" stroke-width=\"1.5\"/>");
+    let _ =
+        write!(page, "<polyline points=\"{line}\" fill=\"none\" stroke=\"#2f6fde\" stroke-width=\"1.5\"/>");
     for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
         let fill = if output.front.contains(&at) { "#2f6fde" } else { "#fff" };
         let name = escaped(&format!("{}, {}", row.variant, row.setting));
@@ -158,7 +162,10 @@ fn pictures(trade: &Trade, output: &Output, encode: Encode<'_>, page: &mut Strin
         let url = encode(picture.width, height, &[heat(0.0), heat(1.0), heat(2.0)]);
         if let (Some(url), Some(row)) = (url, trade.rows.get(*row)) {
             let name = escaped(&format!("{}, {}", row.variant, row.setting));
-            let _ = write!(page, "<figure><img alt=\"errors\" src=\"{url}\"><figcaption>{name}</figcaption></figure>");
+            let _ = write!(
+                page,
+                "<figure><img alt=\"errors\" src=\"{url}\"><figcaption>{name}</figcaption></figure>"
+            );
             any = true;
         }
     }

@@ -215,7 +215,8 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, Stop> {
     let repeats = time(&mut tried, budget * (1.0 - SHARES.0))?;
     let rows = rows(&tried, size);
     let planes = best.planes();
-    let outputs = outputs(&planes).into_iter().map(|range| judge(&planes, range, &truth, &tried, (size.0, &rows)));
+    let outputs =
+        outputs(&planes).into_iter().map(|range| judge(&planes, range, &truth, &tried, (size.0, &rows)));
     Ok(Trade {
         name: request.name.clone(),
         size,
@@ -263,7 +264,10 @@ fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
         sorted.sort_by(f64::total_cmp);
         sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
     };
-    let plain = tried.iter().find(|one| one.setting == Setting::Samples(1)).map_or(f64::NAN, |one| median(&one.times));
+    let plain = tried
+        .iter()
+        .find(|one| one.setting == Setting::Samples(1))
+        .map_or(f64::NAN, |one| median(&one.times));
     let row = |one: &Tried<'_, '_>| {
         let middle = median(&one.times);
         let low = one.times.iter().copied().fold(f64::INFINITY, f64::min);

@@ -9,10 +9,15 @@ pub fn text(trade: &Trade) -> String {
         "{}, {}x{} pixels; oracle: {}, {} samples a pixel; times: median of {} rounds\n",
         trade.name, trade.size.0, trade.size.1, trade.oracle, trade.oracle_samples, trade.repeats
     );
-    let names: Vec<String> = trade.rows.iter().map(|row| format!("{}, {}", row.variant, row.setting)).collect();
+    let names: Vec<String> =
+        trade.rows.iter().map(|row| format!("{}, {}", row.variant, row.setting)).collect();
     let width = names.iter().map(String::len).max().unwrap_or(0).max(8);
     for output in &trade.outputs {
-        let _ = writeln!(out, "\n{} (the oracle's own standard error: {:.1e}, subtracted)", output.name, output.oracle_error);
+        let _ = writeln!(
+            out,
+            "\n{} (the oracle's own standard error: {:.1e}, subtracted)",
+            output.name, output.oracle_error
+        );
         let _ = writeln!(
             out,
             "  {:<width$} {:>10} {:>7} {:>9} {:>9} {:>9} {:>9} {:>9}",

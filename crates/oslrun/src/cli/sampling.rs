@@ -5,8 +5,8 @@ use super::output::Rows;
 use clap::Args;
 use osl_exec::{Frame, Plane, Program, RunOptions, Services, Stop};
 use osl_measure::sample::{
-    Adaptive, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading, Surface, Tally, Watch,
-    adaptive, at_rate, max_error,
+    Adaptive, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading, Surface,
+    Tally, Watch, adaptive, at_rate, max_error,
 };
 use std::fmt::Write;
 use std::ops::Range;
@@ -97,9 +97,9 @@ impl Plan {
     fn filter(self) -> Filter {
         match self {
             Plan::Plain | Plan::Rate(_) => Filter::default(),
-            Plan::Samples(_, kind, width) | Plan::Adaptive(_, kind, width) | Plan::MaxError(_, kind, width) => {
-                Filter::new(kind, width)
-            }
+            Plan::Samples(_, kind, width)
+            | Plan::Adaptive(_, kind, width)
+            | Plan::MaxError(_, kind, width) => Filter::new(kind, width),
         }
     }
 

@@ -148,7 +148,8 @@ impl Bench<'_> {
         let mut variants =
             vec![Variant { name: "strict".into(), shading: plain.clone(), settings: Setting::ladder() }];
         for (samples, compiled) in &programs.widened {
-            let setting = if *samples == 1 { Setting::Rate(Rate([1, 1])) } else { Setting::Samples(*samples) };
+            let setting =
+                if *samples == 1 { Setting::Rate(Rate([1, 1])) } else { Setting::Samples(*samples) };
             variants.push(Variant {
                 name: "prefilter".into(),
                 shading: self.shading(compiled),
