@@ -154,7 +154,7 @@ fn a_bound_is_kept_and_costs_little() {
         ("smooth", 0.01, 0.6),
         ("edge", 0.02, 12.0),
         ("dots", 0.02, 64.0),
-        ("noise", 0.1, 90.0),
+        ("noise", 0.1, 200.0),
         ("constant", 0.01, 0.6),
     ];
     for (name, error, most) in cases {

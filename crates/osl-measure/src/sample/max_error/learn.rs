@@ -56,7 +56,7 @@ impl Work<'_, '_> {
             }
         }
         for round in &truth.rounds {
-            if left.is_empty() {
+            if left.len() < FEW {
                 break;
             }
             let tried: Vec<Tried> =
@@ -113,7 +113,7 @@ fn trust(tried: &[Tried], slots: &[usize], bound: f32, most: f32) -> (f32, Vec<u
     let limit = if best_failed > 0.0 { (most * bound).min(BELOW_FAILED * best_failed) } else { NEVER };
     let rest: Vec<usize> =
         slots.iter().zip(tried).filter(|(_, (e, _))| above(*e, limit)).map(|(slot, _)| *slot).collect();
-    if rest.len() == slots.len() { (NEVER, rest) } else { (limit, rest) }
+    if slots.len() - rest.len() < FEW { (NEVER, slots.to_vec()) } else { (limit, rest) }
 }
 
 #[cfg(test)]
@@ -122,13 +122,20 @@ mod tests {
 
     #[test]
     fn trust_ends_below_the_best_pixel_that_failed() {
-        let slots = [0, 1, 2, 3];
-        let (limit, rest) = trust(&[(0.1, 0.0), (0.2, 0.5), (0.5, 2.0), (0.3, 0.2)], &slots, 1.0, 1.0);
-        assert!((limit - 0.4).abs() < 1e-6, "{limit}");
-        assert_eq!(rest, [2]);
-        let (limit, rest) = trust(&[(0.1, 0.0), (0.3, 0.1)], &slots[..2], 1.0, 0.25);
-        assert_eq!((limit, &rest[..]), (0.25, &[1][..]), "never beyond what is trusted anyway");
-        let (limit, rest) = trust(&[(0.0, 5.0), (0.2, 0.1)], &slots[..2], 1.0, 1.0);
-        assert_eq!((limit, rest.len()), (NEVER, 2), "an estimate of 0 that fails is worth nothing");
+        let slots: Vec<usize> = (0..40).collect();
+        let all = |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, 0.1)).collect::<Vec<Tried>>();
+        let mut tried = all(0.1);
+        tried[30].1 = 2.0;
+        let (limit, rest) = trust(&tried, &slots, 1.0, 1.0);
+        assert!((limit - 0.32).abs() < 1e-6, "four fifths of 0.4: {limit}");
+        assert_eq!(rest, slots[23..]);
+        let (limit, rest) = trust(&all(0.1), &slots, 1.0, 0.3);
+        assert_eq!((limit, rest.len()), (0.3, 19), "never beyond what is trusted anyway");
+        tried[0] = (0.0, 5.0);
+        let (limit, rest) = trust(&tried, &slots, 1.0, 1.0);
+        assert_eq!((limit, rest.len()), (NEVER, 40), "an estimate of 0 that fails is worth nothing");
+        let mut lucky = all(0.1);
+        lucky.iter_mut().skip(10).for_each(|one| one.1 = 2.0);
+        assert_eq!(trust(&lucky, &slots, 1.0, 1.0).0, NEVER, "a few that did not fail are no evidence");
     }
 }

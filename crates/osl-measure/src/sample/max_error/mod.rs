@@ -39,8 +39,8 @@ const TRUSTED: [f32; 3] = [1.0, 0.25, 0.5];
 const RARE: f32 = 0.3;
 /// How far from the lattice samples may be that agree with it, as a share of the bound.
 const AGREED: f32 = 0.75;
-/// Pixels of which there is something to learn.
-const FEW: usize = 8;
+/// Pixels without which there is nothing to learn.
+const FEW: usize = 16;
 /// Samples until a pixel that disagrees with the lattice is believed.
 const DOUBTS: u32 = 64;
 /// The fewest and the most samples without which a pilot's pixel does not count as truth: as many as would see what covers
@@ -51,7 +51,7 @@ const CLOSE: f32 = 0.9;
 /// How far below the estimate of the best pixel that failed an estimate has to be.
 const BELOW_FAILED: f32 = 0.8;
 /// Share of the bound that the standard error of a pilot's pixel may be.
-const REFERENCE: f32 = 1.0 / 8.0;
+const REFERENCE: f32 = 1.0 / 4.0;
 /// How many times as many samples as other pixels a pilot's pixel may have.
 const REFERENCE_MORE: u32 = 4;
 
