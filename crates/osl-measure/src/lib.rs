@@ -5,5 +5,7 @@
 //! results are values, with text, JSON and HTML forms.
 
 pub mod explain;
+pub mod sample;
 pub mod stability;
 pub mod trace;
+pub mod tradeoff;

@@ -1,6 +1,12 @@
 //! Explanations of single points, as people read them.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
 
 use osl::pipeline;
 use osl_exec::{PointSource, RunOptions, Services};
@@ -35,8 +41,11 @@ fn explained(source: &str, outputs: Option<&[&str]>, at: (usize, usize), exact: 
     let noted = pipeline::lower_noted(&program, &[]).unwrap();
     let grid = Grid::new(16, 16);
     let outputs: Option<Vec<Arc<str>>> = outputs.map(|o| o.iter().map(|n| (*n).into()).collect());
-    let options =
-        passes::Options { outputs: outputs.clone(), varying: grid.varying().to_vec(), ..passes::Options::default() };
+    let options = passes::Options {
+        outputs: outputs.clone(),
+        varying: grid.varying().to_vec(),
+        ..passes::Options::default()
+    };
     let mut body = prepare(noted, &options.varying, &[]);
     if let Some(wanted) = outputs {
         body.outputs.retain(|o| wanted.contains(&o.name));
@@ -88,7 +97,11 @@ fn what_is_traced_is_what_a_run_computes() {
                 let (_, _, nodes) = trace.outputs.iter().find(|(n, ..)| *n == plane.output).unwrap();
                 let value = osl_measure::trace::Exact::widen(trace.node(nodes[0]).strict.as_ref().unwrap());
                 let expected = f64::from(f32::from_bits(plane.words[pixel]));
-                let expected = if plane.kind == osl_ir::ir::Kind::Int { f64::from(plane.words[pixel].cast_signed()) } else { expected };
+                let expected = if plane.kind == osl_ir::ir::Kind::Int {
+                    f64::from(plane.words[pixel].cast_signed())
+                } else {
+                    expected
+                };
                 assert_eq!(value.numbers()[plane.component], expected, "{} {pixel}", plane.output);
             }
         }

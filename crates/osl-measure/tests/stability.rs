@@ -1,6 +1,12 @@
 //! Planted weaknesses: each of the shaders in `faults` has one, on the line that says so, and that is the line to blame.
 
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
 
 use osl::pipeline;
 use osl_exec::Services;

@@ -157,7 +157,8 @@ impl Facts {
             }
             Note::Call { form, why, args: count } => {
                 let (given, result) = args.split_at(usize::from(*count).min(args.len()));
-                let call = (given.iter().map(|n| Shown::of(n)).collect(), result.first().map(|n| Shown::of(n)));
+                let call =
+                    (given.iter().map(|n| Shown::of(n)).collect(), result.first().map(|n| Shown::of(n)));
                 for fact in &mut self.list {
                     if let Fact::Call { form: known, calls, .. } = fact
                         && **known == **form
@@ -168,7 +169,11 @@ impl Facts {
                         return;
                     }
                 }
-                self.list.push(Fact::Call { form: form.to_string(), why: why.to_string(), calls: vec![call] });
+                self.list.push(Fact::Call {
+                    form: form.to_string(),
+                    why: why.to_string(),
+                    calls: vec![call],
+                });
             }
         }
     }

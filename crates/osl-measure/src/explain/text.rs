@@ -41,7 +41,9 @@ impl Style {
     fn value(&self, value: &Shown) -> String {
         match value.digits.filter(|_| self.exact) {
             None => value.value.clone(),
-            Some(digits) => format!("{} (exactly {}: {digits:.1} digits in common)", value.value, value.exact),
+            Some(digits) => {
+                format!("{} (exactly {}: {digits:.1} digits in common)", value.value, value.exact)
+            }
         }
     }
 

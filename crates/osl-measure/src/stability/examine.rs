@@ -1,9 +1,9 @@
 //! The whole examination: all sweeps, what they say, and who is to blame.
 
+use super::Report;
 use super::lines::{Culprit, culprits};
 use super::subject::{Base, Planes, Subject};
 use super::sweep::{Finding, Setting, Trial, measure, sweep};
-use super::Report;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
 
@@ -130,7 +130,10 @@ fn turn(
         match &trial.stopped {
             Some(why) => bad.push(format!("{value} stops the run ({why})")),
             None if trial.not_finite() > 0.0 => {
-                bad.push(format!("{value} makes {} of the points NaN or infinite", percent(trial.not_finite())));
+                bad.push(format!(
+                    "{value} makes {} of the points NaN or infinite",
+                    percent(trial.not_finite())
+                ));
             }
             None if trial.wrong() > super::sweep::SAFE => {
                 bad.push(format!("{value} makes {} of the points wrong", percent(trial.wrong())));

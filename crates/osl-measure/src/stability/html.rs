@@ -50,7 +50,9 @@ fn curve(report: &Report, name: &str, out: &mut String) {
     let points: Vec<(f64, f64)> = report
         .trials
         .iter()
-        .filter_map(|t| is_decade(&t.setting).filter(|(n, _)| *n == name).map(|(_, by)| (by.log10(), t.wrong())))
+        .filter_map(|t| {
+            is_decade(&t.setting).filter(|(n, _)| *n == name).map(|(_, by)| (by.log10(), t.wrong()))
+        })
         .collect();
     if points.is_empty() {
         return;

@@ -46,11 +46,15 @@ pub(super) fn jumps(here: &Trace, next: &Trace, along_x: bool) -> Vec<(Span, &'s
             "Dy" => !along_x,
             _ => true,
         };
-        let Some(other) = b.get(&(*span, *function)).filter(|o| suits && o.len() == list.len()) else { continue };
+        let Some(other) = b.get(&(*span, *function)).filter(|o| suits && o.len() == list.len()) else {
+            continue;
+        };
         let jump = list.iter().zip(other).any(|((v, slope), (w, _))| {
             v.iter().zip(slope).zip(w).any(|((v, slope), w)| {
                 let change = w - v;
-                let known = if *function == "filterwidth" { change.abs() > slope * (1.0 + MISSED) } else {
+                let known = if *function == "filterwidth" {
+                    change.abs() > slope * (1.0 + MISSED)
+                } else {
                     (change - slope).abs() > MISSED * change.abs().max(slope.abs())
                 };
                 known && change.abs().max(slope.abs()) > SMALL * v.abs().max(w.abs())

@@ -39,7 +39,13 @@ const WORST: usize = 24;
 const ALONG: usize = 64;
 
 /// What the lines do to the points of a setting, the worst first. `planes` is what a run at the setting yielded.
-pub fn culprits(subject: &Subject<'_>, grid: &Grid, setting: &Setting, planes: &Planes, sources: &SourceMap) -> Vec<Culprit> {
+pub fn culprits(
+    subject: &Subject<'_>,
+    grid: &Grid,
+    setting: &Setting,
+    planes: &Planes,
+    sources: &SourceMap,
+) -> Vec<Culprit> {
     let points = setting.points(grid);
     let worst = worst(planes, grid);
     let spread = spread(grid);
@@ -113,7 +119,10 @@ fn reason(blame: &Blame, points: f64) -> String {
     if blame.amplified >= blame.rounded * 0.2 {
         if blame.flips > 0 {
             let share = f64::from(blame.flips) / runs;
-            return format!("has another result than in double precision in {} of its runs at the worst points", percent(share));
+            return format!(
+                "has another result than in double precision in {} of its runs at the worst points",
+                percent(share)
+            );
         }
         return "loses digits: its result changes more than its arguments are rounded by".to_string();
     }
@@ -124,7 +133,13 @@ fn reason(blame: &Blame, points: f64) -> String {
     "rounds its result, which later lines make worse".to_string()
 }
 
-fn culprit(place: &Place, score: f64, why: String, setting: &Setting, sources: &SourceMap) -> Option<Culprit> {
+fn culprit(
+    place: &Place,
+    score: f64,
+    why: String,
+    setting: &Setting,
+    sources: &SourceMap,
+) -> Option<Culprit> {
     let at = sources.place(place.span)?;
     let file = sources.file_at(place.span.start)?;
     let text = file.text.lines().nth(at.line.checked_sub(1)? as usize)?;
@@ -145,7 +160,9 @@ fn culprit(place: &Place, score: f64, why: String, setting: &Setting, sources: &
 /// The ranges of the outputs of a trace.
 fn output_ranges(trace: &crate::trace::Trace, planes: &Planes) -> Vec<f64> {
     let of = |name: &str| {
-        let own = |plane: &String| plane == name || plane.strip_prefix(name).is_some_and(|r| r.starts_with(['.', '[']));
+        let own = |plane: &String| {
+            plane == name || plane.strip_prefix(name).is_some_and(|r| r.starts_with(['.', '[']))
+        };
         let found = planes.names.iter().zip(&planes.exact).filter(|(plane, _)| own(plane));
         found.map(|(_, values)| range(values)).reduce(f64::max).unwrap_or(1.0)
     };

@@ -106,7 +106,11 @@ impl Subject<'_> {
         let mut planes = Planes::default();
         for (a, b) in strict.planes.iter().zip(&exact.planes) {
             let single = !a.ty.base.is_triple() && a.ty.base != osl_ir::types::Base::Matrix;
-            planes.names.push(if single { a.output.to_string() } else { format!("{}.{}", a.output, a.component) });
+            planes.names.push(if single {
+                a.output.to_string()
+            } else {
+                format!("{}.{}", a.output, a.component)
+            });
             planes.strict.push(a.doubles());
             planes.exact.push(b.doubles());
         }

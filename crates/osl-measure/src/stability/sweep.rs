@@ -209,7 +209,8 @@ pub(super) fn sweep(
     name: &str,
 ) -> (Vec<(Trial, Planes)>, Finding) {
     let mut trials = Vec::new();
-    let is_safe = |trial: &Trial| trial.wrong() <= SAFE && trial.not_finite() <= SAFE && trial.stopped.is_none();
+    let is_safe =
+        |trial: &Trial| trial.wrong() <= SAFE && trial.not_finite() <= SAFE && trial.stopped.is_none();
     let mut bounds: Option<(f64, f64)> = None;
     let mut last_safe = None;
     for decade in DECADES {

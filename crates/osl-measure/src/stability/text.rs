@@ -42,10 +42,15 @@ fn line(culprit: &Culprit, out: &mut String) {
     let before = (culprit.column as usize).saturating_sub(1).saturating_sub(indent);
     let room = text.chars().count().saturating_sub(before).max(1);
     let carets = "^".repeat(culprit.code.chars().count().clamp(1, room));
-    let _ = writeln!(out, "\n{}:{}: `{}` {} (at {})", culprit.file, number, culprit.code, culprit.why, culprit.setting);
+    let _ = writeln!(
+        out,
+        "\n{}:{}: `{}` {} (at {})",
+        culprit.file, number, culprit.code, culprit.why, culprit.setting
+    );
     let _ = writeln!(out, "  {number} | {text}");
     let _ = writeln!(out, "  {} | {}{carets}", " ".repeat(number.len()), " ".repeat(before));
-    let _ = writeln!(out, "  {} = {} of the output's range", " ".repeat(number.len()), short(culprit.score, 2));
+    let _ =
+        writeln!(out, "  {} = {} of the output's range", " ".repeat(number.len()), short(culprit.score, 2));
 }
 
 fn table(report: &Report, out: &mut String) {

@@ -131,7 +131,8 @@ impl Follower<'_> {
     /// What an int or a closure says on each way: strict, exact.
     fn truths(&self, id: NodeId) -> [bool; 2] {
         let node = self.nodes.get(id as usize);
-        let strict = node.and_then(|n| n.strict.as_ref()).is_some_and(|v| matches!(v, Const::Int(n) if *n != 0));
+        let strict =
+            node.and_then(|n| n.strict.as_ref()).is_some_and(|v| matches!(v, Const::Int(n) if *n != 0));
         [strict, node.and_then(|n| n.exact.as_ref()).is_some_and(Exact::truth)]
     }
 
@@ -201,7 +202,8 @@ impl Follower<'_> {
         let kinds = args.iter().map(|a| body.kind(*a));
         let result = inst.results.first().map_or(Kind::Float, |r| body.kind(*r));
         let strict = way.strict().then(|| {
-            let values: Vec<Const> = nodes.iter().zip(kinds.clone()).map(|(n, k)| self.strict(*n, k)).collect();
+            let values: Vec<Const> =
+                nodes.iter().zip(kinds.clone()).map(|(n, k)| self.strict(*n, k)).collect();
             let closures = match (op, &values[..]) {
                 (LaneOp::KChoose, [Const::Int(c), a, b]) => Some(if *c != 0 { a } else { b }.clone()),
                 (LaneOp::KSome, [a]) => Some(Const::Int((*a != Const::Null).into())),
@@ -243,7 +245,8 @@ impl Follower<'_> {
             ),
             None => {
                 let arrays = [0, 1].map(|half| self.array_of(kernel, half));
-                let strict = way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
+                let strict =
+                    way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
                 let rounded: Vec<Const> = exact_args.iter().map(Exact::round).collect();
                 let exact = way.exact().then(|| match &strict {
                     // Nothing differs: it runs once.
@@ -349,7 +352,13 @@ impl Follower<'_> {
     }
 
     /// Puts side by side what two ways yield.
-    fn meet(&mut self, inst: &Inst, cond: Option<NodeId>, strict: &[NodeId], exact: &[NodeId]) -> Result<(), Full> {
+    fn meet(
+        &mut self,
+        inst: &Inst,
+        cond: Option<NodeId>,
+        strict: &[NodeId],
+        exact: &[NodeId],
+    ) -> Result<(), Full> {
         for ((result, strict), exact) in inst.results.iter().zip(strict).zip(exact) {
             let node = if strict == exact {
                 *strict

@@ -168,7 +168,11 @@ impl Kernels<'_> {
                 b.kernel_of(Kernel::Print { sink: Sink::Print, shapes }, &[format, *value], &[]);
             }
             let source = Source::Value(*value);
-            b.body.outputs.push(Output { name: format!("r{index}").into(), ty: type_of(*kind, None), source });
+            b.body.outputs.push(Output {
+                name: format!("r{index}").into(),
+                ty: type_of(*kind, None),
+                source,
+            });
         }
         if let Some(slot) = written {
             let ty = type_of(b.body.slot(slot).kind, b.body.slot(slot).len);
@@ -177,7 +181,8 @@ impl Kernels<'_> {
         let slot = written.map(|slot| b.body.slot(slot).clone());
         // No passes: there are no scalar slots, all is varying as it stands, and tangents have been written out before.
         let program = Program::new(&b.body);
-        let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &RunOptions::default(), &|_| ()) else {
+        let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &RunOptions::default(), &|_| ())
+        else {
             return (zeros, Vec::new());
         };
         let mut planes = frame.planes.iter().map(|p| p.words.first().copied().unwrap_or(0));
@@ -194,7 +199,8 @@ impl Kernels<'_> {
         };
         let values = kinds.iter().map(|k| next(*k)).collect();
         let elements = slot.filter(|s| s.kind != Kind::Str);
-        let elements = elements.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
+        let elements =
+            elements.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
         (values, elements)
     }
 }
@@ -223,7 +229,9 @@ pub fn noise(kernel: &Kernel, args: &[Exact], result: usize) -> Option<Exact> {
     let rounded: Vec<Const> = args.iter().map(Exact::round).collect();
     let call = NoiseCall::of(kernel, &rounded)?;
     let (triple, tangents) = match kernel {
-        Kernel::Noise { triple, tangents, .. } | Kernel::NamedNoise { triple, tangents, .. } => (*triple, *tangents),
+        Kernel::Noise { triple, tangents, .. } | Kernel::NamedNoise { triple, tangents, .. } => {
+            (*triple, *tangents)
+        }
         _ => return None,
     };
     let kind = if triple { Kind::Triple } else { Kind::Float };

@@ -15,7 +15,13 @@ pub struct OnePoint<'a> {
 
 impl OnePoint<'_> {
     /// The number of the point at a column and row of an image of `width` by `height`; `None` if it is not on it.
-    pub fn at_pixel(source: &dyn PointSource, width: usize, height: usize, x: usize, y: usize) -> Option<usize> {
+    pub fn at_pixel(
+        source: &dyn PointSource,
+        width: usize,
+        height: usize,
+        x: usize,
+        y: usize,
+    ) -> Option<usize> {
         if x >= width || y >= height {
             return None;
         }

@@ -68,9 +68,12 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
         (None, None) => (points.width / 2, points.height / 2),
     };
     let Some(point) = OnePoint::at_pixel(&points, points.width, points.height, x, y) else {
-        return Err(Failure::new(format!("the grid has {} by {} points; --at begins at 0,0", points.width, points.height)));
+        return Err(Failure::new(format!(
+            "the grid has {} by {} points; --at begins at 0,0",
+            points.width, points.height
+        )));
     };
-    let services = services(run, folder);
+    let services = services(run, folder, osl_exec::Spaces::default());
     let mut followed = trace::prepare(noted, &options.varying, &options.slopes);
     if let Some(wanted) = &options.outputs {
         followed.outputs.retain(|o| wanted.contains(&o.name));

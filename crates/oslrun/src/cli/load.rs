@@ -85,8 +85,9 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
-    let lowered = pipeline::lower(&program, request.params)
-        .and_then(|body| Ok((body, notes.then(|| pipeline::lower_noted(&program, request.params)).transpose()?)));
+    let lowered = pipeline::lower(&program, request.params).and_then(|body| {
+        Ok((body, notes.then(|| pipeline::lower_noted(&program, request.params)).transpose()?))
+    });
     let (body, noted) = lowered.map_err(failed)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
     Ok(Loaded { sources: checked.sources, body, name: program.shader.name.clone(), folder, program, noted })
@@ -117,12 +118,7 @@ fn outputs_of(program: &hir::Program) -> Vec<&str> {
     outputs.filter_map(|p| program.vars.get(p.var.0 as usize)).map(|v| &*v.name).collect()
 }
 
-fn group(
-    request: &Request<'_>,
-    is_group: bool,
-    notes: bool,
-    err: &mut dyn Write,
-) -> Result<Loaded, Failure> {
+fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let network = request.network;
     let mut text = String::new();
     let mut file = "<group>".to_string();

@@ -44,7 +44,11 @@ pub(super) struct StabilityArgs {
 }
 
 /// Examines a shader.
-pub(super) fn stability(args: &StabilityArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+pub(super) fn stability(
+    args: &StabilityArgs,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
     if !(args.tolerance > 0.0 && args.tolerance.is_finite()) {
         return Err(Failure::new("--tolerance must be a number above 0"));
     }
@@ -52,7 +56,7 @@ pub(super) fn stability(args: &StabilityArgs, out: &mut dyn Write, err: &mut dyn
     let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request(run), err)?;
     let outputs: Option<Vec<_>> =
         run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-    let services = services(run, folder);
+    let services = services(run, folder, osl_exec::Spaces::default());
     let base = Base::new(body, noted, outputs.clone());
     let subject = Subject { services: &services, base };
     let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };
@@ -69,11 +73,8 @@ pub(super) fn stability(args: &StabilityArgs, out: &mut dyn Write, err: &mut dyn
         Some(Base::new(loaded.body, noted, outputs.clone()))
     };
     let examined = stability::examine(&subject, &grid, args.tolerance, &knobs, &variant, &sources, &name);
-    let text = if args.json {
-        json(&examined.report)?
-    } else {
-        stability::text::text(&examined.report, args.all)
-    };
+    let text =
+        if args.json { json(&examined.report)? } else { stability::text::text(&examined.report, args.all) };
     let _ = out.write_all(text.as_bytes());
     files(args, &examined, &grid, out)
 }
