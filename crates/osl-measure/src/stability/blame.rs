@@ -32,6 +32,9 @@ pub struct Blame {
 /// Weight of what is rounded away against what is made worse: only where nothing makes it worse does it decide.
 const ROUNDING: f64 = 0.2;
 
+/// Error of an argument that is about right, as a share of it.
+const CLOSE: f64 = 1e-4;
+
 impl Blame {
     /// What ranks instructions.
     pub fn score(&self) -> f64 {
@@ -227,6 +230,43 @@ impl<'a> Steps<'a> {
         kept
     }
 
+    /// Whether its result jumps where its arguments change ever so little.
+    fn jumps(&self) -> bool {
+        use LaneOp as L;
+        matches!(
+            self.trace.node(self.id).what,
+            What::Lane(
+                L::FLt
+                    | L::FLe
+                    | L::FGt
+                    | L::FGe
+                    | L::FEq
+                    | L::FNe
+                    | L::TEq
+                    | L::TNe
+                    | L::Floor
+                    | L::Ceil
+                    | L::Round
+                    | L::Trunc
+                    | L::ToInt
+                    | L::Step
+                    | L::Sign
+            )
+        )
+    }
+
+    /// Whether its arguments are about right: what goes wrong is then its own doing.
+    fn are_close(&self) -> bool {
+        let close = |(strict, exact): (&Const, &Exact)| {
+            let strict = Exact::widen(strict).numbers();
+            strict
+                .iter()
+                .zip(exact.numbers())
+                .all(|(s, e)| difference(*s, e).abs() <= CLOSE * s.abs().max(e.abs()))
+        };
+        self.strict.iter().zip(&self.exact).all(close)
+    }
+
     /// What it makes worse of what comes through: the part of its error that it has with exact arguments rounded once,
     /// beyond the rounding of its result.
     fn worse(&self, flow: &[f64], error: &[f64]) -> f64 {
@@ -235,6 +275,9 @@ impl<'a> Steps<'a> {
         let rounded: Vec<Exact> = self.exact.iter().map(|e| Exact::widen(&e.round())).collect();
         let Some(local) = self.run(&rounded) else { return 0.0 };
         let whole = matches!(exact, Exact::Int(_));
+        if self.jumps() && self.are_close() {
+            return flow.iter().sum();
+        }
         let mut sum = 0.0;
         for (((flow, error), local), exact) in flow.iter().zip(error).zip(&local).zip(exact.numbers()) {
             let own = difference(*local, exact).abs();

@@ -3,7 +3,7 @@
 use super::Report;
 use super::lines::{Culprit, culprits};
 use super::subject::{Base, Planes, Subject};
-use super::sweep::{Finding, Setting, Trial, measure, sweep};
+use super::sweep::{Finding, Setting, Trial, measure, percent, sweep};
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
 
@@ -107,10 +107,6 @@ fn as_given(trial: &Trial) -> Finding {
         }
     };
     Finding { sweep: "as given".to_string(), limit: None, text }
-}
-
-fn percent(share: f64) -> String {
-    format!("{} %", crate::explain::short(share * 100.0, 2))
 }
 
 /// Tries the values of a parameter.

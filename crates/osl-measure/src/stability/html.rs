@@ -24,7 +24,7 @@ pub fn html(examined: &Examined, width: usize, height: usize) -> String {
     for c in report.culprits.iter().take(12) {
         let _ = writeln!(
             out,
-            "<p><b>{}:{}</b> <code>{}</code> {} (at {}; {} of the range)</p><pre>{}</pre>",
+            "<p><b>{}:{}</b> <code>{}</code> {} ({}; {} of the range)</p><pre>{}</pre>",
             escape(&c.file),
             c.line,
             escape(&c.code),

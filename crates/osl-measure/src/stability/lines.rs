@@ -3,7 +3,7 @@
 use super::blame::{Blame, Place, blame};
 use super::jumps::jumps;
 use super::subject::{Planes, Subject};
-use super::sweep::{Setting, errors, range};
+use super::sweep::{Setting, errors, percent, range};
 use osl_ir::Span;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -108,10 +108,6 @@ pub fn culprits(
         .collect();
     list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
     list
-}
-
-fn percent(share: f64) -> String {
-    format!("{} %", crate::explain::short(share * 100.0, 2))
 }
 
 fn reason(blame: &Blame, points: f64) -> String {

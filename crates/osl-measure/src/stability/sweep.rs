@@ -117,6 +117,16 @@ pub struct Finding {
     pub text: String,
 }
 
+/// A share in words.
+pub(super) fn percent(share: f64) -> String {
+    let percent = share * 100.0;
+    if percent >= 10.0 {
+        format!("{percent:.0} %")
+    } else {
+        format!("{} %", crate::explain::short(percent, 2))
+    }
+}
+
 /// Share of the points that may be wrong at a setting that counts as safe.
 pub(super) const SAFE: f64 = 0.001;
 
@@ -147,14 +157,17 @@ fn stop_text(stop: &Stop) -> String {
     stop.to_string()
 }
 
-/// The range of a plane in double precision: what errors are measured by. Where all values are the same, it is their size;
-/// 1 where they are 0.
+/// Share of its size by which a plane varies that is as good as flat.
+const NEARLY_FLAT: f64 = 1e-3;
+
+/// The range of a plane in double precision: what errors are measured by. Where all values are nearly the same, it is their
+/// size; 1 where they are 0.
 pub(super) fn range(exact: &[f64]) -> f64 {
     let finite = || exact.iter().copied().filter(|x| x.is_finite());
     let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
     let size = low.abs().max(high.abs());
     match high - low {
-        span if span > size * 1e-6 && span.is_finite() => span,
+        span if span > size * NEARLY_FLAT && span.is_finite() => span,
         _ if size > 0.0 && size.is_finite() => size,
         _ => 1.0,
     }

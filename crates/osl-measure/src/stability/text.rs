@@ -7,6 +7,9 @@ use std::fmt::Write;
 /// Lines that are shown unless all are asked for.
 const SHOWN: usize = 5;
 
+/// Share of the worst line's score that is not worth a mention.
+const NEXT_TO_NOTHING: f64 = 1e-3;
+
 /// The text: findings, the lines to blame with carets, and with `all` the outcome of every trial.
 pub fn text(report: &Report, all: bool) -> String {
     let mut out = String::new();
@@ -26,7 +29,8 @@ pub fn text(report: &Report, all: bool) -> String {
         let _ = writeln!(out, "Lines to blame, the worst first:");
     }
     let count = if all { report.culprits.len() } else { SHOWN };
-    for culprit in report.culprits.iter().take(count) {
+    let least = if all { 0.0 } else { report.culprits.first().map_or(0.0, |c| c.score * NEXT_TO_NOTHING) };
+    for culprit in report.culprits.iter().take(count).filter(|c| c.score > least) {
         line(culprit, &mut out);
     }
     if all {
@@ -44,7 +48,7 @@ fn line(culprit: &Culprit, out: &mut String) {
     let carets = "^".repeat(culprit.code.chars().count().clamp(1, room));
     let _ = writeln!(
         out,
-        "\n{}:{}: `{}` {} (at {})",
+        "\n{}:{}: `{}` {} ({})",
         culprit.file, number, culprit.code, culprit.why, culprit.setting
     );
     let _ = writeln!(out, "  {number} | {text}");

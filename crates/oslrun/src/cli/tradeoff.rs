@@ -65,7 +65,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         repair: run.repair.then_some(run.write.as_deref()),
         allow_files: run.allow_files,
     };
-    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
     let (services, how) = (services(run, folder, Spaces::default()), options(run));
     let programs = Programs::new(&body, run, &points);
