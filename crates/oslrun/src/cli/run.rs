@@ -37,6 +37,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
+        arithmetic: args.arithmetic,
     };
     let lowered = body.count();
     let compiled = pipeline::finish(body, &options);
@@ -127,6 +128,7 @@ fn shade(
         max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
+        arithmetic: args.arithmetic,
         ..RunOptions::default()
     };
     let bar = progress(points.count());
