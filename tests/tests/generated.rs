@@ -100,7 +100,13 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
     (
         "only a loop that is not written out seems to need a space",
         "shader s(output int r = 1) { matrix m = matrix(\"nowhere\", \"camera\"); int w = 0; do {
-            m[1][1] = (r ? m[1][1] == u : 1) ? 1 : m[abs(r) % 4][1]; --r; } while (++w < 1 && r); }",
+            m[1][1] = (r ? m[1][1] == u : 1) ? 1 : m[abs(r) % 4][1    (
+        "strings that only a program without passes makes used up their room",
+        "shader s(output string t = \"hello\", output float r = 0) { for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 3; j++) for (int k = 0; k < 3; k++) {
+            t = concat(concat(t, t, t), concat(t, t, (k ? \"\" : \"x\"), concat(t, \"a b\", t)), t); r = u; } }",
+    ),
+]; --r; } while (++w < 1 && r); }",
     ),
     (
         "a round of a loop picks what it divides by from a table",

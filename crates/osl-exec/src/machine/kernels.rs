@@ -55,6 +55,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             Kernel::ClosureSum => self.closure_sum(step, mask),
             Kernel::ClosureScale => self.closure_scale(step, mask),
             Kernel::CheckIndex { name } => self.check_index(name, step, mask),
+            Kernel::Note(_) => {}
         }
     }
 

@@ -37,6 +37,7 @@ fn of_kernel(kernel: &Kernel) -> u64 {
         Kernel::DictFind => 1600,
         Kernel::Print { .. } => 400,
         Kernel::Format(_) | Kernel::Split { .. } => 200,
+        Kernel::Note(_) => 0,
         Kernel::Report { .. } | Kernel::CheckIndex { .. } | Kernel::Hash => 4,
         Kernel::ClosureSum | Kernel::ClosureScale => 16,
         _ => 100,

@@ -20,6 +20,8 @@ pub struct Builder {
     pub(crate) messages: Vec<crate::builtins::Message>,
     /// Whether messages are found by name when running, since the name of at least one is not written out.
     pub(crate) messages_by_name: bool,
+    /// Whether to note what the source does.
+    pub(crate) notes: bool,
 }
 
 impl Builder {
@@ -40,6 +42,7 @@ impl Builder {
             span: Span::default(),
             messages: Vec::new(),
             messages_by_name: false,
+            notes: false,
         }
     }
 
@@ -132,6 +135,14 @@ impl Builder {
     /// A kernel with one result.
     pub fn kernel(&mut self, kernel: Kernel, args: &[ValueId], result: Kind) -> ValueId {
         self.one(result, Op::Kernel(kernel, args.to_vec()))
+    }
+
+    /// Notes what the source does, if that is wanted.
+    pub(crate) fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
+        if self.notes {
+            let note = note(&self.body);
+            self.push(Op::Kernel(Kernel::Note(note), args.to_vec()), Vec::new());
+        }
     }
 
     /// Reads a scalar slot.

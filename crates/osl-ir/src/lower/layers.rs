@@ -24,14 +24,18 @@ pub(super) fn lower(
     views: &[View<'_>],
     connections: &[Connection],
     outputs: &[Arc<str>],
+    notes: bool,
 ) -> Result<Body, Vec<Diagnostic>> {
     let wiring = Wiring::new(views, connections, outputs);
-    let (mut b, mut diagnostics) = write(views, &wiring, Builder::new(wiring.name.clone()));
+    let mut first = Builder::new(wiring.name.clone());
+    first.notes = notes;
+    let (mut b, mut diagnostics) = write(views, &wiring, first);
     if !b.messages.is_empty() && (b.messages_by_name || views.len() > 1) {
         // Found by name where one is computed, those before the first would be variables of the body; and a layer may
         // speak of the place in a later one where a message was set first. So it is written again with what is known now.
         let mut again = Builder::new(wiring.name.clone());
         again.messages_by_name = b.messages_by_name;
+        again.notes = notes;
         if !b.messages_by_name {
             carry_messages(&mut again, &b.messages);
         }

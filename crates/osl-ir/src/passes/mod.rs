@@ -1,7 +1,7 @@
 //! Passes over the IR, each small, each with its own tests, each able to be switched off (but for `ssa`, on
 //! which the others and the interpreter build, and `derive`, without which lookups would mean something else).
 //!
-//! A pass keeps the bits of every value that remains. It must not know lanes, registers or instruction sets.
+//! A pass keeps the bits of every value that remains, but for `prefilter`, which is no pass that runs by itself. It must not know lanes, registers or instruction sets.
 
 mod algebra;
 mod cse;
@@ -10,6 +10,7 @@ mod derive;
 mod flatten;
 mod fold;
 mod fuse;
+mod prefilter;
 mod rate;
 mod share;
 mod ssa;
@@ -108,6 +109,8 @@ pub struct Options {
     /// The numbers that the program is to be run with. For double precision nothing is rounded to single while
     /// compiling, and passes that build on its rounding do not run.
     pub arithmetic: Arithmetic,
+    /// Widen steps by so many times the footprint of a pixel, which changes values: see `prefilter`.
+    pub prefilter: Option<f32>,
 }
 
 impl Default for Options {
@@ -119,6 +122,7 @@ impl Default for Options {
             varying,
             without: Vec::new(),
             arithmetic: Arithmetic::Strict,
+            prefilter: None,
         }
     }
 }
@@ -164,6 +168,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                 }
             }
             Pass::Derive => {
+                if let Some(scale) = options.prefilter {
+                    prefilter::run(body, scale);
+                }
                 // What nothing needs, such as most layers of a large group, is not to be differentiated, nor to use up what
                 // unrolled loops may grow by. It asks for no derivatives either, which decides about bits.
                 if !without(Pass::Dce) || derive::asks(body) {

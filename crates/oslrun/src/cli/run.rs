@@ -2,8 +2,9 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::output::Broken;
-use super::{Failure, closures, data, output, profile, report};
+use super::output::{Broken, Rows};
+use super::sampling::{self, Plan, Sampled};
+use super::{Failure, closures, data, on, output, profile, report};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
@@ -18,6 +19,10 @@ use std::time::{Duration, Instant};
 /// Runs a shader.
 pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let started = Instant::now();
+    let plan = args.sampling.plan()?;
+    if args.closures && plan != Plan::Plain {
+        return Err(Failure::new("--closures wants one sample for each pixel"));
+    }
     let request = Request {
         file: args.file.as_deref(),
         network: &args.network,
@@ -29,6 +34,12 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         allow_files: args.allow_files,
     };
     let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    if args.on.on.is_some() {
+        if args.sampling.is_given() {
+            return Err(Failure::new("samples and filters are for the grid, not for --on"));
+        }
+        return on::run(args, &Loaded { sources, body, name, folder }, started, out, err);
+    }
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -38,13 +49,15 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
         arithmetic: args.arithmetic,
+        prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
-    let services = services(args, folder);
-    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &points, args, &sources)?;
+    let services = services(args, folder, Spaces::default());
+    let shaded = shade(&compiled, &services, &points, plan, args, &sources)?;
+    let Shaded { mut frame, run, write, file, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
@@ -67,7 +80,11 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     }
     if args.stats {
         let times = [compile_time, run, write];
-        stats(&compiled, lowered, points.count(), times, args, err);
+        let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
+        stats(&compiled, lowered, evaluations, times, args, err);
+    }
+    if let Some(said) = said {
+        let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
     }
     if let Some(path) = &args.profile {
         profile::print(&frame.profile, &sources, err);
@@ -82,7 +99,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     Ok(())
 }
 
-fn grid(args: &RunArgs) -> Grid {
+pub(super) fn grid(args: &RunArgs) -> Grid {
     Grid {
         width: args.grid.0,
         height: args.grid.1,
@@ -92,8 +109,8 @@ fn grid(args: &RunArgs) -> Grid {
     }
 }
 
-fn services(args: &RunArgs, folder: PathBuf) -> Services {
-    let mut spaces = Spaces::default();
+/// What shaders can ask for. Spaces that the command line gives go before those of the scene.
+pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> Services {
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
             spaces.set(name, **matrix);
@@ -112,49 +129,35 @@ struct Shaded {
     run: Duration,
     write: Duration,
     file: Option<Unsaved>,
+    /// What there is to say of samples.
+    said: Option<sampling::Said>,
 }
 
 /// Runs all points. What goes into an EXR file is written as it comes.
 fn shade(
     compiled: &Compiled,
     services: &Services,
-    points: &dyn PointSource,
+    points: &WithData<Grid>,
+    plan: Plan,
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
-    let options = RunOptions {
-        batch: args.batch.map(|n| n as usize),
-        isa: args.isa.unwrap_or_else(Isa::detect),
-        max_steps: args.max_steps,
-        closures: args.closures,
-        profile: args.profile.is_some(),
-        arithmetic: args.arithmetic,
-        ..RunOptions::default()
-    };
+    let options = options(args);
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
     let run = Run::new(&compiled.program, services, points, &options);
-    let work = || match &args.output {
-        Some(path) if output::streams(args) => {
-            let started = Instant::now();
-            let (frame, run, file) = output::stream(&run, path, args, &tick)?;
-            let write = started.elapsed().saturating_sub(run);
-            Ok(Shaded { frame, run, write, file: Some(file) })
+    let work = || {
+        let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
+        if plan == Plan::Plain {
+            return computed(&mut plain, args);
         }
-        _ => {
-            let started = Instant::now();
-            let frame = run.points(0..points.count(), &tick).map_err(Broken::Stop)?;
-            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
-        }
+        let shading = sampling::shading(&compiled.program, services, points, &options, plan);
+        let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
+        let shaded = computed(&mut sampled, args)?;
+        let said = sampled.said().map_err(Broken::Stop)?;
+        Ok(Shaded { said: Some(said), ..shaded })
     };
-    let result = match args.threads {
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(threads))
-            .build()
-            .map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?
-            .install(work),
-        None => work(),
-    };
+    let result = on_threads(args, work)?;
     bar.finish_and_clear();
     result.map_err(|broken| match broken {
         Broken::Image(error) => Failure::new(error),
@@ -163,8 +166,45 @@ fn shade(
     })
 }
 
+/// How the command line says that points are run.
+pub(super) fn options(args: &RunArgs) -> RunOptions {
+    RunOptions {
+        batch: args.batch.map(|n| n as usize),
+        isa: args.isa.unwrap_or_else(Isa::detect),
+        max_steps: args.max_steps,
+        closures: args.closures,
+        profile: args.profile.is_some(),
+        arithmetic: args.arithmetic,
+        ..RunOptions::default()
+    }
+}
+
+/// Does work on as many threads as the command line says.
+pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    let Some(threads) = args.threads else { return Ok(work()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build();
+    let pool = pool.map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?;
+    Ok(pool.install(work))
+}
+
+/// Computes an image, into its file if that takes it piece by piece.
+fn computed(image: &mut (dyn Rows + Send), args: &RunArgs) -> Result<Shaded, Broken> {
+    let started = Instant::now();
+    match &args.output {
+        Some(path) if output::streams(args) => {
+            let (frame, run, file) = output::stream(image, path, args)?;
+            let write = started.elapsed().saturating_sub(run);
+            Ok(Shaded { frame, run, write, file: Some(file), said: None })
+        }
+        _ => {
+            let frame = output::whole(image, args.grid)?;
+            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None, said: None })
+        }
+    }
+}
+
 /// A run that ended early, in words.
-fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
+pub(super) fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
     let (span, hint) = match stop {
         Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
         Stop::Exhausted { span, .. } => (*span, ""),
@@ -189,7 +229,7 @@ fn progress(points: usize) -> ProgressBar {
 }
 
 /// Without an image: the range of each output, so that a first run shows something.
-fn summary(frame: &Frame, out: &mut dyn Write) {
+pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
     for plane in &frame.planes {
         let values = plane.floats();
         let (low, high) =
@@ -200,10 +240,11 @@ fn summary(frame: &Frame, out: &mut dyn Write) {
     let _ = writeln!(out, "(no image written: name one with -o)");
 }
 
-fn stats(
+/// Times, rates, and what each pass did.
+pub(super) fn stats(
     compiled: &Compiled,
     lowered: usize,
-    points: usize,
+    points: u64,
     times: [Duration; 3],
     args: &RunArgs,
     err: &mut dyn Write,
