@@ -7,7 +7,7 @@ use super::sampling::SampleArgs;
 use super::stability::StabilityArgs;
 use super::tradeoff::TradeoffArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use osl_exec::Isa;
+use osl_exec::{Arithmetic, Isa};
 use osl_image::ExrCompression;
 use osl_ir::passes::Pass;
 use std::path::PathBuf;
@@ -155,6 +155,10 @@ pub(super) struct RunArgs {
     /// Instruction set (default: the widest of this machine).
     #[arg(long, value_name = "NAME", value_parser = isa)]
     pub(super) isa: Option<Isa>,
+    /// Numbers to compute with: strict, the same bits everywhere; fast, cheaper approximations of single precision; f64,
+    /// double precision.
+    #[arg(long, value_name = "NAME", default_value = "strict", value_parser = arithmetic)]
+    pub(super) arithmetic: Arithmetic,
     /// Show the closures of the surface, and write their weights as layers.
     #[arg(long)]
     pub(super) closures: bool,
@@ -382,6 +386,11 @@ fn compression(text: &str) -> Result<ExrCompression, String> {
 fn isa(text: &str) -> Result<Isa, String> {
     let names: Vec<&str> = Isa::all().into_iter().map(Isa::name).collect();
     Isa::from_name(text).ok_or_else(|| format!("this machine has {}", names.join(", ")))
+}
+
+fn arithmetic(text: &str) -> Result<Arithmetic, String> {
+    let names: Vec<&str> = Arithmetic::ALL.into_iter().map(Arithmetic::name).collect();
+    Arithmetic::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
 }
 
 fn pass(text: &str) -> Result<Pass, String> {

@@ -49,6 +49,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
+        arithmetic: args.arithmetic,
         prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
@@ -174,6 +175,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
+        arithmetic: args.arithmetic,
         ..RunOptions::default()
     }
 }

@@ -116,6 +116,7 @@ impl Programs {
                 slopes: points.varying_slopes().to_vec(),
                 without: args.without_pass.clone(),
                 prefilter,
+                ..passes::Options::default()
             };
             pipeline::finish(body.clone(), &options)
         };
