@@ -217,11 +217,8 @@ impl Lowerer<'_> {
 /// takes.
 fn why(call: &BuiltinCall, forms: usize) -> String {
     let converted = |e: &Expr| matches!(e.kind, ExprKind::Convert(_));
-    let changed: Vec<String> = (1..)
-        .zip(&call.args)
-        .filter(|(_, e)| converted(e))
-        .map(|(n, _)| n.to_string())
-        .collect();
+    let changed: Vec<String> =
+        (1..).zip(&call.args).filter(|(_, e)| converted(e)).map(|(n, _)| n.to_string()).collect();
     let fit = match &changed[..] {
         [] => "the arguments have exactly these types".to_string(),
         [one] => format!("argument {one} is converted"),
