@@ -1,6 +1,7 @@
 //! What may be said on the command line.
 
 use super::levels::LintArgs;
+use super::on::OnArgs;
 use super::sampling::SampleArgs;
 use super::tradeoff::TradeoffArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -85,7 +86,7 @@ pub(super) struct RunArgs {
     /// named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(super) outputs: Option<Vec<String>>,
-    /// Points of the grid.
+    /// Points of the grid, or pixels of the view.
     #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid)]
     pub(super) grid: (usize, usize),
     /// Put points at pixel centres instead of from border to border.
@@ -97,6 +98,9 @@ pub(super) struct RunArgs {
     /// Added to u and v.
     #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub(super) uv_offset: Pair,
+    /// A surface instead of the grid.
+    #[command(flatten)]
+    pub(super) on: OnArgs,
     /// Samples of pixels.
     #[command(flatten)]
     pub(super) sampling: SampleArgs,

@@ -1,0 +1,186 @@
+//! Meshes: polygons as scenes and files give them, and triangles as they are rendered.
+//!
+//! `Mesh` is what comes in, checked by [`Mesh::check`]; `Triangles` is what `subdivide` makes of it. It must not know
+//! cameras or shaders.
+
+mod bvh;
+mod normals;
+mod obj;
+mod triangles;
+
+pub use bvh::{Bvh, MeshHit};
+pub use obj::{ObjError, read_obj};
+pub use triangles::{Bounds, SurfacePoint, Triangles};
+
+use glam::{Mat4, Vec2, Vec3};
+use std::fmt;
+
+/// A mesh of polygons.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// The vertices.
+    pub positions: Vec<Vec3>,
+    /// How many corners each face has. Their sum is the number of corners.
+    pub face_sizes: Vec<u32>,
+    /// For each corner, face by face, which vertex it is. Seen from outside, corners go counterclockwise.
+    pub corners: Vec<u32>,
+    /// Surface coordinates; may be empty.
+    pub uvs: Vec<Vec2>,
+    /// For each corner, which surface coordinates it has; empty if there are none.
+    pub uv_corners: Vec<u32>,
+    /// Shading normals; may be empty.
+    pub normals: Vec<Vec3>,
+    /// For each corner, which normal it has; empty if there are none.
+    pub normal_corners: Vec<u32>,
+    /// Edges that stay sharp: two vertices, and for how many levels of subdivision.
+    pub creases: Vec<([u32; 2], f32)>,
+}
+
+/// Vertices and corners that a mesh may have: places are numbered with 32 bits, and a level multiplies them by four.
+pub const MAX_CORNERS: usize = 1 << 28;
+
+/// What is wrong with a mesh.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum MeshError {
+    /// The sizes of the faces do not add up to the corners.
+    #[error("the faces have {sizes} corners, but {corners} are listed")]
+    Corners {
+        /// Sum of the sizes.
+        sizes: u64,
+        /// Listed corners.
+        corners: usize,
+    },
+    /// A list with one entry for each corner has another number.
+    #[error("there are {corners} corners, but {count} of their {what}")]
+    Count {
+        /// What is listed.
+        what: &'static str,
+        /// Corners of the mesh.
+        corners: usize,
+        /// Entries of the list.
+        count: usize,
+    },
+    /// An index beyond its list.
+    #[error("{what} {index} does not exist: there are {count}")]
+    Index {
+        /// What is indexed.
+        what: &'static str,
+        /// The index.
+        index: u32,
+        /// How many there are.
+        count: usize,
+    },
+    /// A coordinate is not a finite number.
+    #[error("{what} {index} is not finite")]
+    NotFinite {
+        /// What it is of.
+        what: &'static str,
+        /// Which one.
+        index: usize,
+    },
+    /// Nothing to render.
+    #[error("the mesh has no faces")]
+    Empty,
+    /// More than can be numbered.
+    #[error("the mesh has more than {MAX_CORNERS} corners")]
+    TooLarge,
+}
+
+/// What was odd about a mesh and survived.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Oddities {
+    /// Faces with fewer than three different corners; they are left out.
+    pub degenerate_faces: usize,
+    /// Edges with more than two faces, or with two of opposite sides; they stay sharp.
+    pub bad_edges: usize,
+    /// Vertices at which pieces of the surface merely touch; they stay where they are.
+    pub bad_vertices: usize,
+}
+
+impl Oddities {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        *self == Oddities::default()
+    }
+}
+
+impl fmt::Display for Oddities {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = [
+            (self.degenerate_faces, "faces with fewer than three corners, left out"),
+            (self.bad_edges, "edges that do not join two faces of one side, kept sharp"),
+            (self.bad_vertices, "vertices where surfaces merely touch, kept in place"),
+        ];
+        for (at, (count, what)) in list.into_iter().filter(|(count, _)| *count > 0).enumerate() {
+            write!(f, "{}{count} {what}", if at > 0 { "; " } else { "" })?;
+        }
+        Ok(())
+    }
+}
+
+impl Mesh {
+    /// Whether all indices and numbers are sound. What else is odd about a mesh, subdivision survives.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check(&self) -> Result<(), MeshError> {
+        let corners = self.corners.len();
+        if corners > MAX_CORNERS || self.positions.len() > MAX_CORNERS {
+            return Err(MeshError::TooLarge);
+        }
+        let sizes: u64 = self.face_sizes.iter().map(|n| u64::from(*n)).sum();
+        if sizes != corners as u64 {
+            return Err(MeshError::Corners { sizes, corners });
+        }
+        if corners == 0 {
+            return Err(MeshError::Empty);
+        }
+        indices("vertex", &self.corners, self.positions.len())?;
+        for (what, list, values) in [
+            ("surface coordinates", &self.uv_corners, self.uvs.len()),
+            ("normals", &self.normal_corners, self.normals.len()),
+        ] {
+            if !list.is_empty() && list.len() != corners {
+                return Err(MeshError::Count { what, corners, count: list.len() });
+            }
+            indices(what, list, values)?;
+        }
+        for (ends, _) in &self.creases {
+            indices("vertex of a crease", ends, self.positions.len())?;
+        }
+        finite("vertex", self.positions.iter().map(|p| p.is_finite()))?;
+        finite("surface coordinate", self.uvs.iter().map(|p| p.is_finite()))?;
+        finite("normal", self.normals.iter().map(|p| p.is_finite()))
+    }
+
+    /// Moves the mesh by a matrix.
+    pub fn transform(&mut self, matrix: &Mat4) {
+        self.positions.iter_mut().for_each(|p| *p = matrix.transform_point3(*p));
+        let for_normals = matrix.inverse().transpose();
+        let turn = |n: &mut Vec3| *n = for_normals.transform_vector3(*n).normalize_or(*n);
+        self.normals.iter_mut().for_each(turn);
+    }
+
+    /// The faces: their first corner and how many they have.
+    pub fn faces(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.face_sizes.iter().scan(0, |first, size| {
+            let here = *first;
+            *first += *size as usize;
+            Some((here, *size as usize))
+        })
+    }
+}
+
+fn indices(what: &'static str, list: &[u32], count: usize) -> Result<(), MeshError> {
+    match list.iter().find(|i| **i as usize >= count) {
+        Some(index) => Err(MeshError::Index { what, index: *index, count }),
+        None => Ok(()),
+    }
+}
+
+fn finite(what: &'static str, mut list: impl Iterator<Item = bool>) -> Result<(), MeshError> {
+    match list.position(|finite| !finite) {
+        Some(index) => Err(MeshError::NotFinite { what, index }),
+        None => Ok(()),
+    }
+}

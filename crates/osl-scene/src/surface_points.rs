@@ -1,0 +1,196 @@
+//! Points on surfaces, as rays hit them or vertices lie on them, for the batch interpreter.
+
+use crate::camera::Ray;
+use crate::mesh::SurfacePoint;
+use glam::{Vec2, Vec3};
+use osl_exec::PointSource;
+use osl_ir::hir::Global;
+use osl_ir::ir::Axis;
+
+/// How much of a surface belongs to a point: what changes to the neighbour along x and along y.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Footprint {
+    /// Changes of the position.
+    pub p: [Vec3; 2],
+    /// Changes of the surface coordinates.
+    pub uv: [Vec2; 2],
+    /// Changes of the direction of the ray.
+    pub i: [Vec3; 2],
+}
+
+impl Footprint {
+    /// What a ray that hits a point covers: where its neighbours meet the tangent plane, to first order. H. Igehy,
+    /// "Tracing Ray Differentials", 1999.
+    pub fn of(point: &SurfacePoint, ray: &Ray) -> Footprint {
+        let t = (point.p - ray.origin).dot(ray.direction);
+        let facing = ray.direction.dot(point.ng);
+        let p = [0, 1].map(|axis| {
+            let moved = ray.origin_slopes[axis] + ray.direction_slopes[axis] * t;
+            let p = moved - ray.direction * (moved.dot(point.ng) / facing);
+            if p.is_finite() { p } else { moved }
+        });
+        Footprint { p, uv: p.map(|p| uv_change(point, p)), i: ray.direction_slopes }
+    }
+
+    /// A square with sides of a length on the surface, along `dpdu` if there is one.
+    pub fn square(point: &SurfacePoint, side: f32) -> Footprint {
+        let flat = |t: Vec3| (t - point.n * point.n.dot(t)).try_normalize();
+        let along = flat(point.dpdu).unwrap_or_else(|| point.n.any_orthonormal_vector());
+        let p = [along * side, point.n.cross(along) * side];
+        Footprint { p, uv: p.map(|p| uv_change(point, p)), i: [Vec3::ZERO; 2] }
+    }
+}
+
+/// How the surface coordinates change over a way along the surface: the least squares solution of
+/// `dpdu * du + dpdv * dv = way`; 0 where the tangents do not span a plane.
+pub fn uv_change(point: &SurfacePoint, way: Vec3) -> Vec2 {
+    let (u, v) = (point.dpdu.as_dvec3(), point.dpdv.as_dvec3());
+    let way = way.as_dvec3();
+    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+    let (wu, wv) = (way.dot(u), way.dot(v));
+    let determinant = uu * vv - uv * uv;
+    if determinant <= 1e-12 * uu * vv {
+        return Vec2::ZERO;
+    }
+    let found = glam::DVec2::new((vv * wu - uv * wv) / determinant, (uu * wv - uv * wu) / determinant);
+    if found.is_finite() { found.as_vec2() } else { Vec2::ZERO }
+}
+
+/// Points on surfaces with all that a shader is told about them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfacePoints {
+    points: Vec<SurfacePoint>,
+    /// Directions of the rays that hit them.
+    incident: Vec<Vec3>,
+    footprints: Vec<Footprint>,
+}
+
+impl SurfacePoints {
+    /// No points, with room for some.
+    pub fn with_capacity(count: usize) -> SurfacePoints {
+        SurfacePoints {
+            points: Vec::with_capacity(count),
+            incident: Vec::with_capacity(count),
+            footprints: Vec::with_capacity(count),
+        }
+    }
+
+    /// Adds a point, the direction of the ray that hit it, and how much of the surface belongs to it.
+    pub fn push(&mut self, point: SurfacePoint, incident: Vec3, footprint: Footprint) {
+        self.points.push(point);
+        self.incident.push(incident);
+        self.footprints.push(footprint);
+    }
+
+    /// Removes all points.
+    pub fn clear(&mut self) {
+        self.points.clear();
+        self.incident.clear();
+        self.footprints.clear();
+    }
+
+    /// The points.
+    pub fn points(&self) -> &[SurfacePoint] {
+        &self.points
+    }
+
+    /// Stretches the surface coordinates: `uv * scale + offset`. Tangents and footprints follow. Factors are not 0.
+    pub fn stretch(&mut self, scale: Vec2, offset: Vec2) {
+        for point in &mut self.points {
+            point.uv = point.uv * scale + offset;
+            point.dpdu /= scale.x;
+            point.dpdv /= scale.y;
+        }
+        self.footprints.iter_mut().flat_map(|f| &mut f.uv).for_each(|uv| *uv *= scale);
+    }
+
+    /// How bright each point is by a light at the eye: the cosine between its normal and the way to the eye, whichever
+    /// side it shows.
+    pub fn lit_from_eye(&self) -> Vec<f32> {
+        self.points
+            .iter()
+            .zip(&self.incident)
+            .map(|(point, i)| point.n.dot(i.normalize_or_zero()).abs())
+            .collect()
+    }
+
+    fn value(&self, global: Global, at: usize) -> [f32; 3] {
+        let Some(point) = self.points.get(at) else { return [0.0; 3] };
+        let incident = self.incident.get(at).copied().unwrap_or_default();
+        match global {
+            Global::P => point.p.to_array(),
+            Global::I => incident.to_array(),
+            Global::N => point.n.to_array(),
+            Global::Ng => point.ng.to_array(),
+            Global::U => [point.uv.x, 0.0, 0.0],
+            Global::V => [point.uv.y, 0.0, 0.0],
+            Global::DPdu => point.dpdu.to_array(),
+            Global::DPdv => point.dpdv.to_array(),
+            Global::Backfacing => [f32::from(u8::from(incident.dot(point.ng) > 0.0)), 0.0, 0.0],
+            _ => [0.0; 3],
+        }
+    }
+
+    fn change(&self, global: Global, axis: Axis, at: usize) -> [f32; 3] {
+        let Some(footprint) = self.footprints.get(at) else { return [0.0; 3] };
+        let axis = axis as usize;
+        match global {
+            Global::P => footprint.p[axis].to_array(),
+            Global::I => footprint.i[axis].to_array(),
+            Global::U => [footprint.uv[axis].x, 0.0, 0.0],
+            Global::V => [footprint.uv[axis].y, 0.0, 0.0],
+            _ => [0.0; 3],
+        }
+    }
+
+    fn write(&self, first: usize, width: usize, lanes: &mut [f32], value: impl Fn(usize) -> [f32; 3]) {
+        let width = width.max(1);
+        let last = self.points.len().saturating_sub(1);
+        for lane in 0..width.min(lanes.len()) {
+            let value = value((first + lane).min(last));
+            for (lanes, x) in lanes.chunks_mut(width).zip(value) {
+                lanes[lane] = x;
+            }
+        }
+    }
+}
+
+impl PointSource for SurfacePoints {
+    fn count(&self) -> usize {
+        self.points.len()
+    }
+
+    fn varying(&self) -> &[Global] {
+        &[
+            Global::P,
+            Global::I,
+            Global::N,
+            Global::Ng,
+            Global::U,
+            Global::V,
+            Global::DPdu,
+            Global::DPdv,
+            Global::Backfacing,
+        ]
+    }
+
+    fn uniform(&self, _: Global) -> [f32; 3] {
+        [0.0; 3]
+    }
+
+    fn slope(&self, _: Global, _: Axis) -> [f32; 3] {
+        [0.0; 3]
+    }
+
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        self.write(first, width, lanes, |at| self.value(global, at));
+    }
+
+    fn varying_slopes(&self) -> &[Global] {
+        &[Global::P, Global::I, Global::U, Global::V]
+    }
+
+    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        self.write(first, width, lanes, |at| self.change(global, axis, at));
+    }
+}

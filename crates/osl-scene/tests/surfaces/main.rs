@@ -1,0 +1,6 @@
+//! Surfaces against what geometry says about them.
+
+mod common;
+mod displaced;
+mod shapes;
+mod subdivided;
