@@ -36,7 +36,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let Loaded { sources, body, name, folder } = load::load(&request, err)?;
     if args.on.on.is_some() {
         if args.sampling.is_given() {
-            return Err(Failure::new("--on has one sample for each pixel"));
+            return Err(Failure::new("samples and filters are for the grid, not for --on"));
         }
         return on::run(args, &Loaded { sources, body, name, folder }, started, out, err);
     }
@@ -177,6 +177,14 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
     }
 }
 
+/// Does work on as many threads as the command line says.
+pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    let Some(threads) = args.threads else { return Ok(work()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build();
+    let pool = pool.map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?;
+    Ok(pool.install(work))
+}
+
 /// Computes an image, into its file if that takes it piece by piece.
 fn computed(image: &mut (dyn Rows + Send), args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
@@ -191,14 +199,6 @@ fn computed(image: &mut (dyn Rows + Send), args: &RunArgs) -> Result<Shaded, Bro
             Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None, said: None })
         }
     }
-}
-
-/// Does work on as many threads as the command line says.
-pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
-    let Some(threads) = args.threads else { return Ok(work()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build();
-    let pool = pool.map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?;
-    Ok(pool.install(work))
 }
 
 /// A run that ended early, in words.
