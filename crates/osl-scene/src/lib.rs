@@ -4,11 +4,15 @@
 //! A source gives the shader's globals at its points, in common space. It must not know the terminal, files
 //! or what a shader computes.
 
+pub mod bsdf;
 pub mod camera;
 mod data;
 mod grid;
+pub mod light;
 pub mod mesh;
 mod reference;
+pub mod render;
+pub mod scene;
 pub mod surface_points;
 
 pub use data::{Data, WithData};

@@ -20,6 +20,7 @@ mod levels;
 mod load;
 mod output;
 mod profile;
+mod render;
 mod repair;
 mod report;
 mod run;
@@ -72,6 +73,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
+        (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (None, args) => run::run(&args, out, err),
     };
     match result {

@@ -162,7 +162,7 @@ fn shade(
 }
 
 /// A run that ended early, in words.
-fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
+pub(super) fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
     let (span, hint) = match stop {
         Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
         Stop::Exhausted { span, .. } => (*span, ""),
