@@ -7,12 +7,14 @@
 pub mod bsdf;
 pub mod camera;
 mod data;
+pub mod displace;
 mod grid;
 pub mod light;
 pub mod mesh;
 mod reference;
 pub mod render;
 pub mod scene;
+pub mod subdivide;
 pub mod surface_points;
 
 pub use data::{Data, WithData};

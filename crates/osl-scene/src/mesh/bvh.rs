@@ -1,14 +1,17 @@
 //! Which triangle a ray hits first.
 
-use super::Triangles;
+use super::{Bounds, Triangles};
 use glam::{DVec3, Vec3, Vec3A};
+use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
+use obvhs::cwbvh::builder::build_cwbvh;
 use obvhs::ray::RayHit;
-use obvhs::triangle::Triangle;
-use obvhs::{BvhBuildParams, ray};
+use obvhs::{Boundable, BvhBuildParams, ray};
 use std::ops::Range;
 use std::time::Duration;
+
+/// How much larger than a triangle its box is, for coordinates of 1.
+const SLACK: f32 = 1e-6;
 
 /// Where a ray hits a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,15 +37,11 @@ impl Bvh {
     pub fn new(mesh: &Triangles) -> Bvh {
         let finite = |at: &usize| mesh.corners(*at).iter().all(|p| p.is_finite());
         let kept: Vec<usize> = (0..mesh.indices.len()).filter(finite).collect();
-        let triangle = |at: &usize| {
-            let [v0, v1, v2] = mesh.corners(*at).map(Vec3A::from);
-            Triangle { v0, v1, v2 }
-        };
-        let list: Vec<Triangle> = kept.iter().map(triangle).collect();
+        let list: Vec<Around> = kept.iter().map(|at| Around::new(mesh.corners(*at))).collect();
         if list.is_empty() {
             return Bvh { tree: None, corners: Vec::new(), numbers: Vec::new() };
         }
-        let tree = build_cwbvh_from_tris(&list, BvhBuildParams::fast_build(), &mut Duration::default());
+        let tree = build_cwbvh(&list, BvhBuildParams::fast_build(), &mut Duration::default());
         let order = tree.primitive_indices.iter().filter_map(|at| kept.get(*at as usize));
         let numbers: Vec<u32> = order.map(|at| *at as u32).collect();
         let corners = numbers.iter().map(|at| mesh.corners(*at as usize)).collect();
@@ -55,7 +54,7 @@ impl Bvh {
         if !(origin.is_finite() && direction.is_finite()) {
             return None;
         }
-        let ray = ray::Ray::new(origin.into(), direction.into(), range.start, range.end);
+        let ray = ray_in(origin, direction, range);
         let from = origin.as_dvec3();
         let along = direction.as_dvec3();
         let mut hit = RayHit::none();
@@ -79,13 +78,35 @@ impl Bvh {
         let Some(tree) = self.tree.as_ref().filter(|_| origin.is_finite() && direction.is_finite()) else {
             return false;
         };
-        let ray = ray::Ray::new(origin.into(), direction.into(), range.start, range.end);
+        let ray = ray_in(origin, direction, range);
         let (from, along) = (origin.as_dvec3(), direction.as_dvec3());
         !tree.ray_traverse_miss(ray, |ray, id| {
             let met = self.corners.get(id).and_then(|corners| meet(corners, from, along));
             met.map(|(t, _)| t).filter(|t| *t >= ray.tmin && *t < ray.tmax).unwrap_or(f32::INFINITY)
         })
     }
+}
+
+/// The box around a triangle, a little larger, so that rounding loses no ray that meets it.
+struct Around(Aabb);
+
+impl Around {
+    fn new(corners: [Vec3; 3]) -> Around {
+        let bounds = Bounds::of(corners);
+        let slack = bounds.min.abs().max(bounds.max.abs()).max_element() * SLACK + f32::MIN_POSITIVE;
+        Around(Aabb::new(Vec3A::from(bounds.min) - slack, Vec3A::from(bounds.max) + slack))
+    }
+}
+
+impl Boundable for Around {
+    fn aabb(&self) -> Aabb {
+        self.0
+    }
+}
+
+/// A ray as the tree takes it: it goes by the sign of coordinates, and a zero is to have the sign of its inverse.
+fn ray_in(origin: Vec3, direction: Vec3, range: Range<f32>) -> ray::Ray {
+    ray::Ray::new(origin.into(), (direction + Vec3::ZERO).into(), range.start, range.end)
 }
 
 /// Where a ray meets a triangle, and the weights of its second and third corner.

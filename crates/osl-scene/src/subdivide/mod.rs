@@ -1,0 +1,100 @@
+//! From polygons to triangles: meshes as they are, linearly refined, or Catmull-Clark surfaces.
+//!
+//! `topology` joins faces along edges, `refine` makes a level of the one before, `limit` moves vertices onto the limit
+//! surface, `triangles` cuts what comes of it, `adaptive` chooses the level. Arithmetic is in 64 bits. Surface coordinates
+//! are interpolated linearly within each face of the mesh. It must not know shaders.
+
+mod adaptive;
+mod limit;
+mod refine;
+mod topology;
+mod triangles;
+
+pub use adaptive::longest_edge;
+
+use crate::camera::View;
+use crate::mesh::{Mesh, MeshError, Oddities, Triangles};
+use topology::Level;
+
+/// What a mesh stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// The faces themselves; levels cut them finer.
+    #[default]
+    Linear,
+    /// The smooth surface of E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary
+    /// topological meshes", 1978. Creases after T. DeRose, M. Kass and T. Truong, "Subdivision Surfaces in Character
+    /// Animation", 1998; borders are creases.
+    CatmullClark,
+}
+
+/// How finely a surface is cut.
+#[derive(Clone, Copy, Debug)]
+pub enum Detail<'a> {
+    /// So many times into four.
+    Level(u32),
+    /// Until no edge in the picture is longer than a number of pixels.
+    Pixels {
+        /// The camera.
+        view: &'a View,
+        /// Pixels.
+        edge: f64,
+    },
+}
+
+/// A surface as triangles.
+#[derive(Clone, Debug)]
+pub struct Tessellated {
+    /// The triangles.
+    pub triangles: Triangles,
+    /// How often faces were cut into four.
+    pub level: u32,
+    /// Whether the detail that was asked for is reached; a level always is.
+    pub fine: bool,
+    /// What was odd about the mesh.
+    pub oddities: Oddities,
+}
+
+/// Triangles that a mesh may become: some 150 bytes each.
+const MAX_TRIANGLES: usize = 1 << 24;
+
+/// Cuts a mesh into triangles: all faces into four, as often as the detail asks, so that there are no cracks. Vertices of
+/// a Catmull-Clark surface lie on the limit surface, with its normals.
+///
+/// # Errors
+/// The mesh is wrong, or a level has too many triangles. Pixels only go as far as there may be triangles.
+pub fn tessellate(mesh: &Mesh, scheme: Scheme, detail: &Detail<'_>) -> Result<Tessellated, MeshError> {
+    mesh.check()?;
+    let (base, oddities) = Level::new(mesh, scheme)?;
+    let most = most_level(base.corners.len());
+    match *detail {
+        Detail::Level(level) if level > most => Err(MeshError::TooLarge),
+        Detail::Level(level) => {
+            let triangles = at_level(&base, level, scheme);
+            Ok(Tessellated { triangles, level, fine: true, oddities })
+        }
+        Detail::Pixels { view, edge } => {
+            let (triangles, level, fine) = adaptive::choose(&base, scheme, most, view, edge);
+            Ok(Tessellated { triangles, level, fine, oddities })
+        }
+    }
+}
+
+/// The finest level that a mesh with so many corners may have.
+fn most_level(corners: usize) -> u32 {
+    // The first level has a quad for each corner, each further one four times as many.
+    (0..32).take_while(|level| corners.saturating_mul(2 << (2 * level)) <= MAX_TRIANGLES).count() as u32
+}
+
+fn at_level(base: &Level, level: u32, scheme: Scheme) -> Triangles {
+    match level {
+        0 => triangles::of_base(base, scheme),
+        _ => {
+            let mut current = base.refine(scheme);
+            for _ in 1..level {
+                current = current.refine(scheme);
+            }
+            triangles::of_quads(&current, scheme)
+        }
+    }
+}

@@ -1,0 +1,5 @@
+//! Surfaces against what geometry says about them.
+
+mod common;
+mod displaced;
+mod subdivided;
