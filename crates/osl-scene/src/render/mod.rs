@@ -16,7 +16,7 @@ mod world;
 pub use layers::Layer;
 pub use path::Strategy;
 pub use tone::{display, tone};
-pub use world::{Ground, Material, Object, World};
+pub use world::{Body, Ground, Material, Object, World};
 
 use osl_exec::{Message, Stop};
 use osl_ir::types::Type;

@@ -4,7 +4,7 @@ use super::layers::Layers;
 use super::sampler::Sampler;
 use super::shade::{self, Met, Shaded};
 use super::walk::{self, Medium};
-use super::world::{Hit, On, World, leave};
+use super::world::{Hit, World, leave};
 use crate::bsdf::{Chosen, Next, Scatter};
 use crate::camera::Ray;
 use crate::light::{Arriving, balance};
@@ -111,21 +111,21 @@ impl Tracer<'_> {
                     *light += self.gathered(path, hit.as_ref());
                 }
                 if let Some(hit) = hit.filter(|_| !path.last) {
-                    met.extend(self.meet(index, path, &hit));
+                    met.push(Self::meet(index, path, hit));
                 }
             }
             // A stable sort, so that points stay in the order of their pixels.
-            met.sort_by_key(|m| (m.material, paths.get(m.path).is_some_and(|p| p.lens.is_none())));
+            met.sort_by_key(|m| (m.hit.material, paths.get(m.path).is_some_and(|p| p.lens.is_none())));
             let mut next = Vec::with_capacity(met.len());
             let camera = |m: &Met| paths.get(m.path).is_some_and(|p| p.lens.is_some());
-            for hits in met.chunk_by(|a, b| a.material == b.material && camera(a) == camera(b)) {
+            for hits in met.chunk_by(|a, b| a.hit.material == b.hit.material && camera(a) == camera(b)) {
                 let Some(first) = hits.first() else { continue };
                 let seen = camera(first);
-                let shaded = shade::shade(self.world, first.material, hits, seen)?;
+                let shaded = shade::shade(self.world, first.hit.material, hits, seen)?;
                 for (at, hit) in hits.iter().enumerate() {
                     let (Some(path), Some(scatter)) = (paths.get(hit.path), shaded.scatter.get(at)) else { continue };
                     if seen && path.vertex == 0 {
-                        let depth = self.world.view.depth(hit.point.p) as f32;
+                        let depth = self.world.view.depth(hit.hit.point.p) as f32;
                         shade::record(self.layers, path.pixel, hit, &shaded, at, depth);
                     }
                     let (here, on) = self.scatter(path, hit, scatter);
@@ -197,13 +197,12 @@ impl Tracer<'_> {
     }
 
     /// What a shader is told about a hit.
-    fn meet(&self, index: usize, path: &Path, hit: &Hit) -> Option<Met> {
-        let (point, material) = self.world.point(hit, path.origin, path.direction)?;
+    fn meet(index: usize, path: &Path, hit: Hit) -> Met {
         let footprint = match &path.lens {
-            Some(ray) => Footprint::of(&point, ray),
-            None => Footprint::square(&point, path.width + path.spread * hit.t),
+            Some(ray) => Footprint::of(&hit.point, ray),
+            None => Footprint::square(&hit.point, path.width + path.spread * hit.t),
         };
-        Some(Met { path: index, hit: *hit, material, point, incident: path.direction, footprint })
+        Met { path: index, hit, incident: path.direction, footprint }
     }
 
     /// The light that a surface sends back along a path, and the path from there on.
@@ -213,21 +212,21 @@ impl Tracer<'_> {
         if scatter.is_black() || vertex > MAX_VERTICES {
             return (light, None);
         }
-        light += self.lamps(path, &met.point, scatter, 3 * vertex);
+        light += self.lamps(path, &met.hit.point, scatter, 3 * vertex);
         let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex));
         match scatter.next(choice, u) {
             None => (light, None),
             Some(Next::Direction(chosen)) => (light, self.go_on(path, met, chosen, vertex)),
             Some(Next::Below { weight, radius, albedo, g }) => {
                 let mut random = path.sampler.stream(vertex);
-                let exit = match met.hit.on {
-                    On::Object { object, .. } if radius.max_element() > 0.0 => {
+                let object = met.hit.object.and_then(|object| self.world.objects.get(object));
+                let exit = match object {
+                    Some(object) if radius.max_element() > 0.0 => {
                         let medium = Medium::new(radius, albedo, g);
-                        let object = self.world.objects.get(object);
-                        object.and_then(|o| walk::walk(o, &met.point, &medium, &mut random))
+                        walk::walk(&object.body, &met.hit.point, &medium, &mut random)
                     }
                     // A plane has no other side: light comes out where it went in.
-                    _ => Some(walk::Exit { point: met.point, weight: albedo }),
+                    _ => Some(walk::Exit { point: met.hit.point, weight: albedo }),
                 };
                 let Some(exit) = exit else { return (light, None) };
                 let out = exit.point;
@@ -235,7 +234,7 @@ impl Tracer<'_> {
                 light += self.lamps(path, &out, &scatter, 3 * vertex + 1);
                 let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex + 1));
                 let Some(Next::Direction(chosen)) = scatter.next(choice, u) else { return (light, None) };
-                let met = Met { point: out, ..*met };
+                let met = Met { hit: Hit { point: out, ..met.hit }, ..*met };
                 (light, self.go_on(path, &met, chosen, vertex))
             }
         }
@@ -297,7 +296,7 @@ impl Tracer<'_> {
             throughput /= stay;
         }
         let mut next = Path {
-            origin: leave(met.point.p, met.point.ng, chosen.wi),
+            origin: leave(met.hit.point.p, met.hit.point.ng, chosen.wi),
             direction: chosen.wi,
             throughput,
             pdf: chosen.pdf,

@@ -3,7 +3,6 @@
 use super::layers::Layers;
 use super::world::{Hit, Material, World};
 use crate::bsdf::Scatter;
-use crate::mesh::SurfacePoint;
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
 use osl_exec::{Frame, Message, Plane, PointSource, Run, RunOptions, Stop};
@@ -13,8 +12,6 @@ pub(super) struct Met {
     /// Which path.
     pub(super) path: usize,
     pub(super) hit: Hit,
-    pub(super) material: usize,
-    pub(super) point: SurfacePoint,
     /// The direction of the ray.
     pub(super) incident: Vec3,
     pub(super) footprint: Footprint,
@@ -38,7 +35,7 @@ pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) ->
     };
     let mut points = SurfacePoints::with_capacity(hits.len());
     for hit in hits {
-        points.push(hit.point, hit.incident, hit.footprint);
+        points.push(hit.hit.point, hit.incident, hit.footprint);
     }
     let program = if seen { program } else { lean };
     // One tile, so that it runs on this thread alone: others have tiles of their own.
@@ -47,12 +44,12 @@ pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) ->
     let Frame { planes, messages, closures, .. } = run.points(0..points.count(), &|_| ())?;
     let of = |at: usize, hit: &Met| match color {
         Some(name) => {
-            Scatter::diffuse(hit.point.ng, hit.point.n, -hit.incident, matt(&planes, name, at))
+            Scatter::diffuse(hit.hit.point.ng, hit.hit.point.n, -hit.incident, matt(&planes, name, at))
         }
         None => {
             let list = closures.iter().find(|c| &*c.output == "Ci").and_then(|c| c.points.get(at));
             let list = list.map_or(&[][..], Vec::as_slice);
-            Scatter::new(list, hit.point.ng, -hit.incident)
+            Scatter::new(list, hit.hit.point.ng, -hit.incident)
         }
     };
     let scatter = hits.iter().enumerate().map(|(at, hit)| of(at, hit)).collect();
@@ -77,7 +74,7 @@ fn matt(planes: &[Plane], name: &str, at: usize) -> Vec3 {
 /// Adds what the camera sees of a hit to the layers.
 pub(super) fn record(layers: &mut Layers, pixel: usize, hit: &Met, shaded: &Shaded, at: usize, depth: f32) {
     let Some(scatter) = shaded.scatter.get(at) else { return };
-    layers.add_surface(pixel, scatter.albedo(), hit.point.n, depth);
+    layers.add_surface(pixel, scatter.albedo(), hit.hit.point.n, depth);
     for (name, color) in &scatter.marks {
         layers.add_mark(pixel, name, *color);
     }

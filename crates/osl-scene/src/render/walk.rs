@@ -4,7 +4,7 @@
 //! for Production Path Tracing", 2016: their fit makes the share of light that comes back the color that was asked for.
 
 use super::sampler::Stream;
-use super::world::{Object, leave};
+use super::world::{Body, leave};
 use crate::bsdf::Frame;
 use crate::mesh::SurfacePoint;
 use glam::Vec3;
@@ -45,7 +45,7 @@ pub(super) struct Exit {
 }
 
 /// Walks through an object from a point of its surface; `None` if the light stays below.
-pub(super) fn walk(object: &Object, from: &SurfacePoint, medium: &Medium, random: &mut Stream) -> Option<Exit> {
+pub(super) fn walk(body: &Body, from: &SurfacePoint, medium: &Medium, random: &mut Stream) -> Option<Exit> {
     let below = crate::bsdf::cosine([random.next(), random.next()]);
     let mut direction = Frame::around(-from.ng).world(below);
     let mut p = leave(from.p, from.ng, direction);
@@ -56,12 +56,11 @@ pub(super) fn walk(object: &Object, from: &SurfacePoint, medium: &Medium, random
         let u = random.next();
         let channel = if u < chances.x { 0 } else if u < chances.x + chances.y { 1 } else { 2 };
         let way = -(1.0 - random.next()).ln() / medium.density[channel];
-        let hit = object.bvh.hit(p, direction, 0.0..way);
+        let hit = body.hit(p, direction, way);
         let passed = |t: f32| (medium.density * -t).exp();
-        if let Some(hit) = hit {
-            let left = passed(hit.t);
+        if let Some((t, point)) = hit {
+            let left = passed(t);
             weight *= left / left.dot(chances);
-            let point = object.mesh.point(hit.triangle, hit.barycentric);
             // Seen from inside, the surface turns its back; else the walk has got outside.
             return (direction.dot(point.ng) > 0.0 && weight.is_finite()).then_some(Exit { point, weight });
         }

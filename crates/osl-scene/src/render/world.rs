@@ -2,27 +2,51 @@
 
 use crate::camera::View;
 use crate::light::{Sky, SphereLight};
-use crate::mesh::{Bvh, SurfacePoint, Triangles};
+use crate::mesh::SurfacePoint;
+use crate::shape::{Placed, Shape, Solid, Surface};
 use glam::{Vec2, Vec3};
 use osl_exec::{Program, Services};
 use std::sync::Arc;
 
-/// Triangles with what shades them.
-pub struct Object {
-    /// The triangles, in common space.
-    pub mesh: Triangles,
-    /// The same, sorted.
-    pub bvh: Bvh,
-    /// Which of the materials.
-    pub material: usize,
+/// Something that rays meet.
+pub enum Body {
+    /// Triangles, in common space.
+    Solid(Solid),
+    /// A shape with a formula.
+    Shape(Placed<Shape>),
 }
 
-impl Object {
-    /// Sorts triangles.
-    pub fn new(mesh: Triangles, material: usize) -> Object {
-        let bvh = Bvh::new(&mesh);
-        Object { mesh, bvh, material }
+impl Body {
+    /// The nearest point within reach, and its distance.
+    pub(super) fn hit(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<(f32, SurfacePoint)> {
+        match self {
+            Body::Solid(solid) => solid.hit(origin, direction, 0.0..reach),
+            Body::Shape(shape) => shape.hit(origin, direction, 0.0..reach),
+        }
     }
+
+    fn blocks(&self, origin: Vec3, direction: Vec3, reach: f32) -> bool {
+        match self {
+            Body::Solid(solid) => solid.bvh.blocked(origin, direction, 0.0..reach),
+            Body::Shape(shape) => shape.hit(origin, direction, 0.0..reach).is_some(),
+        }
+    }
+
+    /// How many triangles it has.
+    pub fn triangles(&self) -> usize {
+        match self {
+            Body::Solid(solid) => solid.triangles.indices.len(),
+            Body::Shape(_) => 0,
+        }
+    }
+}
+
+/// Something with what shades it.
+pub struct Object {
+    /// Its form.
+    pub body: Body,
+    /// Which of the materials.
+    pub material: usize,
 }
 
 /// An endless plane with what shades it. Its coordinates are lengths along two axes.
@@ -75,14 +99,10 @@ pub struct World {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hit {
     pub(super) t: f32,
-    pub(super) on: On,
-}
-
-/// Where on what.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum On {
-    Object { object: usize, triangle: usize, barycentric: [f32; 2] },
-    Ground(usize),
+    pub(super) point: SurfacePoint,
+    pub(super) material: usize,
+    /// Which of the objects; a plane is none.
+    pub(super) object: Option<usize>,
 }
 
 /// Farther than anything.
@@ -99,16 +119,17 @@ impl World {
     /// The nearest surface along a ray.
     pub(super) fn hit(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
         let mut best: Option<Hit> = None;
-        let reach = |best: &Option<Hit>| best.map_or(FAR, |hit| hit.t);
         for (index, object) in self.objects.iter().enumerate() {
-            if let Some(hit) = object.bvh.hit(origin, direction, 0.0..reach(&best)) {
-                let on = On::Object { object: index, triangle: hit.triangle, barycentric: hit.barycentric };
-                best = Some(Hit { t: hit.t, on });
+            let reach = best.map_or(FAR, |hit| hit.t);
+            if let Some((t, point)) = object.body.hit(origin, direction, reach) {
+                best = Some(Hit { t, point, material: object.material, object: Some(index) });
             }
         }
-        for (index, ground) in self.grounds.iter().enumerate() {
-            if let Some(t) = ground.hit(origin, direction, reach(&best)) {
-                best = Some(Hit { t, on: On::Ground(index) });
+        for ground in &self.grounds {
+            let reach = best.map_or(FAR, |hit| hit.t);
+            if let Some(t) = ground.hit(origin, direction, reach) {
+                let point = ground.at(origin + direction * t);
+                best = Some(Hit { t, point, material: ground.material, object: None });
             }
         }
         best
@@ -118,21 +139,7 @@ impl World {
     pub(super) fn blocked(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
         let reach = distance.min(FAR);
         self.grounds.iter().any(|g| g.hit(origin, direction, reach).is_some())
-            || self.objects.iter().any(|o| o.bvh.blocked(origin, direction, 0.0..reach))
-    }
-
-    /// What a shader is told about a hit, and which material it is of.
-    pub(super) fn point(&self, hit: &Hit, origin: Vec3, direction: Vec3) -> Option<(SurfacePoint, usize)> {
-        match hit.on {
-            On::Object { object, triangle, barycentric } => {
-                let object = self.objects.get(object)?;
-                Some((object.mesh.point(triangle, barycentric), object.material))
-            }
-            On::Ground(index) => {
-                let ground = self.grounds.get(index)?;
-                Some((ground.at(origin + direction * hit.t), ground.material))
-            }
-        }
+            || self.objects.iter().any(|o| o.body.blocks(origin, direction, reach))
     }
 }
 

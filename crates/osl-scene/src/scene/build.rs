@@ -3,13 +3,15 @@
 use super::describe::{Description, Form, SkyNode, Surface};
 use super::message::{Messages, Place};
 use super::network::{Network, Networks, Use};
-use super::tessellate::tessellate;
+use super::tessellate::{move_by, tessellate};
 use crate::camera::View;
 use crate::light::Sky;
-use crate::mesh::SurfacePoint;
-use crate::render::{Ground, Material, Object, World};
+use crate::mesh::{SurfacePoint, Triangles};
+use crate::render::{Body, Ground, Material, Object, World};
+use crate::shape::{Placed, Shape, Solid};
+use crate::subdivide::Detail;
 use crate::surface_points::{Footprint, SurfacePoints};
-use glam::{Mat4, Vec2, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 use osl_exec::{Frame, Program, RunOptions, Services};
 use std::sync::Arc;
 
@@ -19,12 +21,12 @@ pub struct Surroundings<'a> {
     pub size: Option<[usize; 2]>,
     /// What shaders may ask for: textures, and spaces, which each object changes.
     pub services: &'a dyn Fn() -> Services,
-    /// Told what is being done.
-    pub progress: &'a dyn Fn(&str),
 }
 
 /// Pixels of the image that a sky's shader is run for: width and height.
 const SKY: [usize; 2] = [1024, 512];
+/// Pixels that edges of displaced shapes are long at most.
+const EDGE: f64 = 1.5;
 
 /// Builds the world of a scene; `None` after an error.
 pub fn build(
@@ -89,22 +91,75 @@ fn add_surface(
         services: services(),
     };
     let number = world.materials.len();
-    if let Form::Plane { point, normal } = surface.form {
-        let for_normals = surface.matrix.inverse().transpose();
-        let normal = for_normals.transform_vector3(normal).normalize_or(Vec3::Y);
-        let point = surface.matrix.transform_point3(point);
-        world.grounds.push(Ground { point, normal, material: number });
-    } else {
-        (around.progress)(&format!("preparing {}", surface.name));
-        let moved = match &surface.displacement {
-            Some(name) => Some(networks.compile(name, Use::Displacement, &surface.place, messages)?),
-            None => None,
-        };
-        let mesh = tessellate(surface, moved.as_ref(), &services(), messages)?;
-        world.objects.push(Object::new(mesh, number));
+    let form = form(surface, world, networks, &services, messages)?;
+    match form {
+        Made::Ground(point, normal) => world.grounds.push(Ground { point, normal, material: number }),
+        Made::Object(body) => world.objects.push(Object { body, material: number }),
     }
     world.materials.push(material);
     Some(())
+}
+
+/// What a form becomes.
+enum Made {
+    Ground(Vec3, Vec3),
+    Object(Body),
+}
+
+/// A form, displaced, in common space.
+fn form(
+    surface: &Surface,
+    world: &World,
+    networks: &mut Networks<'_>,
+    services: &dyn Fn() -> Services,
+    messages: &mut Messages,
+) -> Option<Made> {
+    let matrix = surface.matrix;
+    let (shape, own) = match &surface.form {
+        Form::Plane { point, normal } => {
+            let for_normals = matrix.inverse().transpose();
+            let normal = for_normals.transform_vector3(*normal).normalize_or(Vec3::Y);
+            return Some(Made::Ground(matrix.transform_point3(*point), normal));
+        }
+        Form::Sphere { center, radius } => {
+            (Shape::Sphere { radius: *radius }, matrix * Mat4::from_translation(*center))
+        }
+        Form::Cylinder { bottom, top, radius } => {
+            let axis = *top - *bottom;
+            let turn = Quat::from_rotation_arc(Vec3::Y, axis.normalize_or(Vec3::Y));
+            let height = axis.length().max(1e-6);
+            let place = Mat4::from_rotation_translation(turn, (*bottom + *top) * 0.5);
+            (Shape::Cylinder { radius: *radius, height }, matrix * place)
+        }
+        Form::Mesh(polygons) => {
+            let mut triangles = tessellate(surface, polygons, &matrix, messages)?;
+            displaced(surface, &mut triangles, networks, services, messages)?;
+            return Some(Made::Object(Body::Solid(Solid::new(triangles))));
+        }
+    };
+    if surface.displacement.is_none() {
+        return Some(Made::Object(Body::Shape(Placed::new(shape, own)?)));
+    }
+    let detail = Detail::Pixels { view: &world.view, edge: EDGE };
+    let (mut triangles, _, _) = shape
+        .triangles(&own, &detail)
+        .map_err(|why| messages.error(&surface.place, why.to_string()))
+        .ok()?;
+    displaced(surface, &mut triangles, networks, services, messages)?;
+    Some(Made::Object(Body::Solid(Solid::new(triangles))))
+}
+
+/// Displaces triangles, if the surface asks for it.
+fn displaced(
+    surface: &Surface,
+    triangles: &mut Triangles,
+    networks: &mut Networks<'_>,
+    services: &dyn Fn() -> Services,
+    messages: &mut Messages,
+) -> Option<()> {
+    let Some(name) = &surface.displacement else { return Some(()) };
+    let network = networks.compile(name, Use::Displacement, &surface.place, messages)?;
+    move_by(&network, &services(), surface, triangles, messages)
 }
 
 /// The spaces of an object: `object` and `shader` are its own, `camera` and those behind it the view's.
@@ -144,7 +199,6 @@ fn add_sky(
     world.sky = Some(match &node.shader {
         None => Sky::constant(node.color * node.intensity),
         Some(name) => {
-            (around.progress)(&format!("preparing {}", node.name));
             let network = networks.compile(name, Use::Sky, &node.place, messages)?;
             shaded_sky(node, &network, &(around.services)(), messages)?
         }

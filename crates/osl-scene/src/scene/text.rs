@@ -123,7 +123,8 @@ impl<'a> Tokens<'a> {
 
     fn blanks(&mut self) {
         loop {
-            let trimmed = self.rest.trim_start_matches([' ', '\t', '\r', '\u{feff}']);
+            let blank = |c: char| c != '\n' && (c.is_whitespace() || c == '\u{feff}');
+            let trimmed = self.rest.trim_start_matches(blank);
             if let Some(after) = trimmed.strip_prefix('\n') {
                 self.rest = after;
                 self.line += 1;

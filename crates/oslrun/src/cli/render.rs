@@ -64,7 +64,7 @@ fn world(
         let textures = TextureCache::with_budget(folders, 1 << 30).allow_files(args.allow_files);
         Services { ray: "camera".to_string(), textures, ..Services::default() }
     };
-    let around = Surroundings { size: args.size.map(|(w, h)| [w, h]), services: &services, progress: &|_| () };
+    let around = Surroundings { size: args.size.map(|(w, h)| [w, h]), services: &services };
     let world = (!messages.failed()).then(|| {
         let mut networks = Networks::new(&description, library, &mut messages);
         scene::build(&description, &mut networks, &around, &mut messages)
@@ -160,7 +160,7 @@ fn write_png(picture: &Picture, args: &RenderArgs) -> Result<(), Failure> {
 
 fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], err: &mut dyn Write) {
     let seconds = rendered.as_secs_f64().max(1e-9);
-    let triangles: usize = world.objects.iter().map(|o| o.mesh.indices.len()).sum();
+    let triangles: usize = world.objects.iter().map(|o| o.body.triangles()).sum();
     let pixels = (picture.width * picture.height).max(1);
     let error = picture.layers.iter().find(|l| &*l.name == "error").and_then(|l| l.planes.first());
     let mean = error.map_or(0.0, |plane| plane.iter().map(|x| f64::from(*x)).sum::<f64>() / pixels as f64);
