@@ -1,4 +1,4 @@
-//! Writing: one or three planes as a PNG file.
+//! Writing: one or three planes as a PNG file, with or without a plane of alpha behind them.
 //!
 //! It must not know where the planes come from, nor whether they are light: the caller names the curve.
 
@@ -33,11 +33,12 @@ pub struct PngOptions {
     pub depth: BitDepth,
 }
 
-/// Writes one plane as grey or three as RGB, clamped to 0..=1, halves rounded up, nan as 0.
+/// Writes one plane as grey or three as RGB, clamped to 0..=1, halves rounded up, nan as 0. A second or fourth plane is
+/// alpha, stored as it is.
 ///
 /// **Shape**: each plane has `width * height` values, row 0 first.
 ///
-/// **Errors**: a number of planes other than 1 or 3, sizes that do not fit, and what the disk refuses. The file
+/// **Errors**: no planes or more than 4, sizes that do not fit, and what the disk refuses. The file
 /// at `path` is then as it was before.
 pub fn write_png(
     path: &Path,
@@ -47,8 +48,8 @@ pub fn write_png(
     options: PngOptions,
 ) -> Result<(), ImageError> {
     check_size(path, width, height)?;
-    if !matches!(planes.len(), 1 | 3) {
-        return Err(ImageError::input(path, format!("a PNG takes 1 or 3 planes, not {}", planes.len())));
+    if !matches!(planes.len(), 1..=4) {
+        return Err(ImageError::input(path, format!("a PNG takes 1 to 4 planes, not {}", planes.len())));
     }
     for (i, plane) in planes.iter().enumerate() {
         check_plane(path, &format!("plane {i}"), plane, width * height)?;
@@ -56,8 +57,12 @@ pub fn write_png(
     let color_type = match (planes.len(), options.depth) {
         (1, BitDepth::Eight) => ExtendedColorType::L8,
         (1, BitDepth::Sixteen) => ExtendedColorType::L16,
-        (_, BitDepth::Eight) => ExtendedColorType::Rgb8,
-        (_, BitDepth::Sixteen) => ExtendedColorType::Rgb16,
+        (2, BitDepth::Eight) => ExtendedColorType::La8,
+        (2, BitDepth::Sixteen) => ExtendedColorType::La16,
+        (3, BitDepth::Eight) => ExtendedColorType::Rgb8,
+        (3, BitDepth::Sixteen) => ExtendedColorType::Rgb16,
+        (_, BitDepth::Eight) => ExtendedColorType::Rgba8,
+        (_, BitDepth::Sixteen) => ExtendedColorType::Rgba16,
     };
     let stored = quantized(planes, width * height, options);
     let mut bytes = Vec::new();
@@ -72,13 +77,13 @@ pub fn write_png(
 fn quantized(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
     let mut stored = Vec::with_capacity(n_pixels * planes.len() * 2);
     for pixel in 0..n_pixels {
-        for plane in planes {
+        for (index, plane) in planes.iter().enumerate() {
             let value = plane[pixel];
+            let transfer =
+                if index % 2 == 1 && index + 1 == planes.len() { Transfer::Linear } else { options.transfer };
             match options.depth {
-                BitDepth::Eight => stored.push(options.transfer.quantize(value, 255) as u8),
-                BitDepth::Sixteen => {
-                    stored.extend(options.transfer.quantize(value, 65535).to_ne_bytes());
-                }
+                BitDepth::Eight => stored.push(transfer.quantize(value, 255) as u8),
+                BitDepth::Sixteen => stored.extend(transfer.quantize(value, 65535).to_ne_bytes()),
             }
         }
     }

@@ -14,8 +14,13 @@ pub mod mesh;
 mod reference;
 pub mod render;
 pub mod scene;
+pub mod shape;
 pub mod subdivide;
 pub mod surface_points;
+pub mod view;
+
+// Its types are part of this interface.
+pub use glam;
 
 pub use data::{Data, WithData};
 pub use grid::{Grid, reference_spaces};

@@ -94,6 +94,26 @@ impl SurfacePoints {
         &self.points
     }
 
+    /// Stretches the surface coordinates: `uv * scale + offset`. Tangents and footprints follow. Factors are not 0.
+    pub fn stretch(&mut self, scale: Vec2, offset: Vec2) {
+        for point in &mut self.points {
+            point.uv = point.uv * scale + offset;
+            point.dpdu /= scale.x;
+            point.dpdv /= scale.y;
+        }
+        self.footprints.iter_mut().flat_map(|f| &mut f.uv).for_each(|uv| *uv *= scale);
+    }
+
+    /// How bright each point is by a light at the eye: the cosine between its normal and the way to the eye, whichever
+    /// side it shows.
+    pub fn lit_from_eye(&self) -> Vec<f32> {
+        self.points
+            .iter()
+            .zip(&self.incident)
+            .map(|(point, i)| point.n.dot(i.normalize_or_zero()).abs())
+            .collect()
+    }
+
     fn value(&self, global: Global, at: usize) -> [f32; 3] {
         let Some(point) = self.points.get(at) else { return [0.0; 3] };
         let incident = self.incident.get(at).copied().unwrap_or_default();

@@ -54,6 +54,23 @@ pub struct SurfacePoint {
     pub dpdv: Vec3,
 }
 
+impl SurfacePoint {
+    /// The point of a surface that is moved by a matrix; the inverse is that of the matrix.
+    #[must_use]
+    pub fn transform(&self, matrix: &Mat4, inverse: &Mat4) -> SurfacePoint {
+        let for_normals = inverse.transpose();
+        let turn = |n: Vec3| for_normals.transform_vector3(n).normalize_or(n);
+        SurfacePoint {
+            p: matrix.transform_point3(self.p),
+            n: turn(self.n),
+            ng: turn(self.ng),
+            uv: self.uv,
+            dpdu: matrix.transform_vector3(self.dpdu),
+            dpdv: matrix.transform_vector3(self.dpdv),
+        }
+    }
+}
+
 /// Triangles that share vertices.
 ///
 /// Vertices with different coordinates or normals may lie at one place, where a seam passes: they have one number in

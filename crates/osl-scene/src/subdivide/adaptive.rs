@@ -2,8 +2,6 @@
 //!
 //! All faces of a mesh have one level, so that there are no cracks.
 
-use super::topology::Level;
-use super::{Scheme, at_level};
 use crate::camera::View;
 use crate::mesh::Triangles;
 use glam::{DVec2, Vec3};
@@ -13,16 +11,15 @@ const NEAR: f64 = 1e-4;
 
 /// The first level at which no edge in the picture is longer than `edge` pixels, up to `most`. With the level comes
 /// whether it is one.
-pub(super) fn choose(
-    base: &Level,
-    scheme: Scheme,
+pub(crate) fn choose(
+    at_level: impl Fn(u32) -> Triangles,
     most: u32,
     view: &View,
     edge: f64,
 ) -> (Triangles, u32, bool) {
     let mut level = 0;
     loop {
-        let triangles = at_level(base, level, scheme);
+        let triangles = at_level(level);
         let longest = longest_edge(&triangles, view);
         let fine = longest <= edge;
         if fine || level >= most {

@@ -10,6 +10,7 @@ mod refine;
 mod topology;
 mod triangles;
 
+pub(crate) use adaptive::choose;
 pub use adaptive::longest_edge;
 
 use crate::camera::View;
@@ -55,8 +56,10 @@ pub struct Tessellated {
     pub oddities: Oddities,
 }
 
-/// Triangles that a mesh may become: some 150 bytes each.
-const MAX_TRIANGLES: usize = 1 << 24;
+/// Triangles that a surface may become at a level that was asked for: some 50 bytes each.
+pub(crate) const MAX_TRIANGLES: usize = 1 << 24;
+/// Triangles that it may become for the sake of pixels.
+pub(crate) const MAX_BY_PIXELS: usize = 1 << 21;
 
 /// Cuts a mesh into triangles: all faces into four, as often as the detail asks, so that there are no cracks. Vertices of
 /// a Catmull-Clark surface lie on the limit surface, with its normals.
@@ -66,24 +69,25 @@ const MAX_TRIANGLES: usize = 1 << 24;
 pub fn tessellate(mesh: &Mesh, scheme: Scheme, detail: &Detail<'_>) -> Result<Tessellated, MeshError> {
     mesh.check()?;
     let (base, oddities) = Level::new(mesh, scheme)?;
-    let most = most_level(base.corners.len());
+    let most = |triangles| most_level(base.corners.len(), triangles);
     match *detail {
-        Detail::Level(level) if level > most => Err(MeshError::TooLarge),
+        Detail::Level(level) if level > most(MAX_TRIANGLES) => Err(MeshError::TooLarge),
         Detail::Level(level) => {
             let triangles = at_level(&base, level, scheme);
             Ok(Tessellated { triangles, level, fine: true, oddities })
         }
         Detail::Pixels { view, edge } => {
-            let (triangles, level, fine) = adaptive::choose(&base, scheme, most, view, edge);
+            let (triangles, level, fine) =
+                choose(|level| at_level(&base, level, scheme), most(MAX_BY_PIXELS), view, edge);
             Ok(Tessellated { triangles, level, fine, oddities })
         }
     }
 }
 
-/// The finest level that a mesh with so many corners may have.
-fn most_level(corners: usize) -> u32 {
+/// The finest level at which a mesh with so many corners has no more triangles than it may.
+fn most_level(corners: usize, triangles: usize) -> u32 {
     // The first level has a quad for each corner, each further one four times as many.
-    (0..32).take_while(|level| corners.saturating_mul(2 << (2 * level)) <= MAX_TRIANGLES).count() as u32
+    (0..30).take_while(|level| corners.saturating_mul(2 << (2 * level)) <= triangles).count() as u32
 }
 
 fn at_level(base: &Level, level: u32, scheme: Scheme) -> Triangles {

@@ -90,6 +90,16 @@ impl Level {
         if corner + 1 == end { first } else { corner + 1 }
     }
 
+    /// The corner before another in its face.
+    pub(super) fn before(&self, corner: u32) -> u32 {
+        if self.quads {
+            return if corner.is_multiple_of(4) { corner + 3 } else { corner - 1 };
+        }
+        let face = self.starts.partition_point(|start| *start <= corner);
+        let (first, end) = (self.starts[face - 1], self.starts[face]);
+        if corner == first { end - 1 } else { corner - 1 }
+    }
+
     /// Finds edges, twins and what is sharp.
     fn join(&mut self, mesh: &Mesh, oddities: &mut Oddities) {
         /// An edge while it is built: its number, its first half edge, and how many there are.
@@ -146,13 +156,6 @@ impl Level {
 
     /// Fixes vertices at which several fans of faces meet: no rule of the surface covers them.
     fn fix_meeting_points(&mut self, oddities: &mut Oddities) {
-        let mut previous = vec![0_u32; self.corners.len()];
-        for face in self.starts.windows(2) {
-            for corner in face[0]..face[1] {
-                let next = if corner + 1 == face[1] { face[0] } else { corner + 1 };
-                previous[next as usize] = corner;
-            }
-        }
         let mut fans = vec![0_u32; self.positions.len()];
         let mut seen = vec![false; self.corners.len()];
         // First the fans that end at a border, from their first corner, then those that close.
@@ -164,7 +167,7 @@ impl Level {
                 fans[self.corners[corner] as usize] += 1;
                 let mut at = corner as u32;
                 while at != NONE && !std::mem::replace(&mut seen[at as usize], true) {
-                    at = self.twins[previous[at as usize] as usize];
+                    at = self.twins[self.before(at) as usize];
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! A level as triangles: corners with the same place, coordinates and normal become one vertex.
+//! A level as triangles: corners side by side around a place become one vertex, unless a seam parts them.
 
 use super::Scheme;
 use super::limit::Limit;
@@ -82,36 +82,65 @@ impl Welded {
     fn new(level: &Level, limit: &Limit) -> Welded {
         let count = level.positions.len();
         let mut t = Triangles::default();
-        for list in [&mut t.positions, &mut t.normals] {
-            list.reserve(count);
-        }
-        let mut vertex_of = Vec::with_capacity(level.corners.len());
-        // The first vertex of each place, and behind each vertex the next one there.
-        let mut first = vec![NONE; count];
-        let mut next: Vec<u32> = Vec::with_capacity(count);
+        t.positions.reserve(count);
+        t.normals.reserve(count);
+        let mut vertex_of = vec![NONE; level.corners.len()];
+        let mut numbers = vec![NONE; count];
         let mut n_places = 0;
-        for (corner, place) in level.corners.iter().enumerate() {
-            let uv = level.uvs.get(corner).map_or(Vec2::ZERO, |uv| uv.as_vec2());
-            let own = level.normals.get(corner).map(|n| n.as_vec3().normalize_or_zero());
-            let normal = own.unwrap_or_else(|| limit.normals[*place as usize].as_vec3());
-            let head = first[*place as usize];
-            let mut at = head;
-            while at != NONE && (t.uvs[at as usize] != uv || t.normals[at as usize] != normal) {
-                at = next[at as usize];
+        for corner in 0..level.corners.len() as u32 {
+            if vertex_of[corner as usize] != NONE {
+                continue;
             }
-            if at == NONE {
-                at = t.positions.len() as u32;
-                let number = if head == NONE { n_places } else { t.places[head as usize] };
-                n_places += u32::from(head == NONE);
-                t.positions.push(limit.positions[*place as usize].as_vec3());
-                t.normals.push(normal);
-                t.uvs.push(uv);
-                t.places.push(number);
-                next.push(head);
-                first[*place as usize] = at;
+            let vertex = t.positions.len() as u32;
+            let mut at = level.first_of_sector(corner);
+            while at != NONE && vertex_of[at as usize] == NONE {
+                vertex_of[at as usize] = vertex;
+                let back = level.before(at);
+                at = if level.is_seam(back) { NONE } else { level.twins[back as usize] };
             }
-            vertex_of.push(at);
+            let place = level.corners[corner as usize] as usize;
+            if numbers[place] == NONE {
+                numbers[place] = n_places;
+                n_places += 1;
+            }
+            let own = level.normals.get(corner as usize).map(|n| n.as_vec3().normalize_or_zero());
+            t.positions.push(limit.positions[place].as_vec3());
+            t.normals.push(own.unwrap_or_else(|| limit.normals[place].as_vec3()));
+            t.uvs.push(level.uvs.get(corner as usize).map_or(Vec2::ZERO, |uv| uv.as_vec2()));
+            t.places.push(numbers[place]);
         }
         Welded { triangles: t, vertex_of }
+    }
+}
+
+impl Level {
+    /// The first corner of those around a vertex that no seam parts from this one.
+    fn first_of_sector(&self, corner: u32) -> u32 {
+        let mut first = corner;
+        while !self.is_seam(first) {
+            let next = self.after(self.twins[first as usize]);
+            // Around once there is no first.
+            if next == corner {
+                return corner;
+            }
+            first = next;
+        }
+        first
+    }
+
+    /// Whether coordinates or normals on the sides of a half edge differ, or there is no other side.
+    fn is_seam(&self, half: u32) -> bool {
+        let twin = self.twins[half as usize];
+        if twin == NONE {
+            return true;
+        }
+        if self.uvs.is_empty() && self.normals.is_empty() {
+            return false;
+        }
+        let pairs = [(half, self.after(twin)), (self.after(half), twin)];
+        pairs.iter().any(|(a, b)| {
+            let (a, b) = (*a as usize, *b as usize);
+            self.uvs.get(a) != self.uvs.get(b) || self.normals.get(a) != self.normals.get(b)
+        })
     }
 }

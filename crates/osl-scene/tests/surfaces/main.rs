@@ -2,4 +2,5 @@
 
 mod common;
 mod displaced;
+mod shapes;
 mod subdivided;

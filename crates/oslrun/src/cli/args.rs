@@ -1,6 +1,7 @@
 //! What may be said on the command line.
 
 use super::levels::LintArgs;
+use super::on::OnArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use osl_exec::Isa;
 use osl_image::ExrCompression;
@@ -83,7 +84,7 @@ pub(super) struct RunArgs {
     /// named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(super) outputs: Option<Vec<String>>,
-    /// Points of the grid.
+    /// Points of the grid, or pixels of the view.
     #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid)]
     pub(super) grid: (usize, usize),
     /// Put points at pixel centres instead of from border to border.
@@ -95,6 +96,9 @@ pub(super) struct RunArgs {
     /// Added to u and v.
     #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub(super) uv_offset: Pair,
+    /// A surface instead of the grid.
+    #[command(flatten)]
+    pub(super) on: OnArgs,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. Of a group, the last layer's, or
     /// LAYER.NAME=VALUE.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]

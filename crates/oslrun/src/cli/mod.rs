@@ -18,6 +18,7 @@ mod input;
 mod ir;
 mod levels;
 mod load;
+mod on;
 mod output;
 mod profile;
 mod render;

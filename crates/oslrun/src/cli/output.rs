@@ -59,12 +59,12 @@ fn append(name: &str, text: &str, anywhere: bool) -> Result<(), Failure> {
 }
 
 /// The planes of one output, with their values as floats.
-struct Group<'a> {
-    first: &'a Plane,
-    values: Vec<Vec<f32>>,
+pub(super) struct Group<'a> {
+    pub(super) first: &'a Plane,
+    pub(super) values: Vec<Vec<f32>>,
 }
 
-fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
+pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
     let mut groups: Vec<Group<'a>> = Vec::new();
     for plane in planes {
         match groups.last_mut() {
@@ -190,7 +190,7 @@ fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, F
 }
 
 /// `out.png` for the output `mask` is `out.mask.png`.
-fn beside(path: &Path, output: &str) -> PathBuf {
+pub(super) fn beside(path: &Path, output: &str) -> PathBuf {
     let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("out");
     path.with_file_name(format!("{stem}.{output}.png"))
 }

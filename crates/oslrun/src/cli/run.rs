@@ -3,7 +3,7 @@
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
 use super::output::Broken;
-use super::{Failure, closures, data, output, profile, report};
+use super::{Failure, closures, data, on, output, profile, report};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
@@ -29,6 +29,9 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         allow_files: args.allow_files,
     };
     let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    if args.on.on.is_some() {
+        return on::run(args, &Loaded { sources, body, name, folder }, started, out, err);
+    }
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -42,7 +45,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
-    let services = services(args, folder);
+    let services = services(args, folder, Spaces::default());
     let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &points, args, &sources)?;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
@@ -91,8 +94,8 @@ fn grid(args: &RunArgs) -> Grid {
     }
 }
 
-fn services(args: &RunArgs, folder: PathBuf) -> Services {
-    let mut spaces = Spaces::default();
+/// What shaders can ask for. Spaces that the command line gives go before those of the scene.
+pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> Services {
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
             spaces.set(name, **matrix);
@@ -121,14 +124,7 @@ fn shade(
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
-    let options = RunOptions {
-        batch: args.batch.map(|n| n as usize),
-        isa: args.isa.unwrap_or_else(Isa::detect),
-        max_steps: args.max_steps,
-        closures: args.closures,
-        profile: args.profile.is_some(),
-        ..RunOptions::default()
-    };
+    let options = options(args);
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
     let run = Run::new(&compiled.program, services, points, &options);
@@ -145,20 +141,33 @@ fn shade(
             Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
         }
     };
-    let result = match args.threads {
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(threads))
-            .build()
-            .map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?
-            .install(work),
-        None => work(),
-    };
+    let result = on_threads(args, work)?;
     bar.finish_and_clear();
     result.map_err(|broken| match broken {
         Broken::Image(error) => Failure::new(error),
         Broken::Stop(stop) => stopped(&stop, sources),
         Broken::Empty => Failure::new(output::EMPTY),
     })
+}
+
+/// How the command line says that points are run.
+pub(super) fn options(args: &RunArgs) -> RunOptions {
+    RunOptions {
+        batch: args.batch.map(|n| n as usize),
+        isa: args.isa.unwrap_or_else(Isa::detect),
+        max_steps: args.max_steps,
+        closures: args.closures,
+        profile: args.profile.is_some(),
+        ..RunOptions::default()
+    }
+}
+
+/// Does work on as many threads as the command line says.
+pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+    let Some(threads) = args.threads else { return Ok(work()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build();
+    let pool = pool.map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?;
+    Ok(pool.install(work))
 }
 
 /// A run that ended early, in words.
@@ -187,7 +196,7 @@ fn progress(points: usize) -> ProgressBar {
 }
 
 /// Without an image: the range of each output, so that a first run shows something.
-fn summary(frame: &Frame, out: &mut dyn Write) {
+pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
     for plane in &frame.planes {
         let values = plane.floats();
         let (low, high) =
@@ -198,7 +207,8 @@ fn summary(frame: &Frame, out: &mut dyn Write) {
     let _ = writeln!(out, "(no image written: name one with -o)");
 }
 
-fn stats(
+/// Times, rates, and what each pass did.
+pub(super) fn stats(
     compiled: &Compiled,
     lowered: usize,
     points: usize,

@@ -1,0 +1,67 @@
+//! A surface as a camera sees it: the points that its pixels show.
+
+use crate::camera::{Camera, View};
+use crate::mesh::{Bounds, SurfacePoint};
+use crate::shape::Surface;
+use crate::surface_points::{Footprint, SurfacePoints};
+use glam::Vec3;
+use osl_exec::Blocks;
+use rayon::prelude::*;
+
+/// The points of a picture. Only pixels that show the surface have one.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// The points, neighbours on the image next to each other.
+    pub points: SurfacePoints,
+    /// The pixel of each point, counted row by row from the top.
+    pub pixels: Vec<u32>,
+}
+
+/// Pixels of a task.
+const TILE: usize = 1 << 12;
+
+/// Looks through the centre of each pixel.
+pub fn look(view: &View, surface: &dyn Surface) -> Seen {
+    let [width, height] = view.resolution();
+    let count = width * height;
+    let blocks = Blocks::new(width, height);
+    let tiles: Vec<Vec<(u32, SurfacePoint, Vec3, Footprint)>> = (0..count.div_ceil(TILE))
+        .into_par_iter()
+        .map(|tile| {
+            let first = tile * TILE;
+            let mut found = Vec::new();
+            blocks.each(first, TILE.min(count - first), |_, (x, y)| {
+                let ray = view.ray(x as f32 + 0.5, y as f32 + 0.5);
+                if let Some((_, point)) = surface.hit(ray.origin, ray.direction, 0.0..f32::INFINITY) {
+                    let footprint = Footprint::of(&point, &ray);
+                    found.push(((y * width + x) as u32, point, ray.direction, footprint));
+                }
+            });
+            found
+        })
+        .collect();
+    let hits = tiles.iter().map(Vec::len).sum();
+    let mut seen = Seen { points: SurfacePoints::with_capacity(hits), pixels: Vec::with_capacity(hits) };
+    for (pixel, point, direction, footprint) in tiles.into_iter().flatten() {
+        seen.points.push(point, direction, footprint);
+        seen.pixels.push(pixel);
+    }
+    seen
+}
+
+/// Angle of the camera that shows a surface by itself.
+const FOV_DEGREES: f32 = 30.0;
+
+/// A camera that sees all of what lies in a box: from `eye`, or from the front, a little from the right and from above,
+/// more so where the box is flat.
+pub fn camera_for(bounds: &Bounds, eye: Option<Vec3>, resolution: [usize; 2]) -> Camera {
+    let (center, radius) = (bounds.center(), bounds.radius().max(f32::MIN_POSITIVE));
+    let flat = (bounds.max.y - bounds.min.y) < 0.1 * radius;
+    let direction = if flat { Vec3::new(0.3, 1.2, 1.0) } else { Vec3::new(0.5, 0.6, 1.2) };
+    // The ball around the box touches the narrower side of the image.
+    let [width, height] = resolution.map(|n| n as f32);
+    let narrow = (FOV_DEGREES * 0.5).to_radians().tan() * (height / width).min(1.0);
+    let distance = radius / narrow.atan().sin();
+    let position = eye.unwrap_or(center + direction.normalize() * distance);
+    Camera { position, look_at: center, up: Vec3::Y, fov_degrees: FOV_DEGREES, resolution }
+}

@@ -1,0 +1,390 @@
+//! `--on SURFACE`: a shader on a shape or a mesh, as a camera sees it.
+//!
+//! Displacement comes first, if it was asked for; then the points that the picture shows are shaded, and each output is a
+//! picture with alpha: colors as colors, numbers as masks, normals as normal maps.
+
+use super::args::RunArgs;
+use super::load::Loaded;
+use super::{Failure, data, input, output, report, run};
+use crate::pipeline::{self, Compiled};
+use clap::Args;
+use osl_exec::{Frame, Plane, PointSource, Run, Services, Spaces};
+use osl_image::{BitDepth, PngOptions, Transfer, write_png};
+use osl_ir::ir::{Body, Kind};
+use osl_ir::passes;
+use osl_ir::types::Type;
+use osl_scene::camera::View;
+use osl_scene::displace::{Displacement, displace};
+use osl_scene::glam::{Mat4, Vec2, Vec3};
+use osl_scene::mesh::{Mesh, Triangles, read_obj};
+use osl_scene::shape::{Placed, Shape, Solid, Surface};
+use osl_scene::subdivide::{Detail, Scheme, tessellate};
+use osl_scene::surface_points::SurfacePoints;
+use osl_scene::view::{Seen, camera_for, look};
+use osl_scene::{Data, WithData};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// A surface to shade.
+#[derive(Debug, Args)]
+pub(super) struct OnArgs {
+    /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file (.obj).
+    #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"])]
+    pub(super) on: Option<String>,
+    /// Displace the surface by this output first: a float along the normal, a vector as it is, a point to where it is.
+    #[arg(long, value_name = "OUTPUT", requires = "on")]
+    pub(super) displace: Option<String>,
+    /// Longest edge in the picture, in pixels, of a surface that is displaced or smooth.
+    #[arg(long, value_name = "N", requires = "on", default_value_t = 1.0)]
+    pub(super) edge_pixels: f64,
+    /// Cut faces into four so many times, however large they are in the picture.
+    #[arg(long, value_name = "N", requires = "on")]
+    pub(super) level: Option<u32>,
+    /// Take the mesh as the control mesh of a smooth surface (Catmull-Clark).
+    #[arg(long, requires = "on")]
+    pub(super) catmull_clark: bool,
+    /// Where the camera stands; it looks at the middle of the surface.
+    #[arg(long, value_name = "X,Y,Z", requires = "on", value_parser = position, allow_hyphen_values = true)]
+    pub(super) eye: Option<Vec3>,
+}
+
+fn position(text: &str) -> Result<Vec3, String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some([x, y, z]) if [x, y, z].iter().all(|n| n.is_finite()) => Ok(Vec3::new(*x, *y, *z)),
+        _ => Err(format!("three numbers separated by commas, not `{text}`")),
+    }
+}
+
+/// Name of the layer that shows a displaced surface by itself.
+const LIGHT: &str = "light";
+
+/// Shades a view of a surface and writes it.
+pub(super) fn run(
+    args: &RunArgs,
+    loaded: &Loaded,
+    started: Instant,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    let mut job = Job::new(args, loaded)?;
+    let displace = args.on.displace.as_deref().map(|output| job.compile(&[output.into()])).transpose()?;
+    let shown = job.shown();
+    let program = (!shown.is_empty()).then(|| job.compile(&shown)).transpose()?;
+    let compile = started.elapsed();
+
+    let started = Instant::now();
+    let (seen, frame) = run::on_threads(args, || job.picture(displace.as_ref(), program.as_ref()))??;
+    let time = started.elapsed();
+    job.notes.iter().for_each(|note| {
+        let _ = writeln!(err, "{note}");
+    });
+    output::printed(&frame.printed, args.allow_files, out)?;
+    report::messages(&frame, &loaded.sources, err)?;
+
+    let started = Instant::now();
+    let written = match &args.output {
+        Some(path) => write(&frame, &seen, path, args)?,
+        None => Vec::new(),
+    };
+    if args.stats {
+        if let Some(compiled) = program.as_ref().or(displace.as_ref()) {
+            let times = [compile, time, started.elapsed()];
+            run::stats(compiled, loaded.body.count(), seen.points.count(), times, args, err);
+        }
+    } else if args.output.is_none() {
+        run::summary(&frame, out);
+    }
+    for file in written {
+        let _ = writeln!(out, "wrote {}", file.display());
+    }
+    Ok(())
+}
+
+/// What is shaded, on what.
+struct Job<'a> {
+    args: &'a RunArgs,
+    loaded: &'a Loaded,
+    data: Data,
+    shape: Source,
+    /// Where the surface is.
+    to_common: Mat4,
+    /// What there is to say.
+    notes: Vec<String>,
+}
+
+/// Where a surface comes from.
+enum Source {
+    Shape(Shape),
+    Mesh(Mesh),
+}
+
+impl<'a> Job<'a> {
+    fn new(args: &'a RunArgs, loaded: &'a Loaded) -> Result<Job<'a>, Failure> {
+        let name = args.on.on.as_deref().unwrap_or_default();
+        let shape = match Shape::named(name) {
+            Some(shape) => Source::Shape(shape),
+            None => Source::Mesh(mesh(name)?),
+        };
+        if !(args.on.edge_pixels > 0.0) {
+            return Err(Failure::new("--edge-pixels is to be above 0"));
+        }
+        if args.uv_scale.0.contains(&0.0) {
+            return Err(Failure::new("--uv-scale is not to be 0 on a surface"));
+        }
+        let data = data::read(&args.userdata, args.attributes.as_deref())?;
+        // The rows for row vectors are the columns for column vectors.
+        let to_common = args.object_space.as_deref().map_or(Mat4::IDENTITY, Mat4::from_cols_array);
+        Ok(Job { args, loaded, data, shape, to_common, notes: Vec::new() })
+    }
+
+    /// The outputs that are shown: those that were asked for, or all but the displacement.
+    fn shown(&self) -> Vec<Arc<str>> {
+        match &self.args.outputs {
+            Some(list) => list.iter().map(|name| name.as_str().into()).collect(),
+            None => {
+                let by = self.args.on.displace.as_deref();
+                let all = self.loaded.body.outputs.iter().map(|output| output.name.clone());
+                all.filter(|name| Some(&**name) != by).collect()
+            }
+        }
+    }
+
+    fn compile(&self, outputs: &[Arc<str>]) -> Result<Compiled, Failure> {
+        let body: &Body = &self.loaded.body;
+        if let Some(unknown) = outputs.iter().find(|o| !body.outputs.iter().any(|known| known.name == **o)) {
+            let names: Vec<&str> = body.outputs.iter().map(|o| &*o.name).collect();
+            let all = names.join(", ");
+            return Err(Failure::new(format!("the shader has no output `{unknown}`; it has {all}")));
+        }
+        let points = SurfacePoints::default();
+        let options = passes::Options {
+            outputs: Some(outputs.to_vec()),
+            varying: points.varying().to_vec(),
+            slopes: points.varying_slopes().to_vec(),
+            without: self.args.without_pass.clone(),
+        };
+        Ok(pipeline::finish(body.clone(), &options))
+    }
+
+    /// Runs a program over points.
+    fn shade(
+        &self,
+        compiled: &Compiled,
+        points: SurfacePoints,
+        services: &Services,
+    ) -> Result<Frame, Failure> {
+        let mut points = points;
+        points.stretch(Vec2::from(self.args.uv_scale.0), Vec2::from(self.args.uv_offset.0));
+        let points = WithData { points, data: self.data.clone() };
+        let options = run::options(self.args);
+        let run = Run::new(&compiled.program, services, &points, &options);
+        run.points(0..points.count(), &|_| ()).map_err(|stop| run::stopped(&stop, &self.loaded.sources))
+    }
+
+    fn services(&self, view: &View, reach: f32) -> Services {
+        let mut spaces = Spaces::default();
+        view.set_spaces(&mut spaces, reach * 0.01, reach * 100.0);
+        for space in ["object", "shader"] {
+            spaces.set(space, self.to_common.to_cols_array());
+        }
+        run::services(self.args, self.loaded.folder.clone(), spaces)
+    }
+
+    /// The points of the picture, and what the shader yields there.
+    fn picture(
+        &mut self,
+        displacement: Option<&Compiled>,
+        program: Option<&Compiled>,
+    ) -> Result<(Seen, Frame), Failure> {
+        let flat = "--object-space is to be a matrix that can be inverted";
+        let whole = match &self.shape {
+            Source::Shape(shape) => {
+                Placed::new(*shape, self.to_common).ok_or_else(|| Failure::new(flat))?.bounds()
+            }
+            Source::Mesh(mesh) => {
+                let mut mesh = mesh.clone();
+                mesh.transform(&self.to_common);
+                osl_scene::mesh::Bounds::of(mesh.positions)
+            }
+        };
+        let (width, height) = self.args.grid;
+        let camera = camera_for(&whole, self.args.on.eye, [width, height]);
+        let view = camera.view().map_err(Failure::new)?;
+        let services = self.services(&view, whole.radius());
+        let surface = self.surface(displacement, &view, &services)?;
+        let seen = look(&view, &*surface);
+        let mut frame = match program {
+            Some(program) => self.shade(program, seen.points.clone(), &services)?,
+            None => Frame { planes: vec![head_light(&seen.points)], ..Frame::default() },
+        };
+        frame.planes.iter_mut().for_each(|plane| spread(plane, &seen.pixels, width * height));
+        Ok((seen, frame))
+    }
+
+    /// The surface as it is seen, displaced if it is to be.
+    fn surface(
+        &mut self,
+        displacement: Option<&Compiled>,
+        view: &View,
+        services: &Services,
+    ) -> Result<Box<dyn Surface>, Failure> {
+        if let (Source::Shape(shape), None) = (&self.shape, displacement) {
+            let placed = Placed::new(*shape, self.to_common);
+            return placed
+                .map(|placed| Box::new(placed) as Box<dyn Surface>)
+                .ok_or_else(|| Failure::new("the surface is flat"));
+        }
+        let mut triangles = self.triangles(view, displacement.is_some())?;
+        if let Some(compiled) = displacement {
+            let moved = displace(&mut triangles, |points| {
+                self.shade(compiled, points.clone(), services).and_then(|frame| {
+                    self.notes.extend(notes(&frame, &self.loaded.sources));
+                    by(&frame)
+                })
+            })?;
+            if moved.stayed > 0 {
+                let (stayed, all) = (moved.stayed, moved.points);
+                self.notes.push(format!(
+                    "warning: {stayed} of {all} points stay in place, since their displacement is not finite"
+                ));
+            }
+        }
+        Ok(Box::new(Solid::new(triangles)))
+    }
+
+    /// The surface as triangles, fine enough.
+    fn triangles(&mut self, view: &View, displaced: bool) -> Result<Triangles, Failure> {
+        let on = &self.args.on;
+        let scheme = if on.catmull_clark { Scheme::CatmullClark } else { Scheme::Linear };
+        let adaptive = Detail::Pixels { view, edge: on.edge_pixels };
+        let detail = match on.level {
+            Some(level) => Detail::Level(level),
+            // A mesh that stays as it is needs no more triangles.
+            None if !displaced && !on.catmull_clark => Detail::Level(0),
+            None => adaptive,
+        };
+        let (triangles, level, fine) = match &self.shape {
+            Source::Shape(shape) => shape.triangles(&self.to_common, &detail).map_err(Failure::new)?,
+            Source::Mesh(mesh) => {
+                let mut mesh = mesh.clone();
+                mesh.transform(&self.to_common);
+                let found = tessellate(&mesh, scheme, &detail).map_err(Failure::new)?;
+                if !found.oddities.is_empty() {
+                    self.notes.push(format!("warning: the mesh has {}", found.oddities));
+                }
+                (found.triangles, found.level, found.fine)
+            }
+        };
+        if !fine {
+            self.notes.push(format!("warning: level {level} is the finest, and edges are longer than asked"));
+        }
+        if self.args.stats {
+            self.notes.push(format!("level {level}, {} triangles", triangles.indices.len()));
+        }
+        Ok(triangles)
+    }
+}
+
+/// The mesh of a file.
+fn mesh(name: &str) -> Result<Mesh, Failure> {
+    let path = Path::new(name);
+    if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+        let names: Vec<&str> = Shape::NAMED.iter().map(|(name, _)| *name).collect();
+        let names = names.join(", ");
+        return Err(Failure::new(format!("`{name}` is no surface; there are {names}, and files *.obj")));
+    }
+    let text = input::read_text(path).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    read_obj(&text).map_err(|e| Failure::new(format!("{name}: {e}")))
+}
+
+/// What a displacement's output means.
+fn by(frame: &Frame) -> Result<Displacement, Failure> {
+    let values: Vec<Vec<f32>> = frame.planes.iter().map(Plane::floats).collect();
+    match (values.as_slice(), frame.planes.first().map(|plane| plane.ty)) {
+        ([along], _) => Ok(Displacement::Along(along.clone())),
+        ([x, y, z], Some(ty)) => {
+            let list = x.iter().zip(y).zip(z).map(|((x, y), z)| Vec3::new(*x, *y, *z)).collect();
+            Ok(if ty == Type::POINT { Displacement::To(list) } else { Displacement::By(list) })
+        }
+        _ => Err(Failure::new("a displacement is a float, a vector or a point")),
+    }
+}
+
+/// What a run has to say, in lines.
+fn notes(frame: &Frame, sources: &osl_syntax::source::SourceMap) -> Vec<String> {
+    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    let said = frame.said(place).into_iter();
+    said.map(|(error, text)| format!("{}: {text}", if error { "error" } else { "warning" })).collect()
+}
+
+/// The surface by a light at the camera.
+fn head_light(points: &SurfacePoints) -> Plane {
+    let facing = points.lit_from_eye();
+    Plane {
+        output: LIGHT.into(),
+        ty: Type::FLOAT,
+        component: 0,
+        kind: Kind::Float,
+        words: facing.into_iter().map(f32::to_bits).collect(),
+    }
+}
+
+/// Puts the values of points to their pixels; 0 elsewhere.
+fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
+    let mut words = vec![0; count];
+    for (word, pixel) in plane.words.iter().zip(pixels) {
+        if let Some(to) = words.get_mut(*pixel as usize) {
+            *to = *word;
+        }
+    }
+    plane.words = words;
+}
+
+fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+    let mut alpha = Plane {
+        output: "A".into(),
+        ty: Type::FLOAT,
+        component: 0,
+        kind: Kind::Float,
+        words: vec![1.0_f32.to_bits(); seen.pixels.len()],
+    };
+    spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return pngs(frame, &alpha.floats(), path, args);
+    }
+    let mut frame = frame.clone();
+    if frame.planes.is_empty() {
+        return Err(Failure::new(output::EMPTY));
+    }
+    frame.planes.push(alpha);
+    output::write(&frame, path, args)
+}
+
+/// A picture for each output. Colors go through the sRGB curve; normals become the colors of a normal map.
+fn pngs(frame: &Frame, alpha: &[f32], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+    let planes: Vec<&Plane> = frame.planes.iter().collect();
+    let mut groups = output::groups(&planes);
+    groups.retain(|group| matches!(group.values.len(), 1 | 3));
+    if groups.is_empty() {
+        return Err(Failure::new(output::EMPTY));
+    }
+    let several = groups.len() > 1;
+    let mut written = Vec::new();
+    for mut group in groups {
+        let ty = group.first.ty;
+        let file = if several { output::beside(path, &group.first.output) } else { path.to_path_buf() };
+        if ty == Type::NORMAL {
+            group.values.iter_mut().flatten().for_each(|x| *x = 0.5 + 0.5 * *x);
+        }
+        let transfer = if ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
+        let mut planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
+        planes.push(alpha);
+        let options = PngOptions { transfer, depth: BitDepth::Eight };
+        write_png(&file, args.grid.0, args.grid.1, &planes, options).map_err(Failure::new)?;
+        written.push(file);
+    }
+    Ok(written)
+}
