@@ -190,7 +190,9 @@ impl Lobe {
                 let f = fresnel::dielectric(local.dot(h), *eta);
                 let back = *reflects && (!*refracts || u[2] < f);
                 let wi = if back { reflect(local, h) } else { refract(local, h, *eta)? };
-                Some((frame.world(wi), 1.0))
+                // A facet that turns its back, or sends light below the others, has none for the viewer.
+                let right = local.dot(h) > 0.0 && (wi.z > 0.0) == back;
+                right.then(|| (frame.world(wi), 1.0))
             }
             Kind::Mirror { n, eta, reflects, refracts } => {
                 let f = fresnel::dielectric(n.dot(wo), *eta);

@@ -198,3 +198,6 @@ impl Scatter {
 
 
 
+
+#[cfg(test)]
+mod tests;

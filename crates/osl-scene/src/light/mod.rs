@@ -84,3 +84,6 @@ impl SphereLight {
 pub fn balance(own: f32, other: f32) -> f32 {
     if own + other > 0.0 { own / (own + other) } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests;

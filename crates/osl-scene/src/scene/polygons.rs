@@ -2,6 +2,7 @@
 
 use super::fields::Fields;
 use crate::mesh::Mesh;
+use crate::subdivide::Scheme;
 use glam::{Vec2, Vec3};
 
 /// Times that a mesh may be subdivided: a cube then has 1.5 million faces.
@@ -14,7 +15,9 @@ pub struct Polygons {
     pub mesh: Mesh,
     /// Whether normals are smooth over edges.
     pub smooth: bool,
-    /// Times that Catmull-Clark subdivision is applied.
+    /// How it is subdivided.
+    pub scheme: Scheme,
+    /// How often.
     pub iterations: u32,
 }
 
@@ -26,7 +29,7 @@ pub(super) fn polygons(fields: &mut Fields<'_>) -> Option<Polygons> {
     let (normals, normal_corners) = (fields.groups::<3>("nlist"), fields.indices("nidxs"));
     let (uvs, uv_corners) = (fields.groups::<2>("uvlist"), fields.indices("uvidxs"));
     let smooth = fields.flag("smoothing", false);
-    let iterations = iterations(fields);
+    let (scheme, iterations) = subdivision(fields);
     let (Some(points), Some(corners)) = (points, corners) else {
         if !fields.messages.failed() {
             fields.messages.error(place, "a polymesh has points (`vlist`) and corners (`vidxs`)");
@@ -54,7 +57,7 @@ pub(super) fn polygons(fields: &mut Fields<'_>) -> Option<Polygons> {
             fields.messages.error(place, format!("the mesh cannot be used: {why}"));
             None
         }
-        Ok(()) => Some(Polygons { mesh, smooth, iterations }),
+        Ok(()) => Some(Polygons { mesh, smooth, scheme, iterations }),
     }
 }
 
@@ -79,21 +82,21 @@ fn indices(
     }
 }
 
-fn iterations(fields: &mut Fields<'_>) -> u32 {
+fn subdivision(fields: &mut Fields<'_>) -> (Scheme, u32) {
     let wanted = fields.int("subdiv_iterations", 1, (0, 64));
     let place = fields.place();
-    let kind = fields.word("subdiv_type").map(|w| w.text.as_str());
-    match kind {
-        None | Some("none") => 0,
-        Some("catclark") if wanted > MAX_ITERATIONS => {
-            let text = format!("{wanted} subdivisions are too many; it is subdivided {MAX_ITERATIONS} times");
-            fields.messages.warning(place, text);
-            MAX_ITERATIONS
-        }
-        Some("catclark") => wanted,
+    if wanted > MAX_ITERATIONS {
+        let text = format!("{wanted} subdivisions are too many; it is subdivided {MAX_ITERATIONS} times");
+        fields.messages.warning(place, text);
+    }
+    let times = wanted.min(MAX_ITERATIONS);
+    match fields.word("subdiv_type").map(|w| w.text.as_str()) {
+        None | Some("none") => (Scheme::Linear, 0),
+        Some("catclark") => (Scheme::CatmullClark, times),
+        Some("linear") => (Scheme::Linear, times),
         Some(other) => {
             fields.messages.warning(place, format!("subdiv_type `{other}` is not known: it is not subdivided"));
-            0
+            (Scheme::Linear, 0)
         }
     }
 }

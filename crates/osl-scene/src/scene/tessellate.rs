@@ -21,11 +21,18 @@ pub(super) fn tessellate(
 ) -> Option<Triangles> {
     let mut mesh = polygons.mesh.clone();
     mesh.transform(matrix);
-    let scheme = if polygons.iterations > 0 { Scheme::CatmullClark } else { Scheme::Linear };
-    match subdivide::tessellate(&mesh, scheme, &Detail::Level(polygons.iterations)) {
-        Ok(found) => {
+    let flat = polygons.smooth && polygons.scheme == Scheme::Linear && mesh.normals.is_empty();
+    match subdivide::tessellate(&mesh, polygons.scheme, &Detail::Level(polygons.iterations)) {
+        Ok(mut found) => {
             if !found.oddities.is_empty() {
                 messages.warning(&surface.place, format!("mesh `{}`: {}", surface.name, found.oddities));
+            }
+            if flat {
+                let smooth = found.triangles.place_normals();
+                let Triangles { normals, places, .. } = &mut found.triangles;
+                for (n, place) in normals.iter_mut().zip(places) {
+                    *n = smooth.get(*place as usize).copied().unwrap_or_default().normalize_or(*n);
+                }
             }
             Some(found.triangles)
         }
