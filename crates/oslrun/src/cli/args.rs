@@ -47,6 +47,8 @@ pub(super) enum Command {
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how far off they are.
     Tradeoff(Box<TradeoffArgs>),
+    /// Render a picture of a scene file: light, and what the camera sees of its shaders.
+    Render(RenderArgs),
 }
 
 /// How a source file is read.
@@ -328,6 +330,50 @@ pub(super) struct DocArgs {
     pub(super) markdown: bool,
 }
 
+/// What to render.
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    /// The scene.
+    #[arg(value_name = "SCENE.ass")]
+    pub(super) file: PathBuf,
+    /// Image to write: .exr holds the light and all layers, .png the light as a screen shows it.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Size of the picture (default: that of the scene).
+    #[arg(long, value_name = "WxH", value_parser = grid)]
+    pub(super) size: Option<(usize, usize)>,
+    /// Paths for a pixel (default: as the scene says).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(super) samples: Option<u32>,
+    /// Stop where the standard error of a pixel, as a screen shows it from 0 to 1, is at most this.
+    #[arg(long, value_name = "E", value_parser = fraction)]
+    pub(super) max_error: Option<f32>,
+    /// Another number, other noise.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) seed: u32,
+    /// Threads (default: all cores); the picture does not depend on them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Folder to look for shaders, textures and included scenes in, after the scene's own; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    pub(super) search_path: Vec<PathBuf>,
+    /// Let the scene and its shaders open any file, not only those below the working directory and the search paths.
+    #[arg(long)]
+    pub(super) allow_files: bool,
+    /// Insert missing brackets into shaders.
+    #[arg(long)]
+    pub(super) repair: bool,
+    /// Write 16-bit floats (EXR).
+    #[arg(long)]
+    pub(super) half: bool,
+    /// Print times, rays per second, and the mean error.
+    #[arg(long)]
+    pub(super) stats: bool,
+    /// How shaders are read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
 /// Stages of the IR.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum Stage {
@@ -352,6 +398,11 @@ pub(super) fn grid(text: &str) -> Result<(usize, usize), String> {
         Some(points) if points <= MAX_POINTS => Ok((w, h)),
         _ => Err(format!("a grid has at most {MAX_POINTS} points")),
     }
+}
+
+fn fraction(text: &str) -> Result<f32, String> {
+    let wrong = || format!("a number above 0 and up to 1, not `{text}`");
+    text.parse().ok().filter(|x| *x > 0.0 && *x <= 1.0).ok_or_else(wrong)
 }
 
 /// Two numbers, for u and v.

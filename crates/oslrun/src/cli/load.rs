@@ -216,7 +216,7 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
 }
 
 /// The folders in which shaders of a group are looked for; then among those that are built in.
-struct Folders<'a> {
+pub(super) struct Folders<'a> {
     /// Files that the user named, which may lie anywhere.
     own: Vec<PathBuf>,
     folders: Vec<PathBuf>,
@@ -227,7 +227,22 @@ struct Folders<'a> {
     repair: Option<RefCell<Vec<u8>>>,
 }
 
-impl Folders<'_> {
+impl<'a> Folders<'a> {
+    /// The shaders of a file in a folder.
+    pub(super) fn of(
+        folder: &Path,
+        more: &[PathBuf],
+        anywhere: bool,
+        repair: bool,
+        read: &'a ReadArgs,
+    ) -> Folders<'a> {
+        let mut folders = vec![folder.to_path_buf(), PathBuf::new()];
+        folders.extend(more.iter().cloned());
+        let includes = input::includes(folder, read);
+        let repair = repair.then(RefCell::default);
+        Folders { own: Vec::new(), folders, includes, anywhere, read, repair }
+    }
+
     /// A shader's file as it is read: its name and text.
     fn open(&self, path: &Path) -> Result<(String, String), String> {
         let (name, text) = (path.display().to_string(), input::read_text(path)?);

@@ -22,6 +22,7 @@ mod load;
 mod on;
 mod output;
 mod profile;
+mod render;
 mod repair;
 mod report;
 mod run;
@@ -80,6 +81,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
+        (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (None, args) => run::run(&args, out, err),
     };
     match result {
