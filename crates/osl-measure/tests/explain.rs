@@ -114,6 +114,45 @@ fn costs_are_told_by_output() {
     let body = pipeline::lower(&checked.program.unwrap(), &[]).unwrap();
     let costs = cost(&body, &passes::Options::default());
     let of = |name: &str| costs.iter().find(|c| c.output == name).unwrap().clone();
-    assert!(of("other").instructions < of("all").instructions);
-    assert_eq!(of("all").noises, of("r").noises + of("other").noises);
+    assert!(of("other").instructions < of("all asked for").instructions);
+    assert_eq!(of("all asked for").noises, of("r").noises + of("other").noises);
+}
+
+#[test]
+fn the_mask_alone_evaluates_no_simplex_noise() {
+    use osl_ir::ir::{Kernel, NoiseField, Op};
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl/Cobbled.osl");
+    let text = std::fs::read_to_string(path).unwrap();
+    let checked = pipeline::check("Cobbled.osl", &text, &NoFiles, &Options::default());
+    let program = checked.program.unwrap();
+    let simplex = |outputs: Option<&str>| {
+        let outputs = outputs.map(|o| vec![o.into()]);
+        let options = passes::Options { outputs, ..passes::Options::default() };
+        let body = pipeline::finish(pipeline::lower(&program, &[]).unwrap(), &options).body;
+        let is_simplex = |op: &Op| {
+            matches!(
+                op,
+                Op::Kernel(
+                    Kernel::Noise { field: NoiseField::Simplex | NoiseField::USimplex, .. }
+                        | Kernel::NamedNoise { .. },
+                    _
+                )
+            )
+        };
+        let mut blocks = vec![body.entry];
+        let mut count = 0;
+        while let Some(block) = blocks.pop() {
+            for inst in &body.block(block).insts {
+                count += usize::from(is_simplex(&inst.op));
+                match &inst.op {
+                    Op::If { then, otherwise, .. } => blocks.extend([*then, *otherwise]),
+                    Op::Loop { body, .. } => blocks.push(*body),
+                    _ => {}
+                }
+            }
+        }
+        count
+    };
+    assert_eq!(simplex(Some("resultMask")), 0);
+    assert!(simplex(None) >= 8);
 }

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// What an output needs, of what the program has for all of its outputs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Cost {
-    /// The output, or `all`.
+    /// The output, or what else is meant.
     pub output: String,
     /// Instructions after the passes.
     pub instructions: usize,
@@ -25,7 +25,7 @@ pub struct Cost {
     pub noises: usize,
 }
 
-/// The costs of all outputs together and of each by itself.
+/// The costs of the program as it was lowered, of all outputs that are asked for together, and of each by itself.
 pub fn cost(lowered: &Body, options: &passes::Options) -> Vec<Cost> {
     let mut names: Vec<Arc<str>> = Vec::new();
     for output in &lowered.outputs {
@@ -39,7 +39,11 @@ pub fn cost(lowered: &Body, options: &passes::Options) -> Vec<Cost> {
         passes::run(&mut body, &passes::Options { outputs: Some(outputs), ..options.clone() });
         count(title, &body)
     };
-    let mut costs = vec![of("all", names.clone())];
+    let mut whole = lowered.clone();
+    let keep = [Pass::Ssa, Pass::Derive, Pass::Rate];
+    let without = Pass::ALL.into_iter().filter(|p| !keep.contains(p)).collect();
+    passes::run(&mut whole, &passes::Options { outputs: None, without, ..options.clone() });
+    let mut costs = vec![count("whole program", &whole), of("all asked for", names.clone())];
     if names.len() > 1 {
         costs.extend(names.iter().map(|name| of(name, vec![name.clone()])));
     }
@@ -83,20 +87,28 @@ fn count(title: &str, body: &Body) -> Cost {
     cost
 }
 
-/// The costs as a table.
+/// The costs as a table; behind numbers of instructions, the share of the whole program.
 pub fn table(costs: &[Cost]) -> String {
     use std::fmt::Write;
     let mut out = String::new();
+    let whole = costs.first().map_or(1, |c| c.instructions.max(1));
     let _ = writeln!(
         out,
-        "{:<20} {:>12} {:>7} {:>12} {:>8} {:>9} {:>7}",
-        "output", "instructions", "layers", "derivatives", "globals", "textures", "noises"
+        "{:<20} {:>12} {:>6} {:>7} {:>12} {:>8} {:>9} {:>7}",
+        "output", "instructions", "share", "layers", "derivatives", "globals", "textures", "noises"
     );
     for c in costs {
         let _ = writeln!(
             out,
-            "{:<20} {:>12} {:>7} {:>12} {:>8} {:>9} {:>7}",
-            c.output, c.instructions, c.layers, c.derivatives, c.globals, c.textures, c.noises
+            "{:<20} {:>12} {:>4} % {:>7} {:>12} {:>8} {:>9} {:>7}",
+            c.output,
+            c.instructions,
+            c.instructions * 100 / whole,
+            c.layers,
+            c.derivatives,
+            c.globals,
+            c.textures,
+            c.noises
         );
     }
     out

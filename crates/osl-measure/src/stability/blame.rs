@@ -139,7 +139,7 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
     blame.runs = 1;
     let error = differences(&Exact::widen(strict).numbers(), &exact.numbers());
     if error.iter().all(|e| *e == 0.0) {
-        return if blame.outside > 0 { blame } else { Blame::default() };
+        return blame;
     }
     if matches!(exact, Exact::Int(_)) {
         blame.flips = 1;
@@ -148,6 +148,7 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
         return blame;
     }
     let steps = Steps::new(trace, id);
+    blame.flips = u32::from(steps.jumps());
     blame.rounded = steps.pass_on(flow, &node.args, flows);
     blame.amplified = steps.worse(flow, &error);
     blame

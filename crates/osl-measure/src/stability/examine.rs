@@ -63,6 +63,7 @@ pub fn examine(
         trials.extend(tried.into_iter().map(|(trial, _)| trial));
         findings.push(finding);
     }
+    findings.push(resolution(grid));
     if subject.base.differentiates {
         let (tried, finding) = sweep(subject, grid, tolerance, |by| Setting::Footprint { by }, "footprint");
         trials.extend(tried.into_iter().map(|(trial, _)| trial));
@@ -88,6 +89,18 @@ fn merged(lists: impl Iterator<Item = Vec<Culprit>>) -> Vec<Culprit> {
         }
     }
     all
+}
+
+/// Where the coordinates themselves run out of digits, whatever the shader does with them: their spacing in single
+/// precision exceeds the step from point to point.
+fn resolution(grid: &Grid) -> Finding {
+    let steps = [(0, grid.width), (1, grid.height)].map(|(axis, n)| grid.scale[axis].abs() / n.max(2) as f32);
+    let limit = f64::from(steps[0].min(steps[1])) / f64::from(f32::EPSILON);
+    let text = format!(
+        "from an offset of {} on, neighbouring points are the same in single precision, before the shader begins",
+        crate::explain::short(limit, 2)
+    );
+    Finding { sweep: "coordinates".to_string(), limit: Some(limit), text }
 }
 
 fn as_given(trial: &Trial) -> Finding {

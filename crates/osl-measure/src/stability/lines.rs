@@ -116,7 +116,7 @@ fn reason(blame: &Blame, points: f64) -> String {
         if blame.flips > 0 {
             let share = f64::from(blame.flips) / runs;
             return format!(
-                "has another result than in double precision in {} of its runs at the worst points",
+                "jumps: its result is another than in double precision in {} of its runs at the worst points",
                 percent(share)
             );
         }

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
 use osl_image::{TextureCache, Unsaved};
 use osl_ir::passes;
+use osl_measure::explain;
 use osl_scene::{Grid, WithData};
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
@@ -53,6 +54,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
+    let whole = args.stats.then(|| body.clone());
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
@@ -83,6 +85,9 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         let times = [compile_time, run, write];
         let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
         stats(&compiled, lowered, evaluations, times, args, err);
+        if let Some(whole) = whole {
+            let _ = err.write_all(explain::table(&explain::cost(&whole, &options)).as_bytes());
+        }
     }
     if let Some(said) = said {
         let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
