@@ -67,3 +67,35 @@ pub fn camera_for(bounds: &Bounds, reach: f32, eye: Option<Vec3>, resolution: [u
     let position = eye.unwrap_or(center + direction.normalize() * distance);
     Camera { position, look_at: center, up: Vec3::Y, fov_degrees: FOV_DEGREES, resolution }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Shape;
+
+    #[test]
+    fn the_picture_shows_all_of_the_surface_and_little_else() {
+        for (name, shape) in Shape::NAMED {
+            for resolution in [[64, 64], [96, 48], [40, 80]] {
+                let camera = camera_for(&shape.bounds(), shape.reach(), None, resolution);
+                let seen = look(&camera.view().unwrap(), &shape);
+                let [width, height] = resolution;
+                let at_border = |pixel: &u32| {
+                    let (x, y) = (*pixel as usize % width, *pixel as usize / width);
+                    x == 0 || y == 0 || x + 1 == width || y + 1 == height
+                };
+                assert!(!seen.pixels.iter().any(at_border), "{name} {resolution:?}");
+                let narrow = width.min(height);
+                assert!(
+                    seen.pixels.len() > narrow * narrow / 5,
+                    "{name} {resolution:?}: {}",
+                    seen.pixels.len()
+                );
+                let mut once = seen.pixels.clone();
+                once.sort_unstable();
+                once.dedup();
+                assert_eq!(once.len(), seen.points.points().len());
+            }
+        }
+    }
+}

@@ -12,6 +12,7 @@ use crate::group::{Connection, End};
 use crate::hir::{self, Global, Param, VarId};
 use crate::ir::{BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, ValueId};
 use crate::types::{Base, Extent, Type};
+use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -186,6 +187,15 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         && first_use::is_stored(&l.b.body, entry, start.index, *ci)
     {
         l.b.body.outputs.push(Output { name: "Ci".into(), ty: Type::CLOSURE, source: Source::Slot(*ci) });
+    }
+    // So are the point and the normal, where a displacement moves them.
+    if last.program.shader.kind == ShaderKind::Displacement {
+        for ((global, name, ty, _), slot) in hir::GLOBALS.iter().zip(&globals) {
+            let moved = matches!(global, Global::P | Global::N);
+            if moved && first_use::is_stored(&l.b.body, entry, start.index, *slot) {
+                l.b.body.outputs.push(Output { name: (*name).into(), ty: *ty, source: Source::Slot(*slot) });
+            }
+        }
     }
     l.b.body.layers = views.iter().map(|v| (v.base, v.names.clone())).collect();
     (l.b, l.diagnostics)

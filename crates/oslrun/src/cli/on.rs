@@ -232,8 +232,16 @@ impl<'a> Job<'a> {
             Source::Mesh(mesh) => {
                 let mut mesh = mesh.clone();
                 mesh.transform(&self.to_common);
-                let bounds = Bounds::of(mesh.positions.iter().copied());
-                let far = mesh.positions.iter().map(|p| p.distance(bounds.center())).fold(0.0, f32::max);
+                // A smooth surface is smaller than its control mesh; two levels show how much.
+                let positions = match self.args.on.catmull_clark {
+                    true => {
+                        let found = tessellate(&mesh, Scheme::CatmullClark, &Detail::Level(2));
+                        found.map_err(Failure::new)?.triangles.positions
+                    }
+                    false => mesh.positions,
+                };
+                let bounds = Bounds::of(positions.iter().copied());
+                let far = positions.iter().map(|p| p.distance(bounds.center())).fold(0.0, f32::max);
                 Ok((bounds, far))
             }
         }

@@ -33,13 +33,14 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         repair: args.repair.then_some(args.write.as_deref()),
         allow_files: args.allow_files,
     };
-    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    let loaded = load::load(&request, err)?;
     if args.on.on.is_some() {
         if args.sampling.is_given() {
             return Err(Failure::new("samples and filters are for the grid, not for --on"));
         }
-        return on::run(args, &Loaded { sources, body, name, folder }, started, out, err);
+        return on::run(args, &loaded, started, out, err);
     }
+    let Loaded { sources, body, name, folder, .. } = loaded;
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
