@@ -86,7 +86,7 @@ fn steps_and_their_nesting_are_told() {
     for line in [
         "round 0 of 4 lanes",
         "round 2 of 4 lanes",
-        " fmul 0.25 2 -> 0.5",
+        "  fmul 0.25 2 -> 0.5",
         "then of 2 lanes",
         "otherwise of 2 lanes",
         " fsub 0.75 1 -> -0.25",

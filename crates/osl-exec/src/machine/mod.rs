@@ -8,6 +8,7 @@ mod array;
 mod closure;
 mod color;
 mod dictionary;
+mod flow;
 mod kernels;
 mod lane;
 mod mask;
@@ -23,9 +24,9 @@ use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::Dictionaries;
 use crate::lanes::Arg;
 use crate::message::Messages;
-use crate::observer::{Observer, ScopeKind};
+use crate::observer::Observer;
 use crate::profile::Profile;
-use crate::program::{Array, LoopParam, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
+use crate::program::{Array, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -463,76 +464,6 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             }
         }
         self.put(to, target);
-    }
-
-    fn branch(
-        &mut self,
-        cond: Operand,
-        then: &Steps,
-        otherwise: &Steps,
-        results: &[[Operand; 3]],
-        mask: &Mask,
-    ) -> Result<(), Stop> {
-        let (yes, no) = match self.arg(cond) {
-            Arg::Same(word) if word[0].bits() != 0 => (None, Mask::none()),
-            Arg::Same(_) => (Some(Mask::none()), Mask::none()),
-            Arg::Each(lanes) => {
-                let (yes, no) = mask.split(lanes);
-                (Some(yes), no)
-            }
-        };
-        let same = matches!(self.arg(cond), Arg::Same(_));
-        let yes_mask = yes.as_ref().unwrap_or(mask);
-        if yes_mask.any() {
-            self.within(ScopeKind::Then, yes_mask, &[], |m| m.steps(then, yes_mask))?;
-            results.iter().for_each(|[r, a, _]| self.copy(*a, *r, yes_mask));
-        }
-        let no_mask = if same && yes.is_some() { mask } else { &no };
-        if no_mask.any() {
-            self.within(ScopeKind::Otherwise, no_mask, &[], |m| m.steps(otherwise, no_mask))?;
-            results.iter().for_each(|[r, _, b]| self.copy(*b, *r, no_mask));
-        }
-        Ok(())
-    }
-
-    fn round(
-        &mut self,
-        params: &[LoopParam],
-        body: &Steps,
-        cond: Operand,
-        span: Span,
-        mask: &Mask,
-    ) -> Result<(), Stop> {
-        let all = Mask::all(self.width);
-        for p in params {
-            self.copy(p.init, p.param, &all);
-        }
-        let mut active = mask.clone();
-        let mut round = 0;
-        loop {
-            // Masks and what the loop carries.
-            self.spent += 4 + params.len() as u64;
-            self.within_budget(span)?;
-            self.within(ScopeKind::Round(round), &active, params, |m| m.steps(body, &active))?;
-            round += 1;
-            // Results first: a next value may itself be a parameter.
-            for p in params {
-                self.copy(p.next, p.result, &active);
-            }
-            match self.arg(cond) {
-                Arg::Same(word) if word[0].bits() == 0 => return Ok(()),
-                Arg::Same(_) => {}
-                Arg::Each(lanes) => {
-                    active = active.split(lanes).0;
-                    if !active.any() {
-                        return Ok(());
-                    }
-                }
-            }
-            for p in params {
-                self.copy(p.result, p.param, &all);
-            }
-        }
     }
 }
 

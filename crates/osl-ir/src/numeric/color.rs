@@ -175,7 +175,8 @@ const ILLUMINANT_E: [f64; 2] = [1.0 / 3.0, 1.0 / 3.0];
 const ACES_WHITE: [f64; 2] = [0.32168, 0.33767];
 
 impl<R: Real> ColorSystem<R> {
-    /// OSL's working space unless told otherwise.
+    /// OSL's working space unless told otherwise. Inlined, so that it is a handful of constants in a loop over colors.
+    #[inline(always)]
     pub fn rec709() -> Self {
         Self::from_primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65)
     }
@@ -199,22 +200,18 @@ impl<R: Real> ColorSystem<R> {
     }
 
     /// The system with these chromaticities (x, y), such that equal red, green and blue have that of `white`.
+    #[inline(always)]
     pub fn from_primaries(red: [f64; 2], green: [f64; 2], blue: [f64; 2], white: [f64; 2]) -> Self {
-        let one = R::lit(1.0);
-        let [red, green, blue, white] = [red, green, blue, white].map(|xy| {
-            let [x, y] = xy.map(|c| R::known(c as f32, c));
-            [x, y, one - (x + y)]
-        });
+        let [red, green, blue, white] =
+            [primary::<R>(red), primary::<R>(green), primary::<R>(blue), primary::<R>(white)];
         // The rows of the inverse of the primaries, but for a factor each, which the white point fixes.
-        let rows = [cross(green, blue), cross(blue, red), cross(red, green)].map(|row| {
-            let weight = dot(row, white) / white[1];
-            row.map(|element| element / weight)
-        });
-        let [r, g, b] = rows;
+        let r = weighted(cross(green, blue), white);
+        let g = weighted(cross(blue, red), white);
+        let b = weighted(cross(red, green), white);
         let rgb_from_xyz = [r[0], g[0], b[0], r[1], g[1], b[1], r[2], g[2], b[2]];
         let xyz_from_rgb = inverse(&rgb_from_xyz);
         let (of_red, of_green) = (xyz_from_rgb[1], xyz_from_rgb[4]);
-        let luminance = [of_red, of_green, one - of_red - of_green];
+        let luminance = [of_red, of_green, R::lit(1.0) - of_red - of_green];
         Self { rgb_from_xyz, xyz_from_rgb, luminance }
     }
 
@@ -237,7 +234,22 @@ impl<R: Real> ColorSystem<R> {
     }
 }
 
+/// x, y and z of a chromaticity.
+#[inline(always)]
+fn primary<R: Real>([x, y]: [f64; 2]) -> Triple<R> {
+    let (x, y) = (R::known(x as f32, x), R::known(y as f32, y));
+    [x, y, R::lit(1.0) - (x + y)]
+}
+
+/// A row over its share of the white point.
+#[inline(always)]
+fn weighted<R: Real>(row: Triple<R>, white: Triple<R>) -> Triple<R> {
+    let weight = dot(row, white) / white[1];
+    [row[0] / weight, row[1] / weight, row[2] / weight]
+}
+
 /// The inverse of a matrix known to have one: adjugate over determinant.
+#[inline(always)]
 fn inverse<R: Real>(m: &Matrix3<R>) -> Matrix3<R> {
     let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
     let adjugate = [
@@ -252,5 +264,7 @@ fn inverse<R: Real>(m: &Matrix3<R>) -> Matrix3<R> {
         minor(0, 4, 3, 1),
     ];
     let determinant = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
-    adjugate.map(|element| element / determinant)
+    let [a, b, c, d, e, f, g, h, i] = adjugate;
+    let over = determinant;
+    [a / over, b / over, c / over, d / over, e / over, f / over, g / over, h / over, i / over]
 }
