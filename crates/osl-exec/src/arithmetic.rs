@@ -7,7 +7,6 @@ use crate::fields::{self, FieldCall};
 use crate::lanes::{LaneCall, Stamped};
 use bytemuck::Pod;
 use osl_ir::numeric::fast::Quick;
-use osl_ir::numeric::shadow::{self, Shadow};
 use osl_ir::numeric::{Number, Real};
 use osl_noise::{FusedKernel, Isa, Kernel};
 use std::fmt::Debug;
@@ -75,31 +74,6 @@ impl Word for u64 {
     }
 }
 
-/// Single and double precision in one word, the double above.
-impl Word for u128 {
-    const FORMS: bool = false;
-    #[inline(always)]
-    fn of(bits: u32) -> u128 {
-        u128::from(bits)
-    }
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        self as u32
-    }
-    #[inline(always)]
-    fn pick(mask: u32, yes: u128, no: u128) -> u128 {
-        if mask != 0 { yes } else { no }
-    }
-    fn narrow(_: &[u128]) -> Option<&[u32]> {
-        None
-    }
-    fn look_up(_: Isa, table: &[u128; 16], index: &[u32], out: &mut [u128]) {
-        for (o, i) in out.iter_mut().zip(index) {
-            *o = table[(i & 15) as usize];
-        }
-    }
-}
-
 /// A float that lies in words.
 pub(crate) trait Element<W>: Real {
     fn load(word: W) -> Self;
@@ -139,17 +113,6 @@ impl Element<u64> for f64 {
     }
 }
 
-impl Element<u128> for Shadow {
-    #[inline(always)]
-    fn load(word: u128) -> Shadow {
-        Shadow { strict: f32::from_bits(word as u32), exact: f64::from_bits((word >> 64) as u64) }
-    }
-    #[inline(always)]
-    fn store(self) -> u128 {
-        u128::from(self.exact.to_bits()) << 64 | u128::from(self.strict.to_bits())
-    }
-}
-
 /// A way to compute.
 pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
     /// What a lane holds.
@@ -162,11 +125,6 @@ pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[Self::Word]], outs: &mut [&mut [Self::Word]]);
     /// Has lanes filled with floats of single precision.
     fn fill(lanes: &mut [Self::Word], fill: impl FnOnce(&mut [f32]));
-
-    /// Comparisons whose outcome depended on the arithmetic since the last call.
-    fn take_flips() -> u64 {
-        0
-    }
 
     /// The word of a float.
     #[inline(always)]
@@ -264,52 +222,5 @@ impl Arithmetic for Double {
         for (lane, x) in lanes.iter_mut().zip(singles) {
             *lane = f64::from(x).to_bits();
         }
-    }
-}
-
-/// Strict numbers with double precision beside them.
-#[derive(Clone, Copy)]
-pub(crate) struct Both;
-
-impl Arithmetic for Both {
-    type Word = u128;
-    type Real = Shadow;
-
-    fn lanes(_: Isa, call: LaneCall<'_, u128>) {
-        Isa::baseline().dispatch(Stamped::<u128, Shadow>::of(call));
-    }
-
-    fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u128]], outs: &mut [&mut [u128]]) {
-        fn part<T>(lanes: &[u128], of: impl Fn(Shadow) -> T) -> Vec<T> {
-            lanes.iter().map(|word| of(Shadow::load(*word))).collect()
-        }
-        let strict: Vec<Vec<f32>> = inputs.iter().map(|lanes| part(lanes, |x| x.strict)).collect();
-        let exact: Vec<Vec<f64>> = inputs.iter().map(|lanes| part(lanes, |x| x.exact)).collect();
-        let lengths = || outs.iter().map(|lanes| lanes.len());
-        let mut strict_outs: Vec<Vec<f32>> = lengths().map(|n| vec![0.0; n]).collect();
-        let mut exact_outs: Vec<Vec<f64>> = lengths().map(|n| vec![0.0; n]).collect();
-        let strict: Vec<&[f32]> = strict.iter().map(Vec::as_slice).collect();
-        let exact: Vec<&[f64]> = exact.iter().map(Vec::as_slice).collect();
-        let mut strict_lanes: Vec<&mut [f32]> = strict_outs.iter_mut().map(Vec::as_mut_slice).collect();
-        let mut exact_lanes: Vec<&mut [f64]> = exact_outs.iter_mut().map(Vec::as_mut_slice).collect();
-        fields::single(isa, call, &strict, &mut strict_lanes);
-        fields::double(isa, call, &exact, &mut exact_lanes);
-        for ((to, strict), exact) in outs.iter_mut().zip(strict_outs).zip(exact_outs) {
-            for ((to, strict), exact) in to.iter_mut().zip(strict).zip(exact) {
-                *to = Shadow { strict, exact }.store();
-            }
-        }
-    }
-
-    fn fill(lanes: &mut [u128], fill: impl FnOnce(&mut [f32])) {
-        let mut singles = vec![0.0; lanes.len()];
-        fill(&mut singles);
-        for (lane, x) in lanes.iter_mut().zip(singles) {
-            *lane = Both::of(x);
-        }
-    }
-
-    fn take_flips() -> u64 {
-        shadow::take_flips()
     }
 }

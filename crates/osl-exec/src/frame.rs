@@ -6,7 +6,6 @@
 use crate::arithmetic;
 use crate::machine::{Component, Machine, Stop, Totals};
 use crate::message::{Message, Messages, Printed};
-use crate::observer::Observer;
 use crate::order::Blocks;
 use crate::profile::{Profile, ProfileEntry};
 use crate::program::{OutputPlan, Program, words_of};
@@ -170,28 +169,6 @@ pub fn run(
     Run::new(program, services, source, options).points(0..source.count(), progress)
 }
 
-/// Runs a program over some points on this thread, and tells who follows of each step. The planes have these points
-/// alone, in the order of the source.
-///
-/// # Errors
-/// A loop beyond its budget.
-pub fn observe(
-    program: &Program,
-    services: &Services,
-    source: &dyn PointSource,
-    options: &RunOptions,
-    points: Range<usize>,
-    observer: &mut dyn Observer,
-) -> Result<Frame, Stop> {
-    let run = Run::new(program, services, source, options);
-    match options.arithmetic {
-        Arithmetic::Strict => run.observed::<arithmetic::Strict>(points, observer),
-        Arithmetic::Fast => run.observed::<arithmetic::Fast>(points, observer),
-        Arithmetic::Double => run.observed::<arithmetic::Double>(points, observer),
-        Arithmetic::Shadow => run.observed::<arithmetic::Both>(points, observer),
-    }
-}
-
 /// A run that yields its points piece by piece, so that not all have to be in memory.
 pub struct Run<'a> {
     program: &'a Program,
@@ -237,31 +214,7 @@ impl<'a> Run<'a> {
             Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress),
             Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress),
             Arithmetic::Double => self.points_in::<arithmetic::Double>(points, progress),
-            Arithmetic::Shadow => self.points_in::<arithmetic::Both>(points, progress),
         }
-    }
-
-    fn observed<A: arithmetic::Arithmetic>(
-        &self,
-        points: Range<usize>,
-        observer: &mut dyn Observer,
-    ) -> Result<Frame, Stop> {
-        let Run { program, services, source, options, totals, .. } = self;
-        let points = points.start..points.end.min(source.count()).max(points.start);
-        let Slots { planes: slots, closures } = Slots::of(program, options);
-        let mut planes: Vec<Plane> = slots.iter().map(|slot| self.plane(slot, points.len())).collect();
-        let part = planes.iter_mut().map(|plane| Piece { words: &mut plane.words, wide: &mut plane.wide });
-        let part: Vec<Piece<'_>> = part.collect();
-        let batch = options.batch.unwrap_or_else(|| program.batch()).clamp(1, program.widest(1));
-        let mut machine =
-            Machine::<A>::new(program, services, *source, options.isa, batch, options.max_steps, totals);
-        machine.observer = Some(observer);
-        let start = points.start;
-        let found = run_tile(&mut machine, points, (&slots, part), &closures, (batch, None))?;
-        let tile = Tile { messages: machine.messages.take(), closures: found, profile: None };
-        let mut frame = gather(program, None, start, (planes, closures), vec![Ok(tile)])?;
-        frame.profile.clear();
-        Ok(frame)
     }
 
     fn points_in<A: arithmetic::Arithmetic>(

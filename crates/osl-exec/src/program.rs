@@ -44,7 +44,6 @@ pub(crate) struct Operand {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Array {
     pub(crate) words: u32,
-    pub(crate) kind: Kind,
     pub(crate) len: u32,
     pub(crate) varying: bool,
 }
@@ -265,7 +264,6 @@ impl Program {
             .iter()
             .map(|slot| Array {
                 words: words_of(slot.kind),
-                kind: slot.kind,
                 len: slot.len.unwrap_or(0),
                 varying: slot.rate == Rate::Varying,
             })

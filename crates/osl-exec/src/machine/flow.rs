@@ -3,7 +3,6 @@
 use super::{Machine, Mask, Stop};
 use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
-use crate::observer::ScopeKind;
 use crate::program::{LoopParam, Operand, Steps};
 use osl_ir::Span;
 
@@ -27,12 +26,12 @@ impl<A: Arithmetic> Machine<'_, A> {
         let same = matches!(self.arg(cond), Arg::Same(_));
         let yes_mask = yes.as_ref().unwrap_or(mask);
         if yes_mask.any() {
-            self.within(ScopeKind::Then, yes_mask, &[], |m| m.steps(then, yes_mask))?;
+            self.steps(then, yes_mask)?;
             results.iter().for_each(|[r, a, _]| self.copy(*a, *r, yes_mask));
         }
         let no_mask = if same && yes.is_some() { mask } else { &no };
         if no_mask.any() {
-            self.within(ScopeKind::Otherwise, no_mask, &[], |m| m.steps(otherwise, no_mask))?;
+            self.steps(otherwise, no_mask)?;
             results.iter().for_each(|[r, _, b]| self.copy(*b, *r, no_mask));
         }
         Ok(())
@@ -51,13 +50,11 @@ impl<A: Arithmetic> Machine<'_, A> {
             self.copy(p.init, p.param, &all);
         }
         let mut active = mask.clone();
-        let mut round = 0;
         loop {
             // Masks and what the loop carries.
             self.spent += 4 + params.len() as u64;
             self.within_budget(span)?;
-            self.within(ScopeKind::Round(round), &active, params, |m| m.steps(body, &active))?;
-            round += 1;
+            self.steps(body, &active)?;
             // Results first: a next value may itself be a parameter.
             for p in params {
                 self.copy(p.next, p.result, &active);

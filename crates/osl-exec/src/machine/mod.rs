@@ -24,7 +24,6 @@ use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::Dictionaries;
 use crate::lanes::Arg;
 use crate::message::Messages;
-use crate::observer::Observer;
 use crate::profile::Profile;
 use crate::program::{Array, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
@@ -94,9 +93,6 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     pub(crate) messages: Messages,
     /// Where the time goes, if that is asked for.
     pub(crate) profile: Option<Box<Profile>>,
-    /// Who follows the steps, and the mark of the one that runs.
-    pub(crate) observer: Option<&'a mut dyn Observer>,
-    pub(crate) at: u32,
 }
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
@@ -138,8 +134,6 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
             messages: Messages::new(source.blocks()),
             profile: None,
-            observer: None,
-            at: 0,
         }
     }
 
@@ -245,9 +239,6 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         self.spent += steps.weight;
         if self.profile.is_some() {
             return self.profiled(steps, mask);
-        }
-        if self.observer.is_some() {
-            return self.observed(steps, mask);
         }
         self.in_pieces(&steps.list, mask)
     }
@@ -400,16 +391,6 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             lanes.truncate(1);
         }
         lanes
-    }
-
-    /// The program.
-    pub(crate) fn program(&self) -> &'a Program {
-        self.program
-    }
-
-    /// The point of the first lane.
-    pub(crate) fn first(&self) -> usize {
-        self.first
     }
 
     /// How many lanes a step runs for.

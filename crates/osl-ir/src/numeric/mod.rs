@@ -31,7 +31,6 @@
 //! | [`known`] | constants of the library that are no floats |
 //! | [`lane`] | what the lane operations call: the above with truth values as 0 and 1 |
 //! | [`double`] | the same numbers in binary64, as an oracle |
-//! | [`shadow`] | strict and double side by side, to see where they part |
 //! | [`fast`] | cheaper approximations in single precision, with their bounds |
 //! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
 
@@ -46,7 +45,6 @@ pub mod lane;
 pub mod matrix;
 pub mod real;
 pub mod rounding;
-pub mod shadow;
 pub mod spectrum;
 pub mod spline;
 pub mod strict;
@@ -64,21 +62,18 @@ pub enum Arithmetic {
     Fast,
     /// Double precision.
     Double,
-    /// Strict numbers with double precision beside them, which decides nothing: for who follows a run.
-    Shadow,
 }
 
 impl Arithmetic {
     /// Those to choose from.
     pub const ALL: [Arithmetic; 3] = [Arithmetic::Strict, Arithmetic::Fast, Arithmetic::Double];
 
-    /// `strict`, `fast` or `f64`; `shadow`.
+    /// `strict`, `fast` or `f64`.
     pub fn name(self) -> &'static str {
         match self {
             Arithmetic::Strict => "strict",
             Arithmetic::Fast => "fast",
             Arithmetic::Double => "f64",
-            Arithmetic::Shadow => "shadow",
         }
     }
 
@@ -90,6 +85,6 @@ impl Arithmetic {
     /// Whether its numbers are known in double precision, and programs for it have no constants that were rounded to
     /// single.
     pub fn is_double(self) -> bool {
-        matches!(self, Arithmetic::Double | Arithmetic::Shadow)
+        self == Arithmetic::Double
     }
 }

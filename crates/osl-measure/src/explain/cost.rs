@@ -36,7 +36,9 @@ pub fn cost(lowered: &Body, options: &passes::Options) -> Vec<Cost> {
     }
     let of = |title: &str, outputs: Vec<Arc<str>>| {
         let mut body = lowered.clone();
-        passes::run(&mut body, &passes::Options { outputs: Some(outputs), ..options.clone() });
+        // What is written out or rearranged for speed does not count: only what is left out.
+        let without = vec![Pass::Unroll, Pass::Flatten, Pass::Algebra, Pass::Share];
+        passes::run(&mut body, &passes::Options { outputs: Some(outputs), without, ..options.clone() });
         count(title, &body)
     };
     let mut whole = lowered.clone();

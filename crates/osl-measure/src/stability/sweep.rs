@@ -1,6 +1,7 @@
 //! Settings that go to the extremes, and what comes out at each.
 
 use super::subject::{Base, Planes, Subject, Swept};
+use crate::explain::short;
 use osl_exec::Stop;
 use osl_scene::Grid;
 use serde::Serialize;
@@ -52,9 +53,9 @@ impl Setting {
     pub fn text(&self) -> String {
         match self {
             Setting::AsGiven => "as given".to_string(),
-            Setting::Scale { by } => format!("scale {by:e}"),
-            Setting::Offset { by } => format!("offset {by:e}"),
-            Setting::Footprint { by } => format!("footprint {by:e}"),
+            Setting::Scale { by } => format!("scale {}", short(*by, 3)),
+            Setting::Offset { by } => format!("offset {}", short(*by, 3)),
+            Setting::Footprint { by } => format!("footprint {}", short(*by, 3)),
             Setting::Param { name, value } => format!("{name} = {value}"),
         }
     }
@@ -120,11 +121,7 @@ pub struct Finding {
 /// A share in words.
 pub(super) fn percent(share: f64) -> String {
     let percent = share * 100.0;
-    if percent >= 10.0 {
-        format!("{percent:.0} %")
-    } else {
-        format!("{} %", crate::explain::short(percent, 2))
-    }
+    if percent >= 10.0 { format!("{percent:.0} %") } else { format!("{} %", short(percent, 2)) }
 }
 
 /// Share of the points that may be wrong at a setting that counts as safe.
@@ -253,6 +250,6 @@ pub(super) fn sweep(
         let (trial, _) = measure(subject, &subject.base, grid, setting(middle), tolerance);
         if is_safe(&trial) { low = middle } else { high = middle }
     }
-    let text = format!("safe for {name} below {}", crate::explain::short(low, 2));
+    let text = format!("safe for {name} below {}", short(low, 2));
     (trials, Finding { sweep: name.to_string(), limit: Some(low), text })
 }

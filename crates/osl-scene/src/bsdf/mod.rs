@@ -185,7 +185,14 @@ impl Scatter {
                 _ => true,
             };
             let weight = if right { lobe.weight * (share / chance) } else { Vec3::ZERO };
-            return Some(Next::Direction(Chosen { wi, weight, pdf: 0.0, delta: true, straight, diffuse: false }));
+            return Some(Next::Direction(Chosen {
+                wi,
+                weight,
+                pdf: 0.0,
+                delta: true,
+                straight,
+                diffuse: false,
+            }));
         }
         let (value, pdf) = self.value(wi);
         if !(pdf > 0.0 && pdf.is_finite()) {
@@ -195,9 +202,6 @@ impl Scatter {
         Some(Next::Direction(Chosen { wi, weight: value / pdf, pdf, delta: false, straight: false, diffuse }))
     }
 }
-
-
-
 
 #[cfg(test)]
 mod tests;
