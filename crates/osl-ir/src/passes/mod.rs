@@ -1,7 +1,7 @@
 //! Passes over the IR, each small, each with its own tests, each able to be switched off (but for `ssa`, on
 //! which the others and the interpreter build, and `derive`, without which lookups would mean something else).
 //!
-//! A pass keeps the bits of every value that remains. It must not know lanes, registers or instruction sets.
+//! A pass keeps the bits of every value that remains, but for `prefilter`, which is no pass that runs by itself. It must not know lanes, registers or instruction sets.
 
 mod algebra;
 mod cse;
@@ -9,6 +9,7 @@ mod dce;
 mod derive;
 mod flatten;
 mod fold;
+mod prefilter;
 mod rate;
 mod share;
 mod ssa;
@@ -99,12 +100,14 @@ pub struct Options {
     pub slopes: Vec<Global>,
     /// Passes that do not run.
     pub without: Vec<Pass>,
+    /// Widen steps by so many times the footprint of a pixel, which changes values: see `prefilter`.
+    pub prefilter: Option<f32>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let varying: Vec<Global> = crate::hir::GLOBALS.iter().map(|(global, ..)| *global).collect();
-        Options { outputs: None, slopes: varying.clone(), varying, without: Vec::new() }
+        Options { outputs: None, slopes: varying.clone(), varying, without: Vec::new(), prefilter: None }
     }
 }
 
@@ -145,6 +148,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                 }
             }
             Pass::Derive => {
+                if let Some(scale) = options.prefilter {
+                    prefilter::run(body, scale);
+                }
                 // What nothing needs, such as most layers of a large group, is not to be differentiated, nor to use up what
                 // unrolled loops may grow by. It asks for no derivatives either, which decides about bits.
                 if !without(Pass::Dce) || derive::asks(body) {

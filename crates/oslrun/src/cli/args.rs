@@ -2,6 +2,8 @@
 
 use super::levels::LintArgs;
 use super::on::OnArgs;
+use super::sampling::SampleArgs;
+use super::tradeoff::TradeoffArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use osl_exec::Isa;
 use osl_image::ExrCompression;
@@ -37,6 +39,8 @@ pub(super) enum Command {
     Fmt(FmtArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.
     Doc(DocArgs),
+    /// Measure what more and fewer samples of a shader cost, and how far off they are.
+    Tradeoff(Box<TradeoffArgs>),
 }
 
 /// How a source file is read.
@@ -97,6 +101,9 @@ pub(super) struct RunArgs {
     /// A surface instead of the grid.
     #[command(flatten)]
     pub(super) on: OnArgs,
+    /// Samples of pixels.
+    #[command(flatten)]
+    pub(super) sampling: SampleArgs,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. Of a group, the last layer's, or
     /// LAYER.NAME=VALUE.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]

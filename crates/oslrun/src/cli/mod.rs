@@ -1,5 +1,5 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
-//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`.
+//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`, `oslrun tradeoff FILE`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
@@ -24,6 +24,8 @@ mod profile;
 mod repair;
 mod report;
 mod run;
+mod sampling;
+mod tradeoff;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -73,6 +75,7 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
+        (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
         (None, args) => run::run(&args, out, err),
     };
     match result {

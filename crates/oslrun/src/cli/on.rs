@@ -92,7 +92,7 @@ pub(super) fn run(
     if args.stats {
         if let Some(compiled) = program.as_ref().or(displace.as_ref()) {
             let times = [compile, time, started.elapsed()];
-            run::stats(compiled, loaded.body.count(), seen.points.count(), times, args, err);
+            run::stats(compiled, loaded.body.count(), seen.points.count() as u64, times, args, err);
         }
     } else if args.output.is_none() {
         run::summary(&frame, out);
@@ -165,6 +165,7 @@ impl<'a> Job<'a> {
             varying: points.varying().to_vec(),
             slopes: points.varying_slopes().to_vec(),
             without: self.args.without_pass.clone(),
+            ..passes::Options::default()
         };
         Ok(pipeline::finish(body.clone(), &options))
     }

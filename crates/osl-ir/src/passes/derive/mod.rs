@@ -50,6 +50,11 @@ pub(super) fn run(body: &mut Body) -> bool {
     demand.any
 }
 
+/// Whether an operation hands on the tangents of its arguments, so that it is smooth but for single places.
+pub(super) fn is_smooth(op: LaneOp) -> bool {
+    rules::has_rule(op)
+}
+
 /// Whether anything asks for tangents.
 pub(super) fn asks(body: &Body) -> bool {
     body.blocks.iter().flat_map(|block| &block.insts).any(|inst| match &inst.op {
