@@ -50,7 +50,7 @@ fn compile(kind: &str) -> Compiled {
         outputs: Some(vec!["disp".into()]),
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
-        without: Vec::new(),
+        ..passes::Options::default()
     };
     pipeline::finish(body, &options)
 }

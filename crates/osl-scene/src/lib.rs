@@ -4,12 +4,16 @@
 //! A source gives the shader's globals at its points, in common space. It must not know the terminal, files
 //! or what a shader computes.
 
+pub mod bsdf;
 pub mod camera;
 mod data;
 pub mod displace;
 mod grid;
+pub mod light;
 pub mod mesh;
 mod reference;
+pub mod render;
+pub mod scene;
 pub mod shape;
 pub mod subdivide;
 pub mod surface_points;

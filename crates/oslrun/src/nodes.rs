@@ -12,19 +12,25 @@ macro_rules! nodes {
 }
 
 nodes! {
-    "bump" "chaos_image" "clamp" "color_correct" "displacement_layer" "fractal" "mix" "project_cylindrical"
-    "project_planar" "project_spherical" "project_triplanar" "ramp" "remap" "uv_transform"
+    "bump" "chaos_image" "clamp" "color_correct" "displacement_layer" "fractal" "image" "lambert" "mix" "project_cylindrical"
+    "project_planar" "project_spherical" "project_triplanar" "ramp" "remap" "standard" "uv_transform"
 }
+
+/// Shaders of this project that are no nodes, but that scenes name.
+const PATTERNS: [(&str, &str); 2] = [
+    ("nonlinear_noise", include_str!("../../../osl/nonlinear_noise.osl")),
+    ("strips", include_str!("../../../osl/strips.osl")),
+];
 
 /// The names of all nodes, in order.
 pub fn names() -> impl Iterator<Item = &'static str> {
     NODES.iter().map(|(name, _)| *name)
 }
 
-/// The source text of a node.
+/// The source text of a node, or of another shader that is built in.
 pub fn find(name: &str) -> Option<&'static str> {
-    let at = NODES.binary_search_by_key(&name, |(name, _)| name).ok()?;
-    NODES.get(at).map(|(_, text)| *text)
+    let node = NODES.binary_search_by_key(&name, |(name, _)| name).ok().and_then(|at| NODES.get(at));
+    node.or_else(|| PATTERNS.iter().find(|(n, _)| *n == name)).map(|(_, text)| *text)
 }
 
 #[cfg(test)]

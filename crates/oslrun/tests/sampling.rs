@@ -132,18 +132,20 @@ fn nonsense_is_refused_in_words() {
 fn a_trade_off_comes_as_text_values_and_a_page() {
     let folder = folder();
     let common = ["tradeoff", "@/s.osl", "-g", "24x24", "--budget", "0.3"];
-    let with = |more: &[&str]| [&common[..], more].concat();
-    let (table, _) = ok(&folder, &with(&[]));
+    fn with<'a>(common: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
+        [common, more].concat()
+    }
+    let (table, _) = ok(&folder, &with(&common, &[]));
     assert!(table.contains("strict, 1 sample") && table.contains("prefilter, 1 sample"), "{table}");
-    let (json, _) = ok(&folder, &with(&["--json"]));
+    let (json, _) = ok(&folder, &with(&common, &["--json"]));
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(value["outputs"][0]["name"], "r");
-    let (values, _) = ok(&folder, &with(&["--csv", "--outputs", "c"]));
+    let (values, _) = ok(&folder, &with(&common, &["--csv", "--outputs", "c"]));
     assert!(values.lines().skip(1).all(|line| line.starts_with("c,")), "{values}");
-    ok(&folder, &with(&["--html", "@/page.html"]));
+    ok(&folder, &with(&common, &["--html", "@/page.html"]));
     let page = String::from_utf8(bytes(&folder, "page.html")).unwrap();
     assert!(page.contains("data:image/png;base64,") && page.contains("<svg"));
-    let (code, _, err) = oslrun(folder.path(), &with(&["--samples", "4"]));
+    let (code, _, err) = oslrun(folder.path(), &with(&common, &["--samples", "4"]));
     assert!(code == 1 && err.contains("chooses the numbers of samples itself"), "{err}");
     let (code, _, err) = oslrun(folder.path(), &["tradeoff", "@/s.osl", "--budget", "0"]);
     assert!(code == 2 && err.contains("number of seconds"), "{err}");

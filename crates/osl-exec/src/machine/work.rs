@@ -3,6 +3,7 @@
 //! The count knows no clock, so that a program ends at the same place on every machine.
 
 use super::{Machine, Stop};
+use crate::arithmetic::Arithmetic;
 use crate::program::KernelStep;
 use osl_ir::Span;
 use osl_ir::ir::Kernel;
@@ -43,7 +44,7 @@ fn of_kernel(kernel: &Kernel) -> u64 {
     }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Counts a kernel that runs at `lanes` lanes.
     pub(super) fn spend_kernel(&mut self, step: &KernelStep, lanes: usize) {
         self.spent += (of_kernel(&step.kernel) * lanes as u64).div_ceil(16);

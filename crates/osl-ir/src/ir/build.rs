@@ -3,6 +3,7 @@
 use super::{
     Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
 };
+use crate::numeric::known::Known;
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
@@ -99,6 +100,12 @@ impl Builder {
     /// A float constant.
     pub fn float(&mut self, value: f32) -> ValueId {
         self.constant(Const::Float(value))
+    }
+
+    /// A constant of the library.
+    pub fn known(&mut self, constant: Known) -> ValueId {
+        let number = self.int(constant as i32);
+        self.lane(LaneOp::Known, &[number])
     }
 
     /// A shader global.

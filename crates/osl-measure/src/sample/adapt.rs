@@ -56,7 +56,7 @@ impl<'a> Refiner<'a> {
         }
         let pixels: Vec<u32> =
             self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
-        let batch = self.shading.batch(&pixels, self.samples..samples)?;
+        let batch = self.shading.batch(&pixels, self.samples..samples, true)?;
         for (sums, blocks) in self.sums.iter_mut().zip(&batch.blocks) {
             for (slot, block) in self.active.iter().zip(blocks) {
                 sums[*slot].add(block);
@@ -140,7 +140,7 @@ fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
     let mut image = Image { frame: refiner.said, ..Image::default() };
     image.tally.pixels = refiner.pixels.len() as u64;
     image.tally.evaluations = refiner.evaluations;
-    refiner.each.iter().for_each(|n| image.tally.note(*n, 1));
+    image.tally.note_all(refiner.each.iter().copied());
     image.tally.unfinished = refiner.active.len() as u64;
     image.tally.not_finite = not_finite(&values);
     image.frame.planes = shading.filled(values);

@@ -40,54 +40,72 @@ impl Block {
     }
 }
 
-/// Sums the samples of a pixel. The variance is that of the later half of samples 0..n, since the halves are complete by
-/// themselves and so are those of rounds that double the number; for up to four samples that of all.
-pub(super) fn block(
-    words: &[u32],
-    kind: Kind,
-    signs: &[f32],
-    (pattern, pixel, samples): (&Pattern, u32, Range<u32>),
-) -> Block {
-    let value = |word: u32| if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) };
+/// Sums the samples of a pixel.
+pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
     let (mut sum, mut weight) = (0.0, words.len() as f64);
     if signs.is_empty() {
-        words.iter().for_each(|word| sum += f64::from(value(*word)));
+        words.iter().for_each(|word| sum += f64::from(value(*word, kind)));
     } else {
         weight = 0.0;
         for (word, sign) in words.iter().zip(signs) {
-            sum += f64::from(value(*word) * sign);
+            sum += f64::from(value(*word, kind) * sign);
             weight += f64::from(*sign);
         }
         // A few samples may all but cancel. They say little then, but no nonsense.
         weight = if weight.abs() < 0.25 { 0.25_f64.copysign(weight) } else { weight };
     }
-    let mut found = Block { weight, sum, variance: 0.0, count: words.len() as u32 };
-    if !sum.is_finite() {
-        found.variance = f32::NAN;
-        return found;
+    Block { weight, sum, variance: 0.0, count: words.len() as u32 }
+}
+
+fn value(word: u32, kind: Kind) -> f32 {
+    if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) }
+}
+
+/// Samples whose values fit on the stack.
+const SMALL: usize = 64;
+
+/// The variance of the samples of a block. It is that of the later half of samples 0..n, since the halves are complete by
+/// themselves and so are those of rounds that double the number; for up to four samples that of all.
+pub(super) fn variance(
+    block: &Block,
+    words: &[u32],
+    signs: &[f32],
+    (kind, pattern, pixel, samples): (Kind, &Pattern, u32, &Range<u32>),
+) -> f32 {
+    if !block.sum.is_finite() {
+        return f32::NAN;
     }
     let end = samples.end as usize;
-    let from = if samples.start == 0 && end <= 4 { 0 } else { end / 2 };
-    let last = from.saturating_sub(samples.start as usize);
-    if end.is_power_of_two() && end > 1 {
-        let level = (end - from).trailing_zeros();
-        let order = pattern.order(pixel, level, from > 0);
-        let scale = if signs.is_empty() { 1.0 } else { words.len() as f64 / weight };
-        let at = |cell: usize| {
-            let i = last + order.get(cell).copied().unwrap_or(0) as usize;
-            let x = words.get(i).map_or(0.0, |word| value(*word));
-            signs.get(i).map_or(x, |sign| x * sign)
-        };
-        found.variance = within(level, at) * (scale * scale) as f32;
+    if !end.is_power_of_two() || end == 1 {
+        return 0.0;
     }
-    found
+    let from = if samples.start == 0 && end <= 4 { 0 } else { end / 2 };
+    let first = from.saturating_sub(samples.start as usize);
+    let level = (end - from).trailing_zeros();
+    let order = pattern.order(pixel, level, from > 0);
+    let at = |i: usize| {
+        let x = words.get(i).map_or(0.0, |word| value(*word, kind));
+        signs.get(i).map_or(x, |sign| x * sign)
+    };
+    let mut small = [0.0; SMALL];
+    let mut large = Vec::new();
+    let cells = match small.get_mut(..order.len()) {
+        Some(cells) => cells,
+        None => {
+            large.resize(order.len(), 0.0);
+            &mut large[..]
+        }
+    };
+    cells.iter_mut().zip(order).for_each(|(cell, i)| *cell = at(first + *i as usize));
+    let scale = if signs.is_empty() { 1.0 } else { words.len() as f64 / block.weight };
+    within(level, cells) * (scale * scale) as f32
 }
 
 /// The variance within rectangles, along both axes alike.
-fn within(level: u32, at: impl Fn(usize) -> f32) -> f32 {
+fn within(level: u32, cells: &[f32]) -> f32 {
     let (columns, rows) = Pattern::rectangles(level);
-    let across = along(rows, columns, |y, x| at(y * columns + x));
-    let down = along(columns, rows, |x, y| at(y * columns + x));
+    let across = along(rows, columns, |y, x| cells[y * columns + x]);
+    let down = along(columns, rows, |x, y| cells[y * columns + x]);
     match (across, down) {
         (Some(a), Some(b)) => 0.5 * (a + b),
         (a, b) => a.or(b).unwrap_or(0.0),
@@ -127,6 +145,12 @@ fn square(x: f32) -> f32 {
 mod tests {
     use super::*;
 
+    fn with_variance(words: &[u32], pattern: &Pattern, pixel: u32) -> Block {
+        let found = block(words, Kind::Float, &[]);
+        let how = (Kind::Float, pattern, pixel, &(0..words.len() as u32));
+        Block { variance: variance(&found, words, &[], how), ..found }
+    }
+
     /// Root mean square of true and estimated errors over many pixels.
     fn errors(n: u32, mean: f64, f: impl Fn([f32; 2], u32, usize) -> f32) -> (f64, f64) {
         let pattern = Pattern::new(n, 3);
@@ -135,7 +159,7 @@ mod tests {
         for pixel in 0..pixels {
             let own = &pattern.of(pixel)[..n as usize];
             let words: Vec<u32> = own.iter().enumerate().map(|(i, s)| f(*s, pixel, i).to_bits()).collect();
-            let block = block(&words, Kind::Float, &[], (&pattern, pixel, 0..n));
+            let block = with_variance(&words, &pattern, pixel);
             actual += (f64::from(block.mean()) - mean).powi(2);
             estimated += f64::from(block.error()).powi(2);
         }
@@ -162,7 +186,7 @@ mod tests {
     fn what_is_no_number_says_so() {
         let pattern = Pattern::new(4, 0);
         let words = [1.0_f32, f32::NAN, 0.0, 0.0].map(f32::to_bits);
-        let block = block(&words, Kind::Float, &[], (&pattern, 0, 0..4));
+        let block = with_variance(&words, &pattern, 0);
         assert!(block.mean().is_nan() && block.error().is_nan());
     }
 }

@@ -1,6 +1,6 @@
 //! What an image is made of, and images with the same number of samples everywhere.
 
-use super::error::{Block, block};
+use super::error::{Block, block, variance};
 use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
@@ -75,6 +75,20 @@ impl Tally {
         }
     }
 
+    /// Notes the samples of pixels, one after the other.
+    pub(super) fn note_all(&mut self, samples: impl Iterator<Item = u32>) {
+        // Runs of equal numbers are long.
+        let mut run = (0, 0);
+        for n in samples {
+            if n != run.0 {
+                self.note(run.0, run.1);
+                run = (n, 0);
+            }
+            run.1 += 1;
+        }
+        self.note(run.0, run.1);
+    }
+
     /// Evaluations for each pixel.
     pub fn per_pixel(&self) -> f64 {
         self.evaluations as f64 / self.pixels.max(1) as f64
@@ -108,12 +122,12 @@ impl<'a> Shading<'a> {
         Ok(values)
     }
 
-    /// Samples of pixels, summed for each.
-    pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>) -> Result<Batch, Stop> {
+    /// Samples of pixels, summed for each; with their variance if an `estimate` is wanted.
+    pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>, estimate: bool) -> Result<Batch, Stop> {
         let each = samples.len().max(1);
         let mut batch = Batch::default();
         for pixels in pixels.chunks((TOGETHER / each).max(1)) {
-            self.piece(pixels, samples.clone(), &mut batch)?;
+            self.piece(pixels, samples.clone(), estimate, &mut batch)?;
         }
         if batch.blocks.is_empty() {
             batch.blocks = self.planes().iter().map(|_| Vec::new()).collect();
@@ -121,7 +135,13 @@ impl<'a> Shading<'a> {
         Ok(batch)
     }
 
-    fn piece(&self, pixels: &[u32], samples: Range<u32>, batch: &mut Batch) -> Result<(), Stop> {
+    fn piece(
+        &self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        estimate: bool,
+        batch: &mut Batch,
+    ) -> Result<(), Stop> {
         let tools = (&self.pattern, &self.filter);
         let points = SamplePoints::new(self.surface, pixels, samples.clone(), tools);
         let each = samples.len().max(1);
@@ -134,7 +154,12 @@ impl<'a> Shading<'a> {
             let one = |(at, words): (usize, &[u32])| {
                 let pixel = pixels.get(at).copied().unwrap_or(0);
                 let signs = signs.get(at * each..).unwrap_or(&[]);
-                block(words, plane.kind, signs, (&self.pattern, pixel, samples.clone()))
+                let mut block = block(words, plane.kind, signs);
+                if estimate {
+                    block.variance =
+                        variance(&block, words, signs, (plane.kind, &self.pattern, pixel, &samples));
+                }
+                block
             };
             let many = pixels.len() * each > 1 << 14;
             if many {
@@ -189,7 +214,7 @@ impl<'a> Shading<'a> {
         let values: Vec<Vec<f32>> = if samples == 1 {
             self.centres(&pixels, &mut image.frame)?
         } else {
-            let batch = self.batch(&pixels, 0..samples)?;
+            let batch = self.batch(&pixels, 0..samples, false)?;
             image.frame = batch.said;
             batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
         };
@@ -208,14 +233,15 @@ impl Shading<'_> {
     /// # Errors
     /// A loop beyond its budget.
     pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, Stop> {
-        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()))?;
+        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()), false)?;
         Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }
 }
 
 /// How many pixels have a value that is not a number or infinite.
 pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
-    let pixels = planes.first().map_or(0, Vec::len);
-    let bad = |pixel: &usize| planes.iter().any(|p| p.get(*pixel).is_some_and(|x| !x.is_finite()));
-    (0..pixels).filter(bad).count() as u64
+    let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.iter().any(|x| !x.is_finite())).collect();
+    let pixels = bad.first().map_or(0, |plane| plane.len());
+    let one = |pixel: &usize| bad.iter().any(|p| p.get(*pixel).is_some_and(|x| !x.is_finite()));
+    (0..pixels).filter(one).count() as u64
 }

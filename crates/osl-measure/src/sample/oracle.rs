@@ -27,7 +27,7 @@ pub struct Oracle {
 pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Oracle, Stop> {
     let samples = samples.clamp(2, MAX_SAMPLES).next_power_of_two();
     let own = Shading { pattern: Pattern::new(samples, 0x5eed), ..shading.clone() };
-    let batch = own.batch(pixels, 0..samples)?;
+    let batch = own.batch(pixels, 0..samples, true)?;
     Ok(Oracle {
         pixels: pixels.to_vec(),
         samples,

@@ -2,6 +2,7 @@
 
 use super::image::{Image, Shading, not_finite};
 use osl_exec::Stop;
+use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
 
@@ -74,37 +75,33 @@ pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<
 }
 
 /// All pixels of some rows, from those of a lattice.
-fn stretched(
+pub(super) fn stretched(
     known: &[f32],
     columns: &[usize],
     lines: &[usize],
     width: usize,
     rows: &Range<usize>,
 ) -> Vec<f32> {
-    let mut values = Vec::with_capacity(rows.len() * width);
-    let mut line = 0;
+    let mut values = vec![0.0; rows.len() * width];
+    let shares: Vec<(usize, f32)> = (0..width).map(|x| between(columns, x)).collect();
     let row = |line: usize| known.get(line * columns.len()..(line + 1) * columns.len()).unwrap_or(&[]);
-    let mut blended = vec![0.0; columns.len()];
-    for y in rows.clone() {
-        while lines.get(line + 1).is_some_and(|next| *next <= y) {
-            line += 1;
-        }
+    let fill = |(at, out): (usize, &mut [f32])| {
+        let (line, t) = between(lines, rows.start + at);
         let (above, below) = (row(line), row((line + 1).min(lines.len().saturating_sub(1))));
-        let t = share(lines, line, y);
-        for (out, (a, b)) in blended.iter_mut().zip(above.iter().zip(below)) {
-            *out = mix(*a, *b, t);
+        let blended: Vec<f32> = above.iter().zip(below).map(|(a, b)| mix(*a, *b, t)).collect();
+        for (out, (column, t)) in out.iter_mut().zip(&shares) {
+            let a = blended.get(*column).copied().unwrap_or(0.0);
+            *out = mix(a, blended.get(column + 1).copied().unwrap_or(a), *t);
         }
-        let mut column = 0;
-        for x in 0..width {
-            while columns.get(column + 1).is_some_and(|next| *next <= x) {
-                column += 1;
-            }
-            let a = blended.get(column).copied().unwrap_or(0.0);
-            let b = blended.get(column + 1).copied().unwrap_or(a);
-            values.push(mix(a, b, share(columns, column, x)));
-        }
-    }
+    };
+    values.par_chunks_mut(width.max(1)).with_min_len(32).enumerate().for_each(fill);
     values
+}
+
+/// The last tick at or before a place, and how far on the way to the next one it is.
+fn between(ticks: &[usize], x: usize) -> (usize, f32) {
+    let at = ticks.partition_point(|tick| *tick <= x).saturating_sub(1);
+    (at, share(ticks, at, x))
 }
 
 fn share(ticks: &[usize], at: usize, x: usize) -> f32 {

@@ -110,7 +110,7 @@ impl Library<'_> {
 }
 
 /// A diagnostic of files that lie elsewhere now.
-fn moved(mut d: Diagnostic, by: u32) -> Diagnostic {
+pub fn moved(mut d: Diagnostic, by: u32) -> Diagnostic {
     let mv = |span: &mut Span| *span = span.moved(by);
     mv(&mut d.span);
     d.labels.iter_mut().for_each(|(span, _)| mv(span));

@@ -1,11 +1,13 @@
 //! What may be said on the command line.
 
+use super::explain::ExplainArgs;
 use super::levels::LintArgs;
 use super::on::OnArgs;
 use super::sampling::SampleArgs;
+use super::stability::StabilityArgs;
 use super::tradeoff::TradeoffArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use osl_exec::Isa;
+use osl_exec::{Arithmetic, Isa};
 use osl_image::ExrCompression;
 use osl_ir::passes::Pass;
 use std::path::PathBuf;
@@ -31,6 +33,10 @@ pub(super) enum Command {
     Ir(IrArgs),
     /// Explain an error or warning by its code, with a wrong and a right example.
     ExplainError(ExplainErrorArgs),
+    /// Tell what a shader does at one point, line by line, or what each output costs.
+    Explain(Box<ExplainArgs>),
+    /// Find where a shader stops being right at the extremes, and the lines to blame.
+    Stability(Box<StabilityArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
@@ -41,6 +47,8 @@ pub(super) enum Command {
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how far off they are.
     Tradeoff(Box<TradeoffArgs>),
+    /// Render a picture of a scene file: light, and what the camera sees of its shaders.
+    Render(RenderArgs),
 }
 
 /// How a source file is read.
@@ -149,6 +157,10 @@ pub(super) struct RunArgs {
     /// Instruction set (default: the widest of this machine).
     #[arg(long, value_name = "NAME", value_parser = isa)]
     pub(super) isa: Option<Isa>,
+    /// Numbers to compute with: strict, the same bits everywhere; fast, cheaper approximations of single precision; f64,
+    /// double precision.
+    #[arg(long, value_name = "NAME", default_value = "strict", value_parser = arithmetic)]
+    pub(super) arithmetic: Arithmetic,
     /// Show the closures of the surface, and write their weights as layers.
     #[arg(long)]
     pub(super) closures: bool,
@@ -318,6 +330,50 @@ pub(super) struct DocArgs {
     pub(super) markdown: bool,
 }
 
+/// What to render.
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    /// The scene.
+    #[arg(value_name = "SCENE.ass")]
+    pub(super) file: PathBuf,
+    /// Image to write: .exr holds the light and all layers, .png the light as a screen shows it.
+    #[arg(short, long, value_name = "FILE")]
+    pub(super) output: PathBuf,
+    /// Size of the picture (default: that of the scene).
+    #[arg(long, value_name = "WxH", value_parser = grid)]
+    pub(super) size: Option<(usize, usize)>,
+    /// Paths for a pixel (default: as the scene says).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(super) samples: Option<u32>,
+    /// Stop where the standard error of a pixel, as a screen shows it from 0 to 1, is at most this.
+    #[arg(long, value_name = "E", value_parser = fraction)]
+    pub(super) max_error: Option<f32>,
+    /// Another number, other noise.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) seed: u32,
+    /// Threads (default: all cores); the picture does not depend on them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Folder to look for shaders, textures and included scenes in, after the scene's own; may be repeated.
+    #[arg(long, value_name = "DIR")]
+    pub(super) search_path: Vec<PathBuf>,
+    /// Let the scene and its shaders open any file, not only those below the working directory and the search paths.
+    #[arg(long)]
+    pub(super) allow_files: bool,
+    /// Insert missing brackets into shaders.
+    #[arg(long)]
+    pub(super) repair: bool,
+    /// Write 16-bit floats (EXR).
+    #[arg(long)]
+    pub(super) half: bool,
+    /// Print times, rays per second, and the mean error.
+    #[arg(long)]
+    pub(super) stats: bool,
+    /// How shaders are read.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
 /// Stages of the IR.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(super) enum Stage {
@@ -333,7 +389,7 @@ pub(super) enum Stage {
 /// Points that a grid may have.
 const MAX_POINTS: usize = 1 << 30;
 
-fn grid(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn grid(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let (w, h): (usize, usize) = (w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?);
@@ -344,11 +400,16 @@ fn grid(text: &str) -> Result<(usize, usize), String> {
     }
 }
 
+fn fraction(text: &str) -> Result<f32, String> {
+    let wrong = || format!("a number above 0 and up to 1, not `{text}`");
+    text.parse().ok().filter(|x| *x > 0.0 && *x <= 1.0).ok_or_else(wrong)
+}
+
 /// Two numbers, for u and v.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair(pub(super) [f32; 2]);
 
-fn pair(text: &str) -> Result<Pair, String> {
+pub(super) fn pair(text: &str) -> Result<Pair, String> {
     let wrong = || format!("two numbers separated by a comma, not `{text}`");
     let (u, v) = text.split_once(',').ok_or_else(wrong)?;
     let number = |t: &str| t.trim().parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(wrong);
@@ -376,6 +437,11 @@ fn compression(text: &str) -> Result<ExrCompression, String> {
 fn isa(text: &str) -> Result<Isa, String> {
     let names: Vec<&str> = Isa::all().into_iter().map(Isa::name).collect();
     Isa::from_name(text).ok_or_else(|| format!("this machine has {}", names.join(", ")))
+}
+
+fn arithmetic(text: &str) -> Result<Arithmetic, String> {
+    let names: Vec<&str> = Arithmetic::ALL.into_iter().map(Arithmetic::name).collect();
+    Arithmetic::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
 }
 
 fn pass(text: &str) -> Result<Pass, String> {

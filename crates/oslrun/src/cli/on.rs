@@ -165,6 +165,7 @@ impl<'a> Job<'a> {
             varying: points.varying().to_vec(),
             slopes: points.varying_slopes().to_vec(),
             without: self.args.without_pass.clone(),
+            arithmetic: self.args.arithmetic,
             ..passes::Options::default()
         };
         Ok(pipeline::finish(body.clone(), &options))
@@ -353,6 +354,7 @@ fn head_light(points: &SurfacePoints) -> Plane {
         component: 0,
         kind: Kind::Float,
         words: facing.into_iter().map(f32::to_bits).collect(),
+        wide: Vec::new(),
     }
 }
 
@@ -365,6 +367,7 @@ fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
         }
     }
     plane.words = words;
+    plane.wide = Vec::new();
 }
 
 fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
@@ -374,6 +377,7 @@ fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<
         component: 0,
         kind: Kind::Float,
         words: vec![1.0_f32.to_bits(); seen.pixels.len()],
+        wide: Vec::new(),
     };
     spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {

@@ -10,6 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
 use osl_image::{TextureCache, Unsaved};
 use osl_ir::passes;
+use osl_measure::explain;
 use osl_scene::{Grid, WithData};
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
@@ -33,13 +34,14 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         repair: args.repair.then_some(args.write.as_deref()),
         allow_files: args.allow_files,
     };
-    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    let loaded = load::load(&request, err)?;
     if args.on.on.is_some() {
         if args.sampling.is_given() {
             return Err(Failure::new("samples and filters are for the grid, not for --on"));
         }
-        return on::run(args, &Loaded { sources, body, name, folder }, started, out, err);
+        return on::run(args, &loaded, started, out, err);
     }
+    let Loaded { sources, body, name, folder, .. } = loaded;
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -48,9 +50,11 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
+        arithmetic: args.arithmetic,
         prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
+    let whole = args.stats.then(|| body.clone());
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
@@ -81,6 +85,9 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         let times = [compile_time, run, write];
         let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
         stats(&compiled, lowered, evaluations, times, args, err);
+        if let Some(whole) = whole {
+            let _ = err.write_all(explain::table(&explain::cost(&whole, &options)).as_bytes());
+        }
     }
     if let Some(said) = said {
         let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
@@ -173,6 +180,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
+        arithmetic: args.arithmetic,
         ..RunOptions::default()
     }
 }

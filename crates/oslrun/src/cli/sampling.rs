@@ -112,10 +112,10 @@ impl Plan {
     }
 
     /// The error that was asked for, or infinity.
-    fn limit(self) -> f64 {
+    fn limit(self) -> f32 {
         match self {
-            Plan::MaxError(wanted, ..) => f64::from(wanted.error),
-            _ => f64::INFINITY,
+            Plan::MaxError(wanted, ..) => wanted.error,
+            _ => f32::INFINITY,
         }
     }
 }
@@ -201,7 +201,7 @@ impl<'a, 'b> Sampled<'a, 'b> {
         if let Some(watch) = &self.watch {
             let most = self.tally.by_samples.last().map_or(1, |(samples, _)| *samples);
             let samples = most.saturating_mul(4).clamp(ORACLE, MAX_SAMPLES);
-            let check = watch.check(self.shading, self.plan.limit(), samples)?;
+            let check = watch.check(self.shading, f64::from(self.plan.limit()), samples)?;
             text += &checked(&check, samples, self.plan.limit());
         }
         Ok(Said { tally: self.tally, text })
@@ -256,7 +256,7 @@ fn spent(tally: &Tally) -> String {
     text
 }
 
-fn checked(check: &Check, samples: u32, limit: f64) -> String {
+fn checked(check: &Check, samples: u32, limit: f32) -> String {
     let mut text = format!(
         "error at {} pixels, against {samples} samples each: rms {:.3e}, 99.9 % below {:.3e}, largest {:.3e} \
          (oracle's own standard error {:.1e}, subtracted)\n",

@@ -2,7 +2,7 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::run::{grid, options, services, stopped};
+use super::run::{grid, on_threads, options, services, stopped};
 use super::{Failure, data, report};
 use crate::pipeline::{self, Compiled};
 use base64::Engine;
@@ -52,6 +52,9 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     if run.output.is_some() || run.closures || run.sampling.is_given() {
         return Err(Failure::new("tradeoff writes no image, and chooses the numbers of samples itself"));
     }
+    if run.on.on.is_some() {
+        return Err(Failure::new("tradeoff measures on the grid, without --on"));
+    }
     if run.grid.0 * run.grid.1 > MOST_PIXELS {
         return Err(Failure::new(format!("tradeoff takes at most {MOST_PIXELS} pixels; -g sets the size")));
     }
@@ -65,19 +68,12 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         repair: run.repair.then_some(run.write.as_deref()),
         allow_files: run.allow_files,
     };
-    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
     let (services, how) = (services(run, folder, Spaces::default()), options(run));
     let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points, options: &how };
-    let measured = match run.threads {
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(threads))
-            .build()
-            .map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?
-            .install(|| bench.measure(&name, &programs, args.budget)),
-        None => bench.measure(&name, &programs, args.budget),
-    };
+    let measured = on_threads(run, || bench.measure(&name, &programs, args.budget))?;
     let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
         return Err(Failure::new(super::output::EMPTY));
@@ -116,6 +112,7 @@ impl Programs {
                 slopes: points.varying_slopes().to_vec(),
                 without: args.without_pass.clone(),
                 prefilter,
+                ..passes::Options::default()
             };
             pipeline::finish(body.clone(), &options)
         };

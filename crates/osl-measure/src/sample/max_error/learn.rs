@@ -1,8 +1,8 @@
 //! What the pilot teaches: which ways of computing a pixel are to be trusted, and how far.
 
-use super::lattice::between;
+use super::lattice::{Bends, between};
 use super::pilot::Pilot;
-use super::{BELOW_FAILED, CLOSE, FEW, TRUSTED, Work, above};
+use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, TRUSTED, Work, above};
 use osl_exec::Stop;
 
 /// What the pilot taught: up to which estimates ways of computing a pixel are to be trusted.
@@ -17,6 +17,12 @@ pub(super) struct Lesson {
 }
 
 impl Lesson {
+    /// What is trusted without a pilot.
+    pub(super) fn untaught(bound: f32) -> Lesson {
+        let [lattice, centre, _] = TRUSTED.map(|share| share * bound);
+        Lesson { coarse: lattice, fine: Some(lattice), centre: Some(centre), samples: Vec::new() }
+    }
+
     /// What was taught of every second pixel, or of each.
     fn at(&mut self, step: usize) -> &mut Option<f32> {
         if step == 1 { &mut self.centre } else { &mut self.fine }
@@ -28,13 +34,15 @@ const NEVER: f32 = -1.0;
 
 impl Work<'_, '_> {
     /// Judges the ways of computing a pixel by the pilot.
-    pub(super) fn learn(&mut self, truth: &Pilot, bends: &[f32]) -> Result<Lesson, Stop> {
+    pub(super) fn learn(&mut self, truth: &Pilot, bends: &Bends) -> Result<Lesson, Stop> {
         let mut lesson = Lesson::default();
         let mut left: Vec<usize> = (0..truth.pixels.len()).collect();
         let pixel = |slot: &usize| truth.pixels[*slot] as usize;
         let tried: Vec<Tried> = left
             .iter()
-            .map(|slot| (bends[pixel(slot)], truth.distance(*slot, |plane| self.values[plane][pixel(slot)])))
+            .map(|slot| {
+                (bends.at(pixel(slot)), truth.distance(*slot, |plane| self.values[plane][pixel(slot)]))
+            })
             .collect();
         let [lattice, centre, samples] = TRUSTED;
         (lesson.coarse, left) = trust(&tried, &left, self.wanted.error, lattice);
@@ -60,7 +68,7 @@ impl Work<'_, '_> {
                 break;
             }
             let tried: Vec<Tried> =
-                left.iter().map(|slot| round.tried(truth, *slot, bends[pixel(slot)])).collect();
+                left.iter().map(|slot| round.tried(truth, *slot, bends.at(pixel(slot)))).collect();
             let (limit, rest) = trust(&tried, &left, self.wanted.error, samples);
             lesson.samples.push((round.samples, limit));
             left = rest;
@@ -89,7 +97,7 @@ impl Work<'_, '_> {
             .map(|slot| {
                 let pixel = truth.pixels[*slot] as usize;
                 let (x, y) = (pixel % width, pixel / width);
-                let bend = self.bend([x, y], step, |plane, x, y| plane.get(y * width + x).copied());
+                let bend = self.bend([x, y], step);
                 let cell = self.cell(x, y, step);
                 let distance = truth.distance(*slot, |plane| match step {
                     1 => self.values[plane][pixel],
@@ -110,7 +118,13 @@ pub(super) type Tried = (f32, f32);
 fn trust(tried: &[Tried], slots: &[usize], bound: f32, most: f32) -> (f32, Vec<usize>) {
     let failed = |(_, error): &&Tried| above(*error, CLOSE * bound);
     let best_failed = tried.iter().filter(failed).map(|(e, _)| *e).fold(f32::INFINITY, f32::min);
-    let limit = if best_failed > 0.0 { (most * bound).min(BELOW_FAILED * best_failed) } else { NEVER };
+    if best_failed <= 0.0 {
+        return (NEVER, slots.to_vec());
+    }
+    let safe = BELOW_FAILED * best_failed;
+    let beyond = tried.iter().map(|(e, _)| *e).filter(|e| e.is_finite() && (most * bound..=safe).contains(e));
+    let (count, furthest) = beyond.fold((0, most * bound), |(n, far), e| (n + 1, far.max(e)));
+    let limit = if count >= EVIDENCE { furthest } else { safe.min(most * bound) };
     let rest: Vec<usize> =
         slots.iter().zip(tried).filter(|(_, (e, _))| above(*e, limit)).map(|(slot, _)| *slot).collect();
     if slots.len() - rest.len() < FEW { (NEVER, slots.to_vec()) } else { (limit, rest) }

@@ -1,11 +1,14 @@
 //! An image whose error stays below a bound, with the least work.
 //!
-//! No formula knows how far estimates can be trusted for a shader that it has not seen. So the image is tried first: a few
-//! hundred pixels, the pilot, get so many samples that they serve as truth. Then each way of computing a pixel is
-//! judged by them, from the cheapest on: interpolated from every fourth pixel, from every second, its centre alone, 4, 8,
-//! 16 … samples. Each has an estimate of its error, and the pilot tells up to which estimate no pixel of it was worse than
-//! the bound. Pixels are then computed in the cheapest way whose estimate stays below that. A way that the pilot finds
-//! useless is left out, so that noise costs no lattice, and a smooth image no samples.
+//! Every fourth pixel is computed first, along x and along y. Where some hundred pixels between are as interpolated, the image
+//! is smooth, and is interpolated where its lattice bends little; the rest gets finer lattices and samples.
+//!
+//! Otherwise no formula knows how far estimates can be trusted for a shader that it has not seen. So the image is tried: some
+//! thousand pixels, the pilot, get so many samples that they serve as truth. Then each way of computing a pixel is judged
+//! by them, from the cheapest on: interpolated from every fourth pixel, from every second, its centre alone, 4, 8, 16 …
+//! samples. Each has an estimate of its error, and the pilot tells up to which estimate no pixel of it was worse than the
+//! bound. Pixels are then computed in the cheapest way whose estimate stays below that. A way that the pilot finds useless is
+//! left out.
 
 mod lattice;
 mod learn;
@@ -13,8 +16,10 @@ mod pilot;
 
 use super::adapt::{FEWEST, Refiner, power_below, rounds};
 use super::image::{Image, Shading, not_finite};
+use lattice::Bends;
 use learn::Lesson;
 use osl_exec::{Frame, Stop};
+use pilot::Pilot;
 use std::ops::Range;
 
 /// What error an image may have.
@@ -37,12 +42,12 @@ const PILOT: (usize, usize, usize) = (100, 2048, 4096);
 const TRUSTED: [f32; 3] = [1.0, 0.25, 0.5];
 /// The same of pixels that have more samples than the pilot needed.
 const RARE: f32 = 0.3;
-/// How far from the lattice samples may be that agree with it, as a share of the bound.
-const AGREED: f32 = 0.75;
+/// Good pixels of the pilot beyond what is trusted anyway that make it trusted too.
+const EVIDENCE: usize = 100;
+/// Share of the pixels that are peeked at whose estimate may be above the bound in a smooth image.
+const ROUGH: f32 = 0.1;
 /// Pixels without which there is nothing to learn.
 const FEW: usize = 16;
-/// Samples until a pixel that disagrees with the lattice is believed.
-const DOUBTS: u32 = 64;
 /// The fewest and the most samples without which a pilot's pixel does not count as truth: as many as would see what covers
 /// so much of a pixel that it matters.
 const WITNESSES: (f32, f32) = (8.0, 64.0);
@@ -96,13 +101,19 @@ struct Work<'s, 'a> {
 impl<'a> Work<'_, 'a> {
     fn run(&mut self) -> Result<Image, Stop> {
         let count = self.width * self.height;
-        self.values = vec![vec![0.0; count]; self.shading.planes().len()];
-        self.lattice(COARSE, |_| true)?;
-        let bends = self.bends(COARSE);
-        let truth = self.pilot(&bends)?;
-        let lesson = self.learn(&truth, &bends)?;
-
-        let mut pending: Vec<bool> = bends.iter().map(|bend| above(*bend, lesson.coarse)).collect();
+        let bends = self.coarse()?;
+        let (truth, lesson) = if self.is_smooth(&bends)? {
+            (Pilot::default(), Lesson::untaught(self.wanted.error))
+        } else {
+            let truth = self.pilot()?;
+            let lesson = self.learn(&truth, &bends)?;
+            (truth, lesson)
+        };
+        let mut pending = vec![false; count];
+        bends.each(|bend, row| {
+            let rejected = above(bend, lesson.coarse);
+            pending[row].fill(rejected);
+        });
         truth.pixels.iter().for_each(|pixel| pending[*pixel as usize] = false);
         if let Some(limit) = lesson.fine {
             self.finer(2, &mut pending, limit)?;
@@ -142,7 +153,7 @@ impl<'a> Work<'_, 'a> {
         for y in (0..height).step_by(step) {
             for x in (0..width).step_by(step) {
                 if any(pending, y * width + x) {
-                    let bend = self.bend([x, y], step, |plane, x, y| plane.get(y * width + x).copied());
+                    let bend = self.bend([x, y], step);
                     let rejected = above(bend, limit);
                     for y in y..(y + step).min(height) {
                         let row = y * width + x..y * width + (x + step).min(width);
@@ -155,11 +166,10 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Samples the pixels that are still pending.
-    fn sample(&mut self, pending: &[bool], bends: &[f32], lesson: &Lesson) -> Result<Refiner<'a>, Stop> {
+    fn sample(&mut self, pending: &[bool], bends: &Bends, lesson: &Lesson) -> Result<Refiner<'a>, Stop> {
         let pixels: Vec<u32> =
             (0..pending.len()).filter(|p| pending[*p]).map(|p| p as u32 + self.first).collect();
-        let guards: Vec<f32> =
-            pending.iter().zip(bends).filter(|(pending, _)| **pending).map(|(_, bend)| *bend).collect();
+        let guards: Vec<f32> = pixels.iter().map(|pixel| bends.at((pixel - self.first) as usize)).collect();
         let mut refiner = Refiner::new(self.shading, pixels);
         let learned =
             |samples: u32| lesson.samples.iter().find(|(n, _)| *n == samples).map(|(_, limit)| *limit);
@@ -179,7 +189,7 @@ impl<'a> Work<'_, 'a> {
         Ok(refiner)
     }
 
-    fn image(&mut self, truth: &pilot::Pilot, refined: Refiner<'a>) -> Image {
+    fn image(&mut self, truth: &Pilot, refined: Refiner<'a>) -> Image {
         let mut image = Image { frame: std::mem::take(&mut self.said), ..Image::default() };
         let mut samples: Vec<u32> = self.known.iter().map(|known| u32::from(*known)).collect();
         let mut values = std::mem::take(&mut self.values);
@@ -198,7 +208,7 @@ impl<'a> Work<'_, 'a> {
         image.frame.add(refined.said);
         image.tally.pixels = self.known.len() as u64;
         image.tally.evaluations = self.evaluations + refined.evaluations + truth.evaluations;
-        samples.iter().for_each(|n| image.tally.note(*n, 1));
+        image.tally.note_all(samples.into_iter());
         image.tally.unfinished = refined.active.len() as u64;
         image.tally.not_finite = not_finite(&values);
         image.frame.planes = self.shading.filled(values);

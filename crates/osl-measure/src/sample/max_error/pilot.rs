@@ -1,40 +1,47 @@
 //! The pilot: some pixels with so many samples that they serve as truth.
 
+use super::lattice::Bends;
 use super::learn::Tried;
-use super::{AGREED, DOUBTS, PEEK, PILOT, REFERENCE, REFERENCE_MORE, WITNESSES, Work, above, estimate};
+use super::{CLOSE, PEEK, PILOT, REFERENCE, REFERENCE_MORE, ROUGH, WITNESSES, Work, above, estimate};
 use crate::sample::adapt::{FEWEST, Refiner, power_below};
-use crate::sample::error::Block;
 use crate::sample::oracle::some_pixels;
 use osl_exec::Stop;
 
-impl<'a> Work<'_, 'a> {
-    /// Chooses the pilot and has its samples taken. A smooth image is one on which a few samples of some hundred pixels agree
-    /// with the lattice; these are its pilot then.
-    pub(super) fn pilot(&mut self, bends: &[f32]) -> Result<Pilot, Stop> {
-        let count = self.width * self.height;
-        let choose = |(each, fewest, most): (usize, usize, usize), seed: u32| {
-            some_pixels(count, (count / each).clamp(fewest, most), seed)
-        };
-        let peek = choose(PEEK, self.first ^ 0x9110);
-        let mut refiner = self.refiner(&peek);
-        refiner.round(FEWEST.min(self.wanted.most))?;
-        // A few that disagree may only have had bad luck with their samples.
-        while refiner.samples < DOUBTS {
-            let agree: Vec<bool> =
-                (0..peek.len()).map(|slot| self.agrees(&refiner, &peek, slot, bends)).collect();
-            refiner.settle(|slot, _| agree[slot]);
-            if refiner.active.is_empty() || refiner.active.len() * 50 > peek.len() {
-                break;
+impl Work<'_, '_> {
+    /// Whether the centres of some pixels are as interpolated, wherever the lattice says so itself.
+    pub(super) fn is_smooth(&mut self, bends: &Bends) -> Result<bool, Stop> {
+        let peek = self.choose(PEEK, 0x9110);
+        let bound = self.wanted.error;
+        let before: Vec<Vec<f32>> = self
+            .values
+            .iter()
+            .map(|plane| peek.iter().map(|pixel| plane[*pixel as usize]).collect())
+            .collect();
+        self.centres(peek.clone())?;
+        let mut bending = 0;
+        for (slot, pixel) in peek.iter().enumerate() {
+            let off = |(plane, before): (&Vec<f32>, &Vec<f32>)| {
+                above((plane[*pixel as usize] - before[slot]).abs(), CLOSE * bound)
+            };
+            if above(bends.at(*pixel as usize), bound) {
+                bending += 1;
+            } else if self.values.iter().zip(&before).any(off) {
+                return Ok(false);
             }
-            refiner.round(2 * refiner.samples)?;
         }
-        if refiner.active.is_empty() {
-            return Pilot::new(self, peek, refiner, 0);
-        }
-        self.evaluations += refiner.evaluations;
-        self.said.add(std::mem::take(&mut refiner.said));
-        let pilot = choose(PILOT, self.first ^ 0x2b07);
-        let mut refiner = self.refiner(&pilot);
+        Ok(bending as f32 <= ROUGH * peek.len() as f32)
+    }
+
+    fn choose(&self, (each, fewest, most): (usize, usize, usize), seed: u32) -> Vec<u32> {
+        let count = self.width * self.height;
+        some_pixels(count, (count / each).clamp(fewest, most), self.first ^ seed)
+    }
+
+    /// Chooses the pilot and has its samples taken.
+    pub(super) fn pilot(&mut self) -> Result<Pilot, Stop> {
+        let pilot = self.choose(PILOT, 0x2b07);
+        let all = pilot.iter().map(|pixel| pixel + self.first).collect();
+        let mut refiner = Refiner::new(self.shading, all);
         refiner.round(FEWEST.min(self.wanted.most))?;
         let (fewest, most) = WITNESSES;
         let witnesses = (0.5 * self.range() / self.wanted.error).clamp(fewest, most) as u32;
@@ -51,24 +58,10 @@ impl<'a> Work<'_, 'a> {
         };
         self.values.iter().map(range).fold(0.0, f32::max)
     }
-
-    fn refiner(&self, pixels: &[u32]) -> Refiner<'a> {
-        Refiner::new(self.shading, pixels.iter().map(|pixel| pixel + self.first).collect())
-    }
-
-    /// Whether the samples of a pixel agree with the lattice around it, and the lattice with itself. How the samples differ
-    /// says little then: by the slope.
-    fn agrees(&self, refiner: &Refiner<'_>, pixels: &[u32], slot: usize, bends: &[f32]) -> bool {
-        let limit = AGREED * self.wanted.error;
-        let pixel = pixels[slot] as usize;
-        let near = |(sums, values): (&Vec<Block>, &Vec<f32>)| {
-            !above((sums[slot].mean() - values[pixel]).abs(), limit)
-        };
-        !above(bends[pixel], self.wanted.error) && refiner.sums.iter().zip(&self.values).all(near)
-    }
 }
 
 /// Pixels with so many samples that they serve as truth.
+#[derive(Default)]
 pub(super) struct Pilot {
     /// Numbers within the band.
     pub(super) pixels: Vec<u32>,

@@ -1,0 +1,80 @@
+//! Branches and loops: which lanes take which way, and what comes of it.
+
+use super::{Machine, Mask, Stop};
+use crate::arithmetic::{Arithmetic, Word};
+use crate::lanes::Arg;
+use crate::observer::ScopeKind;
+use crate::program::{LoopParam, Operand, Steps};
+use osl_ir::Span;
+
+impl<A: Arithmetic> Machine<'_, A> {
+    pub(super) fn branch(
+        &mut self,
+        cond: Operand,
+        then: &Steps,
+        otherwise: &Steps,
+        results: &[[Operand; 3]],
+        mask: &Mask,
+    ) -> Result<(), Stop> {
+        let (yes, no) = match self.arg(cond) {
+            Arg::Same(word) if word[0].bits() != 0 => (None, Mask::none()),
+            Arg::Same(_) => (Some(Mask::none()), Mask::none()),
+            Arg::Each(lanes) => {
+                let (yes, no) = mask.split(lanes);
+                (Some(yes), no)
+            }
+        };
+        let same = matches!(self.arg(cond), Arg::Same(_));
+        let yes_mask = yes.as_ref().unwrap_or(mask);
+        if yes_mask.any() {
+            self.within(ScopeKind::Then, yes_mask, &[], |m| m.steps(then, yes_mask))?;
+            results.iter().for_each(|[r, a, _]| self.copy(*a, *r, yes_mask));
+        }
+        let no_mask = if same && yes.is_some() { mask } else { &no };
+        if no_mask.any() {
+            self.within(ScopeKind::Otherwise, no_mask, &[], |m| m.steps(otherwise, no_mask))?;
+            results.iter().for_each(|[r, _, b]| self.copy(*b, *r, no_mask));
+        }
+        Ok(())
+    }
+
+    pub(super) fn round(
+        &mut self,
+        params: &[LoopParam],
+        body: &Steps,
+        cond: Operand,
+        span: Span,
+        mask: &Mask,
+    ) -> Result<(), Stop> {
+        let all = Mask::all(self.width);
+        for p in params {
+            self.copy(p.init, p.param, &all);
+        }
+        let mut active = mask.clone();
+        let mut round = 0;
+        loop {
+            // Masks and what the loop carries.
+            self.spent += 4 + params.len() as u64;
+            self.within_budget(span)?;
+            self.within(ScopeKind::Round(round), &active, params, |m| m.steps(body, &active))?;
+            round += 1;
+            // Results first: a next value may itself be a parameter.
+            for p in params {
+                self.copy(p.next, p.result, &active);
+            }
+            match self.arg(cond) {
+                Arg::Same(word) if word[0].bits() == 0 => return Ok(()),
+                Arg::Same(_) => {}
+                Arg::Each(lanes) => {
+                    active = active.split(lanes).0;
+                    if !active.any() {
+                        return Ok(());
+                    }
+                }
+            }
+            for p in params {
+                self.copy(p.result, p.param, &all);
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! Directions around a normal, and how to choose them.
+
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+
+/// Three axes at right angles, each of length 1.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame {
+    /// First tangent.
+    pub x: Vec3,
+    /// Second tangent.
+    pub y: Vec3,
+    /// The normal.
+    pub n: Vec3,
+}
+
+impl Frame {
+    /// Axes around a normal of length 1.
+    pub fn around(n: Vec3) -> Frame {
+        let (x, y) = n.any_orthonormal_pair();
+        Frame { x, y, n }
+    }
+
+    /// Axes around a normal, the first along a direction as far as that is possible.
+    pub fn along(n: Vec3, tangent: Vec3) -> Frame {
+        match (tangent - n * n.dot(tangent)).try_normalize() {
+            Some(x) => Frame { x, y: n.cross(x), n },
+            None => Frame::around(n),
+        }
+    }
+
+    /// A direction in these axes.
+    pub fn local(&self, v: Vec3) -> Vec3 {
+        Vec3::new(self.x.dot(v), self.y.dot(v), self.n.dot(v))
+    }
+
+    /// A direction that is given in these axes.
+    pub fn world(&self, v: Vec3) -> Vec3 {
+        self.x * v.x + self.y * v.y + self.n * v.z
+    }
+}
+
+/// A point of the unit disk, evenly, from one of the unit square. P. Shirley and K. Chiu, "A Low Distortion Map Between
+/// Disk and Square", 1997.
+pub fn disk(u: [f32; 2]) -> Vec2 {
+    let [a, b] = u.map(|x| 2.0 * x - 1.0);
+    if a == 0.0 && b == 0.0 {
+        return Vec2::ZERO;
+    }
+    let (r, angle) = if a.abs() > b.abs() {
+        (a, FRAC_PI_4 * (b / a))
+    } else {
+        (b, FRAC_PI_2 - FRAC_PI_4 * (a / b))
+    };
+    let (sin, cos) = angle.sin_cos();
+    Vec2::new(r * cos, r * sin)
+}
+
+/// A direction of the upper half, as likely as its cosine is large: the density is z / π.
+pub fn cosine(u: [f32; 2]) -> Vec3 {
+    let p = disk(u);
+    Vec3::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
+}
+
+/// Any direction: the density is 1 / 4π.
+pub fn sphere(u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - 2.0 * u[0];
+    let r = (1.0 - z * z).max(0.0).sqrt();
+    let (sin, cos) = (std::f32::consts::TAU * u[1]).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}

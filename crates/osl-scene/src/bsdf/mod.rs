@@ -1,0 +1,203 @@
+//! What a surface does with light: closures of shaders as densities that can be evaluated and sampled.
+//!
+//! Directions point away from the surface and have length 1, in common space. It must not know rays or lights.
+
+mod frame;
+mod fresnel;
+mod lobe;
+mod microfacet;
+
+pub use frame::{Frame, cosine, disk, sphere};
+pub use lobe::{Kind, Lobe, Side};
+
+use glam::Vec3;
+use osl_exec::Component;
+use osl_ir::ir::Const;
+use std::sync::Arc;
+
+/// A point of a surface, ready to scatter light.
+#[derive(Clone, Debug)]
+pub struct Scatter {
+    /// Where it is seen from.
+    pub side: Side,
+    /// Light that it gives off towards the viewer.
+    pub emitted: Vec3,
+    /// What its shader marked: name and color.
+    pub marks: Vec<(Arc<str>, Vec3)>,
+    /// Names of closures that are not known here.
+    pub unknown: Vec<Arc<str>>,
+    lobes: Vec<Lobe>,
+    /// How likely each lobe is chosen.
+    chances: Vec<f32>,
+}
+
+/// A direction that light comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    /// The direction.
+    pub wi: Vec3,
+    /// What reaches the viewer of light from there, times its cosine, by the density of the choice.
+    pub weight: Vec3,
+    /// How likely the direction is, by solid angle; 0 where it is the only one.
+    pub pdf: f32,
+    /// Whether the direction is the only one, of a mirror.
+    pub delta: bool,
+    /// Whether light goes on as if nothing were there.
+    pub straight: bool,
+    /// Whether the way to scatter that was chosen is a diffuse one.
+    pub diffuse: bool,
+}
+
+/// Where a path goes on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Next {
+    /// In a direction.
+    Direction(Chosen),
+    /// Below the surface.
+    Below {
+        /// The factor of what comes out.
+        weight: Vec3,
+        /// Mean way between two collisions.
+        radius: Vec3,
+        /// The share of light that comes back.
+        albedo: Vec3,
+        /// The mean cosine of the scattering angle.
+        g: f32,
+    },
+}
+
+fn brightness(color: Vec3) -> f32 {
+    color.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+impl Scatter {
+    /// A surface with the components of a closure. `ng` is the geometric normal outside; `wo` points to the viewer.
+    pub fn new(components: &[Component], ng: Vec3, wo: Vec3) -> Scatter {
+        let inside = ng.dot(wo) < 0.0;
+        let side = Side { wo, ng: if inside { -ng } else { ng }, inside };
+        let mut scatter = Scatter::of(side, Vec::new());
+        for component in components {
+            let weight = Vec3::from_array(component.weight);
+            match &*component.name {
+                "emission" if weight.is_finite() => scatter.emitted += weight,
+                "debug" => {
+                    if let Some(Const::Str(tag)) = component.params.first().and_then(|p| p.values.first()) {
+                        scatter.marks.push((tag.clone(), weight));
+                    }
+                }
+                name => match Lobe::new(component, &side) {
+                    Some(lobe) => scatter.lobes.push(lobe),
+                    None if name == "emission" => {}
+                    None => scatter.unknown.push(component.name.clone()),
+                },
+            }
+        }
+        scatter.weigh();
+        scatter
+    }
+
+    /// A surface with these lobes.
+    pub fn of(side: Side, lobes: Vec<Lobe>) -> Scatter {
+        let mut scatter = Scatter {
+            side,
+            emitted: Vec3::ZERO,
+            marks: Vec::new(),
+            unknown: Vec::new(),
+            chances: Vec::new(),
+            lobes,
+        };
+        scatter.weigh();
+        scatter
+    }
+
+    /// A white or colored surface after Lambert's law.
+    pub fn diffuse(ng: Vec3, n: Vec3, wo: Vec3, color: Vec3) -> Scatter {
+        let inside = ng.dot(wo) < 0.0;
+        let ng = if inside { -ng } else { ng };
+        let n = if n.dot(ng) < 0.0 { -n } else { n };
+        let lobe = Lobe { weight: color, kind: Kind::Diffuse(Frame::around(n)) };
+        Scatter::of(Side { wo, ng, inside }, vec![lobe])
+    }
+
+    fn weigh(&mut self) {
+        let wo = self.side.wo;
+        self.chances = self.lobes.iter().map(|l| brightness(l.weight) * l.albedo(wo)).collect();
+        let sum: f32 = self.chances.iter().sum();
+        if sum > 0.0 {
+            self.chances.iter_mut().for_each(|c| *c /= sum);
+        }
+    }
+
+    /// Whether it scatters light at all.
+    pub fn is_black(&self) -> bool {
+        self.chances.iter().all(|c| *c == 0.0)
+    }
+
+    /// Whether light from lights can reach the viewer: not from mirrors alone.
+    pub fn is_rough(&self) -> bool {
+        self.lobes.iter().any(|l| !l.is_delta())
+    }
+
+    /// The share of light that it sends to the viewer, about, without what passes through it.
+    pub fn albedo(&self) -> Vec3 {
+        let seen = self.lobes.iter().filter(|l| !matches!(l.kind, Kind::Transparent));
+        seen.map(|l| match &l.kind {
+            Kind::Subsurface { albedo, .. } => l.weight * *albedo,
+            _ => l.weight * l.albedo(self.side.wo),
+        })
+        .sum()
+    }
+
+    /// What reaches the viewer of light from `wi`, times its cosine, and how likely sampling chooses `wi`.
+    pub fn value(&self, wi: Vec3) -> (Vec3, f32) {
+        let (mut sum, mut density) = (Vec3::ZERO, 0.0);
+        for (lobe, chance) in self.lobes.iter().zip(&self.chances) {
+            let value = lobe.value(&self.side, wi);
+            sum += lobe.weight * value.value;
+            density += chance * value.pdf;
+        }
+        (sum, density)
+    }
+
+    /// Chooses where light comes from; `None` if it comes from nowhere.
+    pub fn next(&self, choice: f32, u: [f32; 3]) -> Option<Next> {
+        let mut rest = choice;
+        let mut found = None;
+        for (at, chance) in self.chances.iter().enumerate().filter(|(_, c)| **c > 0.0) {
+            found = Some((at, *chance));
+            if rest < *chance {
+                break;
+            }
+            rest -= chance;
+        }
+        let (at, chance) = found?;
+        let lobe = self.lobes.get(at)?;
+        if let Kind::Subsurface { radius, albedo, g } = lobe.kind {
+            return Some(Next::Below { weight: lobe.weight / chance, radius, albedo, g });
+        }
+        let (wi, share) = lobe.direction(&self.side, u)?;
+        if lobe.is_delta() {
+            let straight = matches!(lobe.kind, Kind::Transparent);
+            let same = wi.dot(self.side.ng) > 0.0;
+            // A normal that is bent too far sends a mirror's light to the wrong side.
+            let right = match lobe.kind {
+                Kind::Mirror { reflects, .. } => reflects == same,
+                _ => true,
+            };
+            let weight = if right { lobe.weight * (share / chance) } else { Vec3::ZERO };
+            return Some(Next::Direction(Chosen { wi, weight, pdf: 0.0, delta: true, straight, diffuse: false }));
+        }
+        let (value, pdf) = self.value(wi);
+        if !(pdf > 0.0 && pdf.is_finite()) {
+            return None;
+        }
+        let diffuse = matches!(lobe.kind, Kind::Diffuse(_) | Kind::OrenNayar(..));
+        Some(Next::Direction(Chosen { wi, weight: value / pdf, pdf, delta: false, straight: false, diffuse }))
+    }
+}
+
+
+
+
+#[cfg(test)]
+mod tests;

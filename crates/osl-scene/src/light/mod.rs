@@ -1,0 +1,89 @@
+//! Where light comes from: spheres that a point sees, and the sky all around.
+//!
+//! Each kind of light can be sampled from a point, and tells how likely that was for a direction that was chosen
+//! otherwise: what multiple importance sampling needs. It must not know surfaces or pictures.
+
+mod sky;
+
+pub use sky::Sky;
+
+use crate::bsdf::Frame;
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+
+/// Light on its way to a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arriving {
+    /// Where it comes from; of length 1.
+    pub wi: Vec3,
+    /// How far.
+    pub distance: f32,
+    /// Radiance by density of the choice.
+    pub weight: Vec3,
+    /// How likely the direction is, by solid angle; 0 where there is no other.
+    pub pdf: f32,
+}
+
+/// A light that does not fall off with distance: a white diffuse surface that faces it has the radiance `color`.
+///
+/// A sphere of radius `r` at distance `d` covers the share `r²/d²` of the sky by cosine, so that its radiance is
+/// `color · d²/r²`. It blocks no light, and cameras do not see it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SphereLight {
+    /// Its center.
+    pub position: Vec3,
+    /// Its radius; 0 is a point.
+    pub radius: f32,
+    /// Color times intensity.
+    pub color: Vec3,
+}
+
+impl SphereLight {
+    /// The cosine of the angle from its center to its border, less 1, negative; and its radiance.
+    fn cone(&self, p: Vec3) -> Option<(f32, Vec3)> {
+        let d2 = (self.position - p).length_squared();
+        let sin2 = self.radius * self.radius / d2;
+        // From inside there is no light.
+        (sin2 < 1.0 && sin2 > 0.0).then(|| (sin2 / (1.0 + (1.0 - sin2).sqrt()), self.color / sin2))
+    }
+
+    /// Light that arrives at a point.
+    pub fn sample(&self, p: Vec3, u: [f32; 2]) -> Option<Arriving> {
+        let to = self.position - p;
+        let distance = to.length();
+        let axis = to.try_normalize()?;
+        if self.radius == 0.0 {
+            return Some(Arriving { wi: axis, distance, weight: self.color * PI, pdf: 0.0 });
+        }
+        let (open, radiance) = self.cone(p)?;
+        let below = u[0] * open;
+        let r = (below * (2.0 - below)).max(0.0).sqrt();
+        let (sin, cos) = (TAU * u[1]).sin_cos();
+        let wi = Frame::around(axis).world(Vec3::new(r * cos, r * sin, 1.0 - below)).normalize();
+        let pdf = 1.0 / (TAU * open);
+        let along = to.dot(wi);
+        let across = (distance * distance - along * along).max(0.0);
+        let distance = along - (self.radius * self.radius - across).max(0.0).sqrt();
+        Some(Arriving { wi, distance, weight: radiance / pdf, pdf })
+    }
+
+    /// Its radiance along a ray that has a free way of `reach`, and how likely sampling chooses that direction.
+    pub fn seen(&self, p: Vec3, wi: Vec3, reach: f32) -> Option<(Vec3, f32)> {
+        let (open, radiance) = self.cone(p)?;
+        let to = self.position - p;
+        let along = to.dot(wi);
+        let across = (to - wi * along).length_squared();
+        let inside = self.radius * self.radius - across;
+        let hit = along > 0.0 && inside > 0.0 && along - inside.sqrt() < reach;
+        hit.then(|| (radiance, 1.0 / (TAU * open)))
+    }
+}
+
+/// The weight of one of two ways to choose a direction. E. Veach and L. Guibas, "Optimally Combining Sampling
+/// Techniques", 1995: the balance heuristic.
+pub fn balance(own: f32, other: f32) -> f32 {
+    if own + other > 0.0 { own / (own + other) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests;

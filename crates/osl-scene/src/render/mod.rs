@@ -1,0 +1,122 @@
+//! A small path tracer for previews.
+//!
+//! The picture is cut into tiles, each the work of one thread. A tile follows thousands of paths at once, surface by
+//! surface, so that shaders run over many points of one material together. What a tile yields depends on nothing but the
+//! world, the options and its place: not on threads. It must not know files or terminals.
+
+mod layers;
+mod path;
+mod sampler;
+mod shade;
+mod tile;
+mod tone;
+mod walk;
+mod world;
+
+pub use layers::Layer;
+pub use path::Strategy;
+pub use tone::{display, tone};
+pub use world::{Body, Ground, Material, Object, World};
+
+use osl_exec::{Message, Stop};
+use osl_ir::types::Type;
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use tile::{SIDE, Tile};
+
+/// How to render.
+#[derive(Clone, Copy, Debug)]
+pub struct RenderOptions {
+    /// Paths for a pixel, 65536 at most; with `max_error`, as many where they are needed.
+    pub samples: u32,
+    /// The standard error at which a pixel needs no more paths: of its brightness as a screen shows it, from 0 to 1.
+    pub max_error: Option<f32>,
+    /// Another number, other noise.
+    pub seed: u32,
+    /// How directions to lights are chosen.
+    pub strategy: Strategy,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        RenderOptions { samples: 16, max_error: None, seed: 0, strategy: Strategy::Both }
+    }
+}
+
+/// A picture.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// Its width in pixels.
+    pub width: usize,
+    /// Its height in pixels.
+    pub height: usize,
+    /// The light, whose name is empty; `samples` and `error` of each pixel; `albedo`, `normal` and `depth` of what the
+    /// camera sees; marks and outputs of its shaders.
+    pub layers: Vec<Layer>,
+    /// What shaders had to say, each message once.
+    pub messages: Vec<Message>,
+    /// Closures of shaders that are not rendered.
+    pub unknown: Vec<Arc<str>>,
+    /// Paths that were followed.
+    pub samples: u64,
+    /// Rays that were traced.
+    pub rays: u64,
+}
+
+/// Renders a picture on the threads of the current pool. `progress` is called with the share that is done, from 0 to 1.
+///
+/// # Errors
+/// A loop of a shader beyond its budget.
+pub fn render(
+    world: &World,
+    options: &RenderOptions,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Result<Picture, Stop> {
+    let [width, height] = world.view.resolution();
+    let areas: Vec<[usize; 4]> = (0..height)
+        .step_by(SIDE)
+        .flat_map(|y| (0..width).step_by(SIDE).map(move |x| [x, y, SIDE.min(width - x), SIDE.min(height - y)]))
+        .collect();
+    let options = RenderOptions { samples: options.samples.clamp(1, 1 << 16), ..*options };
+    let done = AtomicUsize::new(0);
+    // Tiles are handed out one by one: some take much longer than others.
+    let tiles: Vec<Result<Tile, Stop>> = areas
+        .par_iter()
+        .with_max_len(1)
+        .map(|area| {
+            let tile = Tile::render(world, &options, *area, width);
+            progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / areas.len().max(1) as f32);
+            tile
+        })
+        .collect();
+    let mut picture = Picture { width, height, ..Picture::default() };
+    let mut notes = path::Notes::default();
+    let size = width * height;
+    let plane = || vec![0.0; size];
+    let mut light = vec![plane(), plane(), plane()];
+    let (mut samples, mut error) = (plane(), plane());
+    for tile in tiles {
+        let mut tile = tile?;
+        let [left, top, columns, rows] = tile.area;
+        let place = |pixel: usize| (top + pixel / columns) * width + left + pixel % columns;
+        for pixel in 0..columns * rows {
+            for (plane, x) in light.iter_mut().zip(tile.mean(pixel).to_array()) {
+                plane[place(pixel)] = x;
+            }
+            samples[place(pixel)] = tile.count(pixel) as f32;
+            error[place(pixel)] = tile.error(pixel);
+            picture.samples += u64::from(tile.count(pixel));
+        }
+        notes.add(std::mem::take(&mut tile.notes));
+        let counts: Vec<u32> = (0..columns * rows).map(|pixel| tile.count(pixel)).collect();
+        tile.layers.finish(&mut picture.layers, size, |pixel| counts.get(pixel).copied().unwrap_or(0), place);
+    }
+    let own = [("", Type::COLOR, light), ("samples", Type::FLOAT, vec![samples]), ("error", Type::FLOAT, vec![error])];
+    let own = own.map(|(name, ty, planes)| Layer { name: name.into(), ty, planes });
+    picture.layers.splice(0..0, own);
+    picture.rays = notes.rays;
+    picture.messages = notes.messages;
+    picture.unknown = notes.unknown;
+    Ok(picture)
+}

@@ -1,0 +1,322 @@
+//! Paths from the camera, many at once: all go one step, then all that meet surfaces are shaded, material by material.
+
+use super::layers::Layers;
+use super::sampler::Sampler;
+use super::shade::{self, Met, Shaded};
+use super::walk::{self, Medium};
+use super::world::{Hit, World, leave};
+use crate::bsdf::{Chosen, Next, Scatter};
+use crate::camera::Ray;
+use crate::light::{Arriving, balance};
+use crate::mesh::SurfacePoint;
+use crate::surface_points::Footprint;
+use glam::Vec3;
+use osl_exec::{Message, Stop};
+use std::sync::Arc;
+
+/// Surfaces that a path meets, at most, with those that it passes straight through.
+const MAX_VERTICES: u32 = 64;
+/// Surfaces after which weak paths end by chance.
+const SURE_VERTICES: u32 = 3;
+/// How fast a diffusely reflected ray widens: textures that are seen by it need no detail.
+const DIFFUSE_SPREAD: f32 = 0.2;
+
+/// A way to choose directions to lights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// As surfaces scatter and as lights lie, each counted by how well it does.
+    #[default]
+    Both,
+    /// As surfaces scatter alone.
+    Surfaces,
+}
+
+/// What paths of a tile yield.
+#[derive(Debug, Default)]
+pub(super) struct Notes {
+    /// Rays traced.
+    pub(super) rays: u64,
+    /// What shaders said.
+    pub(super) messages: Vec<Message>,
+    /// Closures that are not known.
+    pub(super) unknown: Vec<Arc<str>>,
+}
+
+impl Notes {
+    pub(super) fn add(&mut self, more: Notes) {
+        self.rays += more.rays;
+        for message in more.messages {
+            if !self.messages.contains(&message) {
+                self.messages.push(message);
+            }
+        }
+        for name in more.unknown {
+            if !self.unknown.contains(&name) {
+                self.unknown.push(name);
+            }
+        }
+    }
+}
+
+/// A path on its way.
+struct Path {
+    /// Where its light is added.
+    slot: usize,
+    pixel: usize,
+    sampler: Sampler,
+    origin: Vec3,
+    direction: Vec3,
+    /// What of the light at its end reaches the camera.
+    throughput: Vec3,
+    /// How likely its direction was chosen; 0 where there was no other.
+    pdf: f32,
+    /// The ray of the camera, with those of its neighbours, until something turns it.
+    lens: Option<Ray>,
+    /// Width of the ray, and how it grows by length.
+    width: f32,
+    spread: f32,
+    diffuse: u32,
+    glossy: u32,
+    vertex: u32,
+    /// Whether it looks for lights alone: it has met as many surfaces as it may.
+    last: bool,
+}
+
+/// Paths through the pixels of a tile.
+pub(super) struct Tracer<'w> {
+    pub(super) world: &'w World,
+    pub(super) strategy: Strategy,
+    pub(super) layers: &'w mut Layers,
+    pub(super) notes: &'w mut Notes,
+}
+
+/// A sample to take: a pixel of the tile, its place on the image, its numbers.
+pub(super) struct Sample {
+    pub(super) pixel: usize,
+    pub(super) corner: [f32; 2],
+    pub(super) sampler: Sampler,
+}
+
+impl Tracer<'_> {
+    /// The light of each sample.
+    pub(super) fn trace(&mut self, samples: &[Sample]) -> Result<Vec<Vec3>, Stop> {
+        let mut light = vec![Vec3::ZERO; samples.len()];
+        let mut paths: Vec<Path> = samples.iter().enumerate().map(|(slot, s)| self.start(slot, s)).collect();
+        while !paths.is_empty() {
+            let mut met: Vec<Met> = Vec::new();
+            for (index, path) in paths.iter().enumerate() {
+                let hit = self.world.hit(path.origin, path.direction);
+                self.notes.rays += 1;
+                if let Some(light) = light.get_mut(path.slot) {
+                    *light += self.gathered(path, hit.as_ref());
+                }
+                if let Some(hit) = hit.filter(|_| !path.last) {
+                    met.push(Self::meet(index, path, hit));
+                }
+            }
+            // A stable sort, so that points stay in the order of their pixels.
+            met.sort_by_key(|m| (m.hit.material, paths.get(m.path).is_some_and(|p| p.lens.is_none())));
+            let mut next = Vec::with_capacity(met.len());
+            let camera = |m: &Met| paths.get(m.path).is_some_and(|p| p.lens.is_some());
+            for hits in met.chunk_by(|a, b| a.hit.material == b.hit.material && camera(a) == camera(b)) {
+                let Some(first) = hits.first() else { continue };
+                let seen = camera(first);
+                let shaded = shade::shade(self.world, first.hit.material, hits, seen)?;
+                for (at, hit) in hits.iter().enumerate() {
+                    let (Some(path), Some(scatter)) = (paths.get(hit.path), shaded.scatter.get(at)) else { continue };
+                    if seen && path.vertex == 0 {
+                        let depth = self.world.view.depth(hit.hit.point.p) as f32;
+                        shade::record(self.layers, path.pixel, hit, &shaded, at, depth);
+                    }
+                    let (here, on) = self.scatter(path, hit, scatter);
+                    if let Some(light) = light.get_mut(path.slot).filter(|_| here.is_finite()) {
+                        *light += here;
+                    }
+                    next.extend(on);
+                }
+                self.note(shaded);
+            }
+            next.sort_by_key(|p| p.slot);
+            paths = next;
+        }
+        Ok(light)
+    }
+
+    fn note(&mut self, shaded: Shaded) {
+        let mut unknown: Vec<Arc<str>> = Vec::new();
+        for name in shaded.scatter.iter().flat_map(|s| &s.unknown) {
+            if !unknown.contains(name) {
+                unknown.push(name.clone());
+            }
+        }
+        self.notes.add(Notes { rays: 0, messages: shaded.messages, unknown });
+    }
+
+    fn start(&self, slot: usize, sample: &Sample) -> Path {
+        let [x, y, ..] = sample.sampler.four(0);
+        let ray = self.world.view.ray(sample.corner[0] + x, sample.corner[1] + y);
+        let spread = ray.direction_slopes[0].length();
+        Path {
+            slot,
+            pixel: sample.pixel,
+            sampler: sample.sampler,
+            origin: ray.origin,
+            direction: ray.direction,
+            throughput: Vec3::ONE,
+            pdf: 0.0,
+            lens: Some(ray),
+            width: 0.0,
+            spread,
+            diffuse: 0,
+            glossy: 0,
+            vertex: 0,
+            last: false,
+        }
+    }
+
+    /// Light of the sky and of lights along the way of a path.
+    fn gathered(&self, path: &Path, hit: Option<&Hit>) -> Vec3 {
+        let share = |pdf: f32| match self.strategy {
+            Strategy::Both if path.pdf > 0.0 => balance(path.pdf, pdf),
+            _ => 1.0,
+        };
+        let mut light = Vec3::ZERO;
+        let sees_sky = self.world.background || path.lens.is_none();
+        if let Some(sky) = self.world.sky.as_ref().filter(|_| hit.is_none() && sees_sky) {
+            light += sky.radiance(path.direction) * share(sky.pdf(path.direction));
+        }
+        if path.lens.is_none() {
+            let reach = hit.map_or(f32::INFINITY, |h| h.t);
+            for lamp in &self.world.lights {
+                if let Some((radiance, pdf)) = lamp.seen(path.origin, path.direction, reach) {
+                    light += radiance * share(pdf);
+                }
+            }
+        }
+        light * path.throughput
+    }
+
+    /// What a shader is told about a hit.
+    fn meet(index: usize, path: &Path, hit: Hit) -> Met {
+        let footprint = match &path.lens {
+            Some(ray) => Footprint::of(&hit.point, ray),
+            None => Footprint::square(&hit.point, path.width + path.spread * hit.t),
+        };
+        Met { path: index, hit, incident: path.direction, footprint }
+    }
+
+    /// The light that a surface sends back along a path, and the path from there on.
+    fn scatter(&mut self, path: &Path, met: &Met, scatter: &Scatter) -> (Vec3, Option<Path>) {
+        let mut light = scatter.emitted * path.throughput;
+        let vertex = path.vertex + 1;
+        if scatter.is_black() || vertex > MAX_VERTICES {
+            return (light, None);
+        }
+        light += self.lamps(path, &met.hit.point, scatter, 3 * vertex);
+        let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex));
+        match scatter.next(choice, u) {
+            None => (light, None),
+            Some(Next::Direction(chosen)) => (light, self.go_on(path, met, chosen, vertex)),
+            Some(Next::Below { weight, radius, albedo, g }) => {
+                let mut random = path.sampler.stream(vertex);
+                let object = met.hit.object.and_then(|object| self.world.objects.get(object));
+                let exit = match object {
+                    Some(object) if radius.max_element() > 0.0 => {
+                        let medium = Medium::new(radius, albedo, g);
+                        walk::walk(&object.body, &met.hit.point, &medium, &mut random)
+                    }
+                    // A plane has no other side: light comes out where it went in.
+                    _ => Some(walk::Exit { point: met.hit.point, weight: albedo }),
+                };
+                let Some(exit) = exit else { return (light, None) };
+                let out = exit.point;
+                let scatter = Scatter::diffuse(out.ng, out.n, out.ng, exit.weight * weight);
+                light += self.lamps(path, &out, &scatter, 3 * vertex + 1);
+                let [choice, u @ ..] = path.sampler.four(self.set(3 * vertex + 1));
+                let Some(Next::Direction(chosen)) = scatter.next(choice, u) else { return (light, None) };
+                let met = Met { hit: Hit { point: out, ..met.hit }, ..*met };
+                (light, self.go_on(path, &met, chosen, vertex))
+            }
+        }
+    }
+
+    /// The set of numbers for a step: each has some for itself and for every light.
+    fn set(&self, step: u32) -> u32 {
+        1 + step * (2 + self.world.lights.len() as u32)
+    }
+
+    /// Light that comes straight from lights and from the sky, by choosing directions to them.
+    fn lamps(&mut self, path: &Path, point: &SurfacePoint, scatter: &Scatter, step: u32) -> Vec3 {
+        if !scatter.is_rough() {
+            return Vec3::ZERO;
+        }
+        let set = self.set(step) + 1;
+        let mut light = Vec3::ZERO;
+        let mut add = |tracer: &mut Self, arriving: Arriving| {
+            // A light without size cannot be met by chance.
+            if tracer.strategy == Strategy::Surfaces && arriving.pdf > 0.0 {
+                return;
+            }
+            let (value, density) = scatter.value(arriving.wi);
+            let share = if arriving.pdf > 0.0 { balance(arriving.pdf, density) } else { 1.0 };
+            let here = value * arriving.weight * share;
+            if here.max_element() > 0.0 && here.is_finite() {
+                let origin = leave(point.p, point.ng, arriving.wi);
+                tracer.notes.rays += 1;
+                if !tracer.world.blocked(origin, arriving.wi, arriving.distance) {
+                    light += here;
+                }
+            }
+        };
+        let [a, b, ..] = path.sampler.four(set);
+        let world = self.world;
+        if let Some(arriving) = world.sky.as_ref().and_then(|sky| sky.sample([a, b])) {
+            add(self, arriving);
+        }
+        for (index, lamp) in world.lights.iter().enumerate() {
+            let [a, b, ..] = path.sampler.four(set + 1 + index as u32);
+            if let Some(arriving) = lamp.sample(point.p, [a, b]) {
+                add(self, arriving);
+            }
+        }
+        light * path.throughput
+    }
+
+    /// The path in its new direction; `None` if it ends here.
+    fn go_on(&self, path: &Path, met: &Met, chosen: Chosen, vertex: u32) -> Option<Path> {
+        let mut throughput = path.throughput * chosen.weight;
+        if !(throughput.is_finite() && throughput.max_element() > 0.0) {
+            return None;
+        }
+        if vertex > SURE_VERTICES && !chosen.straight {
+            let stay = throughput.max_element().min(1.0);
+            if path.sampler.stream(vertex ^ 0x5bd1).next() >= stay {
+                return None;
+            }
+            throughput /= stay;
+        }
+        let mut next = Path {
+            origin: leave(met.hit.point.p, met.hit.point.ng, chosen.wi),
+            direction: chosen.wi,
+            throughput,
+            pdf: chosen.pdf,
+            width: path.width + path.spread * met.hit.t,
+            vertex,
+            lens: if chosen.straight { path.lens } else { None },
+            ..*path
+        };
+        if chosen.straight {
+            // As if nothing had been there.
+            next.pdf = 0.0;
+            return Some(next);
+        }
+        if chosen.diffuse {
+            next.diffuse += 1;
+            next.spread = next.spread.max(DIFFUSE_SPREAD);
+        } else {
+            next.glossy += 1;
+        }
+        next.last = next.diffuse > self.world.diffuse_depth || next.glossy > self.world.glossy_depth;
+        Some(next)
+    }
+}

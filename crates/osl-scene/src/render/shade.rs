@@ -1,0 +1,82 @@
+//! Running shaders where paths meet surfaces: all hits of a material together.
+
+use super::layers::Layers;
+use super::world::{Hit, Material, World};
+use crate::bsdf::Scatter;
+use crate::surface_points::{Footprint, SurfacePoints};
+use glam::Vec3;
+use osl_exec::{Frame, Message, Plane, PointSource, Run, RunOptions, Stop};
+
+/// A hit that is to be shaded.
+pub(super) struct Met {
+    /// Which path.
+    pub(super) path: usize,
+    pub(super) hit: Hit,
+    /// The direction of the ray.
+    pub(super) incident: Vec3,
+    pub(super) footprint: Footprint,
+}
+
+/// Hits of one material, shaded.
+pub(super) struct Shaded {
+    /// What each does with light, in order.
+    pub(super) scatter: Vec<Scatter>,
+    /// The outputs.
+    pub(super) planes: Vec<Plane>,
+    /// What the shader said.
+    pub(super) messages: Vec<Message>,
+}
+
+/// Shades hits of one material; `seen` says that the camera sees them, so that all outputs are wanted.
+pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) -> Result<Shaded, Stop> {
+    let nothing = || Shaded { scatter: Vec::new(), planes: Vec::new(), messages: Vec::new() };
+    let Some(Material { program, lean, services, color }) = world.materials.get(material) else {
+        return Ok(nothing());
+    };
+    let mut points = SurfacePoints::with_capacity(hits.len());
+    for hit in hits {
+        points.push(hit.hit.point, hit.incident, hit.footprint);
+    }
+    let program = if seen { program } else { lean };
+    // One tile, so that it runs on this thread alone: others have tiles of their own.
+    let options = RunOptions { tile: hits.len().max(1), closures: color.is_none(), ..RunOptions::default() };
+    let run = Run::new(program, services, &points, &options);
+    let Frame { planes, messages, closures, .. } = run.points(0..points.count(), &|_| ())?;
+    let of = |at: usize, hit: &Met| match color {
+        Some(name) => {
+            Scatter::diffuse(hit.hit.point.ng, hit.hit.point.n, -hit.incident, matt(&planes, name, at))
+        }
+        None => {
+            let list = closures.iter().find(|c| &*c.output == "Ci").and_then(|c| c.points.get(at));
+            let list = list.map_or(&[][..], Vec::as_slice);
+            Scatter::new(list, hit.hit.point.ng, -hit.incident)
+        }
+    };
+    let scatter = hits.iter().enumerate().map(|(at, hit)| of(at, hit)).collect();
+    Ok(Shaded { scatter, planes, messages })
+}
+
+/// The value of an output as a color of a surface: from 0 to 1.
+fn matt(planes: &[Plane], name: &str, at: usize) -> Vec3 {
+    let mut color = Vec3::ZERO;
+    for plane in planes.iter().filter(|p| &*p.output == name) {
+        let x = plane.words.get(at).map_or(0.0, |w| f32::from_bits(*w));
+        match plane.component {
+            // A single number is grey.
+            0 => color = Vec3::splat(x),
+            1 => color.y = x,
+            _ => color.z = x,
+        }
+    }
+    if color.is_finite() { color.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
+}
+
+/// Adds what the camera sees of a hit to the layers.
+pub(super) fn record(layers: &mut Layers, pixel: usize, hit: &Met, shaded: &Shaded, at: usize, depth: f32) {
+    let Some(scatter) = shaded.scatter.get(at) else { return };
+    layers.add_surface(pixel, scatter.albedo(), hit.hit.point.n, depth);
+    for (name, color) in &scatter.marks {
+        layers.add_mark(pixel, name, *color);
+    }
+    layers.add_outputs(pixel, &shaded.planes, at);
+}

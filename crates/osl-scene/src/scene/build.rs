@@ -1,0 +1,268 @@
+//! From a description to a world that rays can meet: triangles, programs, lights.
+
+use super::describe::{Description, Form, SkyNode, Surface};
+use super::message::{Messages, Place};
+use super::network::{Network, Networks, Use};
+use super::tessellate::{move_by, tessellate};
+use crate::camera::View;
+use crate::light::Sky;
+use crate::mesh::{SurfacePoint, Triangles};
+use crate::render::{Body, Ground, Material, Object, World};
+use crate::shape::{Placed, Shape, Solid};
+use crate::subdivide::Detail;
+use crate::surface_points::{Footprint, SurfacePoints};
+use glam::{Mat4, Quat, Vec2, Vec3};
+use osl_exec::{Frame, Program, RunOptions, Services};
+use std::sync::Arc;
+
+/// What a scene needs from outside.
+pub struct Surroundings<'a> {
+    /// Width and height of the picture; those of the file if there are none.
+    pub size: Option<[usize; 2]>,
+    /// What shaders may ask for: textures, and spaces, which each object changes.
+    pub services: &'a dyn Fn() -> Services,
+}
+
+/// Pixels of the image that a sky's shader is run for: width and height.
+const SKY: [usize; 2] = [1024, 512];
+/// Pixels that edges of displaced shapes are long at most.
+const EDGE: f64 = 1.5;
+
+/// Builds the world of a scene; `None` after an error.
+pub fn build(
+    scene: &Description,
+    networks: &mut Networks<'_>,
+    around: &Surroundings<'_>,
+    messages: &mut Messages,
+) -> Option<World> {
+    let nowhere = Place { file: "scene".into(), line: 0 };
+    let Some(mut camera) = scene.camera else {
+        messages.error(&nowhere, "there is no camera: a node of kind `persp_camera`");
+        return None;
+    };
+    let (width, height) = scene.settings.size;
+    camera.resolution = around.size.unwrap_or([width as usize, height as usize]);
+    let view = match camera.view() {
+        Ok(view) => view,
+        Err(why) => {
+            messages.error(&nowhere, why.to_string());
+            return None;
+        }
+    };
+    let mut world = World {
+        view,
+        objects: Vec::new(),
+        grounds: Vec::new(),
+        materials: Vec::new(),
+        lights: scene.lights.clone(),
+        sky: None,
+        background: false,
+        diffuse_depth: scene.settings.diffuse_depth,
+        glossy_depth: scene.settings.glossy_depth,
+    };
+    if scene.surfaces.is_empty() {
+        messages.warning(&nowhere, "there is no surface to be seen");
+    }
+    for surface in &scene.surfaces {
+        add_surface(surface, &mut world, networks, around, messages);
+    }
+    add_sky(scene, &mut world, networks, around, messages);
+    (!messages.failed()).then_some(world)
+}
+
+fn add_surface(
+    surface: &Surface,
+    world: &mut World,
+    networks: &mut Networks<'_>,
+    around: &Surroundings<'_>,
+    messages: &mut Messages,
+) -> Option<()> {
+    let Some(shader) = &surface.shader else {
+        let text = format!("surface `{}` has no shader: it is left out", surface.name);
+        messages.warning(&surface.place, text);
+        return None;
+    };
+    let network = networks.compile(shader, Use::Surface, &surface.place, messages)?;
+    let services = || with_spaces((around.services)(), &surface.matrix, &world.view);
+    let material = Material {
+        color: network.output.clone().filter(|_| !network.closure),
+        program: network.program,
+        lean: network.lean,
+        services: services(),
+    };
+    let number = world.materials.len();
+    let form = form(surface, world, networks, &services, messages)?;
+    match form {
+        Made::Ground(point, normal) => world.grounds.push(Ground { point, normal, material: number }),
+        Made::Object(body) => world.objects.push(Object { body, material: number }),
+    }
+    world.materials.push(material);
+    Some(())
+}
+
+/// What a form becomes.
+enum Made {
+    Ground(Vec3, Vec3),
+    Object(Body),
+}
+
+/// A form, displaced, in common space.
+fn form(
+    surface: &Surface,
+    world: &World,
+    networks: &mut Networks<'_>,
+    services: &dyn Fn() -> Services,
+    messages: &mut Messages,
+) -> Option<Made> {
+    let matrix = surface.matrix;
+    let (shape, own) = match &surface.form {
+        Form::Plane { point, normal } => {
+            let for_normals = matrix.inverse().transpose();
+            let normal = for_normals.transform_vector3(*normal).normalize_or(Vec3::Y);
+            return Some(Made::Ground(matrix.transform_point3(*point), normal));
+        }
+        Form::Sphere { center, radius } => {
+            (Shape::Sphere { radius: *radius }, matrix * Mat4::from_translation(*center))
+        }
+        Form::Cylinder { bottom, top, radius } => {
+            let axis = *top - *bottom;
+            let turn = Quat::from_rotation_arc(Vec3::Y, axis.normalize_or(Vec3::Y));
+            let height = axis.length().max(1e-6);
+            let place = Mat4::from_rotation_translation(turn, (*bottom + *top) * 0.5);
+            (Shape::Cylinder { radius: *radius, height }, matrix * place)
+        }
+        Form::Mesh(polygons) => {
+            let mut triangles = tessellate(surface, polygons, &matrix, messages)?;
+            displaced(surface, &mut triangles, networks, services, messages)?;
+            return Some(Made::Object(Body::Solid(Solid::new(triangles))));
+        }
+    };
+    if surface.displacement.is_none() {
+        return Some(Made::Object(Body::Shape(Placed::new(shape, own)?)));
+    }
+    let detail = Detail::Pixels { view: &world.view, edge: EDGE };
+    let (mut triangles, _, _) = shape
+        .triangles(&own, &detail)
+        .map_err(|why| messages.error(&surface.place, why.to_string()))
+        .ok()?;
+    displaced(surface, &mut triangles, networks, services, messages)?;
+    Some(Made::Object(Body::Solid(Solid::new(triangles))))
+}
+
+/// Displaces triangles, if the surface asks for it.
+fn displaced(
+    surface: &Surface,
+    triangles: &mut Triangles,
+    networks: &mut Networks<'_>,
+    services: &dyn Fn() -> Services,
+    messages: &mut Messages,
+) -> Option<()> {
+    let Some(name) = &surface.displacement else { return Some(()) };
+    let network = networks.compile(name, Use::Displacement, &surface.place, messages)?;
+    move_by(&network, &services(), surface, triangles, messages)
+}
+
+/// The spaces of an object: `object` and `shader` are its own, `camera` and those behind it the view's.
+fn with_spaces(mut services: Services, matrix: &Mat4, view: &View) -> Services {
+    let rows = matrix.to_cols_array();
+    services.spaces.set("object", rows);
+    services.spaces.set("shader", rows);
+    view.set_spaces(&mut services.spaces, 0.01, 1e6);
+    services
+}
+
+/// The sky that the camera sees is the one that lights the scene; without one, a single sky lights it unseen.
+fn add_sky(
+    scene: &Description,
+    world: &mut World,
+    networks: &mut Networks<'_>,
+    around: &Surroundings<'_>,
+    messages: &mut Messages,
+) -> Option<()> {
+    let named = scene.settings.background.as_deref();
+    let node = match named {
+        Some(name) => {
+            let found = scene.skies.iter().find(|s| s.name == name);
+            if found.is_none() {
+                let nowhere = Place { file: "options".into(), line: 0 };
+                messages.warning(&nowhere, format!("there is no sky `{name}` for a background"));
+            }
+            found
+        }
+        None => None,
+    };
+    world.background = node.is_some();
+    let node = node.or(scene.skies.last())?;
+    for other in scene.skies.iter().filter(|s| s.name != node.name) {
+        messages.warning(&other.place, format!("a scene has one sky: `{}` has no effect", other.name));
+    }
+    world.sky = Some(match &node.shader {
+        None => Sky::constant(node.color * node.intensity),
+        Some(name) => {
+            let network = networks.compile(name, Use::Sky, &node.place, messages)?;
+            shaded_sky(node, &network, &(around.services)(), messages)?
+        }
+    });
+    Some(())
+}
+
+/// Runs the shader of a sky for all directions: `I` and `P` are the direction, `N` points back, `u` and `v` go around from
+/// the left and from the top.
+fn shaded_sky(node: &SkyNode, network: &Network, services: &Services, messages: &mut Messages) -> Option<Sky> {
+    let [width, height] = SKY;
+    let mut points = SurfacePoints::with_capacity(width * height);
+    let step = [1.0 / width as f32, 1.0 / height as f32];
+    for index in 0..width * height {
+        let uv = Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5) * Vec2::from_array(step);
+        let at = |uv: Vec2| Sky::direction(uv.to_array());
+        let (dx, dy) = (Vec2::new(step[0], 0.0), Vec2::new(0.0, step[1]));
+        let p = at(uv);
+        let slopes = [at(uv + dx) - p, at(uv + dy) - p];
+        let [dpdu, dpdv] = [slopes[0] / step[0], slopes[1] / step[1]];
+        let footprint = Footprint { p: slopes, uv: [dx, dy], i: slopes };
+        points.push(SurfacePoint { p, n: -p, ng: -p, uv, dpdu, dpdv }, p, footprint);
+    }
+    let frame = run(&network.program, services, &points, network.closure);
+    let frame = frame.map_err(|why| messages.error(&node.place, format!("shader of sky `{}`: {why}", node.name))).ok()?;
+    say(&frame, &node.place, messages);
+    let color = |at: usize| match &network.output {
+        Some(name) if !network.closure => plane_color(&frame, name, at),
+        _ => background_color(&frame, at),
+    };
+    let pixels = (0..width * height).map(|at| color(at) * node.intensity).collect();
+    Some(Sky::image(SKY, pixels))
+}
+
+fn run(
+    program: &Program,
+    services: &Services,
+    points: &SurfacePoints,
+    closures: bool,
+) -> Result<Frame, osl_exec::Stop> {
+    let options = RunOptions { closures, ..RunOptions::default() };
+    osl_exec::run(program, services, points, &options, &|_| ())
+}
+
+/// What a shader said while a scene was built.
+pub(super) fn say(frame: &Frame, place: &Place, messages: &mut Messages) {
+    for (error, text) in frame.said(|_| String::new()) {
+        if error { messages.error(place, text) } else { messages.warning(place, text) }
+    }
+}
+
+fn plane_color(frame: &Frame, name: &Arc<str>, at: usize) -> Vec3 {
+    let value = |component: usize| {
+        let plane = frame.planes.iter().find(|p| p.output == *name && p.component == component);
+        plane.and_then(|p| p.words.get(at)).map(|w| f32::from_bits(*w))
+    };
+    let first = value(0).unwrap_or(0.0);
+    Vec3::new(first, value(1).unwrap_or(first), value(2).unwrap_or(first))
+}
+
+/// The light of closures `background` and `emission`.
+fn background_color(frame: &Frame, at: usize) -> Vec3 {
+    let list = frame.closures.iter().find(|c| &*c.output == "Ci").and_then(|c| c.points.get(at));
+    let shines = |name: &str| matches!(name, "background" | "emission");
+    let components = list.into_iter().flatten().filter(|c| shines(&c.name));
+    components.map(|c| Vec3::from_array(c.weight)).sum()
+}

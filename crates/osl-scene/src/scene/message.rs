@@ -1,0 +1,71 @@
+//! What there is to say about a scene file, with the line that it is about.
+
+use std::fmt;
+use std::sync::Arc;
+
+/// A place in a scene file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as it was asked for.
+    pub file: Arc<str>,
+    /// Its line, from 1.
+    pub line: u32,
+}
+
+/// An error or a warning.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// Whether the scene cannot be rendered because of it.
+    pub error: bool,
+    /// Where.
+    pub place: Place,
+    /// What, in words for the user.
+    pub text: String,
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = if self.error { "error" } else { "warning" };
+        write!(f, "{}:{}: {kind}: {}", self.place.file, self.place.line, self.text)
+    }
+}
+
+/// Messages that a scene keeps; a file of noise says no more than that.
+const MAX_MESSAGES: usize = 100;
+
+/// All that there is to say, in the order of the file.
+#[derive(Clone, Debug, Default)]
+pub struct Messages {
+    list: Vec<Message>,
+    errors: usize,
+}
+
+impl Messages {
+    /// Adds an error.
+    pub fn error(&mut self, place: &Place, text: impl Into<String>) {
+        self.errors += 1;
+        self.add(true, place, text.into());
+    }
+
+    /// Adds a warning.
+    pub fn warning(&mut self, place: &Place, text: impl Into<String>) {
+        self.add(false, place, text.into());
+    }
+
+    fn add(&mut self, error: bool, place: &Place, text: String) {
+        // The first error is kept whatever was said before it.
+        if self.list.len() < MAX_MESSAGES || (error && self.errors == 1) {
+            self.list.push(Message { error, place: place.clone(), text });
+        }
+    }
+
+    /// Whether there is an error.
+    pub fn failed(&self) -> bool {
+        self.errors > 0
+    }
+
+    /// The messages.
+    pub fn list(&self) -> &[Message] {
+        &self.list
+    }
+}

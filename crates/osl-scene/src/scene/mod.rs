@@ -1,0 +1,84 @@
+//! Scene files: the part of the `.ass` text format that preview scenes need.
+//!
+//! [`read`] turns a file and what it includes into a [`Description`]; [`Networks`] makes programs of its shader nodes. Any
+//! node whose kind is not one of those here is an OSL shader. Nothing here opens files: texts and shaders come from
+//! whoever asks.
+
+mod build;
+mod describe;
+mod fields;
+mod message;
+mod network;
+mod polygons;
+mod tessellate;
+mod text;
+
+pub use describe::{Description, Form, Settings, SkyNode, Surface};
+pub use message::{Message, Messages, Place};
+pub use build::{Surroundings, build};
+pub use network::{Network, Networks, Use};
+pub use polygons::Polygons;
+pub use text::{Node, Param, Value, Word};
+
+use std::sync::Arc;
+use text::Item;
+
+/// Files within files.
+const MAX_DEPTH: usize = 16;
+/// Files in all.
+const MAX_FILES: usize = 256;
+/// Bytes of all files together.
+const MAX_BYTES: usize = 64 << 20;
+
+/// Where included files come from.
+pub trait SceneFiles {
+    /// The text of a file that another one includes, and its own name.
+    ///
+    /// # Errors
+    /// Why there is none, in words for the user.
+    fn include(&self, name: &str, from: &str) -> Result<(String, String), String>;
+}
+
+/// Reads a scene. What cannot be read is an error among the messages; what is not known is a warning.
+pub fn read(file: &str, text: &str, files: &dyn SceneFiles, messages: &mut Messages) -> Description {
+    let mut reading = Reading { files, messages, nodes: Vec::new(), bytes: 0, count: 0 };
+    reading.file(&file.into(), text, 0);
+    let nodes = reading.nodes;
+    if messages.failed() {
+        return Description::default();
+    }
+    describe::describe(nodes, messages)
+}
+
+struct Reading<'a> {
+    files: &'a dyn SceneFiles,
+    messages: &'a mut Messages,
+    nodes: Vec<Node>,
+    bytes: usize,
+    count: usize,
+}
+
+impl Reading<'_> {
+    fn file(&mut self, file: &Arc<str>, text: &str, depth: usize) {
+        self.bytes += text.len();
+        self.count += 1;
+        if self.bytes > MAX_BYTES {
+            let place = Place { file: file.clone(), line: 1 };
+            self.messages.error(&place, format!("a scene has at most {MAX_BYTES} bytes"));
+            return;
+        }
+        for item in text::read(file, text, self.messages) {
+            match item {
+                Item::Node(node) => self.nodes.push(node),
+                Item::Include(name, place) if depth >= MAX_DEPTH || self.count >= MAX_FILES => {
+                    self.messages.error(&place, format!("`{name}`: too many files include each other"));
+                    return;
+                }
+                Item::Include(name, place) => match self.files.include(&name, &place.file) {
+                    Ok((name, text)) => self.file(&name.into(), &text, depth + 1),
+                    Err(why) => self.messages.error(&place, format!("cannot include `{name}`: {why}")),
+                },
+            }
+        }
+    }
+}
