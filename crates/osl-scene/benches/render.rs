@@ -24,7 +24,8 @@ struct Repository;
 impl Shaders for Repository {
     fn load(&mut self, name: &str) -> Result<(Arc<hir::Program>, u32), String> {
         let repaired = root().join(format!("tests/data/seeds/{name}.repaired.osl"));
-        let folders = ["osl", "osl/nodes", "examples/scenes"].map(|f| root().join(f).join(format!("{name}.osl")));
+        let folders =
+            ["osl", "osl/nodes", "examples/scenes"].map(|f| root().join(f).join(format!("{name}.osl")));
         let file = std::iter::once(repaired).chain(folders).find(|p| p.is_file()).ok_or("there is none")?;
         let text = std::fs::read_to_string(file).map_err(|e| e.to_string())?;
         let checked = pipeline::check("bench.osl", &text, &NoFiles, &Options::default());

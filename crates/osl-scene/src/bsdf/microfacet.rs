@@ -95,9 +95,7 @@ impl Facets {
     /// How likely [`Facets::normal`] yields `h`, by solid angle.
     pub fn normal_density(&self, wo: Vec3, h: Vec3) -> f32 {
         match self.distribution {
-            Distribution::Ggx => {
-                self.seen(wo) * self.density(h) * wo.dot(h).max(0.0) / wo.z.abs().max(1e-6)
-            }
+            Distribution::Ggx => self.seen(wo) * self.density(h) * wo.dot(h).max(0.0) / wo.z.abs().max(1e-6),
             Distribution::Beckmann => self.density(h) * h.z.max(0.0),
         }
     }

@@ -121,7 +121,11 @@ impl Scatter {
 
     fn weigh(&mut self) {
         let wo = self.side.wo;
-        self.chances = self.lobes.iter().map(|l| brightness(l.weight) * l.albedo(wo)).collect();
+        let share = |l: &Lobe| match &l.kind {
+            Kind::Subsurface { albedo, .. } => brightness(l.weight * *albedo),
+            _ => brightness(l.weight) * l.albedo(wo),
+        };
+        self.chances = self.lobes.iter().map(share).collect();
         let sum: f32 = self.chances.iter().sum();
         if sum > 0.0 {
             self.chances.iter_mut().for_each(|c| *c /= sum);
@@ -185,7 +189,14 @@ impl Scatter {
                 _ => true,
             };
             let weight = if right { lobe.weight * (share / chance) } else { Vec3::ZERO };
-            return Some(Next::Direction(Chosen { wi, weight, pdf: 0.0, delta: true, straight, diffuse: false }));
+            return Some(Next::Direction(Chosen {
+                wi,
+                weight,
+                pdf: 0.0,
+                delta: true,
+                straight,
+                diffuse: false,
+            }));
         }
         let (value, pdf) = self.value(wi);
         if !(pdf > 0.0 && pdf.is_finite()) {
@@ -195,9 +206,6 @@ impl Scatter {
         Some(Next::Direction(Chosen { wi, weight: value / pdf, pdf, delta: false, straight: false, diffuse }))
     }
 }
-
-
-
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,8 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 /// Numbers without order: each is the fraction of a multiple of an irrational number.
 fn uniform(n: usize) -> [f32; 4] {
     // M. Roberts' extension of the golden ratio to four dimensions.
-    const STEPS: [f64; 4] = [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_017_811_5, 0.538_597_257_223_615_1];
+    const STEPS: [f64; 4] =
+        [0.856_674_883_854_502_9, 0.733_891_856_627_126, 0.628_706_721_017_811_5, 0.538_597_257_223_615_1];
     STEPS.map(|s| ((0.5 + s * (n + 1) as f64).fract() as f32).min(1.0 - f32::EPSILON))
 }
 
@@ -74,10 +75,12 @@ fn an_even_sky_is_never_outshone() {
 
 #[test]
 fn what_loses_nothing_shows_the_sky_as_it_is() {
-    let glass = |eta: f32| vec![
-        component("reflection", vec![N, Const::Float(eta)]),
-        component("refraction", vec![N, Const::Float(eta)]),
-    ];
+    let glass = |eta: f32| {
+        vec![
+            component("reflection", vec![N, Const::Float(eta)]),
+            component("refraction", vec![N, Const::Float(eta)]),
+        ]
+    };
     let cases: Vec<(&str, Vec<Component>)> = vec![
         ("diffuse", vec![component("diffuse", vec![N])]),
         ("oren_nayar, smooth", vec![component("oren_nayar", vec![N, Const::Float(0.0)])]),
@@ -178,7 +181,8 @@ fn reflection_is_reciprocal() {
     for (name, component) in rough().into_iter().filter(|(name, _)| !name.contains("through")) {
         for (a, b) in directions().into_iter().zip(directions().into_iter().rev()) {
             let b = Vec3::new(-b.y, b.x, b.z);
-            let value = |wo: Vec3, wi: Vec3| Scatter::new(&[component.clone()], Vec3::Z, wo).value(wi).0.x / wi.z;
+            let value =
+                |wo: Vec3, wi: Vec3| Scatter::new(&[component.clone()], Vec3::Z, wo).value(wi).0.x / wi.z;
             let (there, back) = (value(a, b), value(b, a));
             assert!((there - back).abs() <= 1e-3 * there.max(back).max(1e-3), "{name}: {there} {back}");
         }
@@ -214,7 +218,8 @@ fn odd_values_of_shaders_do_no_harm() {
     let odd = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e30];
     for x in odd {
         for name in ["diffuse", "oren_nayar", "reflection", "refraction", "subsurface"] {
-            let mut one = component(name, vec![Const::Triple([x; 3]), Const::Float(x), Const::Triple([x; 3])]);
+            let mut one =
+                component(name, vec![Const::Triple([x; 3]), Const::Float(x), Const::Triple([x; 3])]);
             one.weight = [x, 1.0, 1.0];
             let scatter = Scatter::new(&[one, facets("ggx", [x; 2], x, 2)], Vec3::Z, directions()[1]);
             for n in 0..64 {

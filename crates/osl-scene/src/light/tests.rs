@@ -11,7 +11,8 @@ fn uniform(n: usize) -> [f32; 2] {
 fn a_white_surface_that_faces_a_light_has_its_color() {
     let n = 4096;
     for radius in [0.0, 0.5, 400.0] {
-        let light = SphereLight { position: Vec3::new(0.0, 0.0, 1000.0), radius, color: Vec3::new(1.0, 2.0, 0.5) };
+        let light =
+            SphereLight { position: Vec3::new(0.0, 0.0, 1000.0), radius, color: Vec3::new(1.0, 2.0, 0.5) };
         let sum: Vec3 = (0..n)
             .map(|i| {
                 let arriving = light.sample(Vec3::ZERO, uniform(i)).unwrap();
@@ -66,7 +67,8 @@ fn the_density_of_a_sky_adds_up_to_one() {
 fn a_sky_is_the_same_however_it_is_summed() {
     let sky = sky();
     let n = 1 << 18;
-    let chosen: Vec3 = (0..n).filter_map(|i| sky.sample(uniform(i))).map(|a| a.weight).sum::<Vec3>() / n as f32;
+    let chosen: Vec3 =
+        (0..n).filter_map(|i| sky.sample(uniform(i))).map(|a| a.weight).sum::<Vec3>() / n as f32;
     let all = |i: usize| sky.radiance(crate::bsdf::sphere(uniform(i)));
     let evenly: Vec3 = (0..n).map(all).sum::<Vec3>() / n as f32 * 4.0 * PI;
     assert!((chosen - evenly).length() < 0.02 * evenly.length(), "{chosen} {evenly}");
@@ -88,7 +90,9 @@ fn directions_and_places_of_a_sky_are_each_others_inverse() {
     let even = Sky::image([8, 4], vec![Vec3::splat(0.5); 32]);
     assert!((even.radiance(Vec3::new(0.3, -0.9, 0.1)) - 0.5).length() < 1e-6);
     assert_eq!(Sky::image([4, 2], vec![Vec3::NAN; 8]).radiance(Vec3::X), Vec3::ZERO);
-    assert!(Sky::constant(Vec3::ONE).sample([0.5; 2]).is_none() && Sky::constant(Vec3::ONE).pdf(Vec3::X) == 0.0);
+    assert!(
+        Sky::constant(Vec3::ONE).sample([0.5; 2]).is_none() && Sky::constant(Vec3::ONE).pdf(Vec3::X) == 0.0
+    );
 }
 
 #[test]

@@ -51,7 +51,13 @@ impl Layers {
         if let Some(at) = self.list.iter().position(|l| &*l.name == name) {
             return at;
         }
-        let count = if ty == Type::MATRIX { 16 } else if ty.is_triple() { 3 } else { 1 };
+        let count = if ty == Type::MATRIX {
+            16
+        } else if ty.is_triple() {
+            3
+        } else {
+            1
+        };
         self.list.push(Sum { name: name.into(), ty, planes: vec![vec![0.0; self.pixels]; count] });
         self.list.len() - 1
     }

@@ -76,7 +76,9 @@ pub fn render(
     let [width, height] = world.view.resolution();
     let areas: Vec<[usize; 4]> = (0..height)
         .step_by(SIDE)
-        .flat_map(|y| (0..width).step_by(SIDE).map(move |x| [x, y, SIDE.min(width - x), SIDE.min(height - y)]))
+        .flat_map(|y| {
+            (0..width).step_by(SIDE).map(move |x| [x, y, SIDE.min(width - x), SIDE.min(height - y)])
+        })
         .collect();
     let options = RenderOptions { samples: options.samples.clamp(1, 1 << 16), ..*options };
     let done = AtomicUsize::new(0);
@@ -112,7 +114,11 @@ pub fn render(
         let counts: Vec<u32> = (0..columns * rows).map(|pixel| tile.count(pixel)).collect();
         tile.layers.finish(&mut picture.layers, size, |pixel| counts.get(pixel).copied().unwrap_or(0), place);
     }
-    let own = [("", Type::COLOR, light), ("samples", Type::FLOAT, vec![samples]), ("error", Type::FLOAT, vec![error])];
+    let own = [
+        ("", Type::COLOR, light),
+        ("samples", Type::FLOAT, vec![samples]),
+        ("error", Type::FLOAT, vec![error]),
+    ];
     let own = own.map(|(name, ty, planes)| Layer { name: name.into(), ty, planes });
     picture.layers.splice(0..0, own);
     picture.rays = notes.rays;

@@ -123,7 +123,9 @@ impl Tracer<'_> {
                 let seen = camera(first);
                 let shaded = shade::shade(self.world, first.hit.material, hits, seen)?;
                 for (at, hit) in hits.iter().enumerate() {
-                    let (Some(path), Some(scatter)) = (paths.get(hit.path), shaded.scatter.get(at)) else { continue };
+                    let (Some(path), Some(scatter)) = (paths.get(hit.path), shaded.scatter.get(at)) else {
+                        continue;
+                    };
                     if seen && path.vertex == 0 {
                         let depth = self.world.view.depth(hit.hit.point.p) as f32;
                         shade::record(self.layers, path.pixel, hit, &shaded, at, depth);

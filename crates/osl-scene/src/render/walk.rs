@@ -28,9 +28,7 @@ pub(super) struct Medium {
 impl Medium {
     /// The medium whose surface sends back `albedo`, of light that scatters over about `radius`.
     pub(super) fn new(radius: Vec3, albedo: Vec3, g: f32) -> Medium {
-        let scattered = albedo.map(|a| {
-            1.0 - (-5.094_06 * a + 2.611_88 * a * a - 4.318_05 * a * a * a).exp()
-        });
+        let scattered = albedo.map(|a| 1.0 - (-5.094_06 * a + 2.611_88 * a * a - 4.318_05 * a * a * a).exp());
         let scale = albedo.map(|a| 1.9 - a + 3.5 * (a - 0.8) * (a - 0.8));
         let density = 1.0 / (radius * scale).max(Vec3::splat(1e-6));
         // A medium that scatters forward needs as many more collisions to turn light around.
@@ -54,7 +52,13 @@ pub(super) fn walk(body: &Body, from: &SurfacePoint, medium: &Medium, random: &m
         // A channel is chosen by what is left of it; all channels then count for the way that it takes.
         let chances = weight / weight.element_sum();
         let u = random.next();
-        let channel = if u < chances.x { 0 } else if u < chances.x + chances.y { 1 } else { 2 };
+        let channel = if u < chances.x {
+            0
+        } else if u < chances.x + chances.y {
+            1
+        } else {
+            2
+        };
         let way = -(1.0 - random.next()).ln() / medium.density[channel];
         let hit = body.hit(p, direction, way);
         let passed = |t: f32| (medium.density * -t).exp();

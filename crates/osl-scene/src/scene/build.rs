@@ -35,9 +35,8 @@ pub fn build(
     around: &Surroundings<'_>,
     messages: &mut Messages,
 ) -> Option<World> {
-    let nowhere = Place { file: "scene".into(), line: 0 };
     let Some(mut camera) = scene.camera else {
-        messages.error(&nowhere, "there is no camera: a node of kind `persp_camera`");
+        messages.error(&scene.place, "there is no camera: a node of kind `persp_camera`");
         return None;
     };
     let (width, height) = scene.settings.size;
@@ -45,7 +44,7 @@ pub fn build(
     let view = match camera.view() {
         Ok(view) => view,
         Err(why) => {
-            messages.error(&nowhere, why.to_string());
+            messages.error(&scene.place, why.to_string());
             return None;
         }
     };
@@ -61,7 +60,7 @@ pub fn build(
         glossy_depth: scene.settings.glossy_depth,
     };
     if scene.surfaces.is_empty() {
-        messages.warning(&nowhere, "there is no surface to be seen");
+        messages.warning(&scene.place, "there is no surface to be seen");
     }
     for surface in &scene.surfaces {
         add_surface(surface, &mut world, networks, around, messages);
@@ -141,10 +140,8 @@ fn form(
         return Some(Made::Object(Body::Shape(Placed::new(shape, own)?)));
     }
     let detail = Detail::Pixels { view: &world.view, edge: EDGE };
-    let (mut triangles, _, _) = shape
-        .triangles(&own, &detail)
-        .map_err(|why| messages.error(&surface.place, why.to_string()))
-        .ok()?;
+    let (mut triangles, _, _) =
+        shape.triangles(&own, &detail).map_err(|why| messages.error(&surface.place, why.to_string())).ok()?;
     displaced(surface, &mut triangles, networks, services, messages)?;
     Some(Made::Object(Body::Solid(Solid::new(triangles))))
 }
@@ -184,8 +181,7 @@ fn add_sky(
         Some(name) => {
             let found = scene.skies.iter().find(|s| s.name == name);
             if found.is_none() {
-                let nowhere = Place { file: "options".into(), line: 0 };
-                messages.warning(&nowhere, format!("there is no sky `{name}` for a background"));
+                messages.warning(&scene.place, format!("there is no sky `{name}` for a background"));
             }
             found
         }
@@ -208,12 +204,18 @@ fn add_sky(
 
 /// Runs the shader of a sky for all directions: `I` and `P` are the direction, `N` points back, `u` and `v` go around from
 /// the left and from the top.
-fn shaded_sky(node: &SkyNode, network: &Network, services: &Services, messages: &mut Messages) -> Option<Sky> {
+fn shaded_sky(
+    node: &SkyNode,
+    network: &Network,
+    services: &Services,
+    messages: &mut Messages,
+) -> Option<Sky> {
     let [width, height] = SKY;
     let mut points = SurfacePoints::with_capacity(width * height);
     let step = [1.0 / width as f32, 1.0 / height as f32];
     for index in 0..width * height {
-        let uv = Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5) * Vec2::from_array(step);
+        let uv =
+            Vec2::new((index % width) as f32 + 0.5, (index / width) as f32 + 0.5) * Vec2::from_array(step);
         let at = |uv: Vec2| Sky::direction(uv.to_array());
         let (dx, dy) = (Vec2::new(step[0], 0.0), Vec2::new(0.0, step[1]));
         let p = at(uv);
@@ -223,7 +225,9 @@ fn shaded_sky(node: &SkyNode, network: &Network, services: &Services, messages: 
         points.push(SurfacePoint { p, n: -p, ng: -p, uv, dpdu, dpdv }, p, footprint);
     }
     let frame = run(&network.program, services, &points, network.closure);
-    let frame = frame.map_err(|why| messages.error(&node.place, format!("shader of sky `{}`: {why}", node.name))).ok()?;
+    let frame = frame
+        .map_err(|why| messages.error(&node.place, format!("shader of sky `{}`: {why}", node.name)))
+        .ok()?;
     say(&frame, &node.place, messages);
     let color = |at: usize| match &network.output {
         Some(name) if !network.closure => plane_color(&frame, name, at),

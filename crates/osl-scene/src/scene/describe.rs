@@ -2,15 +2,17 @@
 
 use super::fields::Fields;
 use super::message::{Messages, Place};
+use super::polygons::Polygons;
 use super::text::Node;
 use crate::camera::Camera;
 use crate::light::SphereLight;
-use super::polygons::Polygons;
 use glam::{Mat4, Vec3};
 
 /// What a scene file describes. Lengths are those of the file, in common space where nothing else is said.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
+    /// The file as a whole, for what is missing.
+    pub place: Place,
     /// How to render it.
     pub settings: Settings,
     /// Where from, whatever the size of the picture; none if the file has no camera.
@@ -42,13 +44,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Settings {
-        Settings {
-            size: (640, 480),
-            samples: 16,
-            diffuse_depth: 1,
-            glossy_depth: 4,
-            background: None,
-        }
+        Settings { size: (640, 480), samples: 16, diffuse_depth: 1, glossy_depth: 4, background: None }
     }
 }
 
@@ -115,8 +111,8 @@ pub struct SkyNode {
 }
 
 /// Sorts the nodes of a file.
-pub(super) fn describe(nodes: Vec<Node>, messages: &mut Messages) -> Description {
-    let mut scene = Description::default();
+pub(super) fn describe(place: Place, nodes: Vec<Node>, messages: &mut Messages) -> Description {
+    let mut scene = Description { place, ..Description::default() };
     for node in nodes {
         let mut fields = Fields::new(&node, messages);
         match node.kind.as_str() {
@@ -157,7 +153,8 @@ fn settings(fields: &mut Fields<'_>) -> Settings {
     let aa = fields.int("AA_samples", 4, (1, 64));
     let diffuse = fields.int("GI_diffuse_samples", 1, (0, 16)).max(1);
     let bounces = |fields: &mut Fields<'_>, name| fields.int(name, 0, (0, 64));
-    let glossy = ["GI_glossy_depth", "GI_reflection_depth", "GI_refraction_depth"].map(|n| bounces(fields, n));
+    let glossy =
+        ["GI_glossy_depth", "GI_reflection_depth", "GI_refraction_depth"].map(|n| bounces(fields, n));
     Settings {
         size,
         samples: (aa * aa * diffuse * diffuse).min(1 << 16),
@@ -215,9 +212,7 @@ fn surface(kind: &str, fields: &mut Fields<'_>) -> Option<Surface> {
             }
             Form::Plane { point, normal: normal.normalize_or(Vec3::Y) }
         }
-        "sphere" => {
-            Form::Sphere { center: fields.triple("center", Vec3::ZERO), radius: radius(fields, 0.5) }
-        }
+        "sphere" => Form::Sphere { center: fields.triple("center", Vec3::ZERO), radius: radius(fields, 0.5) },
         "cylinder" => Form::Cylinder {
             bottom: fields.triple("bottom", Vec3::new(0.0, -1.0, 0.0)),
             top: fields.triple("top", Vec3::Y),
@@ -228,7 +223,14 @@ fn surface(kind: &str, fields: &mut Fields<'_>) -> Option<Surface> {
     if displacement.is_some() && matches!(form, Form::Plane { .. }) {
         fields.messages.warning(fields.place(), "an endless plane cannot be displaced: use a polymesh");
     }
-    Some(Surface { name: name.unwrap_or_default(), place: fields.place().clone(), form, matrix, shader, displacement })
+    Some(Surface {
+        name: name.unwrap_or_default(),
+        place: fields.place().clone(),
+        form,
+        matrix,
+        shader,
+        displacement,
+    })
 }
 
 fn radius(fields: &mut Fields<'_>, default: f32) -> f32 {

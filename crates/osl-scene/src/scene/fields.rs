@@ -30,7 +30,7 @@ impl<'a> Fields<'a> {
     }
 
     fn wrong(&mut self, param: &Param, what: &str) {
-        self.messages.error(&param.place, format!("parameter `{}` is {what}", param.name));
+        self.messages.error(&param.place, format!("parameter `{}` is to be {what}", param.name));
     }
 
     /// As many numbers as `N`; an error where they are others, or not finite.
@@ -52,7 +52,9 @@ impl<'a> Fields<'a> {
     pub(super) fn int(&mut self, name: &str, default: u32, (low, high): (u32, u32)) -> u32 {
         let Some(param) = self.take(name) else { return default };
         let found = match numbers(&param.value).as_deref() {
-            Some([x]) if x.fract() == 0.0 && (f64::from(low)..=f64::from(high)).contains(x) => Some(*x as u32),
+            Some([x]) if x.fract() == 0.0 && (f64::from(low)..=f64::from(high)).contains(x) => {
+                Some(*x as u32)
+            }
             _ => None,
         };
         if found.is_none() {
@@ -73,7 +75,7 @@ impl<'a> Fields<'a> {
         let regular = matrix.inverse().is_finite() && matrix.determinant() != 0.0;
         if !regular {
             if let Some(param) = self.take(name) {
-                self.wrong(param, "singular: it has no inverse");
+                self.wrong(param, "a matrix that has an inverse: this one is singular");
             }
             return Mat4::IDENTITY;
         }
@@ -137,7 +139,10 @@ impl<'a> Fields<'a> {
     pub(super) fn finish(self) {
         for (param, used) in self.node.params.iter().zip(&self.used) {
             if !used {
-                let text = format!("parameter `{}` of `{}` is not known and has no effect", param.name, self.node.kind);
+                let text = format!(
+                    "parameter `{}` of `{}` is not known and has no effect",
+                    param.name, self.node.kind
+                );
                 self.messages.warning(&param.place, text);
             }
         }

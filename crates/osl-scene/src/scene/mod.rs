@@ -13,9 +13,9 @@ mod polygons;
 mod tessellate;
 mod text;
 
+pub use build::{Surroundings, build};
 pub use describe::{Description, Form, Settings, SkyNode, Surface};
 pub use message::{Message, Messages, Place};
-pub use build::{Surroundings, build};
 pub use network::{Network, Networks, Use};
 pub use polygons::Polygons;
 pub use text::{Node, Param, Value, Word};
@@ -47,7 +47,7 @@ pub fn read(file: &str, text: &str, files: &dyn SceneFiles, messages: &mut Messa
     if messages.failed() {
         return Description::default();
     }
-    describe::describe(nodes, messages)
+    describe::describe(Place { file: file.into(), line: 0 }, nodes, messages)
 }
 
 struct Reading<'a> {

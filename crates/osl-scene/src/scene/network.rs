@@ -58,11 +58,18 @@ pub struct Networks<'a> {
 
 impl<'a> Networks<'a> {
     /// The shader nodes of a description. Says which names are taken twice, and which kinds nobody knows.
-    pub fn new(scene: &'a Description, shaders: &'a mut dyn Shaders, messages: &mut Messages) -> Networks<'a> {
+    pub fn new(
+        scene: &'a Description,
+        shaders: &'a mut dyn Shaders,
+        messages: &mut Messages,
+    ) -> Networks<'a> {
         let mut networks = Networks { nodes: HashMap::new(), shaders, known: HashSet::new() };
         for node in &scene.shaders {
             let Some(name) = name_of(node) else {
-                messages.warning(&node.place, format!("node `{}` has no name, so that nothing can use it", node.kind));
+                messages.warning(
+                    &node.place,
+                    format!("node `{}` has no name, so that nothing can use it", node.kind),
+                );
                 continue;
             };
             if networks.nodes.insert(name, node).is_some() {
@@ -84,13 +91,24 @@ impl<'a> Networks<'a> {
     }
 
     /// The program of a node and all that it needs; `None` after an error. `place` is where the node is asked for.
-    pub fn compile(&mut self, name: &str, purpose: Use, place: &Place, messages: &mut Messages) -> Option<Network> {
+    pub fn compile(
+        &mut self,
+        name: &str,
+        purpose: Use,
+        place: &Place,
+        messages: &mut Messages,
+    ) -> Option<Network> {
         let Some(node) = self.nodes.get(name).copied() else {
             messages.error(place, format!("there is no shader node `{name}`"));
             return None;
         };
-        let mut building =
-            Building { networks: self, group: Group::new(name), open: Vec::new(), done: HashMap::new(), messages };
+        let mut building = Building {
+            networks: self,
+            group: Group::new(name),
+            open: Vec::new(),
+            done: HashMap::new(),
+            messages,
+        };
         building.layer(node)?;
         let group = building.group;
         let last = group.layers().last()?.program.clone();
@@ -116,18 +134,21 @@ fn finish(
     let output = match purpose {
         Use::Displacement => {
             let vector = output_of(last, |ty| ty.is_triple() && !ty.is_array() && ty != Type::COLOR);
-            vector.or_else(|| output_of(last, |ty| ty == Type::FLOAT)).or_else(|| output_of(last, |ty| ty == Type::COLOR))
+            vector
+                .or_else(|| output_of(last, |ty| ty == Type::FLOAT))
+                .or_else(|| output_of(last, |ty| ty == Type::COLOR))
         }
         _ if closure => None,
         _ => output_of(last, |ty| ty == Type::COLOR).or_else(|| output_of(last, |ty| ty == Type::FLOAT)),
     };
-    if output.is_none() && !closure {
+    if output.is_none() && (!closure || purpose == Use::Displacement) {
         let what = if purpose == Use::Displacement { "a displacement" } else { "a color" };
         messages.error(&node.place, format!("shader `{}` has no output that could be {what}", node.kind));
         return None;
     }
     if let (Use::Surface, Some((name, _))) = (purpose, &output) {
-        let text = format!("shader `{}` yields no closure: its output `{name}` is shown as a matt color", node.kind);
+        let text =
+            format!("shader `{}` yields no closure: its output `{name}` is shown as a matt color", node.kind);
         messages.warning(&node.place, text);
     }
     let outputs = match (&output, purpose) {
@@ -252,7 +273,9 @@ impl Building<'_, '_> {
             _ => None,
         });
         let ends: Vec<String> = match (part, component) {
-            (Some(part), _) if outputs.contains(&part.split(['[', '.']).next().unwrap_or(part)) => vec![part.clone()],
+            (Some(part), _) if outputs.contains(&part.split(['[', '.']).next().unwrap_or(part)) => {
+                vec![part.clone()]
+            }
             (_, Some(n)) => outputs.iter().map(|o| format!("{o}[{n}]")).collect(),
             (Some(part), None) => vec![part.clone()],
             (None, None) => outputs.iter().map(|o| (*o).to_string()).collect(),

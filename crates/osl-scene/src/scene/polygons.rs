@@ -75,7 +75,10 @@ fn indices(
         None if values == points => corners.clone(),
         None if values == corners.len() => (0..values as u32).collect(),
         None => {
-            let text = format!("`{name}` has {values} values for {points} points and {} corners: no effect", corners.len());
+            let text = format!(
+                "`{name}` has {values} values for {points} points and {} corners: no effect",
+                corners.len()
+            );
             fields.messages.warning(fields.place(), text);
             Vec::new()
         }
@@ -95,7 +98,9 @@ fn subdivision(fields: &mut Fields<'_>) -> (Scheme, u32) {
         Some("catclark") => (Scheme::CatmullClark, times),
         Some("linear") => (Scheme::Linear, times),
         Some(other) => {
-            fields.messages.warning(place, format!("subdiv_type `{other}` is not known: it is not subdivided"));
+            fields
+                .messages
+                .warning(place, format!("subdiv_type `{other}` is not known: it is not subdivided"));
             (Scheme::Linear, 0)
         }
     }

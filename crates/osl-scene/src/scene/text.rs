@@ -76,7 +76,9 @@ pub(super) fn read(file: &Arc<str>, text: &str, messages: &mut Messages) -> Vec<
                 _ => reader.messages.error(&place, "an include is `include \"file.ass\"`"),
             },
             ("{" | "}", false) | (_, true) => {
-                reader.messages.error(&place, format!("a node begins with its kind, not with `{}`", token.text));
+                reader
+                    .messages
+                    .error(&place, format!("a node begins with its kind, not with `{}`", token.text));
                 if token.text == "{" {
                     reader.skip();
                 }
@@ -105,7 +107,9 @@ impl Token {
     }
 
     fn is_number(&self) -> bool {
-        !self.quoted && self.text.parse::<f64>().is_ok() && !self.text.starts_with(|c: char| c.is_alphabetic())
+        !self.quoted
+            && self.text.parse::<f64>().is_ok()
+            && !self.text.starts_with(|c: char| c.is_alphabetic())
     }
 }
 
@@ -254,7 +258,8 @@ impl Reader<'_> {
     }
 
     fn array(&mut self, count: &str, keys: &str, ty: &str) -> Result<Value, String> {
-        let number = |text: &str| text.parse::<usize>().map_err(|_| format!("`{text}` is no number of elements"));
+        let number =
+            |text: &str| text.parse::<usize>().map_err(|_| format!("`{text}` is no number of elements"));
         let (count, keys) = (number(count)?, number(keys)?);
         let Element { components, packed, texts } = element(ty).unwrap_or(Element::NUMBER);
         let total = count.checked_mul(keys.max(1)).and_then(|n| n.checked_mul(components));
@@ -264,7 +269,11 @@ impl Reader<'_> {
         if texts {
             let items = std::iter::from_fn(|| self.next_if(|t| t.quoted)).take(total).map(|t| t.text);
             let items: Vec<String> = items.collect();
-            return if items.len() == total { Ok(Value::Texts(items)) } else { Err(short(items.len(), total)) };
+            return if items.len() == total {
+                Ok(Value::Texts(items))
+            } else {
+                Err(short(items.len(), total))
+            };
         }
         let mut numbers = if packed { self.packed(total)? } else { self.plain(total)? };
         // Of several times of a moving thing the first counts.
@@ -293,13 +302,15 @@ impl Reader<'_> {
         let letters = (bytes * 4).div_ceil(3);
         let mut text = String::new();
         while text.len() < letters {
-            let Some(token) = self.next_if(|t| !t.quoted && !t.is("}") && !t.is("{") && (t.last || !t.first)) else {
+            let Some(token) = self.next_if(|t| !t.quoted && !t.is("}") && !t.is("{") && (t.last || !t.first))
+            else {
                 break;
             };
             text += &token.text;
         }
         let padding = DecodePaddingMode::Indifferent;
-        let engine = GeneralPurpose::new(&STANDARD, GeneralPurposeConfig::new().with_decode_padding_mode(padding));
+        let engine =
+            GeneralPurpose::new(&STANDARD, GeneralPurposeConfig::new().with_decode_padding_mode(padding));
         let found = engine.decode(text.as_bytes()).map_err(|e| format!("it is not base64: {e}"))?;
         if found.len() != bytes {
             return Err(format!("its base64 holds {} bytes, not {bytes}", found.len()));
@@ -373,7 +384,10 @@ mod tests {
     #[test]
     fn what_is_wrong_has_its_line() {
         for (text, expected) in [
-            ("a {\n vlist 8 1 b64POINT\n AAB6ww\n smoothing on\n}", "a.ass:2: error: parameter `vlist`: its base64 holds"),
+            (
+                "a {\n vlist 8 1 b64POINT\n AAB6ww\n smoothing on\n}",
+                "a.ass:2: error: parameter `vlist`: its base64 holds",
+            ),
             ("a {\n vlist 1 1 b64POINT\n AAB*ww==\n}", "a.ass:2: error: parameter `vlist`: it is not base64"),
             ("a {\n n 3 1 INT 1 2\n}", "a.ass:2: error: parameter `n`: the array ends after 2 of 3 elements"),
             ("a {\n n 99999999999 1 RGB 1\n}", "an array has at most"),

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 
 mod common;
+mod scenes;
 
 use common::{mean, picture, world};
 use osl_scene::render::{RenderOptions, Strategy, render};
@@ -81,11 +82,16 @@ const LIT: &str = "options {\n GI_diffuse_depth 2\n}\n\
     sphere {\n name ball\n radius 0.6\n shader m\n}\nmat {\n name m\n}\nmat {\n name white\n}\n\
     point_light {\n position 2 3 2\n radius 0.7\n color 1 0.8 0.6\n}\n\
     sky {\n name s\n color around\n intensity 0.5\n}\nnight {\n name around\n}\n";
-const NIGHT: &str = "shader night(output color c = 0) { c = 0.1 + 8 * color(0.5, 0.7, 1) * smoothstep(0.7, 0.9, I[0]); }";
+const NIGHT: &str =
+    "shader night(output color c = 0) { c = 0.1 + 8 * color(0.5, 0.7, 1) * smoothstep(0.7, 0.9, I[0]); }";
 
 #[test]
 fn the_sum_of_two_ways_is_that_of_one() {
-    for closure in ["0.8 * diffuse(N)", "microfacet(\"ggx\", N, 0.3, 0.0, 0)", "0.5 * subsurface(1.4, 0, color(0.2), color(0.8)) + 0.3 * oren_nayar(N, 0.4)"] {
+    for closure in [
+        "0.8 * diffuse(N)",
+        "microfacet(\"ggx\", N, 0.3, 0.0, 0)",
+        "0.5 * subsurface(1.4, 0, color(0.2), color(0.8)) + 0.3 * oren_nayar(N, 0.4)",
+    ] {
         let shaders = [material(closure), NIGHT.to_string()];
         let shaders: Vec<&str> = shaders.iter().map(String::as_str).collect();
         let (size, strategy) = ([16, 12], Strategy::Surfaces);
@@ -108,7 +114,8 @@ fn the_sum_of_two_ways_is_that_of_one() {
 
 #[test]
 fn a_picture_is_the_same_on_any_number_of_threads() {
-    let shaders = [material("0.6 * diffuse(N) + 0.2 * reflection(N, 1.5) + 0.1 * emission()"), NIGHT.to_string()];
+    let shaders =
+        [material("0.6 * diffuse(N) + 0.2 * reflection(N, 1.5) + 0.1 * emission()"), NIGHT.to_string()];
     let shaders: Vec<&str> = shaders.iter().map(String::as_str).collect();
     let world = world(LIT, &shaders, [70, 50]).unwrap();
     let shown = |threads: usize, options: RenderOptions| {
@@ -154,7 +161,11 @@ fn layers_hold_what_the_camera_sees() {
     assert!((at("albedo", 1) - 0.4).abs() < 1e-6);
     assert!((at("normal", 2) - 1.0).abs() < 0.01);
     assert!((at("depth", 0) - 3.4).abs() < 0.01);
-    assert!((at("tag", 0) - 3.0).abs() < 1e-6 && at("height", 0).abs() < 0.05 && (at("tint", 2) - 0.5).abs() < 1e-6);
+    assert!(
+        (at("tag", 0) - 3.0).abs() < 1e-6
+            && at("height", 0).abs() < 0.05
+            && (at("tint", 2) - 0.5).abs() < 1e-6
+    );
     assert!((at("", 0) - 1.2).abs() < 0.05, "what it gives off and what it reflects: {}", at("", 0));
     assert!(picture.layers[5].planes[0][0].is_infinite(), "nothing is there");
 }

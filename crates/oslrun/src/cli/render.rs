@@ -37,7 +37,11 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     let picture = picture(args, &world, samples, &library.sources)?;
     let rendered = started.elapsed() - prepared;
     said(&picture, &library.sources, err)?;
-    if png { write_png(&picture, args)? } else { write_exr(&picture, args)? }
+    if png {
+        write_png(&picture, args)?
+    } else {
+        write_exr(&picture, args)?
+    }
     if args.stats {
         stats(&picture, &world, [prepared, rendered], err);
     }
@@ -46,11 +50,7 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
 }
 
 /// Reads a scene and builds its world; the samples that it asks for.
-fn world(
-    args: &RenderArgs,
-    library: &mut Library<'_>,
-    err: &mut dyn Write,
-) -> Result<(World, u32), Failure> {
+fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> Result<(World, u32), Failure> {
     let text = input::read_text(&args.file)
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
     let files = Includes { folders: &args.search_path, anywhere: args.allow_files };
@@ -69,7 +69,8 @@ fn world(
         let mut networks = Networks::new(&description, library, &mut messages);
         scene::build(&description, &mut networks, &around, &mut messages)
     });
-    report::diagnostics(&library.diagnostics, &library.sources, &args.read, err).or_else(|_| Ok::<_, Failure>(()))?;
+    report::diagnostics(&library.diagnostics, &library.sources, &args.read, err)
+        .or_else(|_| Ok::<_, Failure>(()))?;
     for message in messages.list() {
         let _ = writeln!(err, "{message}");
     }
