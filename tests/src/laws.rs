@@ -115,6 +115,10 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     })
 }
 
+/// How the values of a run begin that has used up its room for strings. How much of them a program makes is
+/// the passes' business, as is how many steps it takes: where some are left out, it may have too little room, or enough.
+const USED_UP: &str = "stopped: the shader makes more than";
+
 fn show(frame: &Frame) -> Shown {
     let mut values = String::new();
     for plane in &frame.planes {
@@ -163,6 +167,9 @@ pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
     for way in ways {
         let got = shown(body, way)?;
         let (plain, this) = (&expected.values, &got.values);
+        if !way.without.is_empty() && [plain, this].iter().any(|values| values.starts_with(USED_UP)) {
+            continue;
+        }
         if plain != this {
             let line = plain.lines().zip(this.lines()).find(|(a, b)| a != b).unwrap_or((plain, this));
             return Err(format!("{way:?}\n plain {}\n  this {}", line.0, line.1));

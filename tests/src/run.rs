@@ -55,7 +55,9 @@ pub fn run(
     options: &RunOptions,
 ) -> Result<Frame, String> {
     let varying = grid.varying().to_vec();
-    let compiled = compile(name, text, params, &passes::Options { varying, ..passes::Options::default() })?;
+    let arithmetic = options.arithmetic;
+    let passes = passes::Options { varying, arithmetic, ..passes::Options::default() };
+    let compiled = compile(name, text, params, &passes)?;
     osl_exec::run(&compiled.program, &services(), grid, options, &|_| ()).map_err(|e| e.to_string())
 }
 
@@ -83,6 +85,7 @@ pub fn like(
     let passes = passes::Options {
         varying: host.varying().to_vec(),
         slopes: host.varying_slopes().to_vec(),
+        arithmetic: options.arithmetic,
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &passes);

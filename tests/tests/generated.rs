@@ -138,6 +138,12 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "volume s(output closure color k = 0) { for (int i = 0; i < 9; i++)
             k += layer(dielectric_bsdf(N, P, color(v), color(1), u, v, 3.25, \"ggx\") * u, k + k + k * v); }",
     ),
+    (
+        "strings that only a program without passes makes used up their room",
+        "shader s(output string t = \"hello\", output float r = 0) { for (int i = 0; i < 2; i++)
+            for (int j = 0; j < 3; j++) for (int k = 0; k < 3; k++) {
+            t = concat(concat(t, t, t), concat(t, t, (k ? \"\" : \"x\"), concat(t, \"a b\", t)), t); r = u; } }",
+    ),
 ];
 
 #[test]

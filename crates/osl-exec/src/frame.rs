@@ -3,14 +3,17 @@
 //! The points are cut into tiles; each tile is a task with a machine of its own thread, and writes its own part of
 //! each plane. Results do not depend on tile size, batch width, thread count or instruction set.
 
+use crate::arithmetic;
 use crate::machine::{Component, Machine, Stop, Totals};
 use crate::message::{Message, Messages, Printed};
+use crate::observer::Observer;
 use crate::order::Blocks;
 use crate::profile::{Profile, ProfileEntry};
 use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
 use crate::source::PointSource;
 use osl_ir::ir::Kind;
+use osl_ir::numeric::Arithmetic;
 use osl_ir::types::Type;
 use osl_noise::Isa;
 use rayon::prelude::*;
@@ -34,6 +37,9 @@ pub struct RunOptions {
     pub closures: bool,
     /// Whether to note where the time goes.
     pub profile: bool,
+    /// Which numbers to compute with. The program should be compiled for the same
+    /// ([`passes::Options`](osl_ir::passes::Options)): constants that single precision has rounded stay so.
+    pub arithmetic: Arithmetic,
 }
 
 impl Default for RunOptions {
@@ -45,6 +51,7 @@ impl Default for RunOptions {
             max_steps: 1 << 23,
             closures: false,
             profile: false,
+            arithmetic: Arithmetic::Strict,
         }
     }
 }
@@ -60,14 +67,26 @@ pub struct Plane {
     pub component: usize,
     /// What the words are.
     pub kind: Kind,
-    /// A word for each point, in order.
+    /// A word for each point, in order; floats in single precision.
     pub words: Vec<u32>,
+    /// The values in double precision, point by point, where the run computed with it; empty otherwise.
+    pub wide: Vec<f64>,
 }
 
 impl Plane {
     /// The values as floats; ints are converted.
     pub fn floats(&self) -> Vec<f32> {
         let convert = |w: &u32| if self.kind == Kind::Int { *w as i32 as f32 } else { f32::from_bits(*w) };
+        self.words.iter().map(convert).collect()
+    }
+
+    /// The values as doubles, as well as they are known; ints are converted.
+    pub fn doubles(&self) -> Vec<f64> {
+        if !self.wide.is_empty() {
+            return self.wide.clone();
+        }
+        let convert =
+            |w: &u32| if self.kind == Kind::Int { f64::from(*w as i32) } else { f32::from_bits(*w).into() };
         self.words.iter().map(convert).collect()
     }
 }
@@ -96,7 +115,10 @@ impl Frame {
         if self.planes.is_empty() {
             self.planes = planes;
         } else {
-            self.planes.iter_mut().zip(planes).for_each(|(all, more)| all.words.extend(more.words));
+            for (all, more) in self.planes.iter_mut().zip(planes) {
+                all.words.extend(more.words);
+                all.wide.extend(more.wide);
+            }
         }
         if self.closures.is_empty() {
             self.closures = closures;
@@ -148,6 +170,28 @@ pub fn run(
     Run::new(program, services, source, options).points(0..source.count(), progress)
 }
 
+/// Runs a program over some points on this thread, and tells who follows of each step. The planes have these points
+/// alone, in the order of the source.
+///
+/// # Errors
+/// A loop beyond its budget.
+pub fn observe(
+    program: &Program,
+    services: &Services,
+    source: &dyn PointSource,
+    options: &RunOptions,
+    points: Range<usize>,
+    observer: &mut dyn Observer,
+) -> Result<Frame, Stop> {
+    let run = Run::new(program, services, source, options);
+    match options.arithmetic {
+        Arithmetic::Strict => run.observed::<arithmetic::Strict>(points, observer),
+        Arithmetic::Fast => run.observed::<arithmetic::Fast>(points, observer),
+        Arithmetic::Double => run.observed::<arithmetic::Double>(points, observer),
+        Arithmetic::Shadow => run.observed::<arithmetic::Both>(points, observer),
+    }
+}
+
 /// A run that yields its points piece by piece, so that not all have to be in memory.
 pub struct Run<'a> {
     program: &'a Program,
@@ -176,7 +220,11 @@ impl<'a> Run<'a> {
     }
 
     fn plane(&self, slot: &Slot, count: usize) -> Plane {
-        plane(&self.program.outputs[slot.output], slot.element, slot.component, count)
+        let mut plane = plane(&self.program.outputs[slot.output], slot.element, slot.component, count);
+        if self.options.arithmetic.is_double() {
+            plane.wide = vec![0.0; count];
+        }
+        plane
     }
 
     /// Runs the points of a range; where the source has blocks, it begins and ends with whole rows of them. The planes
@@ -185,6 +233,42 @@ impl<'a> Run<'a> {
     /// # Errors
     /// A loop beyond its budget.
     pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, Stop> {
+        match self.options.arithmetic {
+            Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress),
+            Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress),
+            Arithmetic::Double => self.points_in::<arithmetic::Double>(points, progress),
+            Arithmetic::Shadow => self.points_in::<arithmetic::Both>(points, progress),
+        }
+    }
+
+    fn observed<A: arithmetic::Arithmetic>(
+        &self,
+        points: Range<usize>,
+        observer: &mut dyn Observer,
+    ) -> Result<Frame, Stop> {
+        let Run { program, services, source, options, totals, .. } = self;
+        let points = points.start..points.end.min(source.count()).max(points.start);
+        let Slots { planes: slots, closures } = Slots::of(program, options);
+        let mut planes: Vec<Plane> = slots.iter().map(|slot| self.plane(slot, points.len())).collect();
+        let part = planes.iter_mut().map(|plane| Piece { words: &mut plane.words, wide: &mut plane.wide });
+        let part: Vec<Piece<'_>> = part.collect();
+        let batch = options.batch.unwrap_or_else(|| program.batch()).clamp(1, program.widest(1));
+        let mut machine =
+            Machine::<A>::new(program, services, *source, options.isa, batch, options.max_steps, totals);
+        machine.observer = Some(observer);
+        let start = points.start;
+        let found = run_tile(&mut machine, points, (&slots, part), &closures, (batch, None))?;
+        let tile = Tile { messages: machine.messages.take(), closures: found, profile: None };
+        let mut frame = gather(program, None, start, (planes, closures), vec![Ok(tile)])?;
+        frame.profile.clear();
+        Ok(frame)
+    }
+
+    fn points_in<A: arithmetic::Arithmetic>(
+        &self,
+        points: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Frame, Stop> {
         let Run { program, services, source, options, totals, done } = self;
         let blocks = source.blocks();
         let points = points.start..points.end.min(source.count()).max(points.start);
@@ -193,17 +277,26 @@ impl<'a> Run<'a> {
         let Slots { planes: slots, closures } = Slots::of(program, options);
         let mut planes: Vec<Plane> = slots.iter().map(|slot| self.plane(slot, points.len())).collect();
         let tiles = points.len().div_ceil(tile);
-        let mut parts: Vec<Vec<&mut [u32]>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
+        let mut parts: Vec<Vec<Piece<'_>>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
         for plane in &mut planes {
+            let mut wide = plane.wide.chunks_mut(tile);
             for (part, words) in parts.iter_mut().zip(plane.words.chunks_mut(tile)) {
-                part.push(words);
+                part.push(Piece { words, wide: wide.next().unwrap_or_default() });
             }
         }
         let failed = AtomicBool::new(false);
         let batch = options.batch.unwrap_or_else(|| program.batch());
         let batch = batch.clamp(1, program.widest(rayon::current_num_threads()));
         let new = || {
-            Machine::new(program, services, *source, options.isa, batch.min(tile), options.max_steps, totals)
+            Machine::<A>::new(
+                program,
+                services,
+                *source,
+                options.isa,
+                batch.min(tile),
+                options.max_steps,
+                totals,
+            )
         };
         let profile = || options.profile.then(|| Box::new(Profile::new(program)));
         let results: Vec<Result<Tile, Stop>> = parts
@@ -305,34 +398,45 @@ struct Slot {
     component: usize,
 }
 
+/// What a tile writes of a plane: its words, and doubles where the plane has them.
+struct Piece<'a> {
+    words: &'a mut [u32],
+    wide: &'a mut [f64],
+}
+
 /// Runs the points of a tile batch by batch, and copies what they yield. Returns the closures.
-fn run_tile(
-    machine: &mut Machine<'_>,
+fn run_tile<A: arithmetic::Arithmetic>(
+    machine: &mut Machine<'_, A>,
     points: Range<usize>,
-    (slots, mut part): (&[Slot], Vec<&mut [u32]>),
+    (slots, mut part): (&[Slot], Vec<Piece<'_>>),
     closures: &[Slot],
     (batch, blocks): (usize, Option<Blocks>),
 ) -> Result<Vec<Vec<Vec<Component>>>, Stop> {
     let mut found: Vec<Vec<Vec<Component>>> = vec![Vec::new(); closures.len()];
-    let mut row: Vec<u32> = Vec::with_capacity(batch);
+    let mut row = (Vec::with_capacity(batch), Vec::new());
     let mut at = 0;
     while at < points.len() {
         let here = batch.min(points.len() - at);
         machine.run(points.start + at, here)?;
-        for (slot, words) in slots.iter().zip(&mut part) {
-            match (blocks, words.get_mut(at..at + here)) {
+        for (slot, piece) in slots.iter().zip(&mut part) {
+            let slot = (slot.output, slot.element, slot.component);
+            match (blocks, piece.words.get_mut(at..at + here)) {
                 (Some(blocks), _) => {
-                    row.resize(here, 0);
-                    machine.output(slot.output, slot.element, slot.component, &mut row);
-                    blocks.scatter(points.start + at, &row, points.start, words);
+                    row.0.resize(here, 0);
+                    row.1.resize(if piece.wide.is_empty() { 0 } else { here }, 0.0);
+                    machine.output(slot, &mut row.0, &mut row.1);
+                    blocks.scatter(points.start + at, &row.0, points.start, piece.words);
+                    blocks.scatter(points.start + at, &row.1, points.start, piece.wide);
                 }
-                (None, Some(out)) => machine.output(slot.output, slot.element, slot.component, out),
+                (None, Some(out)) => {
+                    machine.output(slot, out, piece.wide.get_mut(at..at + here).unwrap_or_default());
+                }
                 (None, None) => {}
             }
         }
         for (slot, found) in closures.iter().zip(&mut found) {
             let mut numbers = vec![0; here];
-            machine.output(slot.output, slot.element, 0, &mut numbers);
+            machine.output((slot.output, slot.element, 0), &mut numbers, &mut []);
             for number in numbers {
                 found.push(machine.keep_components(number)?);
             }
@@ -348,5 +452,12 @@ fn element_name(plan: &OutputPlan, element: usize) -> Arc<str> {
 
 fn plane(plan: &OutputPlan, element: usize, component: usize, count: usize) -> Plane {
     let output = element_name(plan, element);
-    Plane { output, ty: plan.ty.element(), component, kind: plan.kind, words: vec![0; count] }
+    Plane {
+        output,
+        ty: plan.ty.element(),
+        component,
+        kind: plan.kind,
+        words: vec![0; count],
+        wide: Vec::new(),
+    }
 }

@@ -4,44 +4,58 @@
 //! matters, inside a function compiled for the instruction set in use; the compiler vectorises the loop. No
 //! loop looks at a mask: lanes that do not run compute something that nobody reads.
 
+use crate::arithmetic::{Element, Word};
 use crate::program::MAX_ARGS;
-use crate::register::{floats, floats_mut, ints, ints_mut};
 use osl_ir::ir::LaneOp;
-use osl_noise::{Isa, Kernel};
+use osl_noise::Kernel;
+use std::marker::PhantomData;
 
 /// An argument of a lane operation.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Arg<'a> {
+pub(crate) enum Arg<'a, W> {
     /// Lanes of each component, component by component.
-    Each(&'a [u32]),
+    Each(&'a [W]),
     /// One value for all lanes: a word for each component.
-    Same(&'a [u32]),
+    Same(&'a [W]),
+}
+
+impl<'a, W> Arg<'a, W> {
+    /// What it points at.
+    #[inline(always)]
+    fn words(self) -> &'a [W]
+    where
+        W: Copy,
+    {
+        let (Arg::Each(words) | Arg::Same(words)) = self;
+        words
+    }
 }
 
 /// One lane operation over `n` lanes of each component. Components lie `stride` words apart, in arguments as in `out`.
 /// `parts` is 1, or as many as the components of a triple for an operation that works on each by itself.
-pub(crate) struct LaneCall<'a> {
+pub(crate) struct LaneCall<'a, W> {
     pub(crate) op: LaneOp,
-    /// Each argument, and by how many words the parts lie apart in it: 0 where one serves them all.
-    pub(crate) args: &'a [(Arg<'a>, usize)],
-    pub(crate) out: &'a mut [u32],
+    /// Each argument, and by how many words the parts lie apart in it: 0 where one serves them all. Words without
+    /// [`Word::FORMS`] come as lane arrays alone.
+    pub(crate) args: &'a [(Arg<'a, W>, usize)],
+    pub(crate) out: &'a mut [W],
     pub(crate) n: usize,
     pub(crate) stride: usize,
     pub(crate) parts: usize,
 }
 
 /// One part of a call.
-struct Part<'a> {
-    args: [Arg<'a>; MAX_ARGS],
-    out: &'a mut [u32],
+struct Part<'a, W> {
+    args: [Arg<'a, W>; MAX_ARGS],
+    out: &'a mut [W],
     n: usize,
     stride: usize,
 }
 
-impl LaneCall<'_> {
+impl<W: Word> LaneCall<'_, W> {
     /// Calls `run` with each part.
     #[inline(always)]
-    fn each_part(self, run: impl Fn(Part<'_>)) {
+    fn each_part(self, run: impl Fn(Part<'_, W>)) {
         let LaneCall { args, out, n, stride, parts, .. } = self;
         for part in 0..parts {
             let mut list = [Arg::Same(&[]); MAX_ARGS];
@@ -56,95 +70,109 @@ impl LaneCall<'_> {
     }
 }
 
-/// Runs the operation with the instruction set.
-pub(crate) fn run(isa: Isa, call: LaneCall<'_>) {
-    isa.dispatch(call);
+/// A lane operation by the floats that it computes with.
+pub(crate) struct Stamped<'a, W, R>(LaneCall<'a, W>, PhantomData<R>);
+
+impl<'a, W, R> Stamped<'a, W, R> {
+    pub(crate) fn of(call: LaneCall<'a, W>) -> Self {
+        Stamped(call, PhantomData)
+    }
 }
 
 /// A type that lanes hold.
-trait Lane: Copy {
+trait Lane<W: Word>: Copy {
     /// A view of lane arrays.
     type Each<'a>: Copy;
-    fn each(words: &[u32], n: usize, stride: usize) -> Self::Each<'_>;
+    fn each(words: &[W], n: usize, stride: usize) -> Self::Each<'_>;
     fn at(each: Self::Each<'_>, lane: usize) -> Self;
-    fn same(words: &[u32]) -> Self;
-    fn fill(out: &mut [u32], n: usize, stride: usize, f: impl Fn(usize) -> Self);
+    fn same(words: &[W]) -> Self;
+    fn fill(out: &mut [W], n: usize, stride: usize, f: impl Fn(usize) -> Self);
 }
 
-impl Lane for f32 {
-    type Each<'a> = &'a [f32];
-    #[inline(always)]
-    fn each(words: &[u32], n: usize, _: usize) -> &[f32] {
-        &floats(words)[..n]
-    }
-    #[inline(always)]
-    fn at(each: &[f32], lane: usize) -> f32 {
-        each[lane]
-    }
-    #[inline(always)]
-    fn same(words: &[u32]) -> f32 {
-        f32::from_bits(words[0])
-    }
-    #[inline(always)]
-    fn fill(out: &mut [u32], n: usize, _: usize, f: impl Fn(usize) -> f32) {
-        fill_one(&mut floats_mut(out)[..n], f);
-    }
-}
+/// A float.
+#[derive(Clone, Copy)]
+struct One<R>(R);
 
-impl Lane for i32 {
-    type Each<'a> = &'a [i32];
+impl<W: Word, R: Element<W>> Lane<W> for One<R> {
+    type Each<'a> = &'a [W];
     #[inline(always)]
-    fn each(words: &[u32], n: usize, _: usize) -> &[i32] {
-        &ints(words)[..n]
+    fn each(words: &[W], n: usize, _: usize) -> &[W] {
+        &words[..n]
     }
     #[inline(always)]
-    fn at(each: &[i32], lane: usize) -> i32 {
-        each[lane]
+    fn at(each: &[W], lane: usize) -> One<R> {
+        One(R::load(each[lane]))
     }
     #[inline(always)]
-    fn same(words: &[u32]) -> i32 {
-        words[0] as i32
+    fn same(words: &[W]) -> One<R> {
+        One(R::load(words[0]))
     }
     #[inline(always)]
-    fn fill(out: &mut [u32], n: usize, _: usize, f: impl Fn(usize) -> i32) {
-        fill_one(&mut ints_mut(out)[..n], f);
+    fn fill(out: &mut [W], n: usize, _: usize, f: impl Fn(usize) -> One<R>) {
+        fill_one(
+            &mut out[..n],
+            #[inline(always)]
+            |i| f(i).0.store(),
+        );
     }
 }
 
-impl<const C: usize> Lane for [f32; C] {
-    type Each<'a> = [&'a [f32]; C];
+impl<W: Word> Lane<W> for i32 {
+    type Each<'a> = &'a [W];
     #[inline(always)]
-    fn each(words: &[u32], n: usize, stride: usize) -> [&[f32]; C] {
-        let all = floats(words);
-        let mut each = [&all[..n]; C];
+    fn each(words: &[W], n: usize, _: usize) -> &[W] {
+        &words[..n]
+    }
+    #[inline(always)]
+    fn at(each: &[W], lane: usize) -> i32 {
+        each[lane].bits() as i32
+    }
+    #[inline(always)]
+    fn same(words: &[W]) -> i32 {
+        words[0].bits() as i32
+    }
+    #[inline(always)]
+    fn fill(out: &mut [W], n: usize, _: usize, f: impl Fn(usize) -> i32) {
+        fill_one(
+            &mut out[..n],
+            #[inline(always)]
+            |i| W::of(f(i) as u32),
+        );
+    }
+}
+
+impl<W: Word, R: Element<W>, const C: usize> Lane<W> for [R; C] {
+    type Each<'a> = [&'a [W]; C];
+    #[inline(always)]
+    fn each(words: &[W], n: usize, stride: usize) -> [&[W]; C] {
+        let mut each = [&words[..n]; C];
         if C == 3 {
-            each[1] = &all[stride..][..n];
-            each[2] = &all[2 * stride..][..n];
+            each[1] = &words[stride..][..n];
+            each[2] = &words[2 * stride..][..n];
         } else {
-            each.iter_mut().enumerate().for_each(|(c, lanes)| *lanes = &all[c * stride..][..n]);
+            each.iter_mut().enumerate().for_each(|(c, lanes)| *lanes = &words[c * stride..][..n]);
         }
         each
     }
     #[inline(always)]
-    fn at(each: [&[f32]; C], lane: usize) -> [f32; C] {
+    fn at(each: [&[W]; C], lane: usize) -> [R; C] {
         // Straight code: loops inside keep the loop over lanes from being vectorised.
-        let mut v = [0.0; C];
+        let mut v = [R::lit(0.0); C];
         if C == 3 {
-            v[0] = each[0][lane];
-            v[1] = each[1][lane];
-            v[2] = each[2][lane];
+            v[0] = R::load(each[0][lane]);
+            v[1] = R::load(each[1][lane]);
+            v[2] = R::load(each[2][lane]);
         } else {
-            v.iter_mut().zip(each).for_each(|(v, lanes)| *v = lanes[lane]);
+            v.iter_mut().zip(each).for_each(|(v, lanes)| *v = R::load(lanes[lane]));
         }
         v
     }
     #[inline(always)]
-    fn same(words: &[u32]) -> [f32; C] {
-        std::array::from_fn(|c| f32::from_bits(words[c]))
+    fn same(words: &[W]) -> [R; C] {
+        std::array::from_fn(|c| R::load(words[c]))
     }
     #[inline(always)]
-    fn fill(out: &mut [u32], n: usize, stride: usize, f: impl Fn(usize) -> [f32; C]) {
-        let out = floats_mut(out);
+    fn fill(out: &mut [W], n: usize, stride: usize, f: impl Fn(usize) -> [R; C]) {
         if C == 3 {
             let (x, rest) = out.split_at_mut(stride);
             let (y, z) = rest.split_at_mut(stride);
@@ -155,7 +183,7 @@ impl<const C: usize> Lane for [f32; C] {
                 #[inline(always)]
                 |i| {
                     let v = f(i);
-                    [v[0], v[1], v[2]]
+                    [v[0].store(), v[1].store(), v[2].store()]
                 },
             );
             return;
@@ -163,7 +191,7 @@ impl<const C: usize> Lane for [f32; C] {
         for i in 0..n {
             let v = f(i);
             for (c, value) in v.into_iter().enumerate() {
-                out[c * stride + i] = value;
+                out[c * stride + i] = value.store();
             }
         }
     }
@@ -181,7 +209,7 @@ fn fill_one<T>(out: &mut [T], f: impl Fn(usize) -> T) {
 }
 
 #[inline(always)]
-fn fill_three(x: &mut [f32], y: &mut [f32], z: &mut [f32], f: impl Fn(usize) -> [f32; 3]) {
+fn fill_three<W: Copy>(x: &mut [W], y: &mut [W], z: &mut [W], f: impl Fn(usize) -> [W; 3]) {
     let n = x.len();
     let (y, z) = (&mut y[..n], &mut z[..n]);
     for i in 0..n {
@@ -193,8 +221,18 @@ fn fill_three(x: &mut [f32], y: &mut [f32], z: &mut [f32], f: impl Fn(usize) -> 
 }
 
 #[inline(always)]
-fn map1<A: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A) -> O) {
+fn map1<W: Word, A: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A) -> O) {
     let (n, stride) = (call.n, call.stride);
+    if !W::FORMS {
+        let a = A::each(call.args[0].words(), n, stride);
+        return O::fill(
+            call.out,
+            n,
+            stride,
+            #[inline(always)]
+            |i| f(A::at(a, i)),
+        );
+    }
     match call.args[0] {
         Arg::Each(a) => {
             let a = A::each(a, n, stride);
@@ -220,8 +258,18 @@ fn map1<A: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A) -> O) {
 }
 
 #[inline(always)]
-fn map2<A: Lane, B: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A, B) -> O) {
+fn map2<W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A, B) -> O) {
     let (n, stride) = (call.n, call.stride);
+    if !W::FORMS {
+        let (a, b) = (A::each(call.args[0].words(), n, stride), B::each(call.args[1].words(), n, stride));
+        return O::fill(
+            call.out,
+            n,
+            stride,
+            #[inline(always)]
+            |i| f(A::at(a, i), B::at(b, i)),
+        );
+    }
     match (call.args[0], call.args[1]) {
         (Arg::Each(a), Arg::Each(b)) => {
             let (a, b) = (A::each(a, n, stride), B::each(b, n, stride));
@@ -267,8 +315,22 @@ fn map2<A: Lane, B: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A, B) -> O) {
 }
 
 #[inline(always)]
-fn map3<A: Lane, B: Lane, C: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A, B, C) -> O) {
+fn map3<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
+    call: Part<'_, W>,
+    f: impl Fn(A, B, C) -> O,
+) {
     let (n, stride) = (call.n, call.stride);
+    if !W::FORMS {
+        let (a, b) = (A::each(call.args[0].words(), n, stride), B::each(call.args[1].words(), n, stride));
+        let c = C::each(call.args[2].words(), n, stride);
+        return O::fill(
+            call.out,
+            n,
+            stride,
+            #[inline(always)]
+            |i| f(A::at(a, i), B::at(b, i), C::at(c, i)),
+        );
+    }
     use Arg::{Each, Same};
     match (call.args[0], call.args[1], call.args[2]) {
         (Each(a), Each(b), Each(c)) => {
@@ -356,7 +418,10 @@ fn map3<A: Lane, B: Lane, C: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A, B, C) 
 
 /// Four arguments: rare, so one loop that asks each argument.
 #[inline(always)]
-fn map4<A: Lane, B: Lane, C: Lane, D: Lane, O: Lane>(call: Part<'_>, f: impl Fn(A, B, C, D) -> O) {
+fn map4<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, D: Lane<W>, O: Lane<W>>(
+    call: Part<'_, W>,
+    f: impl Fn(A, B, C, D) -> O,
+) {
     let Part { args, out, n, stride } = call;
     O::fill(
         out,
@@ -375,70 +440,113 @@ fn map4<A: Lane, B: Lane, C: Lane, D: Lane, O: Lane>(call: Part<'_>, f: impl Fn(
 }
 
 #[inline(always)]
-fn pick<T: Lane>(arg: Arg<'_>, n: usize, stride: usize, lane: usize) -> T {
+fn pick<W: Word, T: Lane<W>>(arg: Arg<'_, W>, n: usize, stride: usize, lane: usize) -> T {
     match arg {
         Arg::Each(words) => T::at(T::each(words, n, stride), lane),
         Arg::Same(words) => T::same(words),
     }
 }
 
+// A float is wrapped for its loop: an impl for every float might be one for ints, as far as the compiler can tell.
 macro_rules! lane {
-    (F) => {
-        f32
+    ($real:ident F) => {
+        One<$real>
     };
-    (I) => {
+    ($real:ident I) => {
         i32
     };
-    (S) => {
+    ($real:ident S) => {
         i32
     };
-    (K) => {
+    ($real:ident K) => {
         i32
     };
-    (T) => {
-        [f32; 3]
+    ($real:ident T) => {
+        [$real; 3]
     };
-    (M) => {
-        [f32; 16]
+    ($real:ident M) => {
+        [$real; 16]
+    };
+}
+
+macro_rules! wrap {
+    (F $value:expr) => {
+        One($value)
+    };
+    ($kind:ident $value:expr) => {
+        $value
+    };
+}
+
+macro_rules! unwrap {
+    (F $name:ident) => {
+        $name.0
+    };
+    ($kind:ident $name:ident) => {
+        $name
     };
 }
 
 macro_rules! call {
-    ($call:ident, $path:path, ($a:ident) -> $o:ident) => {
+    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
-            |part| map1::<lane!($a), lane!($o)>(part, $path),
+            |part| {
+                map1::<$w, lane!($r $a), lane!($r $o)>(
+                    part,
+                    #[inline(always)]
+                    |a| wrap!($o $path(unwrap!($a a))),
+                )
+            },
         )
     };
-    ($call:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {
+    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
-            |part| map2::<lane!($a), lane!($b), lane!($o)>(part, $path),
+            |part| {
+                map2::<$w, lane!($r $a), lane!($r $b), lane!($r $o)>(
+                    part,
+                    #[inline(always)]
+                    |a, b| wrap!($o $path(unwrap!($a a), unwrap!($b b))),
+                )
+            },
         )
     };
-    ($call:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {
+    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
-            |part| map3::<lane!($a), lane!($b), lane!($c), lane!($o)>(part, $path),
+            |part| {
+                map3::<$w, lane!($r $a), lane!($r $b), lane!($r $c), lane!($r $o)>(
+                    part,
+                    #[inline(always)]
+                    |a, b, c| wrap!($o $path(unwrap!($a a), unwrap!($b b), unwrap!($c c))),
+                )
+            },
         )
     };
-    ($call:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {
+    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
-            |part| map4::<lane!($a), lane!($b), lane!($c), lane!($d), lane!($o)>(part, $path),
+            |part| {
+                map4::<$w, lane!($r $a), lane!($r $b), lane!($r $c), lane!($r $d), lane!($r $o)>(
+                    part,
+                    #[inline(always)]
+                    |a, b, c, d| wrap!($o $path(unwrap!($a a), unwrap!($b b), unwrap!($c c), unwrap!($d d))),
+                )
+            },
         )
     };
 }
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $path:path;)*) => {
-        impl Kernel for LaneCall<'_> {
+        impl<W: Word, R: Element<W>> Kernel for Stamped<'_, W, R> {
             type Output = ();
             #[inline(always)]
             fn run(self) {
-                let call = self;
+                let call = self.0;
                 match call.op {
-                    $(LaneOp::$name => call!(call, $path, ($($arg),*) -> $ret)),*
+                    $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
                 }
             }
         }

@@ -4,11 +4,16 @@
 //! operations into loops; a `machine` runs the steps over one batch under lane masks; [`frame`] drives
 //! machines over all points on all cores. This crate must not know the syntax tree, command lines or the disk.
 
+mod arithmetic;
+#[cfg(test)]
+mod bounds;
 mod dictionary;
+mod fields;
 pub mod frame;
 mod lanes;
 mod machine;
 pub mod message;
+mod observer;
 mod order;
 mod profile;
 mod program;
@@ -16,10 +21,12 @@ mod register;
 mod services;
 pub mod source;
 
-pub use frame::{Closures, Frame, Plane, Run, RunOptions, run};
+pub use frame::{Closures, Frame, Plane, Run, RunOptions, observe, run};
 pub use machine::{Component, Param, Stop, show_closure};
 pub use message::{Message, Printed};
+pub use observer::{Observer, Scope, ScopeKind, Slot, Step, Work};
 pub use order::Blocks;
+pub use osl_ir::numeric::Arithmetic;
 pub use osl_noise::Isa;
 pub use profile::ProfileEntry;
 pub use program::Program;

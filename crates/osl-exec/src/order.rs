@@ -103,7 +103,7 @@ impl Blocks {
 
     /// Puts the words of the points from `first` on into rows. `rows` begins with the first word of the row of blocks
     /// that `start` is the first point of.
-    pub fn scatter(&self, first: usize, words: &[u32], start: usize, rows: &mut [u32]) {
+    pub fn scatter<W: Copy>(&self, first: usize, words: &[W], start: usize, rows: &mut [W]) {
         let top = start / self.period() * SIDE;
         let mut done = 0;
         while done < words.len() {

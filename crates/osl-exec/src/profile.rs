@@ -2,6 +2,7 @@
 //!
 //! A machine without a profile asks once a block whether there is one, and measures nothing.
 
+use crate::arithmetic::Arithmetic;
 use crate::machine::{Machine, Stop};
 use crate::program::{Program, Steps};
 use osl_ir::Span;
@@ -80,7 +81,7 @@ impl Profile {
     }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Runs steps and notes what each takes.
     pub(crate) fn profiled(&mut self, steps: &Steps, mask: &crate::machine::Mask) -> Result<(), Stop> {
         let lanes = self.lanes_in(mask);

@@ -8,6 +8,7 @@ mod shared;
 mod uses;
 mod weight;
 
+use crate::arithmetic::{Arithmetic, Word};
 use crate::register::LINE;
 use osl_ir::Span;
 use osl_ir::hir::Global;
@@ -23,7 +24,7 @@ const MAX_BYTES: u64 = 96 << 20;
 const MIN_BYTES: u64 = 8 << 20;
 
 /// Where a value is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Place {
     /// A lane register, from this component on; and the group whose cells share the value.
     Lanes { reg: u32, component: u32, group: Option<u16> },
@@ -31,17 +32,19 @@ pub(crate) enum Place {
     Words(u32),
 }
 
-/// A value: where it is, and how many words (of each lane) it has.
+/// A value: where it is, how many words (of each lane) it has, and what they are.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Operand {
     pub(crate) place: Place,
     pub(crate) words: u32,
+    pub(crate) kind: Kind,
 }
 
 /// Storage of an array.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Array {
     pub(crate) words: u32,
+    pub(crate) kind: Kind,
     pub(crate) len: u32,
     pub(crate) varying: bool,
 }
@@ -181,6 +184,25 @@ pub(crate) enum OutputSource {
     Array(u32),
 }
 
+/// A word of the uniform file before a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Seed {
+    /// An int, or the number of a string.
+    Bits(u32),
+    /// A float.
+    Float(f32),
+}
+
+impl Seed {
+    /// The word in an arithmetic.
+    pub(crate) fn word<A: Arithmetic>(self) -> A::Word {
+        match self {
+            Seed::Bits(bits) => A::Word::of(bits),
+            Seed::Float(x) => A::of(x),
+        }
+    }
+}
+
 /// A compiled program: immutable, shared by all threads.
 #[derive(Clone, Debug)]
 pub struct Program {
@@ -189,7 +211,7 @@ pub struct Program {
     /// Components of each lane register.
     pub(crate) registers: Vec<u32>,
     /// The uniform file as it starts, constants filled in.
-    pub(crate) words: Vec<u32>,
+    pub(crate) words: Vec<Seed>,
     pub(crate) arrays: Vec<Array>,
     /// Varying globals that are read, with their registers.
     pub(crate) globals: Vec<(Global, Operand)>,
@@ -243,6 +265,7 @@ impl Program {
             .iter()
             .map(|slot| Array {
                 words: words_of(slot.kind),
+                kind: slot.kind,
                 len: slot.len.unwrap_or(0),
                 varying: slot.rate == Rate::Varying,
             })
@@ -273,6 +296,16 @@ impl Program {
     /// The name of the shader at a place of the source.
     pub(crate) fn shader(&self, span: osl_ir::Span) -> Arc<str> {
         self.names(span).map_or_else(|| "".into(), |(_, names)| names.shader.clone())
+    }
+
+    /// How many instructions a run can tell of: their numbers are below.
+    pub fn instructions(&self) -> usize {
+        self.marks.len()
+    }
+
+    /// What an instruction does, as `oslrun ir` names it, and the source that it comes from.
+    pub fn instruction(&self, at: u32) -> Option<(&str, Span)> {
+        self.marks.get(at as usize).map(|mark| (&*mark.name, mark.span))
     }
 
     /// Lane registers and the words of each lane that they hold, for reports.
@@ -341,7 +374,7 @@ struct Compiler<'a> {
     free: FxHashMap<u32, Vec<u32>>,
     /// Registers to free behind a position.
     ending: FxHashMap<u32, Vec<(u32, u32)>>,
-    words: Vec<u32>,
+    words: Vec<Seed>,
     globals: Vec<(Global, Operand)>,
     slopes: Vec<(Global, Axis, Operand)>,
     strings: Strings,
@@ -378,19 +411,19 @@ impl<'a> Compiler<'a> {
     }
 
     fn operand(&mut self, v: ValueId) -> Operand {
-        let words = words_of(self.body.kind(v));
+        let kind = self.body.kind(v);
         let place = match self.places.get(v.index()).copied().flatten() {
             Some(place) => place,
             None => self.define(v),
         };
-        Operand { place, words }
+        Operand { place, words: words_of(kind), kind }
     }
 
     /// Gives a value its place. Values of a valid body are defined before they are used.
     fn define(&mut self, v: ValueId) -> Place {
         let words = words_of(self.body.kind(v));
         let place = if self.body.value(v).rate == Rate::Uniform {
-            self.words.resize(self.words.len() + words as usize, 0);
+            self.words.resize(self.words.len() + words as usize, Seed::Bits(0));
             Place::Words((self.words.len() - words as usize) as u32)
         } else {
             let reg = self.take_register(words);
@@ -623,13 +656,13 @@ impl<'a> Compiler<'a> {
     }
 
     fn constant(&mut self, value: &Const, out: Operand, steps: &mut Vec<Step>) {
-        let words: Vec<u32> = match value {
-            Const::Int(n) => vec![*n as u32],
-            Const::Float(x) => vec![x.to_bits()],
-            Const::Triple(t) => t.iter().map(|x| x.to_bits()).collect(),
-            Const::Matrix(m) => m.iter().map(|x| x.to_bits()).collect(),
-            Const::Str(s) => vec![self.strings.number(s)],
-            Const::Null => vec![0],
+        let words: Vec<Seed> = match value {
+            Const::Int(n) => vec![Seed::Bits(*n as u32)],
+            Const::Float(x) => vec![Seed::Float(*x)],
+            Const::Triple(t) => t.iter().map(|x| Seed::Float(*x)).collect(),
+            Const::Matrix(m) => m.iter().map(|x| Seed::Float(*x)).collect(),
+            Const::Str(s) => vec![Seed::Bits(self.strings.number(s))],
+            Const::Null => vec![Seed::Bits(0)],
         };
         match out.place {
             Place::Words(at) => {
@@ -643,11 +676,16 @@ impl<'a> Compiler<'a> {
                 let at = self.words.len() as u32;
                 for (component, word) in words.iter().enumerate() {
                     self.words.push(*word);
-                    let from = Operand { place: Place::Words(at + component as u32), words: 1 };
+                    let kind = if matches!(word, Seed::Float(_)) { Kind::Float } else { Kind::Int };
+                    let from = Operand { place: Place::Words(at + component as u32), words: 1, kind };
                     let Place::Lanes { reg, component: base, group } = out.place else { continue };
                     let place = Place::Lanes { reg, component: base + component as u32, group };
-                    let to = Operand { place, words: 1 };
-                    steps.push(Step::Lane(LaneStep::new(LaneOp::IOr, &[from, from], to)));
+                    let to = Operand { place, words: 1, kind };
+                    let step = match word {
+                        Seed::Bits(_) => LaneStep::new(LaneOp::IOr, &[from, from], to),
+                        Seed::Float(_) => LaneStep::new(LaneOp::Still, &[from], to),
+                    };
+                    steps.push(Step::Lane(step));
                 }
             }
         }

@@ -1,6 +1,7 @@
 //! What a running shader can ask of its surroundings: named spaces and textures.
 
 use osl_image::TextureCache;
+use osl_ir::numeric::Real;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -60,18 +61,18 @@ impl Spaces {
         found.or_else(|| self.to_common.get(name).copied())
     }
 
-    /// The matrix from one space to another, or the name that is unknown.
+    /// The matrix from one space to another in some arithmetic, or the name that is unknown.
     ///
     /// # Errors
     /// The unknown name.
-    pub fn matrix<'n>(&self, from: &'n str, to: &'n str) -> Result<[f32; 16], &'n str> {
-        let from_matrix = self.to_common(from).ok_or(from)?;
+    pub fn matrix<'n, R: Real>(&self, from: &'n str, to: &'n str) -> Result<[R; 16], &'n str> {
+        let from_matrix = self.to_common(from).ok_or(from)?.map(R::lit);
         if let Some(to_matrix) = self.from_common.get(to) {
-            return Ok(osl_ir::numeric::matrix::multiply(from_matrix, *to_matrix));
+            return Ok(osl_ir::numeric::matrix::multiply(from_matrix, to_matrix.map(R::lit)));
         }
-        let to_matrix = self.to_common(to).ok_or(to)?;
+        let to_matrix = self.to_common(to).ok_or(to)?.map(R::lit);
         if from == to {
-            return Ok(IDENTITY);
+            return Ok(IDENTITY.map(R::lit));
         }
         let common = |name: &str| name == "common" || name == "world";
         Ok(match (common(from), common(to)) {

@@ -3,3 +3,9 @@
 //!
 //! It runs programs through `osl-exec` and reads what comes out. It must not know the terminal or the command line: its
 //! results are values, with text, JSON and HTML forms.
+
+pub mod explain;
+pub mod sample;
+pub mod stability;
+pub mod trace;
+pub mod tradeoff;

@@ -4,61 +4,65 @@
 //! shortest goes; other numbers of dimensions leave the output as it is. A single point is a batch of one.
 
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Range, Simplex};
+use crate::float::Float;
 use crate::number::Dual;
 use crate::simd::{Isa, Kernel};
 use crate::unroll::array;
 
 /// One value a point.
-pub fn eval(isa: Isa, kind: Kind, coords: &[&[f32]], out: &mut [f32]) {
-    by_kind(isa, Call { kind, coords, periods: &[], out: Out::One(out) });
+pub fn eval<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {
+    T::run(isa, Call { kind, coords, periods: &[], out: Out::One(out) });
 }
 
 /// Three values a point.
-pub fn eval3(isa: Isa, kind: Kind, coords: &[&[f32]], out: [&mut [f32]; 3]) {
-    by_kind(isa, Call { kind, coords, periods: &[], out: Out::Three(out) });
+pub fn eval3<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: [&mut [T]; 3]) {
+    T::run(isa, Call { kind, coords, periods: &[], out: Out::Three(out) });
 }
 
 /// One value a point of the field repeated with the periods, one slice for each dimension.
-pub fn eval_periodic(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: &mut [f32]) {
-    by_kind(isa, Call { kind, coords, periods, out: Out::One(out) });
+pub fn eval_periodic<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: &mut [T]) {
+    T::run(isa, Call { kind, coords, periods, out: Out::One(out) });
 }
 
 /// Three values a point of the field repeated with the periods.
-pub fn eval3_periodic(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: [&mut [f32]; 3]) {
-    by_kind(isa, Call { kind, coords, periods, out: Out::Three(out) });
+pub fn eval3_periodic<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
+    T::run(isa, Call { kind, coords, periods, out: Out::Three(out) });
 }
 
 /// One value a point with its partials: `coords` are the values, then the partials of each in the first direction,
 /// then those in the second; `out` is value and both partials. `periods` may be empty. With partials (1, 0) and
 /// (0, 1) the result is the gradient.
-pub fn eval_dual(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: [&mut [f32]; 3]) {
-    by_kind(isa, Call { kind, coords, periods, out: Out::Dual(out) });
+pub fn eval_dual<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
+    T::run(isa, Call { kind, coords, periods, out: Out::Dual(out) });
 }
 
 /// Three values a point with their partials: `out` is the three values, then the three partials in the first
 /// direction, then in the second.
-pub fn eval3_dual(isa: Isa, kind: Kind, coords: &[&[f32]], periods: &[&[f32]], out: [&mut [f32]; 9]) {
-    by_kind(isa, Call { kind, coords, periods, out: Out::Duals(out) });
+pub fn eval3_dual<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 9]) {
+    T::run(isa, Call { kind, coords, periods, out: Out::Duals(out) });
 }
 
-enum Out<'a> {
-    One(&'a mut [f32]),
-    Three([&'a mut [f32]; 3]),
-    Dual([&'a mut [f32]; 3]),
-    Duals([&'a mut [f32]; 9]),
+#[derive(Debug)]
+enum Out<'a, T> {
+    One(&'a mut [T]),
+    Three([&'a mut [T]; 3]),
+    Dual([&'a mut [T]; 3]),
+    Duals([&'a mut [T]; 9]),
 }
 
-struct Call<'a> {
+/// What is to be computed at which points.
+#[derive(Debug)]
+pub struct Call<'a, T> {
     kind: Kind,
-    coords: &'a [&'a [f32]],
-    periods: &'a [&'a [f32]],
-    out: Out<'a>,
+    coords: &'a [&'a [T]],
+    periods: &'a [&'a [T]],
+    out: Out<'a, T>,
 }
 
 // What is called is chosen outside of the functions that are compiled for each instruction set: each loop is one of
 // its own, which compilers take far less time for.
 
-fn by_kind(isa: Isa, call: Call<'_>) {
+pub(crate) fn by_kind<T: Float>(isa: Isa, call: Call<'_, T>) {
     match call.kind {
         Kind::Cell => by_dimension(isa, Cell, call),
         Kind::Hash => by_dimension(isa, Hash, call),
@@ -69,13 +73,13 @@ fn by_kind(isa: Isa, call: Call<'_>) {
     }
 }
 
-fn by_dimension<F: Field>(isa: Isa, field: F, call: Call<'_>) {
+fn by_dimension<T: Float, F: Field>(isa: Isa, field: F, call: Call<'_, T>) {
     let dual = matches!(call.out, Out::Dual(_) | Out::Duals(_));
     match call.coords.len() / if dual { 3 } else { 1 } {
-        1 => by_form::<F, 1>(isa, field, call),
-        2 => by_form::<F, 2>(isa, field, call),
-        3 => by_form::<F, 3>(isa, field, call),
-        4 => by_form::<F, 4>(isa, field, call),
+        1 => by_form::<T, F, 1>(isa, field, call),
+        2 => by_form::<T, F, 2>(isa, field, call),
+        3 => by_form::<T, F, 3>(isa, field, call),
+        4 => by_form::<T, F, 4>(isa, field, call),
         _ => {}
     }
 }
@@ -83,7 +87,7 @@ fn by_dimension<F: Field>(isa: Isa, field: F, call: Call<'_>) {
 /// `N` slices cut to `n`. The caller has counted both, and a length that is `n` beyond doubt is what frees the loop
 /// from checks. Where there are too few, all are empty.
 #[inline(always)]
-fn cut<'a, const N: usize>(slices: &[&'a [f32]], from: usize, n: usize) -> [&'a [f32]; N] {
+fn cut<'a, T, const N: usize>(slices: &[&'a [T]], from: usize, n: usize) -> [&'a [T]; N] {
     if slices.len() < from + N {
         return [&[]; N];
     }
@@ -93,7 +97,7 @@ fn cut<'a, const N: usize>(slices: &[&'a [f32]], from: usize, n: usize) -> [&'a 
     )
 }
 
-fn by_form<F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_>) {
+fn by_form<T: Float, F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_, T>) {
     let Call { coords, periods, out, .. } = call;
     let lengths = coords.iter().chain(periods).map(|s| s.len());
     let n = lengths.min().unwrap_or(0);
@@ -101,42 +105,42 @@ fn by_form<F: Field, const D: usize>(isa: Isa, field: F, call: Call<'_>) {
     match out {
         Out::One(out) => {
             let n = n.min(out.len());
-            let (c, out): ([&[f32]; D], _) = (cut(coords, 0, n), &mut out[..n]);
+            let (c, out): ([&[T]; D], _) = (cut(coords, 0, n), &mut out[..n]);
             if periodic {
-                return isa.dispatch(OnePeriodic { field, c, p: cut(periods, 0, n), out });
+                return T::dispatch(isa, OnePeriodic { field, c, p: cut(periods, 0, n), out });
             }
             let done = field.shared(isa, c, out);
-            isa.dispatch(One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
+            T::dispatch(isa, One { field, c: c.map(|c| &c[done..]), out: &mut out[done..] });
         }
         Out::Three([x, y, z]) => {
             let n = n.min(x.len()).min(y.len()).min(z.len());
-            let c: [&[f32]; D] = cut(coords, 0, n);
+            let c: [&[T]; D] = cut(coords, 0, n);
             let out = [&mut x[..n], &mut y[..n], &mut z[..n]];
             if periodic {
-                return isa.dispatch(ThreePeriodic { field, c, p: cut(periods, 0, n), out });
+                return T::dispatch(isa, ThreePeriodic { field, c, p: cut(periods, 0, n), out });
             }
-            isa.dispatch(Three { field, c, out });
+            T::dispatch(isa, Three { field, c, out });
         }
         Out::Dual([v, dx, dy]) => {
             let n = n.min(v.len()).min(dx.len()).min(dy.len());
-            let (c, p) = (Duals::<D>::new(coords, n), periodic.then(|| cut::<D>(periods, 0, n)));
-            isa.dispatch(OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
+            let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
+            T::dispatch(isa, OneDual { field, c, p, out: [&mut v[..n], &mut dx[..n], &mut dy[..n]] });
         }
         Out::Duals(out) => {
             let n = out.iter().fold(n, |n, o| n.min(o.len()));
-            let (c, p) = (Duals::<D>::new(coords, n), periodic.then(|| cut::<D>(periods, 0, n)));
-            isa.dispatch(ThreeDual { field, c, p, out, n });
+            let (c, p) = (Duals::<T, D>::new(coords, n), periodic.then(|| cut::<T, D>(periods, 0, n)));
+            T::dispatch(isa, ThreeDual { field, c, p, out, n });
         }
     }
 }
 
-struct One<'a, F, const D: usize> {
+struct One<'a, T, F, const D: usize> {
     field: F,
-    c: [&'a [f32]; D],
-    out: &'a mut [f32],
+    c: [&'a [T]; D],
+    out: &'a mut [T],
 }
 
-impl<F: Field, const D: usize> Kernel for One<'_, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for One<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -150,14 +154,14 @@ impl<F: Field, const D: usize> Kernel for One<'_, F, D> {
     }
 }
 
-struct OnePeriodic<'a, F, const D: usize> {
+struct OnePeriodic<'a, T, F, const D: usize> {
     field: F,
-    c: [&'a [f32]; D],
-    p: [&'a [f32]; D],
-    out: &'a mut [f32],
+    c: [&'a [T]; D],
+    p: [&'a [T]; D],
+    out: &'a mut [T],
 }
 
-impl<F: Field, const D: usize> Kernel for OnePeriodic<'_, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for OnePeriodic<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -171,13 +175,13 @@ impl<F: Field, const D: usize> Kernel for OnePeriodic<'_, F, D> {
     }
 }
 
-struct Three<'a, F, const D: usize> {
+struct Three<'a, T, F, const D: usize> {
     field: F,
-    c: [&'a [f32]; D],
-    out: [&'a mut [f32]; 3],
+    c: [&'a [T]; D],
+    out: [&'a mut [T]; 3],
 }
 
-impl<F: Field, const D: usize> Kernel for Three<'_, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for Three<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -193,14 +197,14 @@ impl<F: Field, const D: usize> Kernel for Three<'_, F, D> {
     }
 }
 
-struct ThreePeriodic<'a, F, const D: usize> {
+struct ThreePeriodic<'a, T, F, const D: usize> {
     field: F,
-    c: [&'a [f32]; D],
-    p: [&'a [f32]; D],
-    out: [&'a mut [f32]; 3],
+    c: [&'a [T]; D],
+    p: [&'a [T]; D],
+    out: [&'a mut [T]; 3],
 }
 
-impl<F: Field, const D: usize> Kernel for ThreePeriodic<'_, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for ThreePeriodic<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -216,14 +220,14 @@ impl<F: Field, const D: usize> Kernel for ThreePeriodic<'_, F, D> {
     }
 }
 
-struct OneDual<'a, F, const D: usize> {
+struct OneDual<'a, T, F, const D: usize> {
     field: F,
-    c: Duals<'a, D>,
-    p: Option<[&'a [f32]; D]>,
-    out: [&'a mut [f32]; 3],
+    c: Duals<'a, T, D>,
+    p: Option<[&'a [T]; D]>,
+    out: [&'a mut [T]; 3],
 }
 
-impl<F: Field, const D: usize> Kernel for OneDual<'_, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -254,15 +258,15 @@ impl<F: Field, const D: usize> Kernel for OneDual<'_, F, D> {
     }
 }
 
-struct ThreeDual<'a, F, const D: usize> {
+struct ThreeDual<'a, T, F, const D: usize> {
     field: F,
-    c: Duals<'a, D>,
-    p: Option<[&'a [f32]; D]>,
-    out: [&'a mut [f32]; 9],
+    c: Duals<'a, T, D>,
+    p: Option<[&'a [T]; D]>,
+    out: [&'a mut [T]; 9],
     n: usize,
 }
 
-impl<F: Field, const D: usize> Kernel for ThreeDual<'_, F, D> {
+impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
     type Output = ();
     #[inline(always)]
     fn run(self) {
@@ -283,7 +287,7 @@ impl<F: Field, const D: usize> Kernel for ThreeDual<'_, F, D> {
 
 /// Slices cut to a length that is `n` beyond doubt, which frees loops from checks.
 #[inline(always)]
-fn same<const D: usize>(slices: [&[f32]; D], n: usize) -> [&[f32]; D] {
+fn same<T, const D: usize>(slices: [&[T]; D], n: usize) -> [&[T]; D] {
     array(
         #[inline(always)]
         |a| &slices[a][..n],
@@ -292,7 +296,7 @@ fn same<const D: usize>(slices: [&[f32]; D], n: usize) -> [&[f32]; D] {
 
 /// One point of some slices.
 #[inline(always)]
-fn at<const D: usize>(slices: [&[f32]; D], i: usize) -> [f32; D] {
+fn at<T: Copy, const D: usize>(slices: [&[T]; D], i: usize) -> [T; D] {
     array(
         #[inline(always)]
         |a| slices[a][i],
@@ -300,15 +304,15 @@ fn at<const D: usize>(slices: [&[f32]; D], i: usize) -> [f32; D] {
 }
 
 #[derive(Clone, Copy)]
-struct Duals<'a, const D: usize> {
-    v: [&'a [f32]; D],
-    dx: [&'a [f32]; D],
-    dy: [&'a [f32]; D],
+struct Duals<'a, T, const D: usize> {
+    v: [&'a [T]; D],
+    dx: [&'a [T]; D],
+    dy: [&'a [T]; D],
 }
 
-impl<'a, const D: usize> Duals<'a, D> {
+impl<'a, T: Float, const D: usize> Duals<'a, T, D> {
     #[inline(always)]
-    fn new(coords: &[&'a [f32]], n: usize) -> Self {
+    fn new(coords: &[&'a [T]], n: usize) -> Self {
         Duals { v: cut(coords, 0, n), dx: cut(coords, D, n), dy: cut(coords, 2 * D, n) }
     }
 
@@ -318,7 +322,7 @@ impl<'a, const D: usize> Duals<'a, D> {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize) -> [Dual; D] {
+    fn at(&self, i: usize) -> [Dual<T>; D] {
         array(
             #[inline(always)]
             |a| Dual { v: self.v[a][i], dx: self.dx[a][i], dy: self.dy[a][i] },
@@ -332,7 +336,7 @@ impl<'a, const D: usize> Duals<'a, D> {
 // by one.
 #[inline(always)]
 #[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
-fn fill(out: &mut [f32], f: impl Fn(usize) -> f32) {
+fn fill<T>(out: &mut [T], f: impl Fn(usize) -> T) {
     let n = out.len();
     for i in 0..n {
         out[i] = f(i);
@@ -340,7 +344,7 @@ fn fill(out: &mut [f32], f: impl Fn(usize) -> f32) {
 }
 
 #[inline(always)]
-fn fill3(x: &mut [f32], y: &mut [f32], z: &mut [f32], f: impl Fn(usize) -> [f32; 3]) {
+fn fill3<T: Copy>(x: &mut [T], y: &mut [T], z: &mut [T], f: impl Fn(usize) -> [T; 3]) {
     let n = x.len();
     let (y, z) = (&mut y[..n], &mut z[..n]);
     for i in 0..n {

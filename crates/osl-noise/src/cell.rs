@@ -1,6 +1,7 @@
 //! Cell noise, constant within each unit cell, and hash noise, different at every float.
 
-use crate::hash::{cell, floor, hash, unit};
+use crate::float::Float;
+use crate::hash::hash;
 use crate::unroll::array;
 
 /// Wraps a coordinate into its period, which is floored and at least 1. Every step is rounded, so the result may
@@ -10,50 +11,45 @@ use crate::unroll::array;
 /// Here it is the coordinate if that is NaN, else the period, made quiet; else, for what is infinite, the word
 /// 0xffc00000.
 #[inline(always)]
-pub(crate) fn wrap(x: f32, period: f32) -> f32 {
-    let q = floor(period);
-    let q = if q < 1.0 { 1.0 } else { q };
-    let wrapped = x - q * floor(x / q);
-    let nan = if period.is_nan() { period.to_bits() | QUIET } else { 0xffc0_0000 };
-    let nan = if x.is_nan() { x.to_bits() | QUIET } else { nan };
-    f32::from_bits(if wrapped.is_nan() { nan } else { wrapped.to_bits() })
+pub(crate) fn wrap<F: Float>(x: F, period: F) -> F {
+    let q = period.floor();
+    let q = if q < F::lit(1.0) { F::lit(1.0) } else { q };
+    let wrapped = x - q * (x / q).floor();
+    if wrapped.is_nan() { F::nan_of(x, period) } else { wrapped }
 }
-
-/// The bit of a NaN that arithmetic sets.
-const QUIET: u32 = 0x0040_0000;
 
 /// The words of the cells of a point.
 #[inline(always)]
-pub(crate) fn cells<const D: usize>(p: [f32; D]) -> [u32; D] {
+pub(crate) fn cells<F: Float, const D: usize>(p: [F; D]) -> [u32; D] {
     array(
         #[inline(always)]
-        |a| cell(p[a]) as u32,
+        |a| p[a].cell().0 as u32,
     )
 }
 
-/// The words of the coordinates themselves.
+/// The words of the coordinates themselves, in single precision.
 #[inline(always)]
-pub(crate) fn bits<const D: usize>(p: [f32; D]) -> [u32; D] {
+pub(crate) fn bits<F: Float, const D: usize>(p: [F; D]) -> [u32; D] {
     array(
         #[inline(always)]
-        |a| p[a].to_bits(),
+        |a| p[a].word(),
     )
 }
 
 /// One value of a lattice point.
 #[inline(always)]
-pub(crate) fn one<const D: usize>(words: [u32; D]) -> f32 {
-    unit(hash(words))
+pub(crate) fn one<F: Float, const D: usize>(words: [u32; D]) -> F {
+    F::unit(hash(words))
 }
 
 /// Three values of a lattice point, each with its number as a further word.
 #[inline(always)]
-pub(crate) fn three<const D: usize>(words: [u32; D]) -> [f32; 3] {
+pub(crate) fn three<F: Float, const D: usize>(words: [u32; D]) -> [F; 3] {
     let with = |n: u32| match D {
-        1 => unit(hash([words[0], n])),
-        2 => unit(hash([words[0], words[1], n])),
-        3 => unit(hash([words[0], words[1], words[2], n])),
-        _ => unit(hash([words[0], words[1], words[2], words[3], n])),
+        1 => F::unit(hash([words[0], n])),
+        2 => F::unit(hash([words[0], words[1], n])),
+        3 => F::unit(hash([words[0], words[1], words[2], n])),
+        _ => F::unit(hash([words[0], words[1], words[2], words[3], n])),
     };
     [with(0), with(1), with(2)]
 }

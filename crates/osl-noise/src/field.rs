@@ -2,6 +2,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use crate::coherent;
+use crate::float::Float;
 use crate::number::{Dual, Number};
 use crate::simd::Isa;
 use crate::unroll::{array, each};
@@ -33,26 +34,26 @@ impl Kind {
 /// A field as a type, so that a loop over it is compiled for it alone.
 pub(crate) trait Field: Copy {
     /// Computes one value at each point as far as points come in few cells; tells how many it has done.
-    fn shared<const D: usize>(self, isa: Isa, coords: [&[f32]; D], out: &mut [f32]) -> usize {
+    fn shared<F: Float, const D: usize>(self, isa: Isa, coords: [&[F]; D], out: &mut [F]) -> usize {
         let _ = (isa, coords, out);
         0
     }
     /// One value.
-    fn one<const D: usize>(self, p: [f32; D]) -> f32;
+    fn one<F: Float, const D: usize>(self, p: [F; D]) -> F;
     /// Three values.
-    fn three<const D: usize>(self, p: [f32; D]) -> [f32; 3];
+    fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3];
     /// One value, the field repeated with the periods. Simplex noise has no periodic form and ignores them.
-    fn one_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> f32;
+    fn one_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> F;
     /// Three values, the field repeated.
-    fn three_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> [f32; 3];
+    fn three_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> [F; 3];
     /// One value with its partials along two directions.
-    fn one_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> Dual;
+    fn one_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> Dual<F>;
     /// Three values with their partials.
-    fn three_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> [Dual; 3];
+    fn three_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> [Dual<F>; 3];
 }
 
 #[inline(always)]
-fn wrapped<const D: usize>(p: [f32; D], periods: [f32; D]) -> [f32; D] {
+fn wrapped<F: Float, const D: usize>(p: [F; D], periods: [F; D]) -> [F; D] {
     array(
         #[inline(always)]
         |a| cell::wrap(p[a], periods[a]),
@@ -66,32 +67,36 @@ macro_rules! stepped {
 
         impl Field for $name {
             #[inline(always)]
-            fn one<const D: usize>(self, p: [f32; D]) -> f32 {
+            fn one<F: Float, const D: usize>(self, p: [F; D]) -> F {
                 cell::one($words(p))
             }
             #[inline(always)]
-            fn three<const D: usize>(self, p: [f32; D]) -> [f32; 3] {
+            fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3] {
                 cell::three($words(p))
             }
             #[inline(always)]
-            fn one_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> f32 {
+            fn one_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> F {
                 self.one(wrapped(p, periods))
             }
             #[inline(always)]
-            fn three_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> [f32; 3] {
+            fn three_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> [F; 3] {
                 self.three(wrapped(p, periods))
             }
             #[inline(always)]
-            fn one_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> Dual {
-                let p: [f32; D] = array(
+            fn one_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> Dual<F> {
+                let p: [F; D] = array(
                     #[inline(always)]
                     |a| p[a].v,
                 );
                 Dual::constant(periods.map_or_else(|| self.one(p), |periods| self.one_periodic(p, periods)))
             }
             #[inline(always)]
-            fn three_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> [Dual; 3] {
-                let p: [f32; D] = array(
+            fn three_dual<F: Float, const D: usize>(
+                self,
+                p: [Dual<F>; D],
+                periods: Option<[F; D]>,
+            ) -> [Dual<F>; 3] {
+                let p: [F; D] = array(
                     #[inline(always)]
                     |a| p[a].v,
                 );
@@ -123,7 +128,7 @@ impl Range {
     /// A number from −1 to 1 in the range, partials included.
     #[inline(always)]
     fn of<N: Number>(self, x: N) -> N {
-        x.with_value(x.value() + self.shift).scale(self.factor)
+        x.with_value(x.value() + N::Float::lit(self.shift)).scale(N::Float::lit(self.factor))
     }
 
     #[inline(always)]
@@ -137,7 +142,8 @@ pub(crate) struct Perlin(pub(crate) Range);
 
 impl Field for Perlin {
     #[cfg(target_arch = "x86_64")]
-    fn shared<const D: usize>(self, isa: Isa, coords: [&[f32]; D], out: &mut [f32]) -> usize {
+    fn shared<F: Float, const D: usize>(self, isa: Isa, coords: [&[F]; D], out: &mut [F]) -> usize {
+        let Some((coords, out)) = F::singles(coords, out) else { return 0 };
         match coords[..] {
             [x, y] => coherent::fill::<coherent::Perlin, 2>(isa, self.0, [x, y], out),
             [x, y, z] => coherent::fill::<coherent::Perlin, 3>(isa, self.0, [x, y, z], out),
@@ -145,28 +151,28 @@ impl Field for Perlin {
         }
     }
     #[inline(always)]
-    fn one<const D: usize>(self, p: [f32; D]) -> f32 {
-        self.0.of(perlin::one::<f32, D, false>(p, None))
+    fn one<F: Float, const D: usize>(self, p: [F; D]) -> F {
+        self.0.of(perlin::one::<F, D, false>(p, None))
     }
     #[inline(always)]
-    fn three<const D: usize>(self, p: [f32; D]) -> [f32; 3] {
-        self.0.of3(perlin::three::<f32, D, false>(p, None))
+    fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3] {
+        self.0.of3(perlin::three::<F, D, false>(p, None))
     }
     #[inline(always)]
-    fn one_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> f32 {
-        self.0.of(perlin::one::<f32, D, false>(p, Some(periods)))
+    fn one_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> F {
+        self.0.of(perlin::one::<F, D, false>(p, Some(periods)))
     }
     #[inline(always)]
-    fn three_periodic<const D: usize>(self, p: [f32; D], periods: [f32; D]) -> [f32; 3] {
-        self.0.of3(perlin::three::<f32, D, false>(p, Some(periods)))
+    fn three_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> [F; 3] {
+        self.0.of3(perlin::three::<F, D, false>(p, Some(periods)))
     }
     #[inline(always)]
-    fn one_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> Dual {
-        self.0.of(perlin::one::<Dual, D, true>(p, periods))
+    fn one_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> Dual<F> {
+        self.0.of(perlin::one::<Dual<F>, D, true>(p, periods))
     }
     #[inline(always)]
-    fn three_dual<const D: usize>(self, p: [Dual; D], periods: Option<[f32; D]>) -> [Dual; 3] {
-        self.0.of3(perlin::three::<Dual, D, true>(p, periods))
+    fn three_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], periods: Option<[F; D]>) -> [Dual<F>; 3] {
+        self.0.of3(perlin::three::<Dual<F>, D, true>(p, periods))
     }
 }
 
@@ -175,29 +181,29 @@ pub(crate) struct Simplex(pub(crate) Range);
 
 impl Simplex {
     #[inline(always)]
-    fn value<const D: usize>(self, p: [f32; D], seed: u32) -> f32 {
+    fn value<F: Float, const D: usize>(self, p: [F; D], seed: u32) -> F {
         self.0.of(simplex::field(p, seed).0)
     }
 
     #[inline(always)]
-    fn dual<const D: usize>(self, p: [Dual; D], seed: u32) -> Dual {
-        let (v, gradient) = simplex::field::<D>(
+    fn dual<F: Float, const D: usize>(self, p: [Dual<F>; D], seed: u32) -> Dual<F> {
+        let (v, gradient) = simplex::field::<F, D>(
             array(
                 #[inline(always)]
                 |a| p[a].v,
             ),
             seed,
         );
-        let gradient: [f32; D] = array(
+        let gradient: [F; D] = array(
             #[inline(always)]
-            |a| gradient[a] * self.0.factor,
+            |a| gradient[a] * F::lit(self.0.factor),
         );
-        let along = |part: fn(Dual) -> f32| {
+        let along = |part: fn(Dual<F>) -> F| {
             let mut total = gradient[0] * part(p[0]);
             each(
                 D - 1,
                 #[inline(always)]
-                |a| total += gradient[a + 1] * part(p[a + 1]),
+                |a| total = total + gradient[a + 1] * part(p[a + 1]),
             );
             total
         };
@@ -207,34 +213,35 @@ impl Simplex {
 
 impl Field for Simplex {
     #[cfg(target_arch = "x86_64")]
-    fn shared<const D: usize>(self, isa: Isa, coords: [&[f32]; D], out: &mut [f32]) -> usize {
+    fn shared<F: Float, const D: usize>(self, isa: Isa, coords: [&[F]; D], out: &mut [F]) -> usize {
+        let Some((coords, out)) = F::singles(coords, out) else { return 0 };
         match coords[..] {
             [x, y, z] => coherent::fill::<coherent::Simplex, 3>(isa, self.0, [x, y, z], out),
             _ => 0,
         }
     }
     #[inline(always)]
-    fn one<const D: usize>(self, p: [f32; D]) -> f32 {
+    fn one<F: Float, const D: usize>(self, p: [F; D]) -> F {
         self.value(p, 0)
     }
     #[inline(always)]
-    fn three<const D: usize>(self, p: [f32; D]) -> [f32; 3] {
+    fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3] {
         [self.value(p, 0), self.value(p, 1), self.value(p, 2)]
     }
     #[inline(always)]
-    fn one_periodic<const D: usize>(self, p: [f32; D], _: [f32; D]) -> f32 {
+    fn one_periodic<F: Float, const D: usize>(self, p: [F; D], _: [F; D]) -> F {
         self.one(p)
     }
     #[inline(always)]
-    fn three_periodic<const D: usize>(self, p: [f32; D], _: [f32; D]) -> [f32; 3] {
+    fn three_periodic<F: Float, const D: usize>(self, p: [F; D], _: [F; D]) -> [F; 3] {
         self.three(p)
     }
     #[inline(always)]
-    fn one_dual<const D: usize>(self, p: [Dual; D], _: Option<[f32; D]>) -> Dual {
+    fn one_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], _: Option<[F; D]>) -> Dual<F> {
         self.dual(p, 0)
     }
     #[inline(always)]
-    fn three_dual<const D: usize>(self, p: [Dual; D], _: Option<[f32; D]>) -> [Dual; 3] {
+    fn three_dual<F: Float, const D: usize>(self, p: [Dual<F>; D], _: Option<[F; D]>) -> [Dual<F>; 3] {
         [self.dual(p, 0), self.dual(p, 1), self.dual(p, 2)]
     }
 }

@@ -91,13 +91,6 @@ pub fn cell(x: f32) -> i32 {
     i.wrapping_sub(i32::from(above))
 }
 
-/// Cell and fraction of a coordinate.
-#[inline(always)]
-pub(crate) fn split(x: f32) -> (i32, f32) {
-    let i = cell(x);
-    (i, x - i as f32)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

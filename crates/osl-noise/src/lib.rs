@@ -17,6 +17,7 @@ pub mod cells;
 #[cfg(target_arch = "x86_64")]
 mod coherent;
 pub mod field;
+mod float;
 pub mod gabor;
 pub mod hash;
 mod math;
@@ -28,4 +29,5 @@ mod unroll;
 
 pub use batch::{eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic};
 pub use field::Kind;
-pub use simd::{Isa, Kernel};
+pub use float::Float;
+pub use simd::{FusedKernel, Isa, Kernel};

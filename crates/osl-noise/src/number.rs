@@ -1,22 +1,26 @@
 //! The numbers that a field is computed in: plain, or dual (a value with partial derivatives).
 
+use crate::float::Float;
+
 /// What a noise body does with its coordinates.
 pub(crate) trait Number: Copy {
+    /// What its value is.
+    type Float: Float;
     /// A constant with zero partials.
-    fn constant(value: f32) -> Self;
+    fn constant(value: Self::Float) -> Self;
     /// What the number keeps of a dual one.
-    fn from_dual(dual: Dual) -> Self;
+    fn from_dual(dual: Dual<Self::Float>) -> Self;
     /// Itself with its partials, zero where it has none.
-    fn dual(self) -> Dual;
+    fn dual(self) -> Dual<Self::Float>;
     /// The value.
-    fn value(self) -> f32;
+    fn value(self) -> Self::Float;
     /// The same partials with another value.
-    fn with_value(self, value: f32) -> Self;
+    fn with_value(self, value: Self::Float) -> Self;
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
     /// Times a plain number.
-    fn scale(self, factor: f32) -> Self;
+    fn scale(self, factor: Self::Float) -> Self;
     /// Negated where `bits` is not 0.
     fn negate_if(self, bits: u32) -> Self;
     /// One of two.
@@ -29,107 +33,109 @@ pub(crate) fn flip(x: f32, bits: u32) -> f32 {
     f32::from_bits(x.to_bits() ^ if bits != 0 { 0x8000_0000 } else { 0 })
 }
 
-impl Number for f32 {
+impl<F: Float> Number for F {
+    type Float = F;
     #[inline(always)]
-    fn constant(value: f32) -> f32 {
+    fn constant(value: F) -> F {
         value
     }
     #[inline(always)]
-    fn from_dual(dual: Dual) -> f32 {
+    fn from_dual(dual: Dual<F>) -> F {
         dual.v
     }
     #[inline(always)]
-    fn dual(self) -> Dual {
+    fn dual(self) -> Dual<F> {
         Dual::constant(self)
     }
     #[inline(always)]
-    fn value(self) -> f32 {
+    fn value(self) -> F {
         self
     }
     #[inline(always)]
-    fn with_value(self, value: f32) -> f32 {
+    fn with_value(self, value: F) -> F {
         value
     }
     #[inline(always)]
-    fn add(self, other: f32) -> f32 {
+    fn add(self, other: F) -> F {
         self + other
     }
     #[inline(always)]
-    fn sub(self, other: f32) -> f32 {
+    fn sub(self, other: F) -> F {
         self - other
     }
     #[inline(always)]
-    fn mul(self, other: f32) -> f32 {
+    fn mul(self, other: F) -> F {
         self * other
     }
     #[inline(always)]
-    fn scale(self, factor: f32) -> f32 {
+    fn scale(self, factor: F) -> F {
         self * factor
     }
     #[inline(always)]
-    fn negate_if(self, bits: u32) -> f32 {
-        flip(self, bits)
+    fn negate_if(self, bits: u32) -> F {
+        self.flip(bits)
     }
     #[inline(always)]
-    fn select(mask: bool, yes: f32, no: f32) -> f32 {
+    fn select(mask: bool, yes: F, no: F) -> F {
         if mask { yes } else { no }
     }
 }
 
 /// A value with its partial derivatives in two directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Dual {
+pub(crate) struct Dual<F = f32> {
     /// The value.
-    pub(crate) v: f32,
+    pub(crate) v: F,
     /// Partial in the first direction.
-    pub(crate) dx: f32,
+    pub(crate) dx: F,
     /// Partial in the second direction.
-    pub(crate) dy: f32,
+    pub(crate) dy: F,
 }
 
-impl Number for Dual {
+impl<F: Float> Number for Dual<F> {
+    type Float = F;
     #[inline(always)]
-    fn constant(value: f32) -> Dual {
-        Dual { v: value, dx: 0.0, dy: 0.0 }
+    fn constant(value: F) -> Dual<F> {
+        Dual { v: value, dx: F::lit(0.0), dy: F::lit(0.0) }
     }
     #[inline(always)]
-    fn from_dual(dual: Dual) -> Dual {
+    fn from_dual(dual: Dual<F>) -> Dual<F> {
         dual
     }
     #[inline(always)]
-    fn dual(self) -> Dual {
+    fn dual(self) -> Dual<F> {
         self
     }
     #[inline(always)]
-    fn value(self) -> f32 {
+    fn value(self) -> F {
         self.v
     }
     #[inline(always)]
-    fn with_value(self, v: f32) -> Dual {
+    fn with_value(self, v: F) -> Dual<F> {
         Dual { v, ..self }
     }
     #[inline(always)]
-    fn add(self, b: Dual) -> Dual {
+    fn add(self, b: Dual<F>) -> Dual<F> {
         Dual { v: self.v + b.v, dx: self.dx + b.dx, dy: self.dy + b.dy }
     }
     #[inline(always)]
-    fn sub(self, b: Dual) -> Dual {
+    fn sub(self, b: Dual<F>) -> Dual<F> {
         Dual { v: self.v - b.v, dx: self.dx - b.dx, dy: self.dy - b.dy }
     }
     #[inline(always)]
-    fn mul(self, b: Dual) -> Dual {
+    fn mul(self, b: Dual<F>) -> Dual<F> {
         Dual { v: self.v * b.v, dx: self.v * b.dx + self.dx * b.v, dy: self.v * b.dy + self.dy * b.v }
     }
     #[inline(always)]
-    fn scale(self, k: f32) -> Dual {
+    fn scale(self, k: F) -> Dual<F> {
         Dual { v: self.v * k, dx: self.dx * k, dy: self.dy * k }
     }
     #[inline(always)]
-    fn negate_if(self, bits: u32) -> Dual {
-        Dual { v: flip(self.v, bits), dx: flip(self.dx, bits), dy: flip(self.dy, bits) }
+    fn negate_if(self, bits: u32) -> Dual<F> {
+        Dual { v: self.v.flip(bits), dx: self.dx.flip(bits), dy: self.dy.flip(bits) }
     }
     #[inline(always)]
-    fn select(mask: bool, yes: Dual, no: Dual) -> Dual {
+    fn select(mask: bool, yes: Dual<F>, no: Dual<F>) -> Dual<F> {
         if mask { yes } else { no }
     }
 }

@@ -1,6 +1,7 @@
 //! Signed gradient noise, plain and dual, free and periodic.
 
-use crate::hash::{cell, hash, split};
+use crate::float::Float;
+use crate::hash::hash;
 use crate::number::Number;
 use crate::unroll::{array, each};
 
@@ -10,7 +11,10 @@ pub(crate) const SCALE: [f32; 5] =
 
 /// The field's value.
 #[inline(always)]
-pub(crate) fn one<N: Number, const D: usize, const DUAL: bool>(p: [N; D], periods: Option<[f32; D]>) -> N {
+pub(crate) fn one<N: Number, const D: usize, const DUAL: bool>(
+    p: [N; D],
+    periods: Option<[N::Float; D]>,
+) -> N {
     Corners::new(p, periods).one::<DUAL>()
 }
 
@@ -18,7 +22,7 @@ pub(crate) fn one<N: Number, const D: usize, const DUAL: bool>(p: [N; D], period
 #[inline(always)]
 pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
     p: [N; D],
-    periods: Option<[f32; D]>,
+    periods: Option<[N::Float; D]>,
 ) -> [N; 3] {
     Corners::new(p, periods).three::<DUAL>()
 }
@@ -28,7 +32,7 @@ pub(crate) fn three<N: Number, const D: usize, const DUAL: bool>(
 fn cells<N: Number, const D: usize>(p: [N; D]) -> [u32; D] {
     array(
         #[inline(always)]
-        |a| split(p[a].value()).0 as u32,
+        |a| p[a].value().cell().0 as u32,
     )
 }
 
@@ -68,27 +72,27 @@ struct Corners<N, const D: usize> {
 
 #[inline(always)]
 fn fade<N: Number>(t: N) -> N {
-    let c = N::constant;
+    let c = |x: f32| N::constant(N::Float::lit(x));
     t.mul(t).mul(t).mul(t.mul(t.mul(c(6.0)).sub(c(15.0))).add(c(10.0)))
 }
 
 #[inline(always)]
 fn mix<N: Number>(a: N, b: N, t: N) -> N {
-    a.mul(N::constant(1.0).sub(t)).add(b.mul(t))
+    a.mul(N::constant(N::Float::lit(1.0)).sub(t)).add(b.mul(t))
 }
 
 /// A lattice integer within its period.
 #[inline(always)]
-fn reduce(i: u32, period: f32) -> u32 {
+fn reduce<F: Float>(i: u32, period: F) -> u32 {
     let i = i as i32;
-    let p = cell(period).max(1);
+    let p = period.cell().0.max(1);
     let r = i.wrapping_rem(p);
     (if r < 0 { r + p } else { r }) as u32
 }
 
 impl<N: Number, const D: usize> Corners<N, D> {
     #[inline(always)]
-    fn new(p: [N; D], periods: Option<[f32; D]>) -> Self {
+    fn new(p: [N; D], periods: Option<[N::Float; D]>) -> Self {
         let cell = cells(p);
         let hashes = match periods {
             Some(periods) => hashes::<D>(array(
@@ -105,11 +109,14 @@ impl<N: Number, const D: usize> Corners<N, D> {
     fn within(p: [N; D], hashes: [u32; 16]) -> Self {
         let near: [N; D] = array(
             #[inline(always)]
-            |a| p[a].with_value(split(p[a].value()).1),
+            |a| {
+                let x = p[a].value();
+                p[a].with_value(x - x.cell().1)
+            },
         );
         let far: [N; D] = array(
             #[inline(always)]
-            |a| near[a].with_value(near[a].value() - 1.0),
+            |a| near[a].with_value(near[a].value() - N::Float::lit(1.0)),
         );
         let weight = array(
             #[inline(always)]
@@ -148,7 +155,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
 
     #[inline(always)]
     fn blend<const DUAL: bool>(&self, pick: impl Fn(u32) -> u32) -> N {
-        let mut g = [N::constant(0.0); 16];
+        let mut g = [N::constant(N::Float::lit(0.0)); 16];
         each(
             1 << D,
             #[inline(always)]
@@ -186,7 +193,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
                 done |= 1 << axis;
             },
         );
-        g[0].scale(SCALE[D])
+        g[0].scale(N::Float::lit(SCALE[D]))
     }
 }
 
@@ -226,14 +233,14 @@ fn gradient<N: Number, const D: usize>(g: u32, way: [N; D]) -> N {
     match D {
         1 => {
             let m = g & 15;
-            let c = (1 + (m & 7)) as f32;
-            way[0].scale(crate::number::flip(c, m & 8))
+            let c = N::Float::from_int((1 + (m & 7)) as i32);
+            way[0].scale(c.flip(m & 8))
         }
         2 => {
             let m = g & 7;
             let first = m < 4;
             let s = N::select(first, way[0], way[1]);
-            let t = N::select(first, way[1], way[0]).scale(2.0);
+            let t = N::select(first, way[1], way[0]).scale(N::Float::lit(2.0));
             s.negate_if(m & 1).add(t.negate_if(m & 2))
         }
         3 => {

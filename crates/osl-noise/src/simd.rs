@@ -32,6 +32,27 @@ pub trait Kernel {
     fn run(self) -> Self::Output;
 }
 
+/// Work that is compiled with fused products and sums for the instruction sets that have them, and without for the
+/// others. Both are to be `#[inline(always)]`, as with [`Kernel`].
+pub trait FusedKernel {
+    /// The work, fused.
+    fn fused(self);
+    /// The work, not fused.
+    fn plain(self);
+}
+
+#[cfg(target_arch = "x86_64")]
+struct Fused<K>(K);
+
+#[cfg(target_arch = "x86_64")]
+impl<K: FusedKernel> Kernel for Fused<K> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.0.fused();
+    }
+}
+
 impl Isa {
     /// What every machine of the architecture has.
     pub fn baseline() -> Isa {
@@ -101,6 +122,34 @@ impl Isa {
 }
 
 impl Isa {
+    /// Runs the kernel as compiled for the widest instruction set if this is it, else for the baseline: half as much to
+    /// compile, for work that is seldom or calls out.
+    #[inline]
+    pub fn dispatch_widest<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            // SAFETY: a value of this level is made only by `all`, after detecting every feature that the
+            // function is compiled for.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { run_avx512(kernel) },
+            _ => kernel.run(),
+        }
+    }
+
+    /// Runs a kernel with fused products and sums as compiled for this instruction set if that has them, else plainly as
+    /// compiled for the baseline.
+    #[inline]
+    pub fn dispatch_fused<K: FusedKernel>(self, kernel: K) {
+        match self.0 {
+            // SAFETY: a value of this level is made only by `all`, after detecting the features; `fma` is detected here.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 if is_x86_feature_detected!("fma") => unsafe { run_avx2_fma(Fused(kernel)) },
+            // SAFETY: as above; what has AVX-512 has FMA.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 if is_x86_feature_detected!("fma") => unsafe { run_avx512_fma(Fused(kernel)) },
+            _ => kernel.plain(),
+        }
+    }
+
     /// `out[i] = table[index[i]]`, as far as both slices go; of an index only the lowest four bits count. One
     /// instruction a vector where there is one.
     #[inline]
@@ -157,7 +206,7 @@ fn has(feature: &str) -> bool {
     }
 }
 
-// No FMA in either list: fusing would change the bits.
+// No FMA in these two lists: fusing would change the bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
 fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
@@ -167,6 +216,19 @@ fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
 fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+// For arithmetics whose bits may differ from machine to machine.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,fma")]
+fn run_avx2_fma<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,fma,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
+fn run_avx512_fma<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 

@@ -1,11 +1,12 @@
 //! Signed simplex noise with its closed-form gradient.
 
-use crate::hash::{cell, finish};
+use crate::float::Float;
+use crate::hash::finish;
 use crate::unroll::{array, each};
 
 /// Value and gradient at a point. The seed tells the three components of a triple apart.
 #[inline(always)]
-pub(crate) fn field<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
+pub(crate) fn field<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
     if D == 1 {
         let (v, g) = line(p[0], seed);
         return (v, [g; D]);
@@ -19,22 +20,23 @@ fn scramble(p: u32, q: u32, r: u32) -> u32 {
 }
 
 #[inline(always)]
-fn line(x: f32, seed: u32) -> (f32, f32) {
-    let i = cell(x);
-    let x0 = x - i as f32;
-    let corner = |x: f32, i: i32| {
+fn line<T: Float>(x: T, seed: u32) -> (T, T) {
+    let (i, whole) = x.cell();
+    let x0 = x - whole;
+    let corner = |x: T, i: i32| {
         let xx = x * x;
-        let t = 1.0 - xx;
+        let t = T::lit(1.0) - xx;
         let t2 = t * t;
         let t4 = t2 * t2;
         let h = scramble(i as u32, seed, 0);
-        let g = crate::number::flip((1 + (h & 7)) as f32, h & 8);
+        let g = T::from_int((1 + (h & 7)) as i32).flip(h & 8);
         (t4 * g * x, t2 * t * g * xx, t4 * g)
     };
     let (n0, a0, b0) = corner(x0, i);
-    let (n1, a1, b1) = corner(x0 - 1.0, i.wrapping_add(1));
-    let d = (a0 + a1) * -8.0 + (b0 + b1);
-    (0.36 * (n0 + n1), d * 0.36)
+    let (n1, a1, b1) = corner(x0 - T::lit(1.0), i.wrapping_add(1));
+    let d = (a0 + a1) * T::lit(-8.0) + (b0 + b1);
+    let scale = T::known(0.36, 0.36);
+    (scale * (n0 + n1), d * scale)
 }
 
 /// Skew, unskew and scale by dimension.
@@ -43,6 +45,9 @@ pub(crate) const F: [f32; 5] =
 pub(crate) const G: [f32; 5] =
     [0.0, 0.0, f32::from_bits(0x3e58_658c), f32::from_bits(0x3e2a_aaab), f32::from_bits(0x3e0d_8369)];
 pub(crate) const SCALE: [f32; 5] = [0.0, 0.0, 64.0, 68.0, 54.0];
+/// (√(d+1) − 1) / d, and (1 − 1/√(d+1)) / d.
+const EXACT_F: [f64; 5] = [0.0, 0.0, 0.366_025_403_784_438_65, 1.0 / 3.0, 0.309_016_994_374_947_45];
+const EXACT_G: [f64; 5] = [0.0, 0.0, 0.211_324_865_405_187_1, 1.0 / 6.0, 0.138_196_601_125_010_5];
 
 /// Bit `h` of the first word of an axis: gradient `h` has +1 there; of the second: −1. Axis by axis.
 type Signs = [[u32; 2]; 4];
@@ -85,7 +90,7 @@ const fn hyper() -> Signs {
 }
 
 #[inline(always)]
-fn gradient<const D: usize>(cell: [i32; D], seed: u32) -> [f32; D] {
+fn gradient<T: Float, const D: usize>(cell: [i32; D], seed: u32) -> [T; D] {
     let w: [u32; D] = array(
         #[inline(always)]
         |a| cell[a] as u32,
@@ -101,62 +106,73 @@ fn gradient<const D: usize>(cell: [i32; D], seed: u32) -> [f32; D] {
         #[inline(always)]
         |a| {
             let [plus, minus] = signs[a];
-            (i32::from(bit & plus != 0) - i32::from(bit & minus != 0)) as f32
+            T::from_int(i32::from(bit & plus != 0) - i32::from(bit & minus != 0))
         },
     )
 }
 
 #[inline(always)]
-fn sum<const D: usize>(terms: [f32; D]) -> f32 {
+fn sum<T: Float, const D: usize>(terms: [T; D]) -> T {
     let mut total = terms[0];
     each(
         D - 1,
         #[inline(always)]
-        |a| total += terms[a + 1],
+        |a| total = total + terms[a + 1],
     );
     total
 }
 
 /// What the corners add up to.
 #[derive(Clone, Copy)]
-struct Sum<const D: usize> {
-    value: f32,
-    toward: [f32; D],
-    slope: [f32; D],
+struct Sum<T, const D: usize> {
+    value: T,
+    toward: [T; D],
+    slope: [T; D],
 }
 
 /// Where a point is: the first corner of its simplex and the way from there, and how the axes rank.
 #[derive(Clone, Copy)]
-struct Site<const D: usize> {
+struct Site<T, const D: usize> {
     base: [i32; D],
-    origin: [f32; D],
+    origin: [T; D],
     rank: [i32; D],
 }
 
 /// The way from the first corner.
 #[inline(always)]
-fn origin<const D: usize>(p: [f32; D], base: [i32; D]) -> [f32; D] {
+fn origin<T: Float, const D: usize>(p: [T; D], base: [i32; D], whole: [T; D]) -> [T; D] {
     let mut total = base[0];
     each(
         D - 1,
         #[inline(always)]
         |a| total = total.wrapping_add(base[a + 1]),
     );
-    let t = total as f32 * G[D];
+    let t = T::total(total, sum(whole)) * T::known(G[D], EXACT_G[D]);
     array(
         #[inline(always)]
-        |a| p[a] - (base[a] as f32 - t),
+        |a| p[a] - (whole[a] - t),
     )
 }
 
 #[inline(always)]
-fn site<const D: usize>(p: [f32; D]) -> Site<D> {
-    let s = sum(p) * F[D];
+fn site<T: Float, const D: usize>(p: [T; D]) -> Site<T, D> {
+    let s = sum(p) * T::known(F[D], EXACT_F[D]);
+    let cells: [(i32, T); D] = array(
+        #[inline(always)]
+        |a| (p[a] + s).cell(),
+    );
     let base: [i32; D] = array(
         #[inline(always)]
-        |a| cell(p[a] + s),
+        |a| cells[a].0,
     );
-    let origin = origin(p, base);
+    let origin = origin(
+        p,
+        base,
+        array(
+            #[inline(always)]
+            |a| cells[a].1,
+        ),
+    );
     // The corners are entered along the axes in order of size; in space ties go to the first axis, else to the last.
     let outranks = |a: usize, b: usize| if D == 3 { origin[a] >= origin[b] } else { origin[a] > origin[b] };
     let rank: [i32; D] = array(
@@ -210,9 +226,10 @@ pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
 }
 
 #[inline(always)]
-fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
+fn skewed<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
     let Site { base, origin, rank } = site(p);
-    let mut total = Sum { value: 0.0, toward: [0.0; D], slope: [0.0; D] };
+    let zero = T::lit(0.0);
+    let mut total = Sum { value: zero, toward: [zero; D], slope: [zero; D] };
     each(
         D + 1,
         #[inline(always)]
@@ -221,13 +238,13 @@ fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
             if q == 0 {
                 total = corner;
             } else {
-                total.value += corner.value;
+                total.value = total.value + corner.value;
                 each(
                     D,
                     #[inline(always)]
                     |a| {
-                        total.toward[a] += corner.toward[a];
-                        total.slope[a] += corner.slope[a];
+                        total.toward[a] = total.toward[a] + corner.toward[a];
+                        total.slope[a] = total.slope[a] + corner.slope[a];
                     },
                 );
             }
@@ -235,9 +252,9 @@ fn skewed<const D: usize>(p: [f32; D], seed: u32) -> (f32, [f32; D]) {
     );
     let d = array(
         #[inline(always)]
-        |a| (total.toward[a] * -8.0 + total.slope[a]) * SCALE[D],
+        |a| (total.toward[a] * T::lit(-8.0) + total.slope[a]) * T::lit(SCALE[D]),
     );
-    (SCALE[D] * total.value, d)
+    (T::lit(SCALE[D]) * total.value, d)
 }
 
 /// Whether the `q`th corner is one further along an axis.
@@ -250,7 +267,7 @@ fn offset<const D: usize>(rank: [i32; D], q: usize) -> [bool; D] {
 }
 
 #[inline(always)]
-fn corner_gradient<const D: usize>(base: [i32; D], rank: [i32; D], q: usize, seed: u32) -> [f32; D] {
+fn corner_gradient<T: Float, const D: usize>(base: [i32; D], rank: [i32; D], q: usize, seed: u32) -> [T; D] {
     let offset = offset(rank, q);
     gradient(
         array(
@@ -263,30 +280,31 @@ fn corner_gradient<const D: usize>(base: [i32; D], rank: [i32; D], q: usize, see
 
 /// What one corner of the simplex adds.
 #[inline(always)]
-fn corner<const D: usize>(origin: [f32; D], rank: [i32; D], q: usize, g: [f32; D]) -> Sum<D> {
+fn corner<T: Float, const D: usize>(origin: [T; D], rank: [i32; D], q: usize, g: [T; D]) -> Sum<T, D> {
     let offset = offset(rank, q);
-    let way: [f32; D] = array(
+    let zero = T::lit(0.0);
+    let way: [T; D] = array(
         #[inline(always)]
         |a| {
-            let from = if offset[a] { origin[a] - 1.0 } else { origin[a] };
-            if q == 0 { from } else { from + q as f32 * G[D] }
+            let from = if offset[a] { origin[a] - T::lit(1.0) } else { origin[a] };
+            if q == 0 { from } else { from + T::from_int(q as i32) * T::known(G[D], EXACT_G[D]) }
         },
     );
-    let mut t = 0.5;
+    let mut t = T::lit(0.5);
     each(
         D,
         #[inline(always)]
-        |a| t -= way[a] * way[a],
+        |a| t = t - way[a] * way[a],
     );
-    let inside = t >= 0.0;
-    let keep = |x: f32| if inside { x } else { 0.0 };
+    let inside = t >= zero;
+    let keep = |x: T| if inside { x } else { zero };
     let t2 = keep(t * t);
     let t4 = keep(t2 * t2);
-    let g: [f32; D] = array(
+    let g: [T; D] = array(
         #[inline(always)]
         |a| keep(g[a]),
     );
-    let dot = sum::<D>(array(
+    let dot = sum::<T, D>(array(
         #[inline(always)]
         |a| g[a] * way[a],
     ));

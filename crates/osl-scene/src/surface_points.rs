@@ -194,3 +194,56 @@ impl PointSource for SurfacePoints {
         self.write(first, width, lanes, |at| self.change(global, axis, at));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points() -> SurfacePoints {
+        let mut points = SurfacePoints::default();
+        for (at, side) in [(0.0, -1.0), (1.0, 1.0)] {
+            let point = SurfacePoint {
+                p: Vec3::new(at, 2.0, 3.0),
+                n: Vec3::Z,
+                ng: Vec3::Z,
+                uv: Vec2::new(at, 0.5),
+                dpdu: Vec3::X,
+                dpdv: Vec3::new(0.5, 2.0, 0.0),
+            };
+            points.push(point, Vec3::Z * side, Footprint::square(&point, 0.1));
+        }
+        points
+    }
+
+    #[test]
+    fn batches_have_an_array_for_each_component_and_repeat_the_last_point() {
+        let mut lanes = vec![9.0; 12];
+        points().fill(Global::P, 1, 4, &mut lanes);
+        assert_eq!(lanes, [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0]);
+        points().fill(Global::Backfacing, 0, 4, &mut lanes[..4]);
+        assert_eq!(lanes[..4], [0.0, 1.0, 1.0, 1.0]);
+        SurfacePoints::default().fill(Global::U, 0, 4, &mut lanes[..4]);
+        assert_eq!(lanes[..4], [0.0; 4], "no points");
+    }
+
+    #[test]
+    fn coordinates_change_as_the_tangents_say() {
+        // dP = dpdu du + dpdv dv.
+        let point = points().points()[0];
+        let duv = uv_change(&point, Vec3::new(1.5, 2.0, 0.0));
+        assert!(duv.distance(Vec2::ONE) < 1e-6, "{duv}");
+        assert_eq!(uv_change(&SurfacePoint { dpdu: Vec3::ZERO, ..point }, Vec3::X), Vec2::ZERO);
+        assert_eq!(uv_change(&SurfacePoint { dpdv: point.dpdu * 2.0, ..point }, Vec3::X), Vec2::ZERO);
+    }
+
+    #[test]
+    fn stretched_coordinates_take_tangents_along() {
+        let mut stretched = points();
+        stretched.stretch(Vec2::new(2.0, -4.0), Vec2::new(0.0, 1.0));
+        let (before, after) = (points(), stretched.points()[1]);
+        assert_eq!(after.uv, Vec2::new(2.0, -1.0));
+        assert_eq!((after.dpdu, after.dpdv), (Vec3::X * 0.5, Vec3::new(-0.125, -0.5, 0.0)));
+        let way = before.footprints[1].p[1];
+        assert!(uv_change(&after, way).distance(stretched.footprints[1].uv[1]) < 1e-6);
+    }
+}

@@ -51,17 +51,51 @@ pub fn look(view: &View, surface: &dyn Surface) -> Seen {
 
 /// Angle of the camera that shows a surface by itself.
 const FOV_DEGREES: f32 = 30.0;
+/// How much farther away it stands than it has to.
+const MARGIN: f32 = 1.03;
 
-/// A camera that sees all of what lies in a box: from `eye`, or from the front, a little from the right and from above,
-/// more so where the box is flat.
-pub fn camera_for(bounds: &Bounds, eye: Option<Vec3>, resolution: [usize; 2]) -> Camera {
-    let (center, radius) = (bounds.center(), bounds.radius().max(f32::MIN_POSITIVE));
-    let flat = (bounds.max.y - bounds.min.y) < 0.1 * radius;
+/// A camera that sees all of a surface with a box and a reach: from `eye`, or from the front, a little from the right and
+/// from above, more so where the box is flat.
+pub fn camera_for(bounds: &Bounds, reach: f32, eye: Option<Vec3>, resolution: [usize; 2]) -> Camera {
+    let (center, reach) = (bounds.center(), reach.max(f32::MIN_POSITIVE));
+    let flat = (bounds.max.y - bounds.min.y) < 0.1 * reach;
     let direction = if flat { Vec3::new(0.3, 1.2, 1.0) } else { Vec3::new(0.5, 0.6, 1.2) };
-    // The ball around the box touches the narrower side of the image.
+    // The ball around the surface nearly touches the narrower side of the image.
     let [width, height] = resolution.map(|n| n as f32);
     let narrow = (FOV_DEGREES * 0.5).to_radians().tan() * (height / width).min(1.0);
-    let distance = radius / narrow.atan().sin();
+    let distance = reach / narrow.atan().sin() * MARGIN;
     let position = eye.unwrap_or(center + direction.normalize() * distance);
     Camera { position, look_at: center, up: Vec3::Y, fov_degrees: FOV_DEGREES, resolution }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Shape;
+
+    #[test]
+    fn the_picture_shows_all_of_the_surface_and_little_else() {
+        for (name, shape) in Shape::NAMED {
+            for resolution in [[64, 64], [96, 48], [40, 80]] {
+                let camera = camera_for(&shape.bounds(), shape.reach(), None, resolution);
+                let seen = look(&camera.view().unwrap(), &shape);
+                let [width, height] = resolution;
+                let at_border = |pixel: &u32| {
+                    let (x, y) = (*pixel as usize % width, *pixel as usize / width);
+                    x == 0 || y == 0 || x + 1 == width || y + 1 == height
+                };
+                assert!(!seen.pixels.iter().any(at_border), "{name} {resolution:?}");
+                let narrow = width.min(height);
+                assert!(
+                    seen.pixels.len() > narrow * narrow / 5,
+                    "{name} {resolution:?}: {}",
+                    seen.pixels.len()
+                );
+                let mut once = seen.pixels.clone();
+                once.sort_unstable();
+                once.dedup();
+                assert_eq!(once.len(), seen.points.points().len());
+            }
+        }
+    }
 }

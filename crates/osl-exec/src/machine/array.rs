@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::program::{Array, Operand, Place};
 
@@ -13,14 +14,14 @@ pub(super) fn blocks(array: &Array) -> usize {
     (array.len as usize).div_ceil(BLOCK)
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Zeros where a batch has left something else: long arrays are seldom written everywhere.
     pub(super) fn clear_arrays(&mut self) {
         for ((array, plan), dirty) in self.arrays.iter_mut().zip(&self.program.arrays).zip(&mut self.dirty) {
             let block = BLOCK * plan.words as usize * if plan.varying { self.width } else { 1 };
             for (words, dirty) in array.words_mut().chunks_mut(block.max(1)).zip(dirty) {
                 if std::mem::take(dirty) {
-                    words.fill(0);
+                    words.fill(A::Word::default());
                 }
             }
         }
@@ -42,22 +43,29 @@ impl Machine<'_> {
             }
         };
         match self.arg(index) {
-            Arg::Same(at) => mark(at[0]),
+            Arg::Same(at) => mark(at[0].bits()),
             Arg::Each(_) if last < BLOCK as u32 => mark(0),
-            Arg::Each(indices) => mask.for_each(|lane| mark(indices[lane])),
+            Arg::Each(indices) => mask.for_each(|lane| mark(indices[lane].bits())),
         }
         self.dirty[array as usize] = dirty;
     }
 
     /// One word of an array's element at one lane.
-    pub(super) fn element(&self, array: u32, index: usize, component: usize, lane: usize) -> u32 {
+    pub(super) fn element(&self, array: u32, index: usize, component: usize, lane: usize) -> A::Word {
         let plan = self.program.arrays[array as usize];
         let at = index.min(plan.len.saturating_sub(1) as usize) * plan.words as usize + component;
         let words = self.arrays[array as usize].words();
         words[if plan.varying { at * self.width + lane } else { at }]
     }
 
-    pub(super) fn set_element(&mut self, array: u32, index: usize, component: usize, lane: usize, word: u32) {
+    pub(super) fn set_element(
+        &mut self,
+        array: u32,
+        index: usize,
+        component: usize,
+        lane: usize,
+        word: A::Word,
+    ) {
         let plan = self.program.arrays[array as usize];
         if index >= plan.len as usize {
             return;
@@ -79,7 +87,7 @@ impl Machine<'_> {
         let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
         match self.arg(index) {
             Arg::Same(i) => {
-                let at = i[0].min(last) as usize * words;
+                let at = i[0].bits().min(last) as usize * words;
                 for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
                     let from = &source[(at + component) * lanes_of..][..lanes_of];
                     if lanes_of == n { lanes.copy_from_slice(from) } else { lanes.fill(from[0]) }
@@ -88,7 +96,7 @@ impl Machine<'_> {
             Arg::Each(indices) => {
                 for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
                     for (lane, (o, i)) in lanes.iter_mut().zip(indices).enumerate() {
-                        let at = (*i).min(last) as usize * words + component;
+                        let at = i.bits().min(last) as usize * words + component;
                         *o = source[if plan.varying { at * width + lane } else { at }];
                     }
                 }
@@ -108,7 +116,7 @@ impl Machine<'_> {
             let value = self.component(value, component);
             match (self.arg(index), plan.varying) {
                 (Arg::Same(i), true) => {
-                    let at = i[0].min(last) as usize * plan.words as usize + component;
+                    let at = i[0].bits().min(last) as usize * plan.words as usize + component;
                     let lanes = &mut words[at * width..][..width];
                     match value {
                         Arg::Each(v) => mask.copy(lanes, v),
@@ -116,14 +124,14 @@ impl Machine<'_> {
                     }
                 }
                 (Arg::Each(indices), true) => mask.for_each(|lane| {
-                    let at = indices[lane].min(last) as usize * plan.words as usize + component;
+                    let at = indices[lane].bits().min(last) as usize * plan.words as usize + component;
                     words[at * width + lane] = match value {
                         Arg::Each(v) => v[lane],
                         Arg::Same(v) => v[0],
                     };
                 }),
                 (Arg::Same(i) | Arg::Each(i), false) => {
-                    let at = i[0].min(last) as usize * plan.words as usize + component;
+                    let at = i[0].bits().min(last) as usize * plan.words as usize + component;
                     let (Arg::Each(v) | Arg::Same(v)) = value;
                     words[at] = v[0];
                 }

@@ -2,6 +2,7 @@
 
 use super::mask::Mask;
 use super::{Machine, Stop};
+use crate::arithmetic::Arithmetic;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
@@ -103,7 +104,7 @@ impl Closures {
     }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     fn new_node(&mut self, form: Form) -> u32 {
         let written = match &form {
             Form::Component(component) => component.bytes(),
@@ -150,25 +151,25 @@ impl Machine<'_> {
                 let closure = own
                     .iter()
                     .filter(|_| closure)
-                    .flat_map(|a| self.closures.components(self.word(**a, lane)))
+                    .flat_map(|a| self.closures.components(self.bits(**a, lane)))
                     .collect();
                 Param { key: shape.key.clone(), values, closure }
             });
             let params = params.collect();
             let form = Form::Component(Component { weight: [1.0; 3], name: name.clone(), params });
             let number = self.new_node(form);
-            self.set_words(*out, lane, &[number]);
+            self.set_bits(*out, lane, number);
         }
     }
 
     pub(super) fn closure_sum(&mut self, step: &KernelStep, mask: &Mask) {
         let ([a, b], [out]) = (&step.args[..], &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let number = match (self.word(*a, lane), self.word(*b, lane)) {
+            let number = match (self.bits(*a, lane), self.bits(*b, lane)) {
                 (0, other) | (other, 0) => other,
                 (a, b) => self.new_node(Form::Sum(a, b)),
             };
-            self.set_words(*out, lane, &[number]);
+            self.set_bits(*out, lane, number);
         }
     }
 
@@ -177,15 +178,15 @@ impl Machine<'_> {
         for lane in self.lanes(&step.outs, mask) {
             let by: [f32; 3] = std::array::from_fn(|c| {
                 let c = if by.words == 1 { 0 } else { c };
-                f32::from_bits(self.word(self.part(*by, c), lane))
+                self.single(self.part(*by, c), lane)
             });
-            let number = match self.word(*of, lane) {
+            let number = match self.bits(*of, lane) {
                 _ if by == [0.0; 3] => 0,
                 0 => 0,
                 of if by == [1.0; 3] => of,
                 of => self.new_node(Form::Scale(of, by)),
             };
-            self.set_words(*out, lane, &[number]);
+            self.set_bits(*out, lane, number);
         }
     }
 

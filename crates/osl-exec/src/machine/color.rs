@@ -2,18 +2,20 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::{Arithmetic, Element};
+use crate::lanes::{Arg, LaneCall};
 use crate::message::Message;
 use crate::program::{KernelStep, Operand, Place};
 use crate::services::IDENTITY;
 use osl_ir::builtins::color_path;
-use osl_ir::ir::Const;
+use osl_ir::numeric::Number;
 
-impl Machine<'_> {
-    fn matrix_between(&mut self, from: &str, to: &str, point: usize) -> [f32; 16] {
+impl<A: Arithmetic> Machine<'_, A> {
+    fn matrix_between(&mut self, from: &str, to: &str, point: usize) -> [A::Real; 16] {
         let found = self.services.spaces.matrix(from, to).map_err(str::to_string);
         found.unwrap_or_else(|unknown| {
             self.messages.add(point, Message::error(format!("Unknown transformation \"{unknown}\"")));
-            IDENTITY
+            IDENTITY.map(A::Real::lit)
         })
     }
 
@@ -25,15 +27,15 @@ impl Machine<'_> {
             let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
             let mut target = self.take(*out);
             for (lanes, x) in target.chunks_mut(n).zip(matrix) {
-                lanes.fill(x.to_bits());
+                lanes.fill(x.store());
             }
             self.put(*out, target);
             return;
         }
         for lane in self.active(mask) {
-            let (a, b) = (self.text(self.word(*from, lane)), self.text(self.word(*to, lane)));
+            let (a, b) = (self.text(self.bits(*from, lane)), self.text(self.bits(*to, lane)));
             let matrix = self.matrix_between(&a, &b, self.first + lane);
-            self.set_words(*out, lane, &matrix.map(f32::to_bits));
+            self.set_words(*out, lane, &matrix.map(A::Real::store));
         }
     }
 
@@ -41,10 +43,11 @@ impl Machine<'_> {
     pub(super) fn find_space(&mut self, step: &KernelStep, mask: &Mask) {
         let ([from, to], [found, out]) = (&step.args[..], &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let (a, b) = (self.text(self.word(*from, lane)), self.text(self.word(*to, lane)));
+            let (a, b) = (self.text(self.bits(*from, lane)), self.text(self.bits(*to, lane)));
             let matrix = self.services.spaces.matrix(&a, &b);
-            self.set_words(*found, lane, &[matrix.is_ok().into()]);
-            self.set_words(*out, lane, &matrix.unwrap_or(IDENTITY).map(f32::to_bits));
+            self.set_bits(*found, lane, matrix.is_ok().into());
+            let matrix = matrix.unwrap_or(IDENTITY.map(A::Real::lit));
+            self.set_words(*out, lane, &matrix.map(A::Real::store));
         }
     }
 
@@ -52,10 +55,9 @@ impl Machine<'_> {
     pub(super) fn color_between(&mut self, step: &KernelStep, mask: &Mask) {
         let [out] = &step.outs[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let [Const::Str(from), Const::Str(to), color] = &self.values(&step.args, &step.kinds, lane)[..]
-            else {
-                return;
-            };
+            let [from, to, color] = step.args[..] else { return };
+            let (from, to) = (&self.text(self.bits(from, lane)), &self.text(self.bits(to, lane)));
+            let mut words = [0, 1, 2].map(|c| self.word(self.part(color, c), lane));
             let path = color_path(from, true).zip(color_path(to, false));
             if path.is_none() {
                 let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
@@ -63,11 +65,14 @@ impl Machine<'_> {
             }
             let same = from == to;
             let (first, second) = path.filter(|_| !same).unwrap_or((&[], &[]));
-            let mut color = color.clone();
             for op in first.iter().chain(second) {
-                color = op.eval(&[color.clone()]).unwrap_or(color);
+                let from = words;
+                let parts = if op.shape().per_component { 3 } else { 1 };
+                let args = [(Arg::Each(&from[..]), if parts == 3 { 1 } else { 0 })];
+                let call = LaneCall { op: *op, args: &args, out: &mut words, n: 1, stride: 1, parts };
+                A::lanes(self.isa, call);
             }
-            self.set_value(*out, lane, &color);
+            self.set_words(*out, lane, &words);
         }
     }
 }

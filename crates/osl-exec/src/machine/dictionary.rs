@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::Arithmetic;
 use crate::dictionary::Start;
 use crate::message::Message;
 use crate::program::KernelStep;
@@ -10,7 +11,7 @@ use osl_ir::ir::{Const, Kind};
 /// Bytes of a dictionary that is a file.
 const MAX_FILE: u64 = 1 << 24;
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// The first node that a path finds in a text or below a node.
     pub(super) fn dict_find(&mut self, step: &KernelStep, mask: &Mask) {
         let Some(out) = step.outs.first() else { return };
@@ -29,15 +30,15 @@ impl Machine<'_> {
                 self.messages.add(self.first + lane, Message::error(format!("dict_find: {why}")));
                 -1
             });
-            self.set_words(*out, lane, &[node as u32]);
+            self.set_bits(*out, lane, node as u32);
         }
     }
 
     pub(super) fn dict_next(&mut self, step: &KernelStep, mask: &Mask) {
         let ([node], [out]) = (&step.args[..], &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let next = self.dictionaries.next(self.word(*node, lane) as i32);
-            self.set_words(*out, lane, &[next as u32]);
+            let next = self.dictionaries.next(self.bits(*node, lane) as i32);
+            self.set_bits(*out, lane, next as u32);
         }
     }
 
@@ -50,7 +51,7 @@ impl Machine<'_> {
             };
             let values =
                 self.dictionaries.value(*node, name).and_then(|text| values(text, kind, count.max(1)));
-            self.set_words(*found, lane, &[values.is_some().into()]);
+            self.set_bits(*found, lane, values.is_some().into());
             for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
                 self.set_value(*out, lane, &value);
             }

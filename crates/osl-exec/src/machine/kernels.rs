@@ -2,11 +2,12 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::Arithmetic;
 use crate::message::Message;
 use crate::program::{KernelStep, Place};
 use osl_ir::ir::{Const, Kernel};
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Runs a kernel over the lanes that need it, or once where the result is shared.
     pub(super) fn kernel(&mut self, step: &KernelStep, mask: &Mask) {
         let KernelStep { args, outs, .. } = step;
@@ -54,6 +55,7 @@ impl Machine<'_> {
             Kernel::ClosureSum => self.closure_sum(step, mask),
             Kernel::ClosureScale => self.closure_scale(step, mask),
             Kernel::CheckIndex { name } => self.check_index(name, step, mask),
+            Kernel::Note(_) => {}
         }
     }
 

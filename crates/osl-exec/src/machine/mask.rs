@@ -1,5 +1,7 @@
 //! Masks: which lanes of a batch run a step.
 
+use crate::arithmetic::Word;
+
 /// A set of lanes: all ones for a lane that is in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Mask {
@@ -36,8 +38,8 @@ impl Mask {
     }
 
     /// The lanes of the set where `cond` is not 0, and those where it is.
-    pub(super) fn split(&self, cond: &[u32]) -> (Mask, Mask) {
-        let yes = |c: &u32| if *c != 0 { u32::MAX } else { 0 };
+    pub(super) fn split<W: Word>(&self, cond: &[W]) -> (Mask, Mask) {
+        let yes = |c: &W| if c.bits() != 0 { u32::MAX } else { 0 };
         let (yes, no): (Vec<u32>, Vec<u32>) = match self {
             Mask::None => return (Mask::None, Mask::None),
             Mask::All(_) => (cond.iter().map(yes).collect(), cond.iter().map(|c| !yes(c)).collect()),
@@ -59,26 +61,26 @@ impl Mask {
     }
 
     /// Copies the lanes of the set.
-    pub(super) fn copy(&self, to: &mut [u32], from: &[u32]) {
+    pub(super) fn copy<W: Word>(&self, to: &mut [W], from: &[W]) {
         match self {
             Mask::All(_) => to.copy_from_slice(from),
             Mask::None => {}
             Mask::Some(bits) => {
                 for ((to, from), b) in to.iter_mut().zip(from).zip(bits) {
-                    *to = (from & b) | (*to & !b);
+                    *to = W::pick(*b, *from, *to);
                 }
             }
         }
     }
 
     /// Sets the lanes of the set to one word.
-    pub(super) fn fill(&self, to: &mut [u32], word: u32) {
+    pub(super) fn fill<W: Word>(&self, to: &mut [W], word: W) {
         match self {
             Mask::All(_) => to.fill(word),
             Mask::None => {}
             Mask::Some(bits) => {
                 for (to, b) in to.iter_mut().zip(bits) {
-                    *to = (word & b) | (*to & !b);
+                    *to = W::pick(*b, word, *to);
                 }
             }
         }

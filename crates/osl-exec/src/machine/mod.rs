@@ -19,11 +19,13 @@ mod text;
 mod texture;
 mod work;
 
+use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::Dictionaries;
 use crate::lanes::Arg;
 use crate::message::Messages;
+use crate::observer::{Observer, ScopeKind};
 use crate::profile::Profile;
-use crate::program::{Array, LoopParam, Operand, OutputSource, Place, Program, Step, Steps};
+use crate::program::{Array, LoopParam, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -56,17 +58,19 @@ pub enum Stop {
 }
 
 /// The registers and working memory of one thread.
-pub(crate) struct Machine<'a> {
+pub(crate) struct Machine<'a, A: Arithmetic> {
     program: &'a Program,
     services: &'a Services,
     isa: Isa,
     /// Lanes of a batch: a multiple of a cache line.
     width: usize,
-    registers: Vec<Lanes>,
-    shared: shared::Shared,
-    words: Vec<u32>,
-    arrays: Vec<Lanes>,
-    scratch: Vec<Lanes>,
+    registers: Vec<Lanes<A::Word>>,
+    shared: shared::Shared<A::Word>,
+    words: Vec<A::Word>,
+    arrays: Vec<Lanes<A::Word>>,
+    scratch: Vec<Lanes<A::Word>>,
+    /// Single arguments of a lane operation, spread over lanes.
+    spread: [Vec<A::Word>; MAX_ARGS],
     max_steps: u64,
     /// Steps of the batch so far.
     spent: u64,
@@ -82,16 +86,19 @@ pub(crate) struct Machine<'a> {
     texts: text::Texts,
     closures: closure::Closures,
     dictionaries: Dictionaries,
-    named: named::Named,
+    named: named::Named<A::Word>,
     totals: &'a Totals,
     /// Which blocks of each array hold more than zeros.
     dirty: Vec<Vec<bool>>,
     pub(crate) messages: Messages,
     /// Where the time goes, if that is asked for.
     pub(crate) profile: Option<Box<Profile>>,
+    /// Who follows the steps, and the mark of the one that runs.
+    pub(crate) observer: Option<&'a mut dyn Observer>,
+    pub(crate) at: u32,
 }
 
-impl<'a> Machine<'a> {
+impl<'a, A: Arithmetic> Machine<'a, A> {
     /// A machine for batches of up to `width` points.
     pub(crate) fn new(
         program: &'a Program,
@@ -111,9 +118,10 @@ impl<'a> Machine<'a> {
             width,
             registers: program.registers.iter().map(|words| Lanes::new(*words as usize * width)).collect(),
             shared: shared::Shared::new(program, width),
-            words: program.words.clone(),
+            words: program.words.iter().map(|seed| seed.word::<A>()).collect(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
+            spread: Default::default(),
             max_steps,
             spent: 0,
             exhausted: None,
@@ -129,6 +137,8 @@ impl<'a> Machine<'a> {
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
             messages: Messages::new(source.blocks()),
             profile: None,
+            observer: None,
+            at: 0,
         }
     }
 
@@ -149,13 +159,10 @@ impl<'a> Machine<'a> {
         for (global, operand) in &program.globals {
             match operand.place {
                 Place::Lanes { reg, .. } if source.varying().contains(global) => {
-                    let lanes = crate::register::floats_mut(self.registers[reg as usize].words_mut());
-                    source.fill(
-                        *global,
-                        first,
-                        self.width,
-                        &mut lanes[..operand.words as usize * self.width],
-                    );
+                    let width = self.width;
+                    let lanes =
+                        &mut self.registers[reg as usize].words_mut()[..operand.words as usize * width];
+                    A::fill(lanes, |lanes| source.fill(*global, first, width, lanes));
                 }
                 _ => self.spread(source.uniform(*global), *operand),
             }
@@ -163,9 +170,10 @@ impl<'a> Machine<'a> {
         for (global, axis, operand) in &program.slopes {
             match operand.place {
                 Place::Lanes { reg, .. } if source.varying_slopes().contains(global) => {
-                    let lanes = crate::register::floats_mut(self.registers[reg as usize].words_mut());
-                    let lanes = &mut lanes[..operand.words as usize * self.width];
-                    source.fill_slope(*global, *axis, first, self.width, lanes);
+                    let width = self.width;
+                    let lanes =
+                        &mut self.registers[reg as usize].words_mut()[..operand.words as usize * width];
+                    A::fill(lanes, |lanes| source.fill_slope(*global, *axis, first, width, lanes));
                 }
                 _ => self.spread(source.slope(*global, *axis), *operand),
             }
@@ -177,41 +185,57 @@ impl<'a> Machine<'a> {
     fn spread(&mut self, value: [f32; 3], operand: Operand) {
         for (component, x) in value.into_iter().enumerate().take(operand.words as usize) {
             match operand.place {
-                Place::Words(at) => self.words[at as usize + component] = x.to_bits(),
+                Place::Words(at) => self.words[at as usize + component] = A::of(x),
                 Place::Lanes { reg, .. } => {
                     self.registers[reg as usize].words_mut()[component * self.width..][..self.width]
-                        .fill(x.to_bits());
+                        .fill(A::of(x));
                 }
             }
         }
     }
 
-    /// Copies component `component` of an output's element `element` for the first points into `out`. What is NaN is the
-    /// same word everywhere: which one arithmetic makes depends on the instruction set.
-    pub(crate) fn output(&self, output: usize, element: usize, component: usize, out: &mut [u32]) {
+    /// Writes component `component` of an output's element `element` for the first points into `out`, and what is known
+    /// of floats in double precision into `wide` where that has room. What is NaN is the same word everywhere: which one
+    /// arithmetic makes depends on the instruction set.
+    pub(crate) fn output(
+        &self,
+        (output, element, component): (usize, usize, usize),
+        out: &mut [u32],
+        wide: &mut [f64],
+    ) {
         let Some(plan) = self.program.outputs.get(output) else { return };
-        match plan.source {
-            OutputSource::Value(operand) => match operand.place {
-                Place::Words(at) => out.fill(self.words[at as usize + component]),
-                Place::Lanes { .. } => match self.arg(self.part(operand, component)) {
-                    Arg::Same(word) => out.fill(word[0]),
-                    Arg::Each(lanes) => out.copy_from_slice(&lanes[..out.len()]),
-                },
-            },
+        let lanes = self.output_lanes(plan.source, element, component);
+        let word = |lane: usize| match lanes {
+            Arg::Same(word) => word[0],
+            Arg::Each(lanes) => lanes[lane],
+        };
+        if !matches!(plan.kind, Kind::Float | Kind::Triple | Kind::Matrix) {
+            out.iter_mut().enumerate().for_each(|(lane, to)| *to = word(lane).bits());
+            wide.iter_mut().zip(out).for_each(|(to, from)| *to = f64::from(*from as i32));
+            return;
+        }
+        for (lane, to) in out.iter_mut().enumerate() {
+            let x = A::single(word(lane));
+            *to = if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
+        }
+        for (lane, to) in wide.iter_mut().enumerate() {
+            let x = A::double(word(lane));
+            *to = if x.is_nan() { f64::NAN } else { x };
+        }
+    }
+
+    fn output_lanes(&self, source: OutputSource, element: usize, component: usize) -> Arg<'_, A::Word> {
+        match source {
+            OutputSource::Value(operand) => self.arg(self.part(operand, component)),
             OutputSource::Array(array) => {
                 let slot = self.program.arrays[array as usize];
                 let at = element * slot.words as usize + component;
                 let words = self.arrays[array as usize].words();
                 if slot.varying {
-                    out.copy_from_slice(&words[at * self.width..][..out.len()]);
+                    Arg::Each(&words[at * self.width..][..self.width])
                 } else {
-                    out.fill(words[at]);
+                    Arg::Same(&words[at..])
                 }
-            }
-        }
-        if matches!(plan.kind, Kind::Float | Kind::Triple | Kind::Matrix) {
-            for word in out {
-                *word = if f32::from_bits(*word).is_nan() { f32::NAN.to_bits() } else { *word };
             }
         }
     }
@@ -220,6 +244,9 @@ impl<'a> Machine<'a> {
         self.spent += steps.weight;
         if self.profile.is_some() {
             return self.profiled(steps, mask);
+        }
+        if self.observer.is_some() {
+            return self.observed(steps, mask);
         }
         self.in_pieces(&steps.list, mask)
     }
@@ -250,7 +277,7 @@ impl<'a> Machine<'a> {
     }
 
     #[inline]
-    fn arg(&self, operand: Operand) -> Arg<'_> {
+    fn arg(&self, operand: Operand) -> Arg<'_, A::Word> {
         let words = operand.words as usize;
         match operand.place {
             Place::Words(at) => Arg::Same(&self.words[at as usize..][..words]),
@@ -265,7 +292,7 @@ impl<'a> Machine<'a> {
     }
 
     /// One component of an operand; one of a single component stands for every one.
-    fn component(&self, operand: Operand, component: usize) -> Arg<'_> {
+    fn component(&self, operand: Operand, component: usize) -> Arg<'_, A::Word> {
         if operand.words == 1 {
             return self.arg(operand);
         }
@@ -273,22 +300,37 @@ impl<'a> Machine<'a> {
     }
 
     /// One word of an operand at one lane.
-    fn word(&self, operand: Operand, lane: usize) -> u32 {
+    pub(crate) fn word(&self, operand: Operand, lane: usize) -> A::Word {
         match self.arg(operand) {
             Arg::Same(word) => word[0],
             Arg::Each(lanes) => lanes[lane],
         }
     }
 
+    /// An int, or the number of a string or closure, at one lane.
+    fn bits(&self, operand: Operand, lane: usize) -> u32 {
+        self.word(operand, lane).bits()
+    }
+
+    /// A float at one lane, in single precision.
+    fn single(&self, operand: Operand, lane: usize) -> f32 {
+        A::single(self.word(operand, lane))
+    }
+
+    /// A triple at one lane, in single precision.
+    fn singles(&self, operand: Operand, lane: usize) -> [f32; 3] {
+        [0, 1, 2].map(|c| self.single(self.part(operand, c), lane))
+    }
+
     /// A value at one lane.
-    fn value(&self, operand: Operand, kind: Kind, lane: usize) -> Const {
-        let float = |c: usize| f32::from_bits(self.word(self.part(operand, c), lane));
+    pub(crate) fn value(&self, operand: Operand, kind: Kind, lane: usize) -> Const {
+        let float = |c: usize| self.single(self.part(operand, c), lane);
         match kind {
-            Kind::Int => Const::Int(self.word(operand, lane) as i32),
+            Kind::Int => Const::Int(self.bits(operand, lane) as i32),
             Kind::Float => Const::Float(float(0)),
             Kind::Triple => Const::Triple([float(0), float(1), float(2)]),
             Kind::Matrix => Const::Matrix(Box::new(std::array::from_fn(float))),
-            Kind::Str => Const::Str(self.text(self.word(operand, lane))),
+            Kind::Str => Const::Str(self.text(self.bits(operand, lane))),
             Kind::Closure => Const::Null,
         }
     }
@@ -298,7 +340,7 @@ impl<'a> Machine<'a> {
     }
 
     /// One component of an operand of several.
-    fn part(&self, operand: Operand, component: usize) -> Operand {
+    pub(crate) fn part(&self, operand: Operand, component: usize) -> Operand {
         let component = component as u32;
         let place = match operand.place {
             Place::Words(at) => Place::Words(at + component),
@@ -306,11 +348,12 @@ impl<'a> Machine<'a> {
                 Place::Lanes { reg, component: base + component, group }
             }
         };
-        Operand { place, words: 1 }
+        let kind = if operand.words > 1 { Kind::Float } else { operand.kind };
+        Operand { place, words: 1, kind }
     }
 
     /// Writes the words of a value at one lane, or for all where the place is shared.
-    fn set_words(&mut self, out: Operand, lane: usize, words: &[u32]) {
+    fn set_words(&mut self, out: Operand, lane: usize, words: &[A::Word]) {
         for (component, word) in words.iter().enumerate().take(out.words as usize) {
             match out.place {
                 Place::Words(at) => self.words[at as usize + component] = *word,
@@ -322,17 +365,29 @@ impl<'a> Machine<'a> {
         }
     }
 
+    /// Writes an int, or the number of a string or closure.
+    fn set_bits(&mut self, out: Operand, lane: usize, bits: u32) {
+        self.set_words(out, lane, &[A::Word::of(bits)]);
+    }
+
+    /// Writes floats.
+    fn set_floats(&mut self, out: Operand, lane: usize, floats: &[f32]) {
+        for (component, x) in floats.iter().enumerate().take(out.words as usize) {
+            self.set_words(self.part(out, component), lane, &[A::of(*x)]);
+        }
+    }
+
     fn set_value(&mut self, out: Operand, lane: usize, value: &Const) {
         match value {
-            Const::Int(n) => self.set_words(out, lane, &[*n as u32]),
-            Const::Float(x) => self.set_words(out, lane, &[x.to_bits()]),
-            Const::Triple(t) => self.set_words(out, lane, &t.map(f32::to_bits)),
-            Const::Matrix(m) => self.set_words(out, lane, &m.map(f32::to_bits)),
+            Const::Int(n) => self.set_bits(out, lane, *n as u32),
+            Const::Float(x) => self.set_floats(out, lane, &[*x]),
+            Const::Triple(t) => self.set_floats(out, lane, t),
+            Const::Matrix(m) => self.set_floats(out, lane, &m[..]),
             Const::Str(s) => {
                 let number = self.intern(s);
-                self.set_words(out, lane, &[number]);
+                self.set_bits(out, lane, number);
             }
-            Const::Null => self.set_words(out, lane, &[0]),
+            Const::Null => self.set_bits(out, lane, 0),
         }
     }
 
@@ -346,6 +401,16 @@ impl<'a> Machine<'a> {
         lanes
     }
 
+    /// The program.
+    pub(crate) fn program(&self) -> &'a Program {
+        self.program
+    }
+
+    /// The point of the first lane.
+    pub(crate) fn first(&self) -> usize {
+        self.first
+    }
+
     /// How many lanes a step runs for.
     pub(crate) fn lanes_in(&self, mask: &Mask) -> u64 {
         let mut lanes = 0;
@@ -354,7 +419,7 @@ impl<'a> Machine<'a> {
     }
 
     /// The active lanes that have a point of their own.
-    fn active(&self, mask: &Mask) -> Vec<usize> {
+    pub(crate) fn active(&self, mask: &Mask) -> Vec<usize> {
         let mut lanes = Vec::new();
         mask.for_each(|lane| {
             if lane < self.points {
@@ -365,9 +430,9 @@ impl<'a> Machine<'a> {
     }
 
     /// Takes the words of a result out of the machine.
-    fn take(&mut self, out: Operand) -> Target {
+    fn take(&mut self, out: Operand) -> Target<A::Word> {
         match out.place {
-            Place::Words(_) => Target::Few([0; 16], out.words as usize),
+            Place::Words(_) => Target::Few([A::Word::default(); 16], out.words as usize),
             Place::Lanes { reg, component, .. } => Target::Lanes(
                 std::mem::take(&mut self.registers[reg as usize]),
                 component as usize * self.width,
@@ -375,7 +440,7 @@ impl<'a> Machine<'a> {
         }
     }
 
-    fn put(&mut self, out: Operand, target: Target) {
+    fn put(&mut self, out: Operand, target: Target<A::Word>) {
         match (out.place, target) {
             (Place::Words(at), Target::Few(few, n)) => {
                 self.words[at as usize..][..n].copy_from_slice(&few[..n])
@@ -409,7 +474,7 @@ impl<'a> Machine<'a> {
         mask: &Mask,
     ) -> Result<(), Stop> {
         let (yes, no) = match self.arg(cond) {
-            Arg::Same(word) if word[0] != 0 => (None, Mask::none()),
+            Arg::Same(word) if word[0].bits() != 0 => (None, Mask::none()),
             Arg::Same(_) => (Some(Mask::none()), Mask::none()),
             Arg::Each(lanes) => {
                 let (yes, no) = mask.split(lanes);
@@ -419,12 +484,12 @@ impl<'a> Machine<'a> {
         let same = matches!(self.arg(cond), Arg::Same(_));
         let yes_mask = yes.as_ref().unwrap_or(mask);
         if yes_mask.any() {
-            self.steps(then, yes_mask)?;
+            self.within(ScopeKind::Then, yes_mask, &[], |m| m.steps(then, yes_mask))?;
             results.iter().for_each(|[r, a, _]| self.copy(*a, *r, yes_mask));
         }
         let no_mask = if same && yes.is_some() { mask } else { &no };
         if no_mask.any() {
-            self.steps(otherwise, no_mask)?;
+            self.within(ScopeKind::Otherwise, no_mask, &[], |m| m.steps(otherwise, no_mask))?;
             results.iter().for_each(|[r, _, b]| self.copy(*b, *r, no_mask));
         }
         Ok(())
@@ -443,17 +508,19 @@ impl<'a> Machine<'a> {
             self.copy(p.init, p.param, &all);
         }
         let mut active = mask.clone();
+        let mut round = 0;
         loop {
             // Masks and what the loop carries.
             self.spent += 4 + params.len() as u64;
             self.within_budget(span)?;
-            self.steps(body, &active)?;
+            self.within(ScopeKind::Round(round), &active, params, |m| m.steps(body, &active))?;
+            round += 1;
             // Results first: a next value may itself be a parameter.
             for p in params {
                 self.copy(p.next, p.result, &active);
             }
             match self.arg(cond) {
-                Arg::Same(word) if word[0] == 0 => return Ok(()),
+                Arg::Same(word) if word[0].bits() == 0 => return Ok(()),
                 Arg::Same(_) => {}
                 Arg::Each(lanes) => {
                     active = active.split(lanes).0;
@@ -470,17 +537,17 @@ impl<'a> Machine<'a> {
 }
 
 /// The words of a result while they are written.
-enum Target {
+enum Target<W> {
     /// A shared value: its words and how many there are.
-    Few([u32; 16], usize),
+    Few([W; 16], usize),
     /// A register, and the word at which the result starts in it.
-    Lanes(Lanes, usize),
+    Lanes(Lanes<W>, usize),
     /// No result.
     None,
 }
 
-impl Target {
-    fn chunks_mut(&mut self, n: usize) -> std::slice::ChunksMut<'_, u32> {
+impl<W: Word> Target<W> {
+    fn chunks_mut(&mut self, n: usize) -> std::slice::ChunksMut<'_, W> {
         match self {
             Target::Few(few, words) => few[..*words].chunks_mut(n),
             Target::Lanes(lanes, start) => lanes.words_mut()[*start..].chunks_mut(n),

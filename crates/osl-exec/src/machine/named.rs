@@ -4,6 +4,7 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::Arithmetic;
 use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::Span;
@@ -18,33 +19,39 @@ const MAX_MESSAGES: usize = 1 << 16;
 const MAX_WORDS: usize = 1 << 20;
 
 /// The messages of a batch by lane and number of the name.
-#[derive(Debug, Default)]
-pub(super) struct Named {
-    list: FxHashMap<(usize, u32), Entry>,
+#[derive(Debug)]
+pub(super) struct Named<W> {
+    list: FxHashMap<(usize, u32), Entry<W>>,
     words: usize,
 }
 
 /// A message that was set, or asked for in vain.
 #[derive(Debug)]
-struct Entry {
+struct Entry<W> {
     ty: Arc<str>,
     place: Span,
     /// The components of the value, element by element; `None` was asked for in vain.
-    value: Option<Vec<u32>>,
+    value: Option<Vec<W>>,
 }
 
-impl Named {
+impl<W> Default for Named<W> {
+    fn default() -> Self {
+        Named { list: FxHashMap::default(), words: 0 }
+    }
+}
+
+impl<W> Named<W> {
     pub(super) fn clear(&mut self) {
         self.list.clear();
         self.words = 0;
     }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn set_message(&mut self, form: &MessageForm, step: &KernelStep, mask: &Mask) {
         let Some(name) = step.args.first() else { return };
         for lane in self.active(mask) {
-            let key = (lane, self.word(*name, lane));
+            let key = (lane, self.bits(*name, lane));
             match self.named.list.get(&key) {
                 None => {
                     let value = self.message_words(form, step, lane);
@@ -63,7 +70,7 @@ impl Machine<'_> {
     pub(super) fn get_message(&mut self, form: &MessageForm, step: &KernelStep, mask: &Mask) {
         let (Some(name), Some((found, rest))) = (step.args.first(), step.outs.split_first()) else { return };
         for lane in self.active(mask) {
-            let key = (lane, self.word(*name, lane));
+            let key = (lane, self.bits(*name, lane));
             let mut value = None;
             match self.named.list.get(&key) {
                 None => self.keep(key, form, None),
@@ -75,7 +82,7 @@ impl Machine<'_> {
                     self.messages.add(self.first + lane, message);
                 }
             }
-            self.set_words(*found, lane, &[value.is_some().into()]);
+            self.set_bits(*found, lane, value.is_some().into());
             let Some(words) = value else { continue };
             match (rest.first(), form.array) {
                 (Some(out), _) => self.set_words(*out, lane, &words),
@@ -85,7 +92,7 @@ impl Machine<'_> {
         }
     }
 
-    fn keep(&mut self, key: (usize, u32), form: &MessageForm, value: Option<Vec<u32>>) {
+    fn keep(&mut self, key: (usize, u32), form: &MessageForm, value: Option<Vec<A::Word>>) {
         let words = value.as_ref().map_or(0, Vec::len);
         if self.named.list.len() >= MAX_MESSAGES || self.named.words + words > MAX_WORDS {
             self.exhaust("the shader keeps too many messages under computed names");
@@ -96,7 +103,7 @@ impl Machine<'_> {
     }
 
     /// The words of the value that a call sets.
-    fn message_words(&self, form: &MessageForm, step: &KernelStep, lane: usize) -> Vec<u32> {
+    fn message_words(&self, form: &MessageForm, step: &KernelStep, lane: usize) -> Vec<A::Word> {
         if let Some(array) = form.array {
             let plan = self.program.arrays[array.index()];
             let (len, words) = (plan.len as usize, plan.words as usize);
@@ -106,7 +113,7 @@ impl Machine<'_> {
         (0..value.words as usize).map(|c| self.word(self.part(*value, c), lane)).collect()
     }
 
-    fn fill_array(&mut self, array: u32, lane: usize, words: &[u32]) {
+    fn fill_array(&mut self, array: u32, lane: usize, words: &[A::Word]) {
         let each = self.program.arrays[array as usize].words.max(1) as usize;
         for (at, word) in words.iter().enumerate() {
             self.set_element(array, at / each, at % each, lane, *word);

@@ -2,23 +2,29 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::{Arithmetic, Element, Word};
 use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind};
-use osl_ir::numeric::spline;
+use osl_ir::numeric::{Number, spline};
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn hash(&mut self, step: &KernelStep, mask: &Mask) {
         let Some(out) = step.outs.first() else { return };
         for lane in self.lanes(&step.outs, mask) {
             let mut words = Vec::with_capacity(4);
-            for arg in &step.args {
+            for (arg, kind) in step.args.iter().zip(&step.kinds) {
                 for component in 0..arg.words as usize {
-                    words.push(self.word(self.part(*arg, component), lane));
+                    let part = self.part(*arg, component);
+                    // A float counts by its word in single precision.
+                    words.push(match kind {
+                        Kind::Float | Kind::Triple => self.single(part, lane).to_bits(),
+                        _ => self.bits(part, lane),
+                    });
                 }
             }
-            self.set_words(*out, lane, &[hash(&words)]);
+            self.set_bits(*out, lane, hash(&words));
         }
     }
 
@@ -39,14 +45,14 @@ impl Machine<'_> {
                     && d.values.len() == values
                     && d.values.iter().all(|v| v.kind() == kind)
             });
-            self.set_words(*found, lane, &[datum.is_some().into()]);
+            self.set_bits(*found, lane, datum.is_some().into());
             for (index, out) in outs.iter().enumerate() {
                 let value = datum.as_ref().and_then(|d| d.values.get(index).cloned());
                 self.set_value(*out, lane, &value.unwrap_or_else(|| Const::zero(kind)));
             }
             for (axis, out) in slopes.iter().enumerate() {
                 let slope = datum.as_ref().map_or(0.0, |d| d.slopes[axis]);
-                self.set_words(*out, lane, &[slope.to_bits()]);
+                self.set_floats(*out, lane, &[slope]);
             }
         }
     }
@@ -54,37 +60,34 @@ impl Machine<'_> {
     pub(super) fn spline_inverse(&mut self, knots: u32, step: &KernelStep, mask: &Mask) {
         let Some((out, tangents)) = step.outs.split_first() else { return };
         let len = self.program.arrays.get(knots as usize).map_or(0, |a| a.len as usize);
-        let mut list = vec![0.0; len];
+        let [basis, y, count, changes @ ..] = &step.args[..] else { return };
+        let mut list = vec![A::Real::lit(0.0); len];
         for lane in self.lanes(&step.outs, mask) {
-            let values = self.values(&step.args, &step.kinds, lane);
-            let [Const::Str(basis), Const::Float(y), Const::Int(count), changes @ ..] = &values[..] else {
-                return;
-            };
             for (index, knot) in list.iter_mut().enumerate() {
-                *knot = f32::from_bits(self.element(knots, index, 0, lane));
+                *knot = A::Real::load(self.element(knots, index, 0, lane));
             }
-            let count = usize::try_from(*count).unwrap_or(0).min(len);
-            let basis = osl_ir::builtins::spline_basis(basis);
-            let (x, slope) = spline::inverse_with_slope(basis, *y, &list, count);
-            self.set_words(*out, lane, &[x.to_bits()]);
+            let count = usize::try_from(self.bits(*count, lane) as i32).unwrap_or(0).min(len);
+            let basis = osl_ir::builtins::spline_basis(&self.text(self.bits(*basis, lane)));
+            let y = A::Real::load(self.word(*y, lane));
+            let (x, slope) = spline::inverse_with_slope(basis, y, &list, count);
+            self.set_words(*out, lane, &[x.store()]);
             for (out, change) in tangents.iter().zip(changes) {
-                if let Const::Float(change) = change {
-                    self.set_words(*out, lane, &[(slope * change).to_bits()]);
-                }
+                let change = A::Real::load(self.word(*change, lane));
+                self.set_words(*out, lane, &[(slope * change).store()]);
             }
         }
     }
 
     pub(super) fn check_index(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
         let [index, len] = &step.args[..] else { return };
-        let limit = self.word(*len, 0);
+        let limit = self.bits(*len, 0);
         let (Arg::Same(indices) | Arg::Each(indices)) = self.arg(*index);
         // A negative index is a large one without its sign. Inactive lanes may hold anything.
-        if indices.iter().fold(0, |most, i| most.max(*i)) < limit {
+        if indices.iter().fold(0, |most, i| most.max(i.bits())) < limit {
             return;
         }
         for lane in self.active(mask) {
-            let (i, n) = (self.word(*index, lane) as i32, self.word(*len, lane) as i32);
+            let (i, n) = (self.bits(*index, lane) as i32, self.bits(*len, lane) as i32);
             if i < 0 || i >= n {
                 self.spend_report();
                 let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);

@@ -6,6 +6,7 @@
 
 use super::mask::Mask;
 use super::{Machine, Stop};
+use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::program::{Operand, Place, Program, Steps};
 use crate::register::Lanes;
@@ -15,9 +16,9 @@ use osl_noise::cells::{self, Cells, MAX_CELLS};
 const MAX_KEYS: usize = 16;
 
 /// What a machine knows of cells.
-pub(super) struct Shared {
+pub(super) struct Shared<W> {
     /// A word for each cell; component by component, with room for [`MAX_CELLS`] of them or for one.
-    narrow: Vec<Lanes>,
+    narrow: Vec<Lanes<W>>,
     groups: Vec<Group>,
     /// Whether the steps of a group are running on its cells: the narrow registers are then the machine's.
     running: bool,
@@ -32,8 +33,8 @@ struct Group {
     index: Lanes,
 }
 
-impl Shared {
-    pub(super) fn new(program: &Program, width: usize) -> Shared {
+impl<W: Word> Shared<W> {
+    pub(super) fn new(program: &Program, width: usize) -> Shared<W> {
         let any = program.groups > 0;
         let narrow = |words: &u32| Lanes::new(if any { *words as usize * MAX_CELLS } else { 0 });
         let group = |_| Group { count: 0, index: Lanes::new(width) };
@@ -46,7 +47,7 @@ impl Shared {
     }
 
     /// The words of a shared register where all lanes of the batch are in one cell.
-    pub(super) fn by_all(&self, group: u16, reg: u32) -> Option<&[u32]> {
+    pub(super) fn by_all(&self, group: u16, reg: u32) -> Option<&[W]> {
         let one = !self.running && self.groups.get(usize::from(group)).is_some_and(|g| g.count == 1);
         if one { self.narrow.get(reg as usize).map(Lanes::words) } else { None }
     }
@@ -57,7 +58,7 @@ fn room(count: usize) -> usize {
     if count == 1 { 1 } else { MAX_CELLS }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Finds the cells of a group and gives them their roots.
     pub(super) fn find_cells(&mut self, group: u16, roots: &[Operand], outs: &[Operand], mask: &Mask) {
         let mut index = std::mem::take(&mut self.shared.groups[usize::from(group)].index);
@@ -110,7 +111,7 @@ impl Machine<'_> {
         for root in roots {
             for component in 0..root.words as usize {
                 if let Arg::Each(lanes) = self.component(*root, component) {
-                    *keys.get_mut(count)? = lanes;
+                    *keys.get_mut(count)? = A::Word::narrow(lanes)?;
                     count += 1;
                 }
             }
@@ -152,7 +153,7 @@ impl Machine<'_> {
         let words = self.shared.narrow[reg as usize].words().as_chunks::<MAX_CELLS>().0;
         let parts = component as usize..(component + value.words) as usize;
         for (to, table) in lanes.zip(words).skip(parts.start).take(parts.len()) {
-            self.isa.look_up(table, index, to);
+            A::Word::look_up(self.isa, table, index, to);
         }
     }
 }

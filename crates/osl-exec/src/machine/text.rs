@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::message::{Message, Printed};
 use crate::program::{KernelStep, Operand};
@@ -34,7 +35,7 @@ impl Texts {
     }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// The string of a number.
     pub(super) fn text(&self, number: u32) -> Arc<str> {
         let known = &self.program.strings;
@@ -64,11 +65,11 @@ impl Machine<'_> {
     /// A string that all active lanes share, if they do; reading the first active lane otherwise says which.
     pub(super) fn shared_text(&self, operand: Operand, mask: &Mask) -> Option<Arc<str>> {
         match self.arg(operand) {
-            Arg::Same(word) => Some(self.text(word[0])),
+            Arg::Same(word) => Some(self.text(word[0].bits())),
             Arg::Each(lanes) => {
-                let first = *lanes.get(mask.first()?)?;
+                let first = lanes.get(mask.first()?)?.bits();
                 let mut same = true;
-                mask.for_each(|lane| same &= lanes[lane] == first);
+                mask.for_each(|lane| same &= lanes[lane].bits() == first);
                 same.then(|| self.text(first))
             }
         }
@@ -79,13 +80,14 @@ impl Machine<'_> {
         let Arg::Each(lanes) = self.arg(operand) else { return Vec::new() };
         let mut numbers: Vec<u32> = Vec::new();
         mask.for_each(|lane| {
-            if !numbers.contains(&lanes[lane]) {
-                numbers.push(lanes[lane]);
+            let number = lanes[lane].bits();
+            if !numbers.contains(&number) {
+                numbers.push(number);
             }
         });
         numbers
             .into_iter()
-            .map(|n| (self.text(n), lanes.iter().map(|l| u32::from(*l == n)).collect()))
+            .map(|n| (self.text(n), lanes.iter().map(|l| u32::from(l.bits() == n)).collect()))
             .collect()
     }
 
@@ -96,7 +98,7 @@ impl Machine<'_> {
         for shape in shapes {
             let own = args.by_ref().take(shape.count as usize);
             values.push(if shape.kind == Kind::Closure {
-                Value::Ready(own.map(|a| self.closure_text(self.word(*a, lane))).collect())
+                Value::Ready(own.map(|a| self.closure_text(self.bits(*a, lane))).collect())
             } else {
                 Value::Consts(own.map(|a| self.value(*a, shape.kind, lane)).collect())
             });
@@ -107,7 +109,7 @@ impl Machine<'_> {
     pub(super) fn format(&mut self, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
         let (Some((format, rest)), [out]) = (step.args.split_first(), &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let format = self.text(self.word(*format, lane));
+            let format = self.text(self.bits(*format, lane));
             let text = text::format(&format, &self.shaped(shapes, rest, lane), Flavour::Format);
             self.set_value(*out, lane, &Const::Str(text.into()));
         }
@@ -119,14 +121,14 @@ impl Machine<'_> {
         let Some(format) = head.last() else { return };
         let shader = self.program.shader(step.span);
         for lane in self.active(mask) {
-            let format = self.text(self.word(*format, lane));
+            let format = self.text(self.bits(*format, lane));
             let text = text::format(&format, &self.shaped(shapes, rest, lane), Flavour::Print);
             self.spend_text(text.len());
             let point = self.first + lane;
             match sink {
                 Sink::Print => self.say(Printed { point, file: None, text }),
                 Sink::File => {
-                    let file = Some(self.text(self.word(head[0], lane)));
+                    let file = Some(self.text(self.bits(head[0], lane)));
                     self.say(Printed { point, file, text });
                 }
                 Sink::Error => {
@@ -168,10 +170,10 @@ impl Machine<'_> {
             let found: Vec<Arc<str>> = text::split(s, separator, most).into_iter().map(Into::into).collect();
             for (index, piece) in found.iter().enumerate() {
                 let number = self.intern(piece);
-                self.set_element(pieces, index, 0, lane, number);
+                self.set_element(pieces, index, 0, lane, A::Word::of(number));
             }
             if let Some(out) = step.outs.first() {
-                self.set_words(*out, lane, &[found.len() as u32]);
+                self.set_bits(*out, lane, found.len() as u32);
             }
         }
     }
@@ -202,11 +204,11 @@ impl Machine<'_> {
                     let group = found.as_ref().and_then(|g| *g.get(index / 2)?);
                     // Groups without a match have the length of the pattern, as in the reference.
                     let place = group.map_or(pattern.len(), |(a, b)| if index % 2 == 0 { a } else { b });
-                    self.set_element(places, index, 0, lane, place as u32);
+                    self.set_element(places, index, 0, lane, A::Word::of(place as u32));
                 }
             }
             if let Some(out) = step.outs.first() {
-                self.set_words(*out, lane, &[found.is_some().into()]);
+                self.set_bits(*out, lane, found.is_some().into());
             }
         }
     }

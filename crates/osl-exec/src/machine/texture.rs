@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
+use crate::arithmetic::Arithmetic;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
 use osl_image::{
@@ -51,7 +52,7 @@ struct Opened {
     texture: Result<Arc<Texture>, Arc<str>>,
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Lookups in the plane: the lanes differ in coordinates and options, and mostly share the file.
     pub(super) fn texture(
         &mut self,
@@ -66,9 +67,9 @@ impl Machine<'_> {
         let mut opened: Option<Opened> = None;
         for lane in self.lanes(&step.outs, mask) {
             let given = self.lookup_options(options, values, lane);
-            let float = |m: &Self, o: &Operand| f32::from_bits(m.word(*o, lane));
+            let float = |m: &Self, o: &Operand| m.single(*o, lane);
             let at = (float(self, s), float(self, t));
-            let (opened, s, t) = self.opened(&mut opened, (self.word(*name, lane), &given.part), at);
+            let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
             let mut slope = [0.0; 4];
             slope.iter_mut().zip(slopes).for_each(|(to, from)| *to = float(self, from));
             let [ds_dx, dt_dx, ds_dy, dt_dy] = slope;
@@ -92,10 +93,9 @@ impl Machine<'_> {
                 for (to, alpha, ds, dt) in
                     [(color_x, alpha_x, ds_dx, dt_dx), (color_y, alpha_y, ds_dy, dt_dy)]
                 {
-                    let change: [u32; 4] =
-                        std::array::from_fn(|c| (sample.d_ds[c] * ds + sample.d_dt[c] * dt).to_bits());
-                    self.set_words(*to, lane, &change);
-                    self.set_words(*alpha, lane, &change[behind..]);
+                    let change: [f32; 4] = std::array::from_fn(|c| sample.d_ds[c] * ds + sample.d_dt[c] * dt);
+                    self.set_floats(*to, lane, &change);
+                    self.set_floats(*alpha, lane, &change[behind..]);
                 }
             }
         }
@@ -114,11 +114,10 @@ impl Machine<'_> {
         for lane in self.lanes(&step.outs, mask) {
             let mut given = self.lookup_options(options, values, lane);
             (given.lookup.wrap_s, given.lookup.wrap_t) = (Wrap::Periodic, Wrap::Clamp);
-            let [x, y, z] =
-                [0, 1, 2].map(|c| f64::from(f32::from_bits(self.word(self.part(*direction, c), lane))));
+            let [x, y, z] = self.singles(*direction, lane).map(f64::from);
             let s = (-x).atan2(z) / std::f64::consts::TAU + 0.5;
             let t = 0.5 - y.atan2(x.hypot(z)) / std::f64::consts::PI;
-            let name = (self.word(*name, lane), &given.part);
+            let name = (self.bits(*name, lane), &given.part);
             let (opened, ..) = self.opened(&mut opened, name, (0.0, 0.0));
             let sample = opened.map(|texture| {
                 let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
@@ -161,8 +160,8 @@ impl Machine<'_> {
                 ([0.0; 3], 0.0, (*why).clone())
             }
         };
-        self.set_words(*color, lane, &value.map(f32::to_bits));
-        self.set_words(*alpha, lane, &[beyond.to_bits()]);
+        self.set_floats(*color, lane, &value);
+        self.set_floats(*alpha, lane, &[beyond]);
         if quiet {
             self.set_value(*message, lane, &Const::Str(text));
         }
@@ -194,8 +193,8 @@ impl Machine<'_> {
         let mut given = Options::default();
         let lookup = &mut given.lookup;
         for (option, value) in options.iter().zip(values) {
-            let word = self.word(*value, lane);
-            let number = f32::from_bits(word);
+            let word = self.bits(*value, lane);
+            let number = self.single(*value, lane);
             let wrap = || Wrap::from_name(&self.text(word)).unwrap_or(Wrap::File);
             match option {
                 TextureOption::Wrap => (lookup.wrap_s, lookup.wrap_t) = (wrap(), wrap()),
@@ -213,8 +212,7 @@ impl Machine<'_> {
                 TextureOption::SBlur => lookup.blur.0 = number,
                 TextureOption::TBlur => lookup.blur.1 = number,
                 TextureOption::MissingColor => {
-                    let channel = |c| f32::from_bits(self.word(self.part(*value, c), lane));
-                    given.missing_color = Some([0, 1, 2].map(channel));
+                    given.missing_color = Some(self.singles(*value, lane));
                 }
                 TextureOption::MissingAlpha => given.missing_alpha = number,
                 TextureOption::SubImage => {
@@ -249,7 +247,7 @@ impl Machine<'_> {
             };
             let fits = |v: &Vec<Const>| v.len() == count.max(1) && v.iter().all(|v| v.kind() == kind);
             let values = values.filter(fits);
-            self.set_words(*found, lane, &[values.is_some().into()]);
+            self.set_bits(*found, lane, values.is_some().into());
             for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
                 self.set_value(*out, lane, &value);
             }

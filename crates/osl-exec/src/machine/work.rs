@@ -3,6 +3,7 @@
 //! The count knows no clock, so that a program ends at the same place on every machine.
 
 use super::{Machine, Stop};
+use crate::arithmetic::Arithmetic;
 use crate::program::KernelStep;
 use osl_ir::Span;
 use osl_ir::ir::Kernel;
@@ -36,13 +37,14 @@ fn of_kernel(kernel: &Kernel) -> u64 {
         Kernel::DictFind => 1600,
         Kernel::Print { .. } => 400,
         Kernel::Format(_) | Kernel::Split { .. } => 200,
+        Kernel::Note(_) => 0,
         Kernel::Report { .. } | Kernel::CheckIndex { .. } | Kernel::Hash => 4,
         Kernel::ClosureSum | Kernel::ClosureScale => 16,
         _ => 100,
     }
 }
 
-impl Machine<'_> {
+impl<A: Arithmetic> Machine<'_, A> {
     /// Counts a kernel that runs at `lanes` lanes.
     pub(super) fn spend_kernel(&mut self, step: &KernelStep, lanes: usize) {
         self.spent += (of_kernel(&step.kernel) * lanes as u64).div_ceil(16);

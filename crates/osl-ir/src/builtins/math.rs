@@ -2,6 +2,7 @@
 
 use super::{Builtin, Emitted, Site, T1, T2};
 use crate::ir::{Builder, LaneOp};
+use crate::numeric::known::Known;
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose("degrees", T1, degrees, "Radians in degrees: x times 57.2957764.")
@@ -201,15 +202,15 @@ pub(super) static ROWS: &[Builtin] = &[
 ];
 
 fn degrees(b: &mut Builder, s: &Site<'_>) -> Emitted {
-    scaled(b, s, f32::from_bits(0x4265_2ee0))
+    scaled(b, s, Known::Degrees)
 }
 
 fn radians(b: &mut Builder, s: &Site<'_>) -> Emitted {
-    scaled(b, s, f32::from_bits(0x3c8e_fa35))
+    scaled(b, s, Known::Radians)
 }
 
-fn scaled(b: &mut Builder, s: &Site<'_>, factor: f32) -> Emitted {
-    let factor = b.float(factor);
+fn scaled(b: &mut Builder, s: &Site<'_>, factor: Known) -> Emitted {
+    let factor = b.known(factor);
     b.lane(LaneOp::FMul, &[s.arg(0), factor]).into()
 }
 

@@ -2,6 +2,7 @@
 
 use super::{Array, Builtin, Emitted, Site};
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
+use crate::numeric::known::Known;
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
@@ -77,7 +78,7 @@ pub static BASES: [Basis; 6] = [
             [-SIXTH, 0.5, -0.5, SIXTH],
             [0.5, -1.0, 0.5, 0.0],
             [-0.5, 0.0, 0.5, 0.0],
-            [SIXTH, 4.0 / 6.0, SIXTH, 0.0],
+            [SIXTH, 4.0 * SIXTH, SIXTH, 0.0],
         ],
     },
     Basis {
@@ -163,15 +164,24 @@ fn still_if_constant(b: &mut Builder, s: &Site<'_>, value: ValueId) -> ValueId {
     b.lane(LaneOp::Choose, &[is, still, value])
 }
 
+/// A coefficient of a basis. Those that are no floats are sixths.
+fn weight(b: &mut Builder, c: f32) -> ValueId {
+    let known = [(SIXTH, Known::Sixth), (-SIXTH, Known::MinusSixth), (4.0 * SIXTH, Known::TwoThirds)];
+    match known.into_iter().find(|(single, _)| *single == c) {
+        Some((_, known)) => b.known(known),
+        None => b.float(c),
+    }
+}
+
 /// Step and coefficients of the basis; chosen when running where the name is not written out.
 fn chosen(b: &mut Builder, s: &Site<'_>) -> (ValueId, [[ValueId; 4]; 4]) {
     if let Some(name) = s.literal(0) {
         let basis = basis(name);
-        return (b.int(basis.step), basis.rows.map(|row| row.map(|c| b.float(c))));
+        return (b.int(basis.step), basis.rows.map(|row| row.map(|c| weight(b, c))));
     }
     let [rest @ .., linear] = &BASES;
     let mut step = b.int(linear.step);
-    let mut rows = linear.rows.map(|row| row.map(|c| b.float(c)));
+    let mut rows = linear.rows.map(|row| row.map(|c| weight(b, c)));
     for basis in rest {
         let name = b.constant(Const::Str(basis.name.into()));
         let is = b.lane(LaneOp::SEq, &[s.arg(0), name]);
@@ -179,7 +189,7 @@ fn chosen(b: &mut Builder, s: &Site<'_>) -> (ValueId, [[ValueId; 4]; 4]) {
         step = b.lane(LaneOp::IChoose, &[is, own, step]);
         for (row, own) in rows.iter_mut().zip(&basis.rows) {
             for (value, own) in row.iter_mut().zip(own) {
-                let own = b.float(*own);
+                let own = weight(b, *own);
                 *value = b.lane(LaneOp::Choose, &[is, own, *value]);
             }
         }

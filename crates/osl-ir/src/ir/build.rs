@@ -3,6 +3,7 @@
 use super::{
     Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
 };
+use crate::numeric::known::Known;
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
@@ -19,6 +20,8 @@ pub struct Builder {
     pub(crate) messages: Vec<crate::builtins::Message>,
     /// Whether messages are found by name when running, since the name of at least one is not written out.
     pub(crate) messages_by_name: bool,
+    /// Whether to note what the source does.
+    pub(crate) notes: bool,
 }
 
 impl Builder {
@@ -39,6 +42,7 @@ impl Builder {
             span: Span::default(),
             messages: Vec::new(),
             messages_by_name: false,
+            notes: false,
         }
     }
 
@@ -98,6 +102,12 @@ impl Builder {
         self.constant(Const::Float(value))
     }
 
+    /// A constant of the library.
+    pub fn known(&mut self, constant: Known) -> ValueId {
+        let number = self.int(constant as i32);
+        self.lane(LaneOp::Known, &[number])
+    }
+
     /// A shader global.
     pub fn global(&mut self, global: crate::hir::Global, kind: Kind) -> ValueId {
         self.one(kind, Op::Global(global))
@@ -125,6 +135,14 @@ impl Builder {
     /// A kernel with one result.
     pub fn kernel(&mut self, kernel: Kernel, args: &[ValueId], result: Kind) -> ValueId {
         self.one(result, Op::Kernel(kernel, args.to_vec()))
+    }
+
+    /// Notes what the source does, if that is wanted.
+    pub(crate) fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
+        if self.notes {
+            let note = note(&self.body);
+            self.push(Op::Kernel(Kernel::Note(note), args.to_vec()), Vec::new());
+        }
     }
 
     /// Reads a scalar slot.

@@ -171,6 +171,29 @@ pub enum Kernel {
         /// The array, as messages name it.
         name: Arc<str>,
     },
+    /// Says what the source does here, to who follows a point; a run skips it. Only lowering with notes writes it.
+    /// Counts as an effect, so that it stays where it is.
+    Note(Note),
+}
+
+/// What the source does at a place.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Note {
+    /// A variable gets a value: the value, and before it the index where it is an element of an array.
+    Set(Arc<str>),
+    /// A function was called: its arguments, and then its result if it has one.
+    Call {
+        /// The form that was chosen, as the language would declare it.
+        form: Arc<str>,
+        /// Why this one.
+        why: Arc<str>,
+        /// How many arguments there are.
+        args: u8,
+    },
+    /// An `if` asks: the condition.
+    Branch,
+    /// A round of a loop begins.
+    Round,
 }
 
 /// The value of a message.
@@ -218,6 +241,7 @@ impl Kernel {
                 | Kernel::CheckIndex { .. }
                 | Kernel::SetMessage(_)
                 | Kernel::GetMessage(_)
+                | Kernel::Note(_)
         )
     }
 

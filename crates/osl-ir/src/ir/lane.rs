@@ -5,6 +5,7 @@
 //! folding and running are one arithmetic by construction.
 
 use super::{Const, Kind};
+use crate::numeric::Real;
 
 /// Calls `$callback!` with the rows of all lane operations:
 /// `Name "text" class (argument types) -> result type, path of the body;`
@@ -22,6 +23,9 @@ macro_rules! for_each_lane_op {
             FMul "fmul" each (F, F) -> F, $crate::numeric::lane::mul;
             FDiv "fdiv" each (F, F) -> F, $crate::numeric::arith::div;
             FDivBy "fdiv.const" each (F, F) -> F, $crate::numeric::arith::div_by_constant;
+            // a b + c, and c - a b, for arithmetics that fuse them.
+            FMulAdd "fmul.add" each (F, F, F) -> F, $crate::numeric::lane::mul_add;
+            FMulSub "fmul.sub" each (F, F, F) -> F, $crate::numeric::lane::mul_sub;
             FNeg "fneg" each (F) -> F, $crate::numeric::lane::neg;
             IAdd "iadd" whole (I, I) -> I, $crate::numeric::arith::int_add;
             ISub "isub" whole (I, I) -> I, $crate::numeric::arith::int_sub;
@@ -76,6 +80,8 @@ macro_rules! for_each_lane_op {
             MGet "mget" whole (M, I, I) -> F, $crate::numeric::lane::element;
             MSet "mset" whole (M, I, I, F) -> M, $crate::numeric::lane::with_element;
             MDiag "mdiag" whole (F) -> M, $crate::numeric::matrix::diagonal;
+            // A constant of the library, by its number.
+            Known "known" whole (I) -> F, $crate::numeric::known::of;
             // Common functions.
             Abs "abs" each (F) -> F, $crate::numeric::common::abs;
             Sign "sign" each (F) -> F, $crate::numeric::common::sign;
@@ -214,17 +220,17 @@ macro_rules! per_component {
 }
 
 macro_rules! lane {
-    (F) => {
-        f32
+    (F $real:ident) => {
+        $real
     };
-    (I) => {
+    (I $real:ident) => {
         i32
     };
-    (T) => {
-        [f32; 3]
+    (T $real:ident) => {
+        [$real; 3]
     };
-    (M) => {
-        [f32; 16]
+    (M $real:ident) => {
+        [$real; 16]
     };
 }
 
@@ -256,9 +262,9 @@ macro_rules! declare {
             }
 
             /// One lane of the operation on arguments of exactly the row's kinds.
-            fn eval_lane(self, args: &[Const]) -> Option<Const> {
+            fn eval_lane<R: Real>(self, args: &[Const]) -> Option<Const> {
                 match self {
-                    $(LaneOp::$name => eval_row!(args, $path, ($($arg),*) -> $ret)),*
+                    $(LaneOp::$name => eval_row!(R, args, $path, ($($arg),*) -> $ret)),*
                 }
             }
         }
@@ -266,16 +272,16 @@ macro_rules! declare {
 }
 
 macro_rules! eval_row {
-    ($args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
+    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
     // Strings compare by value in `LaneOp::eval`, never by number.
-    ($args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
+    ($real:ident, $args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
     // Of closures only null is a constant.
-    ($args:ident, $path:path, ($($arg:ident),*) -> K) => {{ None }};
-    ($args:ident, $path:path, (K) -> $ret:ident) => {{ None }};
-    ($args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
+    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> K) => {{ None }};
+    ($real:ident, $args:ident, $path:path, (K) -> $ret:ident) => {{ None }};
+    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
         let mut args = $args.iter();
-        let result: lane!($ret) = $path($(<lane!($arg) as FromConst>::from_const(args.next()?)?),*);
-        Some(result.into_const())
+        let result: lane!($ret $real) = $path($(<lane!($arg $real)>::from_const(args.next()?)?),*);
+        result.into_const()
     }};
 }
 
@@ -284,30 +290,70 @@ trait FromConst: Sized {
 }
 
 trait IntoConst {
-    fn into_const(self) -> Const;
+    /// The constant, if single precision has it.
+    fn into_const(self) -> Option<Const>;
 }
 
-macro_rules! convert {
-    ($($ty:ty => $variant:ident, $value:ident, $read:expr, $write:expr;)*) => {$(
-        impl FromConst for $ty {
-            fn from_const(value: &Const) -> Option<Self> {
-                match value { Const::$variant($value) => Some($read), _ => None }
-            }
-        }
-        impl IntoConst for $ty {
-            fn into_const(self) -> Const {
-                let $value = self;
-                Const::$variant($write)
-            }
-        }
-    )*};
+impl FromConst for i32 {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Int(n) = value { Some(*n) } else { None }
+    }
 }
 
-convert! {
-    f32 => Float, x, *x, x;
-    i32 => Int, x, *x, x;
-    [f32; 3] => Triple, x, *x, x;
-    [f32; 16] => Matrix, x, **x, Box::new(x);
+impl IntoConst for i32 {
+    fn into_const(self) -> Option<Const> {
+        Some(Const::Int(self))
+    }
+}
+
+/// A float as single precision has it, if it does.
+fn single<R: Real>(x: R) -> Option<f32> {
+    let single = x.to_f32();
+    (single.is_nan() || f64::from(single) == x.to_f64()).then_some(single)
+}
+
+fn singles<R: Real, const C: usize>(list: [R; C]) -> Option<[f32; C]> {
+    let mut all = [0.0; C];
+    for (to, from) in all.iter_mut().zip(list) {
+        *to = single(from)?;
+    }
+    Some(all)
+}
+
+impl<R: Real> FromConst for R {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Float(x) = value { Some(R::lit(*x)) } else { None }
+    }
+}
+
+impl<R: Real> IntoConst for R {
+    fn into_const(self) -> Option<Const> {
+        single(self).map(Const::Float)
+    }
+}
+
+impl<R: Real> FromConst for [R; 3] {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Triple(t) = value { Some(t.map(R::lit)) } else { None }
+    }
+}
+
+impl<R: Real> IntoConst for [R; 3] {
+    fn into_const(self) -> Option<Const> {
+        singles(self).map(Const::Triple)
+    }
+}
+
+impl<R: Real> FromConst for [R; 16] {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Matrix(m) = value { Some(m.map(R::lit)) } else { None }
+    }
+}
+
+impl<R: Real> IntoConst for [R; 16] {
+    fn into_const(self) -> Option<Const> {
+        singles(self).map(|m| Const::Matrix(Box::new(m)))
+    }
 }
 
 crate::for_each_lane_op!(declare);
@@ -323,8 +369,18 @@ impl LaneOp {
         }
     }
 
-    /// The result for constant arguments, by the arithmetic of a run. `None` if the arguments do not suit it.
+    /// The result for constant arguments, by the arithmetic of a strict run. `None` if the arguments do not suit it.
     pub fn eval(self, args: &[Const]) -> Option<Const> {
+        self.eval_in::<f32>(args)
+    }
+
+    /// The result for constant arguments in double precision, if single precision has it: an arithmetic that knows more
+    /// must not find less in a constant.
+    pub fn eval_exactly(self, args: &[Const]) -> Option<Const> {
+        self.eval_in::<f64>(args)
+    }
+
+    fn eval_in<R: Real>(self, args: &[Const]) -> Option<Const> {
         match (self, args) {
             (LaneOp::SEq, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a == b).into())),
             (LaneOp::SNe, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a != b).into())),
@@ -336,7 +392,7 @@ impl LaneOp {
         }
         let per_component = self.shape().per_component && args.iter().any(|a| a.kind() == Kind::Triple);
         if !per_component {
-            return self.eval_lane(args);
+            return self.eval_lane::<R>(args);
         }
         let mut result = [0.0; 3];
         for (component, out) in result.iter_mut().enumerate() {
@@ -347,7 +403,7 @@ impl LaneOp {
                     other => other.clone(),
                 })
                 .collect();
-            let Const::Float(value) = self.eval_lane(&lane)? else { return None };
+            let Const::Float(value) = self.eval_lane::<R>(&lane)? else { return None };
             *out = value;
         }
         Some(Const::Triple(result))

@@ -1,7 +1,7 @@
 //! The IR as text: one instruction a line, blocks by indentation. Snapshots and `oslrun ir` show it.
 
 use super::{
-    BlockId, Body, Const, Inst, Kernel, Kind, MessageForm, Op, Rate, Source, TextureOption, ValueId,
+    BlockId, Body, Const, Inst, Kernel, Kind, MessageForm, Note, Op, Rate, Source, TextureOption, ValueId,
 };
 use std::fmt::Write;
 
@@ -173,6 +173,12 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::GetMessage(form) => format!("message.get{}", message(form)),
         Kernel::Report { text, .. } => format!("report {text:?}"),
         Kernel::CheckIndex { name } => format!("check_index \"{name}\""),
+        Kernel::Note(note) => match note {
+            Note::Set(name) => format!("note.set \"{name}\""),
+            Note::Call { form, .. } => format!("note.call \"{form}\""),
+            Note::Branch => "note.branch".to_string(),
+            Note::Round => "note.round".to_string(),
+        },
     }
 }
 

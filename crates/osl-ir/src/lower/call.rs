@@ -4,8 +4,8 @@ use super::expr::Operand;
 use super::place::Spot;
 use super::{Frame, Lowerer, Storage, Val};
 use crate::builtins::{Array, Emit, Emitted, Site};
-use crate::hir::{Arg, BuiltinCall, ExprKind, FunctionId, Init, Place};
-use crate::ir::ValueId;
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Place};
+use crate::ir::{Note, ValueId};
 use crate::types::{Extent, Type};
 use osl_syntax::span::Span;
 
@@ -163,6 +163,13 @@ impl Lowerer<'_> {
                 self.write(spot, Val::One(value));
             }
         }
+        self.at(span);
+        let all: Vec<ValueId> = args.iter().copied().chain(result).collect();
+        self.b.note(&all, |_| Note::Call {
+            form: signature.show(call.row.name).into(),
+            why: why(call, signatures.len()).into(),
+            args: args.len() as u8,
+        });
         result.map_or(Val::Void, Val::One)
     }
 
@@ -204,4 +211,18 @@ impl Lowerer<'_> {
             _ => self.b.int(0),
         }
     }
+}
+
+/// Why a form of a built-in was chosen, for people: what its arguments are, and what became of those that are not what it
+/// takes.
+fn why(call: &BuiltinCall, forms: usize) -> String {
+    let converted = |e: &Expr| matches!(e.kind, ExprKind::Convert(_));
+    let changed: Vec<String> =
+        (1..).zip(&call.args).filter(|(_, e)| converted(e)).map(|(n, _)| n.to_string()).collect();
+    let fit = match &changed[..] {
+        [] => "the arguments have exactly these types".to_string(),
+        [one] => format!("argument {one} is converted"),
+        several => format!("arguments {} are converted", several.join(", ")),
+    };
+    if forms == 1 { fit } else { format!("one of {forms} forms; {fit}") }
 }

@@ -12,6 +12,7 @@ use crate::group::{Connection, End};
 use crate::hir::{self, Global, Param, VarId};
 use crate::ir::{BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, ValueId};
 use crate::types::{Base, Extent, Type};
+use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -24,14 +25,18 @@ pub(super) fn lower(
     views: &[View<'_>],
     connections: &[Connection],
     outputs: &[Arc<str>],
+    notes: bool,
 ) -> Result<Body, Vec<Diagnostic>> {
     let wiring = Wiring::new(views, connections, outputs);
-    let (mut b, mut diagnostics) = write(views, &wiring, Builder::new(wiring.name.clone()));
+    let mut first = Builder::new(wiring.name.clone());
+    first.notes = notes;
+    let (mut b, mut diagnostics) = write(views, &wiring, first);
     if !b.messages.is_empty() && (b.messages_by_name || views.len() > 1) {
         // Found by name where one is computed, those before the first would be variables of the body; and a layer may
         // speak of the place in a later one where a message was set first. So it is written again with what is known now.
         let mut again = Builder::new(wiring.name.clone());
         again.messages_by_name = b.messages_by_name;
+        again.notes = notes;
         if !b.messages_by_name {
             carry_messages(&mut again, &b.messages);
         }
@@ -182,6 +187,15 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         && first_use::is_stored(&l.b.body, entry, start.index, *ci)
     {
         l.b.body.outputs.push(Output { name: "Ci".into(), ty: Type::CLOSURE, source: Source::Slot(*ci) });
+    }
+    // So are the point and the normal, where a displacement moves them.
+    if last.program.shader.kind == ShaderKind::Displacement {
+        for ((global, name, ty, _), slot) in hir::GLOBALS.iter().zip(&globals) {
+            let moved = matches!(global, Global::P | Global::N);
+            if moved && first_use::is_stored(&l.b.body, entry, start.index, *slot) {
+                l.b.body.outputs.push(Output { name: (*name).into(), ty: *ty, source: Source::Slot(*slot) });
+            }
+        }
     }
     l.b.body.layers = views.iter().map(|v| (v.base, v.names.clone())).collect();
     (l.b, l.diagnostics)

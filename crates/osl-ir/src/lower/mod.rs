@@ -40,9 +40,21 @@ const UNNAMED: &str = "unnamed_group_1";
 /// The program exceeds its budget or uses what cannot be run yet. Values that do not suit their parameter
 /// are ignored: see [`crate::params`].
 pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
+    one(program, params, false)
+}
+
+/// Lowers a program with [`Note`](crate::ir::Note)s of what its source does.
+///
+/// # Errors
+/// Those of [`lower`].
+pub fn lower_noted(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
+    one(program, params, true)
+}
+
+fn one(program: &Program, params: &ParamValues, notes: bool) -> Result<Body, Vec<Diagnostic>> {
     let shader = program.shader.name.clone();
     let names = Names { layer: format!("{shader}_0").into(), group: UNNAMED.into(), shader };
-    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &[])
+    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &[], notes)
 }
 
 /// Lowers a group to one body. Its outputs are those of the last layer, and those of other layers that `outputs` names as
@@ -52,6 +64,18 @@ pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagno
 /// # Errors
 /// The group exceeds its budget.
 pub fn lower_group(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diagnostic>> {
+    several(group, outputs, false)
+}
+
+/// Lowers a group with [`Note`](crate::ir::Note)s of what its sources do.
+///
+/// # Errors
+/// Those of [`lower_group`].
+pub fn lower_group_noted(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diagnostic>> {
+    several(group, outputs, true)
+}
+
+fn several(group: &Group, outputs: &[Arc<str>], notes: bool) -> Result<Body, Vec<Diagnostic>> {
     let mut views = Vec::new();
     for Layer { name, program, values, base } in &group.layers {
         let (shader, layer) = (program.shader.name.clone(), name.clone());
@@ -62,7 +86,7 @@ pub fn lower_group(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diag
             base: *base,
         });
     }
-    layers::lower(&views, &group.connections, outputs)
+    layers::lower(&views, &group.connections, outputs, notes)
 }
 
 /// A layer as lowering sees it.
@@ -188,12 +212,12 @@ impl<'a> Lowerer<'a> {
     fn store_constants(&mut self, slot: SlotId, ty: Type, values: &[Const]) {
         for (index, value) in values.iter().enumerate() {
             let value = self.b.constant(value.clone());
-            if ty.is_array() {
-                let index = self.b.int(index as i32);
-                self.b.store_element(slot, index, value);
-            } else {
-                self.b.store(slot, value);
+            let element = ty.is_array().then(|| self.b.int(index as i32));
+            match element {
+                Some(index) => self.b.store_element(slot, index, value),
+                None => self.b.store(slot, value),
             }
+            self.note_set(slot, element, value);
         }
     }
 

@@ -3,7 +3,7 @@
 use super::flow::Flow;
 use super::{Lowerer, Storage, Val};
 use crate::hir::{Init, Place, Step};
-use crate::ir::{Const, Kernel, LaneOp, SlotId, ValueId};
+use crate::ir::{Const, Kernel, LaneOp, Note, SlotId, ValueId};
 use crate::types::{Base, Extent, Type};
 use std::sync::Arc;
 
@@ -112,6 +112,14 @@ impl Lowerer<'_> {
             Some(index) => self.b.store_element(slot, index, value),
             None => self.b.store(slot, value),
         }
+        self.note_set(slot, element, value);
+    }
+
+    /// Notes that a variable has a new value.
+    pub(super) fn note_set(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
+        let args = [element, Some(value)];
+        let args: Vec<ValueId> = args.into_iter().flatten().collect();
+        self.b.note(&args, |body| Note::Set(body.slot(slot).name.clone()));
     }
 
     /// Stores a value at a spot.

@@ -3,7 +3,7 @@
 use super::flow::{self, Flow};
 use super::{LoopFlags, Lowerer};
 use crate::hir::{Expr, Stmt, StmtKind};
-use crate::ir::{BlockId, Kind, LaneOp, Op, SlotId, ValueId};
+use crate::ir::{BlockId, Kind, LaneOp, Note, Op, SlotId, ValueId};
 use osl_syntax::span::Span;
 
 impl Lowerer<'_> {
@@ -60,7 +60,10 @@ impl Lowerer<'_> {
     }
 
     fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
+        let at = self.b.span;
         let cond = self.truth(cond);
+        self.b.span = at;
+        self.b.note(&[cond], |_| Note::Branch);
         self.if_else(cond, then, otherwise);
     }
 
@@ -222,6 +225,7 @@ impl Lowerer<'_> {
         go: SlotId,
     ) {
         self.set_flag(flags.continued, 0);
+        self.b.note(&[], |_| Note::Round);
         let exits = self.exits;
         self.stmts(body);
         let flow = flow::of_list(body);

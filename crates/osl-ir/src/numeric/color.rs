@@ -24,7 +24,7 @@ pub fn hsv_to_rgb<R: Number>(hsv: Triple<R>) -> Triple<R> {
     let red = R::select(is(1.0), q, R::select(is(2.0) | is(3.0), p, R::select(is(4.0), t, v)));
     let green = R::select(is(0.0), t, R::select(is(1.0) | is(2.0), v, R::select(is(3.0), q, p)));
     let blue = R::select(is(0.0) | is(1.0), p, R::select(is(2.0), t, R::select(is(3.0) | is(4.0), v, q)));
-    select(s < R::lit(0.0001), [v; 3], [red, green, blue])
+    select(s < R::known(0.0001, 0.0001), [v; 3], [red, green, blue])
 }
 
 /// Hue in turns 0..=1, saturation, value. A gray has hue 0.
@@ -39,8 +39,8 @@ pub fn rgb_to_hsv<R: Number>(rgb: Triple<R>) -> Triple<R> {
     // From red, green or blue, whichever is largest, toward the second largest.
     let six_ranges = R::lit(6.0) * range;
     let from_red = (g - b) / six_ranges;
-    let from_green = R::lit(1.0 / 3.0) + (b - r) / six_ranges;
-    let from_blue = R::lit(2.0 / 3.0) + (r - g) / six_ranges;
+    let from_green = R::known(1.0 / 3.0, 1.0 / 3.0) + (b - r) / six_ranges;
+    let from_blue = R::known(2.0 / 3.0, 2.0 / 3.0) + (r - g) / six_ranges;
     let h = R::select(r == largest, from_red, R::select(g == largest, from_green, from_blue));
     let h = R::select(h < zero, h + R::lit(1.0), h);
     [R::select(s > zero, h, zero), s, largest]
@@ -74,32 +74,54 @@ pub fn rgb_to_hsl<R: Number>(rgb: Triple<R>) -> Triple<R> {
 }
 
 /// Nine numbers, row by row; colors are row vectors.
-pub type Matrix3 = [f32; 9];
+pub type Matrix3<R> = [R; 9];
 
-const RGB_TO_YIQ: Matrix3 = [0.299, 0.596, 0.212, 0.587, -0.275, -0.523, 0.114, -0.321, 0.311];
-const YIQ_TO_RGB: Matrix3 = [1.0, 1.0, 1.0, 0.9557, -0.2716, -1.1082, 0.6199, -0.6469, 1.7051];
+const RGB_TO_YIQ: Matrix3<f32> = [0.299, 0.596, 0.212, 0.587, -0.275, -0.523, 0.114, -0.321, 0.311];
+const EXACT_RGB_TO_YIQ: Matrix3<f64> = [0.299, 0.596, 0.212, 0.587, -0.275, -0.523, 0.114, -0.321, 0.311];
+const YIQ_TO_RGB: Matrix3<f32> = [1.0, 1.0, 1.0, 0.9557, -0.2716, -1.1082, 0.6199, -0.6469, 1.7051];
+const EXACT_YIQ_TO_RGB: Matrix3<f64> = [1.0, 1.0, 1.0, 0.9557, -0.2716, -1.1082, 0.6199, -0.6469, 1.7051];
+
+/// The constants of a matrix.
+#[inline(always)]
+fn known<R: Real>(single: &Matrix3<f32>, exact: &Matrix3<f64>) -> Matrix3<R> {
+    // Straight code: a loop inside keeps a loop over colors from being vectorised.
+    let [a, b, c, d, e, f, g, h, i] = *single;
+    let [j, k, l, m, n, o, p, q, r] = *exact;
+    let known = R::known;
+    [
+        known(a, j),
+        known(b, k),
+        known(c, l),
+        known(d, m),
+        known(e, n),
+        known(f, o),
+        known(g, p),
+        known(h, q),
+        known(i, r),
+    ]
+}
 
 /// The color times a constant matrix.
 #[inline(always)]
-pub fn transform<R: Real>(c: Triple<R>, m: &Matrix3) -> Triple<R> {
+pub fn transform<R: Real>(c: Triple<R>, m: &Matrix3<R>) -> Triple<R> {
     [column(c, [m[0], m[3], m[6]]), column(c, [m[1], m[4], m[7]]), column(c, [m[2], m[5], m[8]])]
 }
 
 #[inline(always)]
-fn column<R: Real>(c: Triple<R>, weights: [f32; 3]) -> R {
-    c[0] * R::lit(weights[0]) + c[1] * R::lit(weights[1]) + c[2] * R::lit(weights[2])
+fn column<R: Real>(c: Triple<R>, weights: [R; 3]) -> R {
+    c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
 }
 
 /// The NTSC broadcast system from RGB.
 #[inline(always)]
 pub fn rgb_to_yiq<R: Real>(rgb: Triple<R>) -> Triple<R> {
-    transform(rgb, &RGB_TO_YIQ)
+    transform(rgb, &known(&RGB_TO_YIQ, &EXACT_RGB_TO_YIQ))
 }
 
 /// RGB from the NTSC broadcast system.
 #[inline(always)]
 pub fn yiq_to_rgb<R: Real>(yiq: Triple<R>) -> Triple<R> {
-    transform(yiq, &YIQ_TO_RGB)
+    transform(yiq, &known(&YIQ_TO_RGB, &EXACT_YIQ_TO_RGB))
 }
 
 /// Chromaticity x, y and luminance Y from CIE XYZ; the chromaticity of black is 0, 0.
@@ -107,7 +129,7 @@ pub fn yiq_to_rgb<R: Real>(yiq: Triple<R>) -> Triple<R> {
 pub fn xyz_to_xyy<R: Number>(xyz: Triple<R>) -> Triple<R> {
     let [x, y, z] = xyz;
     let sum = x + y + z;
-    let inverse = R::select(sum >= R::lit(1.0e-6), R::lit(1.0) / sum, R::lit(0.0));
+    let inverse = R::select(sum >= R::known(1.0e-6, 1.0e-6), R::lit(1.0) / sum, R::lit(0.0));
     [x * inverse, y * inverse, y]
 }
 
@@ -115,42 +137,44 @@ pub fn xyz_to_xyy<R: Number>(xyz: Triple<R>) -> Triple<R> {
 #[inline(always)]
 pub fn xyy_to_xyz<R: Number>(xyy: Triple<R>) -> Triple<R> {
     let [x, y, luminance] = xyy;
-    let k = R::select(y > R::lit(1.0e-6), luminance / y, R::lit(0.0));
+    let k = R::select(y > R::known(1.0e-6, 1.0e-6), luminance / y, R::lit(0.0));
     [k * x, luminance, k * (R::lit(1.0) - x - y)]
 }
 
 /// Light from one component of an sRGB pixel (IEC 61966-2-1).
 #[inline(always)]
 pub fn srgb_to_linear<R: Real>(x: R) -> R {
-    let straight = x * R::lit(1.0 / 12.92);
-    let curved = ((x + R::lit(0.055)) * R::lit(1.0 / 1.055)).pow_accurate(R::lit(2.4));
-    R::select(x <= R::lit(0.04045), straight, curved)
+    let straight = x * R::known(1.0 / 12.92, 1.0 / 12.92);
+    let curved =
+        ((x + R::known(0.055, 0.055)) * R::known(1.0 / 1.055, 1.0 / 1.055)).pow_accurate(R::known(2.4, 2.4));
+    R::select(x <= R::known(0.04045, 0.04045), straight, curved)
 }
 
 /// One component of an sRGB pixel from light (IEC 61966-2-1).
 #[inline(always)]
 pub fn linear_to_srgb<R: Real>(x: R) -> R {
-    let curved = R::lit(1.055) * x.pow_accurate(R::lit(1.0 / 2.4)) - R::lit(0.055);
-    R::select(x <= R::lit(0.003_130_8), R::lit(12.92) * x, curved)
+    let curved =
+        R::known(1.055, 1.055) * x.pow_accurate(R::known(1.0 / 2.4, 1.0 / 2.4)) - R::known(0.055, 0.055);
+    R::select(x <= R::known(0.003_130_8, 0.003_130_8), R::known(12.92, 12.92) * x, curved)
 }
 
 /// An RGB space: how its primaries relate to CIE XYZ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ColorSystem {
+pub struct ColorSystem<R = f32> {
     /// XYZ to RGB, for row vectors.
-    pub rgb_from_xyz: Matrix3,
+    pub rgb_from_xyz: Matrix3<R>,
     /// RGB to XYZ, for row vectors.
-    pub xyz_from_rgb: Matrix3,
+    pub xyz_from_rgb: Matrix3<R>,
     /// What each of red, green, blue adds to the luminance; they sum to 1.
-    pub luminance: Triple<f32>,
+    pub luminance: Triple<R>,
 }
 
-const D65: [f32; 2] = [0.3127, 0.3291];
-const ILLUMINANT_C: [f32; 2] = [0.3101, 0.3162];
-const ILLUMINANT_E: [f32; 2] = [0.333_333_33, 0.333_333_33];
-const ACES_WHITE: [f32; 2] = [0.32168, 0.33767];
+const D65: [f64; 2] = [0.3127, 0.3291];
+const ILLUMINANT_C: [f64; 2] = [0.3101, 0.3162];
+const ILLUMINANT_E: [f64; 2] = [1.0 / 3.0, 1.0 / 3.0];
+const ACES_WHITE: [f64; 2] = [0.32168, 0.33767];
 
-impl ColorSystem {
+impl<R: Real> ColorSystem<R> {
     /// OSL's working space unless told otherwise.
     pub fn rec709() -> Self {
         Self::from_primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65)
@@ -175,8 +199,12 @@ impl ColorSystem {
     }
 
     /// The system with these chromaticities (x, y), such that equal red, green and blue have that of `white`.
-    pub fn from_primaries(red: [f32; 2], green: [f32; 2], blue: [f32; 2], white: [f32; 2]) -> Self {
-        let [red, green, blue, white] = [red, green, blue, white].map(|[x, y]| [x, y, 1.0 - (x + y)]);
+    pub fn from_primaries(red: [f64; 2], green: [f64; 2], blue: [f64; 2], white: [f64; 2]) -> Self {
+        let one = R::lit(1.0);
+        let [red, green, blue, white] = [red, green, blue, white].map(|xy| {
+            let [x, y] = xy.map(|c| R::known(c as f32, c));
+            [x, y, one - (x + y)]
+        });
         // The rows of the inverse of the primaries, but for a factor each, which the white point fixes.
         let rows = [cross(green, blue), cross(blue, red), cross(red, green)].map(|row| {
             let weight = dot(row, white) / white[1];
@@ -186,32 +214,31 @@ impl ColorSystem {
         let rgb_from_xyz = [r[0], g[0], b[0], r[1], g[1], b[1], r[2], g[2], b[2]];
         let xyz_from_rgb = inverse(&rgb_from_xyz);
         let (of_red, of_green) = (xyz_from_rgb[1], xyz_from_rgb[4]);
-        let luminance = [of_red, of_green, 1.0 - of_red - of_green];
+        let luminance = [of_red, of_green, one - of_red - of_green];
         Self { rgb_from_xyz, xyz_from_rgb, luminance }
     }
 
     /// RGB of this system from CIE XYZ.
     #[inline(always)]
-    pub fn to_rgb<R: Real>(&self, xyz: Triple<R>) -> Triple<R> {
+    pub fn to_rgb(&self, xyz: Triple<R>) -> Triple<R> {
         transform(xyz, &self.rgb_from_xyz)
     }
 
     /// CIE XYZ from RGB of this system.
     #[inline(always)]
-    pub fn to_xyz<R: Real>(&self, rgb: Triple<R>) -> Triple<R> {
+    pub fn to_xyz(&self, rgb: Triple<R>) -> Triple<R> {
         transform(rgb, &self.xyz_from_rgb)
     }
 
     /// The luminance of an RGB color, in its unit.
     #[inline(always)]
-    pub fn luminance_of<R: Real>(&self, rgb: Triple<R>) -> R {
-        let [red, green, blue] = self.luminance;
-        dot(rgb, [R::lit(red), R::lit(green), R::lit(blue)])
+    pub fn luminance_of(&self, rgb: Triple<R>) -> R {
+        dot(rgb, self.luminance)
     }
 }
 
 /// The inverse of a matrix known to have one: adjugate over determinant.
-fn inverse(m: &Matrix3) -> Matrix3 {
+fn inverse<R: Real>(m: &Matrix3<R>) -> Matrix3<R> {
     let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
     let adjugate = [
         minor(4, 8, 7, 5),

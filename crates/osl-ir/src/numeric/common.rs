@@ -46,7 +46,7 @@ pub fn int_max(x: i32, y: i32) -> i32 {
 /// `a` at t = 0, `b` at t = 1, straight on beyond them. Ratio `t` is not clamped.
 #[inline(always)]
 pub fn mix<R: Real>(a: R, b: R, t: R) -> R {
-    a * (R::lit(1.0) - t) + b * t
+    (a * (R::lit(1.0) - t)).plus_product(b, t)
 }
 
 /// `b` where the condition `c` is not zero, else `a`: the *second* is chosen by a true condition.
@@ -116,7 +116,7 @@ pub fn sqrt<R: Real>(x: R) -> R {
 /// 1 / √x, in two roundings; 0 where `x` is not above zero.
 #[inline(always)]
 pub fn inversesqrt<R: Real>(x: R) -> R {
-    R::select(x > R::lit(0.0), R::lit(1.0) / x.sqrt(), R::lit(0.0))
+    R::select(x > R::lit(0.0), x.inverse_root(), R::lit(0.0))
 }
 
 /// √(a² + b²), unscaled: it overflows where a square does.
@@ -134,13 +134,13 @@ pub fn filterwidth<R: Real>(dx: R, dy: R) -> R {
 /// Degrees from radians, by the reference's constant: 180/π divided in `f32`, one unit below the nearest.
 #[inline(always)]
 pub fn degrees<R: Real>(x: R) -> R {
-    x * R::lit(f32::from_bits(0x4265_2ee0))
+    x * R::known(f32::from_bits(0x4265_2ee0), 180.0 / std::f64::consts::PI)
 }
 
 /// Radians from degrees.
 #[inline(always)]
 pub fn radians<R: Real>(x: R) -> R {
-    x * R::lit(f32::from_bits(0x3c8e_fa35))
+    x * R::known(f32::from_bits(0x3c8e_fa35), std::f64::consts::PI / 180.0)
 }
 
 /// 1 for NaN, else 0.

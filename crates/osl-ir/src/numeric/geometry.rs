@@ -47,7 +47,7 @@ pub fn select<R: Number>(mask: bool, yes: Triple<R>, no: Triple<R>) -> Triple<R>
 /// The inner product.
 #[inline(always)]
 pub fn dot<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    (a[0] * b[0]).plus_product(a[1], b[1]).plus_product(a[2], b[2])
 }
 
 /// The outer product, right-handed.
@@ -124,10 +124,10 @@ pub fn distance_to_segment<R: Real>(a: Triple<R>, b: Triple<R>, q: Triple<R>) ->
 /// The folder's `normalize` of a constant divides instead: [`normalize_by_division`].
 #[inline(always)]
 pub fn normalize<R: Real>(v: Triple<R>) -> Triple<R> {
-    let length = length_unrescued(v);
-    let inverse = R::lit(1.0) / length;
+    let square = dot(v, v);
     let zero = [R::lit(0.0); 3];
-    select(length > R::lit(0.0), scale(v, inverse), zero)
+    // The root of a number is above zero where the number is.
+    select(square > R::lit(0.0), scale(v, square.inverse_root()), zero)
 }
 
 /// The vector divided by its (rescued) length: what the reference's optimizer makes of a constant vector.

@@ -24,6 +24,8 @@ functions! {
     sub(a: R, b: R) -> R = a - b;
     mul(a: R, b: R) -> R = a * b;
     neg(a: R) -> R = -a;
+    mul_add(a: R, b: R, c: R) -> R = c.plus_product(a, b);
+    mul_sub(a: R, b: R, c: R) -> R = c.plus_product(-a, b);
     lt(a: R, b: R) -> i32 = arith::lt(a, b).into();
     le(a: R, b: R) -> i32 = arith::le(a, b).into();
     gt(a: R, b: R) -> i32 = arith::gt(a, b).into();
@@ -45,10 +47,10 @@ functions! {
     component(t: Triple<R>, i: i32) -> R = R::select(i <= 0, t[0], R::select(i == 1, t[1], t[2]));
     with_component(t: Triple<R>, i: i32, v: R) -> Triple<R> =
         [R::select(i <= 0, v, t[0]), R::select(i == 1, v, t[1]), R::select(i >= 2, v, t[2])];
-    xyz_to_rgb(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_rgb(c);
-    rgb_to_xyz(c: Triple<R>) -> Triple<R> = ColorSystem::rec709().to_xyz(c);
+    xyz_to_rgb(c: Triple<R>) -> Triple<R> = ColorSystem::<R>::rec709().to_rgb(c);
+    rgb_to_xyz(c: Triple<R>) -> Triple<R> = ColorSystem::<R>::rec709().to_xyz(c);
     still(x: R) -> R = x;
-    luminance(c: Triple<R>) -> R = ColorSystem::rec709().luminance_of(c);
+    luminance(c: Triple<R>) -> R = ColorSystem::<R>::rec709().luminance_of(c);
     fmod_exact(x: R, y: R) -> R = x.fmod_exact(y);
     sin(x: R) -> R = x.sin();
     cos(x: R) -> R = x.cos();

@@ -26,10 +26,10 @@ pub fn multiply<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
     for row in 0..4 {
         for column in 0..4 {
             let at = 4 * row;
-            product[at + column] = a[at] * b[column]
-                + a[at + 1] * b[4 + column]
-                + a[at + 2] * b[8 + column]
-                + a[at + 3] * b[12 + column];
+            product[at + column] = (a[at] * b[column])
+                .plus_product(a[at + 1], b[4 + column])
+                .plus_product(a[at + 2], b[8 + column])
+                .plus_product(a[at + 3], b[12 + column]);
         }
     }
     product
@@ -195,7 +195,7 @@ pub fn transform_vector<R: Real>(m: Matrix<R>, v: Triple<R>) -> Triple<R> {
 /// The vector times the first three elements of a column.
 #[inline(always)]
 fn linear<R: Real>(m: &Matrix<R>, v: Triple<R>, column: usize) -> R {
-    v[0] * m[column] + v[1] * m[4 + column] + v[2] * m[8 + column]
+    (v[0] * m[column]).plus_product(v[1], m[4 + column]).plus_product(v[2], m[8 + column])
 }
 
 /// The normal times the transpose of the inverse of M, so that it stays perpendicular to transformed tangents.

@@ -1,7 +1,7 @@
 //! The element type of the arithmetic.
 //!
 //! [`Real`] is what a body may do with a number. `f32` is the strict arithmetic: products and sums rounded one by
-//! one, and the approximations of [`strict`]. Other arithmetics (binary64 as an oracle, cheaper
+//! one, and the approximations of [`strict`]. Other arithmetics ([binary64](super::double) as an oracle, cheaper
 //! approximations) are other implementors; the bodies stay the same. Nothing here knows what a body computes.
 
 use std::fmt::Debug;
@@ -25,6 +25,8 @@ pub trait Number:
 {
     /// The constant `value`, exactly.
     fn lit(value: f32) -> Self;
+    /// A constant of the library that is no float: what single precision takes for it, and what it is.
+    fn known(single: f32, exact: f64) -> Self;
     /// `yes` where `mask`, else `no`. Both are computed; compiles to a blend.
     fn select(mask: bool, yes: Self, no: Self) -> Self;
     /// True for NaN.
@@ -45,6 +47,8 @@ pub trait Real: Number {
     fn from_int(value: i32) -> Self;
     /// The nearest number of single precision.
     fn to_f32(self) -> f32;
+    /// The number in double precision, as good as it is known.
+    fn to_f64(self) -> f64;
     /// Truncation to an integer; NaN and values out of range give `i32::MIN`.
     fn to_int(self) -> i32;
 
@@ -63,6 +67,17 @@ pub trait Real: Number {
     fn round(self) -> Self;
     /// The IEEE square root, NaN below zero. OSL's guarded one is [`common::sqrt`](super::common::sqrt).
     fn sqrt(self) -> Self;
+
+    /// `self + a * b`; rounded twice unless the arithmetic says otherwise.
+    #[inline(always)]
+    fn plus_product(self, a: Self, b: Self) -> Self {
+        self + a * b
+    }
+    /// `1 / √self`, in two roundings unless the arithmetic says otherwise, for numbers above zero.
+    #[inline(always)]
+    fn inverse_root(self) -> Self {
+        Self::lit(1.0) / self.sqrt()
+    }
 
     /// Sine of an angle in radians, in -1..=1.
     fn sin(self) -> Self;
@@ -134,6 +149,11 @@ impl Number for f32 {
     }
 
     #[inline(always)]
+    fn known(single: f32, _: f64) -> Self {
+        single
+    }
+
+    #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         rounding::pick(mask, yes, no)
     }
@@ -157,6 +177,11 @@ impl Real for f32 {
     #[inline(always)]
     fn to_f32(self) -> f32 {
         self
+    }
+
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        f64::from(self)
     }
 
     #[inline(always)]

@@ -25,7 +25,7 @@ pub fn wavelength_color<R: Real>(nanometres: R) -> Triple<R> {
         };
         let t = at - index as f32;
         let mixed = std::array::from_fn(|c| (1.0 - t) * low[c] + t * high[c]);
-        let rgb = ColorSystem::rec709().to_rgb(mixed);
+        let rgb = ColorSystem::<f32>::rec709().to_rgb(mixed);
         rgb.map(|x| not_negative(x * (1.0 / 2.52)))
     })
 }
@@ -87,7 +87,7 @@ fn planck_rgb(kelvin: f32) -> Triple<f32> {
             *sum += weight * m;
         }
     }
-    ColorSystem::rec709().to_rgb(xyz).map(not_negative)
+    ColorSystem::<f32>::rec709().to_rgb(xyz).map(not_negative)
 }
 
 /// x, y, z of the CIE 1931 observer.

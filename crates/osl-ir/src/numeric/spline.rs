@@ -3,44 +3,53 @@
 //! The built-in `spline` is ordinary instructions over its knots; this evaluates the same polynomials for the search
 //! alone. It must not know arrays of the language. Source: OSL language specification, chapter on splines.
 
+use super::Real;
 use crate::builtins::Basis;
 
-/// Steps of the search in a segment, and how many of them interpolate rather than halve.
-const STEPS: usize = 32;
-const INTERPOLATED: usize = 24;
-/// Where the search ends: in x and in the value.
-const NEAR: f32 = 1e-6;
+/// Steps of the search in a segment, by single precision and by double, and how many of them interpolate rather than
+/// halve.
+const STEPS: (f32, f64) = (32.0, 96.0);
+const INTERPOLATED: i32 = 24;
+/// Where the search ends, in x and in the value: by single precision, and by double.
+const NEAR: (f32, f64) = (1e-6, 1e-15);
 
 /// A spline over knots; knots beyond the last repeat it, and no knots at all are a single 0.
-struct Spline<'a> {
+struct Spline<'a, R> {
     basis: &'a Basis,
-    knots: &'a [f32],
+    knots: &'a [R],
     count: i32,
 }
 
-impl Spline<'_> {
+impl<R: Real> Spline<'_, R> {
     fn segments(&self) -> i32 {
         (self.count - 4) / self.basis.step + 1
     }
 
-    fn knot(&self, index: i32) -> f32 {
+    fn knot(&self, index: i32) -> R {
         let last = self.knots.len().saturating_sub(1);
         let index = usize::try_from(index).unwrap_or(0).min(last);
-        self.knots.get(index).copied().unwrap_or(0.0)
+        self.knots.get(index).copied().unwrap_or(R::lit(0.0))
     }
 
-    fn at(&self, x: f32) -> f32 {
+    /// The coefficients of a row. Those that are no floats are sixths.
+    fn row(&self, row: usize) -> [R; 4] {
+        let exact = |c: f32| R::known(c, (f64::from(c) * 6.0).round_ties_even() / 6.0);
+        let of_sixths = |c: f32| f64::from(c) * 2.0 != (f64::from(c) * 2.0).round_ties_even();
+        self.basis.rows[row].map(|c| if of_sixths(c) { exact(c) } else { R::lit(c) })
+    }
+
+    fn at(&self, x: R) -> R {
         let segments = self.segments();
-        let x = x.clamp(0.0, 1.0) * segments as f32;
-        let segment = (x as i32).min(segments - 1).max(0);
+        let x = within(x) * R::from_int(segments);
+        let segment = x.to_int().min(segments - 1).max(0);
         if self.basis.name == "constant" {
             return self.knot(segment + 1);
         }
-        let t = x - segment as f32;
+        let t = x - R::from_int(segment);
         let start = segment * self.basis.step;
-        let mut value = 0.0;
-        for (index, row) in self.basis.rows.iter().enumerate() {
-            let [b0, b1, b2, b3] = *row;
+        let mut value = R::lit(0.0);
+        for index in 0..4 {
+            let [b0, b1, b2, b3] = self.row(index);
             let knot = |k| self.knot(start + k);
             let term = b0 * knot(0) + b1 * knot(1) + b2 * knot(2) + b3 * knot(3);
             value = if index == 0 { term } else { value * t + term };
@@ -49,41 +58,42 @@ impl Spline<'_> {
     }
 
     /// How fast the value changes with x, at a place in a segment.
-    fn slope(&self, x: f32, segment: i32) -> f32 {
-        let segments = self.segments() as f32;
-        let t = x.clamp(0.0, 1.0) * segments - segment as f32;
+    fn slope(&self, x: R, segment: i32) -> R {
+        let segments = R::from_int(self.segments());
+        let t = within(x) * segments - R::from_int(segment);
         let start = segment * self.basis.step;
-        let term = |row: &[f32; 4]| -> f32 {
-            row.iter().zip(start..).fold(0.0, |sum, (b, index)| sum + b * self.knot(index))
+        let term = |row: usize| -> R {
+            let row = self.row(row);
+            row.iter().zip(start..).fold(R::lit(0.0), |sum, (b, index)| sum + *b * self.knot(index))
         };
-        let [cubic, square, linear, _] = &self.basis.rows;
-        segments * ((3.0 * term(cubic) * t + 2.0 * term(square)) * t + term(linear))
+        segments * ((R::lit(3.0) * term(0) * t + R::lit(2.0) * term(1)) * t + term(2))
     }
 
     /// Looks for `y` between two places. Tells whether they bracket it, and the place: one end if they do not.
-    fn search(&self, y: f32, mut x0: f32, mut x1: f32) -> (bool, f32) {
+    fn search(&self, y: R, mut x0: R, mut x1: R) -> (bool, R) {
+        let near = R::known(NEAR.0, NEAR.1);
         let (mut v0, mut v1) = (self.at(x0), self.at(x1));
         let rising = v0 < v1;
         let (low, high) = if rising { (v0, v1) } else { (v1, v0) };
         if !(y >= low && y <= high) {
             return (false, if (y < low) == rising { x0 } else { x1 });
         }
-        if (v0 - v1).abs() < NEAR {
+        if (v0 - v1).abs() < near {
             return (true, x0);
         }
         let mut x = x0;
-        for step in 0..STEPS {
+        for step in 0..R::known(STEPS.0, STEPS.1).to_int() {
             let guess = (y - v0) / (v1 - v0);
-            let inside = step < INTERPOLATED && guess > 0.0 && guess < 1.0;
-            let t = if inside { guess } else { 0.5 };
-            x = x0 * (1.0 - t) + x1 * t;
+            let inside = step < INTERPOLATED && guess > R::lit(0.0) && guess < R::lit(1.0);
+            let t = if inside { guess } else { R::lit(0.5) };
+            x = x0 * (R::lit(1.0) - t) + x1 * t;
             let v = self.at(x);
             if (v < y) == rising {
                 (x0, v0) = (x, v);
             } else {
                 (x1, v1) = (x, v);
             }
-            if (x1 - x0).abs() < NEAR || (v - y).abs() < NEAR {
+            if (x1 - x0).abs() < near || (v - y).abs() < near {
                 break;
             }
         }
@@ -93,28 +103,29 @@ impl Spline<'_> {
 
 /// The x, 0 to 1, at which the spline over the first `count` knots reaches `y`. The spline should only rise or only
 /// fall; where it does not, the first segment that brackets `y` is taken.
-pub fn inverse(basis: &Basis, y: f32, knots: &[f32], count: usize) -> f32 {
+pub fn inverse<R: Real>(basis: &Basis, y: R, knots: &[R], count: usize) -> R {
     inverse_with_slope(basis, y, knots, count).0
 }
 
 /// [`inverse`], and how fast it changes with `y`: one over the slope of the spline, 0 beyond the ends and where the
 /// spline is level.
-pub fn inverse_with_slope(basis: &Basis, y: f32, knots: &[f32], count: usize) -> (f32, f32) {
+pub fn inverse_with_slope<R: Real>(basis: &Basis, y: R, knots: &[R], count: usize) -> (R, R) {
+    let (zero, one) = (R::lit(0.0), R::lit(1.0));
     let count = i32::try_from(count.min(knots.len())).unwrap_or(i32::MAX);
     let spline = Spline { basis, knots, count };
     let (low, high) = if basis.step == 1 { (1, count - 2) } else { (0, count - 1) };
     let rising = spline.knot(1) < spline.knot(count - 2);
     let (first, last) = (spline.knot(low), spline.knot(high));
     if if rising { y <= first } else { y >= first } {
-        return (0.0, 0.0);
+        return (zero, zero);
     }
     if if rising { y >= last } else { y <= last } {
-        return (1.0, 0.0);
+        return (one, zero);
     }
     let segments = spline.segments();
-    let (mut x, mut slope) = (0.0, 0.0);
+    let (mut x, mut slope) = (zero, zero);
     for segment in 0..segments {
-        let place = |s: i32| s as f32 / segments as f32;
+        let place = |s: i32| R::from_int(s) / R::from_int(segments);
         let (found, at) = spline.search(y, place(segment), place(segment + 1));
         x = at;
         if found {
@@ -122,7 +133,13 @@ pub fn inverse_with_slope(basis: &Basis, y: f32, knots: &[f32], count: usize) ->
             break;
         }
     }
-    (x, if slope == 0.0 { 0.0 } else { 1.0 / slope })
+    (x, if slope == zero { zero } else { one / slope })
+}
+
+/// A number held to 0 to 1; NaN stays.
+fn within<R: Real>(x: R) -> R {
+    let x = R::select(x < R::lit(0.0), R::lit(0.0), x);
+    R::select(x > R::lit(1.0), R::lit(1.0), x)
 }
 
 #[cfg(test)]
@@ -176,7 +193,7 @@ mod tests {
     fn too_few_knots_are_no_harm() {
         for basis in &BASES {
             for count in 0..4 {
-                assert!(inverse(basis, 0.3, &[0.0, 1.0, 2.0][..count.min(3)], count).is_finite());
+                assert!(inverse::<f32>(basis, 0.3, &[0.0, 1.0, 2.0][..count.min(3)], count).is_finite());
             }
             assert!(inverse(basis, f32::NAN, &[0.0; 7], 7).is_finite());
         }

@@ -79,6 +79,11 @@ impl<R: Real> Number for Dual<R> {
     }
 
     #[inline(always)]
+    fn known(single: f32, exact: f64) -> Self {
+        Dual { v: R::known(single, exact), d: R::lit(0.0) }
+    }
+
+    #[inline(always)]
     fn select(mask: bool, yes: Self, no: Self) -> Self {
         Dual { v: R::select(mask, yes.v, no.v), d: R::select(mask, yes.d, no.d) }
     }

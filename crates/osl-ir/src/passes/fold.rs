@@ -9,12 +9,13 @@ use crate::ir::{
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
-    fold(body, false);
+    fold(body, false, false);
 }
 
-/// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it.
-pub(super) fn again(body: &mut Body) {
-    fold(body, true);
+/// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it. `exact`: only
+/// results that double precision has too are constants.
+pub(super) fn again(body: &mut Body, exact: bool) {
+    fold(body, true, exact);
 }
 
 /// Settles what the program means where that depends on what is constant: what is not found to be so by now is not.
@@ -26,10 +27,15 @@ pub(super) fn settle(body: &mut Body) {
     }
 }
 
-fn fold(body: &mut Body, settled: bool) {
+fn fold(body: &mut Body, settled: bool, exact: bool) {
     let values = body.values.len();
-    let mut fold =
-        Fold { settled, renaming: Renaming::default(), known: vec![None; values], lanes: vec![None; values] };
+    let mut fold = Fold {
+        settled,
+        exact,
+        renaming: Renaming::default(),
+        known: vec![None; values],
+        lanes: vec![None; values],
+    };
     fold.block(body, body.entry);
     rename_outputs(body, &fold.renaming);
 }
@@ -69,6 +75,8 @@ pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
 struct Fold {
     /// Whether a constant divisor changes nothing any more.
     settled: bool,
+    /// Whether only results that double precision has too are constants.
+    exact: bool,
     renaming: Renaming,
     /// The constant that a value is.
     known: Vec<Option<Const>>,
@@ -196,7 +204,7 @@ impl Fold {
     ) -> Outcome {
         let constants: Vec<Option<&Const>> = args.iter().map(|a| self.constant(*a)).collect();
         if let Some(all) = constants.iter().map(|c| c.cloned()).collect::<Option<Vec<Const>>>()
-            && let Some(result) = op.eval(&all)
+            && let Some(result) = if self.exact { op.eval_exactly(&all) } else { op.eval(&all) }
         {
             return Outcome::Constant(result);
         }

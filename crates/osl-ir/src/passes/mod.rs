@@ -1,7 +1,7 @@
 //! Passes over the IR, each small, each with its own tests, each able to be switched off (but for `ssa`, on
 //! which the others and the interpreter build, and `derive`, without which lookups would mean something else).
 //!
-//! A pass keeps the bits of every value that remains. It must not know lanes, registers or instruction sets.
+//! A pass keeps the bits of every value that remains, but for `prefilter`, which is no pass that runs by itself. It must not know lanes, registers or instruction sets.
 
 mod algebra;
 mod cse;
@@ -9,6 +9,8 @@ mod dce;
 mod derive;
 mod flatten;
 mod fold;
+mod fuse;
+mod prefilter;
 mod rate;
 mod share;
 mod ssa;
@@ -17,6 +19,7 @@ mod unroll;
 use crate::hir::Global;
 use crate::ir::Body;
 use crate::ir::validate;
+use crate::numeric::Arithmetic;
 use std::sync::Arc;
 
 /// The passes, in the order in which they run.
@@ -45,13 +48,15 @@ pub enum Pass {
     Flatten,
     /// Compares distances by their squares, and the like.
     Algebra,
+    /// Makes products and their sums one operation, for arithmetics that fuse them.
+    Fuse,
     /// Finds work that neighbouring points share.
     Share,
 }
 
 impl Pass {
     /// All passes in order.
-    pub const ALL: [Pass; 11] = [
+    pub const ALL: [Pass; 12] = [
         Pass::Ssa,
         Pass::Slice,
         Pass::Fold,
@@ -62,6 +67,7 @@ impl Pass {
         Pass::Rate,
         Pass::Flatten,
         Pass::Algebra,
+        Pass::Fuse,
         Pass::Share,
     ];
 
@@ -78,6 +84,7 @@ impl Pass {
             Pass::Rate => "rate",
             Pass::Flatten => "flatten",
             Pass::Algebra => "algebra",
+            Pass::Fuse => "fuse",
             Pass::Share => "share",
         }
     }
@@ -99,12 +106,24 @@ pub struct Options {
     pub slopes: Vec<Global>,
     /// Passes that do not run.
     pub without: Vec<Pass>,
+    /// The numbers that the program is to be run with. For double precision nothing is rounded to single while
+    /// compiling, and passes that build on its rounding do not run.
+    pub arithmetic: Arithmetic,
+    /// Widen steps by so many times the footprint of a pixel, which changes values: see `prefilter`.
+    pub prefilter: Option<f32>,
 }
 
 impl Default for Options {
     fn default() -> Self {
         let varying: Vec<Global> = crate::hir::GLOBALS.iter().map(|(global, ..)| *global).collect();
-        Options { outputs: None, slopes: varying.clone(), varying, without: Vec::new() }
+        Options {
+            outputs: None,
+            slopes: varying.clone(),
+            varying,
+            without: Vec::new(),
+            arithmetic: Arithmetic::Strict,
+            prefilter: None,
+        }
     }
 }
 
@@ -122,7 +141,10 @@ pub struct Report {
 /// Runs the passes and reports what each did.
 pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
-    let without = |pass| options.without.contains(&pass);
+    let exact = options.arithmetic.is_double();
+    // The roots' rewrites hold for rounded roots; cells are shared by words of 32 bits.
+    let without =
+        |pass| options.without.contains(&pass) || exact && matches!(pass, Pass::Algebra | Pass::Share);
     for pass in Pass::ALL {
         let before = body.count();
         match pass {
@@ -133,6 +155,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                 continue;
             }
             Pass::Fold => {}
+            Pass::Fuse if options.arithmetic != Arithmetic::Fast => continue,
             pass if without(pass) => continue,
             _ => {}
         }
@@ -140,22 +163,31 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Ssa => ssa::run(body),
             Pass::Slice => slice(body, options.outputs.as_deref()),
             Pass::Unroll => {
-                if unroll::run(body) && !without(Pass::Fold) {
-                    fold::again(body);
+                if unroll::run(body, exact) && !without(Pass::Fold) {
+                    fold::again(body, exact);
                 }
             }
             Pass::Derive => {
+                if let Some(scale) = options.prefilter {
+                    prefilter::run(body, scale);
+                }
                 // What nothing needs, such as most layers of a large group, is not to be differentiated, nor to use up what
                 // unrolled loops may grow by. It asks for no derivatives either, which decides about bits.
                 if !without(Pass::Dce) || derive::asks(body) {
                     dce::run(body);
                 }
                 if derive::run(body) && !without(Pass::Fold) {
-                    fold::again(body);
+                    fold::again(body, exact);
                 }
             }
             Pass::Fold => {
-                fold::run(body);
+                if exact {
+                    // What the strict program finds constant decides what it means.
+                    fold::only_meaning(body);
+                    fold::again(body, true);
+                } else {
+                    fold::run(body);
+                }
                 fold::settle(body);
             }
             Pass::Cse => cse::run(body),
@@ -163,6 +195,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Rate => rate::run(body, &options.varying, &options.slopes),
             Pass::Flatten => flatten::run(body),
             Pass::Algebra => algebra::run(body),
+            Pass::Fuse => fuse::run(body),
             Pass::Share => share::run(body),
         }
         if cfg!(debug_assertions) {

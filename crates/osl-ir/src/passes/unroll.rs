@@ -13,15 +13,16 @@ const MAX_ROUNDS: usize = 64;
 /// Instructions that all unrolled loops may have together.
 const MAX_GROWTH: usize = 8192;
 
-/// Runs the pass. Tells whether it changed anything.
-pub(super) fn run(body: &mut Body) -> bool {
+/// Runs the pass. Tells whether it changed anything. `exact`: only results that double precision has too are
+/// constants.
+pub(super) fn run(body: &mut Body, exact: bool) -> bool {
     let mut known: FxHashMap<ValueId, Const> = FxHashMap::default();
     for inst in body.blocks.iter().flat_map(|b| &b.insts) {
         if let (Op::Const(value), Some(result)) = (&inst.op, inst.results.first()) {
             known.insert(*result, value.clone());
         }
     }
-    let mut unroll = Unroll { known, renaming: Renaming::default(), left: MAX_GROWTH, changed: false };
+    let mut unroll = Unroll { known, renaming: Renaming::default(), left: MAX_GROWTH, changed: false, exact };
     unroll.block(body, body.entry);
     if unroll.changed {
         let renaming = unroll.renaming;
@@ -41,6 +42,8 @@ struct Unroll {
     /// Instructions that may still be written.
     left: usize,
     changed: bool,
+    /// Whether only results that double precision has too are constants.
+    exact: bool,
 }
 
 impl Unroll {
@@ -129,9 +132,12 @@ impl Unroll {
             match &inst.op {
                 Op::Lane(op, args) => {
                     let args: Option<Vec<Const>> = args.iter().map(|a| self.value(*a, values)).collect();
-                    if let (Some(result), Some(value)) =
-                        (inst.results.first(), args.and_then(|args| op.eval(&args)))
-                    {
+                    if let (Some(result), Some(value)) = (
+                        inst.results.first(),
+                        args.and_then(
+                            |args| if self.exact { op.eval_exactly(&args) } else { op.eval(&args) },
+                        ),
+                    ) {
                         values.insert(*result, value);
                     }
                 }

@@ -21,7 +21,7 @@ pub(super) struct Site<'a, N> {
     pub(super) filter: Option<Filter>,
 }
 
-impl<N: Number> Site<'_, N> {
+impl<N: Number<Float = f32>> Site<'_, N> {
     /// The field of a seed there. `cells` may hold anything.
     #[inline(always)]
     pub(super) fn field(&self, cells: &mut Cells, seed: u32) -> N {
@@ -78,7 +78,7 @@ struct Group<N> {
     phase: [f32; GROUP],
 }
 
-impl<N: Number> Group<N> {
+impl<N: Number<Float = f32>> Group<N> {
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
     fn new(impulses: &Impulses, start: usize, params: &Params, slope: [N; 3]) -> Group<N> {

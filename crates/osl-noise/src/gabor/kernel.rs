@@ -16,7 +16,7 @@ pub(super) struct Contribution<N> {
 
 /// Plain or filtered. `FAR` admits waves of any frequency, see [`math::sin_cos`].
 #[inline(always)]
-pub(super) fn contribution<N: Number, const FAR: bool>(
+pub(super) fn contribution<N: Number<Float = f32>, const FAR: bool>(
     filter: Option<&Filter>,
     a: f32,
     r: [N; 3],
@@ -30,7 +30,7 @@ pub(super) fn contribution<N: Number, const FAR: bool>(
 
 /// weight · exp(−π a² |r|²) · cos(2π ω·r + φ).
 #[inline(always)]
-fn wavelet<N: Number, const D: usize, const FAR: bool>(
+fn wavelet<N: Number<Float = f32>, const D: usize, const FAR: bool>(
     weight: N,
     omega: [f32; D],
     phase: N,
@@ -52,7 +52,7 @@ fn wavelet<N: Number, const D: usize, const FAR: bool>(
 
 /// The exponential.
 #[inline(always)]
-fn bell<N: Number>(x: N) -> N {
+fn bell<N: Number<Float = f32>>(x: N) -> N {
     let e = math::exp(x.value());
     x.scale(e).with_value(e)
 }
@@ -60,7 +60,12 @@ fn bell<N: Number>(x: N) -> N {
 /// The kernel cut by the plane through the point, its wave there damped by the footprint. Source: Lagae and
 /// others, *Procedural Noise using Sparse Gabor Convolution*, 2009, and the authors' *Improving Gabor Noise*.
 #[inline(always)]
-fn filtered<N: Number, const FAR: bool>(filter: &Filter, a: f32, r: [N; 3], wave: Wave) -> Contribution<N> {
+fn filtered<N: Number<Float = f32>, const FAR: bool>(
+    filter: &Filter,
+    a: f32,
+    r: [N; 3],
+    wave: Wave,
+) -> Contribution<N> {
     let [t, b, n] = filter.frame;
     let onto = |axis: [f32; 3]| r[0].scale(axis[0]).add(r[1].scale(axis[1])).add(r[2].scale(axis[2]));
     let dot = |v: [f32; 3], axis: [f32; 3]| v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];

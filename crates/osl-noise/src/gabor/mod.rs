@@ -114,7 +114,7 @@ fn triple(slices: &[&[f32]], i: usize) -> [f32; 3] {
     out
 }
 
-impl<N: Number, const SEEDS: usize, const OUT: usize> Kernel for Call<'_, N, SEEDS, OUT> {
+impl<N: Number<Float = f32>, const SEEDS: usize, const OUT: usize> Kernel for Call<'_, N, SEEDS, OUT> {
     type Output = ();
     #[inline(always)]
     fn run(mut self) {

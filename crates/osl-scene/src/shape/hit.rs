@@ -57,10 +57,9 @@ impl Line {
     }
 }
 
-/// Part of a turn around the y axis, from 0 to 1.
+/// Part of a turn around the y axis, from 0 to 1 at the back.
 fn turn(p: DVec3) -> f64 {
-    let part = p.x.atan2(p.z) / TAU;
-    if part < 0.0 { part + 1.0 } else { part }
+    p.x.atan2(p.z) / TAU + 0.5
 }
 
 fn sphere(ray: &Line, radius: f64, offer: &mut impl FnMut(f64, usize, [f64; 2])) {

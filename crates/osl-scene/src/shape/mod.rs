@@ -15,20 +15,20 @@ use std::ops::Range;
 /// A surface with a formula. Lengths are above 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A sphere: u is the longitude, from behind around the front (u = 1/2 lies on −z, u = 0 and 1 on +z), v goes from
+    /// A sphere: u is the longitude, from behind around the front (u = 1/2 lies on +z, u = 0 and 1 on −z), v goes from
     /// the lower pole to the upper.
     Sphere {
         /// Its radius.
         radius: f32,
     },
-    /// A tube without ends: u goes around, v from the lower border to the upper.
+    /// A tube without ends: u goes around like that of the sphere, v from the lower border to the upper.
     Cylinder {
         /// Its radius.
         radius: f32,
         /// From border to border.
         height: f32,
     },
-    /// A ring around the y axis: u goes around the ring, v around its body, with 1/2 outermost.
+    /// A ring around the y axis: u goes around the ring like that of the sphere, v around its body, with 1/2 outermost.
     Torus {
         /// From the centre to the middle of the body.
         major: f32,
@@ -56,6 +56,11 @@ pub trait Surface: Sync {
 
     /// A box around it.
     fn bounds(&self) -> Bounds;
+
+    /// How far it reaches from the middle of the box, or a little less than that.
+    fn reach(&self) -> f32 {
+        self.bounds().radius()
+    }
 }
 
 /// Axes of the faces of a cube: where u and v go to.
@@ -101,7 +106,7 @@ impl Shape {
 
     fn exact(&self, face: usize, [u, v]: [f64; 2]) -> Exact {
         // A direction around the y axis, and where it goes with u.
-        let (sin, cos) = (TAU * u).sin_cos();
+        let (sin, cos) = (TAU * (u - 0.5)).sin_cos();
         let (out, around) = (DVec3::new(sin, 0.0, cos), DVec3::new(cos, 0.0, -sin));
         match *self {
             Shape::Sphere { radius } => {
@@ -162,6 +167,15 @@ impl Surface for Shape {
         };
         Bounds { min: -half, max: half }
     }
+
+    fn reach(&self) -> f32 {
+        match *self {
+            Shape::Sphere { radius } => radius,
+            Shape::Cylinder { radius, height } => radius.hypot(height * 0.5),
+            Shape::Torus { major, minor } => major + minor,
+            Shape::Plane { .. } | Shape::Cube { .. } => self.bounds().radius(),
+        }
+    }
 }
 
 /// Triangles with what finds those that a ray hits.
@@ -188,6 +202,11 @@ impl Surface for Solid {
 
     fn bounds(&self) -> Bounds {
         self.triangles.bounds()
+    }
+
+    fn reach(&self) -> f32 {
+        let center = self.bounds().center();
+        self.triangles.positions.iter().map(|p| p.distance(center)).fold(0.0, f32::max)
     }
 }
 
@@ -223,5 +242,11 @@ impl<S: Surface> Surface for Placed<S> {
             Vec3::new(pick(1, min.x, max.x), pick(2, min.y, max.y), pick(4, min.z, max.z))
         };
         Bounds::of((0..8).map(|i| self.to_common.transform_point3(corner(i))))
+    }
+
+    fn reach(&self) -> f32 {
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| self.to_common.transform_vector3(axis).length());
+        let stretch = axes.into_iter().fold(0.0, f32::max);
+        (self.surface.reach() * stretch).min(self.bounds().radius())
     }
 }

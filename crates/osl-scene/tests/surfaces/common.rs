@@ -5,7 +5,7 @@ use osl_scene::mesh::{Mesh, Triangles};
 use std::collections::HashMap;
 
 /// The cube with corners at ±1.
-pub fn cube() -> Mesh {
+pub(crate) fn cube() -> Mesh {
     let positions = (0..8).map(|i| {
         let bit = |b: i32| if i & b != 0 { 1.0 } else { -1.0 };
         Vec3::new(bit(1), bit(2), bit(4))
@@ -19,13 +19,13 @@ pub fn cube() -> Mesh {
 }
 
 /// The cube, each face with the unit square as coordinates.
-pub fn cube_with_uvs() -> Mesh {
+pub(crate) fn cube_with_uvs() -> Mesh {
     let uvs = vec![Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
     Mesh { uvs, uv_corners: (0..24).map(|corner| corner % 4).collect(), ..cube() }
 }
 
 /// A grid of quads in the plane z = 0, from 0 to `side` in steps of 1, with coordinates from 0 to 1.
-pub fn grid(side: u32) -> Mesh {
+pub(crate) fn grid(side: u32) -> Mesh {
     let row = side + 1;
     let mut mesh = Mesh::default();
     for y in 0..row {
@@ -46,7 +46,7 @@ pub fn grid(side: u32) -> Mesh {
 }
 
 /// How many triangles each edge has, by the places of its ends, and in which direction they use it.
-pub fn edges(triangles: &Triangles) -> HashMap<[u32; 2], [u32; 2]> {
+pub(crate) fn edges(triangles: &Triangles) -> HashMap<[u32; 2], [u32; 2]> {
     let mut edges: HashMap<[u32; 2], [u32; 2]> = HashMap::new();
     for vertices in &triangles.indices {
         let places = vertices.map(|v| triangles.places[v as usize]);
@@ -59,7 +59,7 @@ pub fn edges(triangles: &Triangles) -> HashMap<[u32; 2], [u32; 2]> {
 }
 
 /// Every edge is used once in each direction, and all vertices of a place are at one position.
-pub fn assert_watertight(triangles: &Triangles) {
+pub(crate) fn assert_watertight(triangles: &Triangles) {
     let open = edges(triangles).into_values().filter(|uses| *uses != [1, 1]).count();
     assert_eq!(open, 0, "edges without exactly two triangles");
     let mut at: HashMap<u32, Vec3> = HashMap::new();

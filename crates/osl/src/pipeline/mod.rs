@@ -100,11 +100,23 @@ pub enum CompileError {
 /// # Errors
 /// A value does not suit its parameter, or the program cannot be lowered.
 pub fn lower(program: &hir::Program, values: &[(String, String)]) -> Result<Body, CompileError> {
+    lower::lower(program, &given(program, values)?).map_err(CompileError::Program)
+}
+
+/// The same, with notes of what the source does.
+///
+/// # Errors
+/// Those of [`lower`].
+pub fn lower_noted(program: &hir::Program, values: &[(String, String)]) -> Result<Body, CompileError> {
+    lower::lower_noted(program, &given(program, values)?).map_err(CompileError::Program)
+}
+
+fn given(program: &hir::Program, values: &[(String, String)]) -> Result<ParamValues, CompileError> {
     let mut given = ParamValues::default();
     for (name, text) in values {
         params::set(program, &mut given, name, text).map_err(CompileError::Param)?;
     }
-    lower::lower(program, &given).map_err(CompileError::Program)
+    Ok(given)
 }
 
 /// Runs the passes and builds the program.

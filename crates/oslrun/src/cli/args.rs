@@ -1,9 +1,13 @@
 //! What may be said on the command line.
 
+use super::explain::ExplainArgs;
 use super::levels::LintArgs;
 use super::on::OnArgs;
+use super::sampling::SampleArgs;
+use super::stability::StabilityArgs;
+use super::tradeoff::TradeoffArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use osl_exec::Isa;
+use osl_exec::{Arithmetic, Isa};
 use osl_image::ExrCompression;
 use osl_ir::passes::Pass;
 use std::path::PathBuf;
@@ -29,6 +33,10 @@ pub(super) enum Command {
     Ir(IrArgs),
     /// Explain an error or warning by its code, with a wrong and a right example.
     ExplainError(ExplainErrorArgs),
+    /// Tell what a shader does at one point, line by line, or what each output costs.
+    Explain(Box<ExplainArgs>),
+    /// Find where a shader stops being right at the extremes, and the lines to blame.
+    Stability(Box<StabilityArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
@@ -37,6 +45,8 @@ pub(super) enum Command {
     Fmt(FmtArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.
     Doc(DocArgs),
+    /// Measure what more and fewer samples of a shader cost, and how far off they are.
+    Tradeoff(Box<TradeoffArgs>),
     /// Render a picture of a scene file: light, and what the camera sees of its shaders.
     Render(RenderArgs),
 }
@@ -99,6 +109,9 @@ pub(super) struct RunArgs {
     /// A surface instead of the grid.
     #[command(flatten)]
     pub(super) on: OnArgs,
+    /// Samples of pixels.
+    #[command(flatten)]
+    pub(super) sampling: SampleArgs,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. Of a group, the last layer's, or
     /// LAYER.NAME=VALUE.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
@@ -144,6 +157,10 @@ pub(super) struct RunArgs {
     /// Instruction set (default: the widest of this machine).
     #[arg(long, value_name = "NAME", value_parser = isa)]
     pub(super) isa: Option<Isa>,
+    /// Numbers to compute with: strict, the same bits everywhere; fast, cheaper approximations of single precision; f64,
+    /// double precision.
+    #[arg(long, value_name = "NAME", default_value = "strict", value_parser = arithmetic)]
+    pub(super) arithmetic: Arithmetic,
     /// Show the closures of the surface, and write their weights as layers.
     #[arg(long)]
     pub(super) closures: bool,
@@ -372,7 +389,7 @@ pub(super) enum Stage {
 /// Points that a grid may have.
 const MAX_POINTS: usize = 1 << 30;
 
-fn grid(text: &str) -> Result<(usize, usize), String> {
+pub(super) fn grid(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
     let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let (w, h): (usize, usize) = (w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?);
@@ -392,7 +409,7 @@ fn fraction(text: &str) -> Result<f32, String> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair(pub(super) [f32; 2]);
 
-fn pair(text: &str) -> Result<Pair, String> {
+pub(super) fn pair(text: &str) -> Result<Pair, String> {
     let wrong = || format!("two numbers separated by a comma, not `{text}`");
     let (u, v) = text.split_once(',').ok_or_else(wrong)?;
     let number = |t: &str| t.trim().parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(wrong);
@@ -420,6 +437,11 @@ fn compression(text: &str) -> Result<ExrCompression, String> {
 fn isa(text: &str) -> Result<Isa, String> {
     let names: Vec<&str> = Isa::all().into_iter().map(Isa::name).collect();
     Isa::from_name(text).ok_or_else(|| format!("this machine has {}", names.join(", ")))
+}
+
+fn arithmetic(text: &str) -> Result<Arithmetic, String> {
+    let names: Vec<&str> = Arithmetic::ALL.into_iter().map(Arithmetic::name).collect();
+    Arithmetic::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
 }
 
 fn pass(text: &str) -> Result<Pass, String> {

@@ -60,6 +60,7 @@ pub(super) fn layers(frame: &mut Frame) {
                     component,
                     kind: Kind::Float,
                     words: closures.points.iter().map(weight).collect(),
+                    wide: Vec::new(),
                 });
             }
         }

@@ -30,6 +30,10 @@ pub(super) struct Loaded {
     pub(super) name: Arc<str>,
     /// The folder of the file, where textures may lie.
     pub(super) folder: PathBuf,
+    /// The shader as it was resolved; of a group, the last one.
+    pub(super) program: hir::Program,
+    /// The body once more, with notes of what the source does, if they were asked for.
+    pub(super) noted: Option<Body>,
 }
 
 /// What the command line says about it.
@@ -48,15 +52,26 @@ pub(super) struct Request<'a> {
 
 /// Reads, resolves and lowers what is to run, reporting what is wrong with it.
 pub(super) fn load(request: &Request<'_>, err: &mut dyn Write) -> Result<Loaded, Failure> {
+    load_as(request, false, err)
+}
+
+/// The same with notes of what the source does.
+pub(super) fn load_noted(request: &Request<'_>, err: &mut dyn Write) -> Result<(Loaded, Body), Failure> {
+    let mut loaded = load_as(request, true, err)?;
+    let noted = loaded.noted.take().unwrap_or_else(|| loaded.body.clone());
+    Ok((loaded, noted))
+}
+
+fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let ending = request.file.and_then(Path::extension).unwrap_or_default().to_string_lossy().to_lowercase();
     let is_group = GROUP_ENDINGS.contains(&ending.as_str());
     match request.file {
-        Some(path) if request.network.is_empty() && !is_group => shader(path, request, err),
-        _ => group(request, is_group, err),
+        Some(path) if request.network.is_empty() && !is_group => shader(path, request, notes, err),
+        _ => group(request, is_group, notes, err),
     }
 }
 
-fn shader(path: &Path, request: &Request<'_>, err: &mut dyn Write) -> Result<Loaded, Failure> {
+fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let mut input = input::read(path, request.read)?;
     if let Some(write) = request.repair {
         repair::apply(&mut input, write, err)?;
@@ -66,12 +81,16 @@ fn shader(path: &Path, request: &Request<'_>, err: &mut dyn Write) -> Result<Loa
     report::diagnostics(&list, &checked.sources, request.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
     wanted(&program, request.outputs)?;
-    let body = pipeline::lower(&program, request.params).map_err(|e| match e {
+    let failed = |e| match e {
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
-    })?;
+    };
+    let lowered = pipeline::lower(&program, request.params).and_then(|body| {
+        Ok((body, notes.then(|| pipeline::lower_noted(&program, request.params)).transpose()?))
+    });
+    let (body, noted) = lowered.map_err(failed)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(Loaded { sources: checked.sources, body, name: program.shader.name, folder })
+    Ok(Loaded { sources: checked.sources, body, name: program.shader.name.clone(), folder, program, noted })
 }
 
 /// Reports what stopped the lowering.
@@ -99,7 +118,7 @@ fn outputs_of(program: &hir::Program) -> Vec<&str> {
     outputs.filter_map(|p| program.vars.get(p.var.0 as usize)).map(|v| &*v.name).collect()
 }
 
-fn group(request: &Request<'_>, is_group: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
+fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let network = request.network;
     let mut text = String::new();
     let mut file = "<group>".to_string();
@@ -151,9 +170,13 @@ fn group(request: &Request<'_>, is_group: bool, err: &mut dyn Write) -> Result<L
     };
     set_params(&mut group, request.params)?;
     let outputs = asked(&group, &last, request.outputs)?;
-    let body = lower::lower_group(&group, &outputs)
+    let noted = notes.then(|| lower::lower_group_noted(&group, &outputs)).transpose();
+    let (body, noted) = lower::lower_group(&group, &outputs)
+        .and_then(|body| Ok((body, noted?)))
         .map_err(|list| told(&list, &checked.sources, request.read, err))?;
-    Ok(Loaded { sources: checked.sources, body, name: last.shader.name.clone(), folder })
+    let name = last.shader.name.clone();
+    let program = (*last).clone();
+    Ok(Loaded { sources: checked.sources, body, name, folder, program, noted })
 }
 
 /// Sets `name=value` in the last layer, `layer.name=value` in any.

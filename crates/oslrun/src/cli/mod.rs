@@ -1,5 +1,5 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
-//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`.
+//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`, `oslrun tradeoff FILE`.
 //!
 //! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
 //! fault, 2 the command line itself. A command that fails has written no output file.
@@ -11,6 +11,7 @@ mod compat;
 mod compile;
 mod data;
 mod doc;
+mod explain;
 mod explain_error;
 mod fmt;
 mod info;
@@ -25,6 +26,9 @@ mod render;
 mod repair;
 mod report;
 mod run;
+mod sampling;
+mod stability;
+mod tradeoff;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -70,10 +74,13 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
         (Some(Command::Check(args)), _) => check::check(&args, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
+        (Some(Command::Explain(args)), _) => explain::explain(&args, out, err),
+        (Some(Command::Stability(args)), _) => stability::stability(&args, out, err),
         (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
         (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
+        (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
         (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (None, args) => run::run(&args, out, err),
     };

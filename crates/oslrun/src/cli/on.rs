@@ -16,7 +16,7 @@ use osl_ir::types::Type;
 use osl_scene::camera::View;
 use osl_scene::displace::{Displacement, displace};
 use osl_scene::glam::{Mat4, Vec2, Vec3};
-use osl_scene::mesh::{Mesh, Triangles, read_obj};
+use osl_scene::mesh::{Bounds, Mesh, Triangles, read_obj};
 use osl_scene::shape::{Placed, Shape, Solid, Surface};
 use osl_scene::subdivide::{Detail, Scheme, tessellate};
 use osl_scene::surface_points::SurfacePoints;
@@ -92,7 +92,7 @@ pub(super) fn run(
     if args.stats {
         if let Some(compiled) = program.as_ref().or(displace.as_ref()) {
             let times = [compile, time, started.elapsed()];
-            run::stats(compiled, loaded.body.count(), seen.points.count(), times, args, err);
+            run::stats(compiled, loaded.body.count(), seen.points.count() as u64, times, args, err);
         }
     } else if args.output.is_none() {
         run::summary(&frame, out);
@@ -165,6 +165,8 @@ impl<'a> Job<'a> {
             varying: points.varying().to_vec(),
             slopes: points.varying_slopes().to_vec(),
             without: self.args.without_pass.clone(),
+            arithmetic: self.args.arithmetic,
+            ..passes::Options::default()
         };
         Ok(pipeline::finish(body.clone(), &options))
     }
@@ -199,22 +201,18 @@ impl<'a> Job<'a> {
         displacement: Option<&Compiled>,
         program: Option<&Compiled>,
     ) -> Result<(Seen, Frame), Failure> {
-        let flat = "--object-space is to be a matrix that can be inverted";
-        let whole = match &self.shape {
-            Source::Shape(shape) => {
-                Placed::new(*shape, self.to_common).ok_or_else(|| Failure::new(flat))?.bounds()
-            }
-            Source::Mesh(mesh) => {
-                let mut mesh = mesh.clone();
-                mesh.transform(&self.to_common);
-                osl_scene::mesh::Bounds::of(mesh.positions)
-            }
-        };
         let (width, height) = self.args.grid;
-        let camera = camera_for(&whole, self.args.on.eye, [width, height]);
-        let view = camera.view().map_err(Failure::new)?;
-        let services = self.services(&view, whole.radius());
+        let (bounds, reach) = self.whole()?;
+        let camera = camera_for(&bounds, reach, self.args.on.eye, [width, height]);
+        let mut view = camera.view().map_err(Failure::new)?;
+        let services = self.services(&view, reach);
         let surface = self.surface(displacement, &view, &services)?;
+        // What grew is seen from farther away, where its edges are shorter still.
+        if displacement.is_some() && surface.reach() > reach {
+            let camera = camera_for(&surface.bounds(), surface.reach(), self.args.on.eye, [width, height]);
+            view = camera.view().map_err(Failure::new)?;
+        }
+        let services = self.services(&view, surface.reach());
         let seen = look(&view, &*surface);
         let mut frame = match program {
             Some(program) => self.shade(program, seen.points.clone(), &services)?,
@@ -222,6 +220,36 @@ impl<'a> Job<'a> {
         };
         frame.planes.iter_mut().for_each(|plane| spread(plane, &seen.pixels, width * height));
         Ok((seen, frame))
+    }
+
+    /// The box around the surface before it is displaced, and how far it reaches.
+    fn whole(&self) -> Result<(Bounds, f32), Failure> {
+        match &self.shape {
+            Source::Shape(shape) => {
+                let placed = self.placed(*shape)?;
+                Ok((placed.bounds(), placed.reach()))
+            }
+            Source::Mesh(mesh) => {
+                let mut mesh = mesh.clone();
+                mesh.transform(&self.to_common);
+                // A smooth surface is smaller than its control mesh; two levels show how much.
+                let positions = match self.args.on.catmull_clark {
+                    true => {
+                        let found = tessellate(&mesh, Scheme::CatmullClark, &Detail::Level(2));
+                        found.map_err(Failure::new)?.triangles.positions
+                    }
+                    false => mesh.positions,
+                };
+                let bounds = Bounds::of(positions.iter().copied());
+                let far = positions.iter().map(|p| p.distance(bounds.center())).fold(0.0, f32::max);
+                Ok((bounds, far))
+            }
+        }
+    }
+
+    fn placed(&self, shape: Shape) -> Result<Placed<Shape>, Failure> {
+        Placed::new(shape, self.to_common)
+            .ok_or_else(|| Failure::new("--object-space is to be a matrix that can be inverted"))
     }
 
     /// The surface as it is seen, displaced if it is to be.
@@ -232,10 +260,7 @@ impl<'a> Job<'a> {
         services: &Services,
     ) -> Result<Box<dyn Surface>, Failure> {
         if let (Source::Shape(shape), None) = (&self.shape, displacement) {
-            let placed = Placed::new(*shape, self.to_common);
-            return placed
-                .map(|placed| Box::new(placed) as Box<dyn Surface>)
-                .ok_or_else(|| Failure::new("the surface is flat"));
+            return Ok(Box::new(self.placed(*shape)?));
         }
         let mut triangles = self.triangles(view, displacement.is_some())?;
         if let Some(compiled) = displacement {
@@ -329,6 +354,7 @@ fn head_light(points: &SurfacePoints) -> Plane {
         component: 0,
         kind: Kind::Float,
         words: facing.into_iter().map(f32::to_bits).collect(),
+        wide: Vec::new(),
     }
 }
 
@@ -341,6 +367,7 @@ fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
         }
     }
     plane.words = words;
+    plane.wide = Vec::new();
 }
 
 fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
@@ -350,6 +377,7 @@ fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<
         component: 0,
         kind: Kind::Float,
         words: vec![1.0_f32.to_bits(); seen.pixels.len()],
+        wide: Vec::new(),
     };
     spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {

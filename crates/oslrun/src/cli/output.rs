@@ -10,6 +10,7 @@ use osl_image::{
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
 use std::io::Write;
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -140,30 +141,75 @@ pub(super) fn streams(args: &RunArgs) -> bool {
     !args.closures && args.output.as_ref().is_some_and(exr)
 }
 
-/// Runs all points and writes them to an EXR file as they come, so that memory does not grow with the image. Yields the
-/// frame without its planes, the time that the run took of it, and the file.
+/// An image that comes some rows at a time, from the first on.
+pub(super) trait Rows {
+    /// The planes that its pieces have, without their words.
+    fn planes(&self) -> Vec<Plane>;
+
+    /// Its next rows.
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop>;
+
+    /// Words of memory that it takes for each word of a piece.
+    fn weight(&self) -> usize {
+        1
+    }
+}
+
+/// A run with a point for each pixel.
+pub(super) struct Points<'a, 'b> {
+    pub(super) run: &'a Run<'b>,
+    pub(super) width: usize,
+    pub(super) progress: &'a (dyn Fn(usize) + Sync),
+}
+
+impl Rows for Points<'_, '_> {
+    fn planes(&self) -> Vec<Plane> {
+        self.run.planes()
+    }
+
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop> {
+        self.run.points(rows.start * self.width..rows.end * self.width, self.progress)
+    }
+}
+
+/// Rows of an image that are computed at a time.
+fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
+    let words = (width * planes * image.weight()).max(1);
+    (PIECE_WORDS / words).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER)
+}
+
+/// Computes a whole image.
+pub(super) fn whole(image: &mut dyn Rows, (width, height): (usize, usize)) -> Result<Frame, Broken> {
+    let step = together(image, width, image.planes().len());
+    let mut frame = Frame::default();
+    for row in (0..height).step_by(step) {
+        frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Stop)?);
+    }
+    Ok(frame)
+}
+
+/// Computes an image and writes it to an EXR file as it comes, so that memory does not grow with it. Yields the
+/// frame without its planes, the time that computing took of it, and the file.
 pub(super) fn stream(
-    run: &Run<'_>,
+    image: &mut (dyn Rows + Send),
     path: &Path,
     args: &RunArgs,
-    progress: &(dyn Fn(usize) + Sync),
 ) -> Result<(Frame, Duration, Unsaved), Broken> {
     let (width, height) = args.grid;
-    let planes = run.planes();
+    let planes = image.planes();
     if planes.is_empty() {
         return Err(Broken::Empty);
     }
-    let rows =
-        (PIECE_WORDS / (width * planes.len()).max(1)).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER);
+    let rows = together(image, width, planes.len());
     let (mut frame, mut time, mut row) = (Frame::default(), Duration::ZERO, 0);
     let file = write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
         if row >= height {
             return Ok::<_, Broken>(None);
         }
         let started = Instant::now();
-        let here = row * width..height.min(row + rows) * width;
+        let here = row..height.min(row + rows);
         row += rows;
-        let piece = run.points(here, progress).map_err(Broken::Stop)?;
+        let piece = image.rows(here).map_err(Broken::Stop)?;
         let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
         frame.add(Frame { planes: Vec::new(), ..piece });
         time += started.elapsed();

@@ -2,7 +2,8 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::output::Broken;
+use super::output::{Broken, Rows};
+use super::sampling::{self, Plan, Sampled};
 use super::{Failure, closures, data, on, output, profile, report};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -18,6 +19,10 @@ use std::time::{Duration, Instant};
 /// Runs a shader.
 pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let started = Instant::now();
+    let plan = args.sampling.plan()?;
+    if args.closures && plan != Plan::Plain {
+        return Err(Failure::new("--closures wants one sample for each pixel"));
+    }
     let request = Request {
         file: args.file.as_deref(),
         network: &args.network,
@@ -28,10 +33,14 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         repair: args.repair.then_some(args.write.as_deref()),
         allow_files: args.allow_files,
     };
-    let Loaded { sources, body, name, folder } = load::load(&request, err)?;
+    let loaded = load::load(&request, err)?;
     if args.on.on.is_some() {
-        return on::run(args, &Loaded { sources, body, name, folder }, started, out, err);
+        if args.sampling.is_given() {
+            return Err(Failure::new("samples and filters are for the grid, not for --on"));
+        }
+        return on::run(args, &loaded, started, out, err);
     }
+    let Loaded { sources, body, name, folder, .. } = loaded;
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -40,13 +49,16 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
+        arithmetic: args.arithmetic,
+        prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
     let compiled = pipeline::finish(body, &options);
     let compile_time = started.elapsed();
 
     let services = services(args, folder, Spaces::default());
-    let Shaded { mut frame, run, write, file } = shade(&compiled, &services, &points, args, &sources)?;
+    let shaded = shade(&compiled, &services, &points, plan, args, &sources)?;
+    let Shaded { mut frame, run, write, file, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
         closures::show(&frame, args.grid.0, out);
@@ -69,7 +81,11 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     }
     if args.stats {
         let times = [compile_time, run, write];
-        stats(&compiled, lowered, points.count(), times, args, err);
+        let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
+        stats(&compiled, lowered, evaluations, times, args, err);
+    }
+    if let Some(said) = said {
+        let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
     }
     if let Some(path) = &args.profile {
         profile::print(&frame.profile, &sources, err);
@@ -84,7 +100,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     Ok(())
 }
 
-fn grid(args: &RunArgs) -> Grid {
+pub(super) fn grid(args: &RunArgs) -> Grid {
     Grid {
         width: args.grid.0,
         height: args.grid.1,
@@ -114,13 +130,16 @@ struct Shaded {
     run: Duration,
     write: Duration,
     file: Option<Unsaved>,
+    /// What there is to say of samples.
+    said: Option<sampling::Said>,
 }
 
 /// Runs all points. What goes into an EXR file is written as it comes.
 fn shade(
     compiled: &Compiled,
     services: &Services,
-    points: &dyn PointSource,
+    points: &WithData<Grid>,
+    plan: Plan,
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
@@ -128,18 +147,16 @@ fn shade(
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
     let run = Run::new(&compiled.program, services, points, &options);
-    let work = || match &args.output {
-        Some(path) if output::streams(args) => {
-            let started = Instant::now();
-            let (frame, run, file) = output::stream(&run, path, args, &tick)?;
-            let write = started.elapsed().saturating_sub(run);
-            Ok(Shaded { frame, run, write, file: Some(file) })
+    let work = || {
+        let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
+        if plan == Plan::Plain {
+            return computed(&mut plain, args);
         }
-        _ => {
-            let started = Instant::now();
-            let frame = run.points(0..points.count(), &tick).map_err(Broken::Stop)?;
-            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None })
-        }
+        let shading = sampling::shading(&compiled.program, services, points, &options, plan);
+        let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
+        let shaded = computed(&mut sampled, args)?;
+        let said = sampled.said().map_err(Broken::Stop)?;
+        Ok(Shaded { said: Some(said), ..shaded })
     };
     let result = on_threads(args, work)?;
     bar.finish_and_clear();
@@ -158,6 +175,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
+        arithmetic: args.arithmetic,
         ..RunOptions::default()
     }
 }
@@ -168,6 +186,22 @@ pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Sen
     let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build();
     let pool = pool.map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?;
     Ok(pool.install(work))
+}
+
+/// Computes an image, into its file if that takes it piece by piece.
+fn computed(image: &mut (dyn Rows + Send), args: &RunArgs) -> Result<Shaded, Broken> {
+    let started = Instant::now();
+    match &args.output {
+        Some(path) if output::streams(args) => {
+            let (frame, run, file) = output::stream(image, path, args)?;
+            let write = started.elapsed().saturating_sub(run);
+            Ok(Shaded { frame, run, write, file: Some(file), said: None })
+        }
+        _ => {
+            let frame = output::whole(image, args.grid)?;
+            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None, said: None })
+        }
+    }
 }
 
 /// A run that ended early, in words.
@@ -211,7 +245,7 @@ pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
 pub(super) fn stats(
     compiled: &Compiled,
     lowered: usize,
-    points: usize,
+    points: u64,
     times: [Duration; 3],
     args: &RunArgs,
     err: &mut dyn Write,

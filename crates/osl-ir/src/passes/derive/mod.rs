@@ -15,6 +15,7 @@ use crate::hir::Global;
 use crate::ir::{
     Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
 };
+use crate::numeric::known::Known;
 use dual::Dual;
 use osl_syntax::span::Span;
 
@@ -48,6 +49,11 @@ pub(super) fn run(body: &mut Body) -> bool {
         super::fold::rename_outputs(body, &renaming);
     }
     demand.any
+}
+
+/// Whether an operation hands on the tangents of its arguments, so that it is smooth but for single places.
+pub(super) fn is_smooth(op: LaneOp) -> bool {
+    rules::has_rule(op)
 }
 
 /// Whether anything asks for tangents.
@@ -179,6 +185,11 @@ impl Writer<'_> {
 
     fn float(&mut self, x: f32) -> ValueId {
         self.push(Op::Const(Const::Float(x)), Kind::Float)
+    }
+
+    fn known(&mut self, constant: Known) -> ValueId {
+        let number = self.int(constant as i32);
+        self.lane(LaneOp::Known, &[number])
     }
 
     fn int(&mut self, n: i32) -> ValueId {

@@ -3,6 +3,7 @@
 use super::Writer;
 use super::dual::Dual;
 use crate::ir::{LaneOp, ValueId};
+use crate::numeric::known::Known;
 
 /// Whether an operation hands on the tangents of its arguments. The others have none.
 pub(super) fn has_rule(op: LaneOp) -> bool {
@@ -124,31 +125,32 @@ fn slope(w: &mut Writer<'_>, op: LaneOp, x: ValueId, f: ValueId) -> Option<Value
         L::Cosh => w.lane(L::Sinh, &[x]),
         L::Log => logarithm(w, x),
         L::Log2 | L::Log10 => {
-            let base = if op == L::Log2 { std::f32::consts::LN_2 } else { std::f32::consts::LN_10 };
-            let base = w.float(base);
+            let base = w.known(if op == L::Log2 { Known::Ln2 } else { Known::Ln10 });
             let scaled = w.lane(L::FMul, &[x, base]);
             logarithm(w, scaled)
         }
         L::Exp => f,
         L::Exp2 => {
-            let ln2 = w.float(std::f32::consts::LN_2);
+            let ln2 = w.known(Known::Ln2);
             w.lane(L::FMul, &[f, ln2])
         }
         L::SrgbToLinear => {
-            let (offset, scale, exponent) = (w.float(0.055), w.float(1.0 / 1.055), w.float(1.4));
+            let (offset, scale, exponent) =
+                (w.known(Known::SrgbOffset), w.known(Known::SrgbScale), w.known(Known::SrgbPower));
             let base = w.lane(L::FAdd, &[x, offset]);
             let base = w.lane(L::FMul, &[base, scale]);
             let power = w.lane(L::Pow, &[base, exponent]);
-            let (factor, straight, edge) = (w.float(2.4 / 1.055), w.float(1.0 / 12.92), w.float(0.04045));
+            let factor = w.known(Known::SrgbFactor);
+            let (straight, edge) = (w.known(Known::SrgbStraight), w.known(Known::SrgbEdge));
             let curved = w.lane(L::FMul, &[power, factor]);
             let not_above = w.lane(L::Step, &[x, edge]);
             w.select(curved, straight, not_above)
         }
         L::LinearToSrgb => {
-            let (exponent, factor) = (w.float(1.0 / 2.4 - 1.0), w.float(1.055 / 2.4));
+            let (exponent, factor) = (w.known(Known::LinearPower), w.known(Known::LinearFactor));
             let power = w.lane(L::Pow, &[x, exponent]);
             let curved = w.lane(L::FMul, &[power, factor]);
-            let (straight, edge) = (w.float(12.92), w.float(0.003_130_8));
+            let (straight, edge) = (w.known(Known::LinearStraight), w.known(Known::LinearEdge));
             let not_above = w.lane(L::Step, &[x, edge]);
             w.select(curved, straight, not_above)
         }
@@ -157,8 +159,8 @@ fn slope(w: &mut Writer<'_>, op: LaneOp, x: ValueId, f: ValueId) -> Option<Value
             let minus = w.lane(L::FNeg, &[x]);
             let square = w.lane(L::FMul, &[minus, x]);
             let bell = w.lane(L::Exp, &[square]);
-            let sign = if op == L::Erf { 1.0 } else { -1.0 };
-            let factor = w.float(sign * std::f32::consts::FRAC_2_SQRT_PI);
+            let factor = if op == L::Erf { Known::TwoOverRootPi } else { Known::MinusTwoOverRootPi };
+            let factor = w.known(factor);
             w.lane(L::FMul, &[bell, factor])
         }
         L::Sqrt => {

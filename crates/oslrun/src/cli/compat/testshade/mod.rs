@@ -200,7 +200,7 @@ fn frame(
         outputs: Some(wanted),
         varying: renderer.varying().to_vec(),
         slopes: renderer.varying_slopes().to_vec(),
-        without: Vec::new(),
+        ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &options);
     let run = || osl_exec::run(&compiled.program, services, renderer, &RunOptions::default(), &|_| ());

@@ -1,0 +1,315 @@
+//! The arithmetics that a machine runs with: what a word of a lane is, and how floats lie in it.
+//!
+//! A machine is one piece of code for all of them. Ints and the numbers of strings and closures are the low 32 bits
+//! of a word in each. This module must not know programs or machines.
+
+use crate::fields::{self, FieldCall};
+use crate::lanes::{LaneCall, Stamped};
+use bytemuck::Pod;
+use osl_ir::numeric::fast::Quick;
+use osl_ir::numeric::shadow::{self, Shadow};
+use osl_ir::numeric::{Number, Real};
+use osl_noise::{FusedKernel, Isa, Kernel};
+use std::fmt::Debug;
+
+/// What a lane holds.
+pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
+    /// Whether each combination of lane arrays and single arguments has a loop of its own. Without, what is single is
+    /// spread over lanes first: a third as much to compile.
+    const FORMS: bool;
+    /// The word of an int, or of a number of a string or closure.
+    fn of(bits: u32) -> Self;
+    /// The int.
+    fn bits(self) -> u32;
+    /// `yes` where `mask` is all ones, `no` where it is 0.
+    fn pick(mask: u32, yes: Self, no: Self) -> Self;
+    /// The words themselves, if they are of 32 bits.
+    fn narrow(lanes: &[Self]) -> Option<&[u32]>;
+    /// `out[i] = table[index[i]]`.
+    fn look_up(isa: Isa, table: &[Self; 16], index: &[u32], out: &mut [Self]);
+}
+
+impl Word for u32 {
+    const FORMS: bool = true;
+    #[inline(always)]
+    fn of(bits: u32) -> u32 {
+        bits
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self
+    }
+    #[inline(always)]
+    fn pick(mask: u32, yes: u32, no: u32) -> u32 {
+        (yes & mask) | (no & !mask)
+    }
+    fn narrow(lanes: &[u32]) -> Option<&[u32]> {
+        Some(lanes)
+    }
+    fn look_up(isa: Isa, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+        isa.look_up(table, index, out);
+    }
+}
+
+impl Word for u64 {
+    const FORMS: bool = false;
+    #[inline(always)]
+    fn of(bits: u32) -> u64 {
+        u64::from(bits)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self as u32
+    }
+    #[inline(always)]
+    fn pick(mask: u32, yes: u64, no: u64) -> u64 {
+        if mask != 0 { yes } else { no }
+    }
+    fn narrow(_: &[u64]) -> Option<&[u32]> {
+        None
+    }
+    fn look_up(_: Isa, table: &[u64; 16], index: &[u32], out: &mut [u64]) {
+        for (o, i) in out.iter_mut().zip(index) {
+            *o = table[(i & 15) as usize];
+        }
+    }
+}
+
+/// Single and double precision in one word, the double above.
+impl Word for u128 {
+    const FORMS: bool = false;
+    #[inline(always)]
+    fn of(bits: u32) -> u128 {
+        u128::from(bits)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self as u32
+    }
+    #[inline(always)]
+    fn pick(mask: u32, yes: u128, no: u128) -> u128 {
+        if mask != 0 { yes } else { no }
+    }
+    fn narrow(_: &[u128]) -> Option<&[u32]> {
+        None
+    }
+    fn look_up(_: Isa, table: &[u128; 16], index: &[u32], out: &mut [u128]) {
+        for (o, i) in out.iter_mut().zip(index) {
+            *o = table[(i & 15) as usize];
+        }
+    }
+}
+
+/// A float that lies in words.
+pub(crate) trait Element<W>: Real {
+    fn load(word: W) -> Self;
+    fn store(self) -> W;
+}
+
+impl Element<u32> for f32 {
+    #[inline(always)]
+    fn load(word: u32) -> f32 {
+        f32::from_bits(word)
+    }
+    #[inline(always)]
+    fn store(self) -> u32 {
+        self.to_bits()
+    }
+}
+
+impl<const FUSED: bool> Element<u32> for Quick<FUSED> {
+    #[inline(always)]
+    fn load(word: u32) -> Self {
+        Quick(f32::from_bits(word))
+    }
+    #[inline(always)]
+    fn store(self) -> u32 {
+        self.0.to_bits()
+    }
+}
+
+impl Element<u64> for f64 {
+    #[inline(always)]
+    fn load(word: u64) -> f64 {
+        f64::from_bits(word)
+    }
+    #[inline(always)]
+    fn store(self) -> u64 {
+        self.to_bits()
+    }
+}
+
+impl Element<u128> for Shadow {
+    #[inline(always)]
+    fn load(word: u128) -> Shadow {
+        Shadow { strict: f32::from_bits(word as u32), exact: f64::from_bits((word >> 64) as u64) }
+    }
+    #[inline(always)]
+    fn store(self) -> u128 {
+        u128::from(self.exact.to_bits()) << 64 | u128::from(self.strict.to_bits())
+    }
+}
+
+/// A way to compute.
+pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
+    /// What a lane holds.
+    type Word: Word;
+    /// The floats.
+    type Real: Element<Self::Word>;
+    /// Runs a lane operation.
+    fn lanes(isa: Isa, call: LaneCall<'_, Self::Word>);
+    /// Runs a noise field. `inputs` and `outs` are lanes.
+    fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[Self::Word]], outs: &mut [&mut [Self::Word]]);
+    /// Has lanes filled with floats of single precision.
+    fn fill(lanes: &mut [Self::Word], fill: impl FnOnce(&mut [f32]));
+
+    /// Comparisons whose outcome depended on the arithmetic since the last call.
+    fn take_flips() -> u64 {
+        0
+    }
+
+    /// The word of a float.
+    #[inline(always)]
+    fn of(x: f32) -> Self::Word {
+        Self::Real::lit(x).store()
+    }
+    /// A float in single precision.
+    #[inline(always)]
+    fn single(word: Self::Word) -> f32 {
+        Self::Real::load(word).to_f32()
+    }
+    /// A float in double precision.
+    #[inline(always)]
+    fn double(word: Self::Word) -> f64 {
+        Self::Real::load(word).to_f64()
+    }
+}
+
+/// Single precision, bit for bit.
+#[derive(Clone, Copy)]
+pub(crate) struct Strict;
+
+impl Arithmetic for Strict {
+    type Word = u32;
+    type Real = f32;
+
+    #[inline(always)]
+    fn lanes(isa: Isa, call: LaneCall<'_, u32>) {
+        isa.dispatch(Stamped::<u32, f32>::of(call));
+    }
+
+    fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
+        fields::cast(inputs, outs, |inputs, outs| fields::single(isa, call, inputs, outs));
+    }
+
+    fn fill(lanes: &mut [u32], fill: impl FnOnce(&mut [f32])) {
+        fill(bytemuck::cast_slice_mut(lanes));
+    }
+}
+
+/// Single precision with cheaper approximations; noise is the strict one's.
+#[derive(Clone, Copy)]
+pub(crate) struct Fast;
+
+impl Arithmetic for Fast {
+    type Word = u32;
+    type Real = Quick<false>;
+
+    #[inline(always)]
+    fn lanes(isa: Isa, call: LaneCall<'_, u32>) {
+        isa.dispatch_fused(FastCall(call));
+    }
+
+    fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
+        Strict::field(isa, call, inputs, outs);
+    }
+
+    fn fill(lanes: &mut [u32], fill: impl FnOnce(&mut [f32])) {
+        Strict::fill(lanes, fill);
+    }
+}
+
+struct FastCall<'a>(LaneCall<'a, u32>);
+
+impl FusedKernel for FastCall<'_> {
+    #[inline(always)]
+    fn fused(self) {
+        Stamped::<u32, Quick<true>>::of(self.0).run();
+    }
+    #[inline(always)]
+    fn plain(self) {
+        Stamped::<u32, Quick<false>>::of(self.0).run();
+    }
+}
+
+/// Double precision.
+#[derive(Clone, Copy)]
+pub(crate) struct Double;
+
+impl Arithmetic for Double {
+    type Word = u64;
+    type Real = f64;
+
+    fn lanes(isa: Isa, call: LaneCall<'_, u64>) {
+        isa.dispatch_widest(Stamped::<u64, f64>::of(call));
+    }
+
+    fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u64]], outs: &mut [&mut [u64]]) {
+        fields::cast(inputs, outs, |inputs, outs| fields::double(isa, call, inputs, outs));
+    }
+
+    fn fill(lanes: &mut [u64], fill: impl FnOnce(&mut [f32])) {
+        let mut singles = vec![0.0; lanes.len()];
+        fill(&mut singles);
+        for (lane, x) in lanes.iter_mut().zip(singles) {
+            *lane = f64::from(x).to_bits();
+        }
+    }
+}
+
+/// Strict numbers with double precision beside them.
+#[derive(Clone, Copy)]
+pub(crate) struct Both;
+
+impl Arithmetic for Both {
+    type Word = u128;
+    type Real = Shadow;
+
+    fn lanes(_: Isa, call: LaneCall<'_, u128>) {
+        Isa::baseline().dispatch(Stamped::<u128, Shadow>::of(call));
+    }
+
+    fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u128]], outs: &mut [&mut [u128]]) {
+        fn part<T>(lanes: &[u128], of: impl Fn(Shadow) -> T) -> Vec<T> {
+            lanes.iter().map(|word| of(Shadow::load(*word))).collect()
+        }
+        let strict: Vec<Vec<f32>> = inputs.iter().map(|lanes| part(lanes, |x| x.strict)).collect();
+        let exact: Vec<Vec<f64>> = inputs.iter().map(|lanes| part(lanes, |x| x.exact)).collect();
+        let lengths = || outs.iter().map(|lanes| lanes.len());
+        let mut strict_outs: Vec<Vec<f32>> = lengths().map(|n| vec![0.0; n]).collect();
+        let mut exact_outs: Vec<Vec<f64>> = lengths().map(|n| vec![0.0; n]).collect();
+        let strict: Vec<&[f32]> = strict.iter().map(Vec::as_slice).collect();
+        let exact: Vec<&[f64]> = exact.iter().map(Vec::as_slice).collect();
+        let mut strict_lanes: Vec<&mut [f32]> = strict_outs.iter_mut().map(Vec::as_mut_slice).collect();
+        let mut exact_lanes: Vec<&mut [f64]> = exact_outs.iter_mut().map(Vec::as_mut_slice).collect();
+        fields::single(isa, call, &strict, &mut strict_lanes);
+        fields::double(isa, call, &exact, &mut exact_lanes);
+        for ((to, strict), exact) in outs.iter_mut().zip(strict_outs).zip(exact_outs) {
+            for ((to, strict), exact) in to.iter_mut().zip(strict).zip(exact) {
+                *to = Shadow { strict, exact }.store();
+            }
+        }
+    }
+
+    fn fill(lanes: &mut [u128], fill: impl FnOnce(&mut [f32])) {
+        let mut singles = vec![0.0; lanes.len()];
+        fill(&mut singles);
+        for (lane, x) in lanes.iter_mut().zip(singles) {
+            *lane = Both::of(x);
+        }
+    }
+
+    fn take_flips() -> u64 {
+        shadow::take_flips()
+    }
+}

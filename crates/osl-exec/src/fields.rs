@@ -1,0 +1,128 @@
+//! Noise fields over lanes of floats, in single and double precision.
+//!
+//! It must not know machines or words. Gabor noise is computed in single precision whatever the arithmetic.
+
+use bytemuck::Pod;
+use osl_noise::gabor::{self, Options};
+use osl_noise::{Float, Isa, Kernel, Kind};
+
+/// Results at most, in floats: a triple and its tangents along two axes.
+pub(crate) const MAX_OUTPUTS: usize = 9;
+/// Arguments at most, in floats: four coordinates, their periods, their tangents along two axes.
+pub(crate) const MAX_INPUTS: usize = 16;
+
+/// A field of some coordinates.
+pub(crate) struct FieldCall<'a> {
+    pub(crate) field: Field<'a>,
+    /// Coordinates: 1 to 4. Behind them are periods, where there are any, then tangents of the coordinates.
+    pub(crate) dims: usize,
+    /// Whether tangents of the coordinates are given.
+    pub(crate) tangents: bool,
+    /// Whether tangents of the values are wanted: three values are then one and its tangents.
+    pub(crate) dual: bool,
+}
+
+/// A field, and what it is computed with.
+#[derive(Clone, Copy)]
+pub(crate) enum Field<'a> {
+    Lattice(Kind),
+    /// Options for each lane, or one for all.
+    Gabor(&'a [Options]),
+}
+
+/// Calls `field` with lanes as floats of the same size.
+pub(crate) fn cast<W: Pod, F: Pod>(
+    inputs: &[&[W]],
+    outs: &mut [&mut [W]],
+    field: impl FnOnce(&[&[F]], &mut [&mut [F]]),
+) {
+    let mut floats: [&[F]; MAX_INPUTS] = [&[]; MAX_INPUTS];
+    let (count, found) = (inputs.len().min(MAX_INPUTS), outs.len().min(MAX_OUTPUTS));
+    floats.iter_mut().zip(inputs).for_each(|(to, from)| *to = bytemuck::cast_slice(from));
+    let mut results: [&mut [F]; MAX_OUTPUTS] = Default::default();
+    results.iter_mut().zip(outs).for_each(|(to, from)| *to = bytemuck::cast_slice_mut(from));
+    field(&floats[..count], &mut results[..found]);
+}
+
+/// A field in single precision.
+pub(crate) fn single(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f32]], outs: &mut [&mut [f32]]) {
+    match call.field {
+        Field::Lattice(kind) => lattice(isa, call, kind, inputs, outs),
+        Field::Gabor(options) => gabor(isa, call, options, inputs, outs),
+    }
+}
+
+/// A field in double precision, Gabor noise excepted.
+pub(crate) fn double(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f64]], outs: &mut [&mut [f64]]) {
+    match call.field {
+        Field::Lattice(kind) => lattice(isa, call, kind, inputs, outs),
+        Field::Gabor(options) => {
+            let singles: Vec<Vec<f32>> =
+                inputs.iter().map(|lanes| lanes.iter().map(|x| *x as f32).collect()).collect();
+            let singles: Vec<&[f32]> = singles.iter().map(Vec::as_slice).collect();
+            let mut results: Vec<Vec<f32>> = outs.iter().map(|lanes| vec![0.0; lanes.len()]).collect();
+            let mut lanes: Vec<&mut [f32]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+            gabor(isa, call, options, &singles, &mut lanes);
+            for (to, from) in outs.iter_mut().zip(results) {
+                to.iter_mut().zip(from).for_each(|(to, from)| *to = f64::from(from));
+            }
+        }
+    }
+}
+
+fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]], outs: &mut [&mut [F]]) {
+    let (dims, tangents) = (call.dims, call.tangents);
+    // Coordinates, periods where there are any, then the tangents.
+    let (plain, slopes) =
+        inputs.split_at(inputs.len() - if tangents { (2 * dims).min(inputs.len()) } else { 0 });
+    let (coords, periods) = plain.split_at(dims.min(plain.len()));
+    let mut duals: [&[F]; 12] = [&[]; 12];
+    let moving = coords.iter().chain(slopes);
+    duals.iter_mut().zip(moving).for_each(|(to, from)| *to = from);
+    let duals = &duals[..(coords.len() + slopes.len()).min(12)];
+    match outs {
+        [x] if periods.is_empty() => osl_noise::eval(isa, kind, coords, x),
+        [x] => osl_noise::eval_periodic(isa, kind, coords, periods, x),
+        [v, dx, dy] if call.dual => osl_noise::eval_dual(isa, kind, duals, periods, [v, dx, dy]),
+        [x, y, z] if periods.is_empty() => osl_noise::eval3(isa, kind, coords, [x, y, z]),
+        [x, y, z] => osl_noise::eval3_periodic(isa, kind, coords, periods, [x, y, z]),
+        [a, b, c, d, e, f, g, h, i] => {
+            osl_noise::eval3_dual(isa, kind, duals, periods, [a, b, c, d, e, f, g, h, i]);
+        }
+        _ => {}
+    }
+    // What comes of a hash alone is never NaN.
+    if !matches!(kind, Kind::Cell | Kind::Hash) {
+        outs.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
+    }
+}
+
+/// Gabor noise, whose options may differ between lanes.
+fn gabor(isa: Isa, call: &FieldCall<'_>, options: &[Options], inputs: &[&[f32]], outs: &mut [&mut [f32]]) {
+    let (plain, partials) = inputs.split_at(inputs.len() - (2 * call.dims).min(inputs.len()));
+    let (coords, periods) = plain.split_at(call.dims.min(plain.len()));
+    let points = gabor::Points { coords, partials, periods };
+    match outs {
+        [x] => gabor::eval(isa, points, options, x),
+        [v, dx, dy] if call.dual => gabor::eval_dual(isa, points, options, [v, dx, dy]),
+        [x, y, z] => gabor::eval3(isa, points, options, [x, y, z]),
+        [a, b, c, d, e, f, g, h, i] => {
+            gabor::eval3_dual(isa, points, options, [a, b, c, d, e, f, g, h, i]);
+        }
+        _ => {}
+    }
+    outs.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
+}
+
+/// Makes every NaN the same: which one comes of coordinates that are none depends on the instruction set.
+struct OneNan<'a, F>(&'a mut [F]);
+
+impl<F: Float> Kernel for OneNan<'_, F> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for x in self.0 {
+            *x = if x.is_nan() { F::lit(f32::NAN) } else { *x };
+        }
+    }
+}

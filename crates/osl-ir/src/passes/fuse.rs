@@ -1,0 +1,67 @@
+//! Products that are only added to something become one operation with their sum, for arithmetics that fuse the two.
+//!
+//! A step less is also a register less to write and to read. Strict programs are not touched: they round twice. Needs
+//! the rates.
+
+use crate::ir::{BlockId, Body, LaneOp, Op, Source, ValueId};
+use rustc_hash::FxHashMap;
+
+/// Runs the pass.
+pub(super) fn run(body: &mut Body) {
+    let uses = uses(body);
+    let mut changed = false;
+    for block in 0..body.blocks.len() {
+        changed |= fuse(body, BlockId(block as u32), &uses);
+    }
+    if changed {
+        super::dce::run(body);
+    }
+}
+
+/// How often each value is read.
+fn uses(body: &Body) -> Vec<u32> {
+    let mut uses = vec![0; body.values.len()];
+    let mut read = |v: ValueId| uses[v.index()] += 1;
+    for inst in body.blocks.iter().flat_map(|block| &block.insts) {
+        inst.op.for_each_use(&mut read);
+    }
+    for output in &body.outputs {
+        if let Source::Value(v) = output.source {
+            read(v);
+        }
+    }
+    uses
+}
+
+/// Fuses within a block. Tells whether it changed anything.
+fn fuse(body: &mut Body, id: BlockId, uses: &[u32]) -> bool {
+    let mut insts = std::mem::take(&mut body.blocks[id.index()].insts);
+    let mut products: FxHashMap<ValueId, (ValueId, ValueId)> = FxHashMap::default();
+    let mut changed = false;
+    for inst in &mut insts {
+        let (Op::Lane(op, args), [result]) = (&mut inst.op, &inst.results[..]) else { continue };
+        let product = |v: &ValueId| {
+            let once = uses.get(v.index()) == Some(&1) && body.value(*v).rate == body.value(*result).rate;
+            products.get(v).copied().filter(|_| once)
+        };
+        match (*op, &args[..]) {
+            (LaneOp::FMul, [a, b]) => {
+                products.insert(*result, (*a, *b));
+            }
+            (LaneOp::FAdd, [x, y]) => {
+                let found = product(x).map(|p| (p, *y)).or_else(|| product(y).map(|p| (p, *x)));
+                let Some(((a, b), c)) = found else { continue };
+                (*op, *args) = (LaneOp::FMulAdd, vec![a, b, c]);
+                changed = true;
+            }
+            (LaneOp::FSub, [c, y]) => {
+                let Some((a, b)) = product(y) else { continue };
+                (*op, *args) = (LaneOp::FMulSub, vec![a, b, *c]);
+                changed = true;
+            }
+            _ => {}
+        }
+    }
+    body.blocks[id.index()].insts = insts;
+    changed
+}

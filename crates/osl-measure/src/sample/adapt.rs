@@ -1,0 +1,187 @@
+//! More samples where they are needed: rounds that double the number, each for the pixels whose error is still too large.
+
+use super::error::Block;
+use super::image::{Image, Shading, not_finite};
+use super::pattern::MAX_SAMPLES;
+use osl_exec::{Frame, Stop};
+use std::ops::Range;
+
+/// Samples that every pixel has, so that there is something to estimate an error from.
+pub(super) const FEWEST: u32 = 4;
+
+/// When a pixel has enough samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive {
+    /// The standard error that a pixel may have, in the units of the outputs; the largest of all planes counts.
+    pub threshold: f32,
+    /// The most samples of a pixel; a power of two, or rounded down to one.
+    pub most: u32,
+}
+
+/// Some pixels on their way: the sums of their samples, and which need more.
+pub(super) struct Refiner<'a> {
+    shading: Shading<'a>,
+    pixels: Vec<u32>,
+    /// Which of them need more.
+    pub(super) active: Vec<usize>,
+    /// For each plane, for each pixel.
+    pub(super) sums: Vec<Vec<Block>>,
+    /// Samples of the active ones so far.
+    pub(super) samples: u32,
+    /// Samples of each.
+    pub(super) each: Vec<u32>,
+    pub(super) evaluations: u64,
+    pub(super) said: Frame,
+}
+
+impl<'a> Refiner<'a> {
+    pub(super) fn new(shading: &Shading<'a>, pixels: Vec<u32>) -> Refiner<'a> {
+        let planes = shading.planes().len();
+        Refiner {
+            shading: shading.clone(),
+            active: (0..pixels.len()).collect(),
+            sums: vec![vec![Block::default(); pixels.len()]; planes],
+            samples: 0,
+            each: vec![0; pixels.len()],
+            pixels,
+            evaluations: 0,
+            said: Frame::default(),
+        }
+    }
+
+    /// Brings the active pixels to `samples`, a power of two and at least twice what they have.
+    pub(super) fn round(&mut self, samples: u32) -> Result<(), Stop> {
+        if self.shading.pattern.count() < samples {
+            self.shading.pattern = self.shading.pattern.clone().with(samples);
+        }
+        let pixels: Vec<u32> =
+            self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
+        let batch = self.shading.batch(&pixels, self.samples..samples, true)?;
+        for (sums, blocks) in self.sums.iter_mut().zip(&batch.blocks) {
+            for (slot, block) in self.active.iter().zip(blocks) {
+                sums[*slot].add(block);
+            }
+        }
+        self.evaluations += pixels.len() as u64 * u64::from(samples - self.samples);
+        self.said.add(batch.said);
+        self.active.iter().for_each(|slot| self.each[*slot] = samples);
+        self.samples = samples;
+        Ok(())
+    }
+
+    /// The largest standard error of a pixel over its planes; not a number where a value is none.
+    pub(super) fn error(&self, slot: usize) -> f32 {
+        let errors = self.sums.iter().filter_map(|plane| plane.get(slot)).map(Block::error);
+        errors.fold(0.0, |worst: f32, e| if e.is_nan() || worst.is_nan() { f32::NAN } else { worst.max(e) })
+    }
+
+    /// Takes the pixels off the list that have enough, by their number in the list and their error. Those whose values
+    /// are no numbers have: more samples would not make them any.
+    pub(super) fn settle(&mut self, enough: impl Fn(usize, f32) -> bool) {
+        let active = std::mem::take(&mut self.active);
+        self.active = active
+            .into_iter()
+            .filter(|slot| {
+                let error = self.error(*slot);
+                error.is_finite() && !enough(*slot, error)
+            })
+            .collect();
+    }
+
+    /// The pixels, in the order of the sums.
+    pub(super) fn pixels(&self) -> &[u32] {
+        &self.pixels
+    }
+
+    /// For each plane the means of the pixels.
+    pub(super) fn means(&self) -> Vec<Vec<f32>> {
+        self.sums.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
+    }
+}
+
+/// Some rows of an image with as many samples in each pixel as its error asks for: powers of two from 4. What a pixel's own
+/// samples miss, its neighbours may have seen: where it bends away from the line between them, an `n`th of that bend
+/// counts as its error too.
+///
+/// # Errors
+/// A loop beyond its budget.
+pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> Result<Image, Stop> {
+    let pixels = shading.pixels(rows);
+    let most = power_below(wanted.most);
+    let width = shading.surface.size().0;
+    let mut refiner = Refiner::new(shading, pixels);
+    let mut guard = Vec::new();
+    for samples in rounds(FEWEST.min(most), most) {
+        if refiner.active.is_empty() {
+            break;
+        }
+        refiner.round(samples)?;
+        if guard.is_empty() {
+            guard = bends(&refiner.means(), width);
+        }
+        let hidden = |slot: usize| guard.get(slot).copied().unwrap_or(0.0) / (2 * samples) as f32;
+        refiner.settle(|slot, error| error.max(hidden(slot)) <= wanted.threshold);
+    }
+    Ok(image(shading, refiner))
+}
+
+/// Numbers of samples, each twice the one before.
+pub(super) fn rounds(first: u32, most: u32) -> impl Iterator<Item = u32> {
+    std::iter::successors(Some(first), |n| n.checked_mul(2)).take_while(move |n| *n <= most)
+}
+
+/// The largest power of two that is not larger, within what patterns have.
+pub(super) fn power_below(samples: u32) -> u32 {
+    1 << samples.clamp(1, MAX_SAMPLES).ilog2()
+}
+
+fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
+    let values = refiner.means();
+    let mut image = Image { frame: refiner.said, ..Image::default() };
+    image.tally.pixels = refiner.pixels.len() as u64;
+    image.tally.evaluations = refiner.evaluations;
+    image.tally.note_all(refiner.each.iter().copied());
+    image.tally.unfinished = refiner.active.len() as u64;
+    image.tally.not_finite = not_finite(&values);
+    image.frame.planes = shading.filled(values);
+    image
+}
+
+/// How far each pixel is off the line between its neighbours, left and right or above and below; 0 where there are none.
+fn bends(planes: &[Vec<f32>], width: usize) -> Vec<f32> {
+    let count = planes.first().map_or(0, Vec::len);
+    let mut bends = vec![0.0_f32; count];
+    for plane in planes {
+        for (at, bend) in bends.iter_mut().enumerate() {
+            let x = at % width.max(1);
+            let here = 2.0 * plane[at];
+            if x > 0 && x + 1 < width {
+                *bend = bend.max((plane[at - 1] - here + plane[at + 1]).abs());
+            }
+            if at >= width && at + width < count {
+                *bend = bend.max((plane[at - width] - here + plane[at + width]).abs());
+            }
+        }
+    }
+    bends
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_slope_has_no_bend_and_an_edge_has() {
+        let plane: Vec<f32> = (0..15).map(|i| (i % 5) as f32 + 3.0 * (i / 5) as f32).collect();
+        assert!(bends(&[plane], 5).iter().all(|b| b.abs() < 1e-6));
+        let edge: Vec<f32> = (0..5).map(|i| if i < 2 { 0.0 } else { 1.0 }).collect();
+        assert_eq!(bends(&[edge], 5), [0.0, 1.0, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn numbers_of_samples_are_powers_of_two() {
+        assert_eq!(rounds(4, power_below(100)).collect::<Vec<_>>(), [4, 8, 16, 32, 64]);
+        assert_eq!(rounds(1, power_below(0)).collect::<Vec<_>>(), [1]);
+        assert_eq!(power_below(u32::MAX), MAX_SAMPLES);
+    }
+}

@@ -1,0 +1,192 @@
+//! Sums over the samples of a pixel, and how far their mean may be off.
+//!
+//! The samples of a pattern have one in each rectangle, so that their mean is far better than that of as many independent
+//! ones, most where the shader is smooth. What is left is seen in how neighbouring rectangles differ.
+
+use super::pattern::Pattern;
+use osl_ir::ir::Kind;
+use std::ops::Range;
+
+/// What some samples of a pixel amount to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Block {
+    /// Sum of the weights.
+    pub(super) weight: f64,
+    /// Sum of values times weights.
+    pub(super) sum: f64,
+    /// Variance of one sample within its rectangle.
+    pub(super) variance: f32,
+    /// Samples.
+    pub(super) count: u32,
+}
+
+impl Block {
+    /// The mean.
+    pub(super) fn mean(&self) -> f32 {
+        (self.sum / self.weight) as f32
+    }
+
+    /// Adds samples behind: of the variances that of the later ones counts, whose rectangles are the smaller.
+    pub(super) fn add(&mut self, later: &Block) {
+        self.weight += later.weight;
+        self.sum += later.sum;
+        self.variance = later.variance;
+        self.count += later.count;
+    }
+
+    /// The standard error of the mean. Not a number where a sample is none.
+    pub(super) fn error(&self) -> f32 {
+        (self.variance / self.count.max(1) as f32).sqrt()
+    }
+}
+
+/// Sums the samples of a pixel.
+pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
+    let (mut sum, mut weight) = (0.0, words.len() as f64);
+    if signs.is_empty() {
+        words.iter().for_each(|word| sum += f64::from(value(*word, kind)));
+    } else {
+        weight = 0.0;
+        for (word, sign) in words.iter().zip(signs) {
+            sum += f64::from(value(*word, kind) * sign);
+            weight += f64::from(*sign);
+        }
+        // A few samples may all but cancel. They say little then, but no nonsense.
+        weight = if weight.abs() < 0.25 { 0.25_f64.copysign(weight) } else { weight };
+    }
+    Block { weight, sum, variance: 0.0, count: words.len() as u32 }
+}
+
+fn value(word: u32, kind: Kind) -> f32 {
+    if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) }
+}
+
+/// Samples whose values fit on the stack.
+const SMALL: usize = 64;
+
+/// The variance of the samples of a block. It is that of the later half of samples 0..n, since the halves are complete by
+/// themselves and so are those of rounds that double the number; for up to four samples that of all.
+pub(super) fn variance(
+    block: &Block,
+    words: &[u32],
+    signs: &[f32],
+    (kind, pattern, pixel, samples): (Kind, &Pattern, u32, &Range<u32>),
+) -> f32 {
+    if !block.sum.is_finite() {
+        return f32::NAN;
+    }
+    let end = samples.end as usize;
+    if !end.is_power_of_two() || end == 1 {
+        return 0.0;
+    }
+    let from = if samples.start == 0 && end <= 4 { 0 } else { end / 2 };
+    let first = from.saturating_sub(samples.start as usize);
+    let level = (end - from).trailing_zeros();
+    let order = pattern.order(pixel, level, from > 0);
+    let at = |i: usize| {
+        let x = words.get(i).map_or(0.0, |word| value(*word, kind));
+        signs.get(i).map_or(x, |sign| x * sign)
+    };
+    let mut small = [0.0; SMALL];
+    let mut large = Vec::new();
+    let cells = match small.get_mut(..order.len()) {
+        Some(cells) => cells,
+        None => {
+            large.resize(order.len(), 0.0);
+            &mut large[..]
+        }
+    };
+    cells.iter_mut().zip(order).for_each(|(cell, i)| *cell = at(first + *i as usize));
+    let scale = if signs.is_empty() { 1.0 } else { words.len() as f64 / block.weight };
+    within(level, cells) * (scale * scale) as f32
+}
+
+/// The variance within rectangles, along both axes alike.
+fn within(level: u32, cells: &[f32]) -> f32 {
+    let (columns, rows) = Pattern::rectangles(level);
+    let across = along(rows, columns, |y, x| cells[y * columns + x]);
+    let down = along(columns, rows, |x, y| cells[y * columns + x]);
+    match (across, down) {
+        (Some(a), Some(b)) => 0.5 * (a + b),
+        (a, b) => a.or(b).unwrap_or(0.0),
+    }
+}
+
+/// The mean square of how values differ from the line through their neighbours, so that a slope does not count; where there
+/// are but two, of how these differ.
+fn along(lines: usize, length: usize, at: impl Fn(usize, usize) -> f32) -> Option<f32> {
+    let mut total = 0.0;
+    match length {
+        0 | 1 => return None,
+        2 => {
+            (0..lines).for_each(|line| total += square(at(line, 1) - at(line, 0)));
+            Some(0.5 * total / lines as f32)
+        }
+        _ => {
+            for line in 0..lines {
+                let (mut a, mut b) = (at(line, 0), at(line, 1));
+                for i in 2..length {
+                    let c = at(line, i);
+                    total += square(a - 2.0 * b + c);
+                    (a, b) = (b, c);
+                }
+            }
+            // Independent values of variance s give 6 s.
+            Some(total / (6 * lines * (length - 2)) as f32)
+        }
+    }
+}
+
+fn square(x: f32) -> f32 {
+    x * x
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with_variance(words: &[u32], pattern: &Pattern, pixel: u32) -> Block {
+        let found = block(words, Kind::Float, &[]);
+        let how = (Kind::Float, pattern, pixel, &(0..words.len() as u32));
+        Block { variance: variance(&found, words, &[], how), ..found }
+    }
+
+    /// Root mean square of true and estimated errors over many pixels.
+    fn errors(n: u32, mean: f64, f: impl Fn([f32; 2], u32, usize) -> f32) -> (f64, f64) {
+        let pattern = Pattern::new(n, 3);
+        let (mut actual, mut estimated) = (0.0, 0.0);
+        let pixels = 500;
+        for pixel in 0..pixels {
+            let own = &pattern.of(pixel)[..n as usize];
+            let words: Vec<u32> = own.iter().enumerate().map(|(i, s)| f(*s, pixel, i).to_bits()).collect();
+            let block = with_variance(&words, &pattern, pixel);
+            actual += (f64::from(block.mean()) - mean).powi(2);
+            estimated += f64::from(block.error()).powi(2);
+        }
+        ((actual / f64::from(pixels)).sqrt(), (estimated / f64::from(pixels)).sqrt())
+    }
+
+    #[test]
+    fn estimates_of_noise_edges_and_slopes_are_of_the_right_size() {
+        for n in [8, 16, 64, 256] {
+            let white = |_: [f32; 2], pixel: u32, i: usize| {
+                (super::super::pattern::hash(pixel * 7919 + i as u32) >> 8) as f32 / (1 << 24) as f32
+            };
+            let (actual, estimated) = errors(n, 0.5, white);
+            assert!((0.9..1.2).contains(&(estimated / actual)), "noise, {n}: {actual} {estimated}");
+            let edge = |[x, y]: [f32; 2], _: u32, _: usize| f32::from(u8::from(x + 0.37 * y > 0.6));
+            let (actual, estimated) = errors(n, 1.0 - (0.6 - 0.185), edge);
+            assert!((0.8..3.0).contains(&(estimated / actual)), "edge, {n}: {actual} {estimated}");
+            let (actual, estimated) = errors(n, 1.0, |[x, y], _, _| x + y);
+            assert!(estimated > actual, "slope, {n}: {actual} {estimated}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_says_so() {
+        let pattern = Pattern::new(4, 0);
+        let words = [1.0_f32, f32::NAN, 0.0, 0.0].map(f32::to_bits);
+        let block = with_variance(&words, &pattern, 0);
+        assert!(block.mean().is_nan() && block.error().is_nan());
+    }
+}

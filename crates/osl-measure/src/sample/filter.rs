@@ -1,0 +1,212 @@
+//! Reconstruction filters, as distributions of a pixel's samples.
+//!
+//! A sample is drawn where the filter has its weight (filter importance sampling, Ernst, Stamminger and Greiner 2006), so
+//! that all samples of a pixel count alike, no pixel needs those of another, and where one is refined its neighbours stay as
+//! they are. Where a filter is negative, so is the sample's weight.
+
+use std::fmt;
+
+/// The shape of a filter. All are products of one function along x and along y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FilterKind {
+    /// 1 over the whole width.
+    #[default]
+    Box,
+    /// `exp(-2 (x/r)²)` less its value at the radius: a standard deviation of half the radius.
+    Gaussian,
+    /// The four-term window of Harris 1978.
+    BlackmanHarris,
+    /// Mitchell and Netravali 1988 with B = C = 1/3.
+    Mitchell,
+}
+
+impl FilterKind {
+    /// All of them.
+    pub const ALL: [FilterKind; 4] =
+        [FilterKind::Box, FilterKind::Gaussian, FilterKind::BlackmanHarris, FilterKind::Mitchell];
+
+    /// The name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            FilterKind::Box => "box",
+            FilterKind::Gaussian => "gaussian",
+            FilterKind::BlackmanHarris => "blackman-harris",
+            FilterKind::Mitchell => "mitchell",
+        }
+    }
+
+    /// The filter of a name.
+    pub fn from_name(name: &str) -> Option<FilterKind> {
+        FilterKind::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
+    /// Width in pixels where none is given: 1, 2, 3 and 4.
+    pub fn usual_width(self) -> f32 {
+        match self {
+            FilterKind::Box => 1.0,
+            FilterKind::Gaussian => 2.0,
+            FilterKind::BlackmanHarris => 3.0,
+            FilterKind::Mitchell => 4.0,
+        }
+    }
+
+    /// Its value at `t`, from −1 to 1 over the width.
+    fn value(self, t: f64) -> f64 {
+        match self {
+            FilterKind::Box => 1.0,
+            FilterKind::Gaussian => (-2.0 * t * t).exp() - (-2.0_f64).exp(),
+            FilterKind::BlackmanHarris => {
+                let turn = std::f64::consts::PI * (t + 1.0);
+                0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos() - 0.01168 * (3.0 * turn).cos()
+            }
+            FilterKind::Mitchell => {
+                let x = 2.0 * t.abs();
+                if x < 1.0 {
+                    (7.0 * x * x * x - 12.0 * x * x + 16.0 / 3.0) / 6.0
+                } else {
+                    (-7.0 / 3.0 * x * x * x + 12.0 * x * x - 20.0 * x + 32.0 / 3.0) / 6.0
+                }
+            }
+        }
+    }
+}
+
+/// Steps of the table that takes even numbers to a filter's distribution.
+const STEPS: usize = 1024;
+
+/// A filter of a width.
+#[derive(Clone, Debug)]
+pub struct Filter {
+    kind: FilterKind,
+    width: f32,
+    /// Where the share `i / STEPS` of the filter's weight ends, from −1 to 1; empty for a box.
+    ends: Vec<f32>,
+}
+
+impl Default for Filter {
+    fn default() -> Self {
+        Filter::new(FilterKind::Box, 1.0)
+    }
+}
+
+impl PartialEq for Filter {
+    fn eq(&self, other: &Filter) -> bool {
+        self.kind == other.kind && self.width == other.width
+    }
+}
+
+impl fmt::Display for Filter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.kind.name(), self.width)
+    }
+}
+
+impl Filter {
+    /// A filter of a width. **Units:** pixels.
+    pub fn new(kind: FilterKind, width: f32) -> Filter {
+        let ends = if kind == FilterKind::Box { Vec::new() } else { ends(kind) };
+        Filter { kind, width, ends }
+    }
+
+    /// Its shape.
+    pub fn kind(&self) -> FilterKind {
+        self.kind
+    }
+
+    /// Its width. **Units:** pixels.
+    pub fn width(&self) -> f32 {
+        self.width
+    }
+
+    /// How far from the pixel's centre the share `s` of the filter's weight ends, along one axis, and the sign of the filter
+    /// there. `s` is in 0..1; the result in pixels.
+    pub fn place(&self, s: f32) -> (f32, f32) {
+        let radius = 0.5 * self.width;
+        if self.ends.is_empty() {
+            return ((s - 0.5) * self.width, 1.0);
+        }
+        let at = s * STEPS as f32;
+        let step = (at as usize).min(STEPS - 1);
+        let (a, b) = (self.ends.get(step).copied(), self.ends.get(step + 1).copied());
+        let (a, b) = (a.unwrap_or(0.0), b.unwrap_or(0.0));
+        let t = a + (b - a) * (at - step as f32);
+        let negative = self.kind == FilterKind::Mitchell && t.abs() > 4.0 / 7.0;
+        (t * radius, if negative { -1.0 } else { 1.0 })
+    }
+}
+
+/// The inverse of the distribution of a filter's size.
+fn ends(kind: FilterKind) -> Vec<f32> {
+    const FINE: usize = 8 * STEPS;
+    let middle = |i: usize| 2.0 * (i as f64 + 0.5) / FINE as f64 - 1.0;
+    let mut sums = Vec::with_capacity(FINE + 1);
+    let mut sum = 0.0;
+    sums.push(0.0);
+    for i in 0..FINE {
+        sum += kind.value(middle(i)).abs();
+        sums.push(sum);
+    }
+    let mut bin = 0;
+    (0..=STEPS)
+        .map(|step| {
+            let wanted = sum * step as f64 / STEPS as f64;
+            while bin + 1 < FINE && sums[bin + 1] < wanted {
+                bin += 1;
+            }
+            let inside = (wanted - sums[bin]) / (sums[bin + 1] - sums[bin]).max(f64::MIN_POSITIVE);
+            (2.0 * (bin as f64 + inside.clamp(0.0, 1.0)) / FINE as f64 - 1.0) as f32
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean of a function of the place under the filter, by its own samples.
+    fn mean(filter: &Filter, f: impl Fn(f64) -> f64) -> f64 {
+        let n = 200_000;
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for i in 0..n {
+            let (x, sign) = filter.place((i as f32 + 0.5) / n as f32);
+            sum += f64::from(sign) * f(f64::from(x));
+            weight += f64::from(sign);
+        }
+        sum / weight
+    }
+
+    #[test]
+    fn samples_have_the_moments_of_the_filter() {
+        for kind in FilterKind::ALL {
+            let filter = Filter::new(kind, kind.usual_width());
+            let radius = 0.5 * f64::from(kind.usual_width());
+            let n = 200_000;
+            let (mut total, mut square) = (0.0, 0.0);
+            for i in 0..n {
+                let t = 2.0 * (f64::from(i) + 0.5) / f64::from(n) - 1.0;
+                total += kind.value(t);
+                square += kind.value(t) * (t * radius).powi(2);
+            }
+            assert!(mean(&filter, |x| x).abs() < 1e-4, "{kind:?}");
+            let found = mean(&filter, |x| x * x);
+            assert!((found - square / total).abs() < 1e-3, "{kind:?}: {found} {}", square / total);
+        }
+    }
+
+    #[test]
+    fn mitchell_has_negative_lobes() {
+        let filter = Filter::new(FilterKind::Mitchell, 4.0);
+        assert!(filter.place(0.001).1 < 0.0 && filter.place(0.999).1 < 0.0);
+        assert_eq!(filter.place(0.5).1, 1.0);
+    }
+
+    #[test]
+    fn samples_stay_inside() {
+        for kind in FilterKind::ALL {
+            let filter = Filter::new(kind, 3.0);
+            for s in [0.0, 1e-7, 0.5, 1.0 - f32::EPSILON / 2.0] {
+                assert!(filter.place(s).0.abs() <= 1.5, "{kind:?} {s}");
+            }
+        }
+    }
+}

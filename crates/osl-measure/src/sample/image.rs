@@ -1,0 +1,247 @@
+//! What an image is made of, and images with the same number of samples everywhere.
+
+use super::error::{Block, block, variance};
+use super::filter::Filter;
+use super::pattern::Pattern;
+use super::points::SamplePoints;
+use super::surface::Surface;
+use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services, Stop};
+use osl_ir::ir::Kind;
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Points that are in memory at a time, if a pixel has no more.
+const TOGETHER: usize = 1 << 19;
+
+/// A program with all that it needs to be run at any place of an image.
+#[derive(Clone)]
+pub struct Shading<'a> {
+    /// The program.
+    pub program: &'a Program,
+    /// Textures, spaces, the kind of ray.
+    pub services: &'a Services,
+    /// The points.
+    pub surface: &'a dyn Surface,
+    /// How it is run.
+    pub options: &'a RunOptions,
+    /// Where samples lie.
+    pub pattern: Pattern,
+    /// What they are to show.
+    pub filter: Filter,
+}
+
+/// An image, or some rows of it.
+#[derive(Clone, Debug, Default)]
+pub struct Image {
+    /// The planes, as floats, and what the program said.
+    pub frame: Frame,
+    /// What it took.
+    pub tally: Tally,
+}
+
+/// What an image took, and what is known of its error.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Pixels of it.
+    pub pixels: u64,
+    /// Evaluations of the shader.
+    pub evaluations: u64,
+    /// Pixels by the samples that each has of its own, and how many pixels; 0 samples are interpolated ones.
+    pub by_samples: Vec<(u32, u64)>,
+    /// Pixels that were to have more samples than there may be.
+    pub unfinished: u64,
+    /// Pixels of which a value is not a number or infinite.
+    pub not_finite: u64,
+}
+
+impl Tally {
+    /// Adds what other pixels took.
+    pub fn add(&mut self, other: &Tally) {
+        self.pixels += other.pixels;
+        self.evaluations += other.evaluations;
+        self.unfinished += other.unfinished;
+        self.not_finite += other.not_finite;
+        for (samples, pixels) in &other.by_samples {
+            self.note(*samples, *pixels);
+        }
+    }
+
+    /// Notes pixels with a number of samples each.
+    pub(super) fn note(&mut self, samples: u32, pixels: u64) {
+        match self.by_samples.binary_search_by_key(&samples, |(n, _)| *n) {
+            Ok(at) => self.by_samples[at].1 += pixels,
+            Err(at) if pixels > 0 => self.by_samples.insert(at, (samples, pixels)),
+            Err(_) => {}
+        }
+    }
+
+    /// Notes the samples of pixels, one after the other.
+    pub(super) fn note_all(&mut self, samples: impl Iterator<Item = u32>) {
+        // Runs of equal numbers are long.
+        let mut run = (0, 0);
+        for n in samples {
+            if n != run.0 {
+                self.note(run.0, run.1);
+                run = (n, 0);
+            }
+            run.1 += 1;
+        }
+        self.note(run.0, run.1);
+    }
+
+    /// Evaluations for each pixel.
+    pub fn per_pixel(&self) -> f64 {
+        self.evaluations as f64 / self.pixels.max(1) as f64
+    }
+}
+
+/// What samples of some pixels amount to: sums over them, plane by plane.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Batch {
+    /// For each plane, for each pixel.
+    pub(super) blocks: Vec<Vec<Block>>,
+    /// Messages and the like, without planes.
+    pub(super) said: Frame,
+}
+
+impl<'a> Shading<'a> {
+    /// The planes of an image, without their words.
+    pub fn planes(&self) -> Vec<Plane> {
+        let pixels = SamplePoints::centres(self.surface, &[], (&self.pattern, &self.filter));
+        let mut planes = Run::new(self.program, self.services, &pixels, self.options).planes();
+        planes.iter_mut().for_each(|plane| plane.kind = Kind::Float);
+        planes
+    }
+
+    /// The centres of pixels: for each plane the values of the pixels.
+    pub(super) fn centres(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, Stop> {
+        let points = SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter));
+        let frame = self.run(&points, 0..points.count())?;
+        let values = frame.planes.iter().map(Plane::floats).collect();
+        said.add(Frame { planes: Vec::new(), ..frame });
+        Ok(values)
+    }
+
+    /// Samples of pixels, summed for each; with their variance if an `estimate` is wanted.
+    pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>, estimate: bool) -> Result<Batch, Stop> {
+        let each = samples.len().max(1);
+        let mut batch = Batch::default();
+        for pixels in pixels.chunks((TOGETHER / each).max(1)) {
+            self.piece(pixels, samples.clone(), estimate, &mut batch)?;
+        }
+        if batch.blocks.is_empty() {
+            batch.blocks = self.planes().iter().map(|_| Vec::new()).collect();
+        }
+        Ok(batch)
+    }
+
+    fn piece(
+        &self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        estimate: bool,
+        batch: &mut Batch,
+    ) -> Result<(), Stop> {
+        let tools = (&self.pattern, &self.filter);
+        let points = SamplePoints::new(self.surface, pixels, samples.clone(), tools);
+        let each = samples.len().max(1);
+        let mut frame = self.run(&points, 0..points.count())?;
+        let planes = std::mem::take(&mut frame.planes);
+        batch.said.add(frame);
+        batch.blocks.resize(planes.len(), Vec::new());
+        let signs = self.signs(pixels, samples.clone());
+        for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {
+            let one = |(at, words): (usize, &[u32])| {
+                let pixel = pixels.get(at).copied().unwrap_or(0);
+                let signs = signs.get(at * each..).unwrap_or(&[]);
+                let mut block = block(words, plane.kind, signs);
+                if estimate {
+                    block.variance =
+                        variance(&block, words, signs, (plane.kind, &self.pattern, pixel, &samples));
+                }
+                block
+            };
+            let many = pixels.len() * each > 1 << 14;
+            if many {
+                let found = plane.words.par_chunks(each).with_min_len(256).enumerate().map(one);
+                blocks.par_extend(found);
+            } else {
+                blocks.extend(plane.words.chunks(each).enumerate().map(one));
+            }
+        }
+        Ok(())
+    }
+
+    /// The weights of samples, pixel by pixel; none where all are 1.
+    fn signs(&self, pixels: &[u32], samples: Range<u32>) -> Vec<f32> {
+        if self.filter.kind() != super::FilterKind::Mitchell {
+            return Vec::new();
+        }
+        let range = samples.start as usize..samples.end as usize;
+        let own = pixels.iter().flat_map(|pixel| self.pattern.of(*pixel).get(range.clone()).unwrap_or(&[]));
+        own.map(|[x, y]| self.filter.place(*x).1 * self.filter.place(*y).1).collect()
+    }
+
+    fn run(&self, points: &dyn PointSource, range: Range<usize>) -> Result<Frame, Stop> {
+        Run::new(self.program, self.services, points, self.options).points(range, &|_| ())
+    }
+
+    /// Numbers of the pixels of some rows.
+    pub(super) fn pixels(&self, rows: Range<usize>) -> Vec<u32> {
+        let (width, height) = self.surface.size();
+        let rows = rows.start.min(height)..rows.end.min(height);
+        (rows.start * width..rows.end * width).map(|pixel| pixel as u32).collect()
+    }
+
+    /// Planes of an image with values.
+    pub(super) fn filled(&self, values: Vec<Vec<f32>>) -> Vec<Plane> {
+        let mut planes = self.planes();
+        for (plane, values) in planes.iter_mut().zip(values) {
+            plane.words = values.into_iter().map(f32::to_bits).collect();
+        }
+        planes
+    }
+
+    /// Some rows of an image with the same number of samples in each pixel, at most as many as the pattern has. One
+    /// sample lies at the pixel's centre: its values are those of a run without samples.
+    ///
+    /// # Errors
+    /// A loop beyond its budget.
+    pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, Stop> {
+        let pixels = self.pixels(rows);
+        let samples = samples.clamp(1, self.pattern.count());
+        let mut image = Image::default();
+        let values: Vec<Vec<f32>> = if samples == 1 {
+            self.centres(&pixels, &mut image.frame)?
+        } else {
+            let batch = self.batch(&pixels, 0..samples, false)?;
+            image.frame = batch.said;
+            batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
+        };
+        image.tally.pixels = pixels.len() as u64;
+        image.tally.evaluations = pixels.len() as u64 * u64::from(samples);
+        image.tally.note(samples, pixels.len() as u64);
+        image.tally.not_finite = not_finite(&values);
+        image.frame.planes = self.filled(values);
+        Ok(image)
+    }
+}
+
+impl Shading<'_> {
+    /// The values of some pixels with a number of samples, plane by plane.
+    ///
+    /// # Errors
+    /// A loop beyond its budget.
+    pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, Stop> {
+        let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()), false)?;
+        Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
+    }
+}
+
+/// How many pixels have a value that is not a number or infinite.
+pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
+    let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.iter().any(|x| !x.is_finite())).collect();
+    let pixels = bad.first().map_or(0, |plane| plane.len());
+    let one = |pixel: &usize| bad.iter().any(|p| p.get(*pixel).is_some_and(|x| !x.is_finite()));
+    (0..pixels).filter(one).count() as u64
+}

@@ -1,0 +1,182 @@
+//! What pixels really show, as far as many samples can tell, and how far an image is off.
+
+use super::image::{Image, Shading};
+use super::pattern::{MAX_SAMPLES, Pattern, hash};
+use osl_exec::{Frame, Stop};
+
+/// Values of some pixels with their own standard errors.
+#[derive(Clone, Debug, Default)]
+pub struct Oracle {
+    /// The pixels.
+    pub pixels: Vec<u32>,
+    /// Samples of each.
+    pub samples: u32,
+    /// For each plane, the values of the pixels.
+    pub values: Vec<Vec<f32>>,
+    /// For each plane, their standard errors: rather too large, since they are taken from half of the samples as if these
+    /// were independent of the other half.
+    pub errors: Vec<Vec<f32>>,
+    /// What the program said.
+    pub said: Frame,
+}
+
+/// Values of pixels by many samples, rounded up to a power of two, none of which is one of the image's.
+///
+/// # Errors
+/// A loop beyond its budget.
+pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Oracle, Stop> {
+    let samples = samples.clamp(2, MAX_SAMPLES).next_power_of_two();
+    let own = Shading { pattern: Pattern::new(samples, 0x5eed), ..shading.clone() };
+    let batch = own.batch(pixels, 0..samples, true)?;
+    Ok(Oracle {
+        pixels: pixels.to_vec(),
+        samples,
+        values: batch.blocks.iter().map(|p| p.iter().map(|b| b.mean()).collect()).collect(),
+        errors: batch.blocks.iter().map(|p| p.iter().map(|b| b.error()).collect()).collect(),
+        said: batch.said,
+    })
+}
+
+/// How far an image is off, where it was looked at.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Check {
+    /// Pixels that were compared.
+    pub pixels: u64,
+    /// Those whose error is above what was asked for by more than the oracle's own standard error.
+    pub above: u64,
+    /// Root of the mean square error, without what the oracle's own error adds to it.
+    pub rmse: f64,
+    /// The 99.9th percentile of the error, largest over the planes, less the oracle's standard error.
+    pub nearly_all: f64,
+    /// The largest.
+    pub largest: f64,
+    /// Root of the mean square of the oracle's own standard error.
+    pub oracle: f64,
+}
+
+/// Compares planes with an oracle. `position` tells where in the planes a pixel is.
+pub fn check(planes: &[Vec<f32>], oracle: &Oracle, limit: f64, position: impl Fn(u32) -> usize) -> Check {
+    let mut found = Check::default();
+    let (mut squares, mut own, mut count) = (0.0, 0.0, 0.0_f64);
+    let mut errors = Vec::with_capacity(oracle.pixels.len());
+    for (at, pixel) in oracle.pixels.iter().enumerate() {
+        let mut worst = 0.0_f64;
+        let mut usable = true;
+        for (plane, (values, own_errors)) in planes.iter().zip(oracle.values.iter().zip(&oracle.errors)) {
+            let pick = |list: &[f32], at: usize| list.get(at).copied().map_or(f64::NAN, f64::from);
+            let (value, truth) = (pick(plane, position(*pixel)), pick(values, at));
+            let uncertain = pick(own_errors, at);
+            if !truth.is_finite() || !uncertain.is_finite() {
+                usable = false;
+                continue;
+            }
+            let error = (value - truth).abs();
+            let error = if error.is_nan() { f64::INFINITY } else { error };
+            squares += error * error;
+            own += uncertain * uncertain;
+            count += 1.0;
+            worst = worst.max(error - uncertain);
+        }
+        if usable {
+            errors.push(worst);
+        }
+    }
+    found.pixels = errors.len() as u64;
+    found.above = errors.iter().filter(|e| **e > limit).count() as u64;
+    errors.sort_by(f64::total_cmp);
+    let last = errors.len().saturating_sub(1);
+    let quantile = (errors.len() as f64 * 0.999).ceil() as usize;
+    found.nearly_all = errors.get(quantile.saturating_sub(1).min(last)).copied().unwrap_or(0.0);
+    found.largest = errors.last().copied().unwrap_or(0.0);
+    found.oracle = (own / count.max(1.0)).sqrt();
+    found.rmse = (squares / count.max(1.0) - own / count.max(1.0)).max(0.0).sqrt();
+    found
+}
+
+/// Some pixels of `count`, spread at random and always the same, in order.
+pub(super) fn some_pixels(count: usize, wanted: usize, seed: u32) -> Vec<u32> {
+    if wanted >= count {
+        return (0..count as u32).collect();
+    }
+    let stretch = |i: usize| (i as u64 * count as u64 / wanted as u64) as u32;
+    let pick = |i: usize| {
+        let (from, to) = (stretch(i), stretch(i + 1));
+        from + hash(i as u32 ^ seed) % (to - from).max(1)
+    };
+    (0..wanted).map(pick).collect()
+}
+
+/// Some pixels of an image, chosen at random, that are to be compared with an oracle once the image is done.
+#[derive(Clone, Debug, Default)]
+pub struct Watch {
+    pixels: Vec<u32>,
+    /// How many of them have their values.
+    noted: usize,
+    values: Vec<Vec<f32>>,
+}
+
+impl Watch {
+    /// `wanted` of the `count` pixels of an image.
+    pub fn new(count: usize, wanted: usize) -> Watch {
+        Watch { pixels: some_pixels(count, wanted, 0xc4ec), noted: 0, values: Vec::new() }
+    }
+
+    /// The pixels, in order.
+    pub fn pixels(&self) -> &[u32] {
+        &self.pixels
+    }
+
+    /// Notes the values of a piece of the image, which comes in order. `first` is the number of its first pixel.
+    pub fn note(&mut self, image: &Image, first: usize) {
+        let planes = &image.frame.planes;
+        self.values.resize(planes.len().max(self.values.len()), Vec::new());
+        while let Some(at) = self.pixels.get(self.noted).map(|pixel| (*pixel as usize).wrapping_sub(first)) {
+            if planes.first().is_none_or(|plane| at >= plane.words.len()) {
+                break;
+            }
+            for (values, plane) in self.values.iter_mut().zip(planes) {
+                values.extend(plane.words.get(at).map(|word| f32::from_bits(*word)));
+            }
+            self.noted += 1;
+        }
+    }
+
+    /// Compares what was noted with an oracle of so many samples; `limit` is the error that was asked for.
+    ///
+    /// # Errors
+    /// A loop beyond its budget.
+    pub fn check(&self, shading: &Shading<'_>, limit: f64, samples: u32) -> Result<Check, Stop> {
+        let pixels = self.pixels.get(..self.noted).unwrap_or(&[]);
+        let truth = oracle(shading, pixels, samples)?;
+        Ok(check(&self.values, &truth, limit, |pixel| pixels.binary_search(&pixel).unwrap_or(0)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_oracles_own_error_is_subtracted() {
+        let oracle = Oracle {
+            pixels: vec![0, 1, 2],
+            samples: 4,
+            values: vec![vec![1.0, 1.0, f32::NAN]],
+            errors: vec![vec![0.1, 0.1, f32::NAN]],
+            said: Frame::default(),
+        };
+        let found = check(&[vec![1.25, 1.05, 0.0]], &oracle, 0.12, |p| p as usize);
+        assert_eq!((found.pixels, found.above), (2, 1), "what the oracle does not know is left out");
+        assert!((found.largest - 0.15).abs() < 1e-6 && (found.oracle - 0.1).abs() < 1e-6);
+        let nan = check(&[vec![f32::NAN, 1.0, 0.0]], &oracle, 0.12, |p| p as usize);
+        assert_eq!((nan.above, nan.largest), (1, f64::INFINITY));
+    }
+
+    #[test]
+    fn chosen_pixels_are_spread_and_distinct() {
+        let some = some_pixels(1000, 100, 5);
+        assert_eq!(some.len(), 100);
+        assert!(some.windows(2).all(|w| w[0] < w[1]) && some[99] < 1000);
+        assert_eq!(some_pixels(3, 10, 0), [0, 1, 2]);
+    }
+}

@@ -1,0 +1,129 @@
+//! Where the samples of a pixel lie: Owen-scrambled Sobol points (Burley 2020), of which every 2^m first ones have one in each
+//! of 2^m equal rectangles. A few dozen scrambles are kept; a hash of the pixel picks one, so that an image is
+//! the same however it is cut into pieces.
+
+/// The most samples that a pixel can have: those that the sequence has.
+pub const MAX_SAMPLES: u32 = 1 << 16;
+
+/// How many scrambles there are.
+const SCRAMBLES: usize = 64;
+
+/// The samples of all pixels of an image, in 0..1 along both axes.
+#[derive(Clone, Debug)]
+pub struct Pattern {
+    seed: u32,
+    count: usize,
+    /// The first `count` samples of each scramble.
+    samples: Vec<[f32; 2]>,
+    /// For each number of samples 2^m, where in the first and in the second 2^m of a scramble the sample of each
+    /// rectangle stands.
+    orders: Vec<Vec<u32>>,
+}
+
+impl Pattern {
+    /// The first samples of each pixel, `count` or more. Another seed gives other samples. **Errors:** more than
+    /// [`MAX_SAMPLES`] become that many.
+    pub fn new(count: u32, seed: u32) -> Pattern {
+        let count = count.clamp(1, MAX_SAMPLES).next_power_of_two() as usize;
+        let mut samples = Vec::with_capacity(count * SCRAMBLES);
+        for scramble in 0..SCRAMBLES as u32 {
+            let own = hash(scramble ^ seed.rotate_left(16));
+            samples.extend((0..count as u32).map(|i| [0, 1].map(|axis| sobol_burley::sample(i, axis, own))));
+        }
+        let mut pattern = Pattern { seed, count, samples, orders: Vec::new() };
+        let levels = count.trailing_zeros();
+        pattern.orders = (0..=levels).map(|level| pattern.find_order(level)).collect();
+        pattern
+    }
+
+    /// How many samples of each pixel it has.
+    pub fn count(&self) -> u32 {
+        self.count as u32
+    }
+
+    /// The same samples, and more of them if it has fewer than `count`.
+    #[must_use]
+    pub fn with(self, count: u32) -> Pattern {
+        if count <= self.count() { self } else { Pattern::new(count, self.seed) }
+    }
+
+    /// The samples of a pixel, by its number row by row.
+    pub fn of(&self, pixel: u32) -> &[[f32; 2]] {
+        let first = self.scramble(pixel) * self.count;
+        self.samples.get(first..first + self.count).unwrap_or(&[])
+    }
+
+    fn scramble(&self, pixel: u32) -> usize {
+        hash(pixel.wrapping_mul(0x9e37_79b1) ^ self.seed) as usize % SCRAMBLES
+    }
+
+    /// Columns and rows of rectangles that 2^level samples have one each of.
+    pub(super) fn rectangles(level: u32) -> (usize, usize) {
+        (1 << level.div_ceil(2), 1 << (level / 2))
+    }
+
+    /// For the rectangles row by row, the place of each one's sample among the first, or the second, 2^level samples
+    /// of a pixel.
+    pub(super) fn order(&self, pixel: u32, level: u32, second: bool) -> &[u32] {
+        let size = 1 << level;
+        let halves = if size < self.count { 2 } else { 1 };
+        let first = (self.scramble(pixel) * halves + usize::from(second)) * size;
+        self.orders.get(level as usize).and_then(|o| o.get(first..first + size)).unwrap_or(&[])
+    }
+
+    fn find_order(&self, level: u32) -> Vec<u32> {
+        let size = 1 << level;
+        let (columns, rows) = Pattern::rectangles(level);
+        let mut orders = Vec::new();
+        for samples in self.samples.chunks(self.count) {
+            for half in samples.chunks(size).take(2) {
+                let mut order = vec![0; size];
+                for (i, [x, y]) in half.iter().enumerate() {
+                    let (x, y) = ((x * columns as f32) as usize, (y * rows as f32) as usize);
+                    if let Some(found) = order.get_mut(y * columns + x) {
+                        *found = i as u32;
+                    }
+                }
+                orders.extend(order);
+            }
+        }
+        orders
+    }
+}
+
+/// Mixes the bits of a number (Wellons' lowbias32).
+pub(super) fn hash(mut x: u32) -> u32 {
+    x ^= x >> 16;
+    x = x.wrapping_mul(0x7feb_352d);
+    x ^= x >> 15;
+    x = x.wrapping_mul(0x846c_a68b);
+    x ^ (x >> 16)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_rectangle_has_one_sample_of_the_first_and_of_the_second() {
+        let pattern = Pattern::new(64, 7);
+        for pixel in 0..50 {
+            for level in 0..=5 {
+                for second in [false, true] {
+                    let mut order = pattern.order(pixel, level, second).to_vec();
+                    order.sort_unstable();
+                    let all: Vec<u32> = (0..1 << level).collect();
+                    assert_eq!(order, all, "pixel {pixel}, 2^{level} samples");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn more_samples_begin_with_the_same() {
+        let (few, many) = (Pattern::new(4, 1), Pattern::new(4, 1).with(100));
+        assert_eq!(many.count(), 128);
+        assert_eq!(few.of(1234), &many.of(1234)[..4]);
+        assert_ne!(few.of(1234), few.of(1235));
+    }
+}

@@ -1,0 +1,110 @@
+//! Samples of chosen pixels, as a source of shading points.
+
+use super::filter::Filter;
+use super::pattern::Pattern;
+use super::surface::{Place, Surface};
+use osl_exec::{Datum, PointSource};
+use osl_ir::hir::Global;
+use osl_ir::ir::Axis;
+use std::ops::Range;
+
+/// Some samples of each of some pixels: pixel by pixel, the samples of each in order.
+#[derive(Clone)]
+pub struct SamplePoints<'a> {
+    surface: &'a dyn Surface,
+    /// Numbers of pixels, row by row.
+    pixels: &'a [u32],
+    /// Which samples of each; `None` is the pixel's centre.
+    samples: Option<Range<u32>>,
+    pattern: &'a Pattern,
+    filter: &'a Filter,
+    width: u32,
+}
+
+impl<'a> SamplePoints<'a> {
+    /// Samples of pixels of a surface. Those that the pattern does not have lie at the centre.
+    pub fn new(
+        surface: &'a dyn Surface,
+        pixels: &'a [u32],
+        samples: Range<u32>,
+        (pattern, filter): (&'a Pattern, &'a Filter),
+    ) -> SamplePoints<'a> {
+        let width = surface.size().0.max(1) as u32;
+        SamplePoints { surface, pixels, samples: Some(samples), pattern, filter, width }
+    }
+
+    /// The centres of pixels.
+    pub fn centres(
+        surface: &'a dyn Surface,
+        pixels: &'a [u32],
+        (pattern, filter): (&'a Pattern, &'a Filter),
+    ) -> SamplePoints<'a> {
+        let width = surface.size().0.max(1) as u32;
+        SamplePoints { surface, pixels, samples: None, pattern, filter, width }
+    }
+
+    /// Samples of each pixel.
+    fn each(&self) -> usize {
+        self.samples.as_ref().map_or(1, |s| s.len().max(1))
+    }
+
+    fn places(&self, first: usize, count: usize) -> Vec<Place> {
+        let each = self.each();
+        let count = count.min(self.count().saturating_sub(first));
+        let mut places = Vec::with_capacity(count);
+        let (mut at, mut sample) = (first / each, first % each);
+        while places.len() < count {
+            let Some(pixel) = self.pixels.get(at).copied() else { break };
+            let left = (each - sample).min(count - places.len());
+            let pixel_at = [pixel % self.width, pixel / self.width];
+            match &self.samples {
+                None => places.push(Place { pixel: pixel_at, offset: [0.0; 2] }),
+                Some(range) => {
+                    let own = self.pattern.of(pixel);
+                    let from = range.start as usize + sample;
+                    places.extend((from..from + left).map(|i| {
+                        let s = own.get(i).copied().unwrap_or([0.5; 2]);
+                        Place { pixel: pixel_at, offset: s.map(|s| self.filter.place(s).0) }
+                    }));
+                }
+            }
+            (at, sample) = (at + 1, 0);
+        }
+        places
+    }
+}
+
+impl PointSource for SamplePoints<'_> {
+    fn count(&self) -> usize {
+        self.pixels.len() * self.each()
+    }
+
+    fn varying(&self) -> &[Global] {
+        self.surface.varying()
+    }
+
+    fn uniform(&self, global: Global) -> [f32; 3] {
+        self.surface.uniform(global)
+    }
+
+    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.surface.slope(global, axis)
+    }
+
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        self.surface.fill_at(global, &self.places(first, width), width, lanes);
+    }
+
+    fn varying_slopes(&self) -> &[Global] {
+        self.surface.varying_slopes()
+    }
+
+    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        self.surface.fill_slope_at(global, axis, &self.places(first, width), width, lanes);
+    }
+
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let place = self.places(point, 1).first().copied()?;
+        self.surface.attribute_at(object, name, element, place)
+    }
+}

@@ -1,0 +1,143 @@
+//! One evaluation for several pixels: a lattice of pixels is computed, the others are interpolated between.
+
+use super::image::{Image, Shading, not_finite};
+use osl_exec::Stop;
+use rayon::prelude::*;
+use std::fmt;
+use std::ops::Range;
+
+/// Pixels between evaluations, along x and along y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rate(pub [u32; 2]);
+
+impl Rate {
+    /// Those that there are.
+    pub const ALL: [Rate; 4] = [Rate([1, 1]), Rate([2, 1]), Rate([2, 2]), Rate([4, 4])];
+
+    /// The rate of a name such as `2x1`.
+    pub fn from_name(name: &str) -> Option<Rate> {
+        Rate::ALL.into_iter().find(|rate| rate.to_string() == name)
+    }
+
+    /// How far apart the rows are that are computed.
+    pub fn rows(self) -> usize {
+        self.0[1] as usize
+    }
+}
+
+impl fmt::Display for Rate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.0[0], self.0[1])
+    }
+}
+
+/// The columns, or rows, of a range that are computed: every `step`th and the last.
+pub(super) fn ticks(range: Range<usize>, step: usize) -> Vec<usize> {
+    let last = range.end.saturating_sub(1);
+    let mut ticks: Vec<usize> = range.step_by(step.max(1)).collect();
+    if ticks.last().is_some_and(|t| *t != last) {
+        ticks.push(last);
+    }
+    ticks
+}
+
+/// Some rows of an image at a rate. Rows of a lattice begin at `rows`, so that an image in pieces is the same as in one if
+/// pieces have whole steps and share their border rows.
+///
+/// # Errors
+/// A loop beyond its budget.
+pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<Image, Stop> {
+    if rate == Rate([1, 1]) {
+        return shading.rows(rows, 1);
+    }
+    let (width, height) = shading.surface.size();
+    let rows = rows.start.min(height)..rows.end.min(height);
+    // The lattice row behind the last row, which the next piece begins with.
+    let step = rate.rows();
+    let below = if rows.is_empty() { rows.end } else { (rows.end - 1 - rows.start).div_ceil(step) * step };
+    let end = (rows.start + below + 1).min(height).max(rows.end);
+    let columns = ticks(0..width, rate.0[0] as usize);
+    let lines = ticks(rows.start..end, step);
+    let pixels: Vec<u32> =
+        lines.iter().flat_map(|y| columns.iter().map(move |x| (y * width + x) as u32)).collect();
+    let mut image = Image::default();
+    let known = shading.centres(&pixels, &mut image.frame)?;
+    let values: Vec<Vec<f32>> =
+        known.iter().map(|plane| stretched(plane, &columns, &lines, width, &rows)).collect();
+    image.tally.pixels = (rows.len() * width) as u64;
+    image.tally.evaluations = pixels.len() as u64;
+    let own = (pixels.len() as u64).min(image.tally.pixels);
+    image.tally.note(1, own);
+    image.tally.note(0, image.tally.pixels - own);
+    image.tally.not_finite = not_finite(&values);
+    image.frame.planes = shading.filled(values);
+    Ok(image)
+}
+
+/// All pixels of some rows, from those of a lattice.
+pub(super) fn stretched(
+    known: &[f32],
+    columns: &[usize],
+    lines: &[usize],
+    width: usize,
+    rows: &Range<usize>,
+) -> Vec<f32> {
+    let mut values = vec![0.0; rows.len() * width];
+    let shares: Vec<(usize, f32)> = (0..width).map(|x| between(columns, x)).collect();
+    let row = |line: usize| known.get(line * columns.len()..(line + 1) * columns.len()).unwrap_or(&[]);
+    let fill = |(at, out): (usize, &mut [f32])| {
+        let (line, t) = between(lines, rows.start + at);
+        let (above, below) = (row(line), row((line + 1).min(lines.len().saturating_sub(1))));
+        let blended: Vec<f32> = above.iter().zip(below).map(|(a, b)| mix(*a, *b, t)).collect();
+        for (out, (column, t)) in out.iter_mut().zip(&shares) {
+            let a = blended.get(*column).copied().unwrap_or(0.0);
+            *out = mix(a, blended.get(column + 1).copied().unwrap_or(a), *t);
+        }
+    };
+    values.par_chunks_mut(width.max(1)).with_min_len(32).enumerate().for_each(fill);
+    values
+}
+
+/// The last tick at or before a place, and how far on the way to the next one it is.
+fn between(ticks: &[usize], x: usize) -> (usize, f32) {
+    let at = ticks.partition_point(|tick| *tick <= x).saturating_sub(1);
+    (at, share(ticks, at, x))
+}
+
+fn share(ticks: &[usize], at: usize, x: usize) -> f32 {
+    match (ticks.get(at), ticks.get(at + 1)) {
+        (Some(a), Some(b)) => (x - a.min(&x)) as f32 / (b - a).max(1) as f32,
+        _ => 0.0,
+    }
+}
+
+/// `a` itself at 0, whatever `b` is.
+pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
+    if t == 0.0 { a } else { a + (b - a) * t }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn between_the_lattice_a_slope_stays_a_slope() {
+        let (width, rows) = (11, 0..7);
+        let (columns, lines) = (ticks(0..width, 4), ticks(0..7, 4));
+        assert_eq!((&columns[..], &lines[..]), (&[0, 4, 8, 10][..], &[0, 4, 6][..]));
+        let known: Vec<f32> =
+            lines.iter().flat_map(|y| columns.iter().map(move |x| (x + 10 * y) as f32)).collect();
+        let values = stretched(&known, &columns, &lines, width, &rows);
+        for (i, value) in values.iter().enumerate() {
+            assert!((value - (i % width + 10 * (i / width)) as f32).abs() < 1e-5, "{i}: {value}");
+        }
+    }
+
+    #[test]
+    fn names_are_read_back() {
+        for rate in Rate::ALL {
+            assert_eq!(Rate::from_name(&rate.to_string()), Some(rate));
+        }
+        assert_eq!(Rate::from_name("3x1"), None);
+    }
+}

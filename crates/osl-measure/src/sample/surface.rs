@@ -1,0 +1,119 @@
+//! Shading points at any place of an image, not only at its pixels' centres.
+
+use osl_exec::{Datum, PointSource};
+use osl_ir::hir::Global;
+use osl_ir::ir::Axis;
+use osl_scene::{Grid, WithData};
+
+/// A place of an image: a pixel, and how far from its centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Column and row.
+    pub pixel: [u32; 2],
+    /// **Units:** pixels. Beyond ±0.5 it lies in a neighbour.
+    pub offset: [f32; 2],
+}
+
+/// A source whose points are the centres of an image's pixels, and that has points between them too. What it says of
+/// slopes is said of the pixel, wherever in it a point lies.
+pub trait Surface: PointSource {
+    /// Pixels of a row, and rows.
+    fn size(&self) -> (usize, usize);
+
+    /// Writes a varying global for places, in the form of [`PointSource::fill`]; past the last place its own. At offset 0
+    /// it has the bits of the pixel's own point.
+    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]);
+
+    /// Writes a varying slope for places, in the form of [`PointSource::fill`].
+    fn fill_slope_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
+        let _ = places;
+        let slope = self.slope(global, axis);
+        lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
+    }
+
+    /// A named datum at a place.
+    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+        let _ = (object, name, element, place);
+        None
+    }
+}
+
+/// u or v at a place. Exact pixels have the bits of the grid's own points.
+fn coordinate(grid: &Grid, axis: usize, place: &Place) -> f32 {
+    let n = [grid.width, grid.height][axis];
+    let (i, offset) = (place.pixel[axis], place.offset[axis]);
+    if offset == 0.0 {
+        return grid.coordinate(axis, i as usize, n);
+    }
+    let at = f64::from(i) + f64::from(offset);
+    let (scale, added) = (f64::from(grid.scale[axis]), f64::from(grid.offset[axis]));
+    let unit = match (grid.center, n) {
+        (true, _) => (at + 0.5) / n.max(1) as f64,
+        (false, 1) => 0.5 + f64::from(offset),
+        (false, _) => at / (n - 1) as f64,
+    };
+    (scale * unit + added) as f32
+}
+
+impl Surface for Grid {
+    fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
+        for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
+            let axis = match (global, component) {
+                (Global::U, _) | (Global::P, 0) => 0,
+                (Global::V, _) | (Global::P, 1) => 1,
+                (Global::P, _) => {
+                    lanes.fill(1.0);
+                    continue;
+                }
+                _ => {
+                    lanes.fill(0.0);
+                    continue;
+                }
+            };
+            let (here, behind) = lanes.split_at_mut(places.len().min(lanes.len()));
+            here.iter_mut().zip(places).for_each(|(x, place)| *x = coordinate(self, axis, place));
+            behind.fill(here.last().copied().unwrap_or(0.0));
+        }
+    }
+}
+
+impl<S: Surface> Surface for WithData<S> {
+    fn size(&self) -> (usize, usize) {
+        self.points.size()
+    }
+
+    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
+        self.points.fill_at(global, places, width, lanes);
+    }
+
+    fn fill_slope_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
+        self.points.fill_slope_at(global, axis, places, width, lanes);
+    }
+
+    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+        let own = self.data.find(object, name, element);
+        own.or_else(|| self.points.attribute_at(object, name, element, place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn centres_have_the_bits_of_the_grid_and_neighbours_meet() {
+        for center in [false, true] {
+            let grid = Grid { center, scale: [3.7, 0.3], ..Grid::new(37, 1) };
+            for i in 0..37 {
+                let place = |offset| Place { pixel: [i, 0], offset: [offset, 0.0] };
+                assert_eq!(coordinate(&grid, 0, &place(0.0)), grid.coordinate(0, i as usize, 37));
+                let next = Place { pixel: [i + 1, 0], offset: [-0.5, 0.0] };
+                assert_eq!(coordinate(&grid, 0, &place(0.5)), coordinate(&grid, 0, &next));
+            }
+        }
+    }
+}

@@ -1,0 +1,328 @@
+//! Who is to blame for an error: from the difference between the strict and the exact value of an output back to the
+//! instructions that made it.
+//!
+//! Two questions are asked of every instruction that ran. *How much of the output's error comes this way?* The error of a
+//! result is split, by putting strict arguments in the place of exact ones, one after the other, into what each argument
+//! brought along and what the instruction itself rounded away; shares follow the error back to where it began. *Does the
+//! instruction make it worse?* It is given exact arguments that are rounded once: an error beyond the rounding of its own
+//! result is one that no care taken before it could have avoided (the local error of P. Panchekha et al., *Automatically
+//! Improving Accuracy for Floating Point Expressions*, 2015). An instruction scores by the share that comes through it
+//! where it makes things worse, and with less weight by what it rounds away itself, which is what adds up in long loops.
+
+use crate::trace::{Exact, NodeId, Trace, What, eval};
+use osl_ir::Span;
+use osl_ir::ir::{Const, LaneOp};
+use rustc_hash::FxHashMap;
+
+/// What an instruction did to the outputs of one point, in shares of the range of an output.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Blame {
+    /// Error that comes through it and that it makes worse, or that it begins.
+    pub amplified: f64,
+    /// Error that it rounds away itself.
+    pub rounded: f64,
+    /// How often a comparison, a floor or the like has another result than in double precision.
+    pub flips: u32,
+    /// How often its arguments were outside of what it is defined for.
+    pub outside: u32,
+    /// How often it ran.
+    pub runs: u32,
+}
+
+/// Weight of what is rounded away against what is made worse: only where nothing makes it worse does it decide.
+const ROUNDING: f64 = 0.2;
+
+/// Error of an argument that is about right, as a share of it.
+const CLOSE: f64 = 1e-4;
+
+impl Blame {
+    /// What ranks instructions.
+    pub fn score(&self) -> f64 {
+        self.amplified + ROUNDING * self.rounded
+    }
+
+    /// Adds what it did at another point.
+    pub fn add(&mut self, other: &Blame) {
+        self.amplified += other.amplified;
+        self.rounded += other.rounded;
+        self.flips += other.flips;
+        self.outside += other.outside;
+        self.runs += other.runs;
+    }
+}
+
+/// An instruction of the source: where it is and what it does.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Place {
+    /// Where.
+    pub span: Span,
+    /// What, in the words of the IR.
+    pub what: String,
+}
+
+/// The blame of every instruction of a trace that has any. `ranges` are those of the outputs, in the order of the trace.
+pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> FxHashMap<Place, Blame> {
+    let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
+    for ((_, _, nodes), range) in trace.outputs.iter().zip(ranges) {
+        for id in nodes {
+            let error = errors(trace, *id);
+            let share = error.iter().map(|e| if e.is_finite() { (e / range).abs().min(1.0) } else { 1.0 });
+            add(&mut flows[*id as usize], share);
+        }
+    }
+    let mut found: FxHashMap<Place, Blame> = FxHashMap::default();
+    for id in (0..trace.nodes.len()).rev() {
+        let flow = std::mem::take(&mut flows[id]);
+        let blame = one(trace, id as NodeId, &flow, &mut flows);
+        if blame != Blame::default() {
+            let node = &trace.nodes[id];
+            let place = Place { span: node.span, what: name(&node.what) };
+            found.entry(place).or_default().add(&blame);
+        }
+    }
+    found
+}
+
+fn add(to: &mut Vec<f64>, more: impl Iterator<Item = f64>) {
+    for (index, x) in more.enumerate() {
+        if to.len() <= index {
+            to.push(0.0);
+        }
+        to[index] += x;
+    }
+}
+
+/// Strict minus exact, component by component; infinite where only one of them is a number.
+fn errors(trace: &Trace, id: NodeId) -> Vec<f64> {
+    let node = trace.node(id);
+    let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return Vec::new() };
+    differences(&Exact::widen(strict).numbers(), &exact.numbers())
+}
+
+fn differences(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| difference(*a, *b)).collect()
+}
+
+fn difference(a: f64, b: f64) -> f64 {
+    match (a == b || (a.is_nan() && b.is_nan()), (a - b).is_finite()) {
+        (true, _) => 0.0,
+        (false, true) => a - b,
+        (false, false) => f64::INFINITY,
+    }
+}
+
+/// The blame of a node through which `flow` comes, component by component; passes on what its arguments brought.
+fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame {
+    let node = trace.node(id);
+    let mut blame = Blame::default();
+    let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return blame };
+    let total: f64 = flow.iter().sum();
+    match &node.what {
+        What::Meet => {
+            // Whoever chose the way is the cause, if that is known.
+            let to = node.args.first().filter(|_| node.args.len() == 3);
+            if let Some(to) = to {
+                add(&mut flows[*to as usize], std::iter::once(total));
+            }
+            return blame;
+        }
+        What::Element => {
+            if let Some(element) = node.args.last() {
+                add(&mut flows[*element as usize], flow.iter().copied());
+            }
+            return blame;
+        }
+        What::Lane(_) | What::Kernel(..) => {}
+        What::Const | What::Global(_) | What::Slope(..) | What::Note(_) => return blame,
+    }
+    blame.outside = u32::from(is_outside(trace, id));
+    blame.runs = 1;
+    let error = differences(&Exact::widen(strict).numbers(), &exact.numbers());
+    if error.iter().all(|e| *e == 0.0) {
+        return if blame.outside > 0 { blame } else { Blame::default() };
+    }
+    if matches!(exact, Exact::Int(_)) {
+        blame.flips = 1;
+    }
+    if total == 0.0 {
+        return blame;
+    }
+    let steps = Steps::new(trace, id);
+    blame.rounded = steps.pass_on(flow, &node.args, flows);
+    blame.amplified = steps.worse(flow, &error);
+    blame
+}
+
+/// An instruction run again with other arguments.
+struct Steps<'a> {
+    trace: &'a Trace,
+    id: NodeId,
+    strict: Vec<Const>,
+    exact: Vec<Exact>,
+}
+
+impl<'a> Steps<'a> {
+    fn new(trace: &'a Trace, id: NodeId) -> Steps<'a> {
+        let args = trace.node(id).args.iter().map(|a| trace.node(*a));
+        let (mut strict, mut exact) = (Vec::new(), Vec::new());
+        for node in args {
+            let value = node.exact.clone().or_else(|| node.strict.as_ref().map(Exact::widen));
+            let value = value.unwrap_or(Exact::Float(0.0));
+            strict.push(node.strict.clone().unwrap_or_else(|| value.round()));
+            exact.push(value);
+        }
+        Steps { trace, id, strict, exact }
+    }
+
+    fn run(&self, args: &[Exact]) -> Option<Vec<f64>> {
+        let result = match &self.trace.node(self.id).what {
+            What::Lane(op) => eval(*op, args)?,
+            What::Kernel(kernel, result) => crate::trace::noise(kernel, args, *result)?,
+            _ => return None,
+        };
+        Some(result.numbers())
+    }
+
+    /// Splits what comes through among the arguments, and yields what the instruction itself is left with.
+    fn pass_on(&self, flow: &[f64], args: &[NodeId], flows: &mut [Vec<f64>]) -> f64 {
+        let node = self.trace.node(self.id);
+        let strict = node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers());
+        let mut now = self.exact.clone();
+        let total: f64 = flow.iter().sum();
+        let Some(mut before) = self.run(&now) else { return total };
+        // What each component of each argument changes in each component of the result.
+        let mut changes: Vec<(usize, usize, Vec<f64>)> = Vec::new();
+        for (arg, to) in self.strict.iter().enumerate() {
+            let to = Exact::widen(to);
+            let (goal, kind) = (to.numbers(), to.kind());
+            for component in 0..goal.len() {
+                let mut numbers = now[arg].numbers();
+                if numbers.get(component).is_none_or(|x| difference(*x, goal[component]) == 0.0) {
+                    continue;
+                }
+                numbers[component] = goal[component];
+                now[arg] = Exact::of_numbers(kind, &numbers);
+                let Some(after) = self.run(&now) else { continue };
+                changes.push((arg, component, differences(&after, &before)));
+                before = after;
+            }
+        }
+        let own = differences(&strict, &before);
+        let mut kept = 0.0;
+        for (component, flow) in flow.iter().enumerate().filter(|(_, f)| **f != 0.0) {
+            let size = |list: &[f64]| {
+                list.get(component).map_or(0.0, |x| if x.is_finite() { x.abs() } else { f64::MAX / 1e9 })
+            };
+            let sum: f64 = changes.iter().map(|(.., change)| size(change)).sum::<f64>() + size(&own);
+            if sum == 0.0 {
+                kept += flow;
+                continue;
+            }
+            kept += flow * size(&own) / sum;
+            for (arg, part, change) in &changes {
+                let to = &mut flows[args[*arg] as usize];
+                if to.len() <= *part {
+                    to.resize(part + 1, 0.0);
+                }
+                to[*part] += flow * size(change) / sum;
+            }
+        }
+        kept
+    }
+
+    /// Whether its result jumps where its arguments change ever so little.
+    fn jumps(&self) -> bool {
+        use LaneOp as L;
+        matches!(
+            self.trace.node(self.id).what,
+            What::Lane(
+                L::FLt
+                    | L::FLe
+                    | L::FGt
+                    | L::FGe
+                    | L::FEq
+                    | L::FNe
+                    | L::TEq
+                    | L::TNe
+                    | L::Floor
+                    | L::Ceil
+                    | L::Round
+                    | L::Trunc
+                    | L::ToInt
+                    | L::Step
+                    | L::Sign
+            )
+        )
+    }
+
+    /// Whether its arguments are about right: what goes wrong is then its own doing.
+    fn are_close(&self) -> bool {
+        let close = |(strict, exact): (&Const, &Exact)| {
+            let strict = Exact::widen(strict).numbers();
+            strict
+                .iter()
+                .zip(exact.numbers())
+                .all(|(s, e)| difference(*s, e).abs() <= CLOSE * s.abs().max(e.abs()))
+        };
+        self.strict.iter().zip(&self.exact).all(close)
+    }
+
+    /// What it makes worse of what comes through: the part of its error that it has with exact arguments rounded once,
+    /// beyond the rounding of its result.
+    fn worse(&self, flow: &[f64], error: &[f64]) -> f64 {
+        let node = self.trace.node(self.id);
+        let Some(exact) = &node.exact else { return 0.0 };
+        let rounded: Vec<Exact> = self.exact.iter().map(|e| Exact::widen(&e.round())).collect();
+        let Some(local) = self.run(&rounded) else { return 0.0 };
+        let whole = matches!(exact, Exact::Int(_));
+        if self.jumps() && self.are_close() {
+            return flow.iter().sum();
+        }
+        let mut sum = 0.0;
+        for (((flow, error), local), exact) in flow.iter().zip(error).zip(&local).zip(exact.numbers()) {
+            let own = difference(*local, exact).abs();
+            let ulp = if whole { 0.0 } else { exact.abs() * f64::from(f32::EPSILON) };
+            let part = match (own.is_finite(), error.is_finite()) {
+                (false, _) => 1.0,
+                (true, false) => 0.0,
+                (true, true) => ((own - ulp).max(0.0) / error.abs()).min(1.0),
+            };
+            sum += flow * part;
+        }
+        sum
+    }
+}
+
+/// Whether an operation is given what it is not defined for, so that the language says what comes of it.
+fn is_outside(trace: &Trace, id: NodeId) -> bool {
+    let node = trace.node(id);
+    let What::Lane(op) = &node.what else { return false };
+    let arg = |i: usize| {
+        let id = node.args.get(i).copied()?;
+        trace.node(id).strict.as_ref().map(|v| Exact::widen(v).numbers())
+    };
+    let any = |i: usize, test: fn(f64) -> bool| arg(i).is_some_and(|v| v.into_iter().any(test));
+    match op {
+        LaneOp::Sqrt => any(0, |x| x < 0.0),
+        LaneOp::InverseSqrt | LaneOp::Log | LaneOp::Log2 | LaneOp::Log10 => any(0, |x| x <= 0.0),
+        LaneOp::Asin | LaneOp::Acos => any(0, |x| x.abs() > 1.0),
+        LaneOp::Pow => {
+            let (base, power) = (arg(0).unwrap_or_default(), arg(1).unwrap_or_default());
+            let power = |i: usize| power.get(i).or(power.first()).copied().unwrap_or(1.0);
+            base.iter().enumerate().any(|(i, x)| *x < 0.0 && power(i).fract() != 0.0)
+        }
+        LaneOp::FDiv | LaneOp::FDivBy | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Mod => {
+            any(1, |x| x == 0.0)
+        }
+        LaneOp::Normalize => arg(0).is_some_and(|v| v.iter().all(|x| *x == 0.0)),
+        _ => false,
+    }
+}
+
+fn name(what: &What) -> String {
+    match what {
+        What::Lane(op) => op.text().to_string(),
+        What::Kernel(kernel, _) => osl_ir::ir::Op::Kernel((**kernel).clone(), Vec::new()).name(),
+        other => format!("{other:?}"),
+    }
+}

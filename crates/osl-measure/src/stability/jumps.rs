@@ -1,0 +1,68 @@
+//! Derivatives across discontinuities: where what a function changes by from a pixel to the next has nothing to do with
+//! the derivative that the shader was given.
+
+use crate::trace::{Exact, Node, Trace, What};
+use osl_ir::Span;
+use osl_ir::ir::{Kernel, Note};
+use rustc_hash::FxHashMap;
+
+/// What the calls of a function did that yields derivatives: place, and for each call the argument and the result.
+type Calls = FxHashMap<(Span, &'static str), Vec<(Vec<f64>, Vec<f64>)>>;
+
+const FUNCTIONS: [&str; 3] = ["Dx", "Dy", "filterwidth"];
+
+fn calls(trace: &Trace) -> Calls {
+    let mut calls = Calls::default();
+    for node in &trace.nodes {
+        let What::Note(kernel) = &node.what else { continue };
+        let Kernel::Note(Note::Call { form, .. }) = &**kernel else { continue };
+        let called = form.split('(').next().and_then(|head| head.split(' ').next_back());
+        let Some(function) = FUNCTIONS.into_iter().find(|f| Some(*f) == called) else { continue };
+        if let [argument, result] = node.args[..] {
+            let both = (numbers(trace.node(argument)), numbers(trace.node(result)));
+            calls.entry((node.span, function)).or_default().push(both);
+        }
+    }
+    calls
+}
+
+fn numbers(node: &Node) -> Vec<f64> {
+    node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers())
+}
+
+/// How much of a change a derivative may miss.
+const MISSED: f64 = 0.5;
+/// The smallest change that counts, as a share of the value.
+const SMALL: f64 = 0.01;
+
+/// The places at which a point and its neighbour in the row (`along_x`) or the column disagree with the derivative at the
+/// point; each once.
+pub(super) fn jumps(here: &Trace, next: &Trace, along_x: bool) -> Vec<(Span, &'static str)> {
+    let (a, b) = (calls(here), calls(next));
+    let mut found = Vec::new();
+    for ((span, function), list) in &a {
+        let suits = match *function {
+            "Dx" => along_x,
+            "Dy" => !along_x,
+            _ => true,
+        };
+        let Some(other) = b.get(&(*span, *function)).filter(|o| suits && o.len() == list.len()) else {
+            continue;
+        };
+        let jump = list.iter().zip(other).any(|((v, slope), (w, _))| {
+            v.iter().zip(slope).zip(w).any(|((v, slope), w)| {
+                let change = w - v;
+                let known = if *function == "filterwidth" {
+                    change.abs() > slope * (1.0 + MISSED)
+                } else {
+                    (change - slope).abs() > MISSED * change.abs().max(slope.abs())
+                };
+                known && change.abs().max(slope.abs()) > SMALL * v.abs().max(w.abs())
+            })
+        });
+        if jump {
+            found.push((*span, *function));
+        }
+    }
+    found
+}

@@ -1,0 +1,206 @@
+//! From the blame of instructions to lines of the source.
+
+use super::blame::{Blame, Place, blame};
+use super::jumps::jumps;
+use super::subject::{Planes, Subject};
+use super::sweep::{Setting, errors, percent, range};
+use osl_ir::Span;
+use osl_scene::Grid;
+use osl_syntax::source::SourceMap;
+use rustc_hash::FxHashMap;
+use serde::Serialize;
+
+/// A line that is to blame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Culprit {
+    /// The file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The column of the instruction that does most harm, from 1.
+    pub column: u32,
+    /// The text of the line.
+    pub text: String,
+    /// The text of that instruction.
+    pub code: String,
+    /// What it does, in the words of the IR.
+    pub what: String,
+    /// At which setting.
+    pub setting: String,
+    /// What the line does to the outputs: a share of their range, on average over the points looked at.
+    pub score: f64,
+    /// What is wrong, in words.
+    pub why: String,
+}
+
+/// Points that are followed for their errors, and for what is seen at any point.
+const WORST: usize = 24;
+/// Points of the row and of the column on which derivatives are compared with what they stand for.
+const ALONG: usize = 64;
+
+/// What the lines do to the points of a setting, the worst first. `planes` is what a run at the setting yielded.
+pub fn culprits(
+    subject: &Subject<'_>,
+    grid: &Grid,
+    setting: &Setting,
+    planes: &Planes,
+    sources: &SourceMap,
+) -> Vec<Culprit> {
+    let points = setting.points(grid);
+    let worst = worst(planes, grid);
+    let spread = spread(grid);
+    let mut found: FxHashMap<Place, Blame> = FxHashMap::default();
+    let mut outside: FxHashMap<Place, u32> = FxHashMap::default();
+    let mut followed = (0, 0);
+    for (list, is_worst) in [(&worst, true), (&spread, false)] {
+        for (x, y) in list {
+            let Some(trace) = subject.follow(&subject.base, &points, *x, *y) else { continue };
+            let ranges = output_ranges(&trace, planes);
+            for (place, blame) in blame(&trace, &ranges) {
+                if is_worst {
+                    found.entry(place).or_default().add(&blame);
+                } else if blame.outside > 0 {
+                    *outside.entry(place).or_default() += 1;
+                }
+            }
+            if is_worst { followed.0 += 1 } else { followed.1 += 1 }
+        }
+    }
+    let mut lines: FxHashMap<(u32, u32), Vec<(Place, f64, String)>> = FxHashMap::default();
+    let mut put = |place: Place, score: f64, why: String| {
+        if let (Some(file), Some(at)) = (sources.file_at(place.span.start), sources.place(place.span))
+            && place.span != Span::default()
+        {
+            lines.entry((file.base, at.line)).or_default().push((place, score, why));
+        }
+    };
+    let n = f64::from(followed.0.max(1));
+    for (place, blame) in found {
+        let score = blame.score() / n;
+        if score > 0.0 {
+            let why = reason(&blame, n);
+            put(place, score, why);
+        }
+    }
+    for (place, count) in outside {
+        let share = f64::from(count) / f64::from(followed.1.max(1));
+        let why = format!("is given what it is not defined for at {} of the points", percent(share));
+        put(place, share, why);
+    }
+    if subject.base.differentiates {
+        for (span, function, share) in seen_jumps(subject, grid, setting) {
+            let what = function.to_string();
+            let why = format!(
+                "its argument jumps between neighbouring pixels at {} of them, which the derivative does not see",
+                percent(share)
+            );
+            put(Place { span, what }, share, why);
+        }
+    }
+    let mut list: Vec<Culprit> = lines
+        .into_values()
+        .filter_map(|mut instructions| {
+            instructions.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.span.start.cmp(&b.0.span.start)));
+            let score = instructions.iter().map(|(_, score, _)| score).fold(0.0, |a: f64, b| a.max(*b));
+            let (place, _, why) = instructions.into_iter().next()?;
+            culprit(&place, score, why, setting, sources)
+        })
+        .collect();
+    list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
+    list
+}
+
+fn reason(blame: &Blame, points: f64) -> String {
+    let runs = f64::from(blame.runs.max(1));
+    if blame.amplified >= blame.rounded * 0.2 {
+        if blame.flips > 0 {
+            let share = f64::from(blame.flips) / runs;
+            return format!(
+                "has another result than in double precision in {} of its runs at the worst points",
+                percent(share)
+            );
+        }
+        return "loses digits: its result changes more than its arguments are rounded by".to_string();
+    }
+    let times = runs / points;
+    if times >= 4.0 {
+        return format!("rounds its result {} times a point, which adds up", crate::explain::short(times, 2));
+    }
+    "rounds its result, which later lines make worse".to_string()
+}
+
+fn culprit(
+    place: &Place,
+    score: f64,
+    why: String,
+    setting: &Setting,
+    sources: &SourceMap,
+) -> Option<Culprit> {
+    let at = sources.place(place.span)?;
+    let file = sources.file_at(place.span.start)?;
+    let text = file.text.lines().nth(at.line.checked_sub(1)? as usize)?;
+    let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
+    Some(Culprit {
+        file: at.file,
+        line: at.line,
+        column: at.column,
+        text: text.chars().take(200).collect(),
+        code: code.chars().take(80).collect(),
+        what: place.what.clone(),
+        setting: setting.text(),
+        score,
+        why,
+    })
+}
+
+/// The ranges of the outputs of a trace.
+fn output_ranges(trace: &crate::trace::Trace, planes: &Planes) -> Vec<f64> {
+    let of = |name: &str| {
+        let own = |plane: &String| {
+            plane == name || plane.strip_prefix(name).is_some_and(|r| r.starts_with(['.', '[']))
+        };
+        let found = planes.names.iter().zip(&planes.exact).filter(|(plane, _)| own(plane));
+        found.map(|(_, values)| range(values)).reduce(f64::max).unwrap_or(1.0)
+    };
+    trace.outputs.iter().map(|(name, ..)| of(name)).collect()
+}
+
+/// The points with the largest errors.
+fn worst(planes: &Planes, grid: &Grid) -> Vec<(usize, usize)> {
+    let mut error = vec![0.0_f64; grid.width * grid.height];
+    for plane in 0..planes.names.len() {
+        for (sum, e) in error.iter_mut().zip(errors(planes, plane)) {
+            *sum = sum.max(e);
+        }
+    }
+    let mut order: Vec<usize> = (0..error.len()).filter(|i| error[*i] > 0.0).collect();
+    order.sort_by(|a, b| error[*b].total_cmp(&error[*a]).then(a.cmp(b)));
+    order.into_iter().take(WORST).map(|i| (i % grid.width, i / grid.width)).collect()
+}
+
+/// Points from everywhere.
+fn spread(grid: &Grid) -> Vec<(usize, usize)> {
+    let steps = |n: usize| (0..6).map(move |i| (i * n + n / 2) / 6);
+    steps(grid.height).flat_map(|y| steps(grid.width).map(move |x| (x, y))).collect()
+}
+
+/// Calls of derivatives across jumps, with the share of the points at which they are.
+fn seen_jumps(subject: &Subject<'_>, grid: &Grid, setting: &Setting) -> Vec<(Span, &'static str, f64)> {
+    let points = setting.points(grid);
+    let mut count: FxHashMap<(Span, &'static str), u32> = FxHashMap::default();
+    let (mut all, middle) = (0, [grid.width / 3, grid.height / 3]);
+    for along_x in [true, false] {
+        let length = if along_x { grid.width } else { grid.height }.min(ALONG);
+        let at = |i: usize| if along_x { (i, middle[1]) } else { (middle[0], i) };
+        let mut traces = (0..length).map(|i| subject.follow(&subject.base, &points, at(i).0, at(i).1));
+        let Some(Some(mut here)) = traces.next() else { continue };
+        for next in traces.flatten() {
+            all += 1;
+            for place in jumps(&here, &next, along_x) {
+                *count.entry(place).or_default() += 1;
+            }
+            here = next;
+        }
+    }
+    count.into_iter().map(|((span, f), n)| (span, f, f64::from(n) / f64::from(all.max(1)))).collect()
+}

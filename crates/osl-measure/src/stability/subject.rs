@@ -1,0 +1,139 @@
+//! What is examined: a shader with its points, which can be run in both arithmetics at other settings.
+
+use crate::trace::{self, OnePoint, Trace};
+use osl::pipeline;
+use osl_exec::{Arithmetic, Datum, PointSource, RunOptions, Services, Stop};
+use osl_ir::hir::Global;
+use osl_ir::ir::{Axis, Body};
+use osl_ir::passes;
+use osl_scene::Grid;
+use std::sync::Arc;
+
+/// Points of a grid with another footprint: what derivatives see of it.
+#[derive(Clone, Debug)]
+pub struct Swept {
+    /// The points.
+    pub grid: Grid,
+    /// Factor of the change from pixel to pixel.
+    pub footprint: f32,
+}
+
+impl PointSource for Swept {
+    fn count(&self) -> usize {
+        self.grid.count()
+    }
+    fn blocks(&self) -> Option<osl_exec::Blocks> {
+        self.grid.blocks()
+    }
+    fn varying(&self) -> &[Global] {
+        self.grid.varying()
+    }
+    fn uniform(&self, global: Global) -> [f32; 3] {
+        self.grid.uniform(global)
+    }
+    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.grid.slope(global, axis).map(|x| x * self.footprint)
+    }
+    fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+        self.grid.fill(global, first, width, lanes);
+    }
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        self.grid.attribute(object, name, element, point)
+    }
+}
+
+/// A shader for some parameter values, ready to run.
+pub struct Base {
+    strict: osl_exec::Program,
+    exact: osl_exec::Program,
+    noted: Body,
+    /// Whether it asks for how anything changes from pixel to pixel.
+    pub differentiates: bool,
+}
+
+impl Base {
+    /// A lowered body, without notes and with them.
+    pub fn new(plain: Body, noted: Body, outputs: Option<Vec<Arc<str>>>) -> Base {
+        let grid = Grid::new(2, 2);
+        let options = passes::Options {
+            outputs: outputs.clone(),
+            varying: grid.varying().to_vec(),
+            slopes: grid.varying_slopes().to_vec(),
+            ..passes::Options::default()
+        };
+        let strict = pipeline::finish(plain.clone(), &options);
+        let double = passes::Options { arithmetic: Arithmetic::Double, ..options.clone() };
+        let exact = pipeline::finish(plain, &double).program;
+        let insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
+        let differentiates = insts.into_iter().any(|i| matches!(i.op, osl_ir::ir::Op::Slope(..)));
+        let mut noted = trace::prepare(noted, &options.varying, &options.slopes);
+        if let Some(wanted) = outputs {
+            noted.outputs.retain(|o| wanted.contains(&o.name));
+        }
+        Base { strict: strict.program, exact, noted, differentiates }
+    }
+}
+
+/// What both arithmetics make of a set of points: for each component of each output, a value for each point.
+#[derive(Clone, Debug, Default)]
+pub struct Planes {
+    /// Output and component, as `name` or `name.0`.
+    pub names: Vec<String>,
+    /// The strict values.
+    pub strict: Vec<Vec<f64>>,
+    /// Those of double precision.
+    pub exact: Vec<Vec<f64>>,
+}
+
+/// A shader that is examined.
+pub struct Subject<'a> {
+    /// Files, spaces.
+    pub services: &'a Services,
+    /// The shader at the parameter values that were given.
+    pub base: Base,
+}
+
+impl Subject<'_> {
+    /// Runs points in both arithmetics.
+    ///
+    /// # Errors
+    /// A budget of the run is used up.
+    pub fn run(&self, base: &Base, points: &Swept) -> Result<Planes, Stop> {
+        let strict = RunOptions::default();
+        let exact = RunOptions { arithmetic: Arithmetic::Double, ..RunOptions::default() };
+        let strict = osl_exec::run(&base.strict, self.services, points, &strict, &|_| ())?;
+        let exact = osl_exec::run(&base.exact, self.services, points, &exact, &|_| ())?;
+        let mut planes = Planes::default();
+        for (a, b) in strict.planes.iter().zip(&exact.planes) {
+            let single = !a.ty.base.is_triple() && a.ty.base != osl_ir::types::Base::Matrix;
+            planes.names.push(if single {
+                a.output.to_string()
+            } else {
+                format!("{}.{}", a.output, a.component)
+            });
+            planes.strict.push(a.doubles());
+            planes.exact.push(b.doubles());
+        }
+        Ok(planes)
+    }
+
+    /// Follows one point, by column and row.
+    pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
+        let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
+        let source = OnePoint { source: points, point };
+        Some(trace::follow(&base.noted, self.services, source, MAX_NODES))
+    }
+}
+
+/// Instructions of a point that are followed.
+const MAX_NODES: usize = 400_000;
+
+/// Decimal digits that the strict value has lost against what single precision can hold: 0 where it is right, 7.2 where
+/// nothing of it is.
+pub fn digits_lost(strict: f64, exact: f64) -> f64 {
+    const ALL: f64 = 7.2;
+    match crate::explain::digits(strict, exact) {
+        None => 0.0,
+        Some(digits) => (ALL - digits).clamp(0.0, ALL),
+    }
+}

@@ -1,0 +1,98 @@
+//! A report as text for people.
+
+use super::{Culprit, Report, Setting};
+use crate::explain::short;
+use std::fmt::Write;
+
+/// Lines that are shown unless all are asked for.
+const SHOWN: usize = 5;
+
+/// Share of the worst line's score that is not worth a mention.
+const NEXT_TO_NOTHING: f64 = 1e-3;
+
+/// The text: findings, the lines to blame with carets, and with `all` the outcome of every trial.
+pub fn text(report: &Report, all: bool) -> String {
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "{}: stability, with points wrong that are off by more than {} of the range\n",
+        report.shader,
+        short(report.tolerance, 2)
+    );
+    for finding in &report.findings {
+        let _ = writeln!(out, "  {}", finding.text);
+    }
+    let _ = writeln!(out);
+    if report.culprits.is_empty() {
+        let _ = writeln!(out, "No line loses anything.");
+    } else {
+        let _ = writeln!(out, "Lines to blame, the worst first:");
+    }
+    let count = if all { report.culprits.len() } else { SHOWN };
+    let least = if all { 0.0 } else { report.culprits.first().map_or(0.0, |c| c.score * NEXT_TO_NOTHING) };
+    for culprit in report.culprits.iter().take(count).filter(|c| c.score > least) {
+        line(culprit, &mut out);
+    }
+    if all {
+        table(report, &mut out);
+    }
+    out
+}
+
+fn line(culprit: &Culprit, out: &mut String) {
+    let text = culprit.text.trim_start();
+    let indent = culprit.text.len() - text.len();
+    let number = culprit.line.to_string();
+    let before = (culprit.column as usize).saturating_sub(1).saturating_sub(indent);
+    let room = text.chars().count().saturating_sub(before).max(1);
+    let carets = "^".repeat(culprit.code.chars().count().clamp(1, room));
+    let _ = writeln!(
+        out,
+        "\n{}:{}: `{}` {} ({})",
+        culprit.file, number, culprit.code, culprit.why, culprit.setting
+    );
+    let _ = writeln!(out, "  {number} | {text}");
+    let _ = writeln!(out, "  {} | {}{carets}", " ".repeat(number.len()), " ".repeat(before));
+    let _ =
+        writeln!(out, "  {} = {} of the output's range", " ".repeat(number.len()), short(culprit.score, 2));
+}
+
+fn table(report: &Report, out: &mut String) {
+    let _ = writeln!(
+        out,
+        "\n{:<22} {:<18} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8}  range",
+        "setting", "output", "NaN %", "inf %", "rms", "worst", "wrong %", "flips %"
+    );
+    for trial in &report.trials {
+        let setting = trial.setting.text();
+        if let Some(why) = &trial.stopped {
+            let _ = writeln!(out, "{setting:<22} stopped: {why}");
+        }
+        for o in &trial.outcomes {
+            let _ = writeln!(
+                out,
+                "{:<22} {:<18} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8}  {} to {}",
+                setting,
+                o.output,
+                short(o.nan * 100.0, 3),
+                short(o.infinite * 100.0, 3),
+                short(o.rms, 2),
+                short(o.worst, 2),
+                short(o.wrong * 100.0, 3),
+                short(o.flipped * 100.0, 3),
+                short(o.range[0], 4),
+                short(o.range[1], 4)
+            );
+        }
+    }
+}
+
+/// Whether a setting is of a sweep of coordinates.
+pub(super) fn is_decade(setting: &Setting) -> Option<(&'static str, f64)> {
+    match setting {
+        Setting::Offset { by } => Some(("offset", *by)),
+        Setting::Scale { by } => Some(("scale", *by)),
+        Setting::Footprint { by } => Some(("footprint", *by)),
+        Setting::AsGiven | Setting::Param { .. } => None,
+    }
+}

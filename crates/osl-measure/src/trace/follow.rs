@@ -1,0 +1,416 @@
+//! The follower: walks the IR for one point.
+
+use super::kernel::{Kernels, NoiseCall};
+use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
+use osl_exec::Services;
+use osl_ir::Span;
+use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
+use std::sync::Arc;
+
+/// Which arithmetics go a way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Way {
+    Both,
+    Strict,
+    Exact,
+}
+
+impl Way {
+    fn strict(self) -> bool {
+        self != Way::Exact
+    }
+
+    fn exact(self) -> bool {
+        self != Way::Strict
+    }
+}
+
+/// The trace has as many nodes as it may.
+struct Full;
+
+/// No node: what is not defined on the way taken.
+const NONE: NodeId = NodeId::MAX;
+
+/// Follows a point through a body that [`super::prepare`] made, for at most `max_nodes` instructions.
+pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, max_nodes: usize) -> Trace {
+    let elements = |slot: &osl_ir::ir::Slot| vec![NONE; slot.len.unwrap_or(0) as usize];
+    let mut follower = Follower {
+        body,
+        kernels: Kernels { services, point },
+        values: vec![NONE; body.values.len()],
+        arrays: [0, 1].map(|_| body.slots.iter().map(elements).collect()),
+        nodes: Vec::new(),
+        max_nodes: max_nodes.min(NONE as usize - 1),
+        closures: 0,
+    };
+    let cut = follower.block(body.entry, Way::Both).is_err();
+    let outputs = if cut { Vec::new() } else { follower.outputs() };
+    Trace { nodes: follower.nodes, outputs, cut }
+}
+
+struct Follower<'a> {
+    body: &'a Body,
+    kernels: Kernels<'a>,
+    /// The node of each value.
+    values: Vec<NodeId>,
+    /// The nodes of the elements of each array: as the strict arithmetic has them, and as the exact one does.
+    arrays: [Vec<Vec<NodeId>>; 2],
+    nodes: Vec<Node>,
+    max_nodes: usize,
+    closures: i32,
+}
+
+impl Follower<'_> {
+    fn outputs(&mut self) -> Vec<(Arc<str>, osl_ir::types::Type, Vec<NodeId>)> {
+        let body = self.body;
+        let mut outputs = Vec::new();
+        for output in &body.outputs {
+            let nodes = match output.source {
+                Source::Value(v) => vec![self.of(v)],
+                Source::Slot(slot) => {
+                    let count = body.slot(slot).len.unwrap_or(0) as usize;
+                    (0..count).filter_map(|i| self.element(slot, [i, i], &[], Way::Both).ok()).collect()
+                }
+            };
+            outputs.push((output.name.clone(), output.ty, nodes));
+        }
+        outputs
+    }
+
+    /// The node of a value; a zero of its kind where the way taken did not define it.
+    fn of(&mut self, value: ValueId) -> NodeId {
+        match self.values.get(value.index()) {
+            Some(id) if *id != NONE => *id,
+            _ => self.zero(self.body.kind(value)),
+        }
+    }
+
+    fn zero(&mut self, kind: Kind) -> NodeId {
+        let value = Const::zero(kind);
+        let exact = Exact::widen(&value);
+        self.nodes.push(Node {
+            what: What::Const,
+            span: Span::default(),
+            args: Vec::new(),
+            strict: Some(value),
+            exact: Some(exact),
+        });
+        self.nodes.len() as NodeId - 1
+    }
+
+    fn push(
+        &mut self,
+        what: What,
+        span: Span,
+        args: Vec<NodeId>,
+        strict: Option<Const>,
+        exact: Option<Exact>,
+    ) -> Result<NodeId, Full> {
+        if self.nodes.len() >= self.max_nodes {
+            return Err(Full);
+        }
+        self.nodes.push(Node { what, span, args, strict, exact });
+        Ok(self.nodes.len() as NodeId - 1)
+    }
+
+    fn set(&mut self, result: Option<&ValueId>, node: NodeId) {
+        if let Some(place) = result.and_then(|r| self.values.get_mut(r.index())) {
+            *place = node;
+        }
+    }
+
+    fn strict(&self, id: NodeId, kind: Kind) -> Const {
+        self.nodes.get(id as usize).and_then(|n| n.strict.clone()).unwrap_or_else(|| Const::zero(kind))
+    }
+
+    fn exact(&self, id: NodeId, kind: Kind) -> Exact {
+        let found = self.nodes.get(id as usize).and_then(|n| n.exact.clone());
+        found.unwrap_or_else(|| Exact::of_numbers(kind, &[]))
+    }
+
+    /// What an int or a closure says on each way: strict, exact.
+    fn truths(&self, id: NodeId) -> [bool; 2] {
+        let node = self.nodes.get(id as usize);
+        let strict =
+            node.and_then(|n| n.strict.as_ref()).is_some_and(|v| matches!(v, Const::Int(n) if *n != 0));
+        [strict, node.and_then(|n| n.exact.as_ref()).is_some_and(Exact::truth)]
+    }
+
+    fn block(&mut self, id: BlockId, way: Way) -> Result<(), Full> {
+        let body = self.body;
+        body.block(id).insts.iter().try_for_each(|inst| self.inst(inst, way))
+    }
+
+    fn inst(&mut self, inst: &Inst, way: Way) -> Result<(), Full> {
+        let first = inst.results.first();
+        let node = match &inst.op {
+            Op::Const(value) => {
+                let exact = Exact::widen(value);
+                self.push(What::Const, inst.span, Vec::new(), Some(value.clone()), Some(exact))?
+            }
+            Op::Global(global) => {
+                let value = self.kernels.point.global(*global);
+                self.datum(What::Global(*global), inst, value)?
+            }
+            Op::Slope(global, axis) => {
+                let value = self.kernels.point.slope_of(*global, *axis);
+                self.datum(What::Slope(*global, *axis), inst, value)?
+            }
+            Op::Lane(op, args) => self.lane(*op, args, inst, way)?,
+            Op::Kernel(kernel, args) => return self.kernel(kernel, args, inst, way),
+            Op::LoadElement(slot, index) => {
+                let index = self.of(*index);
+                let at = self.indices(index, *slot);
+                self.element(*slot, at, &[index], way)?
+            }
+            Op::StoreElement(slot, index, value) => {
+                let (index, value) = (self.of(*index), self.of(*value));
+                let at = self.indices(index, *slot);
+                for (half, goes) in [(0, way.strict()), (1, way.exact())] {
+                    if goes && let Some(element) = self.arrays[half][slot.index()].get_mut(at[half]) {
+                        *element = value;
+                    }
+                }
+                return Ok(());
+            }
+            Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                return self.branch(inst, *cond, [*then, *otherwise], [then_yields, else_yields], way);
+            }
+            Op::Loop { init, params, body, cond, next } => {
+                return self.round(inst, (init, params, next), *body, *cond, way);
+            }
+            Op::Derivative(..) | Op::Share(..) | Op::Load(_) | Op::Store(..) => return Ok(()),
+        };
+        self.set(first, node);
+        Ok(())
+    }
+
+    fn datum(&mut self, what: What, inst: &Inst, value: [f32; 3]) -> Result<NodeId, Full> {
+        let kind = inst.results.first().map_or(Kind::Float, |r| self.body.kind(*r));
+        let value = match kind {
+            Kind::Triple => Const::Triple(value),
+            Kind::Int => Const::Int(value[0] as i32),
+            _ => Const::Float(value[0]),
+        };
+        let exact = Exact::widen(&value);
+        self.push(what, inst.span, Vec::new(), Some(value), Some(exact))
+    }
+
+    fn lane(&mut self, op: LaneOp, args: &[ValueId], inst: &Inst, way: Way) -> Result<NodeId, Full> {
+        let body = self.body;
+        let nodes: Vec<NodeId> = args.iter().map(|a| self.of(*a)).collect();
+        let kinds = args.iter().map(|a| body.kind(*a));
+        let result = inst.results.first().map_or(Kind::Float, |r| body.kind(*r));
+        let strict = way.strict().then(|| {
+            let values: Vec<Const> =
+                nodes.iter().zip(kinds.clone()).map(|(n, k)| self.strict(*n, k)).collect();
+            let closures = match (op, &values[..]) {
+                (LaneOp::KChoose, [Const::Int(c), a, b]) => Some(if *c != 0 { a } else { b }.clone()),
+                (LaneOp::KSome, [a]) => Some(Const::Int((*a != Const::Null).into())),
+                _ => None,
+            };
+            closures.or_else(|| op.eval(&values)).unwrap_or_else(|| Const::zero(result))
+        });
+        let exact = way.exact().then(|| {
+            let values: Vec<Exact> = nodes.iter().zip(kinds).map(|(n, k)| self.exact(*n, k)).collect();
+            eval(op, &values).unwrap_or_else(|| Exact::of_numbers(result, &[]))
+        });
+        self.push(What::Lane(op), inst.span, nodes, strict, exact)
+    }
+
+    fn kernel(&mut self, kernel: &Kernel, args: &[ValueId], inst: &Inst, way: Way) -> Result<(), Full> {
+        let body = self.body;
+        let nodes: Vec<NodeId> = args.iter().map(|a| self.of(*a)).collect();
+        let shared = Arc::new(kernel.clone());
+        if let Kernel::Note(_) = kernel {
+            self.push(What::Note(shared), inst.span, nodes, None, None)?;
+            return Ok(());
+        }
+        let kinds: Vec<Kind> = inst.results.iter().map(|r| body.kind(*r)).collect();
+        if matches!(kernel, Kernel::Component { .. } | Kernel::ClosureSum | Kernel::ClosureScale) {
+            self.closures += 1;
+            let (strict, exact) = (Some(Const::Int(self.closures)), Some(Exact::Closure(true)));
+            let node = self.push(What::Kernel(shared, 0), inst.span, nodes, strict, exact)?;
+            self.set(inst.results.first(), node);
+            return Ok(());
+        }
+        let strict_args: Vec<Const> =
+            nodes.iter().zip(args).map(|(n, a)| self.strict(*n, body.kind(*a))).collect();
+        let exact_args: Vec<Exact> =
+            nodes.iter().zip(args).map(|(n, a)| self.exact(*n, body.kind(*a))).collect();
+        let (strict, exact) = match NoiseCall::of(kernel, &strict_args) {
+            Some(call) => (
+                way.strict().then(|| call.strict(&strict_args, &kinds)),
+                way.exact().then(|| call.exact(&exact_args, &kinds)),
+            ),
+            None => {
+                let arrays = [0, 1].map(|half| self.array_of(kernel, half));
+                let strict =
+                    way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
+                let rounded: Vec<Const> = exact_args.iter().map(Exact::round).collect();
+                let exact = way.exact().then(|| match &strict {
+                    // Nothing differs: it runs once.
+                    Some(done) if rounded == strict_args && arrays[0] == arrays[1] => done.clone(),
+                    _ => self.kernels.run(kernel, &rounded, &kinds, &arrays[1], body),
+                });
+                for (half, result) in [&strict, &exact].into_iter().enumerate() {
+                    if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
+                        self.refill(slot, half, elements, inst.span)?;
+                    }
+                }
+                let widen = |values: Vec<Const>| values.iter().map(Exact::widen).collect::<Vec<_>>();
+                (strict.map(|(values, _)| values), exact.map(|(values, _)| widen(values)))
+            }
+        };
+        for (index, result) in inst.results.iter().enumerate() {
+            let half = |v: &Option<Vec<Const>>| v.as_ref().and_then(|v| v.get(index)).cloned();
+            let exact = exact.as_ref().and_then(|v| v.get(index)).cloned();
+            let what = What::Kernel(shared.clone(), index);
+            let node = self.push(what, inst.span, nodes.clone(), half(&strict), exact)?;
+            self.set(Some(result), node);
+        }
+        Ok(())
+    }
+
+    /// The elements of the array that a kernel reads.
+    fn array_of(&self, kernel: &Kernel, half: usize) -> Vec<Const> {
+        let Some(slot) = kernel.reads() else { return Vec::new() };
+        let kind = self.body.slot(slot).kind;
+        let value = |id: &NodeId| {
+            if half == 0 { self.strict(*id, kind) } else { self.exact(*id, kind).round() }
+        };
+        self.arrays[half][slot.index()].iter().map(value).collect()
+    }
+
+    /// What a kernel wrote into an array.
+    fn refill(&mut self, slot: SlotId, half: usize, elements: &[Const], span: Span) -> Result<(), Full> {
+        for (index, element) in elements.iter().enumerate() {
+            let exact = Exact::widen(element);
+            let node = self.push(What::Const, span, Vec::new(), Some(element.clone()), Some(exact))?;
+            if let Some(place) = self.arrays[half][slot.index()].get_mut(index) {
+                *place = node;
+            }
+        }
+        Ok(())
+    }
+
+    /// The element that each arithmetic means.
+    fn indices(&self, index: NodeId, slot: SlotId) -> [usize; 2] {
+        let last = self.body.slot(slot).len.unwrap_or(1).saturating_sub(1) as i32;
+        let clamped = |n: i32| n.clamp(0, last) as usize;
+        let node = self.nodes.get(index as usize);
+        let strict = match node.and_then(|n| n.strict.as_ref()) {
+            Some(Const::Int(n)) => clamped(*n),
+            _ => 0,
+        };
+        let exact = match node.and_then(|n| n.exact.as_ref()) {
+            Some(Exact::Int(n)) => clamped(*n),
+            _ => strict,
+        };
+        [strict, exact]
+    }
+
+    fn element(&mut self, slot: SlotId, at: [usize; 2], index: &[NodeId], way: Way) -> Result<NodeId, Full> {
+        let kind = self.body.slot(slot).kind;
+        let found = [0, 1].map(|half| self.arrays[half][slot.index()].get(at[half]).copied().unwrap_or(NONE));
+        let found = found.map(|id| if id == NONE { self.zero(kind) } else { id });
+        let strict = way.strict().then(|| self.strict(found[0], kind));
+        let exact = way.exact().then(|| self.exact(found[1], kind));
+        let mut args = index.to_vec();
+        args.extend(if found[0] == found[1] { &found[..1] } else { &found[..] });
+        let what = if found[0] == found[1] { What::Element } else { What::Meet };
+        self.push(what, Span::default(), args, strict, exact)
+    }
+
+    fn branch(
+        &mut self,
+        inst: &Inst,
+        cond: ValueId,
+        sides: [BlockId; 2],
+        yields: [&Vec<ValueId>; 2],
+        way: Way,
+    ) -> Result<(), Full> {
+        let cond = self.of(cond);
+        let [strict, exact] = self.truths(cond);
+        let side = |truth: bool| usize::from(!truth);
+        if way != Way::Both || strict == exact {
+            let taken = side(if way.strict() { strict } else { exact });
+            self.block(sides[taken], way)?;
+            for (result, value) in inst.results.iter().zip(yields[taken]) {
+                let node = self.of(*value);
+                self.set(Some(result), node);
+            }
+            return Ok(());
+        }
+        let mut halves = Vec::new();
+        for (way, truth) in [(Way::Strict, strict), (Way::Exact, exact)] {
+            self.block(sides[side(truth)], way)?;
+            let values: Vec<NodeId> = yields[side(truth)].iter().map(|v| self.of(*v)).collect();
+            halves.push(values);
+        }
+        self.meet(inst, Some(cond), &halves[0], &halves[1])
+    }
+
+    /// Puts side by side what two ways yield.
+    fn meet(
+        &mut self,
+        inst: &Inst,
+        cond: Option<NodeId>,
+        strict: &[NodeId],
+        exact: &[NodeId],
+    ) -> Result<(), Full> {
+        for ((result, strict), exact) in inst.results.iter().zip(strict).zip(exact) {
+            let node = if strict == exact {
+                *strict
+            } else {
+                let kind = self.body.kind(*result);
+                let values = (Some(self.strict(*strict, kind)), Some(self.exact(*exact, kind)));
+                let args = cond.into_iter().chain([*strict, *exact]).collect();
+                self.push(What::Meet, inst.span, args, values.0, values.1)?
+            };
+            self.set(Some(result), node);
+        }
+        Ok(())
+    }
+
+    fn round(
+        &mut self,
+        inst: &Inst,
+        (init, params, next): (&[ValueId], &[ValueId], &[ValueId]),
+        body: BlockId,
+        cond: ValueId,
+        way: Way,
+    ) -> Result<(), Full> {
+        let mut carried: Vec<NodeId> = init.iter().map(|v| self.of(*v)).collect();
+        let (mut way_now, mut ended) = (way, None);
+        loop {
+            for (param, node) in params.iter().zip(&carried) {
+                self.set(Some(param), *node);
+            }
+            self.block(body, way_now)?;
+            carried = next.iter().map(|v| self.of(*v)).collect();
+            let again = self.of(cond);
+            let [strict, exact] = self.truths(again);
+            match way_now {
+                Way::Both if strict != exact => {
+                    // One of them ends here; the other goes on by itself.
+                    ended = Some((strict, again, carried.clone()));
+                    way_now = if strict { Way::Strict } else { Way::Exact };
+                }
+                Way::Exact if !exact => break,
+                Way::Both | Way::Strict if !strict => break,
+                _ => {}
+            }
+        }
+        match ended {
+            None => {
+                for (result, node) in inst.results.iter().zip(&carried) {
+                    self.set(Some(result), *node);
+                }
+                Ok(())
+            }
+            Some((true, cond, exact)) => self.meet(inst, Some(cond), &carried, &exact),
+            Some((false, cond, strict)) => self.meet(inst, Some(cond), &strict, &carried),
+        }
+    }
+}

@@ -1,0 +1,240 @@
+//! What needs more than a lane's arithmetic, for one point: noise fields in both arithmetics; all else by the
+//! interpreter, as a program of that one call.
+
+use super::{Exact, OnePoint};
+use osl_exec::{Program, RunOptions, Services};
+use osl_ir::ir::{Body, Builder, Const, Kernel, Kind, NoiseField, Output, Shape, Sink, SlotId, Source};
+use osl_ir::types::{Base, Extent, Type};
+use osl_noise::{Isa, Kind as Field};
+
+/// A call of a noise field.
+pub(super) struct NoiseCall {
+    field: Field,
+    dims: usize,
+    tangents: bool,
+    /// How many arguments come before the coordinates.
+    skip: usize,
+}
+
+impl NoiseCall {
+    /// The call that a kernel with these arguments is, if it is one.
+    pub(super) fn of(kernel: &Kernel, args: &[Const]) -> Option<NoiseCall> {
+        let (field, dims, tangents, skip) = match kernel {
+            Kernel::Noise { field, dims, tangents, .. } => (*field, *dims, *tangents, 0),
+            Kernel::NamedNoise { dims, periodic, options, tangents, .. } if options.is_empty() => {
+                let Some(Const::Str(name)) = args.first() else { return None };
+                (NoiseField::from_name(name, *periodic)?, *dims, *tangents, 1)
+            }
+            _ => return None,
+        };
+        let field = match field {
+            NoiseField::Cell => Field::Cell,
+            NoiseField::Hash => Field::Hash,
+            NoiseField::Perlin => Field::Perlin,
+            NoiseField::UPerlin => Field::UPerlin,
+            NoiseField::Simplex => Field::Simplex,
+            NoiseField::USimplex => Field::USimplex,
+        };
+        Some(NoiseCall { field, dims: usize::from(dims), tangents, skip })
+    }
+
+    /// Its results in the strict arithmetic.
+    pub(super) fn strict(&self, args: &[Const], kinds: &[Kind]) -> Vec<Const> {
+        let inputs: Vec<f32> = args.iter().skip(self.skip).flat_map(numbers).collect();
+        let out = self.eval(&inputs, kinds).map(|x: f32| if x.is_nan() { f32::NAN } else { x });
+        split(kinds, |at, kind| of_numbers(kind, &out[at..]))
+    }
+
+    /// Its results in double precision.
+    pub(super) fn exact(&self, args: &[Exact], kinds: &[Kind]) -> Vec<Exact> {
+        let inputs: Vec<f64> = args.iter().skip(self.skip).flat_map(Exact::numbers).collect();
+        let out: [f64; 9] = self.eval(&inputs, kinds);
+        split(kinds, |at, kind| Exact::of_numbers(kind, &out[at..]))
+    }
+
+    /// The words of its results, for coordinates, periods where there are any, then the tangents of the coordinates.
+    fn eval<T: osl_noise::Float + Default>(&self, inputs: &[T], kinds: &[Kind]) -> [T; 9] {
+        let inputs: Vec<&[T]> = inputs.iter().map(std::slice::from_ref).collect();
+        let tangents = if self.tangents { 2 * self.dims } else { 0 };
+        let (plain, slopes) = inputs.split_at(inputs.len().saturating_sub(tangents));
+        let (coords, periods) = plain.split_at(self.dims.min(plain.len()));
+        let duals = [coords, slopes].concat();
+        let mut out = [T::default(); 9];
+        let [a, b, c, d, e, f, g, h, i] = out.each_mut().map(std::slice::from_mut);
+        let (isa, field) = (Isa::detect(), self.field);
+        let three = kinds.first() == Some(&Kind::Triple);
+        match (self.tangents, three, periods.is_empty()) {
+            (false, false, true) => osl_noise::eval(isa, field, coords, a),
+            (false, false, false) => osl_noise::eval_periodic(isa, field, coords, periods, a),
+            (false, true, true) => osl_noise::eval3(isa, field, coords, [a, b, c]),
+            (false, true, false) => osl_noise::eval3_periodic(isa, field, coords, periods, [a, b, c]),
+            (true, false, _) => osl_noise::eval_dual(isa, field, &duals, periods, [a, b, c]),
+            (true, true, _) => {
+                osl_noise::eval3_dual(isa, field, &duals, periods, [a, b, c, d, e, f, g, h, i]);
+            }
+        }
+        out
+    }
+}
+
+fn split<T>(kinds: &[Kind], of: impl Fn(usize, Kind) -> T) -> Vec<T> {
+    let mut at = 0;
+    let mut next = |kind: &Kind| {
+        let value = of(at, *kind);
+        at += kind.words() as usize;
+        value
+    };
+    kinds.iter().map(&mut next).collect()
+}
+
+/// The floats of a value.
+fn numbers(value: &Const) -> Vec<f32> {
+    match value {
+        Const::Int(n) => vec![*n as f32],
+        Const::Float(x) => vec![*x],
+        Const::Triple(t) => t.to_vec(),
+        Const::Matrix(m) => m.to_vec(),
+        Const::Str(_) | Const::Null => Vec::new(),
+    }
+}
+
+fn of_numbers(kind: Kind, numbers: &[f32]) -> Const {
+    let at = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
+    match kind {
+        Kind::Int => Const::Int(at(0) as i32),
+        Kind::Float => Const::Float(at(0)),
+        Kind::Triple => Const::Triple([at(0), at(1), at(2)]),
+        Kind::Matrix => Const::Matrix(Box::new(std::array::from_fn(at))),
+        Kind::Str | Kind::Closure => Const::zero(kind),
+    }
+}
+
+/// The language's type for values of a kind.
+fn type_of(kind: Kind, len: Option<u32>) -> Type {
+    let base = match kind {
+        Kind::Int => Base::Int,
+        Kind::Float => Base::Float,
+        Kind::Triple => Base::Vector,
+        Kind::Matrix => Base::Matrix,
+        Kind::Str => Base::String,
+        Kind::Closure => Base::Closure,
+    };
+    Type { base, extent: len.map_or(Extent::One, Extent::Array) }
+}
+
+/// Runs kernels for a point.
+pub(super) struct Kernels<'a> {
+    pub(super) services: &'a Services,
+    pub(super) point: OnePoint<'a>,
+}
+
+impl Kernels<'_> {
+    /// The results of a kernel, and what it left in the array that it writes. `given` is the array that it reads.
+    /// Messages that are found by name when running, and nodes of dictionaries, do not outlast a call.
+    pub(super) fn run(
+        &self,
+        kernel: &Kernel,
+        args: &[Const],
+        kinds: &[Kind],
+        given: &[Const],
+        body: &Body,
+    ) -> (Vec<Const>, Vec<Const>) {
+        let zeros: Vec<Const> = kinds.iter().map(|k| Const::zero(*k)).collect();
+        if matches!(kernel, Kernel::Print { .. } | Kernel::SetMessage(_) | Kernel::Report { .. }) {
+            return (zeros, Vec::new());
+        }
+        let mut b = Builder::new("call".into());
+        let mut kernel = kernel.clone();
+        if let Some(slot) = kernel.reads() {
+            let own = copy_slot(&mut b, body, slot);
+            for (index, value) in given.iter().enumerate() {
+                let (index, value) = (b.int(index as i32), b.constant(value.clone()));
+                b.store_element(own, index, value);
+            }
+            redirect(&mut kernel, slot, own);
+        }
+        let written = kernel.writes().map(|slot| {
+            let own = copy_slot(&mut b, body, slot);
+            redirect(&mut kernel, slot, own);
+            own
+        });
+        let args: Vec<_> = args.iter().map(|a| b.constant(a.clone())).collect();
+        let results = b.kernel_of(kernel, &args, kinds);
+        for (index, (value, kind)) in results.iter().zip(kinds).enumerate() {
+            if *kind == Kind::Str {
+                // Texts are no planes of a frame, but they can be printed.
+                let format = b.constant(Const::Str("%s".into()));
+                let shapes = vec![Shape { kind: Kind::Str, count: 1, key: None }];
+                b.kernel_of(Kernel::Print { sink: Sink::Print, shapes }, &[format, *value], &[]);
+            }
+            let source = Source::Value(*value);
+            b.body.outputs.push(Output {
+                name: format!("r{index}").into(),
+                ty: type_of(*kind, None),
+                source,
+            });
+        }
+        if let Some(slot) = written {
+            let ty = type_of(b.body.slot(slot).kind, b.body.slot(slot).len);
+            b.body.outputs.push(Output { name: "array".into(), ty, source: Source::Slot(slot) });
+        }
+        let slot = written.map(|slot| b.body.slot(slot).clone());
+        // No passes: there are no scalar slots, all is varying as it stands, and tangents have been written out before.
+        let program = Program::new(&b.body);
+        let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &RunOptions::default(), &|_| ())
+        else {
+            return (zeros, Vec::new());
+        };
+        let mut planes = frame.planes.iter().map(|p| p.words.first().copied().unwrap_or(0));
+        let mut printed = frame.printed.iter().map(|p| p.text.clone());
+        let mut next = |kind: Kind| match kind {
+            Kind::Int => Const::Int(planes.next().unwrap_or(0).cast_signed()),
+            Kind::Str => Const::Str(printed.next().unwrap_or_default().into()),
+            Kind::Closure => Const::Null,
+            _ => {
+                let words: Vec<f32> =
+                    planes.by_ref().take(kind.words() as usize).map(f32::from_bits).collect();
+                of_numbers(kind, &words)
+            }
+        };
+        let values = kinds.iter().map(|k| next(*k)).collect();
+        let elements = slot.filter(|s| s.kind != Kind::Str);
+        let elements =
+            elements.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
+        (values, elements)
+    }
+}
+
+fn copy_slot(b: &mut Builder, body: &Body, slot: SlotId) -> SlotId {
+    let slot = body.slot(slot);
+    b.slot(slot.kind, slot.len, slot.name.clone())
+}
+
+/// Lets a kernel use another array.
+fn redirect(kernel: &mut Kernel, from: SlotId, to: SlotId) {
+    let place = match kernel {
+        Kernel::Split { pieces } => Some(pieces),
+        Kernel::Regex { places: Some(places), .. } => Some(places),
+        Kernel::SplineInverse { knots, .. } => Some(knots),
+        Kernel::SetMessage(form) | Kernel::GetMessage(form) => form.array.as_mut(),
+        _ => None,
+    };
+    if let Some(place) = place.filter(|p| **p == from) {
+        *place = to;
+    }
+}
+
+/// One result of a noise kernel in double precision; `None` if it is none.
+pub fn noise(kernel: &Kernel, args: &[Exact], result: usize) -> Option<Exact> {
+    let rounded: Vec<Const> = args.iter().map(Exact::round).collect();
+    let call = NoiseCall::of(kernel, &rounded)?;
+    let (triple, tangents) = match kernel {
+        Kernel::Noise { triple, tangents, .. } | Kernel::NamedNoise { triple, tangents, .. } => {
+            (*triple, *tangents)
+        }
+        _ => return None,
+    };
+    let kind = if triple { Kind::Triple } else { Kind::Float };
+    let kinds = vec![kind; if tangents { 3 } else { 1 }];
+    call.exact(args, &kinds).into_iter().nth(result)
+}

@@ -1,0 +1,175 @@
+//! A trade-off as one HTML page that needs nothing else: for each output a plot, the table and pictures of errors.
+
+use super::{Output, Trade};
+use std::fmt::Write;
+
+/// Makes a picture of three planes with values 0 to 1, as the text of a URL; `None` where that fails.
+pub type Encode<'a> = &'a dyn Fn(usize, usize, &[Vec<f32>]) -> Option<String>;
+
+/// The page.
+pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
+    let mut page = String::from(HEAD);
+    let _ = write!(
+        page,
+        "<title>{name}: speed and accuracy</title></head><body><h1>{name}: speed and accuracy</h1>\
+         <p>{}×{} pixels. Errors are against {} samples a pixel ({}), whose own standard error is subtracted. Times are \
+         medians of {} interleaved rounds. Filled dots: nothing is both quicker and closer.</p>",
+        trade.size.0,
+        trade.size.1,
+        trade.oracle_samples,
+        escaped(&trade.oracle),
+        trade.repeats,
+        name = escaped(&trade.name),
+    );
+    for output in &trade.outputs {
+        let _ = write!(page, "<h2>{}</h2>", escaped(&output.name));
+        plot(trade, output, &mut page);
+        table(trade, output, &mut page);
+        pictures(trade, output, encode, &mut page);
+    }
+    page.push_str("</body></html>\n");
+    page
+}
+
+const HEAD: &str = "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><style>\
+body{font:14px/1.45 system-ui,sans-serif;max-width:62rem;margin:2rem auto;padding:0 1rem;color:#1c2430;background:#fff}\
+h1{font-size:1.5rem}h2{font-size:1.15rem;margin-top:2rem}\
+table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.15rem .7rem;text-align:right}\
+td:first-child,th:first-child{text-align:left}tr.front{background:#eef4ff;font-weight:600}\
+figure{display:inline-block;margin:.8rem 1rem 0 0}figcaption{font-size:12px}img{image-rendering:pixelated;width:160px}\
+svg text{font:11px system-ui,sans-serif;fill:#1c2430}</style>\n";
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+/// A logarithmic axis over some values.
+struct Axis {
+    low: f64,
+    high: f64,
+    from: f64,
+    to: f64,
+}
+
+impl Axis {
+    /// Whole decades around the values, from one place of the plot to another.
+    fn new(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
+        let (low, high) = values
+            .filter(|v| v.is_finite() && *v > 0.0)
+            .fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+        let (low, high) =
+            if low.is_finite() { (low.log10().floor(), high.log10().ceil()) } else { (0.0, 1.0) };
+        Axis { low, high: high.max(low + 1.0), from, to }
+    }
+
+    /// Where a value is; what is not above 0 lies at the start.
+    fn place(&self, value: f64) -> f64 {
+        let share = (value.max(f64::MIN_POSITIVE).log10() - self.low) / (self.high - self.low);
+        self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
+    }
+
+    fn decades(&self) -> impl Iterator<Item = f64> {
+        (self.low as i32..=self.high as i32).map(|e| 10_f64.powi(e))
+    }
+}
+
+fn plot(trade: &Trade, output: &Output, page: &mut String) {
+    let x = Axis::new(trade.rows.iter().map(|row| row.ns_per_pixel), 60.0, 660.0);
+    let y = Axis::new(output.errors.iter().map(|error| error.rms), 300.0, 20.0);
+    page.push_str(
+        "<svg viewBox=\"0 0 820 340\" width=\"820\" role=\"img\" aria-label=\"error against time\">",
+    );
+    for at in x.decades() {
+        let p = x.place(at);
+        let _ = write!(
+            page,
+            "<line x1=\"{p:.1}\" x2=\"{p:.1}\" y1=\"20\" y2=\"300\" stroke=\"#dde3ec\"/>\
+             <text x=\"{p:.1}\" y=\"316\" text-anchor=\"middle\">{at}</text>"
+        );
+    }
+    for at in y.decades() {
+        let p = y.place(at);
+        let _ = write!(
+            page,
+            "<line x1=\"60\" x2=\"660\" y1=\"{p:.1}\" y2=\"{p:.1}\" stroke=\"#dde3ec\"/>\
+             <text x=\"54\" y=\"{:.1}\" text-anchor=\"end\">{at:e}</text>",
+            p + 4.0
+        );
+    }
+    page.push_str(
+        "<text x=\"360\" y=\"334\" text-anchor=\"middle\">nanoseconds a pixel</text>\
+         <text x=\"62\" y=\"14\">root mean square error</text>",
+    );
+    let mut line = String::new();
+    for row in &output.front {
+        if let (Some(times), Some(error)) = (trade.rows.get(*row), output.errors.get(*row)) {
+            let _ = write!(line, "{:.1},{:.1} ", x.place(times.ns_per_pixel), y.place(error.rms));
+        }
+    }
+    let _ =
+        write!(page, "<polyline points=\"{line}\" fill=\"none\" stroke=\"#2f6fde\" stroke-width=\"1.5\"/>");
+    for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
+        let fill = if output.front.contains(&at) { "#2f6fde" } else { "#fff" };
+        let name = escaped(&format!("{}, {}", row.variant, row.setting));
+        let (px, py) = (x.place(row.ns_per_pixel), y.place(error.rms));
+        let _ = write!(
+            page,
+            "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"#2f6fde\"><title>{name}</title></circle>\
+             <text x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
+            px + 7.0,
+            py + 3.5
+        );
+    }
+    page.push_str("</svg>");
+}
+
+fn table(trade: &Trade, output: &Output, page: &mut String) {
+    let _ = write!(
+        page,
+        "<p>The oracle's own standard error: {:.1e}.</p><table><tr><th>setting</th><th>ns/pixel</th><th>spread</th>\
+         <th>speed-up</th><th>evaluations a pixel</th><th>rms error</th><th>99.9 %</th><th>largest</th></tr>",
+        output.oracle_error
+    );
+    for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
+        let class = if output.front.contains(&at) { " class=\"front\"" } else { "" };
+        let _ = write!(
+            page,
+            "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>±{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
+             <td>{:.1e}</td><td>{:.1e}</td></tr>",
+            escaped(&row.variant),
+            escaped(&row.setting),
+            row.ns_per_pixel,
+            100.0 * row.spread,
+            row.speed_up,
+            row.evaluations,
+            error.rms,
+            error.nearly_all,
+            error.largest
+        );
+    }
+    page.push_str("</table>");
+}
+
+/// Errors from black over red and yellow to white, by decades: white is 1 or more, black a ten thousandth or less.
+fn pictures(trade: &Trade, output: &Output, encode: Encode<'_>, page: &mut String) {
+    let mut any = false;
+    for (row, picture) in output.front.iter().zip(&output.pictures) {
+        let height = picture.values.len() / picture.width.max(1);
+        let heat = |shift: f32| {
+            let one = |error: &f32| ((1.0 + error.max(1e-4).log10() / 4.0) * 3.0 - shift).clamp(0.0, 1.0);
+            picture.values.iter().map(one).collect::<Vec<f32>>()
+        };
+        let url = encode(picture.width, height, &[heat(0.0), heat(1.0), heat(2.0)]);
+        if let (Some(url), Some(row)) = (url, trade.rows.get(*row)) {
+            let name = escaped(&format!("{}, {}", row.variant, row.setting));
+            let _ = write!(
+                page,
+                "<figure><img alt=\"errors\" src=\"{url}\"><figcaption>{name}</figcaption></figure>"
+            );
+            any = true;
+        }
+    }
+    if any {
+        page.push_str("<p>Errors of the front: black 10⁻⁴ or less, red, yellow, white 1 or more.</p>");
+    }
+}

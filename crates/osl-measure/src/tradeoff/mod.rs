@@ -1,0 +1,352 @@
+//! What speed costs in accuracy: a shader run by a ladder of settings, each timed, and compared with an oracle.
+//!
+//! The settings are run in turns, round after round, so that what slows the machine for a while slows them all; the median
+//! of a setting's times counts. Errors are those of every pixel of the image, and of what is said of them the oracle's
+//! own standard error is taken off.
+
+mod front;
+mod html;
+mod report;
+
+pub use html::{Encode, html};
+pub use report::{csv, text};
+
+use crate::sample::{
+    Adaptive, Check, Image, MAX_SAMPLES, MaxError, Oracle, Pattern, Rate, Shading, adaptive, at_rate, check,
+    max_error, oracle,
+};
+use front::front;
+use osl_exec::{Frame, Plane, Stop};
+use serde::Serialize;
+use std::fmt;
+use std::time::{Duration, Instant};
+
+/// How many evaluations of the shader an image has, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Setting {
+    /// One for several pixels.
+    Rate(Rate),
+    /// As many in each pixel.
+    Samples(u32),
+    /// Until the standard error is so small.
+    Adaptive(f32),
+    /// As few as an error permits.
+    MaxError(f32),
+}
+
+impl fmt::Display for Setting {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Setting::Rate(rate) => write!(f, "rate {rate}"),
+            Setting::Samples(1) => write!(f, "1 sample"),
+            Setting::Samples(n) => write!(f, "{n} samples"),
+            Setting::Adaptive(threshold) => write!(f, "adaptive {threshold}"),
+            Setting::MaxError(error) => write!(f, "max error {error}"),
+        }
+    }
+}
+
+/// The most samples of a pixel for settings that choose.
+const MOST: u32 = 1024;
+
+impl Setting {
+    /// The settings that are tried, the cheapest first.
+    pub fn ladder() -> Vec<Setting> {
+        let mut ladder: Vec<Setting> =
+            [[4, 4], [2, 2], [2, 1]].into_iter().map(|rate| Setting::Rate(Rate(rate))).collect();
+        ladder.extend([1, 4, 16, 64, 256].map(Setting::Samples));
+        ladder.extend([0.1, 0.03, 0.01].map(Setting::Adaptive));
+        ladder.extend([0.1, 0.03, 0.01].map(Setting::MaxError));
+        ladder
+    }
+
+    /// The image that it gives.
+    ///
+    /// # Errors
+    /// A loop beyond its budget.
+    pub fn image(self, shading: &Shading<'_>) -> Result<Image, Stop> {
+        let rows = 0..shading.surface.size().1;
+        match self {
+            Setting::Rate(rate) => at_rate(shading, rows, rate),
+            Setting::Samples(samples) => shading.rows(rows, samples),
+            Setting::Adaptive(threshold) => adaptive(shading, rows, Adaptive { threshold, most: MOST }),
+            Setting::MaxError(error) => max_error(shading, rows, MaxError { error, most: MOST }),
+        }
+    }
+
+    /// Roughly how many evaluations a pixel has; of those that choose, the most that are likely.
+    fn cost(self) -> f64 {
+        match self {
+            Setting::Rate(Rate([x, y])) => 1.0 / f64::from(x * y),
+            Setting::Samples(n) => f64::from(n),
+            Setting::Adaptive(error) | Setting::MaxError(error) => f64::from(2.0 / error).min(64.0),
+        }
+    }
+}
+
+/// A way of running the shader: an arithmetic, or the program with widened steps.
+pub struct Variant<'a> {
+    /// What it is called: `strict`, `prefilter`.
+    pub name: String,
+    /// The program and all that it needs.
+    pub shading: Shading<'a>,
+    /// The settings that make sense for it.
+    pub settings: Vec<Setting>,
+}
+
+/// What is to be measured.
+pub struct Request<'a> {
+    /// Name of the shader.
+    pub name: String,
+    /// Ways of running it; speed is told against the first one with one sample.
+    pub variants: Vec<Variant<'a>>,
+    /// The best way that there is, for the oracle.
+    pub oracle: (String, Shading<'a>),
+    /// How long it may take, roughly.
+    pub budget: Duration,
+}
+
+/// What was measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trade {
+    /// Name of the shader.
+    pub name: String,
+    /// Pixels of a row, and rows.
+    pub size: (usize, usize),
+    /// The arithmetic of the oracle.
+    pub oracle: String,
+    /// Its samples in each pixel.
+    pub oracle_samples: u32,
+    /// How often each setting was timed.
+    pub repeats: usize,
+    /// The settings.
+    pub rows: Vec<Row>,
+    /// The outputs, each with an error for each row.
+    pub outputs: Vec<Output>,
+}
+
+/// A setting and its times.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The way of running.
+    pub variant: String,
+    /// The setting.
+    pub setting: String,
+    /// Median time of a pixel.
+    pub ns_per_pixel: f64,
+    /// Half of the way from the lowest to the highest time, as a share of the median.
+    pub spread: f64,
+    /// How many times as fast as one sample in each pixel.
+    pub speed_up: f64,
+    /// Evaluations of the shader for each pixel.
+    pub evaluations: f64,
+}
+
+/// What an output is worth by each setting.
+#[derive(Clone, Debug, Serialize)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Root of the mean square of the oracle's standard error.
+    pub oracle_error: f64,
+    /// Errors, by rows of the trade; the oracle's own is subtracted.
+    pub errors: Vec<Error>,
+    /// Rows that no other beats in both time and root mean square error, the quickest first.
+    pub front: Vec<usize>,
+    /// Pictures of the errors of the rows of the front.
+    #[serde(skip)]
+    pub pictures: Vec<Picture>,
+}
+
+/// How far an output is off.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Error {
+    /// Root mean square.
+    pub rms: f64,
+    /// Exceeded by one pixel in a thousand.
+    pub nearly_all: f64,
+    /// Largest of all pixels.
+    pub largest: f64,
+}
+
+/// A small picture of errors: the largest of the pixels that each of its own stands for.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// Pixels of a row.
+    pub width: usize,
+    /// Errors, row by row.
+    pub values: Vec<f32>,
+}
+
+/// The fewest samples that an oracle has of each pixel.
+const ORACLE: u32 = 64;
+/// Shares of the budget for the oracle, and for the first run of all settings.
+const SHARES: (f64, f64) = (0.4, 0.2);
+/// How often a setting is timed at least, and at most.
+const REPEATS: (usize, usize) = (3, 9);
+
+/// Runs the ladder.
+///
+/// # Errors
+/// A loop beyond its budget.
+pub fn tradeoff(request: &Request<'_>) -> Result<Trade, Stop> {
+    let (oracle_name, best) = &request.oracle;
+    let size = best.surface.size();
+    let pixels: Vec<u32> = (0..(size.0 * size.1) as u32).collect();
+    let budget = request.budget.as_secs_f64();
+    // One run to have the shader's textures in memory, one to know what an evaluation costs.
+    Setting::Samples(1).image(best)?;
+    let started = Instant::now();
+    Setting::Samples(1).image(best)?;
+    let once = started.elapsed().as_secs_f64().max(1e-6);
+    let affordable = (SHARES.0 * budget / once) as u32;
+    let samples = 1_u32 << affordable.clamp(ORACLE, MAX_SAMPLES / 4).ilog2();
+    let truth = oracle(best, &pixels, samples)?;
+
+    let mut tried = Vec::new();
+    for variant in &request.variants {
+        for setting in &variant.settings {
+            let too_fine = matches!(setting, Setting::Samples(n) if 2 * n > samples);
+            if !too_fine && setting.cost() * once <= SHARES.1 * budget / 4.0 {
+                tried.push(Tried { variant, setting: *setting, times: Vec::new(), image: None });
+            }
+        }
+    }
+    let repeats = time(&mut tried, budget * (1.0 - SHARES.0))?;
+    let rows = rows(&tried, size);
+    let planes = best.planes();
+    let outputs =
+        outputs(&planes).into_iter().map(|range| judge(&planes, range, &truth, &tried, (size.0, &rows)));
+    Ok(Trade {
+        name: request.name.clone(),
+        size,
+        oracle: oracle_name.clone(),
+        oracle_samples: samples,
+        repeats,
+        outputs: outputs.collect(),
+        rows,
+    })
+}
+
+/// A setting that is run.
+struct Tried<'r, 'a> {
+    variant: &'r Variant<'a>,
+    setting: Setting,
+    times: Vec<f64>,
+    image: Option<Image>,
+}
+
+/// Runs all settings in turns for about `seconds`. Yields how often.
+fn time(tried: &mut [Tried<'_, '_>], seconds: f64) -> Result<usize, Stop> {
+    let started = Instant::now();
+    let mut repeats = 0;
+    while repeats < REPEATS.1 {
+        let before = Instant::now();
+        for one in tried.iter_mut() {
+            let began = Instant::now();
+            let image = one.setting.image(&one.variant.shading)?;
+            one.times.push(began.elapsed().as_secs_f64());
+            one.image = Some(image);
+        }
+        repeats += 1;
+        let left = seconds - started.elapsed().as_secs_f64();
+        if repeats >= REPEATS.0 && left < before.elapsed().as_secs_f64() {
+            break;
+        }
+    }
+    Ok(repeats)
+}
+
+fn rows(tried: &[Tried<'_, '_>], size: (usize, usize)) -> Vec<Row> {
+    let pixels = (size.0 * size.1).max(1) as f64;
+    let median = |times: &[f64]| {
+        let mut sorted = times.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let plain = tried
+        .iter()
+        .find(|one| one.setting == Setting::Samples(1))
+        .map_or(f64::NAN, |one| median(&one.times));
+    let row = |one: &Tried<'_, '_>| {
+        let middle = median(&one.times);
+        let low = one.times.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = one.times.iter().copied().fold(0.0, f64::max);
+        Row {
+            variant: one.variant.name.clone(),
+            setting: one.setting.to_string(),
+            ns_per_pixel: 1e9 * middle / pixels,
+            spread: 0.5 * (high - low) / middle,
+            speed_up: plain / middle,
+            evaluations: one.image.as_ref().map_or(0.0, |image| image.tally.per_pixel()),
+        }
+    };
+    tried.iter().map(row).collect()
+}
+
+/// Where the planes of each output lie.
+fn outputs(planes: &[Plane]) -> Vec<std::ops::Range<usize>> {
+    let starts: Vec<usize> = (0..planes.len()).filter(|at| planes[*at].component == 0).collect();
+    let end = |at: usize| starts.get(at + 1).copied().unwrap_or(planes.len());
+    starts.iter().enumerate().map(|(at, start)| *start..end(at)).collect()
+}
+
+fn judge(
+    planes: &[Plane],
+    range: std::ops::Range<usize>,
+    truth: &Oracle,
+    tried: &[Tried<'_, '_>],
+    (width, rows): (usize, &[Row]),
+) -> Output {
+    let pick = |list: &[Vec<f32>]| list.get(range.clone()).unwrap_or(&[]).to_vec();
+    let own = Oracle {
+        pixels: truth.pixels.clone(),
+        samples: truth.samples,
+        values: pick(&truth.values),
+        errors: pick(&truth.errors),
+        said: Frame::default(),
+    };
+    let values = |one: &Tried<'_, '_>| -> Vec<Vec<f32>> {
+        let planes = one.image.as_ref().and_then(|image| image.frame.planes.get(range.clone()));
+        planes.unwrap_or(&[]).iter().map(Plane::floats).collect()
+    };
+    let checks: Vec<Check> =
+        tried.iter().map(|one| check(&values(one), &own, f64::INFINITY, |pixel| pixel as usize)).collect();
+    let errors: Vec<Error> = checks
+        .iter()
+        .map(|c| Error { rms: c.rmse, nearly_all: c.nearly_all.max(0.0), largest: c.largest.max(0.0) })
+        .collect();
+    let front = front(rows, &errors);
+    let picture = |row: &usize| tried.get(*row).map(|one| picture(&values(one), &own.values, width));
+    Output {
+        name: planes.get(range.start).map(|p| p.output.to_string()).unwrap_or_default(),
+        oracle_error: checks.first().map_or(0.0, |c| c.oracle),
+        pictures: front.iter().filter_map(picture).collect(),
+        errors,
+        front,
+    }
+}
+
+/// Pixels of a row of a picture.
+const PICTURE: usize = 160;
+
+fn picture(values: &[Vec<f32>], truth: &[Vec<f32>], width: usize) -> Picture {
+    let step = width.div_ceil(PICTURE).max(1);
+    let height = values.first().map_or(0, |plane| plane.len() / width.max(1));
+    let small = (width.div_ceil(step), height.div_ceil(step));
+    let mut errors = vec![0.0_f32; small.0 * small.1];
+    for (plane, truth) in values.iter().zip(truth) {
+        for (at, (a, b)) in plane.iter().zip(truth).enumerate() {
+            let place = at / width / step * small.0 + at % width / step;
+            if let Some(error) = errors.get_mut(place) {
+                *error = error.max((a - b).abs());
+            }
+        }
+    }
+    Picture { width: small.0, values: errors }
+}
+
+/// More samples of a pattern than any setting of the ladder wants at once.
+pub fn pattern() -> Pattern {
+    Pattern::new(256, 0)
+}

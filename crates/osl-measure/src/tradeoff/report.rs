@@ -1,0 +1,71 @@
+//! A trade-off as text, and as comma-separated values.
+
+use super::Trade;
+use std::fmt::Write;
+
+/// The table: the rows of each output, a star where nothing is both quicker and closer.
+pub fn text(trade: &Trade) -> String {
+    let mut out = format!(
+        "{}, {}x{} pixels; oracle: {}, {} samples a pixel; times: median of {} rounds\n",
+        trade.name, trade.size.0, trade.size.1, trade.oracle, trade.oracle_samples, trade.repeats
+    );
+    let names: Vec<String> =
+        trade.rows.iter().map(|row| format!("{}, {}", row.variant, row.setting)).collect();
+    let width = names.iter().map(String::len).max().unwrap_or(0).max(8);
+    for output in &trade.outputs {
+        let _ = writeln!(
+            out,
+            "\n{} (the oracle's own standard error: {:.1e}, subtracted)",
+            output.name, output.oracle_error
+        );
+        let _ = writeln!(
+            out,
+            "  {:<width$} {:>10} {:>7} {:>9} {:>9} {:>9} {:>9} {:>9}",
+            "setting", "ns/pixel", "spread", "speed-up", "samples", "rms", "99.9 %", "largest"
+        );
+        for (at, (row, name)) in trade.rows.iter().zip(&names).enumerate() {
+            let star = if output.front.contains(&at) { '*' } else { ' ' };
+            let Some(error) = output.errors.get(at) else { continue };
+            let _ = writeln!(
+                out,
+                "{star} {name:<width$} {:>10.1} {:>6.0}% {:>8.2}x {:>9.3} {:>9.1e} {:>9.1e} {:>9.1e}",
+                row.ns_per_pixel,
+                100.0 * row.spread,
+                row.speed_up,
+                row.evaluations,
+                error.rms,
+                error.nearly_all,
+                error.largest
+            );
+        }
+    }
+    out
+}
+
+/// A line for each output and row.
+pub fn csv(trade: &Trade) -> String {
+    let mut out = String::from(
+        "output,variant,setting,ns_per_pixel,spread,speed_up,evaluations,rms,nearly_all,largest,front,oracle_error\n",
+    );
+    for output in &trade.outputs {
+        for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
+            let _ = writeln!(
+                out,
+                "{},{},{},{},{},{},{},{},{},{},{},{}",
+                output.name,
+                row.variant,
+                row.setting,
+                row.ns_per_pixel,
+                row.spread,
+                row.speed_up,
+                row.evaluations,
+                error.rms,
+                error.nearly_all,
+                error.largest,
+                u8::from(output.front.contains(&at)),
+                output.oracle_error
+            );
+        }
+    }
+    out
+}

@@ -1,0 +1,208 @@
+//! Images from samples, of shaders whose true images are known.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl::pipeline;
+use osl_exec::{Frame, PointSource, Program, RunOptions, Services};
+use osl_ir::passes;
+use osl_measure::sample::{
+    Adaptive, Filter, FilterKind, Image, MaxError, Pattern, Rate, Shading, adaptive, at_rate, max_error,
+};
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+
+fn compile(text: &str) -> Program {
+    let checked = pipeline::check("test.osl", text, &NoFiles, &Options::default());
+    let program = checked.program.expect("no errors");
+    let body = pipeline::lower(&program, &[]).expect("lowers");
+    let varying = Grid::new(2, 2).varying().to_vec();
+    let options = passes::Options { varying, slopes: Vec::new(), ..passes::Options::default() };
+    pipeline::finish(body, &options).program
+}
+
+/// Calls `work` with the shader of a text on a grid.
+fn shading<T>(text: &str, grid: &Grid, filter: Filter, work: impl FnOnce(&Shading<'_>) -> T) -> T {
+    let (services, options) = (Services::default(), RunOptions::default());
+    let program = compile(text);
+    work(&Shading {
+        program: &program,
+        services: &services,
+        surface: grid,
+        options: &options,
+        pattern: Pattern::new(64, 0),
+        filter,
+    })
+}
+
+fn values(frame: &Frame, plane: usize) -> Vec<f32> {
+    frame.planes[plane].floats()
+}
+
+const EDGE: &str = "shader s(output float r = 0, output color c = 0) { r = step(0.437, u + 0.3 * v); c = color(u, v, noise(20 * P)); }";
+
+#[test]
+fn one_sample_has_the_bits_of_a_plain_run() {
+    for center in [false, true] {
+        let grid = Grid { center, scale: [3.0, 0.7], offset: [0.1, -2.0], ..Grid::new(50, 37) };
+        shading(EDGE, &grid, Filter::default(), |s| {
+            let plain = osl_exec::run(s.program, s.services, &grid, s.options, &|_| ()).unwrap();
+            for image in [s.rows(0..37, 1).unwrap(), at_rate(s, 0..37, Rate([1, 1])).unwrap()] {
+                let words = |frame: &Frame| frame.planes.iter().map(|p| p.words.clone()).collect::<Vec<_>>();
+                assert_eq!(words(&image.frame), words(&plain));
+            }
+        });
+    }
+}
+
+#[test]
+fn samples_do_not_depend_on_how_the_image_is_cut() {
+    let grid = Grid::new(40, 24);
+    shading(EDGE, &grid, Filter::default(), |s| {
+        let whole = s.rows(0..24, 7).unwrap().frame;
+        let mut pieces = Frame::default();
+        for rows in [0..5, 5..16, 16..24] {
+            pieces.add(s.rows(rows, 7).unwrap().frame);
+        }
+        assert_eq!(values(&whole, 1), values(&pieces, 1));
+        for rate in Rate::ALL {
+            let whole = at_rate(s, 0..24, rate).unwrap().frame;
+            let mut pieces = Frame::default();
+            for rows in [0..8, 8..20, 20..24] {
+                pieces.add(at_rate(s, rows, rate).unwrap().frame);
+            }
+            assert_eq!(values(&whole, 1), values(&pieces, 1), "{rate}");
+        }
+    });
+}
+
+#[test]
+fn filters_keep_what_they_should() {
+    let grid = Grid::new(16, 16);
+    for kind in FilterKind::ALL {
+        let filter = Filter::new(kind, kind.usual_width());
+        let constant = "shader s(output float r = 0) { r = 0.7; }";
+        let image = shading(constant, &grid, filter.clone(), |s| s.rows(0..16, 16).unwrap());
+        assert!(values(&image.frame, 0).iter().all(|r| (r - 0.7).abs() < 1e-6), "{kind:?}");
+        let slope = "shader s(output float r = 0) { r = u; }";
+        let image = shading(slope, &grid, filter, |s| s.rows(0..16, 64).unwrap());
+        for (i, r) in values(&image.frame, 0).iter().enumerate() {
+            assert!((r - (i % 16) as f32 / 15.0).abs() < 4e-3, "{kind:?}: {i} {r}");
+        }
+    }
+}
+
+#[test]
+fn a_box_gives_the_share_of_the_pixel() {
+    // The edge at 10.3 of 20 pixels: that of column 10 covers 9.5 to 10.5, so that a fifth is behind it.
+    let grid = Grid::new(20, 4);
+    let text = "shader s(output int r = 0) { r = u * 19 > 10.3; }";
+    let image = shading(text, &grid, Filter::default(), |s| s.rows(0..4, 64).unwrap());
+    let r = values(&image.frame, 0);
+    assert_eq!((r[9], r[11]), (0.0, 1.0));
+    assert!((r[10] - 0.2).abs() < 0.02, "{}", r[10]);
+}
+
+#[test]
+fn derivatives_are_those_of_the_pixel() {
+    let grid = Grid::new(9, 9);
+    let text = "shader s(output float r = 0) { r = Dx(u); }";
+    for samples in [1, 16] {
+        let image = shading(text, &grid, Filter::default(), |s| s.rows(0..9, samples).unwrap());
+        assert!(values(&image.frame, 0).iter().all(|r| *r == 0.125));
+    }
+}
+
+/// Mean of the shader over pixels by very many samples.
+fn truth(s: &Shading<'_>, rows: usize) -> Vec<Vec<f32>> {
+    let many = Shading { pattern: Pattern::new(1024, 99), ..s.clone() };
+    let image = many.rows(0..rows, 1024).unwrap();
+    image.frame.planes.iter().map(|p| p.floats()).collect()
+}
+
+fn share_above(image: &Image, truth: &[Vec<f32>], limit: f32) -> f64 {
+    let planes: Vec<Vec<f32>> = image.frame.planes.iter().map(|p| p.floats()).collect();
+    let count = truth[0].len();
+    let bad = |at: &usize| planes.iter().zip(truth).any(|(p, t)| (p[*at] - t[*at]).abs() > limit);
+    (0..count).filter(bad).count() as f64 / count as f64
+}
+
+#[test]
+fn adaptive_samples_go_where_the_edge_is() {
+    let grid = Grid::new(64, 64);
+    shading(
+        "shader s(output float r = 0) { r = step(0.437, u + 0.3 * v); }",
+        &grid,
+        Filter::default(),
+        |s| {
+            let image = adaptive(s, 0..64, Adaptive { threshold: 0.01, most: 256 }).unwrap();
+            assert!(image.tally.per_pixel() < 24.0, "{:?}", image.tally);
+            assert!(share_above(&image, &truth(s, 64), 0.03) < 0.005);
+        },
+    );
+}
+
+#[test]
+fn a_bound_is_kept_and_costs_little() {
+    let grid = Grid::new(128, 128);
+    let cases: [(&str, f32, f64); 5] = [
+        ("smooth", 0.01, 0.6),
+        ("edge", 0.02, 12.0),
+        ("dots", 0.02, 64.0),
+        ("noise", 0.1, 200.0),
+        ("constant", 0.01, 0.6),
+    ];
+    for (name, error, most) in cases {
+        let text = match name {
+            "smooth" => "shader s(output float r = 0) { r = sin(6 * u) * v; }",
+            "edge" => "shader s(output float r = 0) { r = step(0.437, u + 0.3 * v); }",
+            "dots" => {
+                "shader s(output float r = 0) {
+                     point p = 9.7 * P; point f = floor(p) + 0.5; f[2] = p[2];
+                     r = distance(p, f) < 0.08; }"
+            }
+            "noise" => "shader s(output float r = 0) { r = noise(\"hash\", P * 1e4); }",
+            _ => "shader s(output float r = 0) { r = 0.25; }",
+        };
+        shading(text, &grid, Filter::default(), |s| {
+            let image = max_error(s, 0..128, MaxError { error, most: 1024 }).unwrap();
+            let share = share_above(&image, &truth(s, 128), error);
+            assert!(share <= 0.003, "{name}: {share} of the pixels are off, {:?}", image.tally);
+            assert!(image.tally.per_pixel() < most, "{name}: {:?}", image.tally);
+        });
+    }
+}
+
+#[test]
+fn what_is_no_number_neither_hides_nor_goes_on_forever() {
+    let grid = Grid::new(32, 32);
+    let text = "shader s(output float r = 0) { r = u > 0.5 ? 1 : acos(2) + log(-1) ; if (u > 0.7) r = 1 / (v - v); }";
+    let text = text.replace("1 / (v - v)", "pow(10, 30) * pow(10, 30)");
+    shading(&text, &grid, Filter::default(), |s| {
+        let image = max_error(s, 0..32, MaxError { error: 0.01, most: 1024 }).unwrap();
+        assert_eq!(image.frame.planes[0].words.len(), 1024);
+        assert!(image.tally.evaluations < 1 << 20, "{:?}", image.tally);
+        let plain = s.rows(0..32, 4).unwrap();
+        assert_eq!(plain.frame.planes[0].words.len(), 1024);
+    });
+}
+
+#[test]
+fn tiny_images_work() {
+    for (width, height) in [(1, 1), (1, 7), (5, 1), (3, 3)] {
+        let grid = Grid::new(width, height);
+        shading(EDGE, &grid, Filter::default(), |s| {
+            let pixels = width * height;
+            let check = |image: Image| assert_eq!(image.frame.planes[0].words.len(), pixels);
+            check(max_error(s, 0..height, MaxError { error: 0.05, most: 64 }).unwrap());
+            check(adaptive(s, 0..height, Adaptive { threshold: 0.05, most: 2 }).unwrap());
+            check(at_rate(s, 0..height, Rate([4, 4])).unwrap());
+            check(s.rows(0..height, 3).unwrap());
+        });
+    }
+}

@@ -1,0 +1,70 @@
+//! Planted weaknesses: each of the shaders in `faults` has one, on the line that says so, and that is the line to blame.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl::pipeline;
+use osl_exec::Services;
+use osl_measure::stability::{self, Base, Examined, Knob, Subject};
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use std::path::{Path, PathBuf};
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/faults")
+}
+
+fn examine(name: &str, text: &str, knobs: &[Knob]) -> Examined {
+    let checked = pipeline::check(name, text, &NoFiles, &Options::default());
+    let program = checked.program.expect("it compiles");
+    let base = |params: &[(String, String)]| {
+        let plain = pipeline::lower(&program, params).ok()?;
+        let noted = pipeline::lower_noted(&program, params).ok()?;
+        Some(Base::new(plain, noted, None))
+    };
+    let services = Services::default();
+    let subject = Subject { services: &services, base: base(&[]).expect("it lowers") };
+    let variant = |name: &str, value: &str| base(&[(name.to_string(), value.to_string())]);
+    let grid = Grid::new(64, 64);
+    stability::examine(&subject, &grid, 0.01, knobs, &variant, &checked.sources, name)
+}
+
+#[test]
+fn the_planted_line_is_blamed_first() {
+    let mut wrong = Vec::new();
+    let mut count = 0;
+    for entry in std::fs::read_dir(folder()).unwrap() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let report = examine(&name, &text, &[]).report;
+        count += 1;
+        if !report.culprits.first().is_some_and(|c| c.text.contains("// planted")) {
+            wrong.push(stability::text::text(&report, false));
+        }
+    }
+    assert_eq!(count, 10);
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
+}
+
+#[test]
+fn a_report_reads_like_this() {
+    let text = std::fs::read_to_string(folder().join("large_offset_floor.osl")).unwrap();
+    let examined = examine("large_offset_floor.osl", &text, &[]);
+    insta::assert_snapshot!(stability::text::text(&examined.report, false));
+    let html = stability::html::html(&examined, 64, 64);
+    assert!(html.contains("<svg") && html.contains("floor(x * 1.01)"));
+}
+
+#[test]
+fn parameters_that_make_no_numbers_are_told() {
+    let text = "shader s(float width = 0.5, output float r = 0) { r = noise(u / width) * log(width - 2 * width + 1); }";
+    let values = ["0", "-0.5", "1e30", "nan", "inf"].map(str::to_string).to_vec();
+    let report = examine("s.osl", text, &[Knob { name: "width".to_string(), values }]).report;
+    insta::assert_snapshot!(stability::text::text(&report, false));
+}

@@ -1,0 +1,226 @@
+//! The floats that a field is computed in: single precision, and double as an oracle for where single has run out of
+//! digits.
+//!
+//! Single precision is the field that renderers agree on, bit for bit. In double precision the cells and what a hash
+//! says of them are the same; the way within a cell is exact as far as doubles go, and so are the constants that skew
+//! a lattice. Coordinates beyond the integers of 32 bits count modulo 2³², so that the field goes on.
+
+use crate::batch::{self, Call};
+use crate::hash;
+use crate::simd::{Isa, Kernel};
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// What the arithmetic of a field does.
+pub trait Float:
+    Copy
+    + Debug
+    + Default
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// The constant, exactly.
+    fn lit(value: f32) -> Self;
+    /// A constant that is no float: what single precision takes for it, and what it is.
+    fn known(single: f32, exact: f64) -> Self;
+    /// The nearest to an integer.
+    fn from_int(value: i32) -> Self;
+    /// True for NaN.
+    fn is_nan(self) -> bool;
+    /// The largest whole number not above; signed zeros stay.
+    fn floor(self) -> Self;
+    /// The lattice cell of a coordinate, as an integer and as a number; −2³¹ for NaN. What no integer reaches is −2³¹ in
+    /// single precision, and counts modulo 2³² in double.
+    fn cell(self) -> (i32, Self);
+    /// A sum of cells: of integers, modulo 2³², and of the numbers that they are.
+    fn total(cells: i32, numbers: Self) -> Self;
+    /// Flips the sign where `bits` is not 0.
+    fn flip(self, bits: u32) -> Self;
+    /// A word as a number from 0 to 1.
+    fn unit(word: u32) -> Self;
+    /// The word that hash noise takes: that of the nearest in single precision.
+    fn word(self) -> u32;
+    /// What [`wrap`](crate::field) yields for a NaN: one of the coordinate or else of the period, quiet.
+    fn nan_of(x: Self, period: Self) -> Self;
+    /// Computes a field. Not generic, so that it is compiled here and once.
+    fn run(isa: Isa, call: Call<'_, Self>);
+    /// Runs a kernel with the instruction set, or with the baseline if it is not compiled for that one.
+    fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K);
+    /// Coordinates and results, if they are of single precision.
+    fn singles<'a, const D: usize>(
+        coords: [&'a [Self]; D],
+        out: &'a mut [Self],
+    ) -> Option<([&'a [f32]; D], &'a mut [f32])>;
+}
+
+/// The bit of a NaN that arithmetic sets.
+const QUIET: u32 = 0x0040_0000;
+
+impl Float for f32 {
+    #[inline(always)]
+    fn lit(value: f32) -> f32 {
+        value
+    }
+    #[inline(always)]
+    fn known(single: f32, _: f64) -> f32 {
+        single
+    }
+    #[inline(always)]
+    fn from_int(value: i32) -> f32 {
+        value as f32
+    }
+    #[inline(always)]
+    fn is_nan(self) -> bool {
+        f32::is_nan(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> f32 {
+        hash::floor(self)
+    }
+    #[inline(always)]
+    fn cell(self) -> (i32, f32) {
+        let i = hash::cell(self);
+        (i, i as f32)
+    }
+    #[inline(always)]
+    fn total(cells: i32, _: f32) -> f32 {
+        cells as f32
+    }
+    #[inline(always)]
+    fn flip(self, bits: u32) -> f32 {
+        crate::number::flip(self, bits)
+    }
+    #[inline(always)]
+    fn unit(word: u32) -> f32 {
+        hash::unit(word)
+    }
+    #[inline(always)]
+    fn word(self) -> u32 {
+        self.to_bits()
+    }
+    #[inline(always)]
+    fn nan_of(x: f32, period: f32) -> f32 {
+        let nan = if period.is_nan() { period.to_bits() | QUIET } else { 0xffc0_0000 };
+        f32::from_bits(if x.is_nan() { x.to_bits() | QUIET } else { nan })
+    }
+    fn run(isa: Isa, call: Call<'_, Self>) {
+        batch::by_kind(isa, call);
+    }
+    fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
+        isa.dispatch(kernel);
+    }
+    #[inline(always)]
+    fn singles<'a, const D: usize>(
+        coords: [&'a [f32]; D],
+        out: &'a mut [f32],
+    ) -> Option<([&'a [f32]; D], &'a mut [f32])> {
+        Some((coords, out))
+    }
+}
+
+/// From here on every double is a whole number.
+const WHOLE: f64 = 4_503_599_627_370_496.0;
+const TWO_POW_32: f64 = 4_294_967_296.0;
+
+impl Float for f64 {
+    #[inline(always)]
+    fn lit(value: f32) -> f64 {
+        f64::from(value)
+    }
+    #[inline(always)]
+    fn known(_: f32, exact: f64) -> f64 {
+        exact
+    }
+    #[inline(always)]
+    fn from_int(value: i32) -> f64 {
+        f64::from(value)
+    }
+    #[inline(always)]
+    fn is_nan(self) -> bool {
+        f64::is_nan(self)
+    }
+    /// By a sum that lands where doubles are spaced by one: not every machine has an instruction.
+    #[inline(always)]
+    fn floor(self) -> f64 {
+        let magnitude = self.abs();
+        let nearest = ((magnitude + WHOLE) - WHOLE).copysign(self);
+        let whole = nearest - if nearest > self { 1.0 } else { 0.0 };
+        if magnitude < WHOLE { whole } else { self }
+    }
+    #[inline(always)]
+    fn cell(self) -> (i32, f64) {
+        let whole = Float::floor(self);
+        // From 0 to below 2³², exactly; then a sum leaves it in the low bits.
+        let low = whole - Float::floor(whole * (1.0 / TWO_POW_32)) * TWO_POW_32;
+        let word = (low + WHOLE).to_bits() as u32;
+        (if whole.is_finite() { word as i32 } else { i32::MIN }, whole)
+    }
+    #[inline(always)]
+    fn total(_: i32, numbers: f64) -> f64 {
+        numbers
+    }
+    #[inline(always)]
+    fn flip(self, bits: u32) -> f64 {
+        f64::from_bits(self.to_bits() ^ if bits != 0 { 1 << 63 } else { 0 })
+    }
+    #[inline(always)]
+    fn unit(word: u32) -> f64 {
+        f64::from(word) * (1.0 / TWO_POW_32)
+    }
+    #[inline(always)]
+    fn word(self) -> u32 {
+        let single = self as f32;
+        if single.is_nan() { 0x7fc0_0000 } else { single.to_bits() }
+    }
+    #[inline(always)]
+    fn nan_of(_: f64, _: f64) -> f64 {
+        f64::NAN
+    }
+    fn run(isa: Isa, call: Call<'_, Self>) {
+        batch::by_kind(isa, call);
+    }
+    fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
+        isa.dispatch_widest(kernel);
+    }
+    #[inline(always)]
+    fn singles<'a, const D: usize>(
+        _: [&'a [f64]; D],
+        _: &'a mut [f64],
+    ) -> Option<([&'a [f32]; D], &'a mut [f32])> {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_in_double_are_floors() {
+        for x in
+            [0.0_f64, -0.0, 0.5, -0.5, 1.0, -1.0, 7.999, -7.001, 1e6 + 0.25, -1e6 - 0.25, 2_147_483_647.5]
+        {
+            assert_eq!(x.cell(), (x.floor() as i32, x.floor()), "{x}");
+        }
+        assert_eq!(2_147_483_648.5_f64.cell().0, i32::MIN);
+        assert_eq!(4_294_967_297.5_f64.cell().0, 1);
+        assert_eq!((-4_294_967_295.5_f64).cell().0, 0);
+        assert_eq!(1e300_f64.cell().0, 0);
+        for x in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(x.cell().0, i32::MIN);
+        }
+        let mut x = 1e-3_f64;
+        while x < 1e20 {
+            assert_eq!(Float::floor(x), x.floor());
+            assert_eq!(Float::floor(-x), (-x).floor());
+            x *= 1.37;
+        }
+    }
+}

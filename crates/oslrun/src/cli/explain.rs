@@ -1,0 +1,119 @@
+//! `oslrun explain FILE --at X,Y`: what a shader does at one point; `--cost`: what each output asks of it.
+
+use super::Failure;
+use super::args::{self, RunArgs};
+use super::load::{self, Loaded, Request};
+use super::run::{grid, services};
+use clap::Args;
+use osl_exec::PointSource;
+use osl_ir::passes;
+use osl_measure::explain::{self, cost, text};
+use osl_measure::trace::{self, OnePoint};
+use osl_scene::Grid;
+use std::io::Write;
+
+/// What is to be explained.
+#[derive(Debug, Args)]
+pub(super) struct ExplainArgs {
+    /// The pixel: column and row, from 0; row 0 has the smallest v.
+    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "uv")]
+    at: Option<(usize, usize)>,
+    /// The point of the patch that is closest to this u and v.
+    #[arg(long, value_name = "U,V", value_parser = args::pair, allow_hyphen_values = true)]
+    uv: Option<args::Pair>,
+    /// Show what double precision makes of everything, and the digits that both have in common.
+    #[arg(long)]
+    f64: bool,
+    /// Show what each output needs: instructions, layers, derivatives, globals, textures.
+    #[arg(long)]
+    cost: bool,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+    /// The shader and its points.
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+fn pixel(text: &str) -> Result<(usize, usize), String> {
+    let (x, y) = text.split_once(',').ok_or("two numbers and a comma, such as 100,200")?;
+    let number = |t: &str| t.trim().parse().map_err(|_| format!("`{t}` is no column or row"));
+    Ok((number(x)?, number(y)?))
+}
+
+/// Instructions that are followed.
+const MAX_NODES: usize = 2_000_000;
+
+/// Explains a point.
+pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let run = &args.run;
+    let (Loaded { sources, body, folder, .. }, noted) = load::load_noted(&request(run), err)?;
+    let points = grid(run);
+    let outputs = run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
+    let options = passes::Options {
+        outputs,
+        varying: points.varying().to_vec(),
+        slopes: points.varying_slopes().to_vec(),
+        ..passes::Options::default()
+    };
+    if args.cost {
+        let costs = cost(&body, &options);
+        let text = if args.json { json(&costs)? } else { explain::table(&costs) };
+        let _ = out.write_all(text.as_bytes());
+        return Ok(());
+    }
+    let (x, y) = match (args.at, &args.uv) {
+        (Some(at), _) => at,
+        (None, Some(uv)) => closest(&points, uv.0),
+        (None, None) => (points.width / 2, points.height / 2),
+    };
+    let Some(point) = OnePoint::at_pixel(&points, points.width, points.height, x, y) else {
+        return Err(Failure::new(format!(
+            "the grid has {} by {} points; --at begins at 0,0",
+            points.width, points.height
+        )));
+    };
+    let services = services(run, folder, osl_exec::Spaces::default());
+    let mut followed = trace::prepare(noted, &options.varying, &options.slopes);
+    if let Some(wanted) = &options.outputs {
+        followed.outputs.retain(|o| wanted.contains(&o.name));
+    }
+    let trace = trace::follow(&followed, &services, OnePoint { source: &points, point }, MAX_NODES);
+    let needed = explain::only_needed(body, &options);
+    let explanation = explain::explain(&trace, &followed, &needed, &sources);
+    let text = if args.json {
+        json(&explanation)?
+    } else {
+        let place = format!("pixel ({x}, {y}) of {} by {}", points.width, points.height);
+        text::text(&explanation, &place, args.f64)
+    };
+    let _ = out.write_all(text.as_bytes());
+    Ok(())
+}
+
+/// What the arguments of a run ask to load.
+pub(super) fn request(run: &RunArgs) -> Request<'_> {
+    Request {
+        file: run.file.as_deref(),
+        network: &run.network,
+        params: &run.params,
+        outputs: run.outputs.as_deref(),
+        read: &run.read,
+        lints: &run.lints,
+        repair: run.repair.then_some(run.write.as_deref()),
+        allow_files: run.allow_files,
+    }
+}
+
+pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {
+    Ok(serde_json::to_string_pretty(value).map_err(Failure::new)? + "\n")
+}
+
+/// The pixel whose point is closest to u and v.
+fn closest(grid: &Grid, uv: [f32; 2]) -> (usize, usize) {
+    let along = |axis: usize, n: usize| {
+        let off = |i: &usize| (grid.coordinate(axis, *i, n) - uv[axis]).abs();
+        (0..n).min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or(0)
+    };
+    (along(0, grid.width), along(1, grid.height))
+}

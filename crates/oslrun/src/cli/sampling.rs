@@ -1,0 +1,270 @@
+//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`: images with other than one sample in each pixel.
+
+use super::Failure;
+use super::output::Rows;
+use clap::Args;
+use osl_exec::{Frame, Plane, Program, RunOptions, Services, Stop};
+use osl_measure::sample::{
+    Adaptive, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading, Surface,
+    Tally, Watch, adaptive, at_rate, max_error,
+};
+use std::fmt::Write;
+use std::ops::Range;
+
+/// How many samples pixels have.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct SampleArgs {
+    /// Samples of each pixel (default: 1, at its centre); with --adaptive and --max-error the most of any (default: 1024).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    pub(super) samples: Option<u32>,
+    /// What a pixel is to show of its surroundings: box, gaussian, blackman-harris or mitchell, and how wide in pixels
+    /// (default: 1, 2, 3, 4). One sample lies at the centre in any case.
+    #[arg(long, value_name = "NAME[,WIDTH]", value_parser = filter)]
+    pub(super) filter: Option<(FilterKind, f32)>,
+    /// Compute one pixel of 2x1, 2x2 or 4x4, and interpolate the others.
+    #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error"])]
+    pub(super) shading_rate: Option<Rate>,
+    /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
+    #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error")]
+    pub(super) adaptive: Option<f32>,
+    /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible: pixels are
+    /// interpolated where the shader is smooth, and have many samples where it is not. With --stats the error is checked.
+    #[arg(long, value_name = "ERROR", value_parser = error)]
+    pub(super) max_error: Option<f32>,
+    /// Widen steps, choices by comparison and noise by the area that a sample stands for, so that fewer samples are needed.
+    #[arg(long, conflicts_with_all = ["adaptive", "max_error"])]
+    pub(super) prefilter: bool,
+}
+
+/// What to do about samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Plan {
+    /// One at each pixel's centre.
+    Plain,
+    /// As many in each.
+    Samples(u32, FilterKind, f32),
+    /// One for several pixels.
+    Rate(Rate),
+    /// As many as a standard error asks for.
+    Adaptive(Adaptive, FilterKind, f32),
+    /// As few as an error permits.
+    MaxError(MaxError, FilterKind, f32),
+}
+
+/// The most samples of a pixel, where nothing else is said.
+const MOST: u32 = 1024;
+/// Pixels that are compared with an oracle.
+const CHECKED: usize = 256;
+/// The fewest samples that the oracle has of each.
+const ORACLE: u32 = 1024;
+
+impl SampleArgs {
+    /// What the options mean together.
+    pub(super) fn plan(&self) -> Result<Plan, Failure> {
+        let (kind, width) = self.filter.unwrap_or((FilterKind::Box, 1.0));
+        let most = self.samples.unwrap_or(MOST);
+        Ok(match (self.shading_rate, self.adaptive, self.max_error) {
+            (Some(rate), ..) if rate == Rate([1, 1]) => Plan::Plain,
+            (Some(rate), ..) => Plan::Rate(rate),
+            (_, Some(threshold), _) => Plan::Adaptive(Adaptive { threshold, most }, kind, width),
+            (.., Some(error)) => Plan::MaxError(MaxError { error, most }, kind, width),
+            _ if self.samples.unwrap_or(1) == 1 => Plan::Plain,
+            _ => Plan::Samples(most, kind, width),
+        })
+    }
+}
+
+impl SampleArgs {
+    /// Whether any option is.
+    pub(super) fn is_given(&self) -> bool {
+        let SampleArgs { samples, filter, shading_rate, adaptive, max_error, prefilter } = self;
+        samples.is_some()
+            || filter.is_some()
+            || shading_rate.is_some()
+            || adaptive.is_some()
+            || max_error.is_some()
+            || *prefilter
+    }
+
+    /// How wide steps are to be, if they are to be wide: as the share of the pixel that a sample stands for.
+    pub(super) fn prefilter(&self, plan: Plan) -> Option<f32> {
+        let samples = if let Plan::Samples(samples, ..) = plan { samples } else { 1 };
+        self.prefilter.then(|| 1.0 / (samples as f32).sqrt())
+    }
+}
+
+impl Plan {
+    fn filter(self) -> Filter {
+        match self {
+            Plan::Plain | Plan::Rate(_) => Filter::default(),
+            Plan::Samples(_, kind, width)
+            | Plan::Adaptive(_, kind, width)
+            | Plan::MaxError(_, kind, width) => Filter::new(kind, width),
+        }
+    }
+
+    /// Samples that the pattern is to begin with.
+    fn samples(self) -> u32 {
+        match self {
+            Plan::Samples(samples, ..) => samples,
+            _ => 64,
+        }
+    }
+
+    /// The error that was asked for, or infinity.
+    fn limit(self) -> f32 {
+        match self {
+            Plan::MaxError(wanted, ..) => wanted.error,
+            _ => f32::INFINITY,
+        }
+    }
+}
+
+fn filter(text: &str) -> Result<(FilterKind, f32), String> {
+    let (name, width) = text.split_once(',').map_or((text, None), |(name, width)| (name, Some(width)));
+    let names = FilterKind::ALL.map(FilterKind::name);
+    let kind = FilterKind::from_name(name).ok_or_else(|| format!("one of {}", names.join(", ")))?;
+    let width = match width {
+        None => kind.usual_width(),
+        Some(width) => {
+            let number = width.trim().parse().ok().filter(|w: &f32| (0.01..=64.0).contains(w));
+            number.ok_or_else(|| format!("a width is from 0.01 to 64 pixels, not `{width}`"))?
+        }
+    };
+    Ok((kind, width))
+}
+
+fn rate(text: &str) -> Result<Rate, String> {
+    let names = Rate::ALL.map(|rate| rate.to_string());
+    Rate::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
+}
+
+fn error(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|e: &f32| *e > 0.0 && e.is_finite());
+    number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
+}
+
+/// A program at any place of an image.
+pub(super) fn shading<'a>(
+    program: &'a Program,
+    services: &'a Services,
+    surface: &'a dyn Surface,
+    options: &'a RunOptions,
+    plan: Plan,
+) -> Shading<'a> {
+    let pattern = Pattern::new(plan.samples(), 0);
+    Shading { program, services, surface, options, pattern, filter: plan.filter() }
+}
+
+/// An image by a plan, piece by piece.
+pub(super) struct Sampled<'a, 'b> {
+    shading: &'a Shading<'b>,
+    plan: Plan,
+    tally: Tally,
+    /// Pixels to compare with an oracle.
+    watch: Option<Watch>,
+    progress: &'a (dyn Fn(usize) + Sync),
+}
+
+/// What there is to say of an image from samples.
+pub(super) struct Said {
+    pub(super) tally: Tally,
+    pub(super) text: String,
+}
+
+impl<'a, 'b> Sampled<'a, 'b> {
+    /// An image of which nothing is done.
+    pub(super) fn new(
+        shading: &'a Shading<'b>,
+        plan: Plan,
+        check: bool,
+        progress: &'a (dyn Fn(usize) + Sync),
+    ) -> Sampled<'a, 'b> {
+        let (width, height) = shading.surface.size();
+        let watch = check.then(|| Watch::new(width * height, CHECKED));
+        Sampled { shading, plan, tally: Tally::default(), watch, progress }
+    }
+
+    fn piece(&self, rows: Range<usize>) -> Result<Image, Stop> {
+        match self.plan {
+            Plan::Plain => self.shading.rows(rows, 1),
+            Plan::Samples(samples, ..) => self.shading.rows(rows, samples),
+            Plan::Rate(rate) => at_rate(self.shading, rows, rate),
+            Plan::Adaptive(wanted, ..) => adaptive(self.shading, rows, wanted),
+            Plan::MaxError(wanted, ..) => max_error(self.shading, rows, wanted),
+        }
+    }
+
+    /// What the image took, and how far it is off.
+    pub(super) fn said(self) -> Result<Said, Stop> {
+        let mut text = spent(&self.tally);
+        if let Some(watch) = &self.watch {
+            let most = self.tally.by_samples.last().map_or(1, |(samples, _)| *samples);
+            let samples = most.saturating_mul(4).clamp(ORACLE, MAX_SAMPLES);
+            let check = watch.check(self.shading, f64::from(self.plan.limit()), samples)?;
+            text += &checked(&check, samples, self.plan.limit());
+        }
+        Ok(Said { tally: self.tally, text })
+    }
+}
+
+impl Rows for Sampled<'_, '_> {
+    fn planes(&self) -> Vec<Plane> {
+        self.shading.planes()
+    }
+
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop> {
+        let width = self.shading.surface.size().0;
+        let first = rows.start * width;
+        let image = self.piece(rows)?;
+        self.tally.add(&image.tally);
+        if let Some(watch) = &mut self.watch {
+            watch.note(&image, first);
+        }
+        (self.progress)(self.tally.pixels as usize);
+        Ok(image.frame)
+    }
+
+    fn weight(&self) -> usize {
+        8
+    }
+}
+
+/// Evaluations and who had them.
+fn spent(tally: &Tally) -> String {
+    let mut text = format!("{:.3} evaluations a pixel", tally.per_pixel());
+    let share = |pixels: u64| 100.0 * pixels as f64 / tally.pixels.max(1) as f64;
+    for (at, (samples, pixels)) in tally.by_samples.iter().enumerate() {
+        let what = match samples {
+            0 => "interpolated".to_string(),
+            1 => "with 1 sample".to_string(),
+            n => format!("with {n}"),
+        };
+        let _ = write!(text, "{} {:.2} % {what}", if at == 0 { ":" } else { "," }, share(*pixels));
+    }
+    text.push('\n');
+    if tally.unfinished > 0 {
+        let _ = writeln!(
+            text,
+            "{} pixels want more samples than they may have; --samples sets the limit",
+            tally.unfinished
+        );
+    }
+    if tally.not_finite > 0 {
+        let _ = writeln!(text, "{} pixels have a value that is not a number or infinite", tally.not_finite);
+    }
+    text
+}
+
+fn checked(check: &Check, samples: u32, limit: f32) -> String {
+    let mut text = format!(
+        "error at {} pixels, against {samples} samples each: rms {:.3e}, 99.9 % below {:.3e}, largest {:.3e} \
+         (oracle's own standard error {:.1e}, subtracted)\n",
+        check.pixels, check.rmse, check.nearly_all, check.largest, check.oracle
+    );
+    if limit.is_finite() {
+        let share = 100.0 * (1.0 - check.above as f64 / check.pixels.max(1) as f64);
+        let _ = writeln!(text, "{share:.2} % of them are within {limit}");
+    }
+    text
+}

@@ -1,0 +1,146 @@
+//! `oslrun stability FILE`: where a shader stops being right, and which line is to blame.
+
+use super::Failure;
+use super::args::{self, RunArgs};
+use super::explain::{json, request};
+use super::info::{self, Parameter};
+use super::load::{self, Loaded, Request};
+use super::run::{grid, services};
+use clap::Args;
+use osl_image::{ExrOptions, Layer, LayerKind, write_exr};
+use osl_measure::stability::{self, Base, Examined, Knob, Planes, Subject, digits_lost};
+use osl_scene::Grid;
+use serde_json::Value;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What is to be examined.
+#[derive(Debug, Args)]
+pub(super) struct StabilityArgs {
+    /// Points of the grid that each setting is tried on.
+    #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = args::grid)]
+    points: (usize, usize),
+    /// The error from which on a point is wrong, as a share of the output's range.
+    #[arg(long, value_name = "SHARE", default_value = "0.01")]
+    tolerance: f64,
+    /// Do not try other values of the parameters.
+    #[arg(long)]
+    no_params: bool,
+    /// Show the outcome of every setting, and all lines.
+    #[arg(long)]
+    all: bool,
+    /// As JSON.
+    #[arg(long)]
+    json: bool,
+    /// Report to write, with curves and maps of lost digits.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Image of the decimal digits that each pixel has lost, at the setting given: EXR, a channel for each output.
+    #[arg(long, value_name = "FILE")]
+    error_map: Option<PathBuf>,
+    /// The shader and its points.
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Examines a shader.
+pub(super) fn stability(
+    args: &StabilityArgs,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    if !(args.tolerance > 0.0 && args.tolerance.is_finite()) {
+        return Err(Failure::new("--tolerance must be a number above 0"));
+    }
+    let run = &args.run;
+    let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request(run), err)?;
+    let outputs: Option<Vec<_>> =
+        run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
+    let services = services(run, folder, osl_exec::Spaces::default());
+    let base = Base::new(body, noted, outputs.clone());
+    let subject = Subject { services: &services, base };
+    let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };
+    let knobs: Vec<Knob> = if args.no_params {
+        Vec::new()
+    } else {
+        info::describe(&program).parameters.iter().filter_map(|p| knob(p, &run.params)).collect()
+    };
+    let variant = |name: &str, value: &str| {
+        let mut params = run.params.clone();
+        params.push((name.to_string(), value.to_string()));
+        let request = Request { params: &params, repair: None, ..request(run) };
+        let (loaded, noted) = load::load_noted(&request, &mut std::io::sink()).ok()?;
+        Some(Base::new(loaded.body, noted, outputs.clone()))
+    };
+    let examined = stability::examine(&subject, &grid, args.tolerance, &knobs, &variant, &sources, &name);
+    let text =
+        if args.json { json(&examined.report)? } else { stability::text::text(&examined.report, args.all) };
+    let _ = out.write_all(text.as_bytes());
+    files(args, &examined, &grid, out)
+}
+
+fn files(args: &StabilityArgs, examined: &Examined, grid: &Grid, out: &mut dyn Write) -> Result<(), Failure> {
+    if let Some(path) = &args.html {
+        let html = stability::html::html(examined, grid.width, grid.height);
+        osl_image::replace_file(path, html.as_bytes()).map_err(Failure::new)?;
+        let _ = writeln!(out, "wrote {}", path.display());
+    }
+    if let Some(path) = &args.error_map {
+        map(path, &examined.given, grid)?;
+        let _ = writeln!(out, "wrote {}", path.display());
+    }
+    Ok(())
+}
+
+/// Writes the digits that each point has lost.
+fn map(path: &Path, planes: &Planes, grid: &Grid) -> Result<(), Failure> {
+    let lost = |(strict, exact): (&Vec<f64>, &Vec<f64>)| {
+        strict.iter().zip(exact).map(|(s, e)| digits_lost(*s, *e) as f32).collect::<Vec<f32>>()
+    };
+    let values: Vec<Vec<f32>> = planes.strict.iter().zip(&planes.exact).map(lost).collect();
+    let layer = |(name, values)| Layer { name, kind: LayerKind::Scalar, planes: vec![values] };
+    let names = planes.names.iter().map(String::as_str);
+    let layers: Vec<Layer<'_>> = names.zip(values.iter().map(Vec::as_slice)).map(layer).collect();
+    write_exr(path, grid.width, grid.height, &layers, ExrOptions::default()).map_err(Failure::new)
+}
+
+/// The values of a parameter to try: its limits, 0, its opposite, and the extremes. Only numbers have any.
+fn knob(parameter: &Parameter, given: &[(String, String)]) -> Option<Knob> {
+    if parameter.output {
+        return None;
+    }
+    let whole = match parameter.ty.as_str() {
+        "int" => true,
+        "float" | "color" | "point" | "vector" | "normal" => false,
+        _ => return None,
+    };
+    let mut values: Vec<String> = Vec::new();
+    let mut push = |text: String| {
+        if !values.contains(&text) {
+            values.push(text);
+        }
+    };
+    for limit in ["min", "max", "slidermin", "slidermax"] {
+        let found = parameter.metadata.iter().find(|m| m.name == limit);
+        if let Some(number) = found.and_then(|m| m.value.as_f64()) {
+            push(number.to_string());
+        }
+    }
+    push("0".to_string());
+    let now = given.iter().rev().find(|(name, _)| *name == parameter.name);
+    let now = now.and_then(|(_, text)| text.parse::<f64>().ok()).or_else(|| first(&parameter.default));
+    if let Some(x) = now.filter(|x| *x != 0.0) {
+        push((-x).to_string());
+    }
+    let extremes: &[&str] = if whole {
+        &["1", "-1", "2147483647", "-2147483648"]
+    } else {
+        &["1e-30", "-1e-30", "1e30", "-1e30", "nan", "inf", "-inf"]
+    };
+    extremes.iter().for_each(|text| push((*text).to_string()));
+    Some(Knob { name: parameter.name.clone(), values })
+}
+
+fn first(value: &Value) -> Option<f64> {
+    value.as_f64().or_else(|| value.as_array()?.first()?.as_f64())
+}

@@ -1,0 +1,188 @@
+//! `oslrun tradeoff FILE`: what speed costs in accuracy.
+
+use super::args::RunArgs;
+use super::load::{self, Loaded, Request};
+use super::run::{grid, on_threads, options, services, stopped};
+use super::{Failure, data, report};
+use crate::pipeline::{self, Compiled};
+use base64::Engine;
+use clap::Args;
+use osl_exec::{PointSource, RunOptions, Services, Spaces};
+use osl_image::{BitDepth, PngOptions, Transfer, write_png};
+use osl_ir::ir::Body;
+use osl_ir::passes;
+use osl_measure::sample::{Filter, Rate, Shading, Surface};
+use osl_measure::tradeoff::{self, Setting, Trade, Variant};
+use osl_scene::WithData;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// What to measure.
+#[derive(Debug, Args)]
+pub(super) struct TradeoffArgs {
+    /// The shader, and how it is run: as for a run, without --output and the number of samples.
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+    /// Seconds that it may take, roughly.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    pub(super) budget: f64,
+    /// Print one JSON object.
+    #[arg(long, conflicts_with = "csv")]
+    pub(super) json: bool,
+    /// Print comma-separated values.
+    #[arg(long)]
+    pub(super) csv: bool,
+    /// Write a page with plots and pictures of the errors.
+    #[arg(long, value_name = "FILE.html")]
+    pub(super) html: Option<PathBuf>,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|s| (0.01..=1e6).contains(s));
+    number.ok_or_else(|| format!("a number of seconds from 0.01 to 1000000, not `{text}`"))
+}
+
+/// Pixels that an image may have: all of it and of the oracle is in memory.
+const MOST_PIXELS: usize = 1 << 24;
+
+/// Measures and reports.
+pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let run = &args.run;
+    if run.output.is_some() || run.closures || run.sampling.is_given() {
+        return Err(Failure::new("tradeoff writes no image, and chooses the numbers of samples itself"));
+    }
+    if run.on.on.is_some() {
+        return Err(Failure::new("tradeoff measures on the grid, without --on"));
+    }
+    if run.grid.0 * run.grid.1 > MOST_PIXELS {
+        return Err(Failure::new(format!("tradeoff takes at most {MOST_PIXELS} pixels; -g sets the size")));
+    }
+    let request = Request {
+        file: run.file.as_deref(),
+        network: &run.network,
+        params: &run.params,
+        outputs: run.outputs.as_deref(),
+        read: &run.read,
+        lints: &run.lints,
+        repair: run.repair.then_some(run.write.as_deref()),
+        allow_files: run.allow_files,
+    };
+    let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
+    let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
+    let (services, how) = (services(run, folder, Spaces::default()), options(run));
+    let programs = Programs::new(&body, run, &points);
+    let bench = Bench { services: &services, surface: &points, options: &how };
+    let measured = on_threads(run, || bench.measure(&name, &programs, args.budget))?;
+    let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
+    if trade.outputs.is_empty() {
+        return Err(Failure::new(super::output::EMPTY));
+    }
+    if let Some(path) = &args.html {
+        let page = tradeoff::html(&trade, &|width, height, planes| encoded(width, height, planes).ok());
+        save(path, page.as_bytes())?;
+        let _ = writeln!(err, "wrote {}", path.display());
+    }
+    let text = match (args.json, args.csv) {
+        (true, _) => serde_json::to_string_pretty(&trade).map_err(Failure::new)? + "\n",
+        (_, true) => tradeoff::csv(&trade),
+        _ => tradeoff::text(&trade),
+    };
+    let _ = write!(out, "{text}");
+    // What the shader had to say, once.
+    let said = bench.said(&programs);
+    let frame = said.map_err(|stop| stopped(&stop, &sources))?;
+    report::messages(&frame, &sources, err)
+}
+
+/// The program in its forms: plain, and with its steps widened for one sample a pixel and for four.
+struct Programs {
+    plain: Compiled,
+    widened: Vec<(u32, Compiled)>,
+}
+
+impl Programs {
+    fn new(body: &Body, args: &RunArgs, points: &dyn PointSource) -> Programs {
+        let outputs: Option<Vec<_>> =
+            args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
+        let compile = |prefilter: Option<f32>| {
+            let options = passes::Options {
+                outputs: outputs.clone(),
+                varying: points.varying().to_vec(),
+                slopes: points.varying_slopes().to_vec(),
+                without: args.without_pass.clone(),
+                prefilter,
+                ..passes::Options::default()
+            };
+            pipeline::finish(body.clone(), &options)
+        };
+        let widened = [1, 4, 16].map(|n: u32| (n, compile(Some(1.0 / (n as f32).sqrt()))));
+        Programs { plain: compile(None), widened: widened.into() }
+    }
+}
+
+/// What all runs share.
+struct Bench<'a> {
+    services: &'a Services,
+    surface: &'a dyn Surface,
+    options: &'a RunOptions,
+}
+
+impl Bench<'_> {
+    fn shading<'s>(&'s self, compiled: &'s Compiled) -> Shading<'s> {
+        Shading {
+            program: &compiled.program,
+            services: self.services,
+            surface: self.surface,
+            options: self.options,
+            pattern: tradeoff::pattern(),
+            filter: Filter::default(),
+        }
+    }
+
+    fn measure(&self, name: &str, programs: &Programs, budget: f64) -> Result<Trade, osl_exec::Stop> {
+        let plain = self.shading(&programs.plain);
+        let mut variants =
+            vec![Variant { name: "strict".into(), shading: plain.clone(), settings: Setting::ladder() }];
+        for (samples, compiled) in &programs.widened {
+            let setting =
+                if *samples == 1 { Setting::Rate(Rate([1, 1])) } else { Setting::Samples(*samples) };
+            variants.push(Variant {
+                name: "prefilter".into(),
+                shading: self.shading(compiled),
+                settings: vec![if *samples == 1 { Setting::Samples(1) } else { setting }],
+            });
+        }
+        tradeoff::tradeoff(&tradeoff::Request {
+            name: name.to_string(),
+            variants,
+            oracle: ("strict".into(), plain),
+            budget: Duration::from_secs_f64(budget),
+        })
+    }
+
+    /// What a run has to say.
+    fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::Stop> {
+        Ok(self.shading(&programs.plain).rows(0..self.surface.size().1, 1)?.frame)
+    }
+}
+
+/// A picture as the text of a URL.
+fn encoded(width: usize, height: usize, planes: &[Vec<f32>]) -> Result<String, Failure> {
+    let folder = tempfile::tempdir().map_err(Failure::new)?;
+    let path = folder.path().join("picture.png");
+    let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
+    let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
+    write_png(&path, width, height, &planes, options).map_err(Failure::new)?;
+    let bytes = std::fs::read(&path).map_err(Failure::new)?;
+    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
+}
+
+/// Writes a file as a whole: beside its place first.
+fn save(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let cannot = |e: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {e}", path.display()));
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| cannot(&e))?;
+    file.write_all(bytes).map_err(|e| cannot(&e))?;
+    file.persist(path).map_err(|e| cannot(&e)).map(|_| ())
+}

@@ -1,0 +1,81 @@
+//! `oslrun explain` and `oslrun stability`, as a user sees them.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use std::path::Path;
+use std::process::Command;
+
+/// The exit code, what went to the output, and what to the errors.
+fn oslrun(args: &[&str]) -> (i32, String, String) {
+    let result = Command::new(env!("CARGO_BIN_EXE_oslrun")).args(args).output().unwrap();
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    (result.status.code().unwrap(), text(&result.stdout), text(&result.stderr))
+}
+
+fn shader(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl").join(name).display().to_string()
+}
+
+#[test]
+fn a_point_is_told_line_by_line() {
+    let (code, out, err) = oslrun(&["explain", &shader("strips.osl"), "--at", "3,5", "-g", "16x16"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("at pixel (3, 5) of 16 by 16"), "{out}");
+    assert!(out.contains("u = 0.2"), "{out}");
+    let (_, by_uv, _) = oslrun(&["explain", &shader("strips.osl"), "--uv", "0.2,0.33", "-g", "16x16"]);
+    assert_eq!(out, by_uv, "the same point");
+}
+
+#[test]
+fn tools_get_json() {
+    let (code, out, _) = oslrun(&["explain", &shader("flakes.osl"), "--at", "0,0", "-g", "8x8", "--json"]);
+    assert_eq!(code, 0);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(value["shader"], "flakes");
+    assert!(value["lines"].as_array().unwrap().iter().any(|l| l["facts"][0]["fact"] == "rounds"));
+}
+
+#[test]
+fn a_point_that_is_not_there_is_an_error() {
+    let (code, out, err) = oslrun(&["explain", &shader("flakes.osl"), "--at", "8,0", "-g", "8x8"]);
+    assert_eq!((code, out.as_str()), (1, ""));
+    assert!(err.contains("8 by 8 points"), "{err}");
+}
+
+#[test]
+fn costs_are_by_output() {
+    let (code, out, err) = oslrun(&["explain", &shader("Cobbled.osl"), "--cost"]);
+    assert_eq!((code, out.lines().count() > 3), (0, true), "{err}");
+    assert!(out.contains("resultMask"), "{out}");
+}
+
+#[test]
+fn stability_writes_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let [html, map] = ["r.html", "lost.exr"].map(|name| folder.path().join(name));
+    let file = folder.path().join("s.osl");
+    std::fs::write(&file, "shader s(output float r = 0) { r = cellnoise(u * 9) + noise(P * 4); }").unwrap();
+    let [file, html_text, map_text] = [&file, &html, &map].map(|p| p.display().to_string());
+    let args = ["stability", &file, "--points", "16x16", "--html", &html_text, "--error-map", &map_text];
+    let (code, out, err) = oslrun(&args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("safe for offset below"), "{out}");
+    assert!(std::fs::read_to_string(&html).unwrap().contains("Digits lost"));
+    assert!(map.metadata().unwrap().len() > 100);
+    let (_, out, _) = oslrun(&["stability", &file, "--points", "16x16", "--json"]);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(value["trials"][0]["setting"], "as_given");
+}
+
+#[test]
+fn a_tolerance_is_a_number_above_0() {
+    let (code, _, err) = oslrun(&["stability", &shader("strips.osl"), "--tolerance", "0"]);
+    assert_eq!(code, 1);
+    assert!(err.contains("--tolerance"), "{err}");
+}
