@@ -121,7 +121,11 @@ impl Scatter {
 
     fn weigh(&mut self) {
         let wo = self.side.wo;
-        self.chances = self.lobes.iter().map(|l| brightness(l.weight) * l.albedo(wo)).collect();
+        let share = |l: &Lobe| match &l.kind {
+            Kind::Subsurface { albedo, .. } => brightness(l.weight * *albedo),
+            _ => brightness(l.weight) * l.albedo(wo),
+        };
+        self.chances = self.lobes.iter().map(share).collect();
         let sum: f32 = self.chances.iter().sum();
         if sum > 0.0 {
             self.chances.iter_mut().for_each(|c| *c /= sum);

@@ -35,9 +35,8 @@ pub fn build(
     around: &Surroundings<'_>,
     messages: &mut Messages,
 ) -> Option<World> {
-    let nowhere = Place { file: "scene".into(), line: 0 };
     let Some(mut camera) = scene.camera else {
-        messages.error(&nowhere, "there is no camera: a node of kind `persp_camera`");
+        messages.error(&scene.place, "there is no camera: a node of kind `persp_camera`");
         return None;
     };
     let (width, height) = scene.settings.size;
@@ -45,7 +44,7 @@ pub fn build(
     let view = match camera.view() {
         Ok(view) => view,
         Err(why) => {
-            messages.error(&nowhere, why.to_string());
+            messages.error(&scene.place, why.to_string());
             return None;
         }
     };
@@ -61,7 +60,7 @@ pub fn build(
         glossy_depth: scene.settings.glossy_depth,
     };
     if scene.surfaces.is_empty() {
-        messages.warning(&nowhere, "there is no surface to be seen");
+        messages.warning(&scene.place, "there is no surface to be seen");
     }
     for surface in &scene.surfaces {
         add_surface(surface, &mut world, networks, around, messages);
@@ -182,8 +181,7 @@ fn add_sky(
         Some(name) => {
             let found = scene.skies.iter().find(|s| s.name == name);
             if found.is_none() {
-                let nowhere = Place { file: "options".into(), line: 0 };
-                messages.warning(&nowhere, format!("there is no sky `{name}` for a background"));
+                messages.warning(&scene.place, format!("there is no sky `{name}` for a background"));
             }
             found
         }

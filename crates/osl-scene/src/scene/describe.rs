@@ -11,6 +11,8 @@ use glam::{Mat4, Vec3};
 /// What a scene file describes. Lengths are those of the file, in common space where nothing else is said.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
+    /// The file as a whole, for what is missing.
+    pub place: Place,
     /// How to render it.
     pub settings: Settings,
     /// Where from, whatever the size of the picture; none if the file has no camera.
@@ -109,8 +111,8 @@ pub struct SkyNode {
 }
 
 /// Sorts the nodes of a file.
-pub(super) fn describe(nodes: Vec<Node>, messages: &mut Messages) -> Description {
-    let mut scene = Description::default();
+pub(super) fn describe(place: Place, nodes: Vec<Node>, messages: &mut Messages) -> Description {
+    let mut scene = Description { place, ..Description::default() };
     for node in nodes {
         let mut fields = Fields::new(&node, messages);
         match node.kind.as_str() {

@@ -30,7 +30,7 @@ impl<'a> Fields<'a> {
     }
 
     fn wrong(&mut self, param: &Param, what: &str) {
-        self.messages.error(&param.place, format!("parameter `{}` is {what}", param.name));
+        self.messages.error(&param.place, format!("parameter `{}` is to be {what}", param.name));
     }
 
     /// As many numbers as `N`; an error where they are others, or not finite.
@@ -75,7 +75,7 @@ impl<'a> Fields<'a> {
         let regular = matrix.inverse().is_finite() && matrix.determinant() != 0.0;
         if !regular {
             if let Some(param) = self.take(name) {
-                self.wrong(param, "singular: it has no inverse");
+                self.wrong(param, "a matrix that has an inverse: this one is singular");
             }
             return Mat4::IDENTITY;
         }

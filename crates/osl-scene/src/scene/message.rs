@@ -4,11 +4,11 @@ use std::fmt;
 use std::sync::Arc;
 
 /// A place in a scene file.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// The file, as it was asked for.
     pub file: Arc<str>,
-    /// Its line, from 1.
+    /// Its line, from 1; 0 is the file as a whole.
     pub line: u32,
 }
 
@@ -26,7 +26,11 @@ pub struct Message {
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let kind = if self.error { "error" } else { "warning" };
-        write!(f, "{}:{}: {kind}: {}", self.place.file, self.place.line, self.text)
+        let Place { file, line } = &self.place;
+        match line {
+            0 => write!(f, "{file}: {kind}: {}", self.text),
+            _ => write!(f, "{file}:{line}: {kind}: {}", self.text),
+        }
     }
 }
 

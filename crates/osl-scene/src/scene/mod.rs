@@ -47,7 +47,7 @@ pub fn read(file: &str, text: &str, files: &dyn SceneFiles, messages: &mut Messa
     if messages.failed() {
         return Description::default();
     }
-    describe::describe(nodes, messages)
+    describe::describe(Place { file: file.into(), line: 0 }, nodes, messages)
 }
 
 struct Reading<'a> {

@@ -141,7 +141,7 @@ fn finish(
         _ if closure => None,
         _ => output_of(last, |ty| ty == Type::COLOR).or_else(|| output_of(last, |ty| ty == Type::FLOAT)),
     };
-    if output.is_none() && !closure {
+    if output.is_none() && (!closure || purpose == Use::Displacement) {
         let what = if purpose == Use::Displacement { "a displacement" } else { "a color" };
         messages.error(&node.place, format!("shader `{}` has no output that could be {what}", node.kind));
         return None;

@@ -11,7 +11,7 @@ use osl_syntax::{NoFiles, Options};
 use std::sync::Arc;
 
 /// Shaders by their texts: the names are those that the texts say.
-pub struct Texts<'a>(pub &'a [&'a str]);
+pub(crate) struct Texts<'a>(pub(crate) &'a [&'a str]);
 
 impl Shaders for Texts<'_> {
     fn load(&mut self, name: &str) -> Result<(Arc<hir::Program>, u32), String> {
@@ -29,7 +29,7 @@ impl Shaders for Texts<'_> {
 }
 
 /// No file includes another.
-pub struct NoIncludes;
+pub(crate) struct NoIncludes;
 
 impl SceneFiles for NoIncludes {
     fn include(&self, _: &str, _: &str) -> Result<(String, String), String> {
@@ -38,7 +38,7 @@ impl SceneFiles for NoIncludes {
 }
 
 /// The world of a scene, or what is said instead.
-pub fn world(text: &str, shaders: &[&str], size: [usize; 2]) -> Result<World, String> {
+pub(crate) fn world(text: &str, shaders: &[&str], size: [usize; 2]) -> Result<World, String> {
     let mut messages = Messages::default();
     let scene = scene::read("test.ass", text, &NoIncludes, &mut messages);
     let mut texts = Texts(shaders);
@@ -50,13 +50,13 @@ pub fn world(text: &str, shaders: &[&str], size: [usize; 2]) -> Result<World, St
 }
 
 /// A picture of a scene that has nothing wrong with it.
-pub fn picture(text: &str, shaders: &[&str], size: [usize; 2], options: RenderOptions) -> Picture {
+pub(crate) fn picture(text: &str, shaders: &[&str], size: [usize; 2], options: RenderOptions) -> Picture {
     let world = world(text, shaders, size).unwrap();
     render(&world, &options, &|_| ()).unwrap()
 }
 
 /// The mean of each channel of the light, over pixels for which `wanted` is true, with its standard error.
-pub fn mean(picture: &Picture, wanted: impl Fn(usize, usize) -> bool) -> [(f64, f64); 3] {
+pub(crate) fn mean(picture: &Picture, wanted: impl Fn(usize, usize) -> bool) -> [(f64, f64); 3] {
     [0, 1, 2].map(|channel| {
         let plane = &picture.layers[0].planes[channel];
         let pixels = (0..plane.len()).filter(|at| wanted(at % picture.width, at / picture.width));

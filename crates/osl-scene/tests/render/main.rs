@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 
 mod common;
+mod scenes;
 
 use common::{mean, picture, world};
 use osl_scene::render::{RenderOptions, Strategy, render};
