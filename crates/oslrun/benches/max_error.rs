@@ -106,8 +106,7 @@ fn timed(work: impl Fn() -> Image) -> (f64, Image) {
 }
 
 /// Shares of the pixels above an error.
-fn above(shading: &Shading<'_>, image: &Image, truth: &Oracle, error: f32) -> f64 {
-    let _ = shading;
+fn above(image: &Image, truth: &Oracle, error: f32) -> f64 {
     let planes: Vec<Vec<f32>> = image.frame.planes.iter().map(|p| p.floats()).collect();
     let found = check(&planes, truth, f64::from(error), |pixel| pixel as usize);
     found.above as f64 / found.pixels.max(1) as f64
@@ -118,7 +117,7 @@ fn best_fixed(shading: &Shading<'_>, truth: &Oracle, error: f32, side: usize) ->
     let mut best: Option<(String, f64, f64)> = None;
     for rate in [[4, 4], [2, 2], [2, 1], [1, 1]].map(Rate) {
         let (time, image) = timed(|| at_rate(shading, 0..side, rate).expect("an image"));
-        if above(shading, &image, truth, error) <= 0.001 && best.as_ref().is_none_or(|b| time < b.1) {
+        if above(&image, truth, error) <= 0.001 && best.as_ref().is_none_or(|b| time < b.1) {
             best = Some((rate.to_string(), time, image.tally.per_pixel()));
         }
     }
@@ -169,7 +168,7 @@ fn main() {
         for error in ERRORS {
             let wanted = MaxError { error, most: samples };
             let (time, image) = timed(|| max_error(&shading, 0..side, wanted).expect("an image"));
-            let kept = 100.0 * (1.0 - above(&shading, &image, &truth, error));
+            let kept = 100.0 * (1.0 - above(&image, &truth, error));
             let own = image.tally.per_pixel();
             match best_fixed(&shading, &truth, error, side) {
                 Some((name, fixed, evaluations)) => println!(

@@ -12,22 +12,29 @@ impl Work<'_, '_> {
         [left, (left + step).min(self.width - 1), top, (top + step).min(self.height - 1)]
     }
 
-    /// Computes the corners of those cells that are wanted, by their top left corner, and interpolates inside.
+    /// What the estimate of the error in the cell of a pixel is made of: its corners, and those around it.
+    pub(super) fn around(&self, [x, y]: [usize; 2], step: usize) -> impl Iterator<Item = u32> + use<> {
+        let [left, right, top, bottom] = self.cell(x, y, step);
+        let (far, low) = if step == 1 { (left + 1, top + 1) } else { (right + step, bottom + step) };
+        let columns = [left.saturating_sub(step), left, right, far].map(|x| x.min(self.width - 1));
+        let lines = [top.saturating_sub(step), top, bottom, low].map(|y| y.min(self.height - 1));
+        let width = self.width;
+        lines.into_iter().flat_map(move |y| columns.map(|x| (y * width + x) as u32))
+    }
+
+    /// Computes what those cells need that are wanted, by their top left corner, and interpolates inside.
     pub(super) fn lattice(&mut self, step: usize, wanted: impl Fn(usize) -> bool) -> Result<(), Stop> {
-        let mut corners = Vec::new();
+        let mut needed = Vec::new();
         let mut cells = Vec::new();
         for y in (0..self.height).step_by(step) {
             for x in (0..self.width).step_by(step) {
                 if wanted(y * self.width + x) {
-                    let [left, right, top, bottom] = self.cell(x, y, step);
-                    cells.push([left, right, top, bottom]);
-                    for y in [top, bottom] {
-                        corners.extend([left, right].map(|x| (y * self.width + x) as u32));
-                    }
+                    cells.push(self.cell(x, y, step));
+                    needed.extend(self.around([x, y], step));
                 }
             }
         }
-        self.centres(corners)?;
+        self.centres(needed)?;
         if step > 1 {
             let (width, known) = (self.width, &self.known);
             for values in &mut self.values {

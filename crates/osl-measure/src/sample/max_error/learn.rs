@@ -79,15 +79,11 @@ impl Work<'_, '_> {
     /// Tries a finer lattice around pixels of the pilot, without keeping it: neighbours are to be left as they are.
     fn try_step(&mut self, step: usize, truth: &Pilot, slots: &[usize]) -> Result<Vec<Tried>, Stop> {
         let width = self.width;
-        let around = |pixel: u32| {
-            let (x, y) = (pixel as usize % width, pixel as usize / width);
-            let [left, right, top, bottom] = self.cell(x, y, step);
-            let (far, low) = if step == 1 { (left + 1, top + 1) } else { (right + step, bottom + step) };
-            let columns = [left.saturating_sub(step), left, right, far].map(|x| x.min(self.width - 1));
-            let lines = [top.saturating_sub(step), top, bottom, low].map(|y| y.min(self.height - 1));
-            lines.into_iter().flat_map(move |y| columns.map(|x| (y * width + x) as u32))
+        let place = |slot: &usize| {
+            let pixel = truth.pixels[*slot] as usize;
+            [pixel % width, pixel / width]
         };
-        let mut needed: Vec<u32> = slots.iter().flat_map(|slot| around(truth.pixels[*slot])).collect();
+        let mut needed: Vec<u32> = slots.iter().flat_map(|slot| self.around(place(slot), step)).collect();
         needed.sort_unstable();
         needed.dedup();
         let (known, values) = (self.known.clone(), self.values.clone());

@@ -34,7 +34,7 @@ pub struct MaxError {
 /// Pixels between those of the coarsest lattice.
 const COARSE: usize = 4;
 /// Pixels for each one that is peeked at, and the fewest and most.
-const PEEK: (usize, usize, usize) = (256, 256, 1024);
+const PEEK: (usize, usize, usize) = (64, 512, 2048);
 /// The same of the pilot of an image that is not smooth throughout: one of a thousand pixels is to be noticed.
 const PILOT: (usize, usize, usize) = (100, 2048, 4096);
 /// The largest estimates that are trusted whatever the pilot says, as shares of the bound: it may have missed what is rare.
