@@ -204,8 +204,11 @@ fn derivatives_of_noise_in_double_precision_are_slopes() {
     }
 }
 
-/// Seeds whose outputs are continuous but at few points: name, file, parameters.
-const SEEDS: &[(&str, &str, &[(&str, &str)])] = &[
+/// A shader: its name, its file, values of parameters.
+type Seed = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+/// Seeds whose outputs are continuous but at few points.
+const SEEDS: &[Seed] = &[
     ("Cobbled", "osl/Cobbled.osl", &[]),
     ("flakes", "osl/flakes.osl", &[]),
     ("sprinkles", "tests/data/seeds/sprinkles.repaired.osl", &[]),

@@ -156,7 +156,22 @@ fn png_bytes_follow_the_transfer() {
     let back = read_image(&path).unwrap();
     assert_eq!((back.stored, back.channels), (StoredType::U16, vec!["Y".to_owned()]));
     assert_eq!(back.samples, [0.0, 32768.0 / 65535.0, 1.0]);
-    assert!(write_png(&path, 3, 1, &[&r, &g], grey).is_err());
+    assert!(write_png(&path, 3, 1, &[&r[..]; 5], grey).is_err());
+}
+
+#[test]
+fn the_last_of_two_or_four_planes_is_alpha() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("a.png");
+    let (grey, alpha) = ([1.0, 0.5_f32], [0.0, 0.5_f32]);
+    write_png(&path, 2, 1, &[&grey, &alpha], PNG8).unwrap();
+    let back = read_image(&path).unwrap();
+    assert_eq!(back.channels, ["Y", "A"].map(str::to_owned).to_vec());
+    let bytes: Vec<u8> = back.samples.iter().map(|v| (v * 255.0).round() as u8).collect();
+    // Planes lie one behind the other; alpha has no curve.
+    assert_eq!(bytes[2..], [0, 128]);
+    write_png(&path, 2, 1, &[&grey, &grey, &grey, &alpha], PNG8).unwrap();
+    assert_eq!(read_image(&path).unwrap().channels.len(), 4);
 }
 
 #[test]

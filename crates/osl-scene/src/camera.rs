@@ -186,7 +186,7 @@ mod tests {
 
     fn camera() -> Camera {
         Camera {
-            position: Vec3::new(3677.0129, 1039.1904, 597.0592),
+            position: Vec3::new(3677.013, 1039.1904, 597.0592),
             look_at: Vec3::new(0.0, 250.0, 0.0),
             up: Vec3::Y,
             fov_degrees: 11.0,

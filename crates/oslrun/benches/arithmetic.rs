@@ -14,7 +14,10 @@ use osl_syntax::NoFiles;
 use oslrun::pipeline;
 use std::path::Path;
 
-const CASES: [(&str, &str, &[(&str, &str)]); 9] = [
+/// A shader: its name, its file, values of parameters.
+type Case = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
+
+const CASES: [Case; 9] = [
     ("transcendental", "crates/oslrun/benches/shaders/transcendental.osl", &[]),
     ("matrices", "crates/oslrun/benches/shaders/matrices.osl", &[]),
     ("derivatives", "crates/oslrun/benches/shaders/derivatives.osl", &[]),

@@ -136,7 +136,9 @@ fn a_trade_off_comes_as_text_values_and_a_page() {
         [common, more].concat()
     }
     let (table, _) = ok(&folder, &with(&common, &[]));
-    assert!(table.contains("strict, 1 sample") && table.contains("prefilter, 1 sample"), "{table}");
+    for row in ["strict, 1 sample", "fast, 1 sample", "f64, 1 sample", "prefilter, 1 sample"] {
+        assert!(table.contains(row), "{row}: {table}");
+    }
     let (json, _) = ok(&folder, &with(&common, &["--json"]));
     let value: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(value["outputs"][0]["name"], "r");

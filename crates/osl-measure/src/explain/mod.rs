@@ -1,6 +1,6 @@
 //! What a shader does at one point, line by line: values, branches, rounds of loops, calls, and what does not run.
 //!
-//! It reads a [`Trace`] and the notes in it. It must not know how values come about, nor the command line; [`text`] lays
+//! It reads a [`Trace`](crate::trace::Trace) and the notes in it. It must not know how values come about, nor the command line; [`text`] lays
 //! an explanation out for people, and it serialises for tools.
 
 mod cost;

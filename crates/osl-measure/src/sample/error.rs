@@ -117,7 +117,7 @@ fn within(level: u32, cells: &[f32]) -> f32 {
 fn along(lines: usize, length: usize, at: impl Fn(usize, usize) -> f32) -> Option<f32> {
     let mut total = 0.0;
     match length {
-        0 | 1 => return None,
+        0 | 1 => None,
         2 => {
             (0..lines).for_each(|line| total += square(at(line, 1) - at(line, 0)));
             Some(0.5 * total / lines as f32)

@@ -26,6 +26,9 @@ pub struct Examined {
     pub far: Option<(f64, Planes)>,
 }
 
+/// A sweep of the coordinates: its name, and its settings.
+type Sweep = (&'static str, fn(f64) -> Setting);
+
 /// The error that as much as counts at the setting given: some hundred times the rounding of a single operation.
 const NOTABLE: f64 = 2e-5;
 
@@ -47,7 +50,7 @@ pub fn examine(
     let notable = own.iter().any(|c| c.score > NOTABLE);
     blamed.push((if notable { 1.0 } else { 0.0 }, own));
     let mut far = None;
-    let coordinates: [(&str, fn(f64) -> Setting); 2] =
+    let coordinates: [Sweep; 2] =
         [("offset", |by| Setting::Offset { by }), ("scale", |by| Setting::Scale { by })];
     for (name, setting) in coordinates {
         let (tried, finding) = sweep(subject, grid, tolerance, setting, name);

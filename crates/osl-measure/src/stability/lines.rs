@@ -33,6 +33,9 @@ pub struct Culprit {
     pub why: String,
 }
 
+/// An instruction with its score and what is wrong with it.
+type Charge = (Place, f64, String);
+
 /// Points that are followed for their errors, and for what is seen at any point.
 const WORST: usize = 24;
 /// Points of the row and of the column on which derivatives are compared with what they stand for.
@@ -66,7 +69,7 @@ pub fn culprits(
             if is_worst { followed.0 += 1 } else { followed.1 += 1 }
         }
     }
-    let mut lines: FxHashMap<(u32, u32), Vec<(Place, f64, String)>> = FxHashMap::default();
+    let mut lines: FxHashMap<(u32, u32), Vec<Charge>> = FxHashMap::default();
     let mut put = |place: Place, score: f64, why: String| {
         if let (Some(file), Some(at)) = (sources.file_at(place.span.start), sources.place(place.span))
             && place.span != Span::default()

@@ -1,8 +1,8 @@
 //! Numerical stability: where a shader stops being right, and which line is to blame.
 //!
-//! [`sweep`] runs the shader in the strict arithmetic and in double precision over settings that go to the extremes
-//! (scale and offset of the coordinates, footprint of the derivatives, each parameter) and compares what comes out; [`blame`]
-//! goes back from the error of single points to the instructions that made it; [`lines`] sums that up by lines of the
+//! `sweep` runs the shader in the strict arithmetic and in double precision over settings that go to the extremes
+//! (scale and offset of the coordinates, footprint of the derivatives, each parameter) and compares what comes out; `blame`
+//! goes back from the error of single points to the instructions that made it; `lines` sums that up by lines of the
 //! source. This module must not know the command line; [`text`] and [`html`] lay a [`Report`] out.
 
 mod blame;

@@ -3,7 +3,7 @@
 
 use super::*;
 use osl_exec::Param;
-use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::f32::consts::{PI, TAU};
 
 /// Numbers without order: each is the fraction of a multiple of an irrational number.
 fn uniform(n: usize) -> [f32; 4] {
@@ -66,7 +66,7 @@ fn furnace(scatter: &Scatter, samples: usize) -> f32 {
 fn an_even_sky_is_never_outshone() {
     for (name, component) in rough() {
         for wo in directions() {
-            let share = furnace(&Scatter::new(&[component.clone()], Vec3::Z, wo), 1 << 14);
+            let share = furnace(&Scatter::new(std::slice::from_ref(&component), Vec3::Z, wo), 1 << 14);
             assert!(share <= 1.005, "{name} from {wo}: {share}");
             assert!(share > 0.01, "{name} from {wo}: {share}");
         }
@@ -116,7 +116,7 @@ const BINS: [usize; 2] = [16, 16];
 fn directions_are_chosen_as_their_density_says() {
     for (name, component) in rough() {
         for wo in directions() {
-            let scatter = Scatter::new(&[component.clone()], Vec3::Z, wo);
+            let scatter = Scatter::new(std::slice::from_ref(&component), Vec3::Z, wo);
             let samples = 1 << 16;
             let mut found = vec![0.0_f64; BINS[0] * BINS[1]];
             for n in 0..samples {
@@ -162,7 +162,7 @@ fn probability(scatter: &Scatter, bin: usize) -> f64 {
 fn both_ways_to_integrate_agree() {
     for (name, component) in rough() {
         for wo in directions() {
-            let scatter = Scatter::new(&[component.clone()], Vec3::Z, wo);
+            let scatter = Scatter::new(std::slice::from_ref(&component), Vec3::Z, wo);
             let evenly: f64 = (0..1 << 18)
                 .map(|n| {
                     let [s, t, ..] = uniform(n);
@@ -181,8 +181,9 @@ fn reflection_is_reciprocal() {
     for (name, component) in rough().into_iter().filter(|(name, _)| !name.contains("through")) {
         for (a, b) in directions().into_iter().zip(directions().into_iter().rev()) {
             let b = Vec3::new(-b.y, b.x, b.z);
-            let value =
-                |wo: Vec3, wi: Vec3| Scatter::new(&[component.clone()], Vec3::Z, wo).value(wi).0.x / wi.z;
+            let value = |wo: Vec3, wi: Vec3| {
+                Scatter::new(std::slice::from_ref(&component), Vec3::Z, wo).value(wi).0.x / wi.z
+            };
             let (there, back) = (value(a, b), value(b, a));
             assert!((there - back).abs() <= 1e-3 * there.max(back).max(1e-3), "{name}: {there} {back}");
         }
@@ -238,5 +239,4 @@ fn disks_and_cosines_are_even() {
     assert!((mean - Vec3::new(0.0, 0.0, 2.0 / 3.0)).length() < 2e-3, "{mean}");
     assert_eq!(disk([0.5, 0.5]), glam::Vec2::ZERO);
     assert!((disk([1.0, 0.5]).x - 1.0).abs() < 1e-6 && disk([0.5, 0.0]).y < 0.0);
-    assert!(FRAC_PI_2 > 0.0);
 }

@@ -93,7 +93,7 @@ fn add_surface(
     let form = form(surface, world, networks, &services, messages)?;
     match form {
         Made::Ground(point, normal) => world.grounds.push(Ground { point, normal, material: number }),
-        Made::Object(body) => world.objects.push(Object { body, material: number }),
+        Made::Object(body) => world.objects.push(Object { body: *body, material: number }),
     }
     world.materials.push(material);
     Some(())
@@ -102,7 +102,7 @@ fn add_surface(
 /// What a form becomes.
 enum Made {
     Ground(Vec3, Vec3),
-    Object(Body),
+    Object(Box<Body>),
 }
 
 /// A form, displaced, in common space.
@@ -133,17 +133,17 @@ fn form(
         Form::Mesh(polygons) => {
             let mut triangles = tessellate(surface, polygons, &matrix, messages)?;
             displaced(surface, &mut triangles, networks, services, messages)?;
-            return Some(Made::Object(Body::Solid(Solid::new(triangles))));
+            return Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))));
         }
     };
     if surface.displacement.is_none() {
-        return Some(Made::Object(Body::Shape(Placed::new(shape, own)?)));
+        return Some(Made::Object(Box::new(Body::Shape(Placed::new(shape, own)?))));
     }
     let detail = Detail::Pixels { view: &world.view, edge: EDGE };
     let (mut triangles, _, _) =
         shape.triangles(&own, &detail).map_err(|why| messages.error(&surface.place, why.to_string())).ok()?;
     displaced(surface, &mut triangles, networks, services, messages)?;
-    Some(Made::Object(Body::Solid(Solid::new(triangles))))
+    Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))))
 }
 
 /// Displaces triangles, if the surface asks for it.

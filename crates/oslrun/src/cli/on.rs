@@ -128,7 +128,7 @@ impl<'a> Job<'a> {
             Some(shape) => Source::Shape(shape),
             None => Source::Mesh(mesh(name)?),
         };
-        if !(args.on.edge_pixels > 0.0) {
+        if args.on.edge_pixels.is_nan() || args.on.edge_pixels <= 0.0 {
             return Err(Failure::new("--edge-pixels is to be above 0"));
         }
         if args.uv_scale.0.contains(&0.0) {

@@ -64,7 +64,7 @@ impl SampleArgs {
         let (kind, width) = self.filter.unwrap_or((FilterKind::Box, 1.0));
         let most = self.samples.unwrap_or(MOST);
         Ok(match (self.shading_rate, self.adaptive, self.max_error) {
-            (Some(rate), ..) if rate == Rate([1, 1]) => Plan::Plain,
+            (Some(Rate([1, 1])), ..) => Plan::Plain,
             (Some(rate), ..) => Plan::Rate(rate),
             (_, Some(threshold), _) => Plan::Adaptive(Adaptive { threshold, most }, kind, width),
             (.., Some(error)) => Plan::MaxError(MaxError { error, most }, kind, width),

@@ -10,8 +10,9 @@ use clap::Args;
 use osl_exec::{PointSource, RunOptions, Services, Spaces};
 use osl_image::{BitDepth, PngOptions, Transfer, write_png};
 use osl_ir::ir::Body;
+use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
-use osl_measure::sample::{Filter, Rate, Shading, Surface};
+use osl_measure::sample::{Filter, Shading, Surface};
 use osl_measure::tradeoff::{self, Setting, Trade, Variant};
 use osl_scene::WithData;
 use std::io::Write;
@@ -70,9 +71,9 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     };
     let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
-    let (services, how) = (services(run, folder, Spaces::default()), options(run));
+    let services = services(run, folder, Spaces::default());
     let programs = Programs::new(&body, run, &points);
-    let bench = Bench { services: &services, surface: &points, options: &how };
+    let bench = Bench { services: &services, surface: &points };
     let measured = on_threads(run, || bench.measure(&name, &programs, args.budget))?;
     let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
@@ -95,29 +96,43 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     report::messages(&frame, &sources, err)
 }
 
-/// The program in its forms: plain, and with its steps widened for one sample a pixel and for four.
+/// A form of the program, and how it is run.
+struct Form {
+    compiled: Compiled,
+    options: RunOptions,
+}
+
+/// The program in its forms: in each arithmetic, and with its steps widened for some numbers of samples.
 struct Programs {
-    plain: Compiled,
-    widened: Vec<(u32, Compiled)>,
+    strict: Form,
+    fast: Form,
+    double: Form,
+    widened: Vec<(u32, Form)>,
 }
 
 impl Programs {
     fn new(body: &Body, args: &RunArgs, points: &dyn PointSource) -> Programs {
         let outputs: Option<Vec<_>> =
             args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-        let compile = |prefilter: Option<f32>| {
-            let options = passes::Options {
+        let form = |arithmetic: Arithmetic, prefilter: Option<f32>| {
+            let passes = passes::Options {
                 outputs: outputs.clone(),
                 varying: points.varying().to_vec(),
                 slopes: points.varying_slopes().to_vec(),
                 without: args.without_pass.clone(),
+                arithmetic,
                 prefilter,
-                ..passes::Options::default()
             };
-            pipeline::finish(body.clone(), &options)
+            let compiled = pipeline::finish(body.clone(), &passes);
+            Form { compiled, options: RunOptions { arithmetic, ..options(args) } }
         };
-        let widened = [1, 4, 16].map(|n: u32| (n, compile(Some(1.0 / (n as f32).sqrt()))));
-        Programs { plain: compile(None), widened: widened.into() }
+        let widened = [1, 4, 16].map(|n: u32| (n, form(Arithmetic::Strict, Some(1.0 / (n as f32).sqrt()))));
+        Programs {
+            strict: form(Arithmetic::Strict, None),
+            fast: form(Arithmetic::Fast, None),
+            double: form(Arithmetic::Double, None),
+            widened: widened.into(),
+        }
     }
 }
 
@@ -125,45 +140,46 @@ impl Programs {
 struct Bench<'a> {
     services: &'a Services,
     surface: &'a dyn Surface,
-    options: &'a RunOptions,
 }
 
 impl Bench<'_> {
-    fn shading<'s>(&'s self, compiled: &'s Compiled) -> Shading<'s> {
+    fn shading<'s>(&'s self, form: &'s Form) -> Shading<'s> {
         Shading {
-            program: &compiled.program,
+            program: &form.compiled.program,
             services: self.services,
             surface: self.surface,
-            options: self.options,
+            options: &form.options,
             pattern: tradeoff::pattern(),
             filter: Filter::default(),
         }
     }
 
     fn measure(&self, name: &str, programs: &Programs, budget: f64) -> Result<Trade, osl_exec::Stop> {
-        let plain = self.shading(&programs.plain);
-        let mut variants =
-            vec![Variant { name: "strict".into(), shading: plain.clone(), settings: Setting::ladder() }];
-        for (samples, compiled) in &programs.widened {
-            let setting =
-                if *samples == 1 { Setting::Rate(Rate([1, 1])) } else { Setting::Samples(*samples) };
-            variants.push(Variant {
-                name: "prefilter".into(),
-                shading: self.shading(compiled),
-                settings: vec![if *samples == 1 { Setting::Samples(1) } else { setting }],
-            });
+        let variant = |name: &str, form, settings: Vec<Setting>| Variant {
+            name: name.into(),
+            shading: self.shading(form),
+            settings,
+        };
+        let few = || [1, 4, 16].map(Setting::Samples).to_vec();
+        let mut variants = vec![
+            variant("strict", &programs.strict, Setting::ladder()),
+            variant("fast", &programs.fast, few()),
+            variant("f64", &programs.double, vec![Setting::Samples(1)]),
+        ];
+        for (samples, form) in &programs.widened {
+            variants.push(variant("prefilter", form, vec![Setting::Samples(*samples)]));
         }
         tradeoff::tradeoff(&tradeoff::Request {
             name: name.to_string(),
             variants,
-            oracle: ("strict".into(), plain),
+            oracle: ("f64".into(), self.shading(&programs.double)),
             budget: Duration::from_secs_f64(budget),
         })
     }
 
     /// What a run has to say.
     fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::Stop> {
-        Ok(self.shading(&programs.plain).rows(0..self.surface.size().1, 1)?.frame)
+        Ok(self.shading(&programs.strict).rows(0..self.surface.size().1, 1)?.frame)
     }
 }
 
