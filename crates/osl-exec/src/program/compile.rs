@@ -1,0 +1,377 @@
+//! The compiler of one body: gives values their places, and turns instructions into steps.
+
+use super::uses::Uses;
+use super::{
+    KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource, Place, Seed, Step, Steps,
+    shared, weigh, words_of,
+};
+use osl_ir::hir::Global;
+use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+#[derive(Default)]
+pub(super) struct Strings {
+    pub(super) list: Vec<Arc<str>>,
+    pub(super) numbers: FxHashMap<Arc<str>, u32>,
+}
+
+impl Strings {
+    fn number(&mut self, text: &Arc<str>) -> u32 {
+        if let Some(number) = self.numbers.get(text) {
+            return *number;
+        }
+        let number = self.list.len() as u32;
+        self.list.push(text.clone());
+        self.numbers.insert(text.clone(), number);
+        number
+    }
+}
+
+pub(super) struct Compiler<'a> {
+    body: &'a Body,
+    places: Vec<Option<Place>>,
+    /// For a view, the value whose register it looks into, and the component.
+    views: Vec<Option<(ValueId, u32)>>,
+    /// Which shared values single points read.
+    exported: Vec<bool>,
+    /// Position of the last use of each value.
+    last_use: Vec<u32>,
+    position: u32,
+    /// Loops around the current position.
+    loops: u32,
+    pub(super) registers: Vec<u32>,
+    /// Free registers by component count.
+    free: FxHashMap<u32, Vec<u32>>,
+    /// Registers to free behind a position.
+    ending: FxHashMap<u32, Vec<(u32, u32)>>,
+    pub(super) words: Vec<Seed>,
+    pub(super) globals: Vec<(Global, Operand)>,
+    pub(super) slopes: Vec<(Global, Axis, Operand)>,
+    pub(super) strings: Strings,
+    pub(super) marks: Vec<Mark>,
+    /// The mark of the step that is being compiled.
+    around: Option<u32>,
+}
+
+impl<'a> Compiler<'a> {
+    pub(super) fn new(body: &'a Body) -> Self {
+        let values = body.values.len();
+        let Uses { views, last_use, .. } = Uses::of(body);
+        let exported = shared::exported(body, &views);
+        let mut strings = Strings::default();
+        strings.number(&"".into());
+        Compiler {
+            body,
+            places: vec![None; values],
+            views,
+            exported,
+            last_use,
+            position: 0,
+            loops: 0,
+            registers: Vec::new(),
+            free: FxHashMap::default(),
+            ending: FxHashMap::default(),
+            words: Vec::new(),
+            globals: Vec::new(),
+            slopes: Vec::new(),
+            strings,
+            marks: Vec::new(),
+            around: None,
+        }
+    }
+
+    fn operand(&mut self, v: ValueId) -> Operand {
+        let kind = self.body.kind(v);
+        let place = match self.places.get(v.index()).copied().flatten() {
+            Some(place) => place,
+            None => self.define(v),
+        };
+        Operand { place, words: words_of(kind), kind }
+    }
+
+    /// Gives a value its place. Values of a valid body are defined before they are used.
+    fn define(&mut self, v: ValueId) -> Place {
+        let words = words_of(self.body.kind(v));
+        let place = if self.body.value(v).rate == Rate::Uniform {
+            self.words.resize(self.words.len() + words as usize, Seed::Bits(0));
+            Place::Words((self.words.len() - words as usize) as u32)
+        } else {
+            let reg = self.take_register(words);
+            let last = self.last_use[v.index()].max(self.position);
+            self.ending.entry(last).or_default().push((words, reg));
+            Place::Lanes { reg, component: 0, group: shared::group(self.body, v) }
+        };
+        self.places[v.index()] = Some(place);
+        place
+    }
+
+    fn take_register(&mut self, words: u32) -> u32 {
+        if let Some(reg) = self.free.get_mut(&words).and_then(Vec::pop) {
+            return reg;
+        }
+        self.registers.push(words);
+        self.registers.len() as u32 - 1
+    }
+
+    /// Goes on to the next position, freeing what ended at this one.
+    fn advance(&mut self) {
+        if let Some(done) = self.ending.remove(&self.position) {
+            for (words, reg) in done {
+                self.free.entry(words).or_default().push(reg);
+            }
+        }
+        self.position += 1;
+    }
+
+    pub(super) fn block(&mut self, id: BlockId) -> Steps {
+        let body = self.body;
+        let mut steps = Steps::default();
+        for inst in &body.block(id).insts {
+            match shared::group_of(body, inst) {
+                Some(group) => self.member(inst, group, &mut steps),
+                None => self.marked(inst, &mut steps),
+            }
+        }
+        weigh(&mut steps);
+        steps
+    }
+
+    /// An instruction as steps, each with its mark.
+    fn marked(&mut self, inst: &'a Inst, steps: &mut Steps) {
+        let mark = self.mark(inst, inst.op.name());
+        let around = self.around.replace(mark);
+        self.inst(inst, &mut steps.list);
+        self.around = around;
+        steps.marks.resize(steps.list.len(), mark);
+    }
+
+    fn mark(&mut self, inst: &Inst, name: String) -> u32 {
+        self.marks.push(Mark { name, span: inst.span, around: self.around });
+        self.marks.len() as u32 - 1
+    }
+
+    /// An instruction of a group: together with those of the group before it.
+    fn member(&mut self, inst: &'a Inst, group: u16, steps: &mut Steps) {
+        if !matches!(steps.list.last(), Some(Step::Shared { group: last, .. }) if *last == group) {
+            let mark = self.mark(inst, format!("shared{group}"));
+            steps.list.push(Step::Shared { group, steps: Steps::default(), exports: Vec::new() });
+            steps.marks.push(mark);
+        }
+        let around = std::mem::replace(&mut self.around, steps.marks.last().copied());
+        let mut inner = Steps::default();
+        self.marked(inst, &mut inner);
+        self.around = around;
+        let exported: Vec<ValueId> = inst
+            .results
+            .iter()
+            .copied()
+            .filter(|r| self.exported[r.index()] && self.views[r.index()].is_none())
+            .collect();
+        let found: Vec<Operand> = exported.into_iter().map(|r| self.operand(r)).collect();
+        if let Some(Step::Shared { steps, exports, .. }) = steps.list.last_mut() {
+            steps.list.extend(inner.list);
+            steps.marks.extend(inner.marks);
+            exports.extend(found);
+        }
+    }
+
+    /// The place of a value that is there before the first step: its register held nothing before, and in a loop it
+    /// holds nothing else.
+    fn given(&mut self, inst: &Inst) -> Option<Operand> {
+        let result = *inst.results.first()?;
+        let words = words_of(self.body.kind(result));
+        if self.body.value(result).rate == Rate::Varying {
+            self.registers.push(words);
+            let reg = self.registers.len() as u32 - 1;
+            if self.loops == 0 {
+                let last = self.last_use[result.index()].max(self.position);
+                self.ending.entry(last).or_default().push((words, reg));
+            }
+            self.places[result.index()] = Some(Place::Lanes { reg, component: 0, group: None });
+        }
+        Some(self.operand(result))
+    }
+
+    fn result(&mut self, inst: &Inst) -> Option<Operand> {
+        inst.results.first().map(|r| {
+            self.define(*r);
+            self.operand(*r)
+        })
+    }
+
+    fn inst(&mut self, inst: &Inst, steps: &mut Vec<Step>) {
+        match &inst.op {
+            Op::Const(value) => {
+                if let Some(out) = self.result(inst) {
+                    self.constant(value, out, steps);
+                }
+                self.advance();
+            }
+            Op::Global(global) => {
+                if let Some(out) = self.given(inst) {
+                    self.globals.push((*global, out));
+                }
+                self.advance();
+            }
+            Op::Slope(global, axis) => {
+                if let Some(out) = self.given(inst) {
+                    self.slopes.push((*global, *axis, out));
+                }
+                self.advance();
+            }
+            Op::Lane(op, args) => {
+                if !self.view(inst) {
+                    let args: Vec<Operand> = args.iter().map(|a| self.operand(*a)).collect();
+                    if let Some(out) = self.result(inst) {
+                        steps.push(Step::Lane(LaneStep::new(*op, &args, out)));
+                    }
+                }
+                self.advance();
+            }
+            Op::Kernel(kernel, args) => {
+                let kinds = args.iter().map(|a| self.body.kind(*a)).collect();
+                let args = args.iter().map(|a| self.operand(*a)).collect();
+                let outs = inst
+                    .results
+                    .iter()
+                    .map(|r| {
+                        self.define(*r);
+                        self.operand(*r)
+                    })
+                    .collect();
+                let step = KernelStep { kernel: kernel.clone(), args, kinds, outs, span: inst.span };
+                steps.push(Step::Kernel(Box::new(step)));
+                self.advance();
+            }
+            Op::Share(group, roots) => {
+                let roots = roots.iter().map(|v| self.operand(*v)).collect();
+                inst.results.iter().for_each(|r| {
+                    self.define(*r);
+                });
+                let outs = inst.results.iter().map(|r| self.operand(*r)).collect();
+                let exports = inst.results.iter().enumerate().filter(|(_, r)| self.exported[r.index()]);
+                let exports = exports.map(|(at, _)| at).collect();
+                steps.push(Step::FindCells { group: *group, roots, outs, exports });
+                self.advance();
+            }
+            Op::LoadElement(slot, index) => {
+                let index = self.operand(*index);
+                if let Some(out) = self.result(inst) {
+                    steps.push(Step::Load { array: slot.0, index, out });
+                }
+                self.advance();
+            }
+            Op::StoreElement(slot, index, value) => {
+                let (index, value) = (self.operand(*index), self.operand(*value));
+                steps.push(Step::Store { array: slot.0, index, value });
+                self.advance();
+            }
+            // The `ssa` and `derive` passes have removed these.
+            Op::Load(SlotId(_)) | Op::Store(..) | Op::Derivative(..) => self.advance(),
+            Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                let cond = self.operand(*cond);
+                let results: Vec<Operand> = inst
+                    .results
+                    .iter()
+                    .map(|r| {
+                        self.define(*r);
+                        self.operand(*r)
+                    })
+                    .collect();
+                self.advance();
+                let then = self.block(*then);
+                let a: Vec<Operand> = then_yields.iter().map(|v| self.operand(*v)).collect();
+                self.advance();
+                let otherwise = self.block(*otherwise);
+                let b: Vec<Operand> = else_yields.iter().map(|v| self.operand(*v)).collect();
+                self.advance();
+                let results = results.into_iter().zip(a).zip(b).map(|((r, a), b)| [r, a, b]).collect();
+                steps.push(Step::If { cond, then, otherwise, results });
+            }
+            Op::Loop { init, params, body, cond, next } => {
+                let first: Vec<Operand> = init.iter().map(|v| self.operand(*v)).collect();
+                let mut carried = Vec::new();
+                for ((param, result), init) in params.iter().zip(&inst.results).zip(first) {
+                    self.define(*param);
+                    self.define(*result);
+                    let (param, result) = (self.operand(*param), self.operand(*result));
+                    carried.push(LoopParam { init, param, next: init, result });
+                }
+                self.advance();
+                self.loops += 1;
+                let inner = self.block(*body);
+                self.loops -= 1;
+                for (carried, next) in carried.iter_mut().zip(next) {
+                    carried.next = self.operand(*next);
+                }
+                let cond = self.operand(*cond);
+                self.advance();
+                steps.push(Step::Loop { params: carried, body: inner, cond, span: inst.span });
+            }
+        }
+    }
+
+    /// Makes the result a view of the argument where it is one. Tells whether it is.
+    fn view(&mut self, inst: &Inst) -> bool {
+        let Some(result) = inst.results.first().copied() else { return false };
+        let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
+        let place = match self.operand(root).place {
+            Place::Lanes { reg, component: base, group } => {
+                Place::Lanes { reg, component: base + component, group }
+            }
+            Place::Words(at) => Place::Words(at + component),
+        };
+        self.places[result.index()] = Some(place);
+        true
+    }
+
+    fn constant(&mut self, value: &Const, out: Operand, steps: &mut Vec<Step>) {
+        let words: Vec<Seed> = match value {
+            Const::Int(n) => vec![Seed::Bits(*n as u32)],
+            Const::Float(x) => vec![Seed::Float(*x)],
+            Const::Triple(t) => t.iter().map(|x| Seed::Float(*x)).collect(),
+            Const::Matrix(m) => m.iter().map(|x| Seed::Float(*x)).collect(),
+            Const::Str(s) => vec![Seed::Bits(self.strings.number(s))],
+            Const::Null => vec![Seed::Bits(0)],
+        };
+        match out.place {
+            Place::Words(at) => {
+                let at = at as usize;
+                if let Some(target) = self.words.get_mut(at..at + words.len()) {
+                    target.copy_from_slice(&words);
+                }
+            }
+            Place::Lanes { .. } => {
+                // Only where the rate pass is off: spread a hidden uniform constant.
+                let at = self.words.len() as u32;
+                for (component, word) in words.iter().enumerate() {
+                    self.words.push(*word);
+                    let kind = if matches!(word, Seed::Float(_)) { Kind::Float } else { Kind::Int };
+                    let from = Operand { place: Place::Words(at + component as u32), words: 1, kind };
+                    let Place::Lanes { reg, component: base, group } = out.place else { continue };
+                    let place = Place::Lanes { reg, component: base + component as u32, group };
+                    let to = Operand { place, words: 1, kind };
+                    let step = match word {
+                        Seed::Bits(_) => LaneStep::new(LaneOp::IOr, &[from, from], to),
+                        Seed::Float(_) => LaneStep::new(LaneOp::Still, &[from], to),
+                    };
+                    steps.push(Step::Lane(step));
+                }
+            }
+        }
+    }
+
+    pub(super) fn outputs(&mut self) -> Vec<OutputPlan> {
+        let body = self.body;
+        let mut plans = Vec::new();
+        for output in &body.outputs {
+            let (kind, source) = match output.source {
+                Source::Value(v) => (body.kind(v), OutputSource::Value(self.operand(v))),
+                Source::Slot(s) => (body.slot(s).kind, OutputSource::Array(s.0)),
+            };
+            plans.push(OutputPlan { name: output.name.clone(), ty: output.ty, kind, source });
+        }
+        plans
+    }
+}

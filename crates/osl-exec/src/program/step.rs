@@ -1,0 +1,177 @@
+//! What a program is made of: places of values, steps, and what a run delivers.
+
+use super::words_of;
+use crate::arithmetic::{Arithmetic, Word};
+use osl_ir::Span;
+use osl_ir::ir::{Kernel, Kind, LaneOp};
+use osl_ir::types::Type;
+use std::sync::Arc;
+
+/// Where a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Place {
+    /// A lane register, from this component on; and the group whose cells share the value.
+    Lanes { reg: u32, component: u32, group: Option<u16> },
+    /// Words of the uniform file, from this one on.
+    Words(u32),
+}
+
+/// A value: where it is, how many words (of each lane) it has, and what they are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Operand {
+    pub(crate) place: Place,
+    pub(crate) words: u32,
+    pub(crate) kind: Kind,
+}
+
+/// Storage of an array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Array {
+    pub(crate) words: u32,
+    pub(crate) len: u32,
+    pub(crate) varying: bool,
+}
+
+/// Steps in order, with the mark of each.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Steps {
+    pub(crate) list: Vec<Step>,
+    /// Index into the marks of the program.
+    pub(crate) marks: Vec<u32>,
+    /// What they count against the budget of a batch, those nested in them left out.
+    pub(crate) weight: u64,
+}
+
+/// What a step comes of, for profiles.
+#[derive(Clone, Debug)]
+pub(crate) struct Mark {
+    pub(crate) name: String,
+    pub(crate) span: Span,
+    /// The mark of the step around it.
+    pub(crate) around: Option<u32>,
+}
+
+/// One step of the interpreter.
+#[derive(Clone, Debug)]
+pub(crate) enum Step {
+    Lane(LaneStep),
+    Kernel(Box<KernelStep>),
+    Load {
+        array: u32,
+        index: Operand,
+        out: Operand,
+    },
+    Store {
+        array: u32,
+        index: Operand,
+        value: Operand,
+    },
+    If {
+        cond: Operand,
+        then: Steps,
+        otherwise: Steps,
+        results: Vec<[Operand; 3]>,
+    },
+    Loop {
+        params: Vec<LoopParam>,
+        body: Steps,
+        cond: Operand,
+        span: Span,
+    },
+    /// Finds the cells of a group: points where all of `roots` are equal. Points read the outs that `exports` numbers.
+    FindCells {
+        group: u16,
+        roots: Vec<Operand>,
+        outs: Vec<Operand>,
+        exports: Vec<usize>,
+    },
+    /// Runs steps once for each cell of a group, if it has few. Points read what `exports` names.
+    Shared {
+        group: u16,
+        steps: Steps,
+        exports: Vec<Operand>,
+    },
+}
+
+/// A step that runs a lane operation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneStep {
+    pub(crate) op: LaneOp,
+    /// Its arguments: the first `count` of these.
+    args: [Operand; MAX_ARGS],
+    count: u8,
+    /// How many times it runs: once, or for each component of a triple.
+    pub(crate) parts: u8,
+    pub(crate) out: Operand,
+}
+
+/// Arguments of a lane operation at most.
+pub(crate) const MAX_ARGS: usize = 4;
+
+impl LaneStep {
+    pub(super) fn new(op: LaneOp, list: &[Operand], out: Operand) -> LaneStep {
+        let mut args = [out; MAX_ARGS];
+        args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
+        let parts = out.words / words_of(op.shape().result).max(1);
+        LaneStep { op, args, count: list.len().min(MAX_ARGS) as u8, parts: parts as u8, out }
+    }
+
+    /// Its arguments.
+    pub(crate) fn args(&self) -> &[Operand] {
+        &self.args[..usize::from(self.count)]
+    }
+}
+
+/// A step that runs a kernel.
+#[derive(Clone, Debug)]
+pub(crate) struct KernelStep {
+    pub(crate) kernel: Kernel,
+    pub(crate) args: Vec<Operand>,
+    /// Kinds of the arguments.
+    pub(crate) kinds: Vec<Kind>,
+    pub(crate) outs: Vec<Operand>,
+    pub(crate) span: Span,
+}
+
+/// A value that a loop carries.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoopParam {
+    pub(crate) init: Operand,
+    pub(crate) param: Operand,
+    pub(crate) next: Operand,
+    pub(crate) result: Operand,
+}
+
+/// An output that a run delivers.
+#[derive(Clone, Debug)]
+pub(crate) struct OutputPlan {
+    pub(crate) name: Arc<str>,
+    pub(crate) ty: Type,
+    pub(crate) kind: Kind,
+    pub(crate) source: OutputSource,
+}
+
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum OutputSource {
+    Value(Operand),
+    Array(u32),
+}
+
+/// A word of the uniform file before a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Seed {
+    /// An int, or the number of a string.
+    Bits(u32),
+    /// A float.
+    Float(f32),
+}
+
+impl Seed {
+    /// The word in an arithmetic.
+    pub(crate) fn word<A: Arithmetic>(self) -> A::Word {
+        match self {
+            Seed::Bits(bits) => A::Word::of(bits),
+            Seed::Float(x) => A::of(x),
+        }
+    }
+}
