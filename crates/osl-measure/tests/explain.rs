@@ -109,6 +109,16 @@ fn what_is_traced_is_what_a_run_computes() {
 }
 
 #[test]
+fn a_way_without_end_is_cut() {
+    for source in [
+        "shader s(output float r = 0) { int x = 1; while (x) {} r = 1; }",
+        "shader s(output float r = 0) { while (1) r += noise(\"gabor\", P * r); }",
+    ] {
+        assert!(explained(source, None, (1, 1), false).contains("too long to be followed"), "{source}");
+    }
+}
+
+#[test]
 fn costs_are_told_by_output() {
     let checked = pipeline::check("s.osl", LOOP, &NoFiles, &Options::default());
     let body = pipeline::lower(&checked.program.unwrap(), &[]).unwrap();

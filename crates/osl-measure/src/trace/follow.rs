@@ -41,6 +41,7 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, max_nodes: 
         arrays: [0, 1].map(|_| body.slots.iter().map(elements).collect()),
         nodes: Vec::new(),
         max_nodes: max_nodes.min(NONE as usize - 1),
+        spent: 0,
         closures: 0,
     };
     let cut = follower.block(body.entry, Way::Both).is_err();
@@ -57,8 +58,13 @@ struct Follower<'a> {
     arrays: [Vec<Vec<NodeId>>; 2],
     nodes: Vec<Node>,
     max_nodes: usize,
+    /// Nodes that rounds and kernels count for, besides their own.
+    spent: usize,
     closures: i32,
 }
+
+/// Nodes that a run of the interpreter for one call counts for: it takes about that of their time.
+const KERNEL: usize = 100;
 
 impl Follower<'_> {
     fn outputs(&mut self) -> Vec<(Arc<str>, osl_ir::types::Type, Vec<NodeId>)> {
@@ -106,11 +112,15 @@ impl Follower<'_> {
         strict: Option<Const>,
         exact: Option<Exact>,
     ) -> Result<NodeId, Full> {
-        if self.nodes.len() >= self.max_nodes {
-            return Err(Full);
-        }
+        self.spend(0)?;
         self.nodes.push(Node { what, span, args, strict, exact });
         Ok(self.nodes.len() as NodeId - 1)
+    }
+
+    /// Counts work that leaves no nodes.
+    fn spend(&mut self, work: usize) -> Result<(), Full> {
+        self.spent += work;
+        if self.nodes.len() + self.spent >= self.max_nodes { Err(Full) } else { Ok(()) }
     }
 
     fn set(&mut self, result: Option<&ValueId>, node: NodeId) {
@@ -244,6 +254,7 @@ impl Follower<'_> {
                 way.exact().then(|| call.exact(&exact_args, &kinds)),
             ),
             None => {
+                self.spend(KERNEL)?;
                 let arrays = [0, 1].map(|half| self.array_of(kernel, half));
                 let strict =
                     way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
@@ -387,6 +398,7 @@ impl Follower<'_> {
             for (param, node) in params.iter().zip(&carried) {
                 self.set(Some(param), *node);
             }
+            self.spend(1)?;
             self.block(body, way_now)?;
             carried = next.iter().map(|v| self.of(*v)).collect();
             let again = self.of(cond);

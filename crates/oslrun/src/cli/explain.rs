@@ -42,7 +42,7 @@ fn pixel(text: &str) -> Result<(usize, usize), String> {
 }
 
 /// Instructions that are followed.
-const MAX_NODES: usize = 2_000_000;
+const MAX_NODES: usize = 500_000;
 
 /// Explains a point.
 pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
