@@ -5,6 +5,7 @@
 //! results are values, with text, JSON and HTML forms.
 
 pub mod explain;
+mod markup;
 pub mod sample;
 pub mod stability;
 pub mod trace;

@@ -4,6 +4,7 @@ use super::subject::{Planes, digits_lost};
 use super::text::is_decade;
 use super::{Examined, Report};
 use crate::explain::short;
+use crate::markup::escape;
 use std::fmt::Write;
 
 /// The report of an examination on a grid of `width` by `height` points.
@@ -127,8 +128,4 @@ fn row(planes: &Planes, plane: usize, y: usize, (width, height): (usize, usize),
         }
         x = end;
     }
-}
-
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }

@@ -1,6 +1,7 @@
 //! A trade-off as one HTML page that needs nothing else: for each output a plot, the table and pictures of errors.
 
 use super::{Output, Trade};
+use crate::markup::escape;
 use std::fmt::Write;
 
 /// Makes a picture of three planes with values 0 to 1, as the text of a URL; `None` where that fails.
@@ -17,12 +18,12 @@ pub fn html(trade: &Trade, encode: Encode<'_>) -> String {
         trade.size.0,
         trade.size.1,
         trade.oracle_samples,
-        escaped(&trade.oracle),
+        escape(&trade.oracle),
         trade.repeats,
-        name = escaped(&trade.name),
+        name = escape(&trade.name),
     );
     for output in &trade.outputs {
-        let _ = write!(page, "<h2>{}</h2>", escaped(&output.name));
+        let _ = write!(page, "<h2>{}</h2>", escape(&output.name));
         plot(trade, output, &mut page);
         table(trade, output, &mut page);
         pictures(trade, output, encode, &mut page);
@@ -38,10 +39,6 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.
 td:first-child,th:first-child{text-align:left}tr.front{background:#eef4ff;font-weight:600}\
 figure{display:inline-block;margin:.8rem 1rem 0 0}figcaption{font-size:12px}img{image-rendering:pixelated;width:160px}\
 svg text{font:11px system-ui,sans-serif;fill:#1c2430}</style>\n";
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
 
 /// A logarithmic axis over some values.
 struct Axis {
@@ -110,7 +107,7 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
         write!(page, "<polyline points=\"{line}\" fill=\"none\" stroke=\"#2f6fde\" stroke-width=\"1.5\"/>");
     for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
         let fill = if output.front.contains(&at) { "#2f6fde" } else { "#fff" };
-        let name = escaped(&format!("{}, {}", row.variant, row.setting));
+        let name = escape(&format!("{}, {}", row.variant, row.setting));
         let (px, py) = (x.place(row.ns_per_pixel), y.place(error.rms));
         let _ = write!(
             page,
@@ -136,8 +133,8 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
             page,
             "<tr{class}><td>{}, {}</td><td>{:.1}</td><td>±{:.0} %</td><td>{:.2}×</td><td>{:.3}</td><td>{:.1e}</td>\
              <td>{:.1e}</td><td>{:.1e}</td></tr>",
-            escaped(&row.variant),
-            escaped(&row.setting),
+            escape(&row.variant),
+            escape(&row.setting),
             row.ns_per_pixel,
             100.0 * row.spread,
             row.speed_up,
@@ -161,7 +158,7 @@ fn pictures(trade: &Trade, output: &Output, encode: Encode<'_>, page: &mut Strin
         };
         let url = encode(picture.width, height, &[heat(0.0), heat(1.0), heat(2.0)]);
         if let (Some(url), Some(row)) = (url, trade.rows.get(*row)) {
-            let name = escaped(&format!("{}, {}", row.variant, row.setting));
+            let name = escape(&format!("{}, {}", row.variant, row.setting));
             let _ = write!(
                 page,
                 "<figure><img alt=\"errors\" src=\"{url}\"><figcaption>{name}</figcaption></figure>"

@@ -47,7 +47,7 @@ const MAX_NODES: usize = 500_000;
 /// Explains a point.
 pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
-    let (Loaded { sources, body, folder, .. }, noted) = load::load_noted(&request(run), err)?;
+    let (Loaded { sources, body, folder, .. }, noted) = load::load_noted(&Request::of(run), err)?;
     let points = grid(run);
     let outputs = run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let options = passes::Options {
@@ -89,20 +89,6 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     };
     let _ = out.write_all(text.as_bytes());
     Ok(())
-}
-
-/// What the arguments of a run ask to load.
-pub(super) fn request(run: &RunArgs) -> Request<'_> {
-    Request {
-        file: run.file.as_deref(),
-        network: &run.network,
-        params: &run.params,
-        outputs: run.outputs.as_deref(),
-        read: &run.read,
-        lints: &run.lints,
-        repair: run.repair.then_some(run.write.as_deref()),
-        allow_files: run.allow_files,
-    }
 }
 
 pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {

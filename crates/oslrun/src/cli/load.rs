@@ -1,6 +1,6 @@
 //! What is to run: a shader file, or a group from a file, a text or the command line; up to the lowered body.
 
-use super::args::{NetworkArgs, ReadArgs};
+use super::args::{NetworkArgs, ReadArgs, RunArgs};
 use super::{Failure, input, levels, repair, report};
 use crate::nodes;
 use crate::pipeline::{self, CompileError, ShaderFiles};
@@ -48,6 +48,22 @@ pub(super) struct Request<'a> {
     pub(super) repair: Option<Option<&'a Path>>,
     /// Whether shaders of a group may lie anywhere.
     pub(super) allow_files: bool,
+}
+
+impl Request<'_> {
+    /// What the arguments of a run ask to load.
+    pub(super) fn of(run: &RunArgs) -> Request<'_> {
+        Request {
+            file: run.file.as_deref(),
+            network: &run.network,
+            params: &run.params,
+            outputs: run.outputs.as_deref(),
+            read: &run.read,
+            lints: &run.lints,
+            repair: run.repair.then_some(run.write.as_deref()),
+            allow_files: run.allow_files,
+        }
+    }
 }
 
 /// Reads, resolves and lowers what is to run, reporting what is wrong with it.

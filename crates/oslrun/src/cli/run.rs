@@ -24,16 +24,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     if args.closures && plan != Plan::Plain {
         return Err(Failure::new("--closures wants one sample for each pixel"));
     }
-    let request = Request {
-        file: args.file.as_deref(),
-        network: &args.network,
-        params: &args.params,
-        outputs: args.outputs.as_deref(),
-        read: &args.read,
-        lints: &args.lints,
-        repair: args.repair.then_some(args.write.as_deref()),
-        allow_files: args.allow_files,
-    };
+    let request = Request::of(args);
     let loaded = load::load(&request, err)?;
     if args.on.on.is_some() {
         if args.sampling.is_given() {

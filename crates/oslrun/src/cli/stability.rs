@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::{self, RunArgs};
-use super::explain::{json, request};
+use super::explain::json;
 use super::info::{self, Parameter};
 use super::load::{self, Loaded, Request};
 use super::run::{grid, services};
@@ -53,7 +53,8 @@ pub(super) fn stability(
         return Err(Failure::new("--tolerance must be a number above 0"));
     }
     let run = &args.run;
-    let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request(run), err)?;
+    let (Loaded { sources, body, folder, program, name, .. }, noted) =
+        load::load_noted(&Request::of(run), err)?;
     let outputs: Option<Vec<_>> =
         run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let services = services(run, folder, osl_exec::Spaces::default());
@@ -68,7 +69,7 @@ pub(super) fn stability(
     let variant = |name: &str, value: &str| {
         let mut params = run.params.clone();
         params.push((name.to_string(), value.to_string()));
-        let request = Request { params: &params, repair: None, ..request(run) };
+        let request = Request { params: &params, repair: None, ..Request::of(run) };
         let (loaded, noted) = load::load_noted(&request, &mut std::io::sink()).ok()?;
         Some(Base::new(loaded.body, noted, outputs.clone()))
     };

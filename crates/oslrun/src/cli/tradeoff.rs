@@ -59,16 +59,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     if run.grid.0 * run.grid.1 > MOST_PIXELS {
         return Err(Failure::new(format!("tradeoff takes at most {MOST_PIXELS} pixels; -g sets the size")));
     }
-    let request = Request {
-        file: run.file.as_deref(),
-        network: &run.network,
-        params: &run.params,
-        outputs: run.outputs.as_deref(),
-        read: &run.read,
-        lints: &run.lints,
-        repair: run.repair.then_some(run.write.as_deref()),
-        allow_files: run.allow_files,
-    };
+    let request = Request::of(run);
     let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
     let services = services(run, folder, Spaces::default());
