@@ -52,7 +52,6 @@ pub(crate) trait Lattice<const D: usize>: Copy {
 #[repr(align(64))]
 struct Room {
     keys: [[u32; CHUNK]; KEYS],
-    packed: [u32; CHUNK],
     index: [u32; CHUNK],
     scratch: [u32; CHUNK],
     tables: [[f32; MAX_CELLS]; WORDS],
@@ -61,7 +60,6 @@ struct Room {
 thread_local! {
     static ROOM: RefCell<Box<Room>> = RefCell::new(Box::new(Room {
         keys: [[0; CHUNK]; KEYS],
-        packed: [0; CHUNK],
         index: [0; CHUNK],
         scratch: [0; CHUNK],
         tables: [[0.0; MAX_CELLS]; WORDS],
@@ -110,16 +108,14 @@ struct Chunk<'a, L, const D: usize> {
 
 fn chunk<L: Lattice<D>, const D: usize>(isa: Isa, call: Chunk<'_, L, D>, room: &mut Room) -> bool {
     let n = call.out.len().min(CHUNK);
-    let Room { keys, packed, index, scratch, tables } = room;
+    let Room { keys, index, scratch, tables } = room;
     let Chunk { proof, range, coords, out, .. } = call;
     if !isa.dispatch(Keys::<L, D> { proof, coords, keys, lattice: call.lattice }) {
         return false;
     }
-    if !isa.dispatch(Pack { keys: &keys[..L::SIZES.0], packed: &mut packed[..n] }) {
-        return false;
-    }
     index[..n].fill(u32::MAX);
-    let found = cells::find(isa, &[&packed[..n]], &mut index[..n], &mut scratch[..n]);
+    let key_lanes = keys.each_ref().map(|k| &k[..n]);
+    let found = cells::find(isa, &key_lanes[..L::SIZES.0], &mut index[..n], &mut scratch[..n]);
     let Some(cells) = found else { return false };
     isa.dispatch(Tables::<L, D> { cells, keys, tables, lattice: call.lattice });
     isa.dispatch(Placed::<L, D> { proof, range, coords, index, tables, out, lattice: call.lattice });
@@ -170,44 +166,6 @@ impl<L: Lattice<D>, const D: usize> Kernel for Keys<'_, L, D> {
         }
         true
     }
-}
-
-/// Packs the key of each lane into a word, as distances from that of the first; false where they are too far apart, which
-/// is to say in many cells.
-struct Pack<'a> {
-    keys: &'a [[u32; CHUNK]],
-    packed: &'a mut [u32],
-}
-
-impl Kernel for Pack<'_> {
-    type Output = bool;
-    #[inline(always)]
-    fn run(self) -> bool {
-        match self.keys {
-            [a] => pack([a], self.packed),
-            [a, b] => pack([a, b], self.packed),
-            [a, b, c] => pack([a, b, c], self.packed),
-            [a, b, c, d] => pack([a, b, c, d], self.packed),
-            _ => false,
-        }
-    }
-}
-
-#[inline(always)]
-fn pack<const K: usize>(keys: [&[u32; CHUNK]; K], packed: &mut [u32]) -> bool {
-    let first = keys.map(|key| key[0].wrapping_sub(128));
-    let n = packed.len().min(CHUNK);
-    let mut beyond = 0;
-    for i in 0..n {
-        let mut word = 0;
-        for k in 0..K {
-            let apart = keys[k][i].wrapping_sub(first[k]);
-            beyond |= apart;
-            word = word << 8 | apart;
-        }
-        packed[i] = word;
-    }
-    beyond < 256
 }
 
 /// Makes the tables of the cells, a cell in each lane.

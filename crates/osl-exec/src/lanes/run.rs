@@ -1,7 +1,6 @@
 //! Lane operations that follow each other, with their arguments found: what a run of them needs, and the loop over it.
 //!
-//! The loop is part of what is compiled for an instruction set, so that from one operation to the next there is no call: with
-//! some hundred lanes each, calls would take as long as the work.
+//! The loop is part of what is compiled for an instruction set: from one operation to the next there is no call.
 
 use super::{Arg, Call};
 use crate::arithmetic::{Arithmetic, Word};
@@ -106,29 +105,18 @@ impl<W: Word> LaneRun<'_, W> {
                 let (before, rest) = registers.split_at_mut(step.out.0 as usize);
                 let Some((out, behind)) = rest.split_first_mut() else { continue };
                 let out = &mut out.words_mut()[step.out.1 as usize + start..];
+                let files = Files { before, behind, words, cells };
+                let list = &step.args[..usize::from(step.count)];
                 let mut args = [Arg::Same(&[][..]); MAX_ARGS];
                 let mut apart = [0; MAX_ARGS];
-                for ((slot, apart), arg) in
-                    args.iter_mut().zip(&mut apart).zip(&step.args[..usize::from(step.count)])
-                {
-                    *apart = arg.apart as usize;
-                    *slot = match arg.from {
-                        From::Lanes(reg, first) => {
-                            let reg = reg as usize;
-                            let found = match before.get(reg) {
-                                Some(found) => found,
-                                None => &behind[reg - before.len() - 1],
-                            };
-                            Arg::Each(&found.words()[first as usize + start..])
-                        }
-                        From::Words(at) => Arg::Same(&words[at as usize..]),
-                        From::Cell(reg, first) => Arg::Same(&cells[reg as usize].words()[first as usize..]),
-                    };
+                for ((slot, apart), arg) in args.iter_mut().zip(&mut apart).zip(list) {
+                    (*slot, *apart) = (files.find(arg.from, start), arg.apart as usize);
                 }
                 let (parts, n) = (usize::from(step.parts), lanes * usize::from(step.through));
                 if !W::FORMS {
-                    let slots = args.iter_mut().zip(&mut apart).zip(spread.iter_mut());
-                    for (((slot, apart), room), arg) in slots.zip(&step.args[..usize::from(step.count)]) {
+                    for (((slot, apart), room), arg) in
+                        args.iter_mut().zip(&mut apart).zip(spread.iter_mut()).zip(list)
+                    {
                         if let Arg::Same(words) = *slot {
                             let words = &words[..usize::from(arg.words)];
                             *apart = if *apart > 0 { width } else { 0 };
@@ -139,6 +127,33 @@ impl<W: Word> LaneRun<'_, W> {
                 run(step.op, Call { args, apart, out, n, stride: width, parts });
             }
             start += piece;
+        }
+    }
+}
+
+/// What an operation may read while its result is written: registers but for one, and the rest.
+struct Files<'a, W> {
+    before: &'a [Lanes<W>],
+    behind: &'a [Lanes<W>],
+    words: &'a [W],
+    cells: &'a [Lanes<W>],
+}
+
+impl<'a, W: Word> Files<'a, W> {
+    /// The words of an argument, those of lanes from `start` on.
+    #[inline(always)]
+    fn find(&self, from: From, start: usize) -> Arg<'a, W> {
+        match from {
+            From::Lanes(reg, first) => {
+                let reg = reg as usize;
+                let found = match self.before.get(reg) {
+                    Some(found) => found,
+                    None => &self.behind[reg - self.before.len() - 1],
+                };
+                Arg::Each(&found.words()[first as usize + start..])
+            }
+            From::Words(at) => Arg::Same(&self.words[at as usize..]),
+            From::Cell(reg, first) => Arg::Same(&self.cells[reg as usize].words()[first as usize..]),
         }
     }
 }
