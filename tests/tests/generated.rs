@@ -57,6 +57,10 @@ fn same_bits_in_any_way() {
 /// Programs that once broke a law, with what was wrong.
 const ONCE_BROKEN: &[(&str, &str)] = &[
     (
+        "which messages were kept where there are too many depended on how many points run together",
+        "shader generated(output float r = 0) { for (int i = 0; i < 100; i++) { warning(\"= %d %g %g\\n\", i, u, v); } r = u; }",
+    ),
+    (
         "the register of a global was taken by values before and, in loops, behind its use",
         "shader s(output color r = 11, output float last = u) { if (backfacing()) r += 11; }",
     ),

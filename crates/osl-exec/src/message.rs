@@ -3,6 +3,7 @@
 use crate::order::Blocks;
 use osl_ir::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// An error or warning of the shader, or of what it asked for.
@@ -55,17 +56,22 @@ pub struct Printed {
 
 /// Different messages that a tile keeps.
 const MAX_MESSAGES: usize = 1000;
-/// Bytes of the messages that a tile keeps.
+/// Bytes of the messages that a tile keeps, if it has more than one.
 const MAX_BYTES: usize = 1 << 20;
 
-/// What one thread has said. Messages are kept once, with the first of their points: which point comes to say one first
-/// depends on how many run together.
+/// Position of the point that says a message, and how many were said before.
+type Order = (usize, usize);
+
+/// What one thread has said. Messages are kept once, with the first of their points, and those of the first points where
+/// there are too many: who comes to say one first depends on how many points run together.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Messages {
     /// The order of the points; by their numbers without.
     blocks: Option<Blocks>,
-    /// Position of the point, and how many came before.
-    known: FxHashMap<Message, (usize, usize)>,
+    known: FxHashMap<Message, Order>,
+    sorted: BTreeMap<Order, Message>,
+    /// The first that there was no room for: nothing behind it is kept.
+    end: Option<Order>,
     said: usize,
     printed: Vec<Printed>,
     bytes: usize,
@@ -87,17 +93,30 @@ impl Messages {
         self.blocks.map_or(point, |blocks| blocks.position(point))
     }
 
-    /// Adds a message unless a point before has said it or there are too many.
+    /// Adds a message unless a point before has said it or there are too many of those before.
     pub(crate) fn add(&mut self, point: usize, message: Message) {
         let here = (self.position(point), self.said);
         self.said += 1;
-        if let Some(first) = self.known.get_mut(&message) {
-            if here.0 < first.0 {
+        if self.end.is_some_and(|end| here > end) {
+            return;
+        }
+        match self.known.get_mut(&message) {
+            Some(first) if here.0 < first.0 => {
+                self.sorted.remove(first);
                 *first = here;
             }
-        } else if self.known.len() < MAX_MESSAGES && self.bytes < MAX_BYTES {
-            self.bytes += message.text.len();
-            self.known.insert(message, here);
+            Some(_) => return,
+            None => {
+                self.bytes += message.text.len();
+                self.known.insert(message.clone(), here);
+            }
+        }
+        self.sorted.insert(here, message);
+        while self.sorted.len() > MAX_MESSAGES || self.bytes > MAX_BYTES && self.sorted.len() > 1 {
+            let Some((order, message)) = self.sorted.pop_last() else { break };
+            self.known.remove(&message);
+            self.bytes -= message.text.len();
+            self.end = Some(order);
         }
     }
 
@@ -111,13 +130,55 @@ impl Messages {
     pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Message>, Vec<Printed>) {
         let (mut list, mut printed) = (Vec::new(), Vec::new());
         for mut one in all {
-            list.extend(one.known);
+            list.extend(one.sorted);
             printed.append(&mut one.printed);
         }
-        list.sort_by_key(|(_, order)| *order);
+        list.sort_by_key(|(order, _)| *order);
         printed.sort_by_key(|p| p.point);
         let mut seen = FxHashSet::default();
-        let messages = list.into_iter().map(|(m, _)| m).filter(|m| seen.insert(m.clone())).collect();
+        let messages = list.into_iter().map(|(_, m)| m).filter(|m| seen.insert(m.clone())).collect();
         (messages, printed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is kept of messages that 40 points say, each its own and some that all say, of so many bytes; `batch` points
+    /// say each before any says the next.
+    fn kept(batch: usize, bytes: usize) -> Vec<Message> {
+        let mut all = Messages::new(None);
+        for first in (0..40).step_by(batch) {
+            for step in 0..60 {
+                for point in first..40.min(first + batch) {
+                    let own = if step % 5 == 0 { 0 } else { point };
+                    let text = format!("{step} of {own} {}", "-".repeat(bytes * (1 + step * 7 % 3)));
+                    all.add(point, Message::warning(text));
+                }
+            }
+        }
+        Messages::merge([all]).0
+    }
+
+    #[test]
+    fn which_messages_are_kept_does_not_depend_on_who_came_first() {
+        for bytes in [0, 500, 3000, 40_000] {
+            let expected = kept(1, bytes);
+            assert!(expected.len() <= MAX_MESSAGES && expected.len() > 3, "{bytes}: {}", expected.len());
+            let sum: usize = expected.iter().map(|m| m.text.len()).sum();
+            assert!(sum <= MAX_BYTES);
+            for batch in [3, 16, 40] {
+                assert!(kept(batch, bytes) == expected, "{batch} points together, {bytes} bytes");
+            }
+        }
+    }
+
+    #[test]
+    fn one_message_is_kept_however_long() {
+        let mut all = Messages::new(None);
+        all.add(1, Message::warning("x".repeat(2 << 20)));
+        all.add(2, Message::warning("y"));
+        assert_eq!(Messages::merge([all]).0.len(), 1);
     }
 }
