@@ -1,5 +1,5 @@
 //! Whether `--max-error` keeps its promise, and at what cost: the seed shaders and twenty others, each to two errors, and those
-//! of a hold-out set by which nothing was tuned. Truth is thousands of samples at thousands of pixels; the cost is compared
+//! of a set that came after the parameters were chosen. Truth is thousands of samples at thousands of pixels; the cost is compared
 //! with the fixed setting of the fewest evaluations (a shading rate, or a number of samples) that keeps the error at 99.9 % of
 //! these pixels, found by trying all. Expect: errors kept at 99.9 %, at no more than 1.2 times that cost. Prints the tables of
 //! docs/accuracy.md.
@@ -64,7 +64,7 @@ const TEXTS: [(&str, &str); 13] = [
     ("white noise", "r = noise(\"hash\", 1e4 * P);"),
 ];
 
-/// The hold-out set.
+/// Shaders by which parameters were not chosen.
 const HELD_OUT: [(&str, &str); 8] = [
     ("fine gabor", "r = noise(\"gabor\", 31 * P);"),
     ("grazing step", "r = step(0.05 + 0.9 * u, v + 0.02 * sin(37 * u));"),
