@@ -13,7 +13,7 @@ use std::fmt::Write;
 use std::sync::OnceLock;
 
 /// Passes that can be switched off.
-pub const SWITCHABLE: [Pass; 9] = [
+pub const SWITCHABLE: [Pass; 10] = [
     Pass::Slice,
     Pass::Fold,
     Pass::Unroll,
@@ -23,6 +23,7 @@ pub const SWITCHABLE: [Pass; 9] = [
     Pass::Flatten,
     Pass::Algebra,
     Pass::Share,
+    Pass::Fuse,
 ];
 
 /// A way of compiling and running.

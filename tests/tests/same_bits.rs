@@ -75,11 +75,12 @@ proptest! {
 /// Any passes may be left out: they change what is computed, never what comes out.
 #[test]
 fn any_passes() {
-    let sets: [&[Pass]; 10] = [
+    let sets: [&[Pass]; 11] = [
         &[Pass::Fold],
         &[Pass::Unroll],
         &[Pass::Algebra],
         &[Pass::Share],
+        &[Pass::Fuse],
         &[Pass::Cse],
         &[Pass::Dce],
         &[Pass::Rate],

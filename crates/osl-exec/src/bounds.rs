@@ -1,7 +1,7 @@
 //! Whether the fast functions are as good as they are said to be, as loops of each instruction set compute them.
 
-use crate::arithmetic::{Arithmetic, Double, Fast};
-use crate::lanes::{Arg, LaneCall};
+use crate::arithmetic::{Double, Fast};
+use crate::lanes;
 use osl_ir::ir::LaneOp;
 use osl_ir::numeric::fast::{BOUNDS, Bound};
 use osl_noise::Isa;
@@ -25,12 +25,10 @@ fn check(isa: Isa, bound: &Bound, words: &[u32]) -> (usize, f64, f32) {
     }
     let args: Vec<u32> = kept.iter().map(|x| x.to_bits()).collect();
     let mut got = vec![0; n];
-    let list = [(Arg::Each(&args[..]), 0)];
-    Fast::lanes(isa, LaneCall { op, args: &list, out: &mut got, n, stride: n, parts: 1 });
+    lanes::one::<Fast>(isa, op, &args, &mut got, n);
     let args: Vec<u64> = kept.iter().map(|x| f64::from(*x).to_bits()).collect();
     let mut exact = vec![0; n];
-    let list = [(Arg::Each(&args[..]), 0)];
-    Double::lanes(isa, LaneCall { op, args: &list, out: &mut exact, n, stride: n, parts: 1 });
+    lanes::one::<Double>(isa, op, &args, &mut exact, n);
     let mut worst = (0, 0.0, 0.0);
     for ((x, got), exact) in kept.iter().zip(got).zip(exact) {
         let (got, exact) = (f64::from(f32::from_bits(got)), f64::from_bits(exact));

@@ -19,8 +19,8 @@ use osl_ir::ir::{Axis, Body, Kind, Rate};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
-    Array, KernelStep, LaneStep, LoopParam, MAX_ARGS, Mark, Operand, OutputPlan, OutputSource, Place, Seed,
-    Step, Steps,
+    Array, CellPlace, KernelStep, LaneStep, LoopParam, MAX_ARGS, Mark, Operand, OutputPlan, OutputSource,
+    Place, Seed, Step, Steps,
 };
 
 /// Bytes that the registers and arrays of all threads may take, where a batch of one cache line allows it.
@@ -45,6 +45,8 @@ pub struct Program {
     pub(crate) marks: Vec<Mark>,
     /// Components of each lane register.
     pub(crate) registers: Vec<u32>,
+    /// Components of each register of a word for each cell.
+    pub(crate) cells: Vec<u32>,
     /// The uniform file as it starts, constants filled in.
     pub(crate) words: Vec<Seed>,
     pub(crate) arrays: Vec<Array>,
@@ -94,7 +96,7 @@ impl Program {
         let mut compiler = Compiler::new(body);
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
-        let Compiler { registers, words, globals, slopes, strings, marks, .. } = compiler;
+        let Compiler { registers, cells, words, globals, slopes, strings, marks, .. } = compiler;
         let arrays: Vec<Array> = body
             .slots
             .iter()
@@ -104,12 +106,13 @@ impl Program {
                 varying: slot.rate == Rate::Varying,
             })
             .collect();
-        let shared = registers.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
+        let shared = registers.list.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
         Program {
             shared,
             steps,
             marks,
-            registers,
+            registers: registers.list,
+            cells: cells.list,
             words,
             arrays,
             globals,

@@ -8,6 +8,9 @@ use bytemuck::Pod;
 /// Words in a cache line. Lane counts are multiples of it.
 pub(crate) const LINE: usize = 16;
 
+/// Bytes after which addresses share a place in the first cache.
+const PAGE: usize = 4096;
+
 /// The lanes of one register.
 #[derive(Clone, Default)]
 pub(crate) struct Lanes<W = u32> {
@@ -22,6 +25,15 @@ impl<W: Pod> Lanes<W> {
     pub(crate) fn new(words: usize) -> Lanes<W> {
         let store = vec![W::zeroed(); words + LINE];
         let start = store.as_ptr().align_offset(LINE * size_of::<u32>()).min(LINE);
+        Lanes { store, start, len: words }
+    }
+
+    /// A register of zeros with room for `words`, that starts so many bytes behind a page. Pieces of registers that start at
+    /// the same place of a page would take each other's place in the first cache.
+    pub(crate) fn behind_page(words: usize, bytes: usize) -> Lanes<W> {
+        let (page, behind) = (PAGE / size_of::<W>(), bytes % PAGE / size_of::<W>());
+        let store = vec![W::zeroed(); words + page + behind];
+        let start = store.as_ptr().align_offset(PAGE).min(page) + behind;
         Lanes { store, start, len: words }
     }
 

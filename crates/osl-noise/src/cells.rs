@@ -41,28 +41,33 @@ impl Kernel for Find<'_> {
     fn run(self) -> Option<Cells> {
         let Find { keys, index, scratch } = self;
         let n = keys.iter().map(|k| k.len()).min()?.min(index.len()).min(scratch.len());
-        let (index, differs) = (&mut index[..n], &mut scratch[..n]);
+        let index = &mut index[..n];
         let first = index.iter().position(|i| *i == OPEN)?;
         let mut cells = Cells { count: 0, lanes: [first; MAX_CELLS] };
         let mut lane = first;
         let mut before = n;
         for cell in 0..MAX_CELLS {
             cells.lanes[cell] = lane;
-            differs.fill(0);
-            for key in keys {
-                let key = &key[..n];
-                let word = key[lane];
-                for i in 0..n {
-                    differs[i] |= key[i] ^ word;
+            // All lanes before this one are in a cell.
+            let start = lane - lane % MAX_CELLS;
+            let (index, number) = (&mut index[start..], cell as u32);
+            let open = match *keys {
+                [a] => join([&a[start..n]], [a[lane]], index, number),
+                [a, b] => join([&a[start..n], &b[start..n]], [a[lane], b[lane]], index, number),
+                [a, b, c] => {
+                    let words = [a[lane], b[lane], c[lane]];
+                    join([&a[start..n], &b[start..n], &c[start..n]], words, index, number)
                 }
-            }
-            let mut open = 0;
-            for i in 0..n {
-                let same = differs[i] == 0 && index[i] == OPEN;
-                index[i] = if same { cell as u32 } else { index[i] };
-                open += u32::from(index[i] == OPEN);
-            }
-            let open = open as usize;
+                [a, b, c, d] => {
+                    let words = [a[lane], b[lane], c[lane], d[lane]];
+                    join([&a[start..n], &b[start..n], &c[start..n], &d[start..n]], words, index, number)
+                }
+                _ => {
+                    let differs = &mut scratch[start..n];
+                    differences(keys, lane, start, differs);
+                    join([differs], [0], index, number)
+                }
+            };
             if open == 0 {
                 cells.count = cell + 1;
                 return Some(cells);
@@ -72,9 +77,39 @@ impl Kernel for Find<'_> {
                 return None;
             }
             before = open;
-            lane = next_open(index, lane)?;
+            lane = start + next_open(index, lane - start)?;
         }
         None
+    }
+}
+
+/// Puts lanes with these words that are in no cell into one. How many are left in none.
+#[inline(always)]
+fn join<const K: usize>(keys: [&[u32]; K], words: [u32; K], index: &mut [u32], cell: u32) -> usize {
+    let n = index.len();
+    let keys = keys.map(|key| &key[..n]);
+    let mut open = 0;
+    for i in 0..n {
+        let mut differs = index[i] ^ OPEN;
+        for k in 0..K {
+            differs |= keys[k][i] ^ words[k];
+        }
+        index[i] = if differs == 0 { cell } else { index[i] };
+        open += u32::from(index[i] == OPEN);
+    }
+    open as usize
+}
+
+/// Where the words of lanes from `start` on differ from those of a lane, in any key.
+#[inline(always)]
+fn differences(keys: &[&[u32]], lane: usize, start: usize, differs: &mut [u32]) {
+    differs.fill(0);
+    let n = differs.len();
+    for key in keys {
+        let (word, key) = (key[lane], &key[start..][..n]);
+        for i in 0..n {
+            differs[i] |= key[i] ^ word;
+        }
     }
 }
 

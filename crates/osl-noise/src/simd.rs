@@ -150,8 +150,8 @@ impl Isa {
         }
     }
 
-    /// `out[i] = table[index[i]]`, as far as both slices go; of an index only the lowest four bits count. One
-    /// instruction a vector where there is one.
+    /// `out[i] = table[index[i]]`, as far as both slices go; an index beyond the table counts as its last. One instruction
+    /// a vector where there is one.
     #[inline]
     pub fn look_up(self, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
         match self.0 {
@@ -165,14 +165,17 @@ impl Isa {
 
 fn look_up(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
     for (o, i) in out.iter_mut().zip(index) {
-        *o = table[(i & 15) as usize];
+        *o = table[(*i).min(15) as usize];
     }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
 fn look_up_avx512(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
-    use std::arch::x86_64::{_mm512_loadu_si512, _mm512_permutexvar_epi32, _mm512_storeu_si512};
+    use std::arch::x86_64::{
+        _mm512_loadu_si512, _mm512_min_epu32, _mm512_permutexvar_epi32, _mm512_set1_epi32,
+        _mm512_storeu_si512,
+    };
     // SAFETY: the table has the sixteen words that are read.
     let words = unsafe { _mm512_loadu_si512(table.as_ptr().cast()) };
     let n = index.len().min(out.len());
@@ -181,7 +184,8 @@ fn look_up_avx512(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
     for (to, at) in out.iter_mut().zip(index) {
         // SAFETY: both chunks have sixteen words.
         unsafe {
-            let found = _mm512_permutexvar_epi32(_mm512_loadu_si512(at.as_ptr().cast()), words);
+            let at = _mm512_min_epu32(_mm512_loadu_si512(at.as_ptr().cast()), _mm512_set1_epi32(15));
+            let found = _mm512_permutexvar_epi32(at, words);
             _mm512_storeu_si512(to.as_mut_ptr().cast(), found);
         }
     }

@@ -5,12 +5,14 @@
 //! loop looks at a mask: lanes that do not run compute something that nobody reads.
 
 mod lane;
+mod run;
 
 use crate::arithmetic::{Element, Word};
 use crate::program::MAX_ARGS;
 use lane::{Lane, One};
 use osl_ir::ir::LaneOp;
 use osl_noise::Kernel;
+pub(crate) use run::{From, LaneRun, Ready, ReadyArg, ReadyLane, Spread, one};
 use std::marker::PhantomData;
 
 /// An argument of a lane operation.
@@ -34,17 +36,25 @@ impl<'a, W> Arg<'a, W> {
     }
 }
 
+/// A lane operation by the floats that it computes with.
+pub(crate) struct Stamped<'a, W, R>(LaneRun<'a, W>, PhantomData<R>);
+
+impl<'a, W, R> Stamped<'a, W, R> {
+    pub(crate) fn of(run: LaneRun<'a, W>) -> Self {
+        Stamped(run, PhantomData)
+    }
+}
+
 /// One lane operation over `n` lanes of each component. Components lie `stride` words apart, in arguments as in `out`.
-/// `parts` is 1, or as many as the components of a triple for an operation that works on each by itself.
-pub(crate) struct LaneCall<'a, W> {
-    pub(crate) op: LaneOp,
-    /// Each argument, and by how many words the parts lie apart in it: 0 where one serves them all. Words without
-    /// [`Word::FORMS`] come as lane arrays alone.
-    pub(crate) args: &'a [(Arg<'a, W>, usize)],
-    pub(crate) out: &'a mut [W],
-    pub(crate) n: usize,
-    pub(crate) stride: usize,
-    pub(crate) parts: usize,
+struct Call<'a, W> {
+    args: [Arg<'a, W>; MAX_ARGS],
+    /// By how many words the parts of an argument lie apart: 0 where one serves them all.
+    apart: [usize; MAX_ARGS],
+    out: &'a mut [W],
+    n: usize,
+    stride: usize,
+    /// 1, or as many as the components of a triple for an operation that works on each by itself.
+    parts: usize,
 }
 
 /// One part of a call.
@@ -55,30 +65,20 @@ struct Part<'a, W> {
     stride: usize,
 }
 
-impl<W: Word> LaneCall<'_, W> {
+impl<W: Word> Call<'_, W> {
     /// Calls `run` with each part.
     #[inline(always)]
     fn each_part(self, run: impl Fn(Part<'_, W>)) {
-        let LaneCall { args, out, n, stride, parts, .. } = self;
+        let Call { mut args, apart, out, n, stride, parts } = self;
         for part in 0..parts {
-            let mut list = [Arg::Same(&[]); MAX_ARGS];
-            for (slot, (arg, apart)) in list.iter_mut().zip(args) {
-                *slot = match arg {
-                    Arg::Each(words) => Arg::Each(&words[part * apart..]),
-                    Arg::Same(words) => Arg::Same(&words[part * apart..]),
-                };
+            if part > 0 {
+                for (arg, apart) in args.iter_mut().zip(apart) {
+                    let (Arg::Each(words) | Arg::Same(words)) = arg;
+                    *words = &words[apart..];
+                }
             }
-            run(Part { args: list, out: &mut out[part * stride..], n, stride });
+            run(Part { args, out: &mut out[part * stride..], n, stride });
         }
-    }
-}
-
-/// A lane operation by the floats that it computes with.
-pub(crate) struct Stamped<'a, W, R>(LaneCall<'a, W>, PhantomData<R>);
-
-impl<'a, W, R> Stamped<'a, W, R> {
-    pub(crate) fn of(call: LaneCall<'a, W>) -> Self {
-        Stamped(call, PhantomData)
     }
 }
 
@@ -406,10 +406,12 @@ macro_rules! stamp {
             type Output = ();
             #[inline(always)]
             fn run(self) {
-                let call = self.0;
-                match call.op {
-                    $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
-                }
+                self.0.each(
+                    #[inline(always)]
+                    |op, call| match op {
+                        $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
+                    },
+                );
             }
         }
     };

@@ -9,6 +9,9 @@ use crate::program::{Array, Operand, Place};
 /// Elements whose zeros are kept together.
 const BLOCK: usize = 64;
 
+/// Elements of a table that is one vector.
+const MAX_TABLE: usize = 16;
+
 /// How many blocks an array has.
 pub(super) fn blocks(array: &Array) -> usize {
     (array.len as usize).div_ceil(BLOCK)
@@ -94,7 +97,14 @@ impl<A: Arithmetic> Machine<'_, A> {
                 }
             }
             Arg::Each(indices) => {
+                // A small table that all lanes share is looked up by vectors.
+                let small = !plan.varying && (1..=MAX_TABLE).contains(&(plan.len as usize));
                 for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
+                    if small && let Some(indices) = A::Word::narrow(indices) {
+                        let element = |at: usize| source[at.min(last as usize) * words + component];
+                        A::Word::look_up(self.isa, &std::array::from_fn(element), indices, lanes);
+                        continue;
+                    }
                     for (lane, (o, i)) in lanes.iter_mut().zip(indices).enumerate() {
                         let at = i.bits().min(last) as usize * words + component;
                         *o = source[if plan.varying { at * width + lane } else { at }];
@@ -119,8 +129,8 @@ impl<A: Arithmetic> Machine<'_, A> {
                     let at = i[0].bits().min(last) as usize * plan.words as usize + component;
                     let lanes = &mut words[at * width..][..width];
                     match value {
-                        Arg::Each(v) => mask.copy(lanes, v),
-                        Arg::Same(v) => mask.fill(lanes, v[0]),
+                        Arg::Each(v) => mask.copy(self.isa, lanes, v),
+                        Arg::Same(v) => mask.fill(self.isa, lanes, v[0]),
                     }
                 }
                 (Arg::Each(indices), true) => mask.for_each(|lane| {

@@ -3,7 +3,7 @@
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::{Arithmetic, Element};
-use crate::lanes::{Arg, LaneCall};
+use crate::lanes;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand, Place};
 use crate::services::IDENTITY;
@@ -67,10 +67,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             let (first, second) = path.filter(|_| !same).unwrap_or((&[], &[]));
             for op in first.iter().chain(second) {
                 let from = words;
-                let parts = if op.shape().per_component { 3 } else { 1 };
-                let args = [(Arg::Each(&from[..]), if parts == 3 { 1 } else { 0 })];
-                let call = LaneCall { op: *op, args: &args, out: &mut words, n: 1, stride: 1, parts };
-                A::lanes(self.isa, call);
+                lanes::one::<A>(self.isa, *op, &from, &mut words, 1);
             }
             self.set_words(*out, lane, &words);
         }

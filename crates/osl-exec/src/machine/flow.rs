@@ -19,7 +19,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             Arg::Same(word) if word[0].bits() != 0 => (None, Mask::none()),
             Arg::Same(_) => (Some(Mask::none()), Mask::none()),
             Arg::Each(lanes) => {
-                let (yes, no) = mask.split(lanes);
+                let (yes, no) = mask.split(self.isa, lanes);
                 (Some(yes), no)
             }
         };
@@ -63,7 +63,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 Arg::Same(word) if word[0].bits() == 0 => return Ok(()),
                 Arg::Same(_) => {}
                 Arg::Each(lanes) => {
-                    active = active.split(lanes).0;
+                    active = active.split(self.isa, lanes).0;
                     if !active.any() {
                         return Ok(());
                     }

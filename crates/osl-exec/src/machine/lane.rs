@@ -1,119 +1,144 @@
-//! Lane operations: over all lanes, or, where several follow each other, over one piece of the lanes after the other.
+//! Lane operations: those that follow each other wait in a queue and run together.
 //!
-//! What an operation writes is still next to the processor when the next one reads it, though a batch's registers
-//! together are far from it. Which lanes are done when makes no difference to any.
+//! What all lanes share needs none of them and is computed at once, as are values of cells; the others find their
+//! arguments once for a batch.
 
 use super::{Machine, Mask, Stop};
 use crate::arithmetic::{Arithmetic, Word};
-use crate::lanes::{Arg, LaneCall};
-use crate::program::{LaneStep, MAX_ARGS, Place, Step};
-use std::ops::Range;
+use crate::lanes::{From, LaneRun, Ready, ReadyArg, ReadyLane, Spread};
+use crate::program::{LaneStep, MAX_ARGS, Operand, Place, Step};
+use crate::register::{LINE, Lanes};
 
-/// Lanes of a piece: fewer cost more calls than they save (measured, docs/performance.md).
-const PIECE: usize = 512;
+/// Lanes of a piece: what a few registers of as many hold fits the first cache (measured, docs/performance.md).
+const PIECE: usize = 256;
+
+/// Registers of so many components each, whose pieces have places of their own in the first cache.
+pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<W>> {
+    // A few cache lines more, so that a store and the load of another register differ within a page, too.
+    let apart = PIECE * size_of::<W>() + 5 * LINE * size_of::<u32>();
+    let register = |(at, words): (usize, &u32)| Lanes::behind_page(*words as usize * width, at * apart);
+    components.iter().enumerate().map(register).collect()
+}
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// Runs steps, lane operations that follow each other piece by piece.
-    pub(super) fn in_pieces(&mut self, steps: &[Step], mask: &Mask) -> Result<(), Stop> {
-        if self.width <= PIECE {
-            return steps.iter().try_for_each(|step| self.step(step, mask));
-        }
-        let mut rest = steps;
-        while let [step, behind @ ..] = rest {
-            let count = rest.iter().take_while(|step| matches!(step, Step::Lane(_))).count();
-            if count < 2 {
-                self.step(step, mask)?;
-                rest = behind;
-                continue;
-            }
-            let (here, behind) = rest.split_at(count);
-            for start in (0..self.width).step_by(PIECE) {
-                let piece = start..self.width.min(start + PIECE);
-                for step in here {
-                    if let Step::Lane(step) = step {
-                        self.lane(step, piece.clone());
-                    }
+    /// Runs steps, but for lane operations behind the last other step, which wait in the queue.
+    pub(super) fn follow(&mut self, steps: &[Step], mask: &Mask) -> Result<(), Stop> {
+        for step in steps {
+            match step {
+                Step::Lane(step) => self.queue(step),
+                // With the profile on, each step runs by itself.
+                Step::Shared { group, steps, exports } if self.profile.is_none() => {
+                    self.shared(*group, steps, exports, mask)?;
+                }
+                _ => {
+                    self.run_queue();
+                    self.step(step, mask)?;
                 }
             }
-            rest = behind;
         }
         Ok(())
     }
 
-    /// Runs a lane operation over some lanes; where its result is shared, with the first of them.
-    pub(super) fn lane(&mut self, step: &LaneStep, piece: Range<usize>) {
-        let (out, width) = (step.out, self.width);
-        let words = out.words as usize;
-        let mut spread = std::mem::take(&mut self.spread);
-        match out.place {
-            Place::Words(_) if piece.start > 0 => {}
-            Place::Words(at) => {
-                let mut few = [A::Word::default(); 16];
-                self.lane_into(step, &mut few[..words], 0..1, 1, &mut spread);
-                self.words[at as usize..][..words].copy_from_slice(&few[..words]);
-            }
-            Place::Lanes { reg, component, .. } => {
-                let mut lanes = std::mem::take(&mut self.registers[reg as usize]);
-                let to = &mut lanes.words_mut()[component as usize * width..][..words * width];
-                self.lane_into(step, &mut to[piece.start..], piece, width, &mut spread);
-                self.registers[reg as usize] = lanes;
+    /// Has a lane operation wait for those behind it. What all lanes share is computed at once: it waits for no lane.
+    pub(super) fn queue(&mut self, step: &LaneStep) {
+        match step.out.place {
+            Place::Words(at) => self.once(step, at),
+            Place::Lanes { reg, component, cells } => {
+                let reg = self.shared.register(reg, cells) as u32;
+                let ready = self.ready(step, (reg, component * self.width as u32), self.width);
+                self.ready.push(Ready::Lane(ready));
             }
         }
-        self.spread = spread;
     }
 
-    /// Runs a lane operation over some lanes of each component; those of `out` lie `stride` words apart.
-    #[inline(always)]
-    fn lane_into(
-        &self,
-        step: &LaneStep,
-        out: &mut [A::Word],
-        piece: Range<usize>,
-        stride: usize,
-        spread: &mut [Vec<A::Word>; MAX_ARGS],
-    ) {
+    /// Has lanes take the value of their cells behind what waits.
+    pub(super) fn queue_spread(&mut self, value: Operand) {
+        if let Place::Lanes { reg, component, cells: Some(cells) } = value.place {
+            self.ready.push(Ready::Spread(Spread {
+                group: cells.group,
+                from: (cells.reg, component),
+                words: value.words as u8,
+                out: (reg, component * self.width as u32),
+            }));
+        }
+    }
+
+    /// Runs what waits.
+    pub(super) fn run_queue(&mut self) {
+        if self.ready.is_empty() {
+            return;
+        }
+        let (cells, indices) = self.shared.tables();
+        let run = LaneRun {
+            isa: self.isa,
+            steps: &self.ready,
+            registers: &mut self.registers,
+            words: &self.words,
+            cells,
+            indices,
+            spread: &mut self.spread,
+            width: self.width,
+            piece: PIECE,
+        };
+        A::lanes(self.isa, run);
+        self.ready.clear();
+    }
+
+    /// Runs a lane operation whose result all lanes share, to words from `at` on.
+    fn once(&mut self, step: &LaneStep, at: u32) {
+        let ready = Ready::Lane(self.ready(step, (0, 0), 1));
+        let run = LaneRun {
+            isa: self.isa,
+            steps: &[ready],
+            registers: std::slice::from_mut(&mut self.single),
+            words: &self.words,
+            cells: &[],
+            indices: &[],
+            spread: &mut self.spread,
+            width: 1,
+            piece: 1,
+        };
+        A::lanes(self.isa, run);
+        let words = step.out.words as usize;
+        self.words[at as usize..][..words].copy_from_slice(&self.single.words()[..words]);
+    }
+
+    /// An operation with its arguments found.
+    fn ready(&self, step: &LaneStep, out: (u32, u32), width: usize) -> ReadyLane {
         let args = step.args();
-        let mut list: [(Arg<'_, A::Word>, usize); MAX_ARGS] = [(Arg::Same(&[]), 0); MAX_ARGS];
-        let mut parts = usize::from(step.parts);
-        let mut n = piece.len();
+        let mut list = [ReadyArg { from: From::Words(0), words: 0, apart: 0 }; MAX_ARGS];
+        let (mut parts, mut through) = (step.parts, 1);
         // Components lie one behind the other: where all lanes of all arguments do, or single words, one part does for all.
-        let mut flat = parts > 1 && n == stride;
+        let mut flat = parts > 1 && width <= PIECE;
         for (slot, arg) in list.iter_mut().zip(args) {
-            let apart = if arg.words > 1 && parts > 1 { stride } else { 0 };
-            *slot = match self.arg(*arg) {
-                Arg::Each(lanes) => (Arg::Each(&lanes[piece.start..]), apart),
-                Arg::Same(words) if n == 1 && apart > 0 => (Arg::Each(words), 1),
-                Arg::Same(words) => (Arg::Same(words), apart.min(1)),
+            let parted = arg.words > 1 && parts > 1;
+            let from = self.from(*arg);
+            let lanes = matches!(from, From::Lanes(..));
+            let apart = if !parted {
+                0
+            } else if lanes {
+                width as u32
+            } else {
+                1
             };
-            flat &= matches!((&slot.0, arg.words), (Arg::Same(_), 1) | (Arg::Each(_), 3));
+            *slot = ReadyArg { from, words: arg.words as u8, apart };
+            flat &= lanes == parted;
         }
         if flat {
-            (n, parts) = (n * parts, 1);
+            (parts, through) = (1, parts);
         }
-        if !A::Word::FORMS {
-            for (slot, room) in list.iter_mut().zip(spread) {
-                *slot = spread_over(*slot, room, (n, stride, parts));
+        ReadyLane { op: step.op, parts, through, count: args.len() as u8, out, args: list }
+    }
+
+    fn from(&self, operand: Operand) -> From {
+        match operand.place {
+            Place::Words(at) => From::Words(at),
+            Place::Lanes { component, cells: Some(cells), .. } if self.shared.is_one(cells.group) => {
+                From::Cell(cells.reg, component)
+            }
+            Place::Lanes { reg, component, cells } => {
+                From::Lanes(self.shared.register(reg, cells) as u32, component * self.width as u32)
             }
         }
-        let call = LaneCall { op: step.op, args: &list[..args.len()], out, n, stride, parts };
-        A::lanes(self.isa, call);
     }
-}
-
-/// An argument as lane arrays: what is single is written for each of `n` lanes, its components `stride` apart.
-fn spread_over<'a, W: Word>(
-    (arg, apart): (Arg<'a, W>, usize),
-    room: &'a mut Vec<W>,
-    (n, stride, parts): (usize, usize, usize),
-) -> (Arg<'a, W>, usize) {
-    let Arg::Same(words) = arg else { return (arg, apart) };
-    if n == 1 && stride == 1 {
-        return (Arg::Each(words), apart);
-    }
-    let count = words.len();
-    room.resize(((count.max(1) - 1) * stride + n).max(room.len()), W::default());
-    for (component, word) in words.iter().enumerate() {
-        room[component * stride..][..n].fill(*word);
-    }
-    (Arg::Each(room), if parts > 1 && apart > 0 { stride } else { 0 })
 }

@@ -1,6 +1,7 @@
 //! Masks: which lanes of a batch run a step.
 
 use crate::arithmetic::Word;
+use osl_noise::{Isa, Kernel};
 
 /// A set of lanes: all ones for a lane that is in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,51 +39,46 @@ impl Mask {
     }
 
     /// The lanes of the set where `cond` is not 0, and those where it is.
-    pub(super) fn split<W: Word>(&self, cond: &[W]) -> (Mask, Mask) {
-        let yes = |c: &W| if c.bits() != 0 { u32::MAX } else { 0 };
-        let (yes, no): (Vec<u32>, Vec<u32>) = match self {
+    pub(super) fn split<W: Word>(&self, isa: Isa, cond: &[W]) -> (Mask, Mask) {
+        let within = match self {
             Mask::None => return (Mask::None, Mask::None),
-            Mask::All(_) => (cond.iter().map(yes).collect(), cond.iter().map(|c| !yes(c)).collect()),
-            Mask::Some(bits) => (
-                bits.iter().zip(cond).map(|(b, c)| b & yes(c)).collect(),
-                bits.iter().zip(cond).map(|(b, c)| b & !yes(c)).collect(),
-            ),
+            Mask::All(_) => None,
+            Mask::Some(bits) => Some(&bits[..]),
         };
-        (Mask::normal(yes), Mask::normal(no))
+        let (mut yes, mut no) = (vec![0; cond.len()], vec![0; cond.len()]);
+        let [first, second] = isa.dispatch(Split { within, cond, yes: &mut yes, no: &mut no });
+        (first.of(yes), second.of(no))
     }
 
     fn normal(bits: Vec<u32>) -> Mask {
         let (any, all) = bits.iter().fold((0, u32::MAX), |(any, all), b| (any | b, all & b));
-        match (any, all) {
-            (0, _) => Mask::None,
-            (_, u32::MAX) => Mask::All(bits.len()),
-            _ => Mask::Some(bits),
-        }
+        Extent { any, all }.of(bits)
     }
 
     /// Copies the lanes of the set.
-    pub(super) fn copy<W: Word>(&self, to: &mut [W], from: &[W]) {
+    pub(super) fn copy<W: Word>(&self, isa: Isa, to: &mut [W], from: &[W]) {
         match self {
             Mask::All(_) => to.copy_from_slice(from),
             Mask::None => {}
-            Mask::Some(bits) => {
-                for ((to, from), b) in to.iter_mut().zip(from).zip(bits) {
-                    *to = W::pick(*b, *from, *to);
-                }
-            }
+            Mask::Some(bits) => isa.dispatch(Copy { bits, to, from }),
         }
     }
 
     /// Sets the lanes of the set to one word.
-    pub(super) fn fill<W: Word>(&self, to: &mut [W], word: W) {
+    pub(super) fn fill<W: Word>(&self, isa: Isa, to: &mut [W], word: W) {
         match self {
             Mask::All(_) => to.fill(word),
             Mask::None => {}
-            Mask::Some(bits) => {
-                for (to, b) in to.iter_mut().zip(bits) {
-                    *to = W::pick(*b, word, *to);
-                }
-            }
+            Mask::Some(bits) => isa.dispatch(Fill { bits, to, word }),
+        }
+    }
+
+    /// Whether a lane of the set has a number, without sign, that is not below a limit.
+    pub(super) fn any_beyond<W: Word>(&self, isa: Isa, numbers: &[W], limit: u32) -> bool {
+        match self {
+            Mask::All(_) => isa.dispatch(Beyond { bits: None, numbers, limit }),
+            Mask::None => false,
+            Mask::Some(bits) => isa.dispatch(Beyond { bits: Some(bits), numbers, limit }),
         }
     }
 
@@ -116,6 +112,120 @@ impl Mask {
             Mask::All(_) => Some(0),
             Mask::None => None,
             Mask::Some(bits) => bits.iter().position(|b| *b != 0),
+        }
+    }
+}
+
+/// All lanes of a set or'ed together, and and'ed.
+struct Extent {
+    any: u32,
+    all: u32,
+}
+
+impl Extent {
+    /// The set with these lanes, of which this is the extent.
+    fn of(&self, bits: Vec<u32>) -> Mask {
+        match (self.any, self.all) {
+            (0, _) => Mask::None,
+            (_, u32::MAX) => Mask::All(bits.len()),
+            _ => Mask::Some(bits),
+        }
+    }
+}
+
+struct Split<'a, W> {
+    within: Option<&'a [u32]>,
+    cond: &'a [W],
+    yes: &'a mut [u32],
+    no: &'a mut [u32],
+}
+
+impl<W: Word> Split<'_, W> {
+    #[inline(always)]
+    fn each(self, within: impl Fn(usize) -> u32) -> [Extent; 2] {
+        let Split { cond, yes, no, .. } = self;
+        let n = cond.len().min(yes.len()).min(no.len());
+        let (cond, yes, no) = (&cond[..n], &mut yes[..n], &mut no[..n]);
+        let [mut first, mut second] = [(0, u32::MAX); 2];
+        for i in 0..n {
+            let (within, holds) = (within(i), if cond[i].bits() != 0 { u32::MAX } else { 0 });
+            let (a, b) = (within & holds, within & !holds);
+            (yes[i], no[i]) = (a, b);
+            first = (first.0 | a, first.1 & a);
+            second = (second.0 | b, second.1 & b);
+        }
+        [first, second].map(|(any, all)| Extent { any, all })
+    }
+}
+
+impl<W: Word> Kernel for Split<'_, W> {
+    type Output = [Extent; 2];
+    #[inline(always)]
+    fn run(self) -> [Extent; 2] {
+        match self.within {
+            None => self.each(
+                #[inline(always)]
+                |_| u32::MAX,
+            ),
+            Some(bits) => {
+                let bits = &bits[..self.cond.len()];
+                self.each(
+                    #[inline(always)]
+                    |i| bits[i],
+                )
+            }
+        }
+    }
+}
+
+struct Copy<'a, W> {
+    bits: &'a [u32],
+    to: &'a mut [W],
+    from: &'a [W],
+}
+
+impl<W: Word> Kernel for Copy<'_, W> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for ((to, from), b) in self.to.iter_mut().zip(self.from).zip(self.bits) {
+            *to = W::pick(*b, *from, *to);
+        }
+    }
+}
+
+struct Fill<'a, W> {
+    bits: &'a [u32],
+    to: &'a mut [W],
+    word: W,
+}
+
+impl<W: Word> Kernel for Fill<'_, W> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        for (to, b) in self.to.iter_mut().zip(self.bits) {
+            *to = W::pick(*b, self.word, *to);
+        }
+    }
+}
+
+struct Beyond<'a, W> {
+    bits: Option<&'a [u32]>,
+    numbers: &'a [W],
+    limit: u32,
+}
+
+impl<W: Word> Kernel for Beyond<'_, W> {
+    type Output = bool;
+    #[inline(always)]
+    fn run(self) -> bool {
+        let Beyond { bits, numbers, limit } = self;
+        match bits {
+            None => numbers.iter().fold(false, |any, i| any | (i.bits() >= limit)),
+            Some(bits) => {
+                numbers.iter().zip(bits).fold(false, |any, (i, b)| any | (*b != 0 && i.bits() >= limit))
+            }
         }
     }
 }

@@ -22,7 +22,7 @@ mod work;
 
 use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::Dictionaries;
-use crate::lanes::Arg;
+use crate::lanes::{Arg, Ready};
 use crate::message::Messages;
 use crate::profile::Profile;
 use crate::program::{Array, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
@@ -71,6 +71,10 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     scratch: Vec<Lanes<A::Word>>,
     /// Single arguments of a lane operation, spread over lanes.
     spread: [Vec<A::Word>; MAX_ARGS],
+    /// The result of a lane operation that all lanes share.
+    single: Lanes<A::Word>,
+    /// Lane operations that are to run next.
+    ready: Vec<Ready>,
     max_steps: u64,
     /// Steps of the batch so far.
     spent: u64,
@@ -113,12 +117,14 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             services,
             isa,
             width,
-            registers: program.registers.iter().map(|words| Lanes::new(*words as usize * width)).collect(),
+            registers: lane::registers(&program.registers, width),
             shared: shared::Shared::new(program, width),
             words: program.words.iter().map(|seed| seed.word::<A>()).collect(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
             spread: Default::default(),
+            single: Lanes::new(LINE),
+            ready: Vec::new(),
             max_steps,
             spent: 0,
             exhausted: None,
@@ -145,6 +151,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             return Ok(());
         }
         self.spent = 0;
+        self.ready.clear();
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
@@ -209,9 +216,13 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             wide.iter_mut().zip(out).for_each(|(to, from)| *to = f64::from(*from as i32));
             return;
         }
-        for (lane, to) in out.iter_mut().enumerate() {
-            let x = A::single(word(lane));
-            *to = if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
+        let single = |word: A::Word| {
+            let x = A::single(word);
+            if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
+        };
+        match lanes {
+            Arg::Same(word) => out.fill(single(word[0])),
+            Arg::Each(lanes) => out.iter_mut().zip(lanes).for_each(|(to, word)| *to = single(*word)),
         }
         for (lane, to) in wide.iter_mut().enumerate() {
             let x = A::double(word(lane));
@@ -240,13 +251,18 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         if self.profile.is_some() {
             return self.profiled(steps, mask);
         }
-        self.in_pieces(&steps.list, mask)
+        self.follow(&steps.list, mask)?;
+        self.run_queue();
+        Ok(())
     }
 
     #[inline(always)]
     pub(crate) fn step(&mut self, step: &Step, mask: &Mask) -> Result<(), Stop> {
         match step {
-            Step::Lane(step) => self.lane(step, 0..self.width),
+            Step::Lane(step) => {
+                self.queue(step);
+                self.run_queue();
+            }
             Step::Kernel(step) => {
                 self.kernel(step, mask);
                 if let Some(what) = self.exhausted.take() {
@@ -263,7 +279,10 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
                 self.find_cells(*group, roots, outs, mask);
                 self.export_roots(*group, roots, outs, exports);
             }
-            Step::Shared { group, steps, exports } => self.shared(*group, steps, exports, mask)?,
+            Step::Shared { group, steps, exports } => {
+                self.shared(*group, steps, exports, mask)?;
+                self.run_queue();
+            }
         }
         Ok(())
     }
@@ -273,11 +292,11 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         let words = operand.words as usize;
         match operand.place {
             Place::Words(at) => Arg::Same(&self.words[at as usize..][..words]),
-            Place::Lanes { reg, component, group } => {
-                if let Some(lanes) = group.and_then(|group| self.shared.by_all(group, reg)) {
+            Place::Lanes { reg, component, cells } => {
+                if let Some(lanes) = cells.and_then(|cells| self.shared.by_all(cells)) {
                     return Arg::Same(&lanes[component as usize..][..words]);
                 }
-                let lanes = self.registers[reg as usize].words();
+                let lanes = self.registers[self.shared.register(reg, cells)].words();
                 Arg::Each(&lanes[component as usize * self.width..][..words * self.width])
             }
         }
@@ -336,8 +355,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         let component = component as u32;
         let place = match operand.place {
             Place::Words(at) => Place::Words(at + component),
-            Place::Lanes { reg, component: base, group } => {
-                Place::Lanes { reg, component: base + component, group }
+            Place::Lanes { reg, component: base, cells } => {
+                Place::Lanes { reg, component: base + component, cells }
             }
         };
         let kind = if operand.words > 1 { Kind::Float } else { operand.kind };
@@ -349,9 +368,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         for (component, word) in words.iter().enumerate().take(out.words as usize) {
             match out.place {
                 Place::Words(at) => self.words[at as usize + component] = *word,
-                Place::Lanes { reg, component: base, .. } => {
+                Place::Lanes { reg, component: base, cells } => {
                     let at = (base as usize + component) * self.width + lane;
-                    self.registers[reg as usize].words_mut()[at] = *word;
+                    self.registers[self.shared.register(reg, cells)].words_mut()[at] = *word;
                 }
             }
         }
@@ -415,8 +434,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     fn take(&mut self, out: Operand) -> Target<A::Word> {
         match out.place {
             Place::Words(_) => Target::Few([A::Word::default(); 16], out.words as usize),
-            Place::Lanes { reg, component, .. } => Target::Lanes(
-                std::mem::take(&mut self.registers[reg as usize]),
+            Place::Lanes { reg, component, cells } => Target::Lanes(
+                std::mem::take(&mut self.registers[self.shared.register(reg, cells)]),
                 component as usize * self.width,
             ),
         }
@@ -427,7 +446,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             (Place::Words(at), Target::Few(few, n)) => {
                 self.words[at as usize..][..n].copy_from_slice(&few[..n])
             }
-            (Place::Lanes { reg, .. }, Target::Lanes(lanes, _)) => self.registers[reg as usize] = lanes,
+            (Place::Lanes { reg, cells, .. }, Target::Lanes(lanes, _)) => {
+                self.registers[self.shared.register(reg, cells)] = lanes;
+            }
             _ => {}
         }
     }
@@ -438,10 +459,10 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         let n = if matches!(to.place, Place::Words(_)) { 1 } else { self.width };
         for (component, lanes) in target.chunks_mut(n).enumerate().take(to.words as usize) {
             match self.component(from, component) {
-                Arg::Each(words) if n == words.len() => mask.copy(lanes, words),
+                Arg::Each(words) if n == words.len() => mask.copy(self.isa, lanes, words),
                 Arg::Each(words) | Arg::Same(words) if n == 1 => lanes.copy_from_slice(&words[..1]),
                 Arg::Each(_) => {}
-                Arg::Same(word) => mask.fill(lanes, word[0]),
+                Arg::Same(word) => mask.fill(self.isa, lanes, word[0]),
             }
         }
         self.put(to, target);

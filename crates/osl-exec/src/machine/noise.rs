@@ -112,12 +112,12 @@ impl<A: Arithmetic> Machine<'_, A> {
         let mut results: Vec<Lanes<A::Word>> =
             step.outs.iter().map(|out| Lanes::new(out.words as usize * self.width)).collect();
         for (text, lanes) in self.groups(*name, mask) {
-            let (here, _) = all.split(&lanes);
+            let (here, _) = all.split(self.isa, &lanes);
             self.noise_by_name(&text, step, &here);
             for (out, result) in step.outs.iter().zip(&mut results) {
                 let Arg::Each(values) = self.arg(*out) else { continue };
                 for (to, from) in result.words_mut().chunks_mut(self.width).zip(values.chunks(self.width)) {
-                    here.copy(to, from);
+                    here.copy(self.isa, to, from);
                 }
             }
         }

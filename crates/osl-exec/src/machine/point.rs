@@ -81,9 +81,12 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn check_index(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
         let [index, len] = &step.args[..] else { return };
         let limit = self.bits(*len, 0);
-        let (Arg::Same(indices) | Arg::Each(indices)) = self.arg(*index);
         // A negative index is a large one without its sign. Inactive lanes may hold anything.
-        if indices.iter().fold(0, |most, i| most.max(i.bits())) < limit {
+        let fine = match self.arg(*index) {
+            Arg::Same(index) => index[0].bits() < limit,
+            Arg::Each(indices) => !mask.any_beyond(self.isa, indices, limit),
+        };
+        if fine {
             return;
         }
         for lane in self.active(mask) {

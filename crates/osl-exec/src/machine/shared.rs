@@ -7,8 +7,8 @@
 use super::mask::Mask;
 use super::{Machine, Stop};
 use crate::arithmetic::{Arithmetic, Word};
-use crate::lanes::Arg;
-use crate::program::{Operand, Place, Program, Steps};
+use crate::lanes::{Arg, Ready};
+use crate::program::{CellPlace, Operand, Place, Program, Steps};
 use crate::register::Lanes;
 use osl_noise::cells::{self, Cells, MAX_CELLS};
 
@@ -19,37 +19,49 @@ const MAX_KEYS: usize = 16;
 pub(super) struct Shared<W> {
     /// A word for each cell; component by component, with room for [`MAX_CELLS`] of them or for one.
     narrow: Vec<Lanes<W>>,
-    groups: Vec<Group>,
+    /// For each group how many cells it has in the batch, 0 where there are too many, and the cell of each lane.
+    counts: Vec<usize>,
+    indices: Vec<Lanes>,
     /// Whether the steps of a group are running on its cells: the narrow registers are then the machine's.
     running: bool,
+    /// Lane operations on cells that are to run next, while none are running; of lanes, while some are.
+    ready: Vec<Ready>,
     scratch: Lanes,
-}
-
-/// The cells of a group in the current batch.
-struct Group {
-    /// How many, 0 where there are too many.
-    count: usize,
-    /// The cell of each lane.
-    index: Lanes,
 }
 
 impl<W: Word> Shared<W> {
     pub(super) fn new(program: &Program, width: usize) -> Shared<W> {
-        let any = program.groups > 0;
-        let narrow = |words: &u32| Lanes::new(if any { *words as usize * MAX_CELLS } else { 0 });
-        let group = |_| Group { count: 0, index: Lanes::new(width) };
         Shared {
-            narrow: program.registers.iter().map(narrow).collect(),
-            groups: (0..program.groups).map(group).collect(),
+            narrow: program.cells.iter().map(|words| Lanes::new(*words as usize * MAX_CELLS)).collect(),
+            counts: vec![0; program.groups],
+            indices: (0..program.groups).map(|_| Lanes::new(width)).collect(),
             running: false,
-            scratch: Lanes::new(if any { width } else { 0 }),
+            ready: Vec::new(),
+            scratch: Lanes::new(if program.groups > 0 { width } else { 0 }),
         }
     }
 
-    /// The words of a shared register where all lanes of the batch are in one cell.
-    pub(super) fn by_all(&self, group: u16, reg: u32) -> Option<&[W]> {
-        let one = !self.running && self.groups.get(usize::from(group)).is_some_and(|g| g.count == 1);
-        if one { self.narrow.get(reg as usize).map(Lanes::words) } else { None }
+    /// The words of a shared value where all lanes of the batch are in one cell.
+    pub(super) fn by_all(&self, cells: CellPlace) -> Option<&[W]> {
+        if self.is_one(cells.group) { self.narrow.get(cells.reg as usize).map(Lanes::words) } else { None }
+    }
+
+    /// Whether all lanes of the batch are in one cell of a group, whose words steps read.
+    pub(super) fn is_one(&self, group: u16) -> bool {
+        !self.running && self.counts.get(usize::from(group)) == Some(&1)
+    }
+
+    /// The register of a value among those that the machine has now: of lanes, or of cells while they are running.
+    pub(super) fn register(&self, reg: u32, cells: Option<CellPlace>) -> usize {
+        match cells {
+            Some(cells) if self.running => cells.reg as usize,
+            _ => reg as usize,
+        }
+    }
+
+    /// The registers of a word for each cell, and the cell of each lane by group.
+    pub(super) fn tables(&self) -> (&[Lanes<W>], &[Lanes]) {
+        (&self.narrow, &self.indices)
     }
 }
 
@@ -61,12 +73,13 @@ fn room(count: usize) -> usize {
 impl<A: Arithmetic> Machine<'_, A> {
     /// Finds the cells of a group and gives them their roots.
     pub(super) fn find_cells(&mut self, group: u16, roots: &[Operand], outs: &[Operand], mask: &Mask) {
-        let mut index = std::mem::take(&mut self.shared.groups[usize::from(group)].index);
+        let at = usize::from(group);
+        let mut index = std::mem::take(&mut self.shared.indices[at]);
         let mut scratch = std::mem::take(&mut self.shared.scratch);
         let cells = self.cells(roots, index.words_mut(), scratch.words_mut(), mask);
         self.shared.scratch = scratch;
-        self.shared.groups[usize::from(group)].index = index;
-        self.shared.groups[usize::from(group)].count = 0;
+        self.shared.indices[at] = index;
+        self.shared.counts[at] = 0;
         let Some(cells) = cells else {
             let all = Mask::all(self.width);
             roots.iter().zip(outs).for_each(|(root, out)| self.copy(*root, *out, &all));
@@ -74,8 +87,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         };
         let room = room(cells.count);
         for (root, out) in roots.iter().zip(outs) {
-            let Place::Lanes { reg, .. } = out.place else { continue };
-            let mut narrow = std::mem::take(&mut self.shared.narrow[reg as usize]);
+            let Place::Lanes { cells: Some(place), .. } = out.place else { continue };
+            let mut narrow = std::mem::take(&mut self.shared.narrow[place.reg as usize]);
             for (component, words) in
                 narrow.words_mut().chunks_mut(room).enumerate().take(root.words as usize)
             {
@@ -84,9 +97,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                     *word = self.word(part, lane);
                 }
             }
-            self.shared.narrow[reg as usize] = narrow;
+            self.shared.narrow[place.reg as usize] = narrow;
         }
-        self.shared.groups[usize::from(group)].count = cells.count;
+        self.shared.counts[at] = cells.count;
     }
 
     /// Gives each lane the roots that single points read, where the batch has a few cells.
@@ -97,7 +110,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         outs: &[Operand],
         exports: &[usize],
     ) {
-        if self.shared.groups[usize::from(group)].count > 1 {
+        if self.shared.counts[usize::from(group)] > 1 {
             let all = Mask::all(self.width);
             for (root, out) in exports.iter().filter_map(|at| Some((roots.get(*at)?, outs.get(*at)?))) {
                 self.copy(*root, *out, &all);
@@ -117,11 +130,13 @@ impl<A: Arithmetic> Machine<'_, A> {
             }
         }
         index.fill(0);
-        mask.fill(index, u32::MAX);
+        mask.fill(self.isa, index, u32::MAX);
         cells::find(self.isa, &keys[..count], index, scratch)
     }
 
-    /// Runs the steps of a group: once for each cell, or on all lanes where there are many cells.
+    /// Runs the steps of a group: once for each cell, and queues what gives lanes their cells' values; or on all lanes
+    /// where there are many cells. Lane operations that wait in the queue are not disturbed: they read values of cells
+    /// that nothing writes again.
     pub(super) fn shared(
         &mut self,
         group: u16,
@@ -129,31 +144,26 @@ impl<A: Arithmetic> Machine<'_, A> {
         exports: &[Operand],
         mask: &Mask,
     ) -> Result<(), Stop> {
-        let count = self.shared.groups[usize::from(group)].count;
+        let count = self.shared.counts[usize::from(group)];
         if count == 0 || self.shared.running {
-            return self.steps(steps, mask);
+            self.spent += steps.weight;
+            return self.follow(&steps.list, mask);
         }
         let (width, room) = (self.width, room(count));
-        std::mem::swap(&mut self.registers, &mut self.shared.narrow);
-        (self.width, self.shared.running) = (room, true);
+        self.turn(room);
         let result = self.steps(steps, &Mask::all(room));
-        (self.width, self.shared.running) = (width, false);
-        std::mem::swap(&mut self.registers, &mut self.shared.narrow);
+        self.turn(width);
         if count > 1 {
-            exports.iter().for_each(|export| self.spread_cells(group, *export));
+            exports.iter().for_each(|export| self.queue_spread(*export));
         }
         result
     }
 
-    /// Gives each lane the value of its cell.
-    fn spread_cells(&mut self, group: u16, value: Operand) {
-        let Place::Lanes { reg, component, .. } = value.place else { return };
-        let index = self.shared.groups[usize::from(group)].index.words();
-        let lanes = self.registers[reg as usize].words_mut().chunks_mut(self.width);
-        let words = self.shared.narrow[reg as usize].words().as_chunks::<MAX_CELLS>().0;
-        let parts = component as usize..(component + value.words) as usize;
-        for (to, table) in lanes.zip(words).skip(parts.start).take(parts.len()) {
-            A::Word::look_up(self.isa, table, index, to);
-        }
+    /// Turns from lanes to cells, and back.
+    fn turn(&mut self, width: usize) {
+        std::mem::swap(&mut self.registers, &mut self.shared.narrow);
+        std::mem::swap(&mut self.ready, &mut self.shared.ready);
+        self.width = width;
+        self.shared.running = !self.shared.running;
     }
 }

@@ -2,8 +2,8 @@
 
 use super::uses::Uses;
 use super::{
-    KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource, Place, Seed, Step, Steps,
-    shared, weigh, words_of,
+    CellPlace, KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource, Place, Seed, Step,
+    Steps, shared, weigh, words_of,
 };
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -28,6 +28,47 @@ impl Strings {
     }
 }
 
+/// Registers of one sort, each free again once its value has ended.
+#[derive(Default)]
+pub(super) struct File {
+    /// Components of each.
+    pub(super) list: Vec<u32>,
+    /// Free registers by component count.
+    free: FxHashMap<u32, Vec<u32>>,
+    /// Registers to free behind a position.
+    ending: FxHashMap<u32, Vec<(u32, u32)>>,
+}
+
+impl File {
+    /// A register that is free behind position `last`, if any.
+    fn take(&mut self, words: u32, last: Option<u32>) -> u32 {
+        match self.free.get_mut(&words).and_then(Vec::pop) {
+            Some(reg) => self.until(reg, words, last),
+            None => self.add(words, last),
+        }
+    }
+
+    /// A register that held nothing before.
+    fn add(&mut self, words: u32, last: Option<u32>) -> u32 {
+        self.list.push(words);
+        self.until(self.list.len() as u32 - 1, words, last)
+    }
+
+    fn until(&mut self, reg: u32, words: u32, last: Option<u32>) -> u32 {
+        if let Some(last) = last {
+            self.ending.entry(last).or_default().push((words, reg));
+        }
+        reg
+    }
+
+    /// Frees what ends at a position.
+    fn end(&mut self, position: u32) {
+        for (words, reg) in self.ending.remove(&position).into_iter().flatten() {
+            self.free.entry(words).or_default().push(reg);
+        }
+    }
+}
+
 pub(super) struct Compiler<'a> {
     body: &'a Body,
     places: Vec<Option<Place>>,
@@ -40,11 +81,9 @@ pub(super) struct Compiler<'a> {
     position: u32,
     /// Loops around the current position.
     loops: u32,
-    pub(super) registers: Vec<u32>,
-    /// Free registers by component count.
-    free: FxHashMap<u32, Vec<u32>>,
-    /// Registers to free behind a position.
-    ending: FxHashMap<u32, Vec<(u32, u32)>>,
+    pub(super) registers: File,
+    /// Registers of a word for each cell.
+    pub(super) cells: File,
     pub(super) words: Vec<Seed>,
     pub(super) globals: Vec<(Global, Operand)>,
     pub(super) slopes: Vec<(Global, Axis, Operand)>,
@@ -69,9 +108,8 @@ impl<'a> Compiler<'a> {
             last_use,
             position: 0,
             loops: 0,
-            registers: Vec::new(),
-            free: FxHashMap::default(),
-            ending: FxHashMap::default(),
+            registers: File::default(),
+            cells: File::default(),
             words: Vec::new(),
             globals: Vec::new(),
             slopes: Vec::new(),
@@ -97,30 +135,23 @@ impl<'a> Compiler<'a> {
             self.words.resize(self.words.len() + words as usize, Seed::Bits(0));
             Place::Words((self.words.len() - words as usize) as u32)
         } else {
-            let reg = self.take_register(words);
             let last = self.last_use[v.index()].max(self.position);
-            self.ending.entry(last).or_default().push((words, reg));
-            Place::Lanes { reg, component: 0, group: shared::group(self.body, v) }
+            let reg = self.registers.take(words, Some(last));
+            let cells = shared::group(self.body, v).map(|group| {
+                // What points read stays until they do, which is when the batch gets there and not the steps on cells.
+                let last = (!self.exported[v.index()]).then_some(last);
+                CellPlace { group, reg: self.cells.take(words, last) }
+            });
+            Place::Lanes { reg, component: 0, cells }
         };
         self.places[v.index()] = Some(place);
         place
     }
 
-    fn take_register(&mut self, words: u32) -> u32 {
-        if let Some(reg) = self.free.get_mut(&words).and_then(Vec::pop) {
-            return reg;
-        }
-        self.registers.push(words);
-        self.registers.len() as u32 - 1
-    }
-
     /// Goes on to the next position, freeing what ended at this one.
     fn advance(&mut self) {
-        if let Some(done) = self.ending.remove(&self.position) {
-            for (words, reg) in done {
-                self.free.entry(words).or_default().push(reg);
-            }
-        }
+        self.registers.end(self.position);
+        self.cells.end(self.position);
         self.position += 1;
     }
 
@@ -182,13 +213,9 @@ impl<'a> Compiler<'a> {
         let result = *inst.results.first()?;
         let words = words_of(self.body.kind(result));
         if self.body.value(result).rate == Rate::Varying {
-            self.registers.push(words);
-            let reg = self.registers.len() as u32 - 1;
-            if self.loops == 0 {
-                let last = self.last_use[result.index()].max(self.position);
-                self.ending.entry(last).or_default().push((words, reg));
-            }
-            self.places[result.index()] = Some(Place::Lanes { reg, component: 0, group: None });
+            let last = self.last_use[result.index()].max(self.position);
+            let reg = self.registers.add(words, (self.loops == 0).then_some(last));
+            self.places[result.index()] = Some(Place::Lanes { reg, component: 0, cells: None });
         }
         Some(self.operand(result))
     }
@@ -317,8 +344,8 @@ impl<'a> Compiler<'a> {
         let Some(result) = inst.results.first().copied() else { return false };
         let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
         let place = match self.operand(root).place {
-            Place::Lanes { reg, component: base, group } => {
-                Place::Lanes { reg, component: base + component, group }
+            Place::Lanes { reg, component: base, cells } => {
+                Place::Lanes { reg, component: base + component, cells }
             }
             Place::Words(at) => Place::Words(at + component),
         };
@@ -349,8 +376,8 @@ impl<'a> Compiler<'a> {
                     self.words.push(*word);
                     let kind = if matches!(word, Seed::Float(_)) { Kind::Float } else { Kind::Int };
                     let from = Operand { place: Place::Words(at + component as u32), words: 1, kind };
-                    let Place::Lanes { reg, component: base, group } = out.place else { continue };
-                    let place = Place::Lanes { reg, component: base + component as u32, group };
+                    let Place::Lanes { reg, component: base, cells } = out.place else { continue };
+                    let place = Place::Lanes { reg, component: base + component as u32, cells };
                     let to = Operand { place, words: 1, kind };
                     let step = match word {
                         Seed::Bits(_) => LaneStep::new(LaneOp::IOr, &[from, from], to),

@@ -10,10 +10,19 @@ use std::sync::Arc;
 /// Where a value is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Place {
-    /// A lane register, from this component on; and the group whose cells share the value.
-    Lanes { reg: u32, component: u32, group: Option<u16> },
+    /// A lane register, from this component on; and where the words of cells are, if cells share the value.
+    Lanes { reg: u32, component: u32, cells: Option<CellPlace> },
     /// Words of the uniform file, from this one on.
     Words(u32),
+}
+
+/// Where the value of each cell is, for points that share it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct CellPlace {
+    /// The group of cells.
+    pub(crate) group: u16,
+    /// The register of a word for each cell. One that points read is never used again for another value.
+    pub(crate) reg: u32,
 }
 
 /// A value: where it is, how many words (of each lane) it has, and what they are.

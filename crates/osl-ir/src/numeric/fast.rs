@@ -302,6 +302,11 @@ impl<const FUSED: bool> Real for Quick<FUSED> {
     }
 
     #[inline(always)]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        Quick(Self::fused(-a.0, b.0, self.0))
+    }
+
+    #[inline(always)]
     fn inverse_root(self) -> Self {
         let x = pick(self.0 > f32::MIN_POSITIVE, self.0, f32::MIN_POSITIVE);
         let half = 0.5 * x;

@@ -25,7 +25,7 @@ functions! {
     mul(a: R, b: R) -> R = a * b;
     neg(a: R) -> R = -a;
     mul_add(a: R, b: R, c: R) -> R = c.plus_product(a, b);
-    mul_sub(a: R, b: R, c: R) -> R = c.plus_product(-a, b);
+    mul_sub(a: R, b: R, c: R) -> R = c.minus_product(a, b);
     lt(a: R, b: R) -> i32 = arith::lt(a, b).into();
     le(a: R, b: R) -> i32 = arith::le(a, b).into();
     gt(a: R, b: R) -> i32 = arith::gt(a, b).into();

@@ -73,6 +73,11 @@ pub trait Real: Number {
     fn plus_product(self, a: Self, b: Self) -> Self {
         self + a * b
     }
+    /// `self - a * b`; rounded twice unless the arithmetic says otherwise.
+    #[inline(always)]
+    fn minus_product(self, a: Self, b: Self) -> Self {
+        self - a * b
+    }
     /// `1 / √self`, in two roundings unless the arithmetic says otherwise, for numbers above zero.
     #[inline(always)]
     fn inverse_root(self) -> Self {

@@ -1,7 +1,8 @@
-//! Products that are only added to something become one operation with their sum, for arithmetics that fuse the two.
+//! Products that are only added to something become one operation with their sum.
 //!
-//! A step less is also a register less to write and to read. Strict programs are not touched: they round twice. Needs
-//! the rates.
+//! A step less is a register less to write and to read. How often the operation rounds is up to the arithmetic: the strict
+//! one still rounds product and sum, so that no bit changes. Needs the rates, and comes behind the pass that finds shared
+//! work: a product that points share is not to become part of a sum of their own.
 
 use crate::ir::{BlockId, Body, LaneOp, Op, Source, ValueId};
 use rustc_hash::FxHashMap;

@@ -48,10 +48,10 @@ pub enum Pass {
     Flatten,
     /// Compares distances by their squares, and the like.
     Algebra,
-    /// Makes products and their sums one operation, for arithmetics that fuse them.
-    Fuse,
     /// Finds work that neighbouring points share.
     Share,
+    /// Makes products and their sums one operation.
+    Fuse,
 }
 
 impl Pass {
@@ -67,8 +67,8 @@ impl Pass {
         Pass::Rate,
         Pass::Flatten,
         Pass::Algebra,
-        Pass::Fuse,
         Pass::Share,
+        Pass::Fuse,
     ];
 
     /// The name that reports and `--without-pass` use.
@@ -84,8 +84,8 @@ impl Pass {
             Pass::Rate => "rate",
             Pass::Flatten => "flatten",
             Pass::Algebra => "algebra",
-            Pass::Fuse => "fuse",
             Pass::Share => "share",
+            Pass::Fuse => "fuse",
         }
     }
 
@@ -155,7 +155,6 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                 continue;
             }
             Pass::Fold => {}
-            Pass::Fuse if options.arithmetic != Arithmetic::Fast => continue,
             pass if without(pass) => continue,
             _ => {}
         }
@@ -195,8 +194,8 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Rate => rate::run(body, &options.varying, &options.slopes),
             Pass::Flatten => flatten::run(body),
             Pass::Algebra => algebra::run(body),
-            Pass::Fuse => fuse::run(body),
             Pass::Share => share::run(body),
+            Pass::Fuse => fuse::run(body),
         }
         if cfg!(debug_assertions) {
             let found = validate::validate(body);

@@ -1,6 +1,6 @@
 //! Which triangle a ray hits first.
 
-use super::{Bounds, Triangles};
+use super::{Bounds, FARTHEST, Triangles};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
@@ -33,10 +33,11 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Sorts triangles. Those with a coordinate that is not finite are never hit.
+    /// Sorts triangles. Those with a coordinate that is not finite, or beyond [`FARTHEST`], are never hit.
     pub fn new(mesh: &Triangles) -> Bvh {
-        let finite = |at: &usize| mesh.corners(*at).iter().all(|p| p.is_finite());
-        let kept: Vec<usize> = (0..mesh.indices.len()).filter(finite).collect();
+        let near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
+        let kept: Vec<usize> =
+            (0..mesh.indices.len()).filter(|at| mesh.corners(*at).iter().all(near)).collect();
         let list: Vec<Around> = kept.iter().map(|at| Around::new(mesh.corners(*at))).collect();
         if list.is_empty() {
             return Bvh { tree: None, corners: Vec::new(), numbers: Vec::new() };
@@ -150,6 +151,12 @@ mod tests {
         assert!(bvh.blocked(Vec3::new(0.5, 0.25, 2.0), -Vec3::Z, all.clone()));
         assert!(!bvh.blocked(Vec3::new(0.5, 0.25, 2.0), -Vec3::Z, 0.0..1.5));
         assert_eq!(bvh.hit(Vec3::NAN, Vec3::Z, all.clone()), None);
-        assert_eq!(Bvh::new(&Triangles::default()).hit(Vec3::ZERO, Vec3::Z, all), None);
+        assert_eq!(Bvh::new(&Triangles::default()).hit(Vec3::ZERO, Vec3::Z, all.clone()), None);
+        let mut far = square();
+        far.positions[4] = Vec3::splat(-1.8e25);
+        assert!(
+            Bvh::new(&far).hit(Vec3::new(0.75, 0.25, 2.0), -Vec3::Z, all).is_some(),
+            "far ones are left out"
+        );
     }
 }

@@ -38,6 +38,8 @@ pub struct Mesh {
 
 /// Vertices and corners that a mesh may have: places are numbered with 32 bits, and a level multiplies them by four.
 pub const MAX_CORNERS: usize = 1 << 28;
+/// The largest coordinate of a vertex: sums of areas of boxes around such ones still fit a single float.
+pub const FARTHEST: f32 = 1e12;
 
 /// What is wrong with a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -75,6 +77,12 @@ pub enum MeshError {
     NotFinite {
         /// What it is of.
         what: &'static str,
+        /// Which one.
+        index: usize,
+    },
+    /// A vertex whose distances no single float can hold squared.
+    #[error("vertex {index} is farther than {FARTHEST:e} from the origin")]
+    Far {
         /// Which one.
         index: usize,
     },
@@ -149,6 +157,9 @@ impl Mesh {
             indices("vertex of a crease", ends, self.positions.len())?;
         }
         finite("vertex", self.positions.iter().map(|p| p.is_finite()))?;
+        if let Some(index) = self.positions.iter().position(|p| p.abs().max_element() > FARTHEST) {
+            return Err(MeshError::Far { index });
+        }
         finite("surface coordinate", self.uvs.iter().map(|p| p.is_finite()))?;
         finite("normal", self.normals.iter().map(|p| p.is_finite()))
     }

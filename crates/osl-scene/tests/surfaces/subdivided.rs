@@ -235,6 +235,9 @@ fn wrong_meshes_are_errors() {
     let mut mesh = cube();
     mesh.positions[5].y = f32::NAN;
     assert_eq!(wrong(mesh), MeshError::NotFinite { what: "vertex", index: 5 });
+    let mut mesh = cube();
+    mesh.positions[5].y = -1.8e25;
+    assert_eq!(wrong(mesh), MeshError::Far { index: 5 });
     let mut mesh = cube_with_uvs();
     mesh.uv_corners.pop();
     assert_eq!(wrong(mesh), MeshError::Count { what: "surface coordinates", corners: 24, count: 23 });

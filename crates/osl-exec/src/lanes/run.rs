@@ -1,0 +1,214 @@
+//! Lane operations that follow each other, with their arguments found: what a run of them needs, and the loop over it.
+//!
+//! The loop is part of what is compiled for an instruction set: from one operation to the next there is no call.
+
+use super::{Arg, Call};
+use crate::arithmetic::{Arithmetic, Word};
+use crate::program::MAX_ARGS;
+use crate::register::Lanes;
+use osl_ir::ir::LaneOp;
+use osl_noise::Isa;
+use osl_noise::cells::MAX_CELLS;
+
+/// Lane operations over all lanes of a batch, one piece of them after the other.
+///
+/// What an operation writes is still next to the processor when the next one reads it, though a batch's registers
+/// together are far from it. Which lanes are done when makes no difference to any.
+pub(crate) struct LaneRun<'a, W> {
+    pub(crate) isa: Isa,
+    pub(crate) steps: &'a [Ready],
+    pub(crate) registers: &'a mut [Lanes<W>],
+    /// The uniform file.
+    pub(crate) words: &'a [W],
+    /// Registers of a word for each cell.
+    pub(crate) cells: &'a [Lanes<W>],
+    /// For each group of cells the cell of each lane.
+    pub(crate) indices: &'a [Lanes],
+    /// Room to spread single arguments over lanes, for words without [`Word::FORMS`].
+    pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
+    /// Lanes of each component of a register.
+    pub(crate) width: usize,
+    /// Lanes of a piece.
+    pub(crate) piece: usize,
+}
+
+/// What a run does next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Ready {
+    Lane(ReadyLane),
+    Spread(Spread),
+}
+
+/// Gives lanes the value of their cells.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spread {
+    /// The group of cells.
+    pub(crate) group: u16,
+    /// How many words each lane gets.
+    pub(crate) words: u8,
+    /// The register of the cells, and the first component.
+    pub(crate) from: (u32, u32),
+    /// The register of the lanes, and the first word.
+    pub(crate) out: (u32, u32),
+}
+
+/// A lane operation that knows where its words are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReadyLane {
+    pub(crate) op: LaneOp,
+    /// How many times it runs: once, or for each component of a triple.
+    pub(crate) parts: u8,
+    /// How many components one part runs through as if they were lanes: 1 unless the piece is all lanes.
+    pub(crate) through: u8,
+    pub(crate) count: u8,
+    /// The register of its result, and the first word.
+    pub(crate) out: (u32, u32),
+    /// Its arguments: the first `count` of these.
+    pub(crate) args: [ReadyArg; MAX_ARGS],
+}
+
+/// An argument, its words (of each lane), and by how many words its parts lie apart.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ReadyArg {
+    pub(crate) from: From,
+    pub(crate) words: u8,
+    pub(crate) apart: u32,
+}
+
+/// Where words are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum From {
+    /// Lanes of a register, from a word on.
+    Lanes(u32, u32),
+    /// One value for all lanes, in the uniform file.
+    Words(u32),
+    /// One value for all lanes, in a register of the cells.
+    Cell(u32, u32),
+}
+
+impl<W: Word> LaneRun<'_, W> {
+    /// Calls `run` with each operation on each piece.
+    #[inline(always)]
+    pub(super) fn each(self, run: impl Fn(LaneOp, Call<'_, W>)) {
+        let LaneRun { isa, steps, registers, words, cells, indices, spread, width, piece } = self;
+        let mut start = 0;
+        while start < width {
+            let lanes = piece.min(width - start);
+            for step in steps {
+                let step = match step {
+                    Ready::Lane(step) => step,
+                    Ready::Spread(step) => {
+                        step.run(isa, registers, (cells, indices), (start, lanes, width));
+                        continue;
+                    }
+                };
+                let (before, rest) = registers.split_at_mut(step.out.0 as usize);
+                let Some((out, behind)) = rest.split_first_mut() else { continue };
+                let out = &mut out.words_mut()[step.out.1 as usize + start..];
+                let files = Files { before, behind, words, cells };
+                let list = &step.args[..usize::from(step.count)];
+                let mut args = [Arg::Same(&[][..]); MAX_ARGS];
+                let mut apart = [0; MAX_ARGS];
+                for ((slot, apart), arg) in args.iter_mut().zip(&mut apart).zip(list) {
+                    (*slot, *apart) = (files.find(arg.from, start), arg.apart as usize);
+                }
+                let (parts, n) = (usize::from(step.parts), lanes * usize::from(step.through));
+                if !W::FORMS {
+                    for (((slot, apart), room), arg) in
+                        args.iter_mut().zip(&mut apart).zip(spread.iter_mut()).zip(list)
+                    {
+                        if let Arg::Same(words) = *slot {
+                            let words = &words[..usize::from(arg.words)];
+                            *apart = if *apart > 0 { width } else { 0 };
+                            *slot = Arg::Each(spread_over(words, room, (n, width)));
+                        }
+                    }
+                }
+                run(step.op, Call { args, apart, out, n, stride: width, parts });
+            }
+            start += piece;
+        }
+    }
+}
+
+/// What an operation may read while its result is written: registers but for one, and the rest.
+struct Files<'a, W> {
+    before: &'a [Lanes<W>],
+    behind: &'a [Lanes<W>],
+    words: &'a [W],
+    cells: &'a [Lanes<W>],
+}
+
+impl<'a, W: Word> Files<'a, W> {
+    /// The words of an argument, those of lanes from `start` on.
+    #[inline(always)]
+    fn find(&self, from: From, start: usize) -> Arg<'a, W> {
+        match from {
+            From::Lanes(reg, first) => {
+                let reg = reg as usize;
+                let found = match self.before.get(reg) {
+                    Some(found) => found,
+                    None => &self.behind[reg - self.before.len() - 1],
+                };
+                Arg::Each(&found.words()[first as usize + start..])
+            }
+            From::Words(at) => Arg::Same(&self.words[at as usize..]),
+            From::Cell(reg, first) => Arg::Same(&self.cells[reg as usize].words()[first as usize..]),
+        }
+    }
+}
+
+impl Spread {
+    #[inline(always)]
+    fn run<W: Word>(
+        &self,
+        isa: Isa,
+        registers: &mut [Lanes<W>],
+        (cells, indices): (&[Lanes<W>], &[Lanes]),
+        (start, lanes, width): (usize, usize, usize),
+    ) {
+        let index = &indices[usize::from(self.group)].words()[start..start + lanes];
+        let tables = cells[self.from.0 as usize].words().as_chunks::<MAX_CELLS>().0;
+        let out = &mut registers[self.out.0 as usize].words_mut()[self.out.1 as usize..];
+        let count = usize::from(self.words);
+        for (table, out) in tables.iter().skip(self.from.1 as usize).take(count).zip(out.chunks_mut(width)) {
+            W::look_up(isa, table, index, &mut out[start..start + lanes]);
+        }
+    }
+}
+
+/// Single words as lane arrays: each is written for `n` lanes, `stride` words apart.
+fn spread_over<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize, usize)) -> &'a [W] {
+    room.resize((words.len().saturating_sub(1) * stride + n).max(room.len()), W::default());
+    for (component, word) in words.iter().enumerate() {
+        room[component * stride..][..n].fill(*word);
+    }
+    room
+}
+
+/// Runs an operation of one argument on `n` lanes: words of both lie component by component. Allocates; meant for what is
+/// seldom.
+pub(crate) fn one<A: Arithmetic>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mut [A::Word], n: usize) {
+    let mut registers = [Lanes::new(out.len()), Lanes::new(arg.len())];
+    registers[1].words_mut().copy_from_slice(arg);
+    let parts = if op.shape().per_component { (out.len() / n.max(1)) as u8 } else { 1 };
+    let arg = ReadyArg {
+        from: From::Lanes(1, 0),
+        words: (arg.len() / n.max(1)) as u8,
+        apart: if parts > 1 { n as u32 } else { 0 },
+    };
+    let step = ReadyLane { op, parts, through: 1, count: 1, out: (0, 0), args: [arg; MAX_ARGS] };
+    let run = LaneRun {
+        isa,
+        steps: &[Ready::Lane(step)],
+        registers: &mut registers,
+        words: &[],
+        cells: &[],
+        indices: &[],
+        spread: &mut Default::default(),
+        width: n,
+        piece: n,
+    };
+    A::lanes(isa, run);
+    out.copy_from_slice(registers[0].words());
+}
