@@ -1,8 +1,8 @@
 //! Whether `--max-error` keeps its promise, and at what cost: the seed shaders and twenty others, each to two errors, and those
-//! of a second set, by which parameters were not chosen, though later changes were tried on both. Truth is thousands of samples at thousands of pixels; the cost is compared
-//! with the fixed setting of the fewest evaluations (a shading rate, or a number of samples) that keeps the error at 99.9 % of
-//! these pixels, found by trying all. Expect: errors kept at 99.9 %, at no more than 1.2 times that cost. Prints the tables of
-//! docs/accuracy.md.
+//! of a second set, by which parameters were not chosen, though later changes were tried on both. Truth is thousands of
+//! samples at thousands of pixels; the cost is compared with the fixed setting of the fewest evaluations (a shading rate, or a
+//! number of samples) that keeps the error at 99.9 % of these pixels, found by trying all. Expect: errors kept at 99.9 %, at no
+//! more than 1.2 times that cost. Prints the tables of docs/accuracy.md, and times, and takes an hour.
 
 #![allow(
     clippy::unwrap_used,
