@@ -1,7 +1,8 @@
-//! Whether `--max-error` keeps its promise, and at what cost: the seed shaders and twenty others, each to two errors. Truth is
-//! thousands of samples at some thousand pixels; the cost is compared with the cheapest fixed setting (a shading rate, or a
+//! Whether `--max-error` keeps its promise, and at what cost: the seed shaders and twenty others, each to two errors, and those
+//! of a second set, by which parameters were not chosen, though later changes were tried on both. Truth is thousands of
+//! samples at thousands of pixels; the cost is compared with the fixed setting of the fewest evaluations (a shading rate, or a
 //! number of samples) that keeps the error at 99.9 % of these pixels, found by trying all. Expect: errors kept at 99.9 %, at no
-//! more than 1.2 times that cost. Prints the table of docs/accuracy.md.
+//! more than 1.2 times that cost. Prints the tables of docs/accuracy.md, and times, and takes an hour.
 
 #![allow(
     clippy::unwrap_used,
@@ -63,10 +64,52 @@ const TEXTS: [(&str, &str); 13] = [
     ("white noise", "r = noise(\"hash\", 1e4 * P);"),
 ];
 
+/// The second set.
+const SECOND_SET: [(&str, &str); 8] = [
+    ("fine gabor", "r = noise(\"gabor\", 31 * P);"),
+    ("grazing step", "r = step(0.05 + 0.9 * u, v + 0.02 * sin(37 * u));"),
+    (
+        "voronoi",
+        "point p = 15 * P; p[2] = 0; r = 1e9;
+         for (int i = -1; i <= 1; i++) for (int j = -1; j <= 1; j++) {
+             point c = floor(p) + vector(i, j, 0); point q = c + noise(\"cell\", c); q[2] = 0;
+             r = min(r, distance(p, q)); }",
+    ),
+    (
+        "voronoi edges",
+        "point p = 15 * P; p[2] = 0; float a = 1e9; float b = 1e9;
+         for (int i = -1; i <= 1; i++) for (int j = -1; j <= 1; j++) {
+             point c = floor(p) + vector(i, j, 0); point q = c + noise(\"cell\", c); q[2] = 0;
+             float d = distance(p, q); if (d < a) { b = a; a = d; } else b = min(b, d); }
+         r = b - a < 0.05;",
+    ),
+    (
+        "five octaves",
+        "float a = 1; point p = 20 * P; for (int i = 0; i < 5; i++) { r += a * noise(p); p *= 2; a *= 0.5; }",
+    ),
+    ("smooth and rough", "r = u < 0.5 ? sin(5 * v) : noise(\"hash\", 1e4 * P);"),
+    (
+        "bricks",
+        "float y = 14 * v; float x = 7 * u + 0.5 * mod(floor(y), 2);
+         r = (mod(x, 1) < 0.04 || mod(y, 1) < 0.08) ? 0.2 : 0.5 + 0.4 * noise(\"cell\", floor(x), floor(y)) + 0.1 * noise(90 * P);",
+    ),
+    (
+        "specks",
+        "point p = 41.3 * P; p[2] = 0; point c = floor(p);
+         point q = c + 0.2 + 0.6 * noise(\"cell\", c); q[2] = 0;
+         r = (noise(\"cell\", c + 0.5) > 0.9 && distance(p, q) < 0.1) ? 1 : 0.3 * u;",
+    ),
+];
+
 /// Pixels whose truth is known, and samples of each.
-const CHECKED: usize = 4096;
+const CHECKED: usize = 16384;
 const TRUTH: u32 = 4096;
 const ERRORS: [f32; 2] = [0.05, 0.02];
+/// The most samples of a pixel.
+const MOST: u32 = 4096;
+/// The share of the pixels that may be off, and how much more than the best fixed setting an image may cost.
+const PROMISED: f64 = 0.001;
+const DEARER: f64 = 1.2;
 
 struct Shader {
     name: &'static str,
@@ -91,7 +134,7 @@ fn shaders(root: &Path) -> Vec<Shader> {
     let text = |(name, text): &(&'static str, &str)| {
         compile(name, &format!("shader s(output float r = 0) {{ {text} }}"), &[], &[])
     };
-    FILES.iter().map(file).chain(TEXTS.iter().map(text)).collect()
+    FILES.iter().map(file).chain(TEXTS.iter().chain(&SECOND_SET).map(text)).collect()
 }
 
 /// The quicker of two runs, in milliseconds, and the image.
@@ -112,29 +155,34 @@ fn above(image: &Image, truth: &Oracle, error: f32) -> f64 {
     found.above as f64 / found.pixels.max(1) as f64
 }
 
-/// The cheapest fixed setting that keeps an error: its name, time and evaluations a pixel.
+/// The fixed setting of the fewest evaluations that keeps an error: its name, time and evaluations a pixel.
 fn best_fixed(shading: &Shading<'_>, truth: &Oracle, error: f32, side: usize) -> Option<(String, f64, f64)> {
-    let mut best: Option<(String, f64, f64)> = None;
     for rate in [[4, 4], [2, 2], [2, 1], [1, 1]].map(Rate) {
-        let (time, image) = timed(|| at_rate(shading, 0..side, rate).expect("an image"));
-        if above(&image, truth, error) <= 0.001 && best.as_ref().is_none_or(|b| time < b.1) {
-            best = Some((rate.to_string(), time, image.tally.per_pixel()));
+        let image = at_rate(shading, 0..side, rate).expect("an image");
+        if above(&image, truth, error) <= PROMISED {
+            let (time, image) = timed(|| at_rate(shading, 0..side, rate).expect("an image"));
+            return Some((rate.to_string(), time, image.tally.per_pixel()));
         }
     }
-    if best.is_some() {
-        return best;
-    }
-    for samples in (1..=10).map(|level| 1_u32 << level) {
+    for samples in (1..).map(|level| 1_u32 << level).take_while(|n| *n <= MOST.min(shading.pattern.count())) {
         // The pixels that count are enough to see whether it will do.
         let some = shading.chosen(&truth.pixels, samples).expect("samples");
         let found =
             check(&some, truth, f64::from(error), |pixel| truth.pixels.binary_search(&pixel).unwrap());
-        if found.above as f64 / found.pixels.max(1) as f64 <= 0.001 {
+        if found.above as f64 / found.pixels.max(1) as f64 <= PROMISED {
             let (time, image) = timed(|| shading.rows(0..side, samples).expect("an image"));
             return Some((format!("{samples} samples"), time, image.tally.per_pixel()));
         }
     }
     None
+}
+
+/// What is counted: cases, those that keep the error, those that cost no more than they may.
+#[derive(Default)]
+struct Count {
+    cases: u32,
+    kept: u32,
+    cheap: u32,
 }
 
 fn main() {
@@ -148,11 +196,12 @@ fn main() {
     let textures = TextureCache::new(vec![root.clone()]);
     let services = Services { spaces: Spaces::default(), textures, ..Services::default() };
     let options = RunOptions::default();
-    let samples = if quick { 64 } else { 1024 };
+    let samples = if quick { 64 } else { MOST };
     println!(
         "| shader | error | kept at | samples a pixel | best fixed | samples a pixel | time | evaluations |"
     );
     println!("|---|---:|---:|---:|---|---:|---:|---:|");
+    let mut counts = [Count::default(), Count::default()];
     for shader in shaders(&root).iter().filter(|s| only.as_ref().is_none_or(|o| s.name.contains(o.as_str())))
     {
         let shading = Shading {
@@ -168,15 +217,22 @@ fn main() {
         for error in ERRORS {
             let wanted = MaxError { error, most: samples };
             let (time, image) = timed(|| max_error(&shading, 0..side, wanted).expect("an image"));
-            let kept = 100.0 * (1.0 - above(&image, &truth, error));
+            let off = above(&image, &truth, error);
+            let kept = 100.0 * (1.0 - off);
             let own = image.tally.per_pixel();
+            let count = &mut counts[usize::from(SECOND_SET.iter().any(|(name, _)| *name == shader.name))];
+            count.cases += 1;
+            count.kept += u32::from(off <= PROMISED);
             match best_fixed(&shading, &truth, error, side) {
-                Some((name, fixed, evaluations)) => println!(
-                    "| {} | {error} | {kept:.2} % | {own:.2} | {name} | {evaluations:.2} | {:.2} | {:.2} |",
-                    shader.name,
-                    time / fixed,
-                    own / evaluations
-                ),
+                Some((name, fixed, evaluations)) => {
+                    count.cheap += u32::from(own <= DEARER * evaluations);
+                    println!(
+                        "| {} | {error} | {kept:.2} % | {own:.2} | {name} | {evaluations:.2} | {:.2} | {:.2} |",
+                        shader.name,
+                        time / fixed,
+                        own / evaluations
+                    );
+                }
                 None => {
                     println!(
                         "| {} | {error} | {kept:.2} % | {own:.2} | none of up to {samples} | – | – | – |",
@@ -188,5 +244,8 @@ fn main() {
                 break;
             }
         }
+    }
+    for (name, Count { cases, kept, cheap }) in ["first set", "second set"].iter().zip(counts) {
+        println!("{name}: {kept} of {cases} kept, {cheap} at no more than {DEARER} times the evaluations");
     }
 }

@@ -26,6 +26,8 @@ pub(super) struct Refiner<'a> {
     pub(super) active: Vec<usize>,
     /// For each plane, for each pixel.
     pub(super) sums: Vec<Vec<Block>>,
+    /// How far the last round moved each pixel, the most of all planes.
+    pub(super) moved: Vec<f32>,
     /// Samples of the active ones so far.
     pub(super) samples: u32,
     /// Samples of each.
@@ -41,6 +43,7 @@ impl<'a> Refiner<'a> {
             shading: shading.clone(),
             active: (0..pixels.len()).collect(),
             sums: vec![vec![Block::default(); pixels.len()]; planes],
+            moved: vec![0.0; pixels.len()],
             samples: 0,
             each: vec![0; pixels.len()],
             pixels,
@@ -57,9 +60,15 @@ impl<'a> Refiner<'a> {
         let pixels: Vec<u32> =
             self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
         let batch = self.shading.batch(&pixels, self.samples..samples, true)?;
+        self.active.iter().for_each(|slot| self.moved[*slot] = 0.0);
         for (sums, blocks) in self.sums.iter_mut().zip(&batch.blocks) {
             for (slot, block) in self.active.iter().zip(blocks) {
+                let before = sums[*slot];
                 sums[*slot].add(block);
+                if before.count > 0 {
+                    let moved = (sums[*slot].mean() - before.mean()).abs();
+                    self.moved[*slot] = self.moved[*slot].max(moved);
+                }
             }
         }
         self.evaluations += pixels.len() as u64 * u64::from(samples - self.samples);

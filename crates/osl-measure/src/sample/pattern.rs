@@ -2,22 +2,24 @@
 //! of 2^m equal rectangles. A few dozen scrambles are kept; a hash of the pixel picks one, so that an image is
 //! the same however it is cut into pieces.
 
+use std::sync::Arc;
+
 /// The most samples that a pixel can have: those that the sequence has.
 pub const MAX_SAMPLES: u32 = 1 << 16;
 
 /// How many scrambles there are.
 const SCRAMBLES: usize = 64;
 
-/// The samples of all pixels of an image, in 0..1 along both axes.
+/// The samples of all pixels of an image, in 0..1 along both axes. A copy shares them.
 #[derive(Clone, Debug)]
 pub struct Pattern {
     seed: u32,
     count: usize,
     /// The first `count` samples of each scramble.
-    samples: Vec<[f32; 2]>,
+    samples: Arc<[[f32; 2]]>,
     /// For each number of samples 2^m, where in the first and in the second 2^m of a scramble the sample of each
     /// rectangle stands.
-    orders: Vec<Vec<u32>>,
+    orders: Arc<[Vec<u32>]>,
 }
 
 impl Pattern {
@@ -30,8 +32,8 @@ impl Pattern {
             let own = hash(scramble ^ seed.rotate_left(16));
             samples.extend((0..count as u32).map(|i| [0, 1].map(|axis| sobol_burley::sample(i, axis, own))));
         }
-        let mut pattern = Pattern { seed, count, samples, orders: Vec::new() };
         let levels = count.trailing_zeros();
+        let mut pattern = Pattern { seed, count, samples: samples.into(), orders: Arc::default() };
         pattern.orders = (0..=levels).map(|level| pattern.find_order(level)).collect();
         pattern
     }

@@ -1,9 +1,11 @@
 //! Pixels on a lattice: computing them, interpolating between them, and how far off that may be.
 
-use super::{COARSE, Work};
+use super::{COARSE, Work, above};
 use crate::sample::rate::{mix, stretched, ticks};
 use osl_exec::Stop;
-use std::ops::Range;
+
+/// How far above the limit the bend of an edge is.
+const EDGE: f32 = 4.0;
 
 impl Work<'_, '_> {
     /// The corners of a cell of a lattice: left, right, top, bottom.
@@ -12,29 +14,53 @@ impl Work<'_, '_> {
         [left, (left + step).min(self.width - 1), top, (top + step).min(self.height - 1)]
     }
 
-    /// What the estimate of the error in the cell of a pixel is made of: its corners, and those around it.
-    pub(super) fn around(&self, [x, y]: [usize; 2], step: usize) -> impl Iterator<Item = u32> + use<> {
+    /// Calls `visit` with the pixels of which the estimate of the error in a pixel's cell is made: its corners, and those
+    /// around it.
+    pub(super) fn around(&self, [x, y]: [usize; 2], step: usize, mut visit: impl FnMut(usize)) {
         let [left, right, top, bottom] = self.cell(x, y, step);
         let (far, low) = if step == 1 { (left + 1, top + 1) } else { (right + step, bottom + step) };
         let columns = [left.saturating_sub(step), left, right, far].map(|x| x.min(self.width - 1));
         let lines = [top.saturating_sub(step), top, bottom, low].map(|y| y.min(self.height - 1));
-        let width = self.width;
-        lines.into_iter().flat_map(move |y| columns.map(|x| (y * width + x) as u32))
+        lines.into_iter().for_each(|y| columns.iter().for_each(|x| visit(y * self.width + x)));
     }
 
-    /// Computes what those cells need that are wanted, by their top left corner, and interpolates inside.
-    pub(super) fn lattice(&mut self, step: usize, wanted: impl Fn(usize) -> bool) -> Result<(), Stop> {
-        let mut needed = Vec::new();
-        let mut cells = Vec::new();
-        for y in (0..self.height).step_by(step) {
-            for x in (0..self.width).step_by(step) {
-                if wanted(y * self.width + x) {
-                    cells.push(self.cell(x, y, step));
-                    needed.extend(self.around([x, y], step));
-                }
-            }
+    /// Computes the coarsest lattice and interpolates all pixels between.
+    pub(super) fn coarse(&mut self) -> Result<(), Stop> {
+        let (width, rows) = (self.width, 0..self.height);
+        let (columns, lines) = (ticks(0..width, COARSE), ticks(rows.clone(), COARSE));
+        let pixels: Vec<u32> =
+            lines.iter().flat_map(|y| columns.iter().map(move |x| (y * width + x) as u32)).collect();
+        pixels.iter().for_each(|pixel| self.known[*pixel as usize] = true);
+        self.evaluations += pixels.len() as u64;
+        let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
+        let known = self.shading.centres(&all, &mut self.said)?;
+        self.values = known.iter().map(|plane| stretched(plane, &columns, &lines, width, &rows)).collect();
+        Ok(())
+    }
+
+    /// Computes what the cells with pending pixels and their estimates need, and interpolates inside.
+    pub(super) fn lattice(&mut self, step: usize, pending: &[bool]) -> Result<(), Stop> {
+        let mut needed = vec![false; pending.len()];
+        for [x, y] in self.wanted(step, pending) {
+            self.around([x, y], step, |pixel| needed[pixel] = true);
         }
-        self.centres(needed)?;
+        self.centres(&needed)?;
+        self.cells(step, pending)
+    }
+
+    /// Computes the corners of the cells with pending pixels, and interpolates inside.
+    pub(super) fn cells(&mut self, step: usize, pending: &[bool]) -> Result<(), Stop> {
+        let cells: Vec<[usize; 4]> =
+            self.wanted(step, pending).into_iter().map(|[x, y]| self.cell(x, y, step)).collect();
+        let mut needed = vec![false; pending.len()];
+        for [left, right, top, bottom] in &cells {
+            // Of the lattice of all pixels a cell is a pixel.
+            let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
+            [top, bottom]
+                .iter()
+                .for_each(|y| [left, right].iter().for_each(|x| needed[**y * self.width + **x] = true));
+        }
+        self.centres(&needed)?;
         if step > 1 {
             let (width, known) = (self.width, &self.known);
             for values in &mut self.values {
@@ -44,19 +70,42 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    /// Computes the coarsest lattice and interpolates all pixels between. Yields the estimates of their errors.
-    pub(super) fn coarse(&mut self) -> Result<Bends, Stop> {
-        let (width, rows) = (self.width, 0..self.height);
-        let columns = ticks(0..width, COARSE);
-        let lines = ticks(rows.clone(), COARSE);
-        let pixels: Vec<u32> =
-            lines.iter().flat_map(|y| columns.iter().map(move |x| (y * width + x) as u32)).collect();
-        pixels.iter().for_each(|pixel| self.known[*pixel as usize] = true);
-        self.evaluations += pixels.len() as u64;
-        let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
-        let known = self.shading.centres(&all, &mut self.said)?;
-        self.values = known.iter().map(|plane| stretched(plane, &columns, &lines, width, &rows)).collect();
-        Ok(Bends::new(&known, &columns, &lines, [width, self.height]))
+    /// The cells with pending pixels, by their top left corners.
+    fn wanted(&self, step: usize, pending: &[bool]) -> Vec<[usize; 2]> {
+        let lines = (0..self.height).step_by(step);
+        let all = lines.flat_map(|y| (0..self.width).step_by(step).map(move |x| [x, y]));
+        all.filter(|cell| self.any(*cell, step, pending)).collect()
+    }
+
+    /// Whether a pixel of a cell is pending.
+    fn any(&self, [x, y]: [usize; 2], step: usize, pending: &[bool]) -> bool {
+        let columns = x..(x + step).min(self.width);
+        (y..(y + step).min(self.height)).any(|y| columns.clone().any(|x| pending[y * self.width + x]))
+    }
+
+    /// Settles the pending pixels of cells whose estimate is at most `limit`. What lies next to a pixel far beyond that is left:
+    /// an edge may reach into it.
+    pub(super) fn settle(&self, step: usize, limit: f32, pending: &mut [bool]) {
+        if limit < 0.0 {
+            return;
+        }
+        let mut edges = Vec::new();
+        for [x, y] in self.wanted(step, pending) {
+            let bend = self.bend([x, y], step);
+            if bend <= limit {
+                for y in y..(y + step).min(self.height) {
+                    pending[y * self.width + x..y * self.width + (x + step).min(self.width)].fill(false);
+                }
+            } else if step == 1 && above(bend, EDGE * limit) {
+                edges.push([x, y]);
+            }
+        }
+        for [x, y] in edges {
+            for y in y.saturating_sub(1)..(y + 2).min(self.height) {
+                pending[y * self.width + x.saturating_sub(1)..y * self.width + (x + 2).min(self.width)]
+                    .fill(true);
+            }
+        }
     }
 
     /// The estimate of the error of a pixel that is interpolated in a cell, from the values around it: an eighth of how the
@@ -64,28 +113,63 @@ impl Work<'_, '_> {
     pub(super) fn bend(&self, [x, y]: [usize; 2], step: usize) -> f32 {
         let [left, right, top, bottom] = self.cell(x, y, step);
         let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
+        let inside = |at: usize, size: usize| {
+            // The last ones with a neighbour on either side stand for those at the border.
+            let last = size.saturating_sub(1 + step) / step * step;
+            (last >= step).then(|| at.clamp(step, last))
+        };
+        let columns = [left, right].map(|x| inside(x, self.width));
+        let lines = [top, bottom].map(|y| inside(y, self.height));
         let (mut across, mut down) = (0.0_f32, 0.0_f32);
         for plane in &self.values {
-            for (x, y) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
-                let before = x >= step && x + step < self.width;
-                let above = y >= step && y + step < self.height;
-                let at = y * self.width + x;
-                let (side, line) = (step, step * self.width);
-                let second = |by: usize| bent(plane[at - by], plane[at], plane[at + by]);
-                if before {
-                    across = across.max(second(side));
+            let second = |at: usize, by: usize| bent(plane[at - by], plane[at], plane[at + by]);
+            for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let (own_x, own_y) = ([left, right][x], [top, bottom][y]);
+                if let Some(x) = columns[x] {
+                    across = across.max(second(own_y * self.width + x, step));
                 }
-                if above {
-                    down = down.max(second(line));
+                if let Some(y) = lines[y] {
+                    down = down.max(second(y * self.width + own_x, step * self.width));
                 }
-                if step == 1 && before && above {
-                    // What is as small as a pixel may touch its corner alone.
-                    across = across.max(second(line + side));
-                    down = down.max(second(line - side));
-                }
+            }
+            if let (1, Some(x), Some(y)) = (step, columns[0], lines[0]) {
+                // What is as small as a pixel may touch its corner alone.
+                across = across.max(second(y * self.width + x, self.width + 1));
+                down = down.max(second(y * self.width + x, self.width - 1));
             }
         }
         (across + down) / 8.0
+    }
+
+    /// What the lattice says of a place, plane by plane: between the corners of a cell, or on the parabolas through a pixel
+    /// and its neighbours.
+    pub(super) fn at(&self, plane: &[f32], [x, y]: [f32; 2], step: usize) -> f32 {
+        let nearest = |at: f32, size: usize| (at.max(0.0) as usize).min(size - 1);
+        if step > 1 {
+            let cell = self.cell(nearest(x, self.width), nearest(y, self.height), step);
+            return between(plane, self.width, cell, [x, y]);
+        }
+        let (column, line) = (nearest(x + 0.5, self.width), nearest(y + 0.5, self.height));
+        let here = plane[line * self.width + column];
+        let parabola = |before: Option<f32>, behind: Option<f32>, t: f32| match (before, behind) {
+            (Some(a), Some(b)) => t * 0.5 * (b - a) + 0.5 * t * t * (a - 2.0 * here + b),
+            (Some(a), None) => t * (here - a),
+            (None, Some(b)) => t * (b - here),
+            (None, None) => 0.0,
+        };
+        let pick =
+            |x: usize, y: usize| (x < self.width && y < self.height).then(|| plane[y * self.width + x]);
+        let [s, t] = [x - column as f32, y - line as f32];
+        let (left, above) = (column.wrapping_sub(1), line.wrapping_sub(1));
+        let (right, below) = (column + 1, line + 1);
+        let corners = [(left, above), (right, below), (left, below), (right, above)].map(|(x, y)| pick(x, y));
+        let twist = match corners {
+            [Some(a), Some(b), Some(c), Some(d)] => 0.25 * s * t * (a + b - c - d),
+            _ => 0.0,
+        };
+        let across = parabola(pick(left, line), pick(right, line), s);
+        let down = parabola(pick(column, above), pick(column, below), t);
+        here + across + down + twist
     }
 }
 
@@ -95,89 +179,22 @@ fn bent(before: f32, here: f32, behind: f32) -> f32 {
     if d.is_nan() { f32::INFINITY } else { d }
 }
 
-/// For each cell of the coarsest lattice, the estimate of the error of its pixels.
-pub(super) struct Bends {
-    size: [usize; 2],
-    /// Cells of a row, and rows of them.
-    cells: [usize; 2],
-    bends: Vec<f32>,
-}
-
-impl Bends {
-    fn new(known: &[Vec<f32>], columns: &[usize], lines: &[usize], size: [usize; 2]) -> Bends {
-        let [nx, ny] = [columns.len(), lines.len()];
-        let (mut across, mut down) = (vec![0.0_f32; nx * ny], vec![0.0_f32; nx * ny]);
-        for plane in known {
-            for y in 0..ny {
-                for x in 0..nx {
-                    let at = y * nx + x;
-                    if x > 0 && x + 1 < nx {
-                        across[at] = across[at].max(bent(plane[at - 1], plane[at], plane[at + 1]));
-                    }
-                    if y > 0 && y + 1 < ny {
-                        down[at] = down[at].max(bent(plane[at - nx], plane[at], plane[at + nx]));
-                    }
-                }
-            }
-        }
-        let cells = [nx.saturating_sub(1).max(1), ny.saturating_sub(1).max(1)];
-        let mut bends = Vec::with_capacity(cells[0] * cells[1]);
-        for y in 0..cells[1] {
-            for x in 0..cells[0] {
-                let (right, below) = ((x + 1).min(nx.max(1) - 1), (y + 1).min(ny.max(1) - 1));
-                let corners = [(x, y), (right, y), (x, below), (right, below)];
-                let most = |list: &[f32]| {
-                    corners.iter().filter_map(|(x, y)| list.get(y * nx + x)).fold(0.0_f32, |m, d| m.max(*d))
-                };
-                bends.push((most(&across) + most(&down)) / 8.0);
-            }
-        }
-        Bends { size, cells, bends }
-    }
-
-    /// The estimate of a pixel.
-    pub(super) fn at(&self, pixel: usize) -> f32 {
-        let (x, y) = (pixel % self.size[0], pixel / self.size[0]);
-        let [x, y] = [(x / COARSE).min(self.cells[0] - 1), (y / COARSE).min(self.cells[1] - 1)];
-        self.bends.get(y * self.cells[0] + x).copied().unwrap_or(f32::INFINITY)
-    }
-
-    /// Calls `visit` with each estimate and pieces of rows that it holds for.
-    pub(super) fn each(&self, mut visit: impl FnMut(f32, Range<usize>)) {
-        let [width, height] = self.size;
-        for y in 0..height {
-            let mut x = 0;
-            while x < width {
-                let last = x / COARSE + 1 >= self.cells[0];
-                let end = if last { width } else { x + COARSE };
-                visit(self.at(y * width + x), y * width + x..y * width + end);
-                x = end;
-            }
-        }
-    }
-}
-
-/// Interpolates the pixels of a cell that are not known. The last row and column of a band belong to its last cells.
-pub(super) fn interpolate(values: &mut [f32], known: &[bool], width: usize, cell: [usize; 4]) {
+/// Interpolates the pixels of a cell that are not known.
+fn interpolate(values: &mut [f32], known: &[bool], width: usize, cell: [usize; 4]) {
     let [left, right, top, bottom] = cell;
     for y in top..=bottom {
         for x in left..=right {
             let at = y * width + x;
             if !known[at] {
-                values[at] = between(values, width, cell, [x, y]);
+                values[at] = between(values, width, cell, [x as f32, y as f32]);
             }
         }
     }
 }
 
-/// The value at a place within a cell, from its corners.
-pub(super) fn between(
-    values: &[f32],
-    width: usize,
-    [left, right, top, bottom]: [usize; 4],
-    [x, y]: [usize; 2],
-) -> f32 {
-    let share = |at: usize, from: usize, to: usize| (at - from) as f32 / (to - from).max(1) as f32;
+/// The value at a place within a cell, or a little beyond, from its corners.
+fn between(values: &[f32], width: usize, [left, right, top, bottom]: [usize; 4], [x, y]: [f32; 2]) -> f32 {
+    let share = |at: f32, from: usize, to: usize| (at - from as f32) / (to - from).max(1) as f32;
     let (s, t) = (share(x, left, right), share(y, top, bottom));
     let line = |y: usize| mix(values[y * width + left], values[y * width + right], s);
     mix(line(top), line(bottom), t)

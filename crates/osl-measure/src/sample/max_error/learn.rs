@@ -1,151 +1,224 @@
-//! What the pilot teaches: which ways of computing a pixel are to be trusted, and how far.
+//! What the pilot teaches: after how many samples a pixel is done, by the estimate of its error.
+//!
+//! Some pixels may be off, one of a thousand. Where that one is spent is a matter of price: for a price of a pixel that is off,
+//! the limits that make the pilot cheapest are found from the last number of samples to the first. The lowest price is
+//! taken at which few enough are off, by limits that were learned from other pixels; if there is none, limits shrink.
 
-use super::lattice::{Bends, between};
-use super::pilot::Pilot;
-use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, TRUSTED, Work, above};
-use osl_exec::Stop;
+use super::above;
+use super::peek::{NEVER, Tried};
 
-/// What the pilot taught: up to which estimates ways of computing a pixel are to be trusted.
+/// A number of samples and what it was worth for each pixel of the pilot. Estimates that are no numbers are of pixels that were
+/// done before.
+pub(super) struct Rung {
+    pub(super) samples: u32,
+    pub(super) tried: Vec<Tried>,
+}
+
+impl Rung {
+    /// How many pixels would be off if none had more samples.
+    pub(super) fn failed(&self, bound: f32) -> f32 {
+        self.tried.iter().map(|(_, error)| likely(*error, bound)).sum()
+    }
+}
+
+/// How pixels are to be sampled.
 #[derive(Debug, Default)]
-pub(super) struct Lesson {
-    pub(super) coarse: f32,
-    /// Every second pixel, and each one's centre; `None` where it does not pay.
-    pub(super) fine: Option<f32>,
-    pub(super) centre: Option<f32>,
-    /// By rounds.
-    pub(super) samples: Vec<(u32, f32)>,
+pub(super) struct Steps {
+    /// Numbers of samples, and up to which estimate a pixel is done with them; the last does for all.
+    pub(super) limits: Vec<(u32, f32)>,
+    /// Pixels of the pilot that are off then.
+    pub(super) failed: f32,
+    /// Samples of its pixels.
+    pub(super) work: f64,
+    /// Whether more of them are off than there may be, for want of samples.
+    pub(super) short: bool,
 }
 
-impl Lesson {
-    /// What is trusted without a pilot.
-    pub(super) fn untaught(bound: f32) -> Lesson {
-        let [lattice, centre, _] = TRUSTED.map(|share| share * bound);
-        Lesson { coarse: lattice, fine: Some(lattice), centre: Some(centre), samples: Vec::new() }
-    }
+/// How often the search for prices and limits halves the range.
+const CARES: usize = 14;
+/// Errors, as shares of the bound, below which a pixel is not off and above which it is.
+const DOUBT: [f32; 2] = [0.93, 1.07];
+/// Pixels of the pilot for each one before and behind a pixel in the order of estimates that have a say in whether it would be off.
+const BESIDE: usize = 256;
 
-    /// What was taught of every second pixel, or of each.
-    fn at(&mut self, step: usize) -> &mut Option<f32> {
-        if step == 1 { &mut self.centre } else { &mut self.fine }
-    }
-}
-
-/// Nothing is trusted.
-const NEVER: f32 = -1.0;
-
-impl Work<'_, '_> {
-    /// Judges the ways of computing a pixel by the pilot.
-    pub(super) fn learn(&mut self, truth: &Pilot, bends: &Bends) -> Result<Lesson, Stop> {
-        let mut lesson = Lesson::default();
-        let mut left: Vec<usize> = (0..truth.pixels.len()).collect();
-        let pixel = |slot: &usize| truth.pixels[*slot] as usize;
-        let tried: Vec<Tried> = left
-            .iter()
-            .map(|slot| {
-                (bends.at(pixel(slot)), truth.distance(*slot, |plane| self.values[plane][pixel(slot)]))
-            })
-            .collect();
-        let [lattice, centre, samples] = TRUSTED;
-        (lesson.coarse, left) = trust(&tried, &left, self.wanted.error, lattice);
-        for step in [2, 1] {
-            // Of few pixels there is little to learn: these ways are then as good as their estimates.
-            if left.len() < FEW {
-                let most = if step == 1 { centre } else { lattice } * self.wanted.error;
-                *lesson.at(step) = Some(most);
-                continue;
-            }
-            let tried = self.try_step(step, truth, &left)?;
-            let most = if step == 1 { centre } else { lattice };
-            let (limit, rest) = trust(&tried, &left, self.wanted.error, most);
-            // A lattice that rejects most pixels costs more than it saves.
-            let pays = (left.len() - rest.len()) * [0, 5, 4][step] > left.len();
-            if pays {
-                *lesson.at(step) = Some(limit);
-                left = rest;
+/// The cheapest limits at which at most `allowed` pixels of the pilot are off by more than `bound`; if there are none, the last number
+/// of samples for all.
+pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
+    // Limits fit the pixels that they are learned from too well: those from one half are judged by the other.
+    let halves = [0, 1].map(|half| sorted(rungs, bound, |slot| slot % 2 == half));
+    let whole = sorted(rungs, bound, |_| true);
+    let most =
+        rungs.last().map_or(1.0, |r| r.samples as f32) * rungs.first().map_or(1, |r| r.tried.len()) as f32;
+    // From 0 to 1 the price grows, from 1 to 2 limits shrink.
+    let limits = |rungs: &[Sorted], care: f32| {
+        let price = (care.min(1.0) * most.ln_1p()).exp_m1();
+        priced(rungs, price).shrunk((2.0 - care).min(1.0))
+    };
+    let judged = |care: f32| {
+        let one =
+            |from: usize| off(rungs, bound, &limits(&halves[from], care).limits, |slot| slot % 2 != from);
+        one(0) + one(1)
+    };
+    let (mut low, mut high) = (0.0, 2.0);
+    let mut failed = judged(high);
+    if failed <= allowed {
+        for _ in 0..CARES {
+            let middle = 0.5 * (low + high);
+            let found = judged(middle);
+            if found <= allowed {
+                (high, failed) = (middle, found);
+            } else {
+                low = middle;
             }
         }
-        for round in &truth.rounds {
-            if left.len() < FEW {
-                break;
-            }
-            let tried: Vec<Tried> =
-                left.iter().map(|slot| round.tried(truth, *slot, bends.at(pixel(slot)))).collect();
-            let (limit, rest) = trust(&tried, &left, self.wanted.error, samples);
-            lesson.samples.push((round.samples, limit));
-            left = rest;
-        }
-        Ok(lesson)
     }
+    let mut steps = Steps { failed, ..limits(&whole, high) };
+    steps.count(&whole);
+    steps
+}
 
-    /// Tries a finer lattice around pixels of the pilot, without keeping it: neighbours are to be left as they are.
-    fn try_step(&mut self, step: usize, truth: &Pilot, slots: &[usize]) -> Result<Vec<Tried>, Stop> {
-        let width = self.width;
-        let place = |slot: &usize| {
-            let pixel = truth.pixels[*slot] as usize;
-            [pixel % width, pixel / width]
-        };
-        let mut needed: Vec<u32> = slots.iter().flat_map(|slot| self.around(place(slot), step)).collect();
-        needed.sort_unstable();
-        needed.dedup();
-        let (known, values) = (self.known.clone(), self.values.clone());
-        self.centres(needed)?;
-        let tried = slots
-            .iter()
-            .map(|slot| {
-                let pixel = truth.pixels[*slot] as usize;
-                let (x, y) = (pixel % width, pixel / width);
-                let bend = self.bend([x, y], step);
-                let cell = self.cell(x, y, step);
-                let distance = truth.distance(*slot, |plane| match step {
-                    1 => self.values[plane][pixel],
-                    _ => between(&self.values[plane], width, cell, [x, y]),
-                });
-                (bend, distance)
-            })
-            .collect();
-        (self.known, self.values) = (known, values);
-        Ok(tried)
+/// How many of some pixels are off with some limits.
+fn off(rungs: &[Rung], bound: f32, limits: &[(u32, f32)], which: impl Fn(usize) -> bool) -> f32 {
+    let count = rungs.first().map_or(0, |rung| rung.tried.len());
+    let done = |slot: &usize| {
+        let mut tried = rungs.iter().zip(limits).map(|(rung, (_, limit))| (rung.tried[*slot], *limit));
+        // What is no number was done before.
+        tried.find(|((estimate, _), limit)| !above(*estimate, *limit) || estimate.is_nan())
+    };
+    let slots = (0..count).filter(|slot| which(*slot));
+    slots.filter_map(|slot| done(&slot)).map(|((_, error), _)| likely(error, bound)).sum()
+}
+
+/// How likely a pixel is off of which the error is known as far as the pilot knows it.
+fn likely(error: f32, bound: f32) -> f32 {
+    let [never, always] = DOUBT.map(|share| share * bound);
+    if above(error, always) { 1.0 } else { ((error - never) / (always - never)).max(0.0) }
+}
+
+/// The number of samples that would do for all pixels.
+pub(super) fn fixed(rungs: &[Rung], bound: f32, allowed: f32) -> Option<u32> {
+    let off = |rung: &&Rung| rung.tried.iter().filter(|(_, error)| above(*error, bound)).count() as f32;
+    rungs.iter().find(|rung| off(rung) <= allowed).map(|rung| rung.samples)
+}
+
+/// A rung with some pixels by their estimates.
+struct Sorted {
+    samples: u32,
+    order: Vec<(f32, usize)>,
+    /// By pixel, how likely those of like estimates are off.
+    off: Vec<f32>,
+}
+
+fn sorted(rungs: &[Rung], bound: f32, which: impl Fn(usize) -> bool) -> Vec<Sorted> {
+    rungs.iter().map(|rung| Sorted::new(rung, bound, &which)).collect()
+}
+
+impl Sorted {
+    fn new(rung: &Rung, bound: f32, which: impl Fn(usize) -> bool) -> Sorted {
+        let estimate = |(slot, (e, _)): (usize, &Tried)| (if e.is_nan() { 0.0 } else { *e }, slot);
+        let some = rung.tried.iter().enumerate().filter(|(slot, _)| which(*slot));
+        let mut order: Vec<(f32, usize)> = some.map(estimate).collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut sums = vec![0.0_f32];
+        for (_, slot) in &order {
+            sums.push(sums.last().copied().unwrap_or(0.0) + likely(rung.tried[*slot].1, bound));
+        }
+        let beside = (order.len() / BESIDE).max(2);
+        let mut off = vec![0.0; rung.tried.len()];
+        for (at, (_, slot)) in order.iter().enumerate() {
+            let (from, to) = (at.saturating_sub(beside), (at + beside + 1).min(order.len()));
+            off[*slot] = (sums[to] - sums[from]) / (to - from) as f32;
+        }
+        Sorted { samples: rung.samples, order, off }
     }
 }
 
-/// An estimate of an error, and the error.
-pub(super) type Tried = (f32, f32);
-
-/// Up to which estimate a way of computing pixels is to be trusted, and the pixels that are left for the next one.
-fn trust(tried: &[Tried], slots: &[usize], bound: f32, most: f32) -> (f32, Vec<usize>) {
-    let failed = |(_, error): &&Tried| above(*error, CLOSE * bound);
-    let best_failed = tried.iter().filter(failed).map(|(e, _)| *e).fold(f32::INFINITY, f32::min);
-    if best_failed <= 0.0 {
-        return (NEVER, slots.to_vec());
+/// The cheapest limits at a price.
+fn priced(rungs: &[Sorted], price: f32) -> Steps {
+    let Some((last, before)) = rungs.split_last() else { return Steps::default() };
+    let mut limits = vec![(last.samples, f32::INFINITY)];
+    // What a pixel costs from a rung on, if it is not done there.
+    let mut ahead: Vec<f32> = last.off.iter().map(|off| price * off).collect();
+    let mut next = last.samples;
+    for rung in before.iter().rev() {
+        let step = (next - rung.samples) as f32;
+        let (mut gain, mut best, mut count) = (0.0_f64, 0.0_f64, 0);
+        for (at, (estimate, slot)) in rung.order.iter().enumerate() {
+            gain += f64::from(step + ahead[*slot] - price * rung.off[*slot]);
+            let ends = rung.order.get(at + 1).is_none_or(|(next, _)| next > estimate);
+            if ends && gain > best {
+                (best, count) = (gain, at + 1);
+            }
+        }
+        let limit = if count == 0 { NEVER } else { rung.order[count - 1].0 };
+        limits.push((rung.samples, limit));
+        ahead.iter_mut().for_each(|ahead| *ahead += step);
+        rung.order[..count].iter().for_each(|(_, slot)| ahead[*slot] = price * rung.off[*slot]);
+        next = rung.samples;
     }
-    let safe = BELOW_FAILED * best_failed;
-    let beyond = tried.iter().map(|(e, _)| *e).filter(|e| e.is_finite() && (most * bound..=safe).contains(e));
-    let (count, furthest) = beyond.fold((0, most * bound), |(n, far), e| (n + 1, far.max(e)));
-    let limit = if count >= EVIDENCE { furthest } else { safe.min(most * bound) };
-    let rest: Vec<usize> =
-        slots.iter().zip(tried).filter(|(_, (e, _))| above(*e, limit)).map(|(slot, _)| *slot).collect();
-    if slots.len() - rest.len() < FEW { (NEVER, slots.to_vec()) } else { (limit, rest) }
+    limits.reverse();
+    Steps { limits, ..Steps::default() }
+}
+
+impl Steps {
+    /// Limits that are a share of these, but for the last.
+    fn shrunk(mut self, share: f32) -> Steps {
+        let before = self.limits.len().saturating_sub(1);
+        for (_, limit) in self.limits.iter_mut().take(before) {
+            *limit = if share > 0.0 { *limit * share } else { NEVER };
+        }
+        self
+    }
+
+    /// Counts what the pilot would take.
+    fn count(&mut self, rungs: &[Sorted]) {
+        let mut done = vec![false; rungs.first().map_or(0, |rung| rung.off.len())];
+        for (rung, (samples, limit)) in rungs.iter().zip(&self.limits) {
+            for (_, slot) in rung.order.iter().take_while(|(estimate, _)| estimate <= limit) {
+                if !done[*slot] {
+                    done[*slot] = true;
+                    self.work += f64::from(*samples);
+                }
+            }
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Rungs of 2 and 8 samples for a hundred pixels whose errors are their estimates.
+    fn rungs(first: impl Fn(usize) -> Tried, second: impl Fn(usize) -> Tried) -> Vec<Rung> {
+        vec![
+            Rung { samples: 2, tried: (0..100).map(first).collect() },
+            Rung { samples: 8, tried: (0..100).map(second).collect() },
+        ]
+    }
+
     #[test]
-    fn trust_ends_below_the_best_pixel_that_failed() {
-        let slots: Vec<usize> = (0..40).collect();
-        let all = |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, 0.1)).collect::<Vec<Tried>>();
-        let mut tried = all(0.1);
-        tried[30].1 = 2.0;
-        let (limit, rest) = trust(&tried, &slots, 1.0, 1.0);
-        assert!((limit - 0.32).abs() < 1e-6, "four fifths of 0.4: {limit}");
-        assert_eq!(rest, slots[23..]);
-        let (limit, rest) = trust(&all(0.1), &slots, 1.0, 0.3);
-        assert_eq!((limit, rest.len()), (0.3, 19), "never beyond what is trusted anyway");
-        tried[0] = (0.0, 5.0);
-        let (limit, rest) = trust(&tried, &slots, 1.0, 1.0);
-        assert_eq!((limit, rest.len()), (NEVER, 40), "an estimate of 0 that fails is worth nothing");
-        let mut lucky = all(0.1);
-        lucky.iter_mut().skip(10).for_each(|one| one.1 = 2.0);
-        assert_eq!(trust(&lucky, &slots, 1.0, 1.0).0, NEVER, "a few that did not fail are no evidence");
+    fn those_go_on_whose_estimate_says_so() {
+        let own = |i: usize| (i as f32 / 50.0, i as f32 / 50.0);
+        let found = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 0.0);
+        let limit = found.limits[0].1;
+        assert!((0.6..1.0).contains(&limit) && found.limits[1] == (8, f32::INFINITY), "{found:?}");
+        assert_eq!(found.failed, 0.0);
+    }
+
+    #[test]
+    fn failures_are_spent_where_they_save_most() {
+        // One lucky pixel of the worst kind among those that are good.
+        let own = |i: usize| (i as f32 / 100.0, if i == 40 { 2.0 } else { 0.1 });
+        let never = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 0.0);
+        assert!(never.limits[0].1 < 0.4 && never.failed == 0.0, "{never:?}");
+        let one = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 1.0);
+        assert_eq!((one.limits[0].1, one.failed, one.work), (0.99, 1.0, 200.0));
+    }
+
+    #[test]
+    fn where_nothing_helps_the_best_is_taken() {
+        let bad = |_: usize| (0.5, 2.0);
+        let found = steps(&rungs(bad, |i| (0.1, if i == 0 { 2.0 } else { 0.1 })), 1.0, 0.0);
+        assert_eq!((found.limits[0].1, found.failed), (NEVER, 1.0));
     }
 }

@@ -1,0 +1,229 @@
+//! Peeks: what the shader says at some places, against what a lattice says there.
+//!
+//! A peek is a pixel's first sample, anywhere in it. Where the image is smooth, the lattice is right there too, and not
+//! only at the centres of pixels; where it is not, for want of pixels or because the shader is rough within them, some
+//! of the peeks tell.
+
+use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, Work, above};
+use crate::sample::oracle::some_pixels;
+use crate::sample::pattern::hash;
+use osl_exec::Stop;
+
+/// Samples of a peek that one sample found wrong: the pixel's mean may be right.
+const SECOND_LOOK: u32 = 64;
+/// Standard errors of a second look's mean that count, as if samples were independent: they are rather better.
+const DOUBT: f32 = 0.5;
+/// The share of the peeks that may get a second look.
+const SECOND_LOOKS: usize = 50;
+
+/// First samples of pixels.
+#[derive(Default)]
+pub(super) struct Peeks {
+    /// Numbers within the band.
+    pixels: Vec<u32>,
+    /// Where the samples lie, in pixels.
+    places: Vec<[f32; 2]>,
+    /// For each plane, the values there.
+    values: Vec<Vec<f32>>,
+}
+
+/// An estimate of an error, and the error.
+pub(super) type Tried = (f32, f32);
+
+impl Peeks {
+    /// How many there are.
+    pub(super) fn count(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// Those at pending pixels.
+    pub(super) fn open(&self, pending: &[bool]) -> Vec<usize> {
+        (0..self.pixels.len()).filter(|slot| pending[self.pixels[*slot] as usize]).collect()
+    }
+
+    /// Marks what a lattice needs at some peeks.
+    pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<bool> {
+        let mut needed = vec![false; work.known.len()];
+        for pixel in slots.iter().map(|slot| self.pixels[*slot] as usize) {
+            work.around([pixel % work.width, pixel / work.width], step, |pixel| needed[pixel] = true);
+        }
+        needed
+    }
+}
+
+impl Work<'_, '_> {
+    /// Peeks at `wanted` more pixels.
+    pub(super) fn peek(&mut self, peeks: &mut Peeks, wanted: usize) -> Result<(), Stop> {
+        let seed = hash(self.first ^ 0x9110 ^ peeks.count() as u32);
+        let chosen = some_pixels(self.known.len(), wanted, seed);
+        let pixels: Vec<u32> = chosen.iter().map(|pixel| pixel + self.first).collect();
+        let batch = self.shading.batch(&pixels, 0..1, false)?;
+        self.said.add(batch.said);
+        self.evaluations += pixels.len() as u64;
+        peeks.places.extend(chosen.iter().map(|pixel| self.place(*pixel, 0)));
+        peeks.pixels.extend(chosen);
+        peeks.values.resize(batch.blocks.len(), Vec::new());
+        for (values, blocks) in peeks.values.iter_mut().zip(&batch.blocks) {
+            values.extend(blocks.iter().map(|block| block.mean()));
+        }
+        Ok(())
+    }
+
+    /// Where a sample of a pixel lies within the band.
+    fn place(&self, pixel: u32, sample: usize) -> [f32; 2] {
+        let pixel_place = [pixel as usize % self.width, pixel as usize / self.width].map(|x| x as f32);
+        let own = self.shading.pattern.of(pixel + self.first).get(sample).copied().unwrap_or([0.5; 2]);
+        let offset = own.map(|s| self.shading.filter.place(s).0);
+        [pixel_place[0] + offset[0], pixel_place[1] + offset[1]]
+    }
+
+    /// What a lattice is worth at some peeks: for each the estimate of its error, and the error.
+    pub(super) fn judge(&mut self, peeks: &Peeks, slots: &[usize], step: usize) -> Result<Vec<Tried>, Stop> {
+        let mut tried: Vec<Tried> = slots
+            .iter()
+            .map(|slot| {
+                let (pixel, place) = (peeks.pixels[*slot] as usize, peeks.places[*slot]);
+                let bend = self.bend([pixel % self.width, pixel / self.width], step);
+                let off = |(values, seen): (&Vec<f32>, &Vec<f32>)| {
+                    distance(self.at(values, place, step), seen[*slot])
+                };
+                let worst = self.values.iter().zip(&peeks.values).map(off).fold(0.0, f32::max);
+                (bend, worst + self.blurred(pixel, step))
+            })
+            .collect();
+        let failed: Vec<usize> =
+            (0..slots.len()).filter(|at| above(tried[*at].1, CLOSE * self.wanted.error)).collect();
+        if failed.len() * SECOND_LOOKS <= slots.len() {
+            let pixels: Vec<u32> = failed.iter().map(|at| peeks.pixels[slots[*at]]).collect();
+            for (at, error) in failed.iter().zip(self.look_again(&pixels, step)?) {
+                // What is known so well needs no distance from the bound.
+                tried[*at].1 = CLOSE * (error + self.blurred(peeks.pixels[slots[*at]] as usize, step));
+            }
+        }
+        Ok(tried)
+    }
+
+    /// How far the mean over a pixel is from its centre, where the lattice bends: half the filter's variance times the second
+    /// derivatives.
+    fn blurred(&self, pixel: usize, step: usize) -> f32 {
+        let (x, y) = (pixel % self.width / step * step, pixel / self.width / step * step);
+        let one = |plane: &Vec<f32>| {
+            let second = |at: usize, size: usize, along: usize| {
+                let inside = at >= step && at + step < size;
+                let here = y * self.width + x;
+                if inside { plane[here - along] - 2.0 * plane[here] + plane[here + along] } else { 0.0 }
+            };
+            let both = second(x, self.width, step) + second(y, self.height, step * self.width);
+            0.5 * self.spread * both.abs() / (step * step) as f32
+        };
+        self.values.iter().map(one).filter(|blur| blur.is_finite()).fold(0.0, f32::max)
+    }
+
+    /// How far the means of pixels are off what a lattice says, by some samples; with what these samples may be off.
+    fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, Stop> {
+        let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
+        let mut worst = vec![0.0_f32; pixels.len()];
+        let mut sums = vec![vec![(0.0_f32, 0.0_f32); pixels.len()]; self.values.len()];
+        let samples = SECOND_LOOK.min(self.shading.pattern.count());
+        for sample in 0..samples {
+            let batch = self.shading.batch(&all, sample..sample + 1, false)?;
+            self.said.add(batch.said);
+            for ((sums, blocks), values) in sums.iter_mut().zip(&batch.blocks).zip(&self.values) {
+                for ((sum, block), pixel) in sums.iter_mut().zip(blocks).zip(pixels) {
+                    let off = block.mean() - self.at(values, self.place(*pixel, sample as usize), step);
+                    *sum = (sum.0 + off, sum.1 + off * off);
+                }
+            }
+        }
+        self.evaluations += u64::from(samples) * pixels.len() as u64;
+        let n = samples as f32;
+        for sums in &sums {
+            for (worst, (sum, squares)) in worst.iter_mut().zip(sums) {
+                let mean = sum / n;
+                let spread = ((squares / n - mean * mean).max(0.0) / n).sqrt();
+                *worst = worst.max(if mean.is_nan() { f32::INFINITY } else { mean.abs() + DOUBT * spread });
+            }
+        }
+        Ok(worst)
+    }
+}
+
+/// How far a value is from the truth, beyond what rounding them may do; 0 where the truth is no number, which nothing mends.
+pub(super) fn distance(value: f32, truth: f32) -> f32 {
+    let distance = (value - truth).abs() - f32::EPSILON * truth.abs();
+    match (truth.is_finite(), distance.is_nan()) {
+        (false, _) => 0.0,
+        (true, true) => f32::INFINITY,
+        (true, false) => distance.max(0.0),
+    }
+}
+
+/// Share of the peeks that a lattice is to settle, and share of those that may be wrong.
+const SOME: f32 = 0.15;
+const PASSED_OVER: f32 = 0.002;
+
+/// Nothing is trusted.
+pub(super) const NEVER: f32 = -1.0;
+
+/// How far a lattice is to be trusted.
+#[derive(Debug, PartialEq)]
+pub(super) struct Trust {
+    /// Up to which estimate.
+    pub(super) limit: f32,
+    /// Peeks up to there.
+    pub(super) good: usize,
+    /// Those of them that failed all the same.
+    pub(super) passed_over: usize,
+    /// All peeks that failed.
+    pub(super) failed: usize,
+}
+
+/// Up to which estimate a lattice is to be trusted: `most`, or further if there is evidence, if no more than `spare` peeks
+/// fail up to there.
+pub(super) fn trust(tried: &[Tried], bound: f32, most: f32, spare: usize) -> Trust {
+    let mut failed: Vec<f32> =
+        tried.iter().filter(|(_, error)| above(*error, CLOSE * bound)).map(|(e, _)| *e).collect();
+    failed.sort_by(f32::total_cmp);
+    let trust = |spare: usize| {
+        let safe = BELOW_FAILED * failed.get(spare).copied().unwrap_or(f32::INFINITY);
+        let beyond = tried.iter().map(|(e, _)| *e).filter(|e| e.is_finite() && *e >= most && *e <= safe);
+        let (count, furthest) = beyond.fold((0, most), |(n, far), e| (n + 1, far.max(e)));
+        let limit = if count >= EVIDENCE { furthest } else { safe.min(most) };
+        let good = tried.iter().filter(|(e, _)| *e <= limit).count();
+        let passed_over = failed.iter().filter(|e| **e <= limit).count();
+        Trust { limit, good, passed_over, failed: failed.len() }
+    };
+    let enough = |trust: &Trust| {
+        let few = trust.good < FEW.max((SOME * tried.len() as f32) as usize);
+        !few && trust.limit > 0.0 && trust.passed_over as f32 <= PASSED_OVER * trust.good as f32
+    };
+    let found = (0..=spare.min(failed.len())).rev().map(trust).find(enough);
+    found.unwrap_or(Trust { limit: NEVER, good: 0, passed_over: 0, failed: failed.len() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn trust_ends_below_the_best_peek_that_failed() {
+        let all = |estimate: f32| (0..40).map(|i| (estimate + 0.01 * i as f32, 0.1)).collect::<Vec<Tried>>();
+        let never = |failed| Trust { limit: NEVER, good: 0, passed_over: 0, failed };
+        let mut tried = all(0.1);
+        tried[30].1 = 2.0;
+        let found = trust(&tried, 1.0, 1.0, 0);
+        assert!((found.limit - 0.36).abs() < 1e-6 && found.good == 26, "nine tenths of 0.4: {found:?}");
+        assert_eq!(trust(&tried, 1.0, 1.0, 1), found, "one of so few is too many");
+        let mut many: Vec<Tried> = (0..1000).map(|i| (0.0005 * i as f32, 0.1)).collect();
+        many[500].1 = 2.0;
+        let spared = trust(&many, 1.0, 1.0, 1);
+        assert_eq!(spared, Trust { limit: 1.0, good: 1000, passed_over: 1, failed: 1 });
+        let found = trust(&all(0.1), 1.0, 0.25, 0);
+        assert_eq!((found.limit, found.good), (0.25, 16), "never beyond what is trusted anyway");
+        tried[0] = (0.0, 5.0);
+        assert_eq!(trust(&tried, 1.0, 1.0, 0), never(2), "an estimate of 0 that fails is worth nothing");
+        let mut lucky = all(0.1);
+        lucky.iter_mut().skip(10).for_each(|one| one.1 = 2.0);
+        assert_eq!(trust(&lucky, 1.0, 1.0, 0), never(30), "a few that did not fail are no evidence");
+    }
+}
