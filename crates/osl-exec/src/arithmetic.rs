@@ -4,7 +4,7 @@
 //! of a word in each. This module must not know programs or machines.
 
 use crate::fields::{self, FieldCall};
-use crate::lanes::{LaneRun, Stamped};
+use crate::lanes::{LaneCall, Stamped};
 use bytemuck::Pod;
 use osl_ir::numeric::fast::Quick;
 use osl_ir::numeric::{Number, Real};
@@ -119,8 +119,8 @@ pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
     type Word: Word;
     /// The floats.
     type Real: Element<Self::Word>;
-    /// Runs lane operations.
-    fn lanes(isa: Isa, run: LaneRun<'_, Self::Word>);
+    /// Runs a lane operation.
+    fn lanes(isa: Isa, call: LaneCall<'_, Self::Word>);
     /// Runs a noise field. `inputs` and `outs` are lanes.
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[Self::Word]], outs: &mut [&mut [Self::Word]]);
     /// Has lanes filled with floats of single precision.
@@ -152,8 +152,8 @@ impl Arithmetic for Strict {
     type Real = f32;
 
     #[inline(always)]
-    fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
-        isa.dispatch(Stamped::<u32, f32>::of(run));
+    fn lanes(isa: Isa, call: LaneCall<'_, u32>) {
+        isa.dispatch(Stamped::<u32, f32>::of(call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -174,8 +174,8 @@ impl Arithmetic for Fast {
     type Real = Quick<false>;
 
     #[inline(always)]
-    fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
-        isa.dispatch_fused(FastRun(run));
+    fn lanes(isa: Isa, call: LaneCall<'_, u32>) {
+        isa.dispatch_fused(FastCall(call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -187,9 +187,9 @@ impl Arithmetic for Fast {
     }
 }
 
-struct FastRun<'a>(LaneRun<'a, u32>);
+struct FastCall<'a>(LaneCall<'a, u32>);
 
-impl FusedKernel for FastRun<'_> {
+impl FusedKernel for FastCall<'_> {
     #[inline(always)]
     fn fused(self) {
         Stamped::<u32, Quick<true>>::of(self.0).run();
@@ -208,8 +208,8 @@ impl Arithmetic for Double {
     type Word = u64;
     type Real = f64;
 
-    fn lanes(isa: Isa, run: LaneRun<'_, u64>) {
-        isa.dispatch_widest(Stamped::<u64, f64>::of(run));
+    fn lanes(isa: Isa, call: LaneCall<'_, u64>) {
+        isa.dispatch_widest(Stamped::<u64, f64>::of(call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u64]], outs: &mut [&mut [u64]]) {

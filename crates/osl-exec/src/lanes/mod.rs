@@ -37,16 +37,17 @@ impl<'a, W> Arg<'a, W> {
 }
 
 /// A lane operation by the floats that it computes with.
-pub(crate) struct Stamped<'a, W, R>(LaneRun<'a, W>, PhantomData<R>);
+pub(crate) struct Stamped<'a, W, R>(LaneCall<'a, W>, PhantomData<R>);
 
 impl<'a, W, R> Stamped<'a, W, R> {
-    pub(crate) fn of(run: LaneRun<'a, W>) -> Self {
-        Stamped(run, PhantomData)
+    pub(crate) fn of(call: LaneCall<'a, W>) -> Self {
+        Stamped(call, PhantomData)
     }
 }
 
 /// One lane operation over `n` lanes of each component. Components lie `stride` words apart, in arguments as in `out`.
-struct Call<'a, W> {
+pub(crate) struct LaneCall<'a, W> {
+    op: LaneOp,
     args: [Arg<'a, W>; MAX_ARGS],
     /// By how many words the parts of an argument lie apart: 0 where one serves them all.
     apart: [usize; MAX_ARGS],
@@ -65,11 +66,11 @@ struct Part<'a, W> {
     stride: usize,
 }
 
-impl<W: Word> Call<'_, W> {
+impl<W: Word> LaneCall<'_, W> {
     /// Calls `run` with each part.
     #[inline(always)]
     fn each_part(self, run: impl Fn(Part<'_, W>)) {
-        let Call { mut args, apart, out, n, stride, parts } = self;
+        let LaneCall { mut args, apart, out, n, stride, parts, .. } = self;
         for part in 0..parts {
             if part > 0 {
                 for (arg, apart) in args.iter_mut().zip(apart) {
@@ -406,12 +407,10 @@ macro_rules! stamp {
             type Output = ();
             #[inline(always)]
             fn run(self) {
-                self.0.each(
-                    #[inline(always)]
-                    |op, call| match op {
-                        $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
-                    },
-                );
+                let call = self.0;
+                match call.op {
+                    $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
+                }
             }
         }
     };

@@ -68,9 +68,10 @@ impl<A: Arithmetic> Machine<'_, A> {
         if self.ready.is_empty() {
             return;
         }
+        let isa = self.isa;
         let (cells, indices) = self.shared.tables();
         let run = LaneRun {
-            isa: self.isa,
+            isa,
             steps: &self.ready,
             registers: &mut self.registers,
             words: &self.words,
@@ -80,15 +81,16 @@ impl<A: Arithmetic> Machine<'_, A> {
             width: self.width,
             piece: PIECE,
         };
-        A::lanes(self.isa, run);
+        run.each(|call| A::lanes(isa, call));
         self.ready.clear();
     }
 
     /// Runs a lane operation whose result all lanes share, to words from `at` on.
     fn once(&mut self, step: &LaneStep, at: u32) {
+        let isa = self.isa;
         let ready = Ready::Lane(self.ready(step, (0, 0), 1));
         let run = LaneRun {
-            isa: self.isa,
+            isa,
             steps: &[ready],
             registers: std::slice::from_mut(&mut self.single),
             words: &self.words,
@@ -98,7 +100,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             width: 1,
             piece: 1,
         };
-        A::lanes(self.isa, run);
+        run.each(|call| A::lanes(isa, call));
         let words = step.out.words as usize;
         self.words[at as usize..][..words].copy_from_slice(&self.single.words()[..words]);
     }
