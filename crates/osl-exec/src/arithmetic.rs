@@ -4,7 +4,7 @@
 //! of a word in each. This module must not know programs or machines.
 
 use crate::fields::{self, FieldCall};
-use crate::lanes::{LaneCall, Stamped};
+use crate::lanes::{LaneCall, LaneRun, Stamped, StampedRun};
 use bytemuck::Pod;
 use osl_ir::numeric::fast::Quick;
 use osl_ir::numeric::{Number, Real};
@@ -119,8 +119,8 @@ pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
     type Word: Word;
     /// The floats.
     type Real: Element<Self::Word>;
-    /// Runs a lane operation.
-    fn lanes(isa: Isa, call: LaneCall<'_, Self::Word>);
+    /// Runs lane operations.
+    fn lanes(isa: Isa, run: LaneRun<'_, Self::Word>);
     /// Runs a noise field. `inputs` and `outs` are lanes.
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[Self::Word]], outs: &mut [&mut [Self::Word]]);
     /// Has lanes filled with floats of single precision.
@@ -151,9 +151,8 @@ impl Arithmetic for Strict {
     type Word = u32;
     type Real = f32;
 
-    #[inline(always)]
-    fn lanes(isa: Isa, call: LaneCall<'_, u32>) {
-        isa.dispatch(Stamped::<u32, f32>::of(call));
+    fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
+        isa.dispatch(StampedRun::<u32, f32>::of(run));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -173,9 +172,8 @@ impl Arithmetic for Fast {
     type Word = u32;
     type Real = Quick<false>;
 
-    #[inline(always)]
-    fn lanes(isa: Isa, call: LaneCall<'_, u32>) {
-        isa.dispatch_fused(FastCall(call));
+    fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
+        run.each(|call| isa.dispatch_fused(FastCall(call)));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -208,8 +206,8 @@ impl Arithmetic for Double {
     type Word = u64;
     type Real = f64;
 
-    fn lanes(isa: Isa, call: LaneCall<'_, u64>) {
-        isa.dispatch_widest(Stamped::<u64, f64>::of(call));
+    fn lanes(isa: Isa, run: LaneRun<'_, u64>) {
+        run.each(|call| isa.dispatch_widest(Stamped::<u64, f64>::of(call)));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u64]], outs: &mut [&mut [u64]]) {

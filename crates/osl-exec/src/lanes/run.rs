@@ -1,15 +1,16 @@
 //! Lane operations that follow each other, with their arguments found: what a run of them needs, and the loop over it.
 //!
-//! From one operation to the next there is a call into what is compiled for the instruction set. With the loop in there
-//! too, programs are as fast (measured) and this crate takes twice as long to build.
+//! In the strict arithmetic the loop is part of what is compiled for the instruction set, and from one operation to the next
+//! there is no call; in the others, which would take as long again to build, there is one.
 
-use super::{Arg, LaneCall};
-use crate::arithmetic::{Arithmetic, Word};
+use super::{Arg, LaneCall, Stamped};
+use crate::arithmetic::{Arithmetic, Element, Word};
 use crate::program::MAX_ARGS;
 use crate::register::Lanes;
 use osl_ir::ir::LaneOp;
-use osl_noise::Isa;
 use osl_noise::cells::MAX_CELLS;
+use osl_noise::{Isa, Kernel};
+use std::marker::PhantomData;
 
 /// Lane operations over all lanes of a batch, one piece of them after the other.
 ///
@@ -87,8 +88,29 @@ pub(crate) enum From {
     Cell(u32, u32),
 }
 
+/// A run by the floats that it computes with.
+pub(crate) struct StampedRun<'a, W, R>(LaneRun<'a, W>, PhantomData<R>);
+
+impl<'a, W, R> StampedRun<'a, W, R> {
+    pub(crate) fn of(run: LaneRun<'a, W>) -> Self {
+        StampedRun(run, PhantomData)
+    }
+}
+
+impl<W: Word, R: Element<W>> Kernel for StampedRun<'_, W, R> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.0.each(
+            #[inline(always)]
+            |call| Stamped::<W, R>::of(call).run(),
+        );
+    }
+}
+
 impl<W: Word> LaneRun<'_, W> {
     /// Calls `run` with each operation on each piece.
+    #[inline(always)]
     pub(crate) fn each(self, run: impl Fn(LaneCall<'_, W>)) {
         let LaneRun { isa, steps, registers, words, cells, indices, spread, width, piece } = self;
         let mut start = 0;
@@ -141,7 +163,7 @@ struct Files<'a, W> {
 
 impl<'a, W: Word> Files<'a, W> {
     /// The words of an argument, those of lanes from `start` on.
-    #[inline]
+    #[inline(always)]
     fn find(&self, from: From, start: usize) -> Arg<'a, W> {
         match from {
             From::Lanes(reg, first) => {
@@ -159,6 +181,7 @@ impl<'a, W: Word> Files<'a, W> {
 }
 
 impl Spread {
+    #[inline(always)]
     fn run<W: Word>(
         &self,
         isa: Isa,
@@ -208,6 +231,6 @@ pub(crate) fn one<A: Arithmetic>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mu
         width: n,
         piece: n,
     };
-    run.each(|call| A::lanes(isa, call));
+    A::lanes(isa, run);
     out.copy_from_slice(registers[0].words());
 }

@@ -81,7 +81,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             width: self.width,
             piece: PIECE,
         };
-        run.each(|call| A::lanes(isa, call));
+        A::lanes(isa, run);
         self.ready.clear();
     }
 
@@ -100,7 +100,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             width: 1,
             piece: 1,
         };
-        run.each(|call| A::lanes(isa, call));
+        A::lanes(isa, run);
         let words = step.out.words as usize;
         self.words[at as usize..][..words].copy_from_slice(&self.single.words()[..words]);
     }
