@@ -129,10 +129,26 @@ fn show(frame: &Frame) -> Shown {
         let _ = writeln!(values, "{}: {:?}", closures.output, closures.points);
     }
     for printed in &frame.printed {
-        // The sign of NaN depends on the instruction set.
-        let _ = writeln!(values, "{}", format!("{printed:?}").replace("-nan", "nan"));
+        let _ = writeln!(values, "{}", unsigned(&format!("{printed:?}")));
     }
-    Shown { values, messages: frame.messages.iter().map(|m| format!("{m:?}")).collect() }
+    let mut messages: Vec<String> = Vec::new();
+    for message in &frame.messages {
+        let message = unsigned(&format!("{message:?}"));
+        if !messages.contains(&message) {
+            messages.push(message);
+        }
+    }
+    Shown { values, messages }
+}
+
+/// Text without the signs of NaN: nothing says what they are, and they depend on the instruction set, and in a vector loop
+/// on whether a lane is in its last rounds.
+fn unsigned(text: &str) -> String {
+    let mut text = text.replace("-nan", "nan");
+    while text.contains(" nan") {
+        text = text.replace(" nan", "nan");
+    }
+    text
 }
 
 /// Whether the messages of a run may be these where those of the plain run are `plain`. What the shader itself says, which

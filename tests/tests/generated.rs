@@ -57,6 +57,12 @@ fn same_bits_in_any_way() {
 /// Programs that once broke a law, with what was wrong.
 const ONCE_BROKEN: &[(&str, &str)] = &[
     (
+        "a NaN had another sign in the last lanes of a batch, which a message showed",
+        "shader generated(output matrix r = transpose(matrix(1e-3, 1e30, 1.5e-45, 0.1, 0, 1e-3, 16777216, 1e38, 0, 1e-3, 1e-40, -7.5,
+            1e38, -7.5, 3.25, 1e-3))) { for (int i = 0; i < 3; i++) { r /= r[0][i] / v * transpose(r) * u;
+            error(\"= %e %g\\n\", u * r, v); } }",
+    ),
+    (
         "which messages were kept where there are too many depended on how many points run together",
         "shader generated(output float r = 0) { for (int i = 0; i < 100; i++) { warning(\"= %d %g %g\\n\", i, u, v); } r = u; }",
     ),
