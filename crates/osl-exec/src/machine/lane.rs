@@ -16,7 +16,12 @@ const PIECE: usize = 256;
 pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<W>> {
     // A few cache lines more, so that a store and the load of another register differ within a page, too.
     let apart = PIECE * size_of::<W>() + 5 * LINE * size_of::<u32>();
-    let register = |(at, words): (usize, &u32)| Lanes::behind_page(*words as usize * width, at * apart);
+    // Where there are many, what lies between them would take more than they do.
+    let few = width >= PIECE && components.len() <= 256;
+    let register = |(at, words): (usize, &u32)| {
+        let words = *words as usize * width;
+        if few { Lanes::behind_page(words, at * apart) } else { Lanes::new(words) }
+    };
     components.iter().enumerate().map(register).collect()
 }
 
