@@ -27,7 +27,7 @@ fn after(body: &str) -> String {
 fn groups() {
     for (name, body) in [
         ("lattice", "point p = floor(P * 4); c = cellnoise(p + 0.5) * 2 - 1; f = distance(P, p + c);"),
-        ("branch_inside", "float x = floor(u * 9); if (fmod(x, 2) == 0) x += cellnoise(x, 42.5); f = x - u;"),
+        ("branch_inside", "float x = floor(u * 9); if (fmod(x, 2) == 0) x += noise(x, 42.5); f = x - u;"),
         ("chosen_by_points", "int n = u < 0.5 ? (int)(v * 3) : 7; f = cellnoise(n + 0.5, 1.5);"),
         (
             "one_after_another",

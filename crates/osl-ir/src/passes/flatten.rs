@@ -1,10 +1,12 @@
-//! Small branches become selections: where both sides are a few cheap operations, computing both and choosing
+//! Small branches become selections: where both sides are some cheap operations, computing both and choosing
 //! is faster than masks. Needs the rates, since a uniform condition is better branched on.
 
-use crate::ir::{BlockId, Body, Inst, Kind, LaneOp, Op, Rate, ValueId};
+use crate::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId};
 
 /// Operations that both sides together may have.
-const MAX_OPERATIONS: usize = 24;
+const MAX_OPERATIONS: usize = 40;
+/// What a hash of coordinates counts as. Points of a cell mostly share it.
+const HASH: usize = 8;
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
@@ -58,6 +60,9 @@ fn is_cheap(body: &Body, then: BlockId, otherwise: BlockId) -> bool {
             Op::Lane(op, args) => {
                 operations +=
                     weight(*op) * if args.iter().any(|a| body.kind(*a) == Kind::Triple) { 3 } else { 1 };
+            }
+            Op::Kernel(Kernel::Noise { field: NoiseField::Cell | NoiseField::Hash, .. }, _) => {
+                operations += HASH;
             }
             _ => return false,
         }
