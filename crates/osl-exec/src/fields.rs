@@ -4,6 +4,7 @@
 
 use bytemuck::Pod;
 use osl_noise::gabor::{self, Options};
+use osl_noise::hash::NAN_WORD;
 use osl_noise::{Float, Isa, Kernel, Kind};
 
 /// Results at most, in floats: a triple and its tangents along two axes.
@@ -75,6 +76,15 @@ fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]]
     // Coordinates, periods where there are any, then the tangents.
     let (plain, slopes) =
         inputs.split_at(inputs.len() - if tangents { (2 * dims).min(inputs.len()) } else { 0 });
+    let numbers: Vec<Vec<F>>;
+    let mut canonical: [&[F]; 8] = [&[]; 8];
+    let plain = if kind == Kind::Hash && plain.iter().any(|lanes| lanes.iter().any(|x| x.is_nan())) {
+        numbers = plain.iter().map(|lanes| with_one_nan(lanes)).collect();
+        canonical.iter_mut().zip(&numbers).for_each(|(to, from)| *to = from);
+        &canonical[..numbers.len().min(8)]
+    } else {
+        plain
+    };
     let (coords, periods) = plain.split_at(dims.min(plain.len()));
     let mut duals: [&[F]; 12] = [&[]; 12];
     let moving = coords.iter().chain(slopes);
@@ -112,6 +122,13 @@ fn gabor(isa: Isa, call: &FieldCall<'_>, options: &[Options], inputs: &[&[f32]],
         _ => {}
     }
     outs.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
+}
+
+/// Coordinates of hash noise, with every NaN the same: it takes their words, and which NaN arithmetic makes of two depends
+/// on the instruction set.
+fn with_one_nan<F: Float>(lanes: &[F]) -> Vec<F> {
+    let one = F::lit(f32::from_bits(NAN_WORD));
+    lanes.iter().map(|x| if x.is_nan() { one } else { *x }).collect()
 }
 
 /// Makes every NaN the same: which one comes of coordinates that are none depends on the instruction set.

@@ -107,7 +107,7 @@ impl Float for f32 {
     }
     #[inline(always)]
     fn nan_of(x: f32, period: f32) -> f32 {
-        let nan = if period.is_nan() { period.to_bits() | QUIET } else { 0xffc0_0000 };
+        let nan = if period.is_nan() { period.to_bits() | QUIET } else { hash::NAN_WORD };
         f32::from_bits(if x.is_nan() { x.to_bits() | QUIET } else { nan })
     }
     fn run(isa: Isa, call: Call<'_, Self>) {
@@ -177,7 +177,7 @@ impl Float for f64 {
     #[inline(always)]
     fn word(self) -> u32 {
         let single = self as f32;
-        if single.is_nan() { 0x7fc0_0000 } else { single.to_bits() }
+        if single.is_nan() { hash::NAN_WORD } else { single.to_bits() }
     }
     #[inline(always)]
     fn nan_of(_: f64, _: f64) -> f64 {

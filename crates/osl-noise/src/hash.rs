@@ -3,6 +3,9 @@
 
 use crate::simd::to_int;
 
+/// The word of the NaN that x86-64 makes of an invalid operation, where the reference was run.
+pub const NAN_WORD: u32 = 0xffc0_0000;
+
 /// Hash of one to five words.
 #[inline(always)]
 pub fn hash<const N: usize>(words: [u32; N]) -> u32 {

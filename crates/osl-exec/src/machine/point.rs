@@ -8,6 +8,7 @@ use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind};
 use osl_ir::numeric::{Number, spline};
+use osl_noise::hash::NAN_WORD;
 
 impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn hash(&mut self, step: &KernelStep, mask: &Mask) {
@@ -17,9 +18,13 @@ impl<A: Arithmetic> Machine<'_, A> {
             for (arg, kind) in step.args.iter().zip(&step.kinds) {
                 for component in 0..arg.words as usize {
                     let part = self.part(*arg, component);
-                    // A float counts by its word in single precision.
+                    // A float counts by its word in single precision, and every NaN is one: which one arithmetic makes
+                    // depends on the instruction set.
                     words.push(match kind {
-                        Kind::Float | Kind::Triple => self.single(part, lane).to_bits(),
+                        Kind::Float | Kind::Triple => match self.single(part, lane) {
+                            x if x.is_nan() => NAN_WORD,
+                            x => x.to_bits(),
+                        },
                         _ => self.bits(part, lane),
                     });
                 }

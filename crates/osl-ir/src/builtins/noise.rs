@@ -100,7 +100,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("zero")
     .extremes(
-        "Every bit of the coordinates counts: 0 and -0 differ, and nans by their payload. inf is a \
+        "Every bit of the coordinates counts: 0 and -0 differ; every nan counts as one. inf is a \
                coordinate like any other.",
     )
     .example("float grain = hashnoise(u, v);"),

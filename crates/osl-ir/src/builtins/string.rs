@@ -92,7 +92,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "Bits count: 0.0 and -0.0 differ, and nans by their payload. Defined for every number and \
+        "Bits count: 0.0 and -0.0 differ; every nan counts as one. Defined for every number and \
                string.",
     )
     .example("int seed = hash(\"wood\"); int h = hash(P);"),
