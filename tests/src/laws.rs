@@ -2,7 +2,7 @@
 //! what comes out.
 
 use crate::run;
-use osl_exec::{Frame, Isa, RunOptions, Services};
+use osl_exec::{Frame, Isa, Native, RunOptions, Services};
 use osl_ir::ir::{Body, validate};
 use osl_ir::params::ParamValues;
 use osl_ir::passes::{self, Pass};
@@ -33,13 +33,15 @@ pub struct Way {
     pub without: Vec<Pass>,
     /// Points of a batch.
     pub batch: usize,
+    /// Which operations become machine code.
+    pub native: Native,
     /// The instruction set.
     pub isa: Isa,
 }
 
 /// The way that others are compared with: all passes, small batches.
 pub fn plain() -> Way {
-    Way { without: Vec::new(), batch: 16, isa: Isa::detect() }
+    Way { without: Vec::new(), batch: 16, native: Native::Never, isa: Isa::detect() }
 }
 
 /// All other ways: without each pass, without all, with large batches, on each instruction set.
@@ -47,7 +49,8 @@ pub fn ways() -> Vec<Way> {
     let mut ways: Vec<Way> = SWITCHABLE.iter().map(|p| Way { without: vec![*p], ..plain() }).collect();
     ways.push(Way { without: SWITCHABLE.to_vec(), ..plain() });
     ways.push(Way { batch: 256, ..plain() });
-    ways.push(Way { without: SWITCHABLE.to_vec(), batch: 256, isa: Isa::baseline() });
+    ways.push(Way { without: SWITCHABLE.to_vec(), batch: 256, isa: Isa::baseline(), ..plain() });
+    ways.push(Way { batch: 64, native: Native::Always, ..plain() });
     ways.extend(Isa::all().into_iter().map(|isa| Way { isa, ..plain() }));
     ways
 }
@@ -105,6 +108,7 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let options = RunOptions {
         batch: Some(way.batch),
         isa: way.isa,
+        native: way.native,
         // Generated loops end, and the passes decide how many steps that takes.
         max_steps: 1 << 26,
         closures: true,

@@ -9,7 +9,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Arithmetic, Frame, Isa, RunOptions};
+use osl_exec::{Arithmetic, Frame, Isa, Native, RunOptions};
 use osl_scene::Grid;
 use osl_tests::run;
 use std::f64::consts::PI;
@@ -268,8 +268,8 @@ fn each_arithmetic_has_the_same_results_however_it_is_run() {
                     _ => plain.clone(),
                 };
                 let expected = seed(file, params, &plain);
-                for batch in [16, 600] {
-                    let options = RunOptions { isa, batch: Some(batch), tile: 1024, ..plain.clone() };
+                for (batch, native) in [(16, Native::Always), (600, Native::Never)] {
+                    let options = RunOptions { isa, native, batch: Some(batch), tile: 1024, ..plain.clone() };
                     let got = seed(file, params, &options);
                     for (a, b) in expected.planes.iter().zip(&got.planes) {
                         assert_eq!(a.words, b.words, "{name} {} {isa:?} {batch}", a.output);

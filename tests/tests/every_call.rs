@@ -10,7 +10,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Frame, Isa, RunOptions};
+use osl_exec::{Frame, Isa, Native, RunOptions};
 use osl_ir::builtins::{self, Builtin, ParamType, Signature, Tail};
 use osl_ir::ir::Kind;
 use osl_ir::passes;
@@ -307,9 +307,15 @@ fn check(row: &'static Builtin, signature: &'static Signature, literals: &[&str]
     };
     let mut first: Option<Vec<(String, Vec<u32>)>> = None;
     for isa in Isa::all() {
-        for batch in [256, 1, 1000] {
-            let options =
-                RunOptions { isa, batch: Some(batch), tile: 1_900, closures: true, ..RunOptions::default() };
+        for (batch, native) in [(256, Native::Never), (1, Native::Recurring), (1000, Native::Always)] {
+            let options = RunOptions {
+                isa,
+                batch: Some(batch),
+                native,
+                tile: 1_900,
+                closures: true,
+                ..RunOptions::default()
+            };
             let frame = osl_exec::run(&compiled.program, &run::services(), &points, &options, &|_| ())
                 .map_err(|e| format!("{e}\n{}", call.text))?;
             let got = all_of(&frame);

@@ -10,7 +10,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Isa, RunOptions};
+use osl_exec::{Isa, Native, RunOptions};
 use osl_ir::ir::Kind;
 use osl_ir::passes::{self, Pass};
 use osl_tests::points::Points;
@@ -134,8 +134,9 @@ fn check(case: &Case, form: Form, wrong: &mut String) {
     };
     let expected = &case.result;
     let mut found: Vec<String> = Vec::new();
-    for isa in Isa::all() {
-        let options = RunOptions { isa, ..RunOptions::default() };
+    let ways = Isa::all().into_iter().flat_map(|isa| [(isa, Native::Never), (isa, Native::Always)]);
+    for (isa, native) in ways {
+        let options = RunOptions { isa, native, ..RunOptions::default() };
         let frame = osl_exec::run(&compiled.program, &run::services(), &points, &options, &|_| ()).unwrap();
         let got: Vec<u32> = frame.planes.iter().map(|p| p.words[0]).collect();
         let alike = frame.planes.iter().all(|p| p.words.iter().all(|w| *w == p.words[0]));

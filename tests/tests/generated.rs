@@ -67,6 +67,23 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "shader generated(output float r = 0) { for (int i = 0; i < 100; i++) { warning(\"= %d %g %g\\n\", i, u, v); } r = u; }",
     ),
     (
+        "the hash of a NaN depended on the instruction set",
+        "surface s(color a1 = color(100.0, 100.0, 1.5e-45), output normal r6 = normal((-7.5), (-7.5), (-7.5)), output float last7 = (-7.5)) {
+            for (int i8 = 0; i8 < 2; i8++) for (int i9 = 0; i9 < 2; i9++) for (int i10 = 0; i10 < 2; i10++) {
+            r6 *= normal(\"camera\", (((v - v) - (v - v)) - ((v - v) - (v - 1e38))), ((last7 + (u - r6[2])) * (float)psnoise((i8 ? u : r6[abs((i8 ? i10 : i8)) % 3]), atan(r6[abs(((-2147483647 - 1) ? i9 : i10)) % 3]), a1[abs(i10) % 3], (time * r6[1]))), exp2(step((-r6[2]), last7)));
+            color x11 = a1; float x12 = x11[hash(last7, r6[1])];
+            sincos((float)cellnoise(v, r6[abs(i8) % 3]), x11[abs((i10 ? i9 : i10)) % 3], last7); } }",
+    ),
+    (
+        "hash noise of a NaN depended on the instruction set",
+        "shader s(output float a = 0, output color c = 0) {
+            float big = u * 1e38 * 1e38;
+            float some = big - big;
+            float others = -some;
+            a = hashnoise(some + others) + hashnoise(others + some, u) + pnoise(\"hash\", others * some, some);
+            c = hashnoise(point(some * others, u, others + some)); }",
+    ),
+    (
         "the register of a global was taken by values before and, in loops, behind its use",
         "shader s(output color r = 11, output float last = u) { if (backfacing()) r += 11; }",
     ),

@@ -9,7 +9,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Frame, Isa, Run, RunOptions};
+use osl_exec::{Frame, Isa, Native, Run, RunOptions};
 use osl_ir::passes::{self, Pass};
 use osl_scene::Grid;
 use osl_tests::run;
@@ -60,12 +60,14 @@ proptest! {
         tile in 1..900_usize,
         threads in 1..5_usize,
         isa in 0..3_usize,
+        native in 0..3_usize,
     ) {
         let (name, text, params) = &shaders()[shader];
         let plain = RunOptions { batch: Some(64), tile: 10_000, isa: Isa::baseline(), ..RunOptions::default() };
+        let native = [Native::Never, Native::Recurring, Native::Always][native];
         let expected = run::run(name, text, params, &grid(), &plain).unwrap();
         let all = Isa::all();
-        let options = RunOptions { batch: Some(batch), tile, isa: all[isa % all.len()], ..RunOptions::default() };
+        let options = RunOptions { batch: Some(batch), tile, isa: all[isa % all.len()], native, ..RunOptions::default() };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let got = pool.install(|| run::run(name, text, params, &grid(), &options)).unwrap();
         prop_assert_eq!(words(&got), words(&expected), "{} {:?} {} threads", name, options, threads);

@@ -10,7 +10,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::RunOptions;
+use osl_exec::{Native, RunOptions};
 use osl_ir::ir::Kind;
 use osl_tests::golden::{Golden, ulps};
 use osl_tests::run;
@@ -67,13 +67,23 @@ fn case(osl: &Path) -> Outcome {
     let mut golden = Golden::load(&csv).unwrap();
     let mut other = Golden::load(&osl.with_extension("unopt.csv")).ok();
     let name = osl.file_stem().unwrap().to_string_lossy();
-    let frame = match run::like(&name, &text, &golden, &RunOptions::default()) {
-        Ok((frame, _)) => frame,
+    let run = |native| {
+        let options = RunOptions { native, ..RunOptions::default() };
+        run::like(&name, &text, &golden, &options).map(|(frame, _)| frame)
+    };
+    let frame = match run(Native::Always) {
+        Ok(frame) => frame,
         Err(e) => {
             outcome.wrong.push(e);
             return outcome;
         }
     };
+    let interpreted = run(Native::Never).unwrap();
+    for (a, b) in frame.planes.iter().zip(&interpreted.planes) {
+        if a.words != b.words {
+            outcome.wrong.push(format!("{}: machine code is not what is interpreted", a.output));
+        }
+    }
     let is_int = |output: &str| {
         let of = |p: &osl_exec::Plane| p.output.split('[').next() == Some(output) && p.kind == Kind::Int;
         frame.planes.iter().any(of)

@@ -5,6 +5,7 @@
 
 use crate::fields::{self, FieldCall};
 use crate::lanes::{LaneCall, LaneRun, Stamped, StampedRun};
+use crate::native::Style;
 use bytemuck::Pod;
 use osl_ir::numeric::fast::Quick;
 use osl_ir::numeric::{Number, Real};
@@ -24,6 +25,8 @@ pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
     fn pick(mask: u32, yes: Self, no: Self) -> Self;
     /// The words themselves, if they are of 32 bits.
     fn narrow(lanes: &[Self]) -> Option<&[u32]>;
+    /// The same, to write.
+    fn narrow_mut(lanes: &mut [Self]) -> Option<&mut [u32]>;
     /// `out[i] = table[index[i]]`; an index beyond the table counts as its last.
     fn look_up(isa: Isa, table: &[Self; 16], index: &[u32], out: &mut [Self]);
 }
@@ -43,6 +46,9 @@ impl Word for u32 {
         (yes & mask) | (no & !mask)
     }
     fn narrow(lanes: &[u32]) -> Option<&[u32]> {
+        Some(lanes)
+    }
+    fn narrow_mut(lanes: &mut [u32]) -> Option<&mut [u32]> {
         Some(lanes)
     }
     fn look_up(isa: Isa, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
@@ -65,6 +71,9 @@ impl Word for u64 {
         if mask != 0 { yes } else { no }
     }
     fn narrow(_: &[u64]) -> Option<&[u32]> {
+        None
+    }
+    fn narrow_mut(_: &mut [u64]) -> Option<&mut [u32]> {
         None
     }
     fn look_up(_: Isa, table: &[u64; 16], index: &[u32], out: &mut [u64]) {
@@ -119,6 +128,8 @@ pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
     type Word: Word;
     /// The floats.
     type Real: Element<Self::Word>;
+    /// Which it is to [`native`](crate::native), if its lane operations are those.
+    const NATIVE: Option<Style> = None;
     /// Runs lane operations.
     fn lanes(isa: Isa, run: LaneRun<'_, Self::Word>);
     /// Runs a noise field. `inputs` and `outs` are lanes.
@@ -150,6 +161,7 @@ pub(crate) struct Strict;
 impl Arithmetic for Strict {
     type Word = u32;
     type Real = f32;
+    const NATIVE: Option<Style> = Some(Style::Strict);
 
     fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
         isa.dispatch(StampedRun::<u32, f32>::of(run));
@@ -171,6 +183,7 @@ pub(crate) struct Fast;
 impl Arithmetic for Fast {
     type Word = u32;
     type Real = Quick<false>;
+    const NATIVE: Option<Style> = Some(Style::Fast);
 
     fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
         run.each(|call| isa.dispatch_fused(FastCall(call)));

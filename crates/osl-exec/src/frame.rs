@@ -6,6 +6,7 @@
 use crate::arithmetic;
 use crate::machine::{Component, Machine, Stop, Totals};
 use crate::message::{Message, Messages, Printed};
+use crate::native::Native;
 use crate::order::Blocks;
 use crate::profile::{Profile, ProfileEntry};
 use crate::program::{OutputPlan, Program, words_of};
@@ -36,6 +37,8 @@ pub struct RunOptions {
     pub closures: bool,
     /// Whether to note where the time goes.
     pub profile: bool,
+    /// Which runs of operations become machine code.
+    pub native: Native,
     /// Which numbers to compute with. The program should be compiled for the same
     /// ([`passes::Options`](osl_ir::passes::Options)): constants that single precision has rounded stay so.
     pub arithmetic: Arithmetic,
@@ -50,6 +53,7 @@ impl Default for RunOptions {
             max_steps: 1 << 23,
             closures: false,
             profile: false,
+            native: Native::Recurring,
             arithmetic: Arithmetic::Strict,
         }
     }
@@ -246,7 +250,7 @@ impl<'a> Run<'a> {
                 services,
                 *source,
                 options.isa,
-                batch.min(tile),
+                (batch.min(tile), options.native),
                 options.max_steps,
                 totals,
             )

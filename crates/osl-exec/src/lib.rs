@@ -1,7 +1,7 @@
 //! The batch interpreter: runs IR over some hundreds of shading points an instruction.
 //!
 //! The way of the data: `program` turns a body of IR into steps over registers; `lanes` stamps the lane
-//! operations into loops; a `machine` runs the steps over one batch under lane masks; [`frame`] drives
+//! operations into loops, which `native` replaces by machine code where they recur; a `machine` runs the steps over one batch under lane masks; [`frame`] drives
 //! machines over all points on all cores. This crate must not know the syntax tree, command lines or the disk.
 
 mod arithmetic;
@@ -13,6 +13,7 @@ pub mod frame;
 mod lanes;
 mod machine;
 pub mod message;
+mod native;
 mod order;
 mod profile;
 mod program;
@@ -23,6 +24,7 @@ pub mod source;
 pub use frame::{Closures, Frame, Plane, Run, RunOptions, run};
 pub use machine::{Component, Param, Stop, show_closure};
 pub use message::{Message, Printed};
+pub use native::Native;
 pub use order::Blocks;
 pub use osl_ir::numeric::Arithmetic;
 pub use osl_noise::Isa;

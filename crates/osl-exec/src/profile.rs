@@ -81,9 +81,9 @@ impl Profile {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Runs steps and notes what each takes.
-    pub(crate) fn profiled(&mut self, steps: &Steps, mask: &crate::machine::Mask) -> Result<(), Stop> {
+    pub(crate) fn profiled(&mut self, steps: &'a Steps, mask: &crate::machine::Mask) -> Result<(), Stop> {
         let lanes = self.lanes_in(mask);
         for (step, mark) in steps.list.iter().zip(&steps.marks) {
             let outer = self.profile.as_mut().map(|p| std::mem::take(&mut p.inner)).unwrap_or_default();

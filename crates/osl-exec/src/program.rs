@@ -12,6 +12,7 @@ mod step;
 mod uses;
 mod weight;
 
+use crate::native::Plans;
 use crate::register::LINE;
 use compile::Compiler;
 use osl_ir::hir::Global;
@@ -19,8 +20,8 @@ use osl_ir::ir::{Axis, Body, Kind, Rate};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
-    Array, CellPlace, KernelStep, LaneStep, LoopParam, MAX_ARGS, Mark, Operand, OutputPlan, OutputSource,
-    Place, Seed, Step, Steps,
+    Array, CellPlace, Export, KernelStep, LaneStep, LoopParam, MAX_ARGS, Mark, Operand, OutputPlan,
+    OutputSource, Place, Seed, Step, Steps,
 };
 
 /// Bytes that the registers and arrays of all threads may take, where a batch of one cache line allows it.
@@ -60,6 +61,8 @@ pub struct Program {
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
     /// The layers, each with the start of its source.
     layers: Vec<(u32, osl_ir::builtins::Names)>,
+    /// Machine code for runs of its lane operations.
+    pub(crate) native: Arc<Plans>,
     /// Groups of values that points share.
     pub(crate) groups: usize,
     /// Whether all points share all that it does: one run is enough.
@@ -122,6 +125,7 @@ impl Program {
             numbers: strings.numbers,
             layers: body.layers.clone(),
             groups: shared::groups(body),
+            native: Arc::default(),
         }
     }
 

@@ -54,6 +54,18 @@ fn profiles_name_instructions_and_lines() {
 }
 
 #[test]
+fn profiles_name_what_runs_for_each_cell_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let shader = "shader s(float cells = 2, output float f = 0)\n{\n  point p = floor(P * cells);\n  f = sin(cellnoise(p));\n}";
+    for cells in ["cells=2", "cells=1000"] {
+        let result = run(dir.path(), shader, &["-g", "64x64", "-p", cells, "--profile"]);
+        let told = text(&result.stderr);
+        assert!(told.contains("\nsin "), "{cells}: {told}");
+        assert!(told.contains("noise.cell.3d"), "{cells}: {told}");
+    }
+}
+
+#[test]
 fn images_of_several_pieces_are_whole() {
     let dir = tempfile::tempdir().unwrap();
     let shader = "shader s(output matrix m = 0, output color c = 0, output float rest[20] = {0}) {

@@ -12,7 +12,7 @@ use crate::program::MAX_ARGS;
 use lane::{Lane, One};
 use osl_ir::ir::LaneOp;
 use osl_noise::Kernel;
-pub(crate) use run::{From, LaneRun, Ready, ReadyArg, ReadyLane, Spread, StampedRun, one};
+pub(crate) use run::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread, StampedRun, one};
 use std::marker::PhantomData;
 
 /// An argument of a lane operation.

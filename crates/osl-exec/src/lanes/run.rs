@@ -11,6 +11,10 @@ use osl_ir::ir::LaneOp;
 use osl_noise::cells::MAX_CELLS;
 use osl_noise::{Isa, Kernel};
 use std::marker::PhantomData;
+use std::ops::Range;
+
+/// Lanes of a piece: what a few registers of as many hold fits the first cache (measured, docs/performance.md).
+pub(crate) const PIECE: usize = 256;
 
 /// Lane operations over all lanes of a batch, one piece of them after the other.
 ///
@@ -30,8 +34,8 @@ pub(crate) struct LaneRun<'a, W> {
     pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
     /// Lanes of each component of a register.
     pub(crate) width: usize,
-    /// Lanes of a piece.
-    pub(crate) piece: usize,
+    /// Those that are computed: whole pieces, but for the last.
+    pub(crate) lanes: Range<usize>,
 }
 
 /// What a run does next.
@@ -67,6 +71,13 @@ pub(crate) struct ReadyLane {
     pub(crate) out: (u32, u32),
     /// Its arguments: the first `count` of these.
     pub(crate) args: [ReadyArg; MAX_ARGS],
+}
+
+impl ReadyLane {
+    /// Its arguments.
+    pub(crate) fn args(&self) -> &[ReadyArg] {
+        &self.args[..usize::from(self.count)]
+    }
 }
 
 /// An argument, its words (of each lane), and by how many words its parts lie apart.
@@ -112,10 +123,10 @@ impl<W: Word> LaneRun<'_, W> {
     /// Calls `run` with each operation on each piece.
     #[inline(always)]
     pub(crate) fn each(self, run: impl Fn(LaneCall<'_, W>)) {
-        let LaneRun { isa, steps, registers, words, cells, indices, spread, width, piece } = self;
-        let mut start = 0;
-        while start < width {
-            let lanes = piece.min(width - start);
+        let LaneRun { isa, steps, registers, words, cells, indices, spread, width, lanes } = self;
+        let (mut start, end) = (lanes.start, lanes.end);
+        while start < end {
+            let lanes = PIECE.min(end - start);
             for step in steps {
                 let step = match step {
                     Ready::Lane(step) => step,
@@ -128,7 +139,7 @@ impl<W: Word> LaneRun<'_, W> {
                 let Some((out, behind)) = rest.split_first_mut() else { continue };
                 let out = &mut out.words_mut()[step.out.1 as usize + start..];
                 let files = Files { before, behind, words, cells };
-                let list = &step.args[..usize::from(step.count)];
+                let list = step.args();
                 let mut args = [Arg::Same(&[][..]); MAX_ARGS];
                 let mut apart = [0; MAX_ARGS];
                 for ((slot, apart), arg) in args.iter_mut().zip(&mut apart).zip(list) {
@@ -148,7 +159,7 @@ impl<W: Word> LaneRun<'_, W> {
                 }
                 run(LaneCall { op: step.op, args, apart, out, n, stride: width, parts });
             }
-            start += piece;
+            start += PIECE;
         }
     }
 }
@@ -229,7 +240,7 @@ pub(crate) fn one<A: Arithmetic>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mu
         indices: &[],
         spread: &mut Default::default(),
         width: n,
-        piece: n,
+        lanes: 0..n,
     };
     A::lanes(isa, run);
     out.copy_from_slice(registers[0].words());

@@ -6,12 +6,12 @@ use crate::lanes::Arg;
 use crate::program::{LoopParam, Operand, Steps};
 use osl_ir::Span;
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<'a, A: Arithmetic> Machine<'a, A> {
     pub(super) fn branch(
         &mut self,
         cond: Operand,
-        then: &Steps,
-        otherwise: &Steps,
+        then: &'a Steps,
+        otherwise: &'a Steps,
         results: &[[Operand; 3]],
         mask: &Mask,
     ) -> Result<(), Stop> {
@@ -40,7 +40,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn round(
         &mut self,
         params: &[LoopParam],
-        body: &Steps,
+        body: &'a Steps,
         cond: Operand,
         span: Span,
         mask: &Mask,

@@ -5,12 +5,10 @@
 
 use super::{Machine, Mask, Stop};
 use crate::arithmetic::{Arithmetic, Word};
-use crate::lanes::{From, LaneRun, Ready, ReadyArg, ReadyLane, Spread};
-use crate::program::{LaneStep, MAX_ARGS, Operand, Place, Step};
+use crate::lanes::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread};
+use crate::native::{Files, Key, MAX_RUN, Waiting};
+use crate::program::{CellPlace, Export, LaneStep, MAX_ARGS, Operand, Place, Step};
 use crate::register::{LINE, Lanes};
-
-/// Lanes of a piece: what a few registers of as many hold fits the first cache (measured, docs/performance.md).
-const PIECE: usize = 256;
 
 /// Registers of so many components each, whose pieces have places of their own in the first cache.
 pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<W>> {
@@ -25,16 +23,39 @@ pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<
     components.iter().enumerate().map(register).collect()
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+/// Lane operations that wait, and their keys.
+#[derive(Debug, Default)]
+pub(super) struct Queue<'a> {
+    items: Vec<Item<'a>>,
+    keys: Vec<Key>,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Item<'a> {
+    Lane(&'a LaneStep),
+    /// Has lanes take the value of their cells.
+    Spread(&'a Export, CellPlace),
+}
+
+impl<'a> Queue<'a> {
+    pub(super) fn clear(&mut self) {
+        self.items.clear();
+        self.keys.clear();
+    }
+
+    fn push(&mut self, item: Item<'a>, number: u32, state: u32) {
+        self.items.push(item);
+        self.keys.push(Key(u64::from(number) | u64::from(state) << 32));
+    }
+}
+
+impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Runs steps, but for lane operations behind the last other step, which wait in the queue.
-    pub(super) fn follow(&mut self, steps: &[Step], mask: &Mask) -> Result<(), Stop> {
+    pub(super) fn follow(&mut self, steps: &'a [Step], mask: &Mask) -> Result<(), Stop> {
         for step in steps {
             match step {
                 Step::Lane(step) => self.queue(step),
-                // With the profile on, each step runs by itself.
-                Step::Shared { group, steps, exports } if self.profile.is_none() => {
-                    self.shared(*group, steps, exports, mask)?;
-                }
+                Step::Shared { group, steps, exports } => self.shared(*group, steps, exports, mask)?,
                 _ => {
                     self.run_queue();
                     self.step(step, mask)?;
@@ -45,49 +66,87 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     /// Has a lane operation wait for those behind it. What all lanes share is computed at once: it waits for no lane.
-    pub(super) fn queue(&mut self, step: &LaneStep) {
+    pub(super) fn queue(&mut self, step: &'a LaneStep) {
         match step.out.place {
             Place::Words(at) => self.once(step, at),
-            Place::Lanes { reg, component, cells } => {
-                let reg = self.shared.register(reg, cells) as u32;
-                let ready = self.ready(step, (reg, component * self.width as u32), self.width);
-                self.ready.push(Ready::Lane(ready));
+            Place::Lanes { component, .. } => {
+                let ones = step.args().iter().map(|arg| match arg.place {
+                    Place::Lanes { cells: Some(cells), .. } => self.shared.is_one(cells.group).into(),
+                    _ => 0,
+                });
+                let ones = ones.fold(0u32, |all, one| all << 1 | one);
+                let running = u32::from(self.shared.is_running());
+                self.queue.push(Item::Lane(step), step.life.0, component << 8 | running << 7 | ones);
+                if self.queue.items.len() >= MAX_RUN {
+                    self.run_queue();
+                }
             }
         }
     }
 
     /// Has lanes take the value of their cells behind what waits.
-    pub(super) fn queue_spread(&mut self, value: Operand) {
-        if let Place::Lanes { reg, component, cells: Some(cells) } = value.place {
-            self.ready.push(Ready::Spread(Spread {
-                group: cells.group,
-                from: (cells.reg, component),
-                words: value.words as u8,
-                out: (reg, component * self.width as u32),
-            }));
+    pub(super) fn queue_spread(&mut self, export: &'a Export) {
+        if let Place::Lanes { cells: Some(cells), .. } = export.value.place {
+            // Its register is never another value's.
+            self.queue.push(Item::Spread(export, cells), cells.reg, 1 << 6);
         }
     }
 
     /// Runs what waits.
     pub(super) fn run_queue(&mut self) {
-        if self.ready.is_empty() {
+        if self.queue.items.is_empty() {
             return;
         }
-        let isa = self.isa;
+        let mut queue = std::mem::take(&mut self.queue);
+        let mut native = self.native.take();
+        // A single cell is no vector.
+        let shape = A::NATIVE.filter(|_| self.width.is_multiple_of(LINE)).map(|style| (self.width, style));
+        let plan = native.as_mut().zip(shape).and_then(|(known, shape)| {
+            let all = || queue.items.iter().map(|item| self.waiting(item)).collect();
+            known.plan(&self.program.native, shape, &queue.keys, all)
+        });
+        let mut ready = std::mem::take(&mut self.ready);
+        if plan.is_none() {
+            ready.extend(queue.items.iter().map(|item| self.waiting(item).ready));
+        }
+        let (isa, width) = (self.isa, self.width);
         let (cells, indices) = self.shared.tables();
-        let run = LaneRun {
-            isa,
-            steps: &self.ready,
-            registers: &mut self.registers,
-            words: &self.words,
-            cells,
-            indices,
-            spread: &mut self.spread,
-            width: self.width,
-            piece: PIECE,
-        };
-        A::lanes(isa, run);
-        self.ready.clear();
+        let (words, spread) = (&self.words[..], &mut self.spread);
+        let mut files = Files { registers: &mut self.registers, cells, indices, words, spread };
+        match (plan, &mut native) {
+            (Some(plan), Some(known)) => plan.run::<A>(isa, &mut files, width, &mut known.scratch),
+            _ => A::lanes(isa, files.run(isa, &ready, width, 0..width)),
+        }
+        ready.clear();
+        queue.clear();
+        (self.ready, self.queue, self.native) = (ready, queue, native);
+    }
+
+    /// What waits with its arguments found.
+    fn waiting(&self, item: &Item<'_>) -> Waiting {
+        match item {
+            Item::Lane(step) => {
+                let (at, last) = step.life;
+                let out = match step.out.place {
+                    Place::Words(at) => (at, 0),
+                    Place::Lanes { reg, component, cells } => {
+                        (self.shared.register(reg, cells) as u32, component * self.width as u32)
+                    }
+                };
+                Waiting { ready: Ready::Lane(self.ready(step, out, self.width)), at, last }
+            }
+            Item::Spread(export, cells) => {
+                let out = match export.value.place {
+                    Place::Lanes { reg, component, .. } => (reg, component * self.width as u32),
+                    Place::Words(at) => (at, 0),
+                };
+                let component =
+                    if let Place::Lanes { component, .. } = export.value.place { component } else { 0 };
+                let words = export.value.words as u8;
+                let spread = Spread { group: cells.group, from: (cells.reg, component), words, out };
+                Waiting { ready: Ready::Spread(spread), at: 0, last: export.last }
+            }
+        }
     }
 
     /// Runs a lane operation whose result all lanes share, to words from `at` on.
@@ -103,7 +162,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             indices: &[],
             spread: &mut self.spread,
             width: 1,
-            piece: 1,
+            lanes: 0..1,
         };
         A::lanes(isa, run);
         let words = step.out.words as usize;

@@ -24,6 +24,7 @@ use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::Dictionaries;
 use crate::lanes::{Arg, Ready};
 use crate::message::Messages;
+use crate::native::{self, Native};
 use crate::profile::Profile;
 use crate::program::{Array, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
@@ -65,7 +66,7 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     /// Lanes of a batch: a multiple of a cache line.
     width: usize,
     registers: Vec<Lanes<A::Word>>,
-    shared: shared::Shared<A::Word>,
+    shared: shared::Shared<'a, A::Word>,
     words: Vec<A::Word>,
     arrays: Vec<Lanes<A::Word>>,
     scratch: Vec<Lanes<A::Word>>,
@@ -74,7 +75,11 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     /// The result of a lane operation that all lanes share.
     single: Lanes<A::Word>,
     /// Lane operations that are to run next.
+    queue: lane::Queue<'a>,
+    /// Those with their arguments found.
     ready: Vec<Ready>,
+    /// Runs of them that have come up, unless all are to run without machine code.
+    native: Option<native::Known>,
     max_steps: u64,
     /// Steps of the batch so far.
     spent: u64,
@@ -100,13 +105,13 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
 }
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
-    /// A machine for batches of up to `width` points.
+    /// A machine for batches of up to `width` points, whose lane operations may become machine code.
     pub(crate) fn new(
         program: &'a Program,
         services: &'a Services,
         source: &'a dyn PointSource,
         isa: Isa,
-        width: usize,
+        (width, native): (usize, Native),
         max_steps: u64,
         totals: &'a Totals,
     ) -> Self {
@@ -124,7 +129,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
             spread: Default::default(),
             single: Lanes::new(LINE),
+            queue: lane::Queue::default(),
             ready: Vec::new(),
+            native: native::Known::new(native).filter(|_| A::NATIVE.is_some() && isa.name() == "avx512"),
             max_steps,
             spent: 0,
             exhausted: None,
@@ -151,7 +158,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             return Ok(());
         }
         self.spent = 0;
-        self.ready.clear();
+        self.queue.clear();
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
@@ -246,7 +253,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    fn steps(&mut self, steps: &Steps, mask: &Mask) -> Result<(), Stop> {
+    fn steps(&mut self, steps: &'a Steps, mask: &Mask) -> Result<(), Stop> {
         self.spent += steps.weight;
         if self.profile.is_some() {
             return self.profiled(steps, mask);
@@ -257,7 +264,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     }
 
     #[inline(always)]
-    pub(crate) fn step(&mut self, step: &Step, mask: &Mask) -> Result<(), Stop> {
+    pub(crate) fn step(&mut self, step: &'a Step, mask: &Mask) -> Result<(), Stop> {
         match step {
             Step::Lane(step) => {
                 self.queue(step);

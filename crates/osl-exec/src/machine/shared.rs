@@ -4,11 +4,12 @@
 //! numbers. Where a batch has a single cell, all lanes read that; where it has a few, what single points read is
 //! spread over the lanes; where it has many, the steps run on lanes as ever.
 
+use super::lane::Queue;
 use super::mask::Mask;
 use super::{Machine, Stop};
 use crate::arithmetic::{Arithmetic, Word};
-use crate::lanes::{Arg, Ready};
-use crate::program::{CellPlace, Operand, Place, Program, Steps};
+use crate::lanes::Arg;
+use crate::program::{CellPlace, Export, Operand, Place, Program, Steps};
 use crate::register::Lanes;
 use osl_noise::cells::{self, Cells, MAX_CELLS};
 
@@ -16,7 +17,7 @@ use osl_noise::cells::{self, Cells, MAX_CELLS};
 const MAX_KEYS: usize = 16;
 
 /// What a machine knows of cells.
-pub(super) struct Shared<W> {
+pub(super) struct Shared<'a, W> {
     /// A word for each cell; component by component, with room for [`MAX_CELLS`] of them or for one.
     narrow: Vec<Lanes<W>>,
     /// For each group how many cells it has in the batch, 0 where there are too many, and the cell of each lane.
@@ -25,18 +26,18 @@ pub(super) struct Shared<W> {
     /// Whether the steps of a group are running on its cells: the narrow registers are then the machine's.
     running: bool,
     /// Lane operations on cells that are to run next, while none are running; of lanes, while some are.
-    ready: Vec<Ready>,
+    queue: Queue<'a>,
     scratch: Lanes,
 }
 
-impl<W: Word> Shared<W> {
-    pub(super) fn new(program: &Program, width: usize) -> Shared<W> {
+impl<W: Word> Shared<'_, W> {
+    pub(super) fn new(program: &Program, width: usize) -> Self {
         Shared {
             narrow: program.cells.iter().map(|words| Lanes::new(*words as usize * MAX_CELLS)).collect(),
             counts: vec![0; program.groups],
             indices: (0..program.groups).map(|_| Lanes::new(width)).collect(),
             running: false,
-            ready: Vec::new(),
+            queue: Queue::default(),
             scratch: Lanes::new(if program.groups > 0 { width } else { 0 }),
         }
     }
@@ -59,6 +60,11 @@ impl<W: Word> Shared<W> {
         }
     }
 
+    /// Whether steps run on cells.
+    pub(super) fn is_running(&self) -> bool {
+        self.running
+    }
+
     /// The registers of a word for each cell, and the cell of each lane by group.
     pub(super) fn tables(&self) -> (&[Lanes<W>], &[Lanes]) {
         (&self.narrow, &self.indices)
@@ -70,7 +76,7 @@ fn room(count: usize) -> usize {
     if count == 1 { 1 } else { MAX_CELLS }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Finds the cells of a group and gives them their roots.
     pub(super) fn find_cells(&mut self, group: u16, roots: &[Operand], outs: &[Operand], mask: &Mask) {
         let at = usize::from(group);
@@ -140,12 +146,15 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn shared(
         &mut self,
         group: u16,
-        steps: &Steps,
-        exports: &[Operand],
+        steps: &'a Steps,
+        exports: &'a [Export],
         mask: &Mask,
     ) -> Result<(), Stop> {
         let count = self.shared.counts[usize::from(group)];
         if count == 0 || self.shared.running {
+            if self.profile.is_some() {
+                return self.steps(steps, mask);
+            }
             self.spent += steps.weight;
             return self.follow(&steps.list, mask);
         }
@@ -154,7 +163,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         let result = self.steps(steps, &Mask::all(room));
         self.turn(width);
         if count > 1 {
-            exports.iter().for_each(|export| self.queue_spread(*export));
+            exports.iter().for_each(|export| self.queue_spread(export));
         }
         result
     }
@@ -162,7 +171,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     /// Turns from lanes to cells, and back.
     fn turn(&mut self, width: usize) {
         std::mem::swap(&mut self.registers, &mut self.shared.narrow);
-        std::mem::swap(&mut self.ready, &mut self.shared.ready);
+        std::mem::swap(&mut self.queue, &mut self.shared.queue);
         self.width = width;
         self.shared.running = !self.shared.running;
     }

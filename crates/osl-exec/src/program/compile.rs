@@ -2,8 +2,8 @@
 
 use super::uses::Uses;
 use super::{
-    CellPlace, KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource, Place, Seed, Step,
-    Steps, shared, weigh, words_of,
+    CellPlace, Export, KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource, Place, Seed,
+    Step, Steps, shared, weigh, words_of,
 };
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
@@ -199,7 +199,8 @@ impl<'a> Compiler<'a> {
             .copied()
             .filter(|r| self.exported[r.index()] && self.views[r.index()].is_none())
             .collect();
-        let found: Vec<Operand> = exported.into_iter().map(|r| self.operand(r)).collect();
+        let export = |r: ValueId| Export { last: self.last_use[r.index()], value: self.operand(r) };
+        let found: Vec<Export> = exported.into_iter().map(export).collect();
         if let Some(Step::Shared { steps, exports, .. }) = steps.list.last_mut() {
             steps.list.extend(inner.list);
             steps.marks.extend(inner.marks);
@@ -220,11 +221,24 @@ impl<'a> Compiler<'a> {
         Some(self.operand(result))
     }
 
+    /// The position behind which nothing reads the result of an instruction.
+    fn last(&self, inst: &Inst) -> u32 {
+        inst.results.first().map_or(u32::MAX, |r| self.last_use[r.index()])
+    }
+
+    /// Gives the results of an instruction their places.
+    fn results(&mut self, inst: &Inst) -> Vec<Operand> {
+        inst.results
+            .iter()
+            .map(|r| {
+                self.define(*r);
+                self.operand(*r)
+            })
+            .collect()
+    }
+
     fn result(&mut self, inst: &Inst) -> Option<Operand> {
-        inst.results.first().map(|r| {
-            self.define(*r);
-            self.operand(*r)
-        })
+        self.results(inst).into_iter().next()
     }
 
     fn inst(&mut self, inst: &Inst, steps: &mut Vec<Step>) {
@@ -251,7 +265,8 @@ impl<'a> Compiler<'a> {
                 if !self.view(inst) {
                     let args: Vec<Operand> = args.iter().map(|a| self.operand(*a)).collect();
                     if let Some(out) = self.result(inst) {
-                        steps.push(Step::Lane(LaneStep::new(*op, &args, out)));
+                        let life = (self.position, self.last(inst));
+                        steps.push(Step::Lane(LaneStep::new(*op, &args, out, life)));
                     }
                 }
                 self.advance();
@@ -259,24 +274,14 @@ impl<'a> Compiler<'a> {
             Op::Kernel(kernel, args) => {
                 let kinds = args.iter().map(|a| self.body.kind(*a)).collect();
                 let args = args.iter().map(|a| self.operand(*a)).collect();
-                let outs = inst
-                    .results
-                    .iter()
-                    .map(|r| {
-                        self.define(*r);
-                        self.operand(*r)
-                    })
-                    .collect();
+                let outs = self.results(inst);
                 let step = KernelStep { kernel: kernel.clone(), args, kinds, outs, span: inst.span };
                 steps.push(Step::Kernel(Box::new(step)));
                 self.advance();
             }
             Op::Share(group, roots) => {
                 let roots = roots.iter().map(|v| self.operand(*v)).collect();
-                inst.results.iter().for_each(|r| {
-                    self.define(*r);
-                });
-                let outs = inst.results.iter().map(|r| self.operand(*r)).collect();
+                let outs = self.results(inst);
                 let exports = inst.results.iter().enumerate().filter(|(_, r)| self.exported[r.index()]);
                 let exports = exports.map(|(at, _)| at).collect();
                 steps.push(Step::FindCells { group: *group, roots, outs, exports });
@@ -298,14 +303,7 @@ impl<'a> Compiler<'a> {
             Op::Load(SlotId(_)) | Op::Store(..) | Op::Derivative(..) => self.advance(),
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 let cond = self.operand(*cond);
-                let results: Vec<Operand> = inst
-                    .results
-                    .iter()
-                    .map(|r| {
-                        self.define(*r);
-                        self.operand(*r)
-                    })
-                    .collect();
+                let results = self.results(inst);
                 self.advance();
                 let then = self.block(*then);
                 let a: Vec<Operand> = then_yields.iter().map(|v| self.operand(*v)).collect();
@@ -371,6 +369,7 @@ impl<'a> Compiler<'a> {
             }
             Place::Lanes { .. } => {
                 // Only where the rate pass is off: spread a hidden uniform constant.
+                let life = (self.position, u32::MAX);
                 let at = self.words.len() as u32;
                 for (component, word) in words.iter().enumerate() {
                     self.words.push(*word);
@@ -380,8 +379,8 @@ impl<'a> Compiler<'a> {
                     let place = Place::Lanes { reg, component: base + component as u32, cells };
                     let to = Operand { place, words: 1, kind };
                     let step = match word {
-                        Seed::Bits(_) => LaneStep::new(LaneOp::IOr, &[from, from], to),
-                        Seed::Float(_) => LaneStep::new(LaneOp::Still, &[from], to),
+                        Seed::Bits(_) => LaneStep::new(LaneOp::IOr, &[from, from], to, life),
+                        Seed::Float(_) => LaneStep::new(LaneOp::Still, &[from], to, life),
                     };
                     steps.push(Step::Lane(step));
                 }

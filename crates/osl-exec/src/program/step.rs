@@ -98,7 +98,7 @@ pub(crate) enum Step {
     Shared {
         group: u16,
         steps: Steps,
-        exports: Vec<Operand>,
+        exports: Vec<Export>,
     },
 }
 
@@ -112,17 +112,27 @@ pub(crate) struct LaneStep {
     /// How many times it runs: once, or for each component of a triple.
     pub(crate) parts: u8,
     pub(crate) out: Operand,
+    /// The position of its instruction in the program, and that of the last which reads its result.
+    pub(crate) life: (u32, u32),
+}
+
+/// A value of cells that points read.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Export {
+    pub(crate) value: Operand,
+    /// The position of the last instruction that reads it.
+    pub(crate) last: u32,
 }
 
 /// Arguments of a lane operation at most.
 pub(crate) const MAX_ARGS: usize = 4;
 
 impl LaneStep {
-    pub(super) fn new(op: LaneOp, list: &[Operand], out: Operand) -> LaneStep {
+    pub(super) fn new(op: LaneOp, list: &[Operand], out: Operand, life: (u32, u32)) -> LaneStep {
         let mut args = [out; MAX_ARGS];
         args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
         let parts = out.words / words_of(op.shape().result).max(1);
-        LaneStep { op, args, count: list.len().min(MAX_ARGS) as u8, parts: parts as u8, out }
+        LaneStep { op, args, count: list.len().min(MAX_ARGS) as u8, parts: parts as u8, out, life }
     }
 
     /// Its arguments.

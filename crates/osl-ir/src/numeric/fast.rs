@@ -66,29 +66,51 @@ pub const BOUNDS: &[Bound] = &[
     bound("inversesqrt", f32::MIN_POSITIVE, f32::MAX, 0.0, 6e-6),
 ];
 
-/// In a sum with this a number is rounded to a whole one, which then stands in the low bits.
-const WHOLE: f32 = 12_582_912.0;
+/// Coefficients of the functions, for whoever computes the same ones by other means.
+pub mod coefficients {
+    /// In a sum with this a number is rounded to a whole one, which then stands in the low bits.
+    pub const WHOLE: f32 = 12_582_912.0;
 
-const INV_PI: f32 = std::f32::consts::FRAC_1_PI;
-const PI_2: f32 = std::f32::consts::FRAC_PI_2;
-const LOG2_E: f32 = std::f32::consts::LOG2_E;
+    /// 1/π.
+    pub const INV_PI: f32 = std::f32::consts::FRAC_1_PI;
+    /// π/2.
+    pub const PI_2: f32 = std::f32::consts::FRAC_PI_2;
 
-/// -π and -π/2 in two parts, for fused operations, and in three whose products with small integers are exact.
-const MINUS_PI: [f32; 2] = [-std::f32::consts::PI, 8.742_278e-8];
-const MINUS_PI_PARTS: [f32; 3] = [-3.140_625, -0.000_967_502_6, -1.509_906_7e-7];
-const MINUS_PI_2: [f32; 2] = [-PI_2, 4.371_139e-8];
-const MINUS_PI_2_PARTS: [f32; 3] = [-1.570_312_5, -0.000_483_751_3, -7.549_533_6e-8];
+    /// -π in two parts, for fused operations.
+    pub const MINUS_PI: [f32; 2] = [-std::f32::consts::PI, 8.742_278e-8];
+    /// -π in three parts whose products with small integers are exact.
+    pub const MINUS_PI_PARTS: [f32; 3] = [-3.140_625, -0.000_967_502_6, -1.509_906_7e-7];
+    /// -π/2 in two parts.
+    pub const MINUS_PI_2: [f32; 2] = [-PI_2, 4.371_139e-8];
+    /// -π/2 in three such parts.
+    pub const MINUS_PI_2_PARTS: [f32; 3] = [-1.570_312_5, -0.000_483_751_3, -7.549_533_6e-8];
 
-const SIN: [f32; 3] = [-0.000_185_422_24, 0.008_314_275, -0.166_658_54];
-const TAN: [f32; 4] = [0.043_088_8, 0.041_398_55, 0.136_065_07, 0.333_154_32];
-const ATAN: [f32; 6] =
-    [-0.013_480_626, 0.057_477_742, -0.121_239_5, 0.195_636_1, -0.332_994_64, 0.999_995_65];
-const ACOS: [f32; 4] = [-0.020_892_033, 0.076_897_38, -0.212_875_19, 1.570_758_3];
-const EXP2: [f32; 5] = [0.009_582_853, 0.055_906_426, 0.240_240_99, 0.693_124_2, 1.0];
-const LOG2: [f32; 6] = [-0.145_179_3, 0.292_726_73, -0.371_069_28, 0.481_645_58, -0.721_094_55, 1.442_681_6];
-const SINH: [f32; 2] = [0.008_610_608, 0.166_582_14];
-const ERF: [f32; 7] =
-    [4.306_378e-5, 0.000_276_567_2, 0.000_152_014_3, 0.009_270_527, 0.042_282_01, 0.070_523_076, 1.0];
+    /// Of the sine: powers of the squared angle.
+    pub const SIN: [f32; 3] = [-0.000_185_422_24, 0.008_314_275, -0.166_658_54];
+    /// Of the tangent, likewise.
+    pub const TAN: [f32; 4] = [0.043_088_8, 0.041_398_55, 0.136_065_07, 0.333_154_32];
+    /// Of the arc tangent.
+    pub const ATAN: [f32; 6] =
+        [-0.013_480_626, 0.057_477_742, -0.121_239_5, 0.195_636_1, -0.332_994_64, 0.999_995_65];
+    /// Of the arc cosine, divided by √(1 - x).
+    pub const ACOS: [f32; 4] = [-0.020_892_033, 0.076_897_38, -0.212_875_19, 1.570_758_3];
+    /// Of 2 to the power of a number within 1/2 of 0.
+    pub const EXP2: [f32; 5] = [0.009_582_853, 0.055_906_426, 0.240_240_99, 0.693_124_2, 1.0];
+    /// Of the logarithm to base 2 of 1 more.
+    pub const LOG2: [f32; 6] =
+        [-0.145_179_3, 0.292_726_73, -0.371_069_28, 0.481_645_58, -0.721_094_55, 1.442_681_6];
+    /// Of the hyperbolic sine of a small number.
+    pub const SINH: [f32; 2] = [0.008_610_608, 0.166_582_14];
+    /// Of the sixteenth root of 1 by what the error function lacks of 1.
+    pub const ERF: [f32; 7] =
+        [4.306_378e-5, 0.000_276_567_2, 0.000_152_014_3, 0.009_270_527, 0.042_282_01, 0.070_523_076, 1.0];
+}
+
+use coefficients::{
+    ACOS, ATAN, ERF, EXP2, INV_PI, LOG2, MINUS_PI, MINUS_PI_2, MINUS_PI_2_PARTS, MINUS_PI_PARTS, PI_2, SIN,
+    SINH, TAN, WHOLE,
+};
+use std::f32::consts::LOG2_E;
 
 impl<const FUSED: bool> Quick<FUSED> {
     /// `a * b + c`.
