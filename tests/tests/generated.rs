@@ -75,6 +75,13 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             sincos((float)cellnoise(v, r6[abs(i8) % 3]), x11[abs((i10 ? i9 : i10)) % 3], last7); } }",
     ),
     (
+        "whether a division has a guard depended on folding, where a loop has one round",
+        "shader s(output normal a = normal(1.5e-45, 1.5e-45, 2.0), output normal b = normal(1.5e-45)) {
+            for (int i = 0; i < 2; i++) {
+                a = 0 ? -b : ((normal(1.5e-45) / normal(1.5e-45)) / (normal(0.5, 1.0, 100.0) / a) / b);
+                if (1) return; } }",
+    ),
+    (
         "hash noise of a NaN depended on the instruction set",
         "shader s(output float a = 0, output color c = 0) {
             float big = u * 1e38 * 1e38;

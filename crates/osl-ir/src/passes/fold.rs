@@ -9,13 +9,13 @@ use crate::ir::{
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
-    fold(body, false, false);
+    let _ = fold(body, false, false);
 }
 
 /// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it. `exact`: only
 /// results that double precision has too are constants.
 pub(super) fn again(body: &mut Body, exact: bool) {
-    fold(body, true, exact);
+    let _ = fold(body, true, exact);
 }
 
 /// Settles what the program means where that depends on what is constant: what is not found to be so by now is not.
@@ -27,7 +27,8 @@ pub(super) fn settle(body: &mut Body) {
     }
 }
 
-fn fold(body: &mut Body, settled: bool, exact: bool) {
+/// Yields the operations that turned out to have a known divisor.
+fn fold(body: &mut Body, settled: bool, exact: bool) -> Vec<(ValueId, LaneOp)> {
     let values = body.values.len();
     let mut fold = Fold {
         settled,
@@ -35,22 +36,30 @@ fn fold(body: &mut Body, settled: bool, exact: bool) {
         renaming: Renaming::default(),
         known: vec![None; values],
         lanes: vec![None; values],
+        divided: Vec::new(),
     };
     fold.block(body, body.entry);
     rename_outputs(body, &fold.renaming);
+    fold.divided
 }
 
 /// Only what changes a meaning: which operations divide by a constant (they have no guard), and what
 /// `isconstant` finds. Both are found out as the pass would find them, and nothing else of the body changes.
 pub(super) fn only_meaning(body: &mut Body) {
     let mut folded = body.clone();
-    run(&mut folded);
+    let divided = fold(&mut folded, false, false);
     let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
     for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
         if let Some(result) = inst.results.first()
             && let Some(found) = operations.get_mut(result.index())
         {
             *found = Some(inst.op.clone());
+        }
+    }
+    // A loop of one round is folded twice: what has a known divisor may be a constant in the end.
+    for (result, op) in divided {
+        if let Some(found) = operations.get_mut(result.index()) {
+            *found = Some(Op::Lane(op, Vec::new()));
         }
     }
     for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
@@ -82,6 +91,8 @@ struct Fold {
     known: Vec<Option<Const>>,
     /// The lane operation that computes a value.
     lanes: Vec<Option<(LaneOp, Vec<ValueId>)>>,
+    /// Results of operations whose divisor is known, and what they became.
+    divided: Vec<(ValueId, LaneOp)>,
 }
 
 /// What becomes of an instruction.
@@ -173,6 +184,11 @@ impl Fold {
                     }
                 };
                 inst.results.iter().for_each(|r| self.note(*r, &op));
+                if let (Op::Lane(op @ (LaneOp::FDivBy | LaneOp::FmodExact), _), Some(result)) =
+                    (&op, inst.results.first())
+                {
+                    self.divided.push((*result, *op));
+                }
                 kept.push(Inst { op, ..inst });
             }
         }
