@@ -31,6 +31,7 @@ fn image(text: &str, samples: u32, prefilter: Option<f32>) -> Vec<f32> {
         services: &services,
         surface: &grid,
         options: &options,
+        cheaper: None,
         pattern: Pattern::new(samples, 0),
         filter: Filter::default(),
     };

@@ -35,6 +35,7 @@ fn shading<T>(text: &str, grid: &Grid, filter: Filter, work: impl FnOnce(&Shadin
         services: &services,
         surface: grid,
         options: &options,
+        cheaper: None,
         pattern: Pattern::new(64, 0),
         filter,
     })

@@ -92,6 +92,7 @@ fn a_measured_trade_makes_sense() {
         services: &services,
         surface: &grid,
         options: &options,
+        cheaper: None,
         pattern: pattern(),
         filter: Filter::default(),
     };

@@ -359,6 +359,35 @@ impl<R: Real> IntoConst for [R; 16] {
 crate::for_each_lane_op!(declare);
 
 impl LaneOp {
+    /// Whether the fast arithmetic computes it by a cheaper formula: the functions of `numeric::fast`.
+    pub fn is_approximated(self) -> bool {
+        use LaneOp as L;
+        matches!(
+            self,
+            L::Sin
+                | L::Cos
+                | L::Tan
+                | L::Asin
+                | L::Acos
+                | L::Atan
+                | L::Atan2
+                | L::Sinh
+                | L::Cosh
+                | L::Tanh
+                | L::Exp
+                | L::Exp2
+                | L::Expm1
+                | L::Log
+                | L::Log2
+                | L::Log10
+                | L::Pow
+                | L::Cbrt
+                | L::Erf
+                | L::Erfc
+                | L::InverseSqrt
+        )
+    }
+
     /// Kind of the result for arguments of these kinds.
     pub fn result_kind(self, args: impl IntoIterator<Item = Kind>) -> Kind {
         let shape = self.shape();

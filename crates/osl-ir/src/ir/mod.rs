@@ -324,6 +324,12 @@ impl Body {
         &self.slots[id.index()]
     }
 
+    /// Whether there is an operation that the fast arithmetic computes by a cheaper formula.
+    pub fn is_cheaper_in_fast(&self) -> bool {
+        let cheaper = |inst: &Inst| matches!(&inst.op, Op::Lane(op, _) if op.is_approximated());
+        self.blocks.iter().any(|block| block.insts.iter().any(cheaper))
+    }
+
     /// Number of instructions that can be reached, nested ones included.
     pub fn count(&self) -> usize {
         self.count_block(self.entry)

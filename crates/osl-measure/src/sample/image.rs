@@ -24,6 +24,8 @@ pub struct Shading<'a> {
     pub surface: &'a dyn Surface,
     /// How it is run.
     pub options: &'a RunOptions,
+    /// The same shader in an arithmetic that costs less, and how that is run, for whoever finds its error permitted.
+    pub cheaper: Option<(&'a Program, &'a RunOptions)>,
     /// Where samples lie.
     pub pattern: Pattern,
     /// What they are to show.
@@ -52,6 +54,19 @@ pub struct Tally {
     pub unfinished: u64,
     /// Pixels of which a value is not a number or infinite.
     pub not_finite: u64,
+    /// What was found of the cheaper arithmetic, if samples were taken in it.
+    pub cheaper: Option<Cheaper>,
+}
+
+/// How a cheaper arithmetic compared.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cheaper {
+    /// Samples that were computed in both.
+    pub compared: u64,
+    /// The largest difference, in the units of the outputs.
+    pub largest: f32,
+    /// Pixels that were sampled in it.
+    pub pixels: u64,
 }
 
 impl Tally {
@@ -61,6 +76,12 @@ impl Tally {
         self.evaluations += other.evaluations;
         self.unfinished += other.unfinished;
         self.not_finite += other.not_finite;
+        if let Some(other) = other.cheaper {
+            let own = self.cheaper.get_or_insert_default();
+            own.compared += other.compared;
+            own.largest = own.largest.max(other.largest);
+            own.pixels += other.pixels;
+        }
         for (samples, pixels) in &other.by_samples {
             self.note(*samples, *pixels);
         }

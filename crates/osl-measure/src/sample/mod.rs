@@ -21,7 +21,7 @@ mod surface;
 
 pub use adapt::{Adaptive, adaptive};
 pub use filter::{Filter, FilterKind};
-pub use image::{Image, Shading, Tally};
+pub use image::{Cheaper, Image, Shading, Tally};
 pub use max_error::{MaxError, max_error};
 pub use oracle::{Check, Oracle, Watch, check, oracle};
 pub use pattern::{MAX_SAMPLES, Pattern};

@@ -158,9 +158,9 @@ pub(super) struct RunArgs {
     #[arg(long, value_name = "NAME", value_parser = isa)]
     pub(super) isa: Option<Isa>,
     /// Numbers to compute with: strict, the same bits everywhere; fast, cheaper approximations of single precision; f64,
-    /// double precision.
-    #[arg(long, value_name = "NAME", default_value = "strict", value_parser = arithmetic)]
-    pub(super) arithmetic: Arithmetic,
+    /// double precision (default: strict).
+    #[arg(long, value_name = "NAME", value_parser = arithmetic)]
+    pub(super) arithmetic: Option<Arithmetic>,
     /// Show the closures of the surface, and write their weights as layers.
     #[arg(long)]
     pub(super) closures: bool,

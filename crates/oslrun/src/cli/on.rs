@@ -165,7 +165,7 @@ impl<'a> Job<'a> {
             varying: points.varying().to_vec(),
             slopes: points.varying_slopes().to_vec(),
             without: self.args.without_pass.clone(),
-            arithmetic: self.args.arithmetic,
+            arithmetic: self.args.arithmetic.unwrap_or_default(),
             ..passes::Options::default()
         };
         Ok(pipeline::finish(body.clone(), &options))

@@ -7,10 +7,12 @@ use super::sampling::{self, Plan, Sampled};
 use super::{Failure, closures, data, on, output, profile, report};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
-use osl_exec::{Frame, Isa, PointSource, Run, RunOptions, Services, Spaces, Stop};
+use osl_exec::{Frame, Isa, PointSource, Program, Run, RunOptions, Services, Spaces, Stop};
 use osl_image::{TextureCache, Unsaved};
+use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
 use osl_measure::explain;
+use osl_measure::sample::Shading;
 use osl_scene::{Grid, WithData};
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
@@ -41,16 +43,22 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
         without: args.without_pass.clone(),
-        arithmetic: args.arithmetic,
+        arithmetic: args.arithmetic.unwrap_or_default(),
         prefilter: args.sampling.prefilter(plan),
     };
     let lowered = body.count();
-    let whole = args.stats.then(|| body.clone());
+    let offers = args.arithmetic.is_none() && matches!(plan, Plan::MaxError(..));
+    let whole = (args.stats || offers).then(|| body.clone());
     let compiled = pipeline::finish(body, &options);
+    let cheaper = whole.as_ref().filter(|_| offers && compiled.body.is_cheaper_in_fast()).map(|body| {
+        let arithmetic = Arithmetic::Fast;
+        pipeline::finish(body.clone(), &passes::Options { arithmetic, ..options.clone() }).program
+    });
     let compile_time = started.elapsed();
 
     let services = services(args, folder, Spaces::default());
-    let shaded = shade(&compiled, &services, &points, plan, args, &sources)?;
+    let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
+    let shaded = shade(programs, &services, &points, plan, args, &sources)?;
     let Shaded { mut frame, run, write, file, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
     if args.closures {
@@ -76,8 +84,8 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         let times = [compile_time, run, write];
         let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
         stats(&compiled, lowered, evaluations, times, args, err);
-        if let Some(whole) = whole {
-            let _ = err.write_all(explain::table(&explain::cost(&whole, &options)).as_bytes());
+        if let Some(whole) = &whole {
+            let _ = err.write_all(explain::table(&explain::cost(whole, &options)).as_bytes());
         }
     }
     if let Some(said) = said {
@@ -130,9 +138,16 @@ struct Shaded {
     said: Option<sampling::Said>,
 }
 
+/// The shader in the arithmetic that was asked for, and in one that may do where an error is permitted.
+#[derive(Clone, Copy)]
+struct Programs<'a> {
+    usual: &'a Program,
+    cheaper: Option<&'a Program>,
+}
+
 /// Runs all points. What goes into an EXR file is written as it comes.
 fn shade(
-    compiled: &Compiled,
+    programs: Programs<'_>,
     services: &Services,
     points: &WithData<Grid>,
     plan: Plan,
@@ -140,15 +155,18 @@ fn shade(
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
     let options = options(args);
+    let fast = RunOptions { arithmetic: Arithmetic::Fast, ..options.clone() };
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
-    let run = Run::new(&compiled.program, services, points, &options);
+    let run = Run::new(programs.usual, services, points, &options);
     let work = || {
         let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
         if plan == Plan::Plain {
             return computed(&mut plain, args);
         }
-        let shading = sampling::shading(&compiled.program, services, points, &options, plan);
+        let cheaper = programs.cheaper.map(|program| (program, &fast));
+        let shading =
+            Shading { cheaper, ..sampling::shading(programs.usual, services, points, &options, plan) };
         let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
         let shaded = computed(&mut sampled, args)?;
         let said = sampled.said().map_err(Broken::Stop)?;
@@ -171,7 +189,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
-        arithmetic: args.arithmetic,
+        arithmetic: args.arithmetic.unwrap_or_default(),
         ..RunOptions::default()
     }
 }

@@ -5,8 +5,8 @@ use super::output::Rows;
 use clap::Args;
 use osl_exec::{Frame, Plane, Program, RunOptions, Services, Stop};
 use osl_measure::sample::{
-    Adaptive, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading, Surface,
-    Tally, Watch, adaptive, at_rate, max_error,
+    Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading,
+    Surface, Tally, Watch, adaptive, at_rate, max_error,
 };
 use std::fmt::Write;
 use std::ops::Range;
@@ -29,7 +29,8 @@ pub(super) struct SampleArgs {
     #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error")]
     pub(super) adaptive: Option<f32>,
     /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible: pixels are
-    /// interpolated where the shader is smooth, and have many samples where it is not. With --stats the error is checked.
+    /// interpolated where the shader is smooth, and have many samples where it is not; unless --arithmetic says otherwise, in
+    /// fast arithmetic where that is off by much less. With --stats the error is checked.
     #[arg(long, value_name = "ERROR", value_parser = error)]
     pub(super) max_error: Option<f32>,
     /// Widen steps, choices by comparison and noise by the area that a sample stands for, so that fewer samples are needed.
@@ -159,7 +160,7 @@ pub(super) fn shading<'a>(
     plan: Plan,
 ) -> Shading<'a> {
     let pattern = Pattern::new(plan.samples(), 0);
-    Shading { program, services, surface, options, pattern, filter: plan.filter() }
+    Shading { program, services, surface, options, cheaper: None, pattern, filter: plan.filter() }
 }
 
 /// An image by a plan, piece by piece.
@@ -249,6 +250,13 @@ fn spent(tally: &Tally) -> String {
         let _ = write!(text, "{} {:.2} % {what}", if at == 0 { ":" } else { "," }, share(*pixels));
     }
     text.push('\n');
+    if let Some(Cheaper { compared, largest, pixels }) = tally.cheaper {
+        let _ = writeln!(
+            text,
+            "{:.2} % sampled in fast arithmetic, which is off by {largest:.1e} at most of {compared} samples",
+            share(pixels)
+        );
+    }
     if tally.unfinished > 0 {
         let _ = writeln!(
             text,

@@ -140,6 +140,7 @@ impl Bench<'_> {
             services: self.services,
             surface: self.surface,
             options: &form.options,
+            cheaper: None,
             pattern: tradeoff::pattern(),
             filter: Filter::default(),
         }

@@ -10,8 +10,7 @@ const EDGE: f32 = 4.0;
 impl Work<'_, '_> {
     /// The corners of a cell of a lattice: left, right, top, bottom.
     pub(super) fn cell(&self, x: usize, y: usize, step: usize) -> [usize; 4] {
-        let (left, top) = (x / step * step, y / step * step);
-        [left, (left + step).min(self.width - 1), top, (top + step).min(self.height - 1)]
+        corners([self.width, self.height], [x, y], step)
     }
 
     /// Calls `visit` with the pixels of which the estimate of the error in a pixel's cell is made: its corners, and those
@@ -90,8 +89,9 @@ impl Work<'_, '_> {
             return;
         }
         let mut edges = Vec::new();
+        let bends = self.bends(step);
         for [x, y] in self.wanted(step, pending) {
-            let bend = self.bend([x, y], step);
+            let bend = bends.at([x, y]);
             if bend <= limit {
                 for y in y..(y + step).min(self.height) {
                     pending[y * self.width + x..y * self.width + (x + step).min(self.width)].fill(false);
@@ -106,39 +106,6 @@ impl Work<'_, '_> {
                     .fill(true);
             }
         }
-    }
-
-    /// The estimate of the error of a pixel that is interpolated in a cell, from the values around it: an eighth of how the
-    /// lattice bends at its corners. For the lattice of all pixels, how the image bends at a pixel.
-    pub(super) fn bend(&self, [x, y]: [usize; 2], step: usize) -> f32 {
-        let [left, right, top, bottom] = self.cell(x, y, step);
-        let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
-        let inside = |at: usize, size: usize| {
-            // The last ones with a neighbour on either side stand for those at the border.
-            let last = size.saturating_sub(1 + step) / step * step;
-            (last >= step).then(|| at.clamp(step, last))
-        };
-        let columns = [left, right].map(|x| inside(x, self.width));
-        let lines = [top, bottom].map(|y| inside(y, self.height));
-        let (mut across, mut down) = (0.0_f32, 0.0_f32);
-        for plane in &self.values {
-            let second = |at: usize, by: usize| bent(plane[at - by], plane[at], plane[at + by]);
-            for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                let (own_x, own_y) = ([left, right][x], [top, bottom][y]);
-                if let Some(x) = columns[x] {
-                    across = across.max(second(own_y * self.width + x, step));
-                }
-                if let Some(y) = lines[y] {
-                    down = down.max(second(y * self.width + own_x, step * self.width));
-                }
-            }
-            if let (1, Some(x), Some(y)) = (step, columns[0], lines[0]) {
-                // What is as small as a pixel may touch its corner alone.
-                across = across.max(second(y * self.width + x, self.width + 1));
-                down = down.max(second(y * self.width + x, self.width - 1));
-            }
-        }
-        (across + down) / 8.0
     }
 
     /// What the lattice says of a place, plane by plane: between the corners of a cell, or on the parabolas through a pixel
@@ -173,10 +140,10 @@ impl Work<'_, '_> {
     }
 }
 
-/// How far a value is off the line between its neighbours; infinite where one is no number.
-fn bent(before: f32, here: f32, behind: f32) -> f32 {
-    let d = (before - 2.0 * here + behind).abs();
-    if d.is_nan() { f32::INFINITY } else { d }
+/// The corners of a pixel's cell: left, right, top, bottom.
+pub(super) fn corners([width, height]: [usize; 2], [x, y]: [usize; 2], step: usize) -> [usize; 4] {
+    let (left, top) = (x / step * step, y / step * step);
+    [left, (left + step).min(width - 1), top, (top + step).min(height - 1)]
 }
 
 /// Interpolates the pixels of a cell that are not known.

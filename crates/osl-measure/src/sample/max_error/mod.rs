@@ -12,13 +12,15 @@
 //! enough for nearly all. From what each number of samples was worth it is learned up to which estimate of the error a pixel
 //! needs no more. The estimates need not be right, then; they only have to sort pixels.
 
+mod bend;
+mod cheaper;
 mod lattice;
 mod learn;
 mod peek;
 mod pilot;
 
 use super::adapt::{Refiner, power_below};
-use super::image::{Image, Shading, not_finite};
+use super::image::{Cheaper, Image, Shading, not_finite};
 use learn::Steps;
 use osl_exec::{Frame, Stop};
 use peek::{Peeks, Tried, trust};
@@ -95,6 +97,8 @@ pub fn max_error(shading: &Shading<'_>, rows: Range<usize>, wanted: MaxError) ->
     let rows = rows.start.min(height)..rows.end.min(height);
     let mut work = Work {
         shading,
+        sampled: shading.clone(),
+        chosen: None,
         wanted: MaxError { most: power_below(wanted.most), ..wanted },
         width,
         height: rows.len(),
@@ -119,6 +123,10 @@ fn spread(shading: &Shading<'_>) -> f32 {
 /// A band of rows on its way. Pixels are numbered from its first.
 struct Work<'s, 'a> {
     shading: &'s Shading<'a>,
+    /// What samples are taken of: the same, or the cheaper one.
+    sampled: Shading<'a>,
+    /// What is known of the cheaper one, if that is taken.
+    chosen: Option<Cheaper>,
     wanted: MaxError,
     width: usize,
     height: usize,
@@ -142,34 +150,35 @@ impl<'a> Work<'_, 'a> {
         self.coarse()?;
         let mut off = 0.0;
         if self.shading.filter.width() <= WIDEST && !pending.is_empty() {
-            off = self.lattices(&mut pending)?;
+            let mut peeks = Peeks::default();
+            off = self.lattices(&mut peeks, &mut pending)?;
+            self.choose_arithmetic(&peeks, &pending)?;
         }
         let refined = self.sample(&pending, off)?;
         Ok(self.image(refined))
     }
 
     /// Settles pixels by lattices as far as these will do. Yields how many may be off.
-    fn lattices(&mut self, pending: &mut [bool]) -> Result<f32, Stop> {
-        let mut peeks = Peeks::default();
+    fn lattices(&mut self, peeks: &mut Peeks, pending: &mut [bool]) -> Result<f32, Stop> {
         let mut steps = vec![COARSE];
-        let mut found = self.settle_by(&steps, &mut peeks, PEEK[0], pending)?;
+        let mut found = self.settle_by(&steps, peeks, PEEK[0], pending)?;
         for (step, each) in [(2, PEEK[1]), (1, PEEK[2])] {
             if !pending.contains(&true) {
                 break;
             }
             if self.is_rough(&found, pending) {
-                if self.is_worth(&peeks, pending, step)? {
+                if self.is_worth(peeks, pending, step)? {
                     steps.push(step);
-                    found = self.settle_by(&steps, &mut peeks, each, pending)?;
+                    found = self.settle_by(&steps, peeks, each, pending)?;
                 }
             } else {
-                self.settle_near(step, &peeks, pending)?;
-                found.off += self.settle_one(step, &peeks, pending, found.off)?.off;
+                self.settle_near(step, peeks, pending)?;
+                found.off += self.settle_one(step, peeks, pending, found.off)?.off;
             }
         }
         if self.is_rough(&found, pending) {
             // Samples will cost so much that lattices can be looked at once more.
-            found = self.settle_by(&steps, &mut peeks, PEEK[3], pending)?;
+            found = self.settle_by(&steps, peeks, PEEK[3], pending)?;
         }
         Ok(found.off)
     }
@@ -206,9 +215,9 @@ impl<'a> Work<'_, 'a> {
     fn settle_near(&mut self, step: usize, peeks: &Peeks, pending: &mut [bool]) -> Result<(), Stop> {
         let width = self.width;
         let limit = NEAR * self.wanted.error;
-        let near: Vec<bool> = (0..pending.len())
-            .map(|at| pending[at] && self.bend([at % width, at / width], 2 * step) <= limit)
-            .collect();
+        let bends = self.bends(2 * step);
+        let near: Vec<bool> =
+            (0..pending.len()).map(|at| pending[at] && bends.at([at % width, at / width]) <= limit).collect();
         let open = peeks.open(&near);
         if open.len() < FEW || !self.is_right(peeks, open, step)? {
             return Ok(());
@@ -281,10 +290,13 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// What the coarsest lattice says of the surroundings of a pixel, by its number in the image.
-    fn guard(&self, pixel: u32) -> f32 {
-        let pixel = (pixel - self.first) as usize;
-        self.bend([pixel % self.width, pixel / self.width], COARSE)
+    /// What the coarsest lattice says of the surroundings of pixels, by their numbers in the image.
+    fn guards(&self, pixels: &[u32]) -> Vec<f32> {
+        let bends = self.bends(COARSE);
+        let place = |pixel: &u32| {
+            ((pixel - self.first) as usize % self.width, (pixel - self.first) as usize / self.width)
+        };
+        pixels.iter().map(place).map(|(x, y)| bends.at([x, y])).collect()
     }
 
     /// Samples the pixels that are still pending: first the pilot, then the others.
@@ -298,8 +310,8 @@ impl<'a> Work<'_, 'a> {
         let (pilot, steps) = self.pilot(&pixels, allowed.clamp(0.5 * ALLOWED, ALLOWED_OF_FEW))?;
         let ahead = pilot.pixels();
         pixels.retain(|pixel| ahead.binary_search(pixel).is_err());
-        let guards: Vec<f32> = pixels.iter().map(|pixel| self.guard(*pixel)).collect();
-        let mut others = Refiner::new(self.shading, pixels);
+        let guards = self.guards(&pixels);
+        let mut others = Refiner::new(&self.sampled, pixels);
         self.follow(&mut others, &guards, &steps)?;
         Ok([pilot, others])
     }
@@ -340,6 +352,7 @@ impl<'a> Work<'_, 'a> {
         image.tally.pixels = self.known.len() as u64;
         image.tally.note_all(samples.into_iter());
         image.tally.unfinished = self.unfinished;
+        image.tally.cheaper = self.chosen;
         image.tally.not_finite = not_finite(&values);
         image.frame.planes = self.shading.filled(values);
         image

@@ -20,11 +20,11 @@ const SECOND_LOOKS: usize = 50;
 #[derive(Default)]
 pub(super) struct Peeks {
     /// Numbers within the band.
-    pixels: Vec<u32>,
+    pub(super) pixels: Vec<u32>,
     /// Where the samples lie, in pixels.
     places: Vec<[f32; 2]>,
     /// For each plane, the values there.
-    values: Vec<Vec<f32>>,
+    pub(super) values: Vec<Vec<f32>>,
 }
 
 /// An estimate of an error, and the error.

@@ -70,11 +70,11 @@ struct Round {
 
 impl<'a> Pilot<'a> {
     fn new(work: &Work<'_, 'a>, pixels: Vec<u32>) -> Pilot<'a> {
-        let guards = pixels.iter().map(|pixel| work.guard(*pixel)).collect();
+        let guards = work.guards(&pixels);
         let (times, fewest, most) = WITNESSES;
         let witnesses = (times * work.range() / work.wanted.error).clamp(fewest, most) as u32;
         Pilot {
-            refiner: Refiner::new(work.shading, pixels),
+            refiner: Refiner::new(&work.sampled, pixels),
             guards,
             rounds: Vec::new(),
             bound: work.wanted.error,

@@ -1,0 +1,50 @@
+//! Whether samples may be taken in a cheaper arithmetic: peeks where samples are needed are computed in it once more.
+//!
+//! What it gains is not measured here: images must not depend on the clock. Who offers an arithmetic expects a gain.
+
+use super::Work;
+use super::peek::{Peeks, distance};
+use crate::sample::image::{Cheaper, Shading};
+use osl_exec::Stop;
+
+/// Peeks without which nothing is known of what is rare.
+const ENOUGH: usize = 1024;
+/// Share of the bound that the arithmetic may be off at any of them.
+const SHARE: f32 = 0.02;
+
+impl<'a> Work<'_, 'a> {
+    /// Takes samples of pending pixels in the cheaper arithmetic from here on, if there is one and it is good enough; the bound is
+    /// then less by what it is off.
+    pub(super) fn choose_arithmetic(&mut self, peeks: &Peeks, pending: &[bool]) -> Result<(), Stop> {
+        let Some((program, options)) = self.shading.cheaper else { return Ok(()) };
+        let open = peeks.open(pending);
+        if open.len() < ENOUGH {
+            return Ok(());
+        }
+        let cheaper = Shading { program, options, cheaper: None, ..self.shading.clone() };
+        let largest = self.difference(&cheaper, peeks, &open)?;
+        if largest <= SHARE * self.wanted.error {
+            let pixels = pending.iter().filter(|pending| **pending).count() as u64;
+            self.chosen = Some(Cheaper { compared: open.len() as u64, largest, pixels });
+            self.wanted.error -= largest;
+            self.sampled = cheaper;
+        }
+        Ok(())
+    }
+
+    /// How far another way of running the shader is off some peeks at most.
+    fn difference(&mut self, other: &Shading<'_>, peeks: &Peeks, slots: &[usize]) -> Result<f32, Stop> {
+        let pixels: Vec<u32> = slots.iter().map(|slot| peeks.pixels[*slot] + self.first).collect();
+        let batch = other.batch(&pixels, 0..1, false)?;
+        self.evaluations += pixels.len() as u64;
+        let worst = |(values, blocks): (&Vec<f32>, &Vec<_>)| {
+            let one = |(slot, block): (&usize, &crate::sample::error::Block)| {
+                let (value, truth) = (block.mean(), values[*slot]);
+                // One is a number and the other none: no bound is kept.
+                if value.is_finite() == truth.is_finite() { distance(value, truth) } else { f32::INFINITY }
+            };
+            slots.iter().zip(blocks).map(one).fold(0.0, f32::max)
+        };
+        Ok(peeks.values.iter().zip(&batch.blocks).map(worst).fold(0.0, f32::max))
+    }
+}
