@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
@@ -16,6 +17,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::error::ImageError;
+use crate::exr_zip;
 use crate::file::Unsaved;
 
 /// What the planes of a layer mean, which decides the names of its channels.
@@ -252,6 +254,14 @@ fn write_rows(
         .into_par_iter()
         .map(|block| {
             let lines = block * together..rows.min((block + 1) * together);
+            if matches!(header.compression, Compression::ZIP1 | Compression::ZIP16) {
+                let row = |line: usize| planes.iter().map(move |plane| &plane[line * width..][..width]);
+                let all: Vec<&[f32]> = lines.clone().flat_map(row).collect();
+                let y_coordinate = (first + lines.start) as i32;
+                let compressed_pixels_le = exr_zip::block(&all, samples);
+                let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le };
+                return Ok(Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(block) });
+            }
             let mut data = Vec::with_capacity(lines.len() * width * header.channels.bytes_per_pixel);
             for line in lines.clone() {
                 for plane in planes {

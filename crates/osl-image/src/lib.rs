@@ -13,6 +13,7 @@ mod channels_out;
 mod error;
 mod exr_in;
 mod exr_out;
+mod exr_zip;
 mod file;
 mod filter;
 mod footprint;

@@ -107,6 +107,22 @@ fn half_rounds_to_nearest() {
 }
 
 #[test]
+fn halves_come_back_whether_they_compress_or_not() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("h.exr");
+    let options = ExrOptions { samples: SampleType::Half, ..FLOAT };
+    let noise = |i: u32| (i.wrapping_mul(0x9e37_79b9) >> 17) as f32;
+    for plane in
+        [(0..50 * 40).map(|i| (i % 50) as f32).collect::<Vec<f32>>(), (0..50 * 40).map(noise).collect()]
+    {
+        write_exr(&path, 50, 40, &[scalar("a", &plane), scalar("b", &plane)], options).unwrap();
+        let rounded = plane.iter().map(|v| half::f16::from_f32(*v).to_f32());
+        let back = read_image(&path).unwrap().samples;
+        assert!(back.chunks(2).map(|pixel| (pixel[0], pixel[1])).eq(rounded.map(|v| (v, v))));
+    }
+}
+
+#[test]
 fn the_same_values_give_the_same_bytes() {
     let dir = tempfile::tempdir().unwrap();
     let plane: Vec<f32> = (0..200 * 200).map(|i| (i as f32).sqrt()).collect();

@@ -10,6 +10,7 @@
 
 use osl::pipeline;
 use osl_exec::{Frame, PointSource, Program, RunOptions, Services};
+use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
 use osl_measure::sample::{
     Adaptive, Filter, FilterKind, Image, MaxError, Pattern, Rate, Shading, adaptive, at_rate, max_error,
@@ -17,19 +18,19 @@ use osl_measure::sample::{
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 
-fn compile(text: &str) -> Program {
+fn compile(text: &str, arithmetic: Arithmetic) -> Program {
     let checked = pipeline::check("test.osl", text, &NoFiles, &Options::default());
     let program = checked.program.expect("no errors");
     let body = pipeline::lower(&program, &[]).expect("lowers");
     let varying = Grid::new(2, 2).varying().to_vec();
-    let options = passes::Options { varying, slopes: Vec::new(), ..passes::Options::default() };
+    let options = passes::Options { varying, slopes: Vec::new(), arithmetic, ..passes::Options::default() };
     pipeline::finish(body, &options).program
 }
 
 /// Calls `work` with the shader of a text on a grid.
 fn shading<T>(text: &str, grid: &Grid, filter: Filter, work: impl FnOnce(&Shading<'_>) -> T) -> T {
     let (services, options) = (Services::default(), RunOptions::default());
-    let program = compile(text);
+    let program = compile(text, Arithmetic::Strict);
     work(&Shading {
         program: &program,
         services: &services,
@@ -211,6 +212,33 @@ fn an_error_bound_gives_the_same_image_whatever_the_threads() {
         };
         assert_eq!(image(1), image(3));
     });
+}
+
+/// Rough everywhere, so that all pixels need samples.
+fn rough(of: &str) -> String {
+    format!("shader s(output float r = 0) {{ r = 0.5 + 0.5 * sin({of} * noise(\"hash\", 1e4 * P)); }}")
+}
+
+#[test]
+fn samples_are_cheaper_where_that_is_good_enough() {
+    let grid = Grid::new(128, 128);
+    // Sines of large angles are no longer good in fast arithmetic.
+    for (text, error, good) in
+        [(rough("3"), 0.1, true), (rough("3"), 1e-5, false), (rough("1e6"), 0.1, false)]
+    {
+        let fast = compile(&text, Arithmetic::Fast);
+        let options = RunOptions { arithmetic: Arithmetic::Fast, ..RunOptions::default() };
+        shading(&text, &grid, Filter::default(), |s| {
+            let offered = Shading { cheaper: Some((&fast, &options)), ..s.clone() };
+            let image = max_error(&offered, 0..128, MaxError { error, most: 1024.min((1e3 * error) as u32) });
+            let image = image.unwrap();
+            assert_eq!(image.tally.cheaper.is_some(), good, "{text} {error} {:?}", image.tally);
+            if let Some(cheaper) = image.tally.cheaper {
+                assert!(cheaper.compared >= 1024 && cheaper.largest > 0.0 && cheaper.largest < 0.02 * error);
+                assert!(cheaper.pixels > 16000, "{cheaper:?}");
+            }
+        });
+    }
 }
 
 #[test]
