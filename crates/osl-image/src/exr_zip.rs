@@ -14,20 +14,24 @@ const LEVEL: u8 = 1;
 /// The samples of some lines, compressed, or plainly where that is no shorter: what a block of the file holds. `rows` are
 /// those of all channels, line by line.
 pub(crate) fn block(rows: &[&[f32]], samples: SampleType) -> Vec<u8> {
-    let count: usize = rows.iter().map(|row| row.len()).sum();
-    let bytes = count * if samples == SampleType::Half { 2 } else { 4 };
-    let mut apart = Vec::with_capacity(bytes);
-    match samples {
-        SampleType::Float => {
-            let words = || rows.iter().flat_map(|row| row.iter()).map(|v| v.to_bits());
-            apart.extend(words().flat_map(|w| [w as u8, (w >> 16) as u8]));
-            apart.extend(words().flat_map(|w| [(w >> 8) as u8, (w >> 24) as u8]));
-        }
-        SampleType::Half => {
-            let words: Vec<u16> =
-                rows.iter().flat_map(|row| row.iter()).map(|v| f16::from_f32(*v).to_bits()).collect();
-            apart.extend(words.iter().map(|w| *w as u8));
-            apart.extend(words.iter().map(|w| (*w >> 8) as u8));
+    let each = if samples == SampleType::Half { 2 } else { 4 };
+    let bytes = each * rows.iter().map(|row| row.len()).sum::<usize>();
+    let mut apart = vec![0; bytes];
+    // Bytes at even places of the file, and those at odd ones.
+    let (mut even, mut odd) = apart.split_at_mut(bytes / 2);
+    for row in rows {
+        let (even_row, even_rest) = std::mem::take(&mut even).split_at_mut(each / 2 * row.len());
+        let (odd_row, odd_rest) = std::mem::take(&mut odd).split_at_mut(each / 2 * row.len());
+        (even, odd) = (even_rest, odd_rest);
+        let places = even_row.chunks_exact_mut(each / 2).zip(odd_row.chunks_exact_mut(each / 2)).zip(*row);
+        for ((even, odd), value) in places {
+            if samples == SampleType::Half {
+                let [low, high] = f16::from_f32(*value).to_le_bytes();
+                (even[0], odd[0]) = (low, high);
+            } else {
+                let [a, b, c, d] = value.to_le_bytes();
+                (even[0], odd[0], even[1], odd[1]) = (a, b, c, d);
+            }
         }
     }
     // The first byte stays as it is.
@@ -38,7 +42,7 @@ pub(crate) fn block(rows: &[&[f32]], samples: SampleType) -> Vec<u8> {
     if deflated.len() < bytes { deflated } else { together(&apart) }
 }
 
-/// The bytes in their order, from those at even places and those at odd ones.
+/// The bytes in their order.
 fn together(apart: &[u8]) -> Vec<u8> {
     let (first, second) = apart.split_at(apart.len() / 2);
     first.iter().zip(second).flat_map(|(a, b)| [*a, *b]).collect()
