@@ -6,6 +6,7 @@ use std::path::Path;
 
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
+use rayon::prelude::*;
 
 use crate::error::ImageError;
 use crate::exr_out::{check_plane, check_size};
@@ -66,8 +67,9 @@ pub fn write_png(
     };
     let stored = quantized(planes, width * height, options);
     let mut bytes = Vec::new();
-    // `check_size` made sure that both fit.
-    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Default, FilterType::Adaptive);
+    // `check_size` made sure that both fit. The fast compression takes a third of the
+    // time and a third more bytes.
+    let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
     let encoded = encoder.write_image(&stored, width as u32, height as u32, color_type);
     encoded.map_err(|error| ImageError::format(path, format!("cannot encode PNG: {error}")))?;
     file::replace(path, &bytes)
@@ -75,17 +77,18 @@ pub fn write_png(
 
 /// The samples pixel by pixel, in the byte order of this machine, as the encoder wants them.
 fn quantized(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
-    let mut stored = Vec::with_capacity(n_pixels * planes.len() * 2);
-    for pixel in 0..n_pixels {
-        for (index, plane) in planes.iter().enumerate() {
+    let bytes = if options.depth == BitDepth::Eight { 1 } else { 2 };
+    let mut stored = vec![0; n_pixels * planes.len() * bytes];
+    stored.par_chunks_mut(planes.len() * bytes).with_min_len(4096).enumerate().for_each(|(pixel, stored)| {
+        for (index, (plane, stored)) in planes.iter().zip(stored.chunks_exact_mut(bytes)).enumerate() {
             let value = plane[pixel];
             let transfer =
                 if index % 2 == 1 && index + 1 == planes.len() { Transfer::Linear } else { options.transfer };
             match options.depth {
-                BitDepth::Eight => stored.push(transfer.quantize(value, 255) as u8),
-                BitDepth::Sixteen => stored.extend(transfer.quantize(value, 65535).to_ne_bytes()),
+                BitDepth::Eight => stored.fill(transfer.quantize(value, 255) as u8),
+                BitDepth::Sixteen => stored.copy_from_slice(&transfer.quantize(value, 65535).to_ne_bytes()),
             }
         }
-    }
+    });
     stored
 }

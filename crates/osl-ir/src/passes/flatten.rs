@@ -80,20 +80,8 @@ fn weight(op: LaneOp) -> usize {
         L::X | L::Y | L::Z | L::Triple | L::Splat => 0,
         L::FDiv | L::FDivBy | L::Sqrt | L::InverseSqrt | L::Mod | L::Smoothstep | L::Linearstep => 4,
         L::MMul | L::MInverse | L::MDet | L::Blackbody | L::Wavelength => 100,
-        L::Fmod
-        | L::Pow
-        | L::Exp
-        | L::Exp2
-        | L::Expm1
-        | L::Log
-        | L::Log2
-        | L::Log10
-        | L::Sin
-        | L::Cos
-        | L::Tan => 16,
-        L::Asin | L::Acos | L::Atan | L::Atan2 | L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc => {
-            16
-        }
+        L::Fmod => 16,
+        op if op.is_approximated() => 16,
         L::HsvToRgb
         | L::HslToRgb
         | L::YiqToRgb
