@@ -14,58 +14,69 @@ fn op(name: &str) -> LaneOp {
     LaneOp::ALL.iter().copied().find(|op| op.text() == name).expect("a lane operation")
 }
 
-/// What is wrong with a function at those of some words that its bound speaks of: how many are beyond it, and the worst,
-/// as a share of what is allowed.
-fn check(isa: Isa, bound: &Bound, words: &[u32]) -> (usize, f64, f32) {
+/// How a function compares with its bound: how many are beyond it, and the worst, as a share of what is allowed, and where.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    beyond: usize,
+    worst: f64,
+    at: f32,
+}
+
+impl Found {
+    fn worse(self, other: Found) -> Found {
+        let worst = if other.worst > self.worst { other } else { self };
+        Found { beyond: self.beyond + other.beyond, ..worst }
+    }
+}
+
+/// What is wrong with a function at those of some words that its bound speaks of, for each instruction set.
+fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Found> {
     let call = |x: &f32| (bound.from..=bound.to).contains(x);
     let kept: Vec<f32> = words.iter().map(|w| f32::from_bits(*w)).filter(call).collect();
     let (n, op) = (kept.len(), op(bound.name));
     if n == 0 {
-        return (0, 0.0, 0.0);
+        return vec![Found::default(); isas.len()];
     }
-    let args: Vec<u32> = kept.iter().map(|x| x.to_bits()).collect();
-    let mut got = vec![0; n];
-    lanes::one::<Fast>(isa, op, &args, &mut got, n);
     let args: Vec<u64> = kept.iter().map(|x| f64::from(*x).to_bits()).collect();
     let mut exact = vec![0; n];
-    lanes::one::<Double>(isa, op, &args, &mut exact, n);
-    let mut worst = (0, 0.0, 0.0);
-    for ((x, got), exact) in kept.iter().zip(got).zip(exact) {
-        let (got, exact) = (f64::from(f32::from_bits(got)), f64::from_bits(exact));
-        let share = match (got - exact).abs() / (bound.absolute + bound.relative * exact.abs()) {
-            _ if got == exact => 0.0,
-            share if share.is_nan() => f64::INFINITY,
-            share => share,
+    lanes::one::<Double>(Isa::detect(), op, &args, &mut exact, n);
+    let args: Vec<u32> = kept.iter().map(|x| x.to_bits()).collect();
+    let mut got = vec![0; n];
+    let compare = |isa: &Isa| {
+        lanes::one::<Fast>(*isa, op, &args, &mut got, n);
+        let one = |((x, got), exact): ((&f32, &u32), &u64)| {
+            let (got, exact) = (f64::from(f32::from_bits(*got)), f64::from_bits(*exact));
+            let share = match (got - exact).abs() / (bound.absolute + bound.relative * exact.abs()) {
+                _ if got == exact => 0.0,
+                share if share.is_nan() => f64::INFINITY,
+                share => share,
+            };
+            Found { beyond: usize::from(share > 1.0), worst: share, at: *x }
         };
-        worst.0 += usize::from(share > 1.0);
-        if share > worst.1 {
-            (worst.1, worst.2) = (share, *x);
-        }
-    }
-    worst
+        kept.iter().zip(&got).zip(&exact).map(one).fold(Found::default(), Found::worse)
+    };
+    isas.iter().map(compare).collect()
 }
 
 /// Checks all functions at every `step`th float, and yields what is beyond the bounds.
 fn all(step: usize) -> Vec<String> {
+    let isas = Isa::all();
     let mut wrong = Vec::new();
     for bound in BOUNDS {
-        for isa in Isa::all() {
-            let blocks = (1_usize << 32).div_ceil(step * LANES);
-            let found = (0..blocks).into_par_iter().map(|block| {
-                let start = block * LANES * step;
-                let words = (0..LANES).map(|i| start + i * step).take_while(|w| *w < 1 << 32);
-                check(isa, bound, &words.map(|w| w as u32).collect::<Vec<u32>>())
-            });
-            let worse = |a: (usize, f64, f32), b: (usize, f64, f32)| {
-                let (share, x) = if b.1 > a.1 { (b.1, b.2) } else { (a.1, a.2) };
-                (a.0 + b.0, share, x)
-            };
-            let (count, share, x) = found.reduce(|| (0, 0.0, 0.0), worse);
-            let line = format!("{} {isa:?}: {share:.3} of the bound at {x:e}, {count} beyond", bound.name);
+        let blocks = (1_usize << 32).div_ceil(step * LANES);
+        let found = (0..blocks).into_par_iter().map(|block| {
+            let start = block * LANES * step;
+            let words = (0..LANES).map(|i| start + i * step).take_while(|w| *w < 1 << 32);
+            check(&isas, bound, &words.map(|w| w as u32).collect::<Vec<u32>>())
+        });
+        let none = || vec![Found::default(); isas.len()];
+        let worse = |a: Vec<Found>, b: Vec<Found>| a.into_iter().zip(b).map(|(a, b)| a.worse(b)).collect();
+        for (isa, Found { beyond, worst, at }) in isas.iter().zip(found.reduce(none, worse)) {
+            let line = format!("{} {isa:?}: {worst:.3} of the bound at {at:e}, {beyond} beyond", bound.name);
             if step == 1 {
                 eprintln!("{line}");
             }
-            if count > 0 {
+            if beyond > 0 {
                 wrong.push(line);
             }
         }

@@ -1,6 +1,6 @@
 //! A trade-off as one HTML page that needs nothing else: for each output a plot, the table and pictures of errors.
 
-use super::{Output, Trade};
+use super::{Error, Output, Row, Trade};
 use crate::markup::escape;
 use std::fmt::Write;
 
@@ -39,6 +39,35 @@ table{border-collapse:collapse;font-variant-numeric:tabular-nums}td,th{padding:.
 td:first-child,th:first-child{text-align:left}tr.front{background:#eef4ff;font-weight:600}\
 figure{display:inline-block;margin:.8rem 1rem 0 0}figcaption{font-size:12px}img{image-rendering:pixelated;width:160px}\
 svg text{font:11px system-ui,sans-serif;fill:#1c2430}</style>\n";
+
+/// Where names stand in a plot: beside their dots, and not over one another nor over dots.
+struct Labels {
+    /// Left, right, top, bottom.
+    taken: Vec<[f64; 4]>,
+}
+
+impl Labels {
+    /// No names yet, beside some dots.
+    fn beside(dots: impl Iterator<Item = (f64, f64)>) -> Labels {
+        Labels { taken: dots.map(|(x, y)| [x - 5.0, x + 5.0, y - 5.0, y + 5.0]).collect() }
+    }
+
+    /// Where the name of a dot begins, if there is room for it.
+    fn place(&mut self, x: f64, y: f64, letters: usize) -> Option<(f64, f64)> {
+        let width = 6.0 * letters as f64;
+        let beside = [(7.0, 3.5), (-width - 7.0, 3.5), (7.0, -7.0), (7.0, 14.0), (-width - 7.0, -7.0)];
+        let free = |(left, base): &(f64, f64)| {
+            let own = [*left, left + width, base - 9.0, base + 2.0];
+            let apart = |other: &[f64; 4]| {
+                own[0] > other[1] || own[1] < other[0] || own[2] > other[3] || own[3] < other[2]
+            };
+            *left > 60.0 && *base > 20.0 && *base < 300.0 && self.taken.iter().all(apart)
+        };
+        let found = beside.map(|(dx, dy)| (x + dx, y + dy)).into_iter().find(free)?;
+        self.taken.push([found.0, found.0 + width, found.1 - 9.0, found.1 + 2.0]);
+        Some(found)
+    }
+}
 
 /// A logarithmic axis over some values.
 struct Axis {
@@ -105,17 +134,22 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
     }
     let _ =
         write!(page, "<polyline points=\"{line}\" fill=\"none\" stroke=\"#2f6fde\" stroke-width=\"1.5\"/>");
-    for (at, (row, error)) in trade.rows.iter().zip(&output.errors).enumerate() {
+    let dots = || trade.rows.iter().zip(&output.errors).enumerate();
+    let place = |row: &Row, error: &Error| (x.place(row.ns_per_pixel), y.place(error.rms));
+    let mut labels = Labels::beside(dots().map(|(_, (row, error))| place(row, error)));
+    // Those on the front have their names first.
+    let on_front = |(at, _): &(usize, _)| output.front.contains(at);
+    for (at, (row, error)) in dots().filter(on_front).chain(dots().filter(|dot| !on_front(dot))) {
         let fill = if output.front.contains(&at) { "#2f6fde" } else { "#fff" };
         let name = escape(&format!("{}, {}", row.variant, row.setting));
-        let (px, py) = (x.place(row.ns_per_pixel), y.place(error.rms));
+        let (px, py) = place(row, error);
         let _ = write!(
             page,
-            "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"#2f6fde\"><title>{name}</title></circle>\
-             <text x=\"{:.1}\" y=\"{:.1}\">{name}</text>",
-            px + 7.0,
-            py + 3.5
+            "<circle cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"4\" fill=\"{fill}\" stroke=\"#2f6fde\"><title>{name}</title></circle>"
         );
+        if let Some((x, y)) = labels.place(px, py, name.len()) {
+            let _ = write!(page, "<text x=\"{x:.1}\" y=\"{y:.1}\">{name}</text>");
+        }
     }
     page.push_str("</svg>");
 }

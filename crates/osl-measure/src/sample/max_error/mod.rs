@@ -36,6 +36,8 @@ pub struct MaxError {
     pub most: u32,
 }
 
+/// Pixels around a peek that failed where a lattice was to be trusted, along each axis, that are left unsettled.
+const REACH: usize = 4;
 /// Pixels between those of the coarsest lattice.
 const COARSE: usize = 4;
 /// Share of the pixels that may be off.
@@ -264,6 +266,12 @@ impl<'a> Work<'_, 'a> {
             trust.limit = most;
         }
         self.settle(step, trust.limit, pending);
+        // What a peek has seen by chance may be larger than its pixel.
+        for (slot, (estimate, error)) in open.iter().zip(&tried) {
+            if *estimate <= trust.limit && above(*error, CLOSE * self.wanted.error) {
+                peeks.reopen(*slot, self.width, REACH, pending);
+            }
+        }
         let failed = trust.failed as f32 / peeks.count().max(1) as f32;
         Ok(Found { off: trust.passed_over as f32 * share, failed })
     }

@@ -41,6 +41,16 @@ impl Peeks {
         (0..self.pixels.len()).filter(|slot| pending[self.pixels[*slot] as usize]).collect()
     }
 
+    /// Makes the surroundings of a peek pending again, so many pixels along each axis.
+    pub(super) fn reopen(&self, slot: usize, width: usize, reach: usize, pending: &mut [bool]) {
+        let pixel = self.pixels[slot] as usize;
+        let (x, y) = (pixel % width, pixel / width);
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        for row in pending.chunks_mut(width).take(y + reach + 1).skip(y.saturating_sub(reach)) {
+            row[columns.clone()].fill(true);
+        }
+    }
+
     /// Marks what a lattice needs at some peeks.
     pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<bool> {
         let mut needed = vec![false; work.known.len()];
