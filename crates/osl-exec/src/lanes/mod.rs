@@ -58,6 +58,9 @@ pub(crate) struct LaneCall<'a, W> {
     parts: usize,
 }
 
+/// Elements of a matrix.
+const ELEMENTS: usize = 16;
+
 /// One part of a call.
 struct Part<'a, W> {
     args: [Arg<'a, W>; MAX_ARGS],
@@ -67,6 +70,23 @@ struct Part<'a, W> {
 }
 
 impl<W: Word> LaneCall<'_, W> {
+    /// A matrix with another element, copied element by element. `None` unless its place is the same for all lanes, as where
+    /// a matrix is made of sixteen numbers.
+    #[inline(always)]
+    fn with_element(&mut self) -> Option<()> {
+        let (n, stride) = (self.n, self.stride);
+        let [matrix, Arg::Same(row), Arg::Same(column), value] = self.args else { return None };
+        let [row, column] = [row, column].map(|words| <i32 as Lane<W>>::same(words).clamp(0, 3) as usize);
+        for (element, out) in self.out.chunks_mut(stride.max(1)).take(ELEMENTS).enumerate() {
+            let (arg, at) = if element == 4 * row + column { (value, 0) } else { (matrix, element) };
+            match arg {
+                Arg::Each(words) => out[..n].copy_from_slice(&words[at * stride..][..n]),
+                Arg::Same(words) => out[..n].fill(words[at]),
+            }
+        }
+        Some(())
+    }
+
     /// Calls `run` with each part.
     #[inline(always)]
     fn each_part(self, run: impl Fn(Part<'_, W>)) {
@@ -407,7 +427,10 @@ macro_rules! stamp {
             type Output = ();
             #[inline(always)]
             fn run(self) {
-                let call = self.0;
+                let mut call = self.0;
+                if call.op == LaneOp::MSet && call.with_element().is_some() {
+                    return;
+                }
                 match call.op {
                     $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
                 }
