@@ -9,7 +9,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Frame, Isa, Native, Run, RunOptions};
+use osl_exec::{Frame, Isa, Native, PointSource, Run, RunOptions};
 use osl_ir::passes::{self, Pass};
 use osl_scene::Grid;
 use osl_tests::run;
@@ -176,6 +176,38 @@ fn any_slice() {
                 .find(|p| p.output == plane.output && p.component == plane.component)
                 .unwrap();
             assert_eq!(got.words, plane.words, "{name} {}", plane.output);
+        }
+    }
+}
+
+/// An element is set by copies where its place is the same for all lanes, and lane by lane where it is not.
+#[test]
+fn elements_of_matrices_are_set_alike_in_either_way() {
+    let text = "shader s(output int off = 0) {
+        int none = (int)(u * 1e-30);
+        for (int r = 0; r < 4; r++) for (int c = 0; c < 4; c++) {
+            matrix a = matrix(u, v, 3, 4, 5, u * v, 7, 8, 9, 10, v - u, 12, 13, 14, 15, u + v);
+            matrix b = a;
+            a[r][c] = v + 100;
+            b[r + none][c + none] = v + 100;
+            matrix d = 2;
+            matrix e = d;
+            d[r][c] = u;
+            e[r + none][c + none] = u;
+            off += a != b || d != e || a[r][c] != v + 100;
+        }
+    }";
+    for batch in [7, 256, 1024] {
+        for isa in Isa::all() {
+            for without in [Vec::new(), vec![Pass::Fold, Pass::Unroll, Pass::Algebra]] {
+                let varying = grid().varying().to_vec();
+                let passes = passes::Options { varying, without, ..passes::Options::default() };
+                let compiled = run::compile("elements", text, &[], &passes).unwrap();
+                let options = RunOptions { batch: Some(batch), isa, ..RunOptions::default() };
+                let frame =
+                    osl_exec::run(&compiled.program, &run::services(), &grid(), &options, &|_| ()).unwrap();
+                assert!(frame.planes[0].words.iter().all(|off| *off == 0), "{batch} {isa:?}");
+            }
         }
     }
 }

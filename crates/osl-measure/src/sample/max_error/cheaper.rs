@@ -4,6 +4,7 @@
 
 use super::Work;
 use super::peek::{Peeks, distance};
+use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
 use osl_exec::Stop;
 
@@ -37,8 +38,8 @@ impl<'a> Work<'_, 'a> {
         let pixels: Vec<u32> = slots.iter().map(|slot| peeks.pixels[*slot] + self.first).collect();
         let batch = other.batch(&pixels, 0..1, false)?;
         self.evaluations += pixels.len() as u64;
-        let worst = |(values, blocks): (&Vec<f32>, &Vec<_>)| {
-            let one = |(slot, block): (&usize, &crate::sample::error::Block)| {
+        let worst = |(values, blocks): (&Vec<f32>, &Vec<Block>)| {
+            let one = |(slot, block): (&usize, &Block)| {
                 let (value, truth) = (block.mean(), values[*slot]);
                 // One is a number and the other none: no bound is kept.
                 if value.is_finite() == truth.is_finite() { distance(value, truth) } else { f32::INFINITY }

@@ -301,10 +301,8 @@ impl<'a> Work<'_, 'a> {
     /// What the coarsest lattice says of the surroundings of pixels, by their numbers in the image.
     fn guards(&self, pixels: &[u32]) -> Vec<f32> {
         let bends = self.bends(COARSE);
-        let place = |pixel: &u32| {
-            ((pixel - self.first) as usize % self.width, (pixel - self.first) as usize / self.width)
-        };
-        pixels.iter().map(place).map(|(x, y)| bends.at([x, y])).collect()
+        let within = pixels.iter().map(|pixel| (pixel - self.first) as usize);
+        within.map(|at| bends.at([at % self.width, at / self.width])).collect()
     }
 
     /// Samples the pixels that are still pending: first the pilot, then the others.
