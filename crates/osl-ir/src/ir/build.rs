@@ -1,10 +1,11 @@
 //! Writing IR: the builder that lowering and the table's composed built-ins share.
 
 use super::{
-    Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
+    Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId, Values,
 };
 use crate::numeric::known::Known;
 use osl_syntax::span::Span;
+use smallvec::smallvec;
 use std::sync::Arc;
 
 /// Appends instructions to the current block of a body.
@@ -65,7 +66,7 @@ impl Builder {
     }
 
     /// Appends an instruction.
-    pub fn push(&mut self, op: Op, results: Vec<ValueId>) {
+    pub fn push(&mut self, op: Op, results: Values) {
         let span = self.span;
         if let Some(block) = self.body.blocks.get_mut(self.current.index()) {
             block.insts.push(Inst { op, results, span });
@@ -83,7 +84,7 @@ impl Builder {
 
     fn one(&mut self, kind: Kind, op: Op) -> ValueId {
         let result = self.fresh(kind);
-        self.push(op, vec![result]);
+        self.push(op, smallvec![result]);
         result
     }
 
@@ -116,7 +117,7 @@ impl Builder {
     /// A lane operation; the kind of its result follows from its shape and arguments.
     pub fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
         let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
-        self.one(kind, Op::Lane(op, args.to_vec()))
+        self.one(kind, Op::Lane(op, args.into()))
     }
 
     /// How a value changes along an axis.
@@ -126,22 +127,22 @@ impl Builder {
     }
 
     /// A kernel with results of the given kinds.
-    pub fn kernel_of(&mut self, kernel: Kernel, args: &[ValueId], results: &[Kind]) -> Vec<ValueId> {
-        let results: Vec<ValueId> = results.iter().map(|kind| self.fresh(*kind)).collect();
-        self.push(Op::Kernel(kernel, args.to_vec()), results.clone());
+    pub fn kernel_of(&mut self, kernel: Kernel, args: &[ValueId], results: &[Kind]) -> Values {
+        let results: Values = results.iter().map(|kind| self.fresh(*kind)).collect();
+        self.push(Op::Kernel(kernel, args.into()), results.clone());
         results
     }
 
     /// A kernel with one result.
     pub fn kernel(&mut self, kernel: Kernel, args: &[ValueId], result: Kind) -> ValueId {
-        self.one(result, Op::Kernel(kernel, args.to_vec()))
+        self.one(result, Op::Kernel(kernel, args.into()))
     }
 
     /// Notes what the source does, if that is wanted.
     pub(crate) fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
         if self.notes {
             let note = note(&self.body);
-            self.push(Op::Kernel(Kernel::Note(note), args.to_vec()), Vec::new());
+            self.push(Op::Kernel(Kernel::Note(note), args.into()), Values::new());
         }
     }
 
@@ -153,7 +154,7 @@ impl Builder {
 
     /// Writes a scalar slot.
     pub fn store(&mut self, slot: SlotId, value: ValueId) {
-        self.push(Op::Store(slot, value), Vec::new());
+        self.push(Op::Store(slot, value), Values::new());
     }
 
     /// Reads an array element; the index is clamped into the array.
@@ -166,7 +167,7 @@ impl Builder {
     /// Writes an array element; the index is clamped into the array.
     pub fn store_element(&mut self, slot: SlotId, index: ValueId, value: ValueId) {
         let index = self.clamped(slot, index);
-        self.push(Op::StoreElement(slot, index, value), Vec::new());
+        self.push(Op::StoreElement(slot, index, value), Values::new());
     }
 
     fn clamped(&mut self, slot: SlotId, index: ValueId) -> ValueId {
@@ -195,8 +196,8 @@ impl Builder {
     ) {
         let (then, ()) = self.in_block(then);
         let (otherwise, ()) = self.in_block(otherwise);
-        let op = Op::If { cond, then, otherwise, then_yields: Vec::new(), else_yields: Vec::new() };
-        self.push(op, Vec::new());
+        let op = Op::If { cond, then, otherwise, then_yields: Values::new(), else_yields: Values::new() };
+        self.push(op, Values::new());
     }
 
     /// Runs `work` with a new block as the current one.

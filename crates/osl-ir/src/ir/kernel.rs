@@ -10,7 +10,7 @@ use osl_syntax::span::Span;
 use std::sync::Arc;
 
 /// A function that needs more than a lane's arithmetic.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
     /// A noise field. Arguments: one float for each dimension up to 2; a triple for 3; a triple and a float
     /// for 4; then, if `periodic`, the periods in the same form; then, if `tangents`, the tangents of the coordinates
@@ -177,7 +177,7 @@ pub enum Kernel {
 }
 
 /// What the source does at a place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Note {
     /// A variable gets a value: the value, and before it the index where it is an element of an array.
     Set(Arc<str>),
@@ -197,7 +197,7 @@ pub enum Note {
 }
 
 /// The value of a message.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct MessageForm {
     /// Its type in words: what has to be the same where it is set and where it is asked for.
     pub ty: Arc<str>,
@@ -208,7 +208,7 @@ pub struct MessageForm {
 }
 
 /// What an argument of `printf` and the like is.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Shape {
     /// Kind of its values.
     pub kind: Kind,
@@ -219,7 +219,7 @@ pub struct Shape {
 }
 
 /// Where printed text goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sink {
     /// Standard output.
     Print,

@@ -22,6 +22,7 @@ pub use print::print;
 
 use crate::hir::Global;
 use osl_syntax::span::Span;
+use smallvec::SmallVec;
 use std::sync::Arc;
 
 macro_rules! ids {
@@ -102,6 +103,9 @@ pub struct Value {
     pub span: Span,
 }
 
+/// Values of an instruction, in order. Most have one to four, which need no storage of their own.
+pub type Values = SmallVec<[ValueId; 4]>;
+
 /// A constant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Const {
@@ -175,7 +179,7 @@ pub struct Inst {
     /// What it does.
     pub op: Op,
     /// The values that it defines.
-    pub results: Vec<ValueId>,
+    pub results: Values,
     /// The source that it comes from.
     pub span: Span,
 }
@@ -194,12 +198,12 @@ pub enum Op {
     /// pass replaces it. No effect.
     Derivative(ValueId, Axis),
     /// A function of one lane, see [`LaneOp`]. One result. No effect.
-    Lane(LaneOp, Vec<ValueId>),
+    Lane(LaneOp, Values),
     /// A function that needs more than a lane's arithmetic, see [`Kernel`]. Effects: the kernel's.
-    Kernel(Kernel, Vec<ValueId>),
+    Kernel(Kernel, Values),
     /// Values as their points share them. Points at which all of the values are equal, bit by bit, are in the same cell
     /// of this group. A result for each value. No effect.
-    Share(u16, Vec<ValueId>),
+    Share(u16, Values),
     /// Reads a scalar slot.
     Load(SlotId),
     /// Writes a scalar slot at the points that run.
@@ -218,23 +222,23 @@ pub enum Op {
         /// Run where it is false.
         otherwise: BlockId,
         /// The results' values from `then`.
-        then_yields: Vec<ValueId>,
+        then_yields: Values,
         /// The results' values from `otherwise`.
-        else_yields: Vec<ValueId>,
+        else_yields: Values,
     },
     /// Runs the body at least once; a point stops after the round in which `cond` was 0. The results are its
     /// `next` values of that round.
     Loop {
         /// Values of the parameters in the first round.
-        init: Vec<ValueId>,
+        init: Values,
         /// Parameters: values defined by the loop for its body.
-        params: Vec<ValueId>,
+        params: Values,
         /// The body.
         body: BlockId,
         /// Whether to go on, computed in the body.
         cond: ValueId,
         /// Values of the parameters in the next round.
-        next: Vec<ValueId>,
+        next: Values,
     },
 }
 
@@ -398,7 +402,7 @@ impl Op {
 
     /// Replaces each value that the operation reads.
     pub fn replace_uses(&mut self, mut with: impl FnMut(ValueId) -> ValueId) {
-        let mut all = |list: &mut Vec<ValueId>| list.iter_mut().for_each(|v| *v = with(*v));
+        let mut all = |list: &mut Values| list.iter_mut().for_each(|v| *v = with(*v));
         match self {
             Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
             Op::Lane(_, args) | Op::Kernel(_, args) | Op::Share(_, args) => all(args),

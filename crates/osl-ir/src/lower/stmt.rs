@@ -3,7 +3,7 @@
 use super::flow::{self, Flow};
 use super::{LoopFlags, Lowerer};
 use crate::hir::{Expr, Stmt, StmtKind};
-use crate::ir::{BlockId, Kind, LaneOp, Note, Op, SlotId, ValueId};
+use crate::ir::{BlockId, Kind, LaneOp, Note, Op, SlotId, ValueId, Values};
 use osl_syntax::span::Span;
 
 impl Lowerer<'_> {
@@ -76,8 +76,8 @@ impl Lowerer<'_> {
     ) {
         let then = self.in_block(then);
         let otherwise = self.in_block(otherwise);
-        let op = Op::If { cond, then, otherwise, then_yields: Vec::new(), else_yields: Vec::new() };
-        self.b.push(op, Vec::new());
+        let op = Op::If { cond, then, otherwise, then_yields: Values::new(), else_yields: Values::new() };
+        self.b.push(op, Values::new());
     }
 
     pub(super) fn in_block(&mut self, work: impl FnOnce(&mut Self)) -> BlockId {
@@ -203,9 +203,14 @@ impl Lowerer<'_> {
             frame.loops.pop();
         }
         self.at(span);
-        let op =
-            Op::Loop { init: Vec::new(), params: Vec::new(), body: block, cond: again, next: Vec::new() };
-        self.b.push(op, Vec::new());
+        let op = Op::Loop {
+            init: Values::new(),
+            params: Values::new(),
+            body: block,
+            cond: again,
+            next: Values::new(),
+        };
+        self.b.push(op, Values::new());
     }
 
     fn loop_test(&mut self, cond: Option<&Expr>) -> ValueId {

@@ -5,13 +5,22 @@
 //! root of the lower, and a root is below a number exactly where its argument is below a threshold. Only distances
 //! that are used in no other way are rewritten, such as those of which a search keeps the least. Needs the rates.
 
-use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Rate, Source, Value, ValueId};
+use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Rate, Source, Value, ValueId, Values};
 use rustc_hash::FxHashMap;
+use smallvec::smallvec;
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
-    each_block(body, &mut |body, id| lowers(body, id));
-    super::dce::run(body);
+    let mut changed = false;
+    each_block(body, &mut |body, id| changed |= lowers(body, id));
+    let mut insts = body.blocks.iter().flat_map(|block| &block.insts);
+    let distances = insts.any(|inst| matches!(inst.op, Op::Lane(LaneOp::Distance, _)));
+    if changed || distances {
+        super::dce::run(body);
+    }
+    if !distances {
+        return;
+    }
     let mut roots = Roots::of(body);
     each_block(body, &mut |body, id| roots.block(body, id));
     if !roots.squares.is_empty() {
@@ -34,8 +43,9 @@ fn each_block(body: &mut Body, rewrite: &mut dyn FnMut(&mut Body, BlockId)) {
     }
 }
 
-/// Choices between the two numbers that their condition compares.
-fn lowers(body: &mut Body, id: BlockId) {
+/// Choices between the two numbers that their condition compares. Tells whether there were any.
+fn lowers(body: &mut Body, id: BlockId) -> bool {
+    let mut changed = false;
     let mut compared: FxHashMap<ValueId, (LaneOp, ValueId, ValueId)> = FxHashMap::default();
     for inst in &mut body.blocks[id.index()].insts {
         let Op::Lane(op, args) = &mut inst.op else { continue };
@@ -51,12 +61,14 @@ fn lowers(body: &mut Body, id: BlockId) {
                     Some((LaneOp::FGt, x, y)) if (x, y) == (a, b) => LaneOp::Max,
                     _ => continue,
                 };
-                *args = vec![*a, *b];
+                *args = smallvec![*a, *b];
                 *op = rewritten;
+                changed = true;
             }
             _ => {}
         }
     }
+    changed
 }
 
 struct Roots {
@@ -112,9 +124,9 @@ impl Roots {
                     }
                     (LaneOp::Lower, [a, b]) => {
                         if let Some((a, b)) = self.square(*a, &mut write).zip(self.square(*b, &mut write)) {
-                            let square = write.lane(LaneOp::Lower, vec![a, b]);
+                            let square = write.lane(LaneOp::Lower, smallvec![a, b]);
                             self.squares.insert(result, square);
-                            inst.op = Op::Lane(LaneOp::Root, vec![square]);
+                            inst.op = Op::Lane(LaneOp::Root, smallvec![square]);
                         }
                     }
                     (LaneOp::FLt | LaneOp::FLe | LaneOp::FGt | LaneOp::FGe, [a, b]) => {
@@ -164,7 +176,7 @@ impl Roots {
             least_with_root_of(c.next_up()).next_down()
         };
         let limit = write.constant(limit);
-        Some(Op::Lane(op, vec![x, limit]))
+        Some(Op::Lane(op, smallvec![x, limit]))
     }
 }
 
@@ -193,7 +205,7 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    fn lane(&mut self, op: LaneOp, args: Vec<ValueId>) -> ValueId {
+    fn lane(&mut self, op: LaneOp, args: Values) -> ValueId {
         let uniform = args.iter().all(|a| self.body.value(*a).rate == Rate::Uniform);
         let rate = if uniform { Rate::Uniform } else { Rate::Varying };
         self.inst(Op::Lane(op, args), rate)
@@ -207,7 +219,7 @@ impl Writer<'_> {
         let kind = crate::ir::Kind::Float;
         self.body.values.push(Value { kind, rate, span: self.span });
         let result = ValueId(self.body.values.len() as u32 - 1);
-        self.out.push(Inst { op, results: vec![result], span: self.span });
+        self.out.push(Inst { op, results: smallvec![result], span: self.span });
         result
     }
 }

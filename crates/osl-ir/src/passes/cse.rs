@@ -1,41 +1,47 @@
 //! Each value is computed once: an instruction whose equal ran before on the same path takes its result.
 
 use super::Renaming;
-use crate::ir::{BlockId, Body, Const, Kernel, LaneOp, Op, ValueId};
+use crate::ir::{BlockId, Body, Const, Kernel, Kind, LaneOp, Op, ValueId, Values};
 use rustc_hash::FxHashMap;
+use smallvec::{SmallVec, smallvec};
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
-    let mut cse = Cse { renaming: Renaming::default(), known: FxHashMap::default(), log: Vec::new() };
+    let renaming = Renaming::default();
+    let mut cse = Cse { renaming, known: FxHashMap::default(), log: Vec::new(), nested: false };
+    cse.known.reserve(body.block(body.entry).insts.len());
     cse.block(body, body.entry);
     super::fold::rename_outputs(body, &cse.renaming);
 }
 
-/// What makes two instructions equal. Constants compare by their bits.
+/// What makes two instructions equal. Kept small, for there are as many as instructions.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
-    Bits(&'static str, Vec<u32>),
+    /// The bits of a constant that is no string.
+    Bits(Kind, SmallVec<[u32; 4]>),
     Text(std::sync::Arc<str>),
     Global(crate::hir::Global),
     Slope(crate::hir::Global, crate::ir::Axis),
-    Lane(LaneOp, Vec<ValueId>),
-    Kernel(String, Vec<ValueId>),
+    Lane(LaneOp, Values),
+    Kernel(Box<Kernel>, Values),
     Derivative(ValueId, crate::ir::Axis),
 }
 
 struct Cse {
     renaming: Renaming,
-    known: FxHashMap<Key, Vec<ValueId>>,
-    /// Keys added, to forget where the path that computed them ends.
+    known: FxHashMap<Key, Values>,
+    /// Keys added in nested blocks, to forget where the path that computed them ends.
     log: Vec<Key>,
+    /// Within a nested block.
+    nested: bool,
 }
 
 impl Cse {
     fn block(&mut self, body: &mut Body, id: BlockId) {
         let mark = self.log.len();
-        let insts = std::mem::take(&mut body.blocks[id.index()].insts);
-        let mut kept = Vec::with_capacity(insts.len());
-        for mut inst in insts {
+        let outer = std::mem::replace(&mut self.nested, id != body.entry);
+        let mut insts = std::mem::take(&mut body.blocks[id.index()].insts);
+        insts.retain_mut(|inst| {
             inst.op.replace_uses(|v| self.renaming.get(v));
             match &mut inst.op {
                 Op::If { then, otherwise, then_yields, else_yields, .. } => {
@@ -52,7 +58,7 @@ impl Cse {
                 // It only held tangents back.
                 Op::Lane(LaneOp::Still, args) if args.len() == inst.results.len() => {
                     self.renaming.set(inst.results[0], args[0]);
-                    continue;
+                    return false;
                 }
                 op => {
                     if let Some(key) = key(op) {
@@ -61,16 +67,19 @@ impl Cse {
                             for (result, earlier) in inst.results.iter().zip(earlier) {
                                 self.renaming.set(*result, *earlier);
                             }
-                            continue;
+                            return false;
                         }
-                        self.known.insert(key.clone(), inst.results.clone());
-                        self.log.push(key);
+                        if self.nested {
+                            self.log.push(key.clone());
+                        }
+                        self.known.insert(key, inst.results.clone());
                     }
                 }
             }
-            kept.push(inst);
-        }
-        body.blocks[id.index()].insts = kept;
+            true
+        });
+        body.blocks[id.index()].insts = insts;
+        self.nested = outer;
         for key in self.log.split_off(mark) {
             self.known.remove(&key);
         }
@@ -78,14 +87,9 @@ impl Cse {
 }
 
 fn key(op: &Op) -> Option<Key> {
-    let bits = |n: &[f32]| n.iter().map(|x| x.to_bits()).collect();
     Some(match op {
-        Op::Const(Const::Int(n)) => Key::Bits("int", vec![*n as u32]),
-        Op::Const(Const::Float(x)) => Key::Bits("float", bits(&[*x])),
-        Op::Const(Const::Triple(t)) => Key::Bits("triple", bits(t)),
-        Op::Const(Const::Matrix(m)) => Key::Bits("matrix", bits(&m[..])),
         Op::Const(Const::Str(s)) => Key::Text(s.clone()),
-        Op::Const(Const::Null) => Key::Bits("null", Vec::new()),
+        Op::Const(constant) => Key::Bits(constant.kind(), bits(constant)),
         Op::Global(global) => Key::Global(*global),
         Op::Slope(global, axis) => Key::Slope(*global, *axis),
         Op::Lane(op, args) => Key::Lane(*op, args.clone()),
@@ -94,7 +98,7 @@ fn key(op: &Op) -> Option<Key> {
         {
             return None;
         }
-        Op::Kernel(kernel, args) => Key::Kernel(kernel_key(kernel), args.clone()),
+        Op::Kernel(kernel, args) => Key::Kernel(Box::new(kernel.clone()), args.clone()),
         Op::Derivative(v, axis) => Key::Derivative(*v, *axis),
         // Memory may change between two loads.
         Op::Load(_) | Op::Store(..) | Op::LoadElement(..) | Op::StoreElement(..) => return None,
@@ -102,6 +106,13 @@ fn key(op: &Op) -> Option<Key> {
     })
 }
 
-fn kernel_key(kernel: &Kernel) -> String {
-    format!("{kernel:?}")
+fn bits(constant: &Const) -> SmallVec<[u32; 4]> {
+    let words = |n: &[f32]| n.iter().map(|x| x.to_bits()).collect();
+    match constant {
+        Const::Int(n) => smallvec![*n as u32],
+        Const::Float(x) => words(&[*x]),
+        Const::Triple(t) => words(t),
+        Const::Matrix(m) => words(&m[..]),
+        Const::Str(_) | Const::Null => SmallVec::new(),
+    }
 }

@@ -1,12 +1,16 @@
 //! Removes what no output needs: values, results of branches, loop parameters, stores to arrays that nobody
 //! reads.
 
-use crate::ir::{BlockId, Body, Inst, Op, SlotId, Source, ValueId};
+use crate::ir::{BlockId, Body, Inst, Op, SlotId, Source, ValueId, Values};
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
-    let mut needs = Needs { of_values: Graph::default(), of_slots: Graph::default(), of_blocks: Vec::new() };
-    needs.of_blocks.resize(body.blocks.len(), None);
+    let mut needs = Needs {
+        nodes: Vec::with_capacity(4 * body.values.len()),
+        of_values: vec![Range::default(); body.values.len()],
+        of_slots: vec![Vec::new(); body.slots.len()],
+        of_blocks: vec![None; body.blocks.len()],
+    };
     let mut work = Vec::new();
     needs.block(body, body.entry, &mut work);
     work.extend(body.outputs.iter().map(|output| match output.source {
@@ -36,32 +40,33 @@ enum Node {
     Block(BlockId),
 }
 
-/// What each of some things needs.
-#[derive(Default)]
-struct Graph(Vec<Vec<Node>>);
+/// Part of the list of nodes, from and to.
+type Range = (usize, usize);
 
-impl Graph {
-    fn add(&mut self, from: usize, needs: impl IntoIterator<Item = Node>) {
-        if self.0.len() <= from {
-            self.0.resize_with(from + 1, Vec::new);
-        }
-        self.0[from].extend(needs);
-    }
-}
-
-/// What values, arrays and blocks need.
+/// What values, arrays and blocks need: ranges of one list, since a list for each value would cost more than all else.
 struct Needs {
-    of_values: Graph,
-    of_slots: Graph,
+    nodes: Vec<Node>,
+    of_values: Vec<Range>,
+    of_slots: Vec<Vec<Range>>,
     /// The condition and the block around a nested block.
     of_blocks: Vec<Option<(ValueId, BlockId)>>,
 }
 
 impl Needs {
+    fn nodes(&self, range: Range) -> &[Node] {
+        self.nodes.get(range.0..range.1).unwrap_or(&[])
+    }
+
     fn follow(&self, node: Node, work: &mut Vec<Node>) {
         match node {
-            Node::Value(v) => work.extend(self.of_values.0.get(v.index()).into_iter().flatten().copied()),
-            Node::Slot(s) => work.extend(self.of_slots.0.get(s.index()).into_iter().flatten().copied()),
+            Node::Value(v) => {
+                let range = self.of_values.get(v.index()).copied().unwrap_or_default();
+                work.extend_from_slice(self.nodes(range));
+            }
+            Node::Slot(s) => {
+                let ranges = self.of_slots.get(s.index()).into_iter().flatten();
+                ranges.for_each(|range| work.extend_from_slice(self.nodes(*range)));
+            }
             Node::Block(b) => {
                 if let Some((cond, around)) = self.of_blocks.get(b.index()).copied().flatten() {
                     work.extend([Node::Value(cond), Node::Block(around)]);
@@ -70,8 +75,15 @@ impl Needs {
         }
     }
 
-    fn values(&mut self, results: &[ValueId], needs: &[Node]) {
-        results.iter().for_each(|r| self.of_values.add(r.index(), needs.iter().copied()));
+    /// Notes what values need that are defined together: the nodes behind `start`.
+    fn values(&mut self, results: &[ValueId], start: usize) -> Range {
+        let range = (start, self.nodes.len());
+        for result in results {
+            if let Some(of_value) = self.of_values.get_mut(result.index()) {
+                *of_value = range;
+            }
+        }
+        range
     }
 
     /// Notes what the instructions of a block need; those that nobody has to ask for become work.
@@ -82,11 +94,14 @@ impl Needs {
     }
 
     fn inst(&mut self, body: &Body, inst: &Inst, here: BlockId, work: &mut Vec<Node>) {
+        let start = self.nodes.len();
         match &inst.op {
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 for ((r, a), b) in inst.results.iter().zip(then_yields).zip(else_yields) {
-                    self.values(&[*r], &[*a, *b, *cond].map(Node::Value));
-                    self.values(&[*r], &[Node::Block(here)]);
+                    let start = self.nodes.len();
+                    self.nodes.extend([*a, *b, *cond].map(Node::Value));
+                    self.nodes.push(Node::Block(here));
+                    self.values(&[*r], start);
                 }
                 for side in [*then, *otherwise] {
                     self.of_blocks[side.index()] = Some((*cond, here));
@@ -95,30 +110,33 @@ impl Needs {
             }
             Op::Loop { init, params, body: inner, cond, next } => {
                 for (((r, p), i), n) in inst.results.iter().zip(params).zip(init).zip(next) {
-                    self.values(&[*r, *p], &[Node::Value(*i), Node::Value(*n), Node::Block(*inner)]);
+                    let start = self.nodes.len();
+                    self.nodes.extend([Node::Value(*i), Node::Value(*n), Node::Block(*inner)]);
+                    self.values(&[*r, *p], start);
                 }
                 self.of_blocks[inner.index()] = Some((*cond, here));
                 self.block(body, *inner, work);
             }
             op => {
-                let mut needs = vec![Node::Block(here)];
-                op.for_each_use(|v| needs.push(Node::Value(v)));
-                let mut written = None;
+                self.nodes.push(Node::Block(here));
+                op.for_each_use(|v| self.nodes.push(Node::Value(v)));
+                let (mut written, mut effect) = (None, false);
                 match op {
-                    Op::Load(slot) | Op::LoadElement(slot, _) => needs.push(Node::Slot(*slot)),
+                    Op::Load(slot) | Op::LoadElement(slot, _) => self.nodes.push(Node::Slot(*slot)),
                     Op::Store(slot, _) | Op::StoreElement(slot, ..) => written = Some(*slot),
                     Op::Kernel(kernel, _) => {
-                        needs.extend(kernel.reads().map(Node::Slot));
+                        self.nodes.extend(kernel.reads().map(Node::Slot));
                         written = kernel.writes();
-                        if kernel.has_effect() {
-                            work.extend(needs.iter().copied());
-                        }
+                        effect = kernel.has_effect();
                     }
                     _ => {}
                 }
-                self.values(&inst.results, &needs);
-                if let Some(slot) = written {
-                    self.of_slots.add(slot.index(), needs);
+                let range = self.values(&inst.results, start);
+                if effect {
+                    work.extend_from_slice(self.nodes(range));
+                }
+                if let Some(of_slot) = written.and_then(|slot| self.of_slots.get_mut(slot.index())) {
+                    of_slot.push(range);
                 }
             }
         }
@@ -174,47 +192,41 @@ impl Live {
 }
 
 fn sweep(body: &mut Body, id: BlockId, live: &Live) {
-    let insts = std::mem::take(&mut body.blocks[id.index()].insts);
-    let mut kept = Vec::with_capacity(insts.len());
-    for mut inst in insts {
-        let keep = match &mut inst.op {
-            Op::If { then, otherwise, then_yields, else_yields, .. } => {
-                sweep(body, *then, live);
-                sweep(body, *otherwise, live);
-                let wanted: Vec<bool> = inst.results.iter().map(|r| live.is_live(*r)).collect();
-                for list in [then_yields, else_yields, &mut inst.results] {
-                    retain(list, &wanted);
-                }
-                !inst.results.is_empty()
-                    || !body.block(*then).insts.is_empty()
-                    || !body.block(*otherwise).insts.is_empty()
+    let mut insts = std::mem::take(&mut body.blocks[id.index()].insts);
+    insts.retain_mut(|inst| match &mut inst.op {
+        Op::If { then, otherwise, then_yields, else_yields, .. } => {
+            sweep(body, *then, live);
+            sweep(body, *otherwise, live);
+            let wanted: Vec<bool> = inst.results.iter().map(|r| live.is_live(*r)).collect();
+            for list in [then_yields, else_yields, &mut inst.results] {
+                retain(list, &wanted);
             }
-            Op::Loop { init, params, body: inner, next, .. } => {
-                let stays = inst.results.iter().any(|r| live.is_live(*r)) || live.effect_inside(body, *inner);
-                if stays {
-                    sweep(body, *inner, live);
-                }
-                let wanted: Vec<bool> = inst
-                    .results
-                    .iter()
-                    .zip(params.iter())
-                    .map(|(r, p)| live.is_live(*r) || live.is_live(*p))
-                    .collect();
-                for list in [init, params, next, &mut inst.results] {
-                    retain(list, &wanted);
-                }
-                stays
-            }
-            op => live.has_effect(op) || inst.results.iter().any(|r| live.is_live(*r)),
-        };
-        if keep {
-            kept.push(inst);
+            !inst.results.is_empty()
+                || !body.block(*then).insts.is_empty()
+                || !body.block(*otherwise).insts.is_empty()
         }
-    }
-    body.blocks[id.index()].insts = kept;
+        Op::Loop { init, params, body: inner, next, .. } => {
+            let stays = inst.results.iter().any(|r| live.is_live(*r)) || live.effect_inside(body, *inner);
+            if stays {
+                sweep(body, *inner, live);
+            }
+            let wanted: Vec<bool> = inst
+                .results
+                .iter()
+                .zip(params.iter())
+                .map(|(r, p)| live.is_live(*r) || live.is_live(*p))
+                .collect();
+            for list in [init, params, next, &mut inst.results] {
+                retain(list, &wanted);
+            }
+            stays
+        }
+        op => live.has_effect(op) || inst.results.iter().any(|r| live.is_live(*r)),
+    });
+    body.blocks[id.index()].insts = insts;
 }
 
-fn retain(list: &mut Vec<ValueId>, wanted: &[bool]) {
+fn retain(list: &mut Values, wanted: &[bool]) {
     let mut flags = wanted.iter();
     list.retain(|_| flags.next().copied().unwrap_or(false));
 }

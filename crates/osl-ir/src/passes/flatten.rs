@@ -2,6 +2,7 @@
 //! is faster than masks. Needs the rates, since a uniform condition is better branched on.
 
 use crate::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId};
+use smallvec::smallvec;
 
 /// Operations that both sides together may have.
 const MAX_OPERATIONS: usize = 40;
@@ -27,7 +28,7 @@ fn block(body: &mut Body, id: BlockId) {
                     for ((r, a), b) in inst.results.iter().zip(&then_yields).zip(&else_yields) {
                         kept.push(Inst {
                             op: choose(body, cond, *a, *b),
-                            results: vec![*r],
+                            results: smallvec![*r],
                             span: inst.span,
                         });
                     }
@@ -48,7 +49,7 @@ fn block(body: &mut Body, id: BlockId) {
 
 fn choose(body: &Body, cond: ValueId, a: ValueId, b: ValueId) -> Op {
     let op = crate::ir::choose_op(body.kind(a));
-    Op::Lane(op, vec![cond, a, b])
+    Op::Lane(op, smallvec![cond, a, b])
 }
 
 fn is_cheap(body: &Body, then: BlockId, otherwise: BlockId) -> bool {

@@ -4,8 +4,9 @@
 use super::Renaming;
 use crate::builtins::color_path;
 use crate::ir::{
-    BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId,
+    BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId, Values,
 };
+use smallvec::smallvec;
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
@@ -59,7 +60,7 @@ pub(super) fn only_meaning(body: &mut Body) {
     // A loop of one round is folded twice: what has a known divisor may be a constant in the end.
     for (result, op) in divided {
         if let Some(found) = operations.get_mut(result.index()) {
-            *found = Some(Op::Lane(op, Vec::new()));
+            *found = Some(Op::Lane(op, Values::new()));
         }
     }
     for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
@@ -90,7 +91,7 @@ struct Fold {
     /// The constant that a value is.
     known: Vec<Option<Const>>,
     /// The lane operation that computes a value.
-    lanes: Vec<Option<(LaneOp, Vec<ValueId>)>>,
+    lanes: Vec<Option<(LaneOp, Values)>>,
     /// Results of operations whose divisor is known, and what they became.
     divided: Vec<(ValueId, LaneOp)>,
 }
@@ -206,7 +207,7 @@ impl Fold {
         body.values.push(Value { kind, rate: Rate::Varying, span });
         let result = ValueId(body.values.len() as u32 - 1);
         self.note(result, &op);
-        kept.push(Inst { op, results: vec![result], span });
+        kept.push(Inst { op, results: smallvec![result], span });
         result
     }
 
@@ -214,7 +215,7 @@ impl Fold {
         &mut self,
         body: &mut Body,
         op: LaneOp,
-        args: Vec<ValueId>,
+        args: Values,
         span: osl_syntax::span::Span,
         kept: &mut Vec<Inst>,
     ) -> Outcome {
@@ -249,7 +250,7 @@ impl Fold {
                         };
                     }
                 }
-                Outcome::Keep(Op::Lane(LaneOp::Triple, parts.to_vec()))
+                Outcome::Keep(Op::Lane(LaneOp::Triple, Values::from_slice(&parts)))
             }
             (LaneOp::Fmod, _, [_, Some(_)]) if !self.settled => {
                 Outcome::Keep(Op::Lane(LaneOp::FmodExact, args))
@@ -283,7 +284,7 @@ impl Fold {
             (Some(Const::Triple(t)), _) => Outcome::Constant(Const::Float(t[index])),
             (_, Some((LaneOp::Triple, parts))) if parts.len() == 3 => Outcome::Same(parts[index]),
             (_, Some((LaneOp::Splat, [part]))) => Outcome::Same(*part),
-            _ => Outcome::Keep(Op::Lane(op, vec![triple])),
+            _ => Outcome::Keep(Op::Lane(op, smallvec![triple])),
         }
     }
 
@@ -320,7 +321,7 @@ impl Fold {
             || matches!(self.constant(value), Some(Const::Int(0 | 1)))
     }
 
-    fn kernel(&mut self, kernel: Kernel, args: Vec<ValueId>) -> Outcome {
+    fn kernel(&mut self, kernel: Kernel, args: Values) -> Outcome {
         let name = |at: usize| match args.get(at).and_then(|a| self.constant(*a)) {
             Some(Const::Str(s)) => Some(&**s),
             _ => None,
@@ -331,7 +332,7 @@ impl Fold {
                     Some(field) => {
                         // Options belong to Gabor noise alone; they stand behind the coordinates.
                         let words = kernel.coordinates().len() * if periodic { 2 } else { 1 };
-                        let mut kept = args.get(1..=words).unwrap_or(&[]).to_vec();
+                        let mut kept = Values::from_slice(args.get(1..=words).unwrap_or(&[]));
                         kept.extend_from_slice(args.get(1 + words + options.len()..).unwrap_or(&[]));
                         let kernel = Kernel::Noise { field, dims, triple, periodic, tangents };
                         Outcome::Keep(Op::Kernel(kernel, kept))
@@ -357,7 +358,7 @@ impl Fold {
     fn color(
         &mut self,
         body: &mut Body,
-        args: Vec<ValueId>,
+        args: Values,
         span: osl_syntax::span::Span,
         kept: &mut Vec<Inst>,
     ) -> Outcome {
@@ -377,7 +378,7 @@ impl Fold {
         };
         let mut value = color;
         for lane in first.iter().chain(second) {
-            value = match self.lane_op(body, *lane, vec![value], span, kept) {
+            value = match self.lane_op(body, *lane, smallvec![value], span, kept) {
                 Outcome::Same(value) => value,
                 Outcome::Keep(op) => self.add(body, op, Kind::Triple, span, kept),
                 Outcome::Constant(c) => self.add(body, Op::Const(c), Kind::Triple, span, kept),
@@ -401,8 +402,8 @@ impl Fold {
         self.block(body, then);
         self.block(body, otherwise);
         then_yields.iter_mut().chain(&mut else_yields).for_each(|v| *v = self.renaming.get(*v));
-        let mut results = Vec::new();
-        let (mut a_kept, mut b_kept) = (Vec::new(), Vec::new());
+        let mut results = Values::new();
+        let (mut a_kept, mut b_kept) = (Values::new(), Values::new());
         let mut truths = Vec::new();
         for ((result, a), b) in inst.results.into_iter().zip(then_yields).zip(else_yields) {
             if a == b {
@@ -424,7 +425,7 @@ impl Fold {
                 cond
             } else {
                 let zero = self.add(body, Op::Const(Const::Int(0)), Kind::Int, inst.span, kept);
-                self.add(body, Op::Lane(LaneOp::INe, vec![cond, zero]), Kind::Int, inst.span, kept)
+                self.add(body, Op::Lane(LaneOp::INe, smallvec![cond, zero]), Kind::Int, inst.span, kept)
             };
             self.renaming.set(result, truth);
         }
@@ -445,13 +446,12 @@ impl Fold {
             }
         }
         self.block(body, inner);
-        let pick = |list: Vec<ValueId>, f: &Self| -> Vec<ValueId> {
+        let pick = |list: Values, f: &Self| -> Values {
             list.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| f.renaming.get(v)).collect()
         };
         let (init, next, cond) = (pick(init, self), pick(next, self), self.renaming.get(cond));
-        let params: Vec<ValueId> =
-            params.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| v).collect();
-        let results: Vec<ValueId> =
+        let params: Values = params.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| v).collect();
+        let results: Values =
             inst.results.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| v).collect();
         if matches!(self.constant(cond), Some(Const::Int(0))) {
             // One round: the parameters are copies of their first values.

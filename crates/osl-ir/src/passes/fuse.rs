@@ -6,6 +6,7 @@
 
 use crate::ir::{BlockId, Body, LaneOp, Op, Source, ValueId};
 use rustc_hash::FxHashMap;
+use smallvec::smallvec;
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
@@ -52,12 +53,12 @@ fn fuse(body: &mut Body, id: BlockId, uses: &[u32]) -> bool {
             (LaneOp::FAdd, [x, y]) => {
                 let found = product(x).map(|p| (p, *y)).or_else(|| product(y).map(|p| (p, *x)));
                 let Some(((a, b), c)) = found else { continue };
-                (*op, *args) = (LaneOp::FMulAdd, vec![a, b, c]);
+                (*op, *args) = (LaneOp::FMulAdd, smallvec![a, b, c]);
                 changed = true;
             }
             (LaneOp::FSub, [c, y]) => {
                 let Some((a, b)) = product(y) else { continue };
-                (*op, *args) = (LaneOp::FMulSub, vec![a, b, *c]);
+                (*op, *args) = (LaneOp::FMulSub, smallvec![a, b, *c]);
                 changed = true;
             }
             _ => {}

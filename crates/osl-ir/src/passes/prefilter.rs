@@ -19,6 +19,7 @@ use crate::ir::{
 };
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
+use smallvec::smallvec;
 
 /// Runs the pass before derivatives are written. Footprints are `scale` times those of a pixel.
 pub(super) fn run(body: &mut Body, scale: f32) {
@@ -68,13 +69,13 @@ impl Writer<'_> {
 
     fn push(&mut self, op: Op, kind: Kind) -> ValueId {
         let result = self.fresh(kind);
-        self.out.push(Inst { op, results: vec![result], span: self.span });
+        self.out.push(Inst { op, results: smallvec![result], span: self.span });
         result
     }
 
     fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
         let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
-        self.push(Op::Lane(op, args.to_vec()), kind)
+        self.push(Op::Lane(op, args.into()), kind)
     }
 
     fn float(&mut self, x: f32) -> ValueId {
@@ -365,8 +366,12 @@ impl Writer<'_> {
         }
         for ((result, a), b) in inst.results.iter().zip(then_yields).zip(else_yields) {
             let op = crate::ir::choose_op(self.body.kind(*a));
-            let args = vec![cond, *a, *b];
-            self.out.push(Inst { op: Op::Lane(op, args.clone()), results: vec![*result], span: inst.span });
+            let args = smallvec![cond, *a, *b];
+            self.out.push(Inst {
+                op: Op::Lane(op, args.clone()),
+                results: smallvec![*result],
+                span: inst.span,
+            });
             self.widen(op, &args, *result);
         }
     }

@@ -5,6 +5,7 @@
 
 use crate::hir::Global;
 use crate::ir::{BlockId, Body, Op, Rate, ValueId};
+use smallvec::SmallVec;
 
 /// Runs the pass. `varying` and `slopes`: the globals that differ from point to point, and those whose change from pixel to pixel does.
 pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
@@ -14,7 +15,7 @@ pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
         slopes,
         values,
         slots,
-        demotes: vec![Vec::new(); values + slots + body.blocks.len()],
+        demotes: vec![Edges::new(); values + slots + body.blocks.len()],
         work: Vec::new(),
     };
     flow.block(body, body.entry);
@@ -24,7 +25,7 @@ pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
         if let Some(flag) = varies.get_mut(node)
             && !std::mem::replace(flag, true)
         {
-            work.extend(&demotes[node]);
+            work.extend(demotes[node].iter().map(|to| *to as usize));
         }
     }
     let rate = |varying: &bool| if *varying { Rate::Varying } else { Rate::Uniform };
@@ -36,6 +37,9 @@ pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
     }
 }
 
+/// Nodes that one demotes. Most demote few, which need no storage of their own.
+type Edges = SmallVec<[u32; 4]>;
+
 /// What demotes what. Nodes are the values, then the slots, then the blocks: a block varies where some points of the
 /// batch may not run it.
 struct Flow<'a> {
@@ -43,7 +47,7 @@ struct Flow<'a> {
     slopes: &'a [Global],
     values: usize,
     slots: usize,
-    demotes: Vec<Vec<usize>>,
+    demotes: Vec<Edges>,
     /// Nodes that vary by themselves.
     work: Vec<usize>,
 }
@@ -51,7 +55,7 @@ struct Flow<'a> {
 impl Flow<'_> {
     fn edge(&mut self, from: usize, to: usize) {
         if let Some(list) = self.demotes.get_mut(from) {
-            list.push(to);
+            list.push(to as u32);
         }
     }
 

@@ -4,6 +4,7 @@
 use super::Renaming;
 use crate::ir::{BlockId, Body, Const, Inst, Kind, Op, Rate, SlotId, Source, Value, ValueId};
 use osl_syntax::span::Span;
+use smallvec::smallvec;
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
@@ -65,7 +66,7 @@ impl Ssa<'_> {
         let zero = self.fresh(kind, Span::default());
         self.zeros.push(Inst {
             op: Op::Const(Const::zero(kind)),
-            results: vec![zero],
+            results: smallvec![zero],
             span: Span::default(),
         });
         // Not logged: it holds on every path.

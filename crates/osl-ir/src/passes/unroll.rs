@@ -5,7 +5,7 @@
 //! what is constant; where a condition depends on anything else the loop stays.
 
 use super::Renaming;
-use crate::ir::{Block, BlockId, Body, Const, Inst, Op, ValueId};
+use crate::ir::{Block, BlockId, Body, Const, Inst, Op, ValueId, Values};
 use rustc_hash::FxHashMap;
 
 /// Rounds that a loop may have.
@@ -79,7 +79,7 @@ impl Unroll {
         };
         self.left -= size * rounds;
         self.changed = true;
-        let mut current: Vec<ValueId> = init.iter().map(|v| self.renaming.get(*v)).collect();
+        let mut current: Values = init.iter().map(|v| self.renaming.get(*v)).collect();
         for _ in 0..rounds {
             let mut copy =
                 Copy { map: params.iter().copied().zip(current).collect(), renaming: &self.renaming };

@@ -323,7 +323,9 @@ fn is_outside(trace: &Trace, id: NodeId) -> bool {
 fn name(what: &What) -> String {
     match what {
         What::Lane(op) => op.text().to_string(),
-        What::Kernel(kernel, _) => osl_ir::ir::Op::Kernel((**kernel).clone(), Vec::new()).name(),
+        What::Kernel(kernel, _) => {
+            osl_ir::ir::Op::Kernel((**kernel).clone(), osl_ir::ir::Values::new()).name()
+        }
         other => format!("{other:?}"),
     }
 }

@@ -338,7 +338,7 @@ impl Follower<'_> {
         inst: &Inst,
         cond: ValueId,
         sides: [BlockId; 2],
-        yields: [&Vec<ValueId>; 2],
+        yields: [&[ValueId]; 2],
         way: Way,
     ) -> Result<(), Full> {
         let cond = self.of(cond);

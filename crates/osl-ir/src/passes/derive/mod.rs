@@ -13,11 +13,12 @@ mod vectors;
 use super::Renaming;
 use crate::hir::Global;
 use crate::ir::{
-    Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId,
+    Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId, Values,
 };
 use crate::numeric::known::Known;
 use dual::Dual;
 use osl_syntax::span::Span;
+use smallvec::smallvec;
 
 /// Runs the pass. Tells whether there was anything to do.
 pub(super) fn run(body: &mut Body) -> bool {
@@ -173,14 +174,14 @@ impl Writer<'_> {
 
     fn push(&mut self, op: Op, kind: Kind) -> ValueId {
         let result = self.fresh(kind);
-        self.out.push(Inst { op, results: vec![result], span: self.span });
+        self.out.push(Inst { op, results: smallvec![result], span: self.span });
         result
     }
 
     /// Writes a lane operation.
     fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
         let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
-        self.push(Op::Lane(op, args.to_vec()), kind)
+        self.push(Op::Lane(op, args.into()), kind)
     }
 
     fn float(&mut self, x: f32) -> ValueId {
@@ -233,7 +234,7 @@ impl Writer<'_> {
     }
 
     /// Adds the tangents of some values to the end of a block that is written already.
-    fn yields(&mut self, block: BlockId, values: &[ValueId], into: &mut Vec<ValueId>) {
+    fn yields(&mut self, block: BlockId, values: &[ValueId], into: &mut Values) {
         let outer = std::mem::take(&mut self.out);
         for v in values {
             for axis in Axis::BOTH {
@@ -271,17 +272,17 @@ impl Writer<'_> {
                     for axis in Axis::BOTH {
                         let tangent = self.tangent_or_zero(value, axis);
                         let op = Op::StoreElement(shadows[axis as usize], index, tangent);
-                        self.out.push(Inst { op, results: Vec::new(), span: inst.span });
+                        self.out.push(Inst { op, results: Values::new(), span: inst.span });
                     }
                 }
                 self.out.push(inst);
             }
             op => {
-                let result = inst.results.first().copied();
+                let Some(result) = inst.results.first().copied().filter(|r| self.wants(*r)) else {
+                    return self.out.push(Inst { op, ..inst });
+                };
                 self.out.push(Inst { op: op.clone(), ..inst });
-                if let Some(result) = result.filter(|r| self.wants(*r)) {
-                    self.simple(&op, result);
-                }
+                self.simple(&op, result);
             }
         }
     }
@@ -330,7 +331,7 @@ impl Writer<'_> {
     fn with_tangents(&mut self, mut inst: Inst) {
         let Op::Kernel(kernel, args) = &mut inst.op else { return };
         *kernel = kernel.clone().with_tangents();
-        let coordinates: Vec<ValueId> = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
+        let coordinates = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
         for axis in Axis::BOTH {
             for coordinate in &coordinates {
                 let tangent = self.tangent_or_zero(*coordinate, axis);
@@ -346,7 +347,7 @@ impl Writer<'_> {
         let Op::Kernel(Kernel::Texture { footprint, tangents, .. }, args) = &mut inst.op else { return };
         if !*footprint {
             *footprint = true;
-            let coordinates: Vec<ValueId> = args.iter().skip(1).take(2).copied().collect();
+            let coordinates: Values = args.iter().skip(1).take(2).copied().collect();
             for axis in Axis::BOTH {
                 for coordinate in &coordinates {
                     let tangent = self.tangent_or_zero(*coordinate, axis);
@@ -354,7 +355,7 @@ impl Writer<'_> {
                 }
             }
         }
-        let channels: Vec<ValueId> = inst.results.iter().take(2).copied().collect();
+        let channels: Values = inst.results.iter().take(2).copied().collect();
         if channels.iter().any(|r| self.wants(*r)) {
             *tangents = true;
             for channel in channels {
@@ -369,7 +370,7 @@ impl Writer<'_> {
         self.block(*then);
         self.block(*otherwise);
         then_yields.iter_mut().chain(else_yields.iter_mut()).for_each(|v| *v = self.renaming.get(*v));
-        let pick = |list: &[ValueId], w: &Self| -> Vec<ValueId> {
+        let pick = |list: &[ValueId], w: &Self| -> Values {
             inst.results.iter().zip(list).filter(|(r, _)| w.wants(**r)).map(|(_, v)| *v).collect()
         };
         let (a, b) = (pick(then_yields, self), pick(else_yields, self));
@@ -380,7 +381,7 @@ impl Writer<'_> {
     }
 
     /// Adds results for the tangents of those that want them, in the order of [`Writer::yields`].
-    fn results(&mut self, results: &mut Vec<ValueId>) {
+    fn results(&mut self, results: &mut Values) {
         for index in 0..results.len() {
             let result = results[index];
             if self.wants(result) {
@@ -389,7 +390,7 @@ impl Writer<'_> {
         }
     }
 
-    fn result_tangents(&mut self, result: ValueId, results: &mut Vec<ValueId>) {
+    fn result_tangents(&mut self, result: ValueId, results: &mut Values) {
         for axis in Axis::BOTH {
             let kind = self.body.kind(result);
             let tangent = self.fresh(kind);
@@ -413,7 +414,7 @@ impl Writer<'_> {
         }
         self.block(*body);
         next.iter_mut().chain([cond]).for_each(|v| *v = self.renaming.get(*v));
-        let again: Vec<ValueId> = wanted.iter().map(|i| next[*i]).collect();
+        let again: Values = wanted.iter().map(|i| next[*i]).collect();
         self.yields(*body, &again, next);
         self.results(&mut inst.results);
         self.out.push(inst);

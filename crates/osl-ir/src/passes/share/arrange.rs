@@ -142,7 +142,7 @@ impl Arrange<'_> {
         let (number, span) = (self.count, self.body.value(roots[0]).span);
         self.count += 1;
         self.numbers[group] = number;
-        let mut results = Vec::with_capacity(roots.len());
+        let mut results = crate::ir::Values::new();
         for root in &roots {
             let Value { kind, span, .. } = *self.body.value(*root);
             self.body.values.push(Value { kind, rate: Rate::Shared(number), span });

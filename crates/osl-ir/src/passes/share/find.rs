@@ -1,6 +1,7 @@
 //! Which instructions form groups, and what their roots are.
 
-use crate::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId};
+use crate::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId, Values};
+use smallvec::smallvec;
 
 /// Sets of groups are words of this many bits; further groups are not made.
 const MAX_GROUPS: usize = 128;
@@ -13,7 +14,7 @@ pub(super) struct Group {
     /// The block that its roots are defined in.
     pub(super) block: BlockId,
     /// Where it starts from, in the order of the program.
-    pub(super) roots: Vec<ValueId>,
+    pub(super) roots: Values,
     /// Whether it holds what is worth sharing.
     pub(super) heavy: bool,
     /// Place in the block before which its roots must be known.
@@ -279,7 +280,7 @@ impl Find<'_> {
         let group = self.groups.groups.len();
         self.groups.groups.push(Group {
             block,
-            roots: vec![v],
+            roots: smallvec![v],
             heavy: false,
             start: self.place_in(block)?,
             merged: None,
@@ -314,7 +315,10 @@ impl Find<'_> {
                     && [then, otherwise].into_iter().all(|block| {
                         self.body.block(*block).insts.iter().all(|inst| {
                             members.results.extend(
-                                inst.results.iter().filter(|r| self.body.value(**r).rate == Rate::Varying),
+                                inst.results
+                                    .iter()
+                                    .copied()
+                                    .filter(|r| self.body.value(*r).rate == Rate::Varying),
                             );
                             self.collect(inst, members)
                         })
@@ -345,7 +349,7 @@ struct Members {
     inputs: Vec<ValueId>,
     heavy: bool,
     /// What it defines.
-    results: Vec<ValueId>,
+    results: Values,
 }
 
 impl Members {
