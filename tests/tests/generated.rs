@@ -178,6 +178,11 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             for (int j = 0; j < 3; j++) for (int k = 0; k < 3; k++) {
             t = concat(concat(t, t, t), concat(t, t, (k ? \"\" : \"x\"), concat(t, \"a b\", t)), t); r = u; } }",
     ),
+    (
+        "strings of 21 points used up the room of a batch, where those of 16 did not",
+        "shader s(output string t = format(\"= %x %.3f %g\\n\", 2147483647, P, u), output float r = u) {
+            for (int i = 0; i < 7; i++) t = concat(concat(concat(t, t, t, t, t), t, t, \"tex64.png\", \"tex64.png\"), t, t, t, \"\"); }",
+    ),
 ];
 
 #[test]
