@@ -6,18 +6,38 @@
 
 use super::above;
 use super::peek::{NEVER, Tried};
+use super::scaled::Scaled;
 
 /// A number of samples and what it was worth for each pixel of the pilot. Estimates that are no numbers are of pixels that were
 /// done before.
 pub(super) struct Rung {
     pub(super) samples: u32,
     pub(super) tried: Vec<Tried>,
+    scaled: Option<Scaled>,
 }
 
 impl Rung {
+    pub(super) fn new(samples: u32, tried: Vec<Tried>, bound: f32) -> Rung {
+        let scaled = Scaled::of(&tried, bound);
+        Rung { samples, tried, scaled }
+    }
+
     /// How many pixels would be off if none had more samples.
     pub(super) fn failed(&self, bound: f32) -> f32 {
-        self.tried.iter().map(|(_, error)| likely(*error, bound)).sum()
+        self.chances(bound).iter().sum()
+    }
+
+    /// Whether errors of all pixels tell of each.
+    pub(super) fn is_scaled(&self) -> bool {
+        self.scaled.is_some()
+    }
+
+    /// By pixel, how likely it is off.
+    fn chances(&self, bound: f32) -> Vec<f32> {
+        match &self.scaled {
+            Some(scaled) => scaled.chances(bound),
+            None => self.tried.iter().map(|(_, error)| likely(*error, bound)).collect(),
+        }
     }
 }
 
@@ -45,8 +65,9 @@ const BESIDE: usize = 256;
 /// of samples for all.
 pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
     // Limits fit the pixels that they are learned from too well: those from one half are judged by the other.
-    let halves = [0, 1].map(|half| sorted(rungs, bound, |slot| slot % 2 == half));
-    let whole = sorted(rungs, bound, |_| true);
+    let chances: Vec<Vec<f32>> = rungs.iter().map(|rung| rung.chances(bound)).collect();
+    let halves = [0, 1].map(|half| sorted(rungs, &chances, |slot| slot % 2 == half));
+    let whole = sorted(rungs, &chances, |_| true);
     let most =
         rungs.last().map_or(1.0, |r| r.samples as f32) * rungs.first().map_or(1, |r| r.tried.len()) as f32;
     // From 0 to 1 the price grows, from 1 to 2 limits shrink.
@@ -56,7 +77,7 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
     };
     let judged = |care: f32| {
         let one =
-            |from: usize| off(rungs, bound, &limits(&halves[from], care).limits, |slot| slot % 2 != from);
+            |from: usize| off(rungs, &chances, &limits(&halves[from], care).limits, |slot| slot % 2 != from);
         one(0) + one(1)
     };
     let (mut low, mut high) = (0.0, 2.0);
@@ -78,15 +99,18 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
 }
 
 /// How many of some pixels are off with some limits.
-fn off(rungs: &[Rung], bound: f32, limits: &[(u32, f32)], which: impl Fn(usize) -> bool) -> f32 {
+fn off(rungs: &[Rung], chances: &[Vec<f32>], limits: &[(u32, f32)], which: impl Fn(usize) -> bool) -> f32 {
     let count = rungs.first().map_or(0, |rung| rung.tried.len());
-    let done = |slot: &usize| {
-        let mut tried = rungs.iter().zip(limits).map(|(rung, (_, limit))| (rung.tried[*slot], *limit));
+    let done = |slot: usize| {
+        let mut tried = rungs.iter().zip(chances).zip(limits);
         // What is no number was done before.
-        tried.find(|((estimate, _), limit)| !above(*estimate, *limit) || estimate.is_nan())
+        let done = |(rung, limit): (&Rung, f32)| {
+            let estimate = rung.tried[slot].0;
+            !above(estimate, limit) || estimate.is_nan()
+        };
+        tried.find(|((rung, _), (_, limit))| done((rung, *limit))).map(|((_, chances), _)| chances[slot])
     };
-    let slots = (0..count).filter(|slot| which(*slot));
-    slots.filter_map(|slot| done(&slot)).map(|((_, error), _)| likely(error, bound)).sum()
+    (0..count).filter(|slot| which(*slot)).filter_map(done).sum()
 }
 
 /// How likely a pixel is off of which the error is known as far as the pilot knows it.
@@ -97,8 +121,7 @@ fn likely(error: f32, bound: f32) -> f32 {
 
 /// The number of samples that would do for all pixels.
 pub(super) fn fixed(rungs: &[Rung], bound: f32, allowed: f32) -> Option<u32> {
-    let off = |rung: &&Rung| rung.tried.iter().filter(|(_, error)| above(*error, bound)).count() as f32;
-    rungs.iter().find(|rung| off(rung) <= allowed).map(|rung| rung.samples)
+    rungs.iter().find(|rung| rung.failed(bound) <= allowed).map(|rung| rung.samples)
 }
 
 /// A rung with some pixels by their estimates.
@@ -109,19 +132,19 @@ struct Sorted {
     off: Vec<f32>,
 }
 
-fn sorted(rungs: &[Rung], bound: f32, which: impl Fn(usize) -> bool) -> Vec<Sorted> {
-    rungs.iter().map(|rung| Sorted::new(rung, bound, &which)).collect()
+fn sorted(rungs: &[Rung], chances: &[Vec<f32>], which: impl Fn(usize) -> bool) -> Vec<Sorted> {
+    rungs.iter().zip(chances).map(|(rung, chances)| Sorted::new(rung, chances, &which)).collect()
 }
 
 impl Sorted {
-    fn new(rung: &Rung, bound: f32, which: impl Fn(usize) -> bool) -> Sorted {
+    fn new(rung: &Rung, chances: &[f32], which: impl Fn(usize) -> bool) -> Sorted {
         let estimate = |(slot, (e, _)): (usize, &Tried)| (if e.is_nan() { 0.0 } else { *e }, slot);
         let some = rung.tried.iter().enumerate().filter(|(slot, _)| which(*slot));
         let mut order: Vec<(f32, usize)> = some.map(estimate).collect();
         order.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut sums = vec![0.0_f32];
         for (_, slot) in &order {
-            sums.push(sums.last().copied().unwrap_or(0.0) + likely(rung.tried[*slot].1, bound));
+            sums.push(sums.last().copied().unwrap_or(0.0) + chances[*slot]);
         }
         let beside = (order.len() / BESIDE).max(2);
         let mut off = vec![0.0; rung.tried.len()];
@@ -191,8 +214,8 @@ mod tests {
     /// Rungs of 2 and 8 samples for a hundred pixels whose errors are their estimates.
     fn rungs(first: impl Fn(usize) -> Tried, second: impl Fn(usize) -> Tried) -> Vec<Rung> {
         vec![
-            Rung { samples: 2, tried: (0..100).map(first).collect() },
-            Rung { samples: 8, tried: (0..100).map(second).collect() },
+            Rung::new(2, (0..100).map(first).collect(), 1.0),
+            Rung::new(8, (0..100).map(second).collect(), 1.0),
         ]
     }
 

@@ -18,6 +18,7 @@ mod lattice;
 mod learn;
 mod peek;
 mod pilot;
+mod scaled;
 
 use super::adapt::{Refiner, power_below};
 use super::image::{Cheaper, Image, Shading, not_finite};

@@ -44,6 +44,8 @@ impl<'a> Work<'_, 'a> {
 /// The slowest and the fastest that squares of errors are taken to fall, as powers of the number of samples.
 const SLOWEST: f32 = 1.0;
 const FASTEST: f32 = 3.0;
+/// What may be off more than else where the sizes of errors tell.
+const SCALED: f32 = 1.2;
 /// What is slower than this has edges.
 const EDGES: f32 = 1.5;
 /// Share of the pixels that move less than those that convergence is seen in: the tail is what counts.
@@ -105,6 +107,8 @@ impl<'a> Pilot<'a> {
             let work = steps.work as f32 / count * pixels + times * self.refiner.evaluations as f32;
             fixed.is_some_and(|fixed| work <= THRIFT * fixed as f32 * all)
         };
+        // More is known then than how many are off.
+        let allowed = if rungs.iter().all(Rung::is_scaled) { SCALED * allowed } else { allowed };
         let at_least = rungs.last().map_or(0.0, |rung| rung.failed(BOLD * self.bound));
         if at_least > (NEARLY * count).max(allowed) && !last {
             return None;
@@ -137,7 +141,7 @@ impl<'a> Pilot<'a> {
         let last = self.rounds.last()?;
         let tried =
             before.tried.iter().zip(&last.estimates).map(|((_, error), e)| (*e, less * error)).collect();
-        Some(Rung { samples: last.samples, tried })
+        Some(Rung::new(last.samples, tried, self.bound))
     }
 
     /// What is known of each number of samples but the last, by the last.
@@ -150,10 +154,8 @@ impl<'a> Pilot<'a> {
                 // The truth contains these samples; without them it would be further away.
                 if share < 1.0 { moved(round, last, slot) / (1.0 - share.powf(power)).sqrt() } else { 0.0 }
             };
-            Rung {
-                samples: round.samples,
-                tried: (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect(),
-            }
+            let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
+            Rung::new(round.samples, tried, self.bound)
         };
         rounds.iter().map(rung).collect()
     }
