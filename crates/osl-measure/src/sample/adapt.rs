@@ -52,14 +52,15 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    /// Brings the active pixels to `samples`, a power of two and at least twice what they have.
-    pub(super) fn round(&mut self, samples: u32) -> Result<(), Stop> {
+    /// Brings the active pixels to `samples`, a power of two and at least twice what they have. Without an `estimate` their
+    /// errors are not known then.
+    pub(super) fn round(&mut self, samples: u32, estimate: bool) -> Result<(), Stop> {
         if self.shading.pattern.count() < samples {
             self.shading.pattern = self.shading.pattern.clone().with(samples);
         }
         let pixels: Vec<u32> =
             self.active.iter().filter_map(|slot| self.pixels.get(*slot)).copied().collect();
-        let batch = self.shading.batch(&pixels, self.samples..samples, true)?;
+        let batch = self.shading.batch(&pixels, self.samples..samples, estimate)?;
         self.active.iter().for_each(|slot| self.moved[*slot] = 0.0);
         for (sums, blocks) in self.sums.iter_mut().zip(&batch.blocks) {
             for (slot, block) in self.active.iter().zip(blocks) {
@@ -124,7 +125,7 @@ pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> 
         if refiner.active.is_empty() {
             break;
         }
-        refiner.round(samples)?;
+        refiner.round(samples, true)?;
         if guard.is_empty() {
             guard = bends(&refiner.means(), width);
         }

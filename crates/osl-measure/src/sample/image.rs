@@ -143,6 +143,20 @@ impl<'a> Shading<'a> {
         Ok(values)
     }
 
+    /// Samples of a few pixels: for each plane the values, all of a pixel's behind one another.
+    pub(super) fn samples(
+        &self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        said: &mut Frame,
+    ) -> Result<Vec<Vec<f32>>, Stop> {
+        let points = SamplePoints::new(self.surface, pixels, samples, (&self.pattern, &self.filter));
+        let frame = self.run(&points, 0..points.count())?;
+        let values = frame.planes.iter().map(Plane::floats).collect();
+        said.add(Frame { planes: Vec::new(), ..frame });
+        Ok(values)
+    }
+
     /// Samples of pixels, summed for each; with their variance if an `estimate` is wanted.
     pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>, estimate: bool) -> Result<Batch, Stop> {
         let each = samples.len().max(1);

@@ -7,6 +7,7 @@
 use super::above;
 use super::peek::{NEVER, Tried};
 use super::scaled::Scaled;
+use rayon::prelude::*;
 
 /// A number of samples and what it was worth for each pixel of the pilot. Estimates that are no numbers are of pixels that were
 /// done before.
@@ -78,7 +79,8 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
     let judged = |care: f32| {
         let one =
             |from: usize| off(rungs, &chances, &limits(&halves[from], care).limits, |slot| slot % 2 != from);
-        one(0) + one(1)
+        let (first, second) = rayon::join(|| one(0), || one(1));
+        first + second
     };
     let (mut low, mut high) = (0.0, 2.0);
     let mut failed = judged(high);
@@ -132,8 +134,8 @@ struct Sorted {
     off: Vec<f32>,
 }
 
-fn sorted(rungs: &[Rung], chances: &[Vec<f32>], which: impl Fn(usize) -> bool) -> Vec<Sorted> {
-    rungs.iter().zip(chances).map(|(rung, chances)| Sorted::new(rung, chances, &which)).collect()
+fn sorted(rungs: &[Rung], chances: &[Vec<f32>], which: impl Fn(usize) -> bool + Sync) -> Vec<Sorted> {
+    rungs.par_iter().zip(chances).map(|(rung, chances)| Sorted::new(rung, chances, &which)).collect()
 }
 
 impl Sorted {

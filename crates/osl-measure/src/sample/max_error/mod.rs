@@ -325,18 +325,24 @@ impl<'a> Work<'_, 'a> {
 
     /// Samples pixels as the pilot taught.
     fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), Stop> {
+        let mut estimates = vec![0.0; guards.len()];
         for (samples, limit) in &steps.limits {
             if refiner.active.is_empty() {
                 break;
             }
-            refiner.round(*samples)?;
-            let estimates: Vec<f32> =
-                (0..guards.len()).map(|slot| estimate(refiner, slot, guards[slot])).collect();
-            if steps.short && *limit == f32::INFINITY {
+            let last = *limit == f32::INFINITY;
+            refiner.round(*samples, !last || steps.short)?;
+            if last && steps.short {
                 let wants = |slot: &&usize| above(SURE * refiner.error(**slot), self.wanted.error);
                 self.unfinished = refiner.active.iter().filter(wants).count() as u64;
             }
-            refiner.settle(|slot, _| estimates[slot] <= *limit);
+            if !last {
+                refiner
+                    .active
+                    .iter()
+                    .for_each(|slot| estimates[*slot] = estimate(refiner, *slot, guards[*slot]));
+                refiner.settle(|slot, _| estimates[slot] <= *limit);
+            }
         }
         Ok(())
     }

@@ -132,23 +132,18 @@ impl Work<'_, '_> {
     /// How far the means of pixels are off what a lattice says, by some samples; with what these samples may be off.
     fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, Stop> {
         let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
-        let mut worst = vec![0.0_f32; pixels.len()];
-        let mut sums = vec![vec![(0.0_f32, 0.0_f32); pixels.len()]; self.values.len()];
         let samples = SECOND_LOOK.min(self.shading.pattern.count());
-        for sample in 0..samples {
-            let batch = self.shading.batch(&all, sample..sample + 1, false)?;
-            self.said.add(batch.said);
-            for ((sums, blocks), values) in sums.iter_mut().zip(&batch.blocks).zip(&self.values) {
-                for ((sum, block), pixel) in sums.iter_mut().zip(blocks).zip(pixels) {
-                    let off = block.mean() - self.at(values, self.place(*pixel, sample as usize), step);
-                    *sum = (sum.0 + off, sum.1 + off * off);
-                }
-            }
-        }
+        let seen = self.shading.samples(&all, 0..samples, &mut self.said)?;
         self.evaluations += u64::from(samples) * pixels.len() as u64;
-        let n = samples as f32;
-        for sums in &sums {
-            for (worst, (sum, squares)) in worst.iter_mut().zip(sums) {
+        let mut worst = vec![0.0_f32; pixels.len()];
+        for (seen, values) in seen.iter().zip(&self.values) {
+            for ((worst, seen), pixel) in worst.iter_mut().zip(seen.chunks(samples as usize)).zip(pixels) {
+                let (mut sum, mut squares) = (0.0_f32, 0.0_f32);
+                for (sample, value) in seen.iter().enumerate() {
+                    let off = value - self.at(values, self.place(*pixel, sample), step);
+                    (sum, squares) = (sum + off, squares + off * off);
+                }
+                let n = samples as f32;
                 let mean = sum / n;
                 let spread = ((squares / n - mean * mean).max(0.0) / n).sqrt();
                 *worst = worst.max(if mean.is_nan() { f32::INFINITY } else { mean.abs() + DOUBT * spread });

@@ -7,6 +7,7 @@ use super::{BOLD, CAREFUL, DROPPED, NEARLY, PILOT, PROMISED, THRIFT, WITNESSES, 
 use crate::sample::adapt::Refiner;
 use crate::sample::oracle::some_pixels;
 use osl_exec::Stop;
+use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
     /// Chooses some of the pixels, and samples them until they tell how the others are to be sampled. `allowed` is the share of
@@ -87,7 +88,7 @@ impl<'a> Pilot<'a> {
     /// Takes twice as many samples, and notes what they say.
     fn double(&mut self) -> Result<(), Stop> {
         let samples = (2 * self.refiner.samples).max(2);
-        self.refiner.round(samples)?;
+        self.refiner.round(samples, true)?;
         let mut estimates = vec![f32::NAN; self.guards.len()];
         for slot in &self.refiner.active {
             estimates[*slot] = estimate(&self.refiner, *slot, self.guards[*slot]);
@@ -113,13 +114,13 @@ impl<'a> Pilot<'a> {
         if at_least > (NEARLY * count).max(allowed) && !last {
             return None;
         }
+        // Where samples are no better than independent there are edges, which as few samples miss.
+        if !last && self.refiner.samples < self.witnesses && self.convergence() < EDGES {
+            return None;
+        }
         let found = steps(&rungs, BOLD * self.bound, allowed);
         if last {
             return Some(Steps { short: found.failed > allowed, ..found });
-        }
-        // Where samples are no better than independent there are edges, which as few samples miss.
-        if self.refiner.samples < self.witnesses && self.convergence() < EDGES {
-            return None;
         }
         if found.failed > allowed {
             rungs.push(self.next(&rungs)?);
@@ -157,7 +158,7 @@ impl<'a> Pilot<'a> {
             let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
             Rung::new(round.samples, tried, self.bound)
         };
-        rounds.iter().map(rung).collect()
+        rounds.par_iter().map(rung).collect()
     }
 
     /// How squares of errors fall with the number of samples, as a power of it: 1 where samples are as good as independent, 3

@@ -8,6 +8,8 @@ use super::peek::Tried;
 
 /// Pixels for each one before and behind a pixel in the order of estimates that tell the size of its error.
 const ALIKE: usize = 32;
+/// Pixels behind one another in this order that count as of one size.
+const TOGETHER: usize = 16;
 /// Pixels without which sizes say nothing.
 const MANY: usize = 1024;
 /// Shares of the bound at which it is seen whether errors are but scaled, in so many groups of pixels of like estimates, and
@@ -18,7 +20,8 @@ const CHANCE: f32 = 2.0;
 
 /// Sizes of errors, and how many times larger errors are than their size.
 pub(super) struct Scaled {
-    /// By pixel.
+    /// By pixel, the number of its size.
+    of: Vec<u32>,
     sizes: Vec<f32>,
     /// Of all pixels, ascending.
     times: Vec<f32>,
@@ -30,27 +33,39 @@ impl Scaled {
         if tried.len() < MANY || tried.iter().any(|(_, error)| !error.is_finite()) {
             return None;
         }
-        let mut order: Vec<usize> = (0..tried.len()).collect();
         // What is no number was done before.
-        let estimate = |slot: &usize| if tried[*slot].0.is_nan() { 0.0 } else { tried[*slot].0 };
-        order.sort_by(|a, b| estimate(a).total_cmp(&estimate(b)));
-        let mut scaled = Scaled { sizes: sizes(tried, &order), times: Vec::new() };
-        let times = tried.iter().zip(&scaled.sizes).filter(|(_, size)| **size > 0.0);
-        scaled.times = times.map(|((_, error), size)| error / size).collect();
-        scaled.times.sort_by(f32::total_cmp);
-        let fits = |slots: &[usize], bound: f32| {
-            let seen = slots.iter().filter(|slot| tried[**slot].1 > bound).count() as f32;
-            let said: f32 = slots.iter().map(|slot| scaled.chance(scaled.sizes[*slot], bound)).sum();
-            (seen - said).abs() <= CHANCE * said.sqrt() + 1.0
+        let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
+        let mut order: Vec<(f32, u32)> =
+            tried.iter().zip(0..).map(|((e, _), slot)| (known(*e), slot)).collect();
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let order: Vec<usize> = order.into_iter().map(|(_, slot)| slot as usize).collect();
+        let sizes = sizes(tried, &order);
+        let mut of = vec![0; tried.len()];
+        order
+            .chunks(TOGETHER)
+            .zip(0..)
+            .for_each(|(slots, size)| slots.iter().for_each(|slot| of[*slot] = size));
+        let times = tried.iter().zip(&of).filter(|(_, size)| sizes[**size as usize] > 0.0);
+        let mut times: Vec<f32> = times.map(|((_, error), size)| error / sizes[*size as usize]).collect();
+        times.sort_unstable_by(f32::total_cmp);
+        let scaled = Scaled { of, sizes, times };
+        let each = scaled.sizes.len().div_ceil(GROUPS);
+        let fits = |bound: f32| {
+            let mut groups = order.chunks(each * TOGETHER).zip(scaled.sizes.chunks(each));
+            groups.all(|(slots, sizes)| {
+                let seen = slots.iter().filter(|slot| tried[**slot].1 > bound).count() as f32;
+                let said: f32 = sizes.iter().map(|size| scaled.chance(*size, bound)).sum();
+                let said = said * slots.len() as f32 / sizes.len() as f32;
+                (seen - said).abs() <= CHANCE * said.sqrt() + 1.0
+            })
         };
-        let each = order.len().div_ceil(GROUPS);
-        let all = SHARES.iter().all(|share| order.chunks(each).all(|slots| fits(slots, share * bound)));
-        all.then_some(scaled)
+        SHARES.iter().all(|share| fits(share * bound)).then_some(scaled)
     }
 
     /// By pixel, how likely its error is above a bound.
     pub(super) fn chances(&self, bound: f32) -> Vec<f32> {
-        self.sizes.iter().map(|size| self.chance(*size, bound)).collect()
+        let chances: Vec<f32> = self.sizes.iter().map(|size| self.chance(*size, bound)).collect();
+        self.of.iter().map(|size| chances[*size as usize]).collect()
     }
 
     fn chance(&self, size: f32, bound: f32) -> f32 {
@@ -59,7 +74,7 @@ impl Scaled {
     }
 }
 
-/// By pixel, the root mean square of the errors of those of like estimates. `order`: the pixels by their estimates.
+/// The root mean square of the errors of pixels around each few in the order of their estimates.
 fn sizes(tried: &[Tried], order: &[usize]) -> Vec<f32> {
     let mut sums = vec![0.0_f64];
     let mut sum = 0.0;
@@ -68,12 +83,11 @@ fn sizes(tried: &[Tried], order: &[usize]) -> Vec<f32> {
         sums.push(sum);
     }
     let beside = tried.len() / ALIKE;
-    let mut sizes = vec![0.0; tried.len()];
-    for (at, slot) in order.iter().enumerate() {
-        let (from, to) = (at.saturating_sub(beside), (at + beside + 1).min(order.len()));
-        sizes[*slot] = ((sums[to] - sums[from]).max(0.0) / (to - from) as f64).sqrt() as f32;
-    }
-    sizes
+    let size = |at: usize| {
+        let (from, to) = (at.saturating_sub(beside), (at + TOGETHER + beside).min(order.len()));
+        ((sums[to] - sums[from]).max(0.0) / (to - from) as f64).sqrt() as f32
+    };
+    (0..order.len()).step_by(TOGETHER).map(size).collect()
 }
 
 #[cfg(test)]
