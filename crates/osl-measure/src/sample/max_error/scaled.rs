@@ -118,7 +118,7 @@ mod tests {
     #[test]
     fn edges_are_not_scaled() {
         // Where an edge hides, the estimate knows nothing of it.
-        let hidden = |i: usize| if i % 50 == 0 { 0.8 } else { 0.01 * error(i) };
+        let hidden = |i: usize| if i.is_multiple_of(50) { 0.8 } else { 0.01 * error(i) };
         let tried: Vec<Tried> =
             (0..4096).map(|i| if i < 2048 { (0.001, hidden(i)) } else { (0.5, 0.5 * error(i)) }).collect();
         assert!(Scaled::of(&tried, 0.7).is_none());
