@@ -145,13 +145,14 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     // The roots' rewrites hold for rounded roots; cells are shared by words of 32 bits.
     let without =
         |pass| options.without.contains(&pass) || exact && matches!(pass, Pass::Algebra | Pass::Share);
+    let mut count = body.count();
     for pass in Pass::ALL {
-        let before = body.count();
         match pass {
             Pass::Ssa | Pass::Derive => {}
             Pass::Fold if without(pass) && !derive::asks(body) => {
                 fold::only_meaning(body);
                 fold::settle(body);
+                count = body.count();
                 continue;
             }
             Pass::Fold => {}
@@ -201,7 +202,8 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             let found = validate::validate(body);
             debug_assert!(found.is_ok(), "after {}: {found:?}", pass.name());
         }
-        reports.push(Report { pass, before, after: body.count() });
+        let before = std::mem::replace(&mut count, body.count());
+        reports.push(Report { pass, before, after: count });
     }
     reports
 }
