@@ -136,11 +136,7 @@ impl<'a> Shading<'a> {
 
     /// The centres of pixels: for each plane the values of the pixels.
     pub(super) fn centres(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, Stop> {
-        let points = SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter));
-        let frame = self.run(&points, 0..points.count())?;
-        let values = frame.planes.iter().map(Plane::floats).collect();
-        said.add(Frame { planes: Vec::new(), ..frame });
-        Ok(values)
+        self.values(&SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter)), said)
     }
 
     /// Samples of a few pixels: for each plane the values, all of a pixel's behind one another.
@@ -150,8 +146,12 @@ impl<'a> Shading<'a> {
         samples: Range<u32>,
         said: &mut Frame,
     ) -> Result<Vec<Vec<f32>>, Stop> {
-        let points = SamplePoints::new(self.surface, pixels, samples, (&self.pattern, &self.filter));
-        let frame = self.run(&points, 0..points.count())?;
+        self.values(&SamplePoints::new(self.surface, pixels, samples, (&self.pattern, &self.filter)), said)
+    }
+
+    /// For each plane the values of some points.
+    fn values(&self, points: &SamplePoints<'_>, said: &mut Frame) -> Result<Vec<Vec<f32>>, Stop> {
+        let frame = self.run(points, 0..points.count())?;
         let values = frame.planes.iter().map(Plane::floats).collect();
         said.add(Frame { planes: Vec::new(), ..frame });
         Ok(values)

@@ -45,7 +45,7 @@ impl<'a> Work<'_, 'a> {
 /// The slowest and the fastest that squares of errors are taken to fall, as powers of the number of samples.
 const SLOWEST: f32 = 1.0;
 const FASTEST: f32 = 3.0;
-/// What may be off more than else where the sizes of errors tell.
+/// How many times more may be off where the sizes of errors tell how many are: counting knows less.
 const SCALED: f32 = 1.2;
 /// What is slower than this has edges.
 const EDGES: f32 = 1.5;
