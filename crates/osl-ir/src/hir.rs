@@ -272,13 +272,13 @@ pub enum ExprKind {
 /// An argument of a user function.
 #[derive(Clone, Debug)]
 pub enum Arg {
-    /// A plain variable that the formal stands for.
-    Alias(VarId),
+    /// A variable, or a member of one at any depth, that the formal stands for: the path has no index.
+    Alias(Place),
     /// Copied in; written back after the call if the place is given.
     Copy {
         /// The value, converted to the formal's type.
         value: Init,
-        /// An element or component bound to an output formal.
+        /// An element or component bound to an output formal. An element of an array of structs has none.
         back: Option<Place>,
     },
 }

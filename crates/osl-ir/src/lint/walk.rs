@@ -206,8 +206,8 @@ impl<'p> Walk<'p> {
                 output || self.is_written(*formal)
             });
             match arg {
-                Arg::Alias(var) if writes => sink(Event::Output { var: *var }),
-                Arg::Alias(var) => sink(Event::Read { var: *var, span, purpose: Purpose::Value }),
+                Arg::Alias(place) if writes => sink(Event::Output { var: place.var }),
+                Arg::Alias(place) => sink(Event::Read { var: place.var, span, purpose: Purpose::Value }),
                 Arg::Copy { back: Some(place), .. } => {
                     self.indices(place, sink);
                     sink(Event::Output { var: place.var });

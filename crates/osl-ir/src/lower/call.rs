@@ -29,7 +29,7 @@ impl Lowerer<'_> {
         for (arg, formal) in args.iter().zip(&function.formals) {
             let var = &program.vars[formal.0 as usize];
             let storage = match arg {
-                Arg::Alias(actual) => self.storage(*actual),
+                Arg::Alias(place) => self.spot(place).map(|spot| spot.storage().clone()),
                 Arg::Copy { value, back: None } => Some(self.argument(var.ty, &var.name, value)),
                 Arg::Copy { back: Some(place), .. } => {
                     let spot = self.spot(place);
@@ -74,15 +74,14 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Storage for an argument that is copied in. An open array gets the argument's own length.
+    /// Storage for an argument that is copied in. The value of an expression that is an array lies in a variable: the formal
+    /// stands for that, whatever its length.
     fn argument(&mut self, ty: Type, name: &str, value: &Init) -> Storage {
         match value {
-            Init::Value(e) if matches!(e.kind, ExprKind::Read(_)) && ty.is_array() => {
-                if let Val::Stored(storage, None) = self.eval(e) {
-                    return storage;
-                }
-                self.allocate(ty, name)
-            }
+            Init::Value(e) if ty.is_array() => match self.eval(e) {
+                Val::Stored(storage, None) => storage,
+                _ => self.allocate(ty, name),
+            },
             Init::List(items) if ty.extent == Extent::Unsized => {
                 let ty = Type { extent: Extent::Array(items.len().max(1) as u32), ..ty };
                 let storage = self.allocate(ty, name);
@@ -187,10 +186,11 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Where an array argument lies.
+    /// Where an array argument lies; of an array of structs the first part, which has as many elements as all.
     fn array(&self, val: &Val, ty: Type) -> Option<Array> {
-        let Val::Stored(Storage::Leaf(slot), None) = val else { return None };
-        Some(Array { slot: *slot, len: self.b.body.slot(*slot).len.unwrap_or(1), ty: ty.element() })
+        let Val::Stored(storage, None) = val else { return None };
+        let slot = storage.first()?;
+        Some(Array { slot, len: self.b.body.slot(slot).len.unwrap_or(1), ty: ty.element() })
     }
 
     /// Ends the shader at the points that get here.

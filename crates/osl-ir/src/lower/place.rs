@@ -27,6 +27,11 @@ impl Spot {
     pub(super) fn whole(storage: Storage) -> Spot {
         Spot { storage, element: None, part: Part::Whole }
     }
+
+    /// The storage that it lies in.
+    pub(super) fn storage(&self) -> &Storage {
+        &self.storage
+    }
 }
 
 impl Lowerer<'_> {

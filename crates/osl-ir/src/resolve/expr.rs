@@ -5,7 +5,7 @@ use super::errors;
 use super::init::{Loss, convert_to};
 use super::operators;
 use crate::builtins;
-use crate::hir::{Arg, Expr, ExprKind, Init, Place, Step};
+use crate::hir::{Arg, Expr, ExprKind, Init};
 use crate::types::{Base, Type};
 use osl_syntax::ast::{self, BinaryOp, ExprId, UnaryOp};
 use osl_syntax::diagnostic::Diagnostic;
@@ -355,17 +355,12 @@ impl Resolver<'_> {
             _ => None,
         };
         match plain {
-            Some(Place { var, path, span, .. })
-                if path.iter().all(|s| matches!(s, Step::Field(_))) && path.is_empty() =>
-            {
-                if output {
-                    self.check_writable(var, span, true);
-                }
-                Arg::Alias(var)
-            }
             Some(place) => {
                 if output {
                     self.check_writable(place.var, place.span, true);
+                }
+                if place.is_plain() {
+                    return Arg::Alias(place);
                 }
                 // An element of an array of structs is copied in only.
                 let back = (output && place.ty.as_struct().is_none()).then(|| place.clone());

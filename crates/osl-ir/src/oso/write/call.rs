@@ -27,7 +27,7 @@ impl Writer<'_> {
         for (arg, formal) in args.iter().zip(&function.formals) {
             let Some(var) = program.vars.get(formal.0 as usize) else { continue };
             let storage = match arg {
-                Arg::Alias(actual) => self.storage(*actual),
+                Arg::Alias(place) => self.spot(place, false).map(|spot| spot.storage),
                 Arg::Copy { value, back: None } => Some(self.argument(var.ty, &var.name, value)),
                 Arg::Copy { back: Some(place), .. } => {
                     let spot = self.spot(place, true);
@@ -68,10 +68,10 @@ impl Writer<'_> {
         }
     }
 
-    /// Storage for an argument that is copied in. An open array gets the argument's own length.
+    /// Storage for an argument that is copied in. The value of an expression that is an array lies in a variable: the formal
+    /// stands for that, whatever its length.
     fn argument(&mut self, ty: Type, name: &str, value: &Init) -> Storage {
         if let Init::Value(e) = value
-            && matches!(e.kind, ExprKind::Read(_))
             && ty.is_array()
             && let Val::Stored(storage, None) = self.eval(e)
         {
@@ -122,13 +122,26 @@ impl Writer<'_> {
         signature.params.get(index).map(|p| p.output)
     }
 
-    /// An argument that is only read. Arrays are passed as they lie.
+    /// An argument that is only read. Arrays are passed as they lie; for an array of structs stands its first part, which
+    /// has as many elements as all: no function asks for more.
     fn passed(&mut self, e: &Expr) -> Sym {
-        if e.ty.is_array() {
-            let val = self.eval(e);
-            return self.one(val);
+        if !e.ty.is_array() {
+            return self.operand(e);
         }
-        self.operand(e)
+        match self.eval(e) {
+            Val::Stored(storage, None) => self.first(&storage),
+            val => self.one(val),
+        }
+    }
+
+    fn first(&mut self, storage: &Storage) -> Sym {
+        match storage {
+            Storage::Struct(parts) => match parts.first() {
+                Some(part) => self.first(part),
+                None => self.table.int(0),
+            },
+            _ => self.leaf(storage).unwrap_or_else(|| self.table.int(0)),
+        }
     }
 
     /// An output argument: the variable, or a temporary that is stored to a part of one behind the call.
