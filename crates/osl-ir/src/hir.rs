@@ -263,6 +263,8 @@ pub enum ExprKind {
     Call(FunctionId, Vec<Arg>),
     /// A call of a built-in.
     Builtin(BuiltinCall),
+    /// A call of an operation that the renderer knows by its name: a component of a closure, mostly.
+    Operation(OperationCall),
     /// Values in order; the last counts.
     Comma(Vec<Expr>),
     /// An error was reported here.
@@ -294,6 +296,18 @@ pub struct BuiltinCall {
     pub args: Vec<Expr>,
     /// For each argument, the place that an output is stored to.
     pub outputs: Vec<Option<Place>>,
+}
+
+/// A call of an operation that is not in the table of built-ins. One that yields a closure makes a component of that name;
+/// no other can run here.
+#[derive(Clone, Debug)]
+pub struct OperationCall {
+    /// Its name.
+    pub name: Arc<str>,
+    /// How many of the arguments are its parameters; keywords follow.
+    pub formals: usize,
+    /// Its arguments, those of parameters converted.
+    pub args: Vec<Expr>,
 }
 
 /// A variable, or a part of one.

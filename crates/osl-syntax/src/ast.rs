@@ -189,7 +189,7 @@ pub struct ArrayLen {
 pub struct TypeSpec {
     /// Where it stands.
     pub span: Span,
-    /// `closure` before `color`.
+    /// `closure` before the name. Every such type is `closure color`.
     pub closure: bool,
     /// The type's name.
     pub name: TypeName,

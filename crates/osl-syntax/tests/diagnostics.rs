@@ -60,7 +60,6 @@ const CASES: &[(&str, &str, &str)] = &[
     ("E0116", "", "shader s() { float a[1 + 1]; }\n"),
     ("E0117", "", "shader s() { float a[2] = b; }\n"),
     ("E0118", "", "shader s() { color c = {}; }\n"),
-    ("E0119", "", "shader s() { closure float c; }\n"),
     ("E0120", "", "shader s() {\n  = ;\n  = ;\n  = ;\n  = ;\n  = ;\n  = ;\n  = ;\n}\n"),
     ("W0101", "", "float f() { return 1; }\n}\nshader s() {}\n"),
     ("W0102", "", "shader s(float a = 1 [[ string help = \"one\ntwo\" ]]) {}\n"),

@@ -129,7 +129,6 @@ fn what_is_refused() {
         ("shader s() { a -> b; }", "E0110"),
         ("shader s() { a ::b; }", "E0110"),
         ("shader s() { a %= 2; }", "E0110"),
-        ("shader s() { closure float c; }", "E0119"),
         ("shader s(, float a = 1) {}", "E0110"),
         ("shader s(float a = 1; float b = 2) {}", "E0110"),
         ("shader s(float a = 1, b = 2) {}", "E0110"),

@@ -147,7 +147,7 @@ impl Gen<'_> {
         match form.signature.tail {
             Tail::None => {}
             Tail::Any => self.printed(&mut args, depth),
-            Tail::KeyValue => self.options(form.name, &mut args, depth),
+            Tail::KeyValue | Tail::Keywords => self.options(form.name, &mut args, depth),
         }
         let call = format!("{}({})", form.name, args.join(", "));
         Some(if form.cast { format!("({}){call}", word(letter(form.signature.ret))) } else { call })

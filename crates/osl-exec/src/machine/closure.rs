@@ -202,7 +202,11 @@ pub fn show(component: &Component) -> String {
     let mut parts: Vec<String> = Vec::new();
     for param in &component.params {
         parts.extend(param.key.iter().map(|key| format!("\"{key}\"")));
-        parts.extend(param.values.iter().map(constant));
+        let values: Vec<String> = param.values.iter().map(constant).collect();
+        match &values[..] {
+            [] | [_] => parts.extend(values),
+            several => parts.push(format!("[{}]", several.join(", "))),
+        }
         if !param.closure.is_empty() {
             parts.push(param.closure.iter().map(show).collect::<Vec<_>>().join(" + "));
         }

@@ -142,17 +142,19 @@ pub(super) static ROWS: &[Builtin] = &[
 /// Components whose `label` exists even where it is not given.
 const LABELLED: [&str; 2] = ["diffuse", "phong"];
 
-fn component(b: &mut Builder, s: &Site<'_>, name: &'static str) -> Emitted {
+/// Writes a component of a name.
+pub(crate) fn component(b: &mut Builder, s: &Site<'_>, name: &str) -> Emitted {
     let params = s.signature.params.len();
     let (values, shapes) = values(b, s, 0);
     finish(b, s, name, (values, shapes), params)
 }
 
-/// Makes the component of parameters and, behind them, names and values of keyword arguments.
+/// Makes the component of parameters and, behind them, names and values of keyword arguments. A name that is not a
+/// literal, or has no value, is a value itself.
 fn finish(
     b: &mut Builder,
     s: &Site<'_>,
-    name: &'static str,
+    name: &str,
     (values, shapes): (Vec<ValueId>, Vec<Shape>),
     params: usize,
 ) -> Emitted {
@@ -163,11 +165,11 @@ fn finish(
         let count = shape.count as usize;
         let own = values.get(at..at + count).unwrap_or(&[]);
         at += count;
-        let tail = index.checked_sub(params);
-        match tail {
-            Some(n) if n % 2 == 0 => continue,
-            Some(n) => shape.key = s.literal(s.args.len() - given + n - 1).cloned(),
-            None => {}
+        let key = |n: usize| s.literal(s.args.len() - given + n);
+        match index.checked_sub(params) {
+            Some(n) if n % 2 == 0 && n + 1 < given && key(n).is_some() => continue,
+            Some(n) if n % 2 == 1 => shape.key = key(n - 1).cloned(),
+            _ => {}
         }
         kept.0.extend_from_slice(own);
         kept.1.push(shape);

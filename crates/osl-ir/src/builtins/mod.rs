@@ -24,6 +24,7 @@ mod spline;
 mod string;
 mod texture;
 
+pub(crate) use closure::component;
 pub use color::path as color_path;
 pub use message::{Made as MessageMade, other_type, set_late, set_twice};
 pub(crate) use message::{Message, carry as carry_messages};

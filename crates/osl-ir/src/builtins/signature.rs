@@ -3,7 +3,7 @@
 //! `v(v,f)`: a return type and parameter types by letter: `i` int, `f` float, `c` color, `p` point, `v`
 //! vector, `n` normal, `m` matrix, `s` string, `K` closure, `x` void, `?` anything. `o` before a letter makes
 //! an output, `[]` behind it an array of any length. `…` at the end takes any further arguments, `*` pairs of
-//! an option's name and value.
+//! an option's name and value; behind the parameters of a closure, whatever follows a name.
 
 use crate::types::{Base, Extent, StructTable, Type};
 
@@ -48,6 +48,28 @@ pub enum Tail {
     Any,
     /// Pairs of a name and a value.
     KeyValue,
+    /// What closures take: a name, and at least one further argument of any kind.
+    Keywords,
+}
+
+impl Tail {
+    /// Whether it takes arguments of these types.
+    pub fn takes(self, given: &[Type]) -> bool {
+        match self {
+            Tail::None => given.is_empty(),
+            Tail::Any => true,
+            Tail::KeyValue => {
+                given.len().is_multiple_of(2) && given.iter().step_by(2).all(|ty| *ty == Type::STRING)
+            }
+            Tail::Keywords => match given {
+                [] => true,
+                [first, rest @ ..] => {
+                    let value = |ty: &Type| !matches!(ty.base, Base::Void | Base::Struct(_));
+                    *first == Type::STRING && !rest.is_empty() && rest.iter().all(value)
+                }
+            },
+        }
+    }
 }
 
 impl Signature {
@@ -59,6 +81,7 @@ impl Signature {
         for part in inner.split(',').filter(|p| !p.is_empty()) {
             match part {
                 "…" => signature.tail = Tail::Any,
+                "*" if signature.ret == Type::CLOSURE => signature.tail = Tail::Keywords,
                 "*" => signature.tail = Tail::KeyValue,
                 _ => signature.params.push(param(part)?),
             }
@@ -80,7 +103,7 @@ impl Signature {
         let tail = match self.tail {
             Tail::None => None,
             Tail::Any => Some("...".to_string()),
-            Tail::KeyValue => Some("\"option\", value, ...".to_string()),
+            Tail::KeyValue | Tail::Keywords => Some("\"option\", value, ...".to_string()),
         };
         let all: Vec<String> = params.chain(tail).collect();
         format!("{} {name}({})", structs.show(self.ret), all.join(", "))

@@ -149,6 +149,7 @@ impl<'p> Walk<'p> {
             ExprKind::Struct(parts) => parts.iter().for_each(|p| self.init(p, sink)),
             ExprKind::Call(id, args) => self.call(*id, args, e.span, sink),
             ExprKind::Builtin(call) => self.builtin(call, sink),
+            ExprKind::Operation(call) => call.args.iter().for_each(|arg| self.expr(arg, true, sink)),
             ExprKind::Comma(parts) => {
                 let last = parts.len().saturating_sub(1);
                 parts.iter().enumerate().for_each(|(i, p)| self.expr(p, used && i == last, sink));

@@ -2,12 +2,14 @@
 
 use super::expr::Operand;
 use super::place::Spot;
-use super::{Frame, Lowerer, Storage, Val};
-use crate::builtins::{Array, Emit, Emitted, Site};
-use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Place};
+use super::{Frame, Lowerer, NO_OPERATION, Storage, Val};
+use crate::builtins::{self, Array, Emit, Emitted, Param, ParamType, Signature, Site, Tail};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCall, Place};
 use crate::ir::{Note, ValueId};
 use crate::types::{Extent, Type};
+use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
+use std::sync::Arc;
 
 /// Calls within calls. Functions cannot recurse, so this bounds only how deep a chain of them goes.
 const MAX_CALL_DEPTH: usize = 128;
@@ -131,14 +133,7 @@ impl Lowerer<'_> {
         }
         let args: Vec<ValueId> = operands.into_iter().map(|o| self.settle(o)).collect();
         let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
-        let literals: Vec<_> = call
-            .args
-            .iter()
-            .map(|e| match &e.kind {
-                ExprKind::Str(s) => Some(s.clone()),
-                _ => None,
-            })
-            .collect();
+        let literals = literals(&call.args);
         self.at(span);
         let site = Site {
             args: &args,
@@ -170,6 +165,52 @@ impl Lowerer<'_> {
             args: args.len() as u8,
         });
         result.map_or(Val::Void, Val::One)
+    }
+
+    /// A component of a closure. No other operation of the renderer can run.
+    pub(super) fn operation(&mut self, call: &OperationCall, ty: Type, span: Span) -> Val {
+        if ty != Type::CLOSURE {
+            let message = format!("there is no operation `{}` to run", call.name);
+            let d = Diagnostic::error(NO_OPERATION, span.moved(self.layer.base), message)
+                .label("marked as an operation of the renderer")
+                .help("give the function a body, and leave its metadata `builtin` out");
+            self.diagnostics.push(d);
+            return if ty == Type::VOID {
+                Val::Void
+            } else {
+                Val::Stored(self.allocate(ty, &call.name), None)
+            };
+        }
+        let mut operands = Vec::new();
+        let mut arrays = Vec::new();
+        for e in &call.args {
+            let (operand, array) = if e.ty.is_array() {
+                let val = self.eval(e);
+                let array = self.array(&val, e.ty);
+                (Operand::Now(self.one(val)), array)
+            } else {
+                (self.operand(e), None)
+            };
+            operands.push(operand);
+            arrays.push(array);
+        }
+        let args: Vec<ValueId> = operands.into_iter().map(|o| self.settle(o)).collect();
+        let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
+        let literals = literals(&call.args);
+        let of = |ty: &Type| Param { ty: ParamType::Of(*ty), output: false };
+        let params = types.iter().take(call.formals).map(of).collect();
+        self.at(span);
+        let site = Site {
+            args: &args,
+            types: &types,
+            arrays: &arrays,
+            literals: &literals,
+            signature: &Signature { ret: ty, params, tail: Tail::Keywords },
+            names: &self.layer.names,
+            connected: 0,
+        };
+        let made = builtins::component(&mut self.b, &site, &call.name).result;
+        made.map_or(Val::Void, Val::One)
     }
 
     /// What an output argument holds before the call: its indices are those of its spot, evaluated once.
@@ -211,6 +252,12 @@ impl Lowerer<'_> {
             _ => self.b.int(0),
         }
     }
+}
+
+/// The text of each argument that is a string literal.
+fn literals(args: &[Expr]) -> Vec<Option<Arc<str>>> {
+    let text = |e: &Expr| if let ExprKind::Str(s) = &e.kind { Some(s.clone()) } else { None };
+    args.iter().map(text).collect()
 }
 
 /// Why a form of a built-in was chosen, for people: what its arguments are, and what became of those that are not what it

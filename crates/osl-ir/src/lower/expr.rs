@@ -27,6 +27,7 @@ impl Lowerer<'_> {
             },
             ExprKind::Call(id, args) => self.call(*id, args, e.span),
             ExprKind::Builtin(call) => self.builtin(call, e.span),
+            ExprKind::Operation(call) => self.operation(call, e.ty, e.span),
             ExprKind::Assign(place, init) => self.assign(place, init),
             ExprKind::Struct(parts) => {
                 let storage = self.allocate(e.ty, "struct");

@@ -25,6 +25,8 @@ use std::sync::Arc;
 
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
+/// A call of an operation that only another renderer knows.
+pub const NO_OPERATION: Code = Code { id: "E0602", name: "no-operation" };
 
 /// Values that a program may have: far above any shader that people write, and some 150 megabytes.
 const MAX_VALUES: usize = 500_000;

@@ -221,7 +221,8 @@ impl Resolver<'_> {
     /// Resolves a function and adds it to the innermost scope.
     pub(super) fn function(&mut self, decl: &ast::FunctionDecl) {
         let ret = self.type_spec(&decl.ret);
-        self.metadata(&decl.metadata);
+        // The name alone marks it, whatever the value.
+        let operation = self.metadata(&decl.metadata).iter().any(|(_, name, _)| &**name == "builtin");
         let depth = self.scopes.len();
         let outer = std::mem::replace(&mut self.context, Context { ret: Some(ret), loops: 0 });
         let outer_returns = std::mem::take(&mut self.returns);
@@ -233,7 +234,7 @@ impl Resolver<'_> {
         debug_assert_eq!(depth, self.scopes.len());
         self.context = outer;
         let returns = std::mem::replace(&mut self.returns, outer_returns);
-        let id = body.map(|body| {
+        let id = body.filter(|_| !operation).map(|body| {
             self.functions.push(hir::Function {
                 name: decl.name.text.clone(),
                 ret: if returns || ret == Type::VOID { ret } else { Type::ERROR },
@@ -248,6 +249,7 @@ impl Resolver<'_> {
             name: decl.name.text.clone(),
             ret,
             formals,
+            operation,
             span: decl.name.span,
         });
     }
@@ -287,7 +289,7 @@ impl Resolver<'_> {
         let clash = match self.scope().symbols.get_mut(&name) {
             Some(Symbol::Var(id)) => Some(*id),
             Some(Symbol::Functions(list)) => {
-                redefined = list.iter().find(|f| same(f) && f.id.is_some()).map(|f| f.span);
+                redefined = list.iter().find(|f| same(f) && (f.id.is_some() || f.operation)).map(|f| f.span);
                 list.retain(|f| !same(f));
                 full = list.len() >= MAX_OVERLOADS;
                 if !full {
@@ -408,6 +410,7 @@ fn redefines_builtin(symbol: &FunctionSymbol) -> bool {
             && s.params.iter().zip(&symbol.formals).all(|(p, (ty, _))| p.ty == ParamType::Of(*ty))
     };
     builtins::find(&symbol.name).is_some_and(|row| {
-        row.signatures().iter().any(|s| s.ret == symbol.ret && s.tail == Tail::None && formals(s))
+        let tail = |s: &Signature| matches!(s.tail, Tail::None | Tail::Keywords);
+        row.signatures().iter().any(|s| s.ret == symbol.ret && tail(s) && formals(s))
     })
 }

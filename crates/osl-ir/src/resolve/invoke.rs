@@ -4,8 +4,8 @@ use super::errors;
 use super::init::convert_to;
 use super::overload::{Candidate, Given};
 use super::{FunctionSymbol, Resolver};
-use crate::builtins::{Builtin, Param, ParamType, Signature};
-use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Step};
+use crate::builtins::{self, Builtin, Param, ParamType, Signature};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCall, Step};
 use crate::types::Type;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
@@ -21,6 +21,9 @@ impl Resolver<'_> {
     }
 
     fn invoke_user(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
+        if f.operation {
+            return self.invoke_operation(f, given, span);
+        }
         let args: Vec<Arg> = given
             .into_iter()
             .zip(&f.formals)
@@ -34,6 +37,11 @@ impl Resolver<'_> {
             .collect();
         let error = Expr { ty: f.ret, kind: ExprKind::Error, span };
         let Some(id) = f.id else {
+            if f.ret == Type::VOID {
+                // Nothing happens, except what its arguments do.
+                let values = args.into_iter().filter_map(argument_value).collect();
+                return Expr { ty: Type::VOID, kind: ExprKind::Comma(values), span };
+            }
             let d = Diagnostic::error(
                 errors::NO_BODY,
                 span,
@@ -54,6 +62,45 @@ impl Resolver<'_> {
             return error;
         }
         Expr { ty: f.ret, kind: ExprKind::Call(id, args), span }
+    }
+
+    /// A call of what is marked as an operation of the renderer: a closure of any name, a function of the library, or an
+    /// operation that only some renderer knows.
+    fn invoke_operation(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
+        let signature = f.signature();
+        let formals = f.formals.len();
+        let mut args = self.arguments(&signature, given, span);
+        for (index, (ty, output)) in f.formals.iter().enumerate() {
+            let Some(value) = args.get_mut(index) else { continue };
+            // The place of an output stays as it is.
+            if !(*output && matches!(value.kind, ExprKind::Read(_))) {
+                let given = std::mem::replace(value, Expr { ty: *ty, kind: ExprKind::Error, span });
+                *value = convert_to(*ty, given);
+            }
+        }
+        if f.ret != Type::CLOSURE
+            && let Some((row, overload)) = self.library_form(f)
+            && let Some(signature) = row.signatures().get(overload)
+        {
+            let given = args.into_iter().map(Given::Value).collect();
+            return self.invoke_builtin(row, overload, signature, given, span);
+        }
+        let call = OperationCall { name: f.name.clone(), formals, args };
+        Expr { ty: f.ret, kind: ExprKind::Operation(call), span }
+    }
+
+    /// The form of the library's function of the name that suits the formals best.
+    fn library_form(&self, f: &FunctionSymbol) -> Option<(&'static Builtin, usize)> {
+        let row = builtins::find(&f.name)?;
+        let formal = |(ty, _): &(Type, bool)| {
+            Given::Value(Expr { ty: *ty, kind: ExprKind::Error, span: Span::default() })
+        };
+        let formals: Vec<Given> = f.formals.iter().map(formal).collect();
+        let forms = row.signatures().iter().enumerate().filter(|(_, s)| s.ret == f.ret);
+        let scored = forms.filter_map(|(at, s)| Some((self.score_signature(s, &formals)?, at)));
+        // Of equals the first, as everywhere.
+        let best = scored.min_by_key(|(score, _)| std::cmp::Reverse(*score));
+        best.map(|(_, at)| (row, at))
     }
 
     fn never_returns(&self, id: FunctionId) -> bool {
@@ -161,5 +208,13 @@ impl Resolver<'_> {
         self.check_writable(place.var, place.span, true);
         debug_assert!(place.path.iter().all(|s| !matches!(s, Step::Field(n) if *n == u32::MAX)));
         Some(place.clone())
+    }
+}
+
+/// The value that an argument passes; none for a plain variable.
+fn argument_value(arg: Arg) -> Option<Expr> {
+    match arg {
+        Arg::Copy { value: Init::Value(value), .. } => Some(value),
+        Arg::Alias(_) | Arg::Copy { value: Init::List(_), .. } => None,
     }
 }

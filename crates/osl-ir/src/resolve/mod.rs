@@ -23,6 +23,7 @@ mod stmt;
 pub(crate) use expr::unify_numbers;
 pub(crate) use init::convert_to;
 
+use crate::builtins::{Param, ParamType, Signature, Tail};
 use crate::hir::{self, Function, GLOBALS, Program, Var, VarId, VarKind};
 use crate::types::{StructTable, Type};
 use osl_syntax::ast::Ast;
@@ -67,7 +68,23 @@ struct FunctionSymbol {
     name: Arc<str>,
     ret: Type,
     formals: Vec<(Type, bool)>,
+    /// Whether it is marked as an operation of the renderer: it needs no body, and one that is there does not count.
+    operation: bool,
     span: Span,
+}
+
+impl FunctionSymbol {
+    /// What calls may put behind its formals.
+    fn tail(&self) -> Tail {
+        if self.operation && self.ret == Type::CLOSURE { Tail::Keywords } else { Tail::None }
+    }
+
+    /// Its signature as the table of built-ins writes one.
+    fn signature(&self) -> Signature {
+        let params =
+            self.formals.iter().map(|(ty, output)| Param { ty: ParamType::Of(*ty), output: *output });
+        Signature { ret: self.ret, params: params.collect(), tail: self.tail() }
+    }
 }
 
 #[derive(Clone, Debug)]

@@ -42,7 +42,7 @@ impl Candidate {
     /// Whether it could take so many arguments, of whatever types.
     fn takes(&self, n: usize) -> bool {
         match self {
-            Candidate::User(f) => f.formals.len() == n,
+            Candidate::User(f) => f.formals.len() == n || (self.tail() != Tail::None && f.formals.len() <= n),
             Candidate::Builtin { signature, .. } => match signature.tail {
                 Tail::None => signature.params.len() == n,
                 _ => signature.params.len() <= n,
@@ -58,14 +58,18 @@ impl Candidate {
         }
     }
 
-    /// Whether the two cannot be told apart by any call.
+    /// Whether the two cannot be told apart by any call. A function of the file takes the place of a closure of the same
+    /// parameters, with keywords or without.
     fn same_as(&self, other: &Candidate) -> bool {
-        self.ret() == other.ret() && self.formals() == other.formals() && self.tail() == other.tail()
+        let tails = (self.tail(), other.tail());
+        self.ret() == other.ret()
+            && self.formals() == other.formals()
+            && (tails.0 == tails.1 || tails == (Tail::None, Tail::Keywords))
     }
 
-    fn tail(&self) -> Tail {
+    pub(super) fn tail(&self) -> Tail {
         match self {
-            Candidate::User(_) => Tail::None,
+            Candidate::User(f) => f.tail(),
             Candidate::Builtin { signature, .. } => signature.tail,
         }
     }

@@ -11,16 +11,15 @@ impl Resolver<'_> {
     pub(super) fn score(&self, candidate: &Candidate, given: &[Given]) -> Option<u32> {
         match candidate {
             Candidate::User(f) => {
-                if f.formals.len() != given.len() {
-                    return None;
-                }
-                f.formals.iter().zip(given).map(|((ty, _), g)| self.score_given(*ty, g)).sum()
+                let (fixed, rest) = given.split_at_checked(f.formals.len())?;
+                let fixed = f.formals.iter().zip(fixed).map(|((ty, _), g)| self.score_given(*ty, g));
+                Some(fixed.sum::<Option<u32>>()? + tail(candidate.tail(), rest)?)
             }
             Candidate::Builtin { signature, .. } => self.score_signature(signature, given),
         }
     }
 
-    fn score_signature(&self, signature: &Signature, given: &[Given]) -> Option<u32> {
+    pub(super) fn score_signature(&self, signature: &Signature, given: &[Given]) -> Option<u32> {
         if given.len() < signature.params.len() {
             return None;
         }
@@ -38,15 +37,7 @@ impl Resolver<'_> {
                 }
             };
         }
-        let rest_fits = match signature.tail {
-            Tail::None => rest.is_empty(),
-            Tail::Any => true,
-            Tail::KeyValue => {
-                rest.len().is_multiple_of(2)
-                    && rest.iter().step_by(2).all(|g| matches!(g, Given::Value(v) if v.ty == Type::STRING))
-            }
-        };
-        rest_fits.then_some(total + rest.len() as u32)
+        Some(total + tail(signature.tail, rest)?)
     }
 
     fn score_given(&self, formal: Type, given: &Given) -> Option<u32> {
@@ -122,23 +113,12 @@ impl Resolver<'_> {
     /// Why the candidate does not take the arguments; the first reason only.
     pub(super) fn why_not(&self, candidate: &Candidate, given: &[Given]) -> String {
         match candidate {
-            Candidate::User(f) => {
-                let formals: Vec<Type> = f.formals.iter().map(|(ty, _)| *ty).collect();
-                if formals.len() != given.len() {
-                    return wrong_count("takes", formals.len(), given.len());
-                }
-                let misfits = formals.iter().zip(given).enumerate();
-                misfits
-                    .filter(|(_, (ty, g))| self.score_given(**ty, g).is_none())
-                    .map(|(index, (ty, g))| self.misfit(index, *ty, g))
-                    .next()
-                    .unwrap_or_default()
-            }
-            Candidate::Builtin { signature, .. } => self.why_not_builtin(signature, given),
+            Candidate::User(f) => self.why_not_signature(&f.signature(), given),
+            Candidate::Builtin { signature, .. } => self.why_not_signature(signature, given),
         }
     }
 
-    fn why_not_builtin(&self, signature: &Signature, given: &[Given]) -> String {
+    fn why_not_signature(&self, signature: &Signature, given: &[Given]) -> String {
         let wanted = signature.params.len();
         if given.len() < wanted || (given.len() > wanted && signature.tail == Tail::None) {
             let takes = if signature.tail == Tail::None { "takes" } else { "takes at least" };
@@ -160,7 +140,8 @@ impl Resolver<'_> {
             }
         }
         let options = given.get(wanted..).unwrap_or_default();
-        for (index, g) in options.iter().enumerate().step_by(2) {
+        let named = if signature.tail == Tail::Keywords { 1 } else { options.len() };
+        for (index, g) in options.iter().enumerate().step_by(2).take(named) {
             if !matches!(g, Given::Value(v) if v.ty == Type::STRING) {
                 let what = self.given_type(g);
                 return format!("argument {} is {what}, not the name of an option", wanted + index + 1);
@@ -189,6 +170,16 @@ impl Resolver<'_> {
             Given::List(..) => "a list".to_string(),
         }
     }
+}
+
+/// What arguments behind the parameters add to the score; `None` where they do not suit.
+fn tail(tail: Tail, rest: &[Given]) -> Option<u32> {
+    let ty = |g: &Given| match g {
+        Given::Value(v) => v.ty,
+        Given::List(..) => Type::VOID,
+    };
+    let types: Vec<Type> = rest.iter().map(ty).collect();
+    tail.takes(&types).then_some(rest.len() as u32)
 }
 
 fn wrong_count(takes: &str, wanted: usize, given: usize) -> String {

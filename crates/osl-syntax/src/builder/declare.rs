@@ -45,13 +45,6 @@ impl Builder<'_> {
         TypeSpec { span: self.span(l, r), closure, name }
     }
 
-    pub(crate) fn closure_ty(&mut self, l: u32, r: u32, name: TypeName) -> TypeSpec {
-        if name != TypeName::Color {
-            self.report(errors::closure_type(self.span(l, r)));
-        }
-        self.ty(l, r, true, TypeName::Color)
-    }
-
     pub(crate) fn array_len(&mut self, l: u32, r: u32, len: Option<ExprId>) -> ArrayLen {
         if let Some(len) = len {
             let e = self.get(len);

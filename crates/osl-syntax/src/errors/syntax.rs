@@ -12,7 +12,6 @@ pub(crate) const NOT_INDEXABLE: Code = Code { id: "E0115", name: "not-indexable"
 pub(crate) const ARRAY_LENGTH: Code = Code { id: "E0116", name: "array-length" };
 pub(crate) const ARRAY_INITIALIZER: Code = Code { id: "E0117", name: "array-initializer" };
 pub(crate) const EMPTY_INITIALIZER: Code = Code { id: "E0118", name: "empty-initializer" };
-pub(crate) const CLOSURE_TYPE: Code = Code { id: "E0119", name: "closure-type" };
 pub(crate) const TOO_MANY_ERRORS: Code = Code { id: "E0120", name: "too-many-errors" };
 
 /// E0110: a token that the grammar does not allow here.
@@ -82,11 +81,6 @@ pub(crate) fn empty_initializer(span: Span) -> Diagnostic {
     Diagnostic::error(EMPTY_INITIALIZER, span, "empty initialiser list")
         .label("at least one value is needed")
         .note("only the default of a shader's array parameter may be empty")
-}
-
-/// E0119: `closure` before anything but `color`.
-pub(crate) fn closure_type(span: Span) -> Diagnostic {
-    Diagnostic::error(CLOSURE_TYPE, span, "the only closure type is `closure color`").label("no such type")
 }
 
 /// E0120: the limit of reported errors.

@@ -37,7 +37,7 @@ pub fn all() -> &'static [Lesson] {
 pub fn codes() -> Vec<Code> {
     let mut all: Vec<Code> = osl_syntax::errors::CODES.to_vec();
     all.extend(resolve::errors::ALL);
-    all.push(lower::TOO_LARGE);
+    all.extend([lower::TOO_LARGE, lower::NO_OPERATION]);
     all.extend(oso::errors::ALL);
     all.extend(group::text::CODES);
     all.extend(lint::LINTS.iter().map(|l| l.code));

@@ -2,11 +2,11 @@
 //! take and yield.
 
 use super::{Builder, Result};
-use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
-use crate::hir::{BuiltinCall, Expr, ExprKind, Place};
+use crate::builtins::{self, Builtin, Param, ParamType, Signature};
+use crate::hir::{BuiltinCall, Expr, ExprKind, OperationCall, Place};
 use crate::oso::errors;
 use crate::resolve::convert_to;
-use crate::types::{Extent, StructTable, Type};
+use crate::types::{Base, Extent, StructTable, Type};
 use osl_syntax::span::Span;
 
 impl Builder<'_, '_> {
@@ -14,10 +14,13 @@ impl Builder<'_, '_> {
     pub(super) fn library(&mut self, at: usize, values: Vec<Expr>, span: Span) -> Result<Expr> {
         let file = self.file;
         let Some(op) = file.ops.get(at) else { return Err(errors::jump(Span::default(), "no operation")) };
-        let (row, dropped) = self.row(op.name, &values, op.span)?;
+        if op.name == "closure" {
+            return self.closure(at, values, op.span, span);
+        }
+        let row = self.row(op.name, op.span)?;
         let yields = row.signatures().iter().any(|s| s.ret != Type::VOID);
         let to = if yields { Some(self.target(at, span)?) } else { None };
-        let args = values.into_iter().skip(usize::from(yields) + dropped).collect::<Vec<Expr>>();
+        let args = values.into_iter().skip(usize::from(yields)).collect::<Vec<Expr>>();
         let result = to.as_ref().map(|to| to.ty);
         let scored = row.signatures().iter().enumerate();
         let scored =
@@ -25,9 +28,7 @@ impl Builder<'_, '_> {
         // Of equals the first, as everywhere.
         let best = scored.min_by_key(|(score, ..)| std::cmp::Reverse(*score));
         let Some((_, overload, signature)) = best else {
-            let types: Vec<String> = args.iter().map(|e| self.structs.show(e.ty)).collect();
-            let message = format!("no `{}` takes ({})", row.name, types.join(", "));
-            return Err(errors::operation(op.span, message));
+            return Err(self.no_form(row.name, &args, op.span));
         };
         let call = self.bound(row, overload, signature, args);
         let call = Expr { ty: signature.ret, kind: ExprKind::Builtin(call), span };
@@ -37,28 +38,47 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// The row of an operation's name, and how many arguments behind the result are not the function's.
-    fn row(&self, name: &str, values: &[Expr], op: Span) -> Result<(&'static Builtin, usize)> {
-        let unknown = |name: &str| errors::operation(op, format!("there is no operation `{name}`"));
-        if name == "closure" {
-            // Before the name there may be a weight; it would have to be multiplied in.
-            let literal = |e: &Expr| match &e.kind {
-                ExprKind::Str(name) => Some(name.clone()),
-                _ => None,
-            };
-            let Some(name) = values.get(1).and_then(literal) else {
-                return Err(errors::operation(op, "the name of a closure is a constant string"));
-            };
-            let row =
-                builtins::find(&name).filter(|row| row.signatures().iter().any(|s| s.ret == Type::CLOSURE));
-            return row.map(|row| (row, 1)).ok_or_else(|| unknown(&name));
+    fn no_form(&self, name: &str, args: &[Expr], op: Span) -> errors::Wrong {
+        let types: Vec<String> = args.iter().map(|e| self.structs.show(e.ty)).collect();
+        errors::operation(op, format!("no `{name}` takes ({})", types.join(", ")))
+    }
+
+    /// A component of a closure of any name. Which of its arguments are keywords is known of those of the table; of others
+    /// the file does not tell, so that all are taken for parameters.
+    fn closure(&mut self, at: usize, values: Vec<Expr>, op: Span, span: Span) -> Result<Expr> {
+        let mut values = values.into_iter();
+        // Before the name there may be a weight; it would have to be multiplied in.
+        let Some(ExprKind::Str(name)) = values.nth(1).map(|e| e.kind) else {
+            return Err(errors::operation(op, "the name of a closure is a constant string"));
+        };
+        let args: Vec<Expr> = values.collect();
+        if args.iter().any(|e| matches!(e.ty.base, Base::Struct(_) | Base::Void)) {
+            return Err(self.no_form(&name, &args, op));
         }
+        let forms = builtins::find(&name).map_or(&[][..], Builtin::signatures);
+        let forms = forms.iter().filter(|s| s.ret == Type::CLOSURE);
+        let scored = forms.filter_map(|s| Some((score(&self.structs, s, Some(Type::CLOSURE), &args)?, s)));
+        let best = scored.min_by_key(|(score, _)| std::cmp::Reverse(*score)).map(|(_, s)| s);
+        let params = best.map_or(&[][..], |s| &s.params);
+        let formals = best.map_or(args.len(), |s| s.params.len());
+        let convert = |(index, value)| match params.get(index) {
+            Some(Param { ty: ParamType::Of(ty), .. }) => convert_to(*ty, value),
+            _ => value,
+        };
+        let args = args.into_iter().enumerate().map(convert).collect();
+        let call = OperationCall { name, formals, args };
+        let to = self.target(at, span)?;
+        self.store(to, Expr { ty: Type::CLOSURE, kind: ExprKind::Operation(call), span }, op)
+    }
+
+    /// The row of an operation's name.
+    fn row(&self, name: &str, op: Span) -> Result<&'static Builtin> {
         let name = match name {
             "transformv" | "transformn" => "transform",
             name => name,
         };
         let row = builtins::find(name).filter(|row| !row.name.contains(' '));
-        row.map(|row| (row, 0)).ok_or_else(|| unknown(name))
+        row.ok_or_else(|| errors::operation(op, format!("there is no operation `{name}`")))
     }
 
     /// The arguments converted, the outputs with their places.
@@ -114,14 +134,8 @@ fn score(structs: &StructTable, signature: &Signature, result: Option<Type>, arg
             ParamType::Any { array } => u32::from(e.ty.is_array() == array).checked_sub(1)? + 1,
         };
     }
-    let fits = match signature.tail {
-        Tail::None => rest.is_empty(),
-        Tail::Any => true,
-        Tail::KeyValue => {
-            rest.len().is_multiple_of(2) && rest.iter().step_by(2).all(|e| e.ty == Type::STRING)
-        }
-    };
-    fits.then_some(total)
+    let rest: Vec<Type> = rest.iter().map(|e| e.ty).collect();
+    signature.tail.takes(&rest).then_some(total)
 }
 
 /// How well a value of type `have` suits one of type `want`.

@@ -4,7 +4,7 @@ use super::place::Spot;
 use super::stmt::ends;
 use super::table::Sym;
 use super::{Storage, Val, Writer};
-use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Place};
+use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCall, Place};
 use crate::types::{Extent, Type};
 
 /// Calls within calls; functions cannot recurse.
@@ -116,6 +116,30 @@ impl Writer<'_> {
         result.map_or(Val::Void, Val::One)
     }
 
+    /// An operation of the renderer, by its name; its result goes to a given symbol or a new one.
+    pub(super) fn renderers(&mut self, call: &OperationCall, ty: Type, to: Option<Sym>) -> Val {
+        let span = self.span;
+        let args: Vec<Sym> = call.args.iter().map(|e| self.passed(e)).collect();
+        self.span = span;
+        if ty == Type::VOID {
+            self.emit(call.name.to_string(), &args, &"r".repeat(args.len()));
+            return Val::Void;
+        }
+        let to = match to {
+            Some(to) if !args.contains(&to) => to,
+            _ => self.table.temp(ty),
+        };
+        let closure = ty == Type::CLOSURE;
+        let mut all = vec![to];
+        if closure {
+            all.push(self.table.text(call.name.clone()));
+        }
+        all.extend_from_slice(&args);
+        let access = format!("w{}", "r".repeat(all.len() - 1));
+        self.emit(if closure { "closure".to_string() } else { call.name.to_string() }, &all, &access);
+        Val::One(to)
+    }
+
     /// Whether the table says of an argument that it is an output.
     fn reads_output(&self, call: &BuiltinCall, index: usize) -> Option<bool> {
         let signature = call.row.signatures().get(call.overload)?;
@@ -188,9 +212,28 @@ impl Writer<'_> {
             name => (name, vec![to]),
         };
         let before = "r".repeat(all.len() - 1);
-        all.extend_from_slice(args);
+        let (mut args, mut access) = (args.to_vec(), access.to_string());
+        for (at, sym) in self.left_out(call, &args) {
+            args.insert(at.min(args.len()), sym);
+            access.push('r');
+        }
+        all.extend_from_slice(&args);
         self.emit(name, &all, &format!("w{before}{access}"));
         Some(to)
+    }
+
+    /// What the short forms of two closures leave out, and where it stands: the operation has only the long form.
+    fn left_out(&mut self, call: &BuiltinCall, args: &[Sym]) -> Vec<(usize, Sym)> {
+        let formals = call.row.signatures().get(call.overload).map_or(0, |s| s.params.len());
+        match (call.row.name, formals, args.get(2)) {
+            ("reflection", 1, _) => vec![(1, self.table.float(0.0))],
+            ("microfacet", 5, Some(alpha)) => {
+                let zero = || super::table::Value::Float(0.0);
+                let tangent = self.table.constant(Type::VECTOR, vec![zero(), zero(), zero()]);
+                vec![(2, tangent), (3, *alpha)]
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// A constructor with a space: the parts of the value are its arguments.

@@ -26,6 +26,7 @@ impl Writer<'_> {
             },
             ExprKind::Call(id, args) => self.call(*id, args),
             ExprKind::Builtin(call) => self.builtin(call, e.ty, None),
+            ExprKind::Operation(call) => self.renderers(call, e.ty, None),
             ExprKind::Assign(place, init) => self.assigned(place, init),
             ExprKind::Struct(parts) => {
                 let storage = self.allocate_temp(e.ty);
@@ -93,8 +94,13 @@ impl Writer<'_> {
             _ if direct => {
                 self.scalar(e, Some(to));
             }
-            ExprKind::Builtin(call) if self.table.ty(to) == e.ty => {
-                if let Val::One(made) = self.builtin(call, e.ty, Some(to))
+            ExprKind::Builtin(_) | ExprKind::Operation(_) if self.table.ty(to) == e.ty => {
+                let made = match &e.kind {
+                    ExprKind::Builtin(call) => self.builtin(call, e.ty, Some(to)),
+                    ExprKind::Operation(call) => self.renderers(call, e.ty, Some(to)),
+                    _ => Val::Void,
+                };
+                if let Val::One(made) = made
                     && made != to
                 {
                     self.assign(to, made);

@@ -22,6 +22,7 @@ use crate::types::Type;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;
+use std::borrow::Cow;
 use table::{Op, Sym, Table};
 
 /// Operations, at most.
@@ -99,13 +100,13 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     /// Adds an operation; `access` has `r`, `w` or `W` (both) for each argument.
-    fn emit(&mut self, name: &'static str, args: &[Sym], access: &str) -> usize {
+    fn emit(&mut self, name: impl Into<Cow<'static, str>>, args: &[Sym], access: &str) -> usize {
         if self.ops.len() >= MAX_OPS {
             self.full.get_or_insert(self.span);
             return self.ops.len().saturating_sub(1);
         }
         self.ops.push(Op {
-            name,
+            name: name.into(),
             args: args.to_vec(),
             access: access.bytes().collect(),
             jumps: Vec::new(),

@@ -314,6 +314,7 @@ pub(super) fn is_pure(e: &Expr) -> bool {
         ExprKind::Triple(parts) => parts.iter().all(is_pure),
         ExprKind::Matrix(cells) => cells.iter().all(is_pure),
         ExprKind::Comma(list) => list.iter().all(is_pure),
+        ExprKind::Operation(call) => e.ty == Type::CLOSURE && call.args.iter().all(is_pure),
         ExprKind::Builtin(call) => call.outputs.iter().all(Option::is_none) && call.args.iter().all(is_pure),
         ExprKind::Assign(..) | ExprKind::Step { .. } | ExprKind::Struct(_) | ExprKind::Call(..) => false,
     }

@@ -5,6 +5,7 @@ use crate::oso::text;
 use crate::types::{Base, Type};
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// Index of a symbol.
@@ -49,7 +50,7 @@ pub(super) struct Symbol {
 /// An operation.
 #[derive(Debug)]
 pub(super) struct Op {
-    pub(super) name: &'static str,
+    pub(super) name: Cow<'static, str>,
     pub(super) args: Vec<Sym>,
     /// For each argument `r`, `w` or `W` for both.
     pub(super) access: Vec<u8>,

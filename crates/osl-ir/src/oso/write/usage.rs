@@ -38,7 +38,7 @@ pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
                 widen(&mut usage.read, if changes { range } else { (at, at) });
             }
         }
-        if let ("for" | "while" | "dowhile", [test, .., end]) = (op.name, op.jumps.as_slice()) {
+        if let ("for" | "while" | "dowhile", [test, .., end]) = (&*op.name, op.jumps.as_slice()) {
             let last = end.saturating_sub(1);
             let outer = around.get_or_insert(*test..=last);
             let inside = outer.contains(&at);
@@ -55,7 +55,7 @@ pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
 
 /// The arguments of which an operation takes derivatives.
 pub(super) fn differentiated(table: &Table, op: &Op) -> Vec<usize> {
-    match op.name {
+    match &*op.name {
         "Dx" | "Dy" | "Dz" | "filterwidth" | "area" | "calculatenormal" => vec![1],
         "texture" => vec![2, 3],
         "texture3d" | "environment" => vec![2],
