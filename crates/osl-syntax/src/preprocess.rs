@@ -8,6 +8,7 @@ mod condition;
 mod directive;
 mod expand;
 mod file;
+mod headers;
 
 use crate::Options;
 use crate::diagnostic::Sink;
@@ -24,9 +25,6 @@ use std::sync::Arc;
 
 /// The version of the reference that the version macros name.
 const VERSION: [u32; 3] = [1, 13, 12];
-
-/// The header that every file includes before its first line.
-const STDOSL: &str = include_str!("../../../osl/stdosl.h");
 
 /// What preprocessing makes of a file.
 pub(crate) struct Preprocessed {
@@ -159,7 +157,7 @@ impl<'a> Preprocessor<'a> {
         self.known.insert(name.to_owned(), Known { text: text.clone(), base: 0 });
         self.predefine();
         self.files.push(FileCursor::new(name, text, 0));
-        self.enter_text("stdosl.h", STDOSL.into(), Span::default());
+        self.enter_standard();
         while let Some(token) = self.next_expanded() {
             if self.output.len() >= self.options.max_tokens {
                 self.diagnostics.push(errors::token_budget(token.span, self.options.max_tokens));
@@ -168,6 +166,29 @@ impl<'a> Preprocessor<'a> {
             }
             self.output.push(token);
         }
+    }
+
+    /// Enters the header that every file includes before its first line: the provider's, else that of the compiler.
+    fn enter_standard(&mut self) {
+        match self.provider.standard() {
+            Some(Ok((name, text))) => self.enter_text(&name, text, Span::default()),
+            Some(Err(why)) => {
+                let d = errors::include_not_found(Span::default(), headers::STANDARD, &why);
+                self.diagnostics.push(d);
+            }
+            None => {
+                self.enter_built_in(headers::STANDARD, Span::default());
+            }
+        }
+    }
+
+    /// Enters a header that comes with the compiler, unless `#pragma once` has closed it; whether there is one.
+    fn enter_built_in(&mut self, name: &str, at: Span) -> bool {
+        let Some(text) = headers::text(name) else { return false };
+        if !self.once.contains(name) {
+            self.enter_text(name, text.into(), at);
+        }
+        true
     }
 
     /// Defines the version macros and what the options define, in a file of its own before the main one is read.

@@ -102,4 +102,10 @@ pub trait SourceProvider {
     /// # Errors
     /// The reason, in words for the user: not found, not text, too large.
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String>;
+
+    /// A `stdosl.h` to read before the first line of every shader, in place of the one of the compiler: its full name
+    /// and text. `None` if there is none, an error in words if it cannot be read.
+    fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
+        None
+    }
 }

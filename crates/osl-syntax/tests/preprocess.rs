@@ -127,6 +127,27 @@ fn files() {
 }
 
 #[test]
+fn headers_of_the_compiler_are_found_last() {
+    let struct_of = |text: &str, files: &[(&'static str, &str)]| {
+        let parsed = parse_with(text, files, &Options::default());
+        let spelled = spell(&parsed);
+        let missing = codes(&parsed).into_iter().filter(|c| *c == "E0001").collect::<Vec<_>>();
+        (spelled.to_lowercase().split(' ').take(2).collect::<Vec<_>>().join(" "), missing)
+    };
+    for header in ["color2", "color4", "matrix33", "vector2", "vector4"] {
+        let name: &'static str = Box::leak(format!("{header}.h").into_boxed_str());
+        let own = [("user.h", "mine"), (name, "#pragma once\nother thing")];
+        for (open, close) in [('"', '"'), ('<', '>')] {
+            let text = format!("#include {open}{header}.h{close}\n#include \"{header}.h\"\n");
+            assert_eq!(struct_of(&text, &own[..1]), (format!("struct {header}"), vec![]));
+            assert_eq!(struct_of(&text, &own), ("other thing".into(), vec![]));
+        }
+    }
+    assert_eq!(struct_of("#include <oslutil.h>", &[]).0, "type(float) wireframe");
+    assert_eq!(struct_of("#include <color3.h>", &[]).1, ["E0001"]);
+}
+
+#[test]
 fn defines_of_the_command_line() {
     let options = Options {
         defines: vec![("A".into(), "1 + 2".into()), ("B".into(), String::new()), ("M_PI".into(), "3".into())],

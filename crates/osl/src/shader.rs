@@ -27,8 +27,8 @@ pub struct Param {
 }
 
 impl Shader {
-    /// Compiles a text; `name` is what diagnostics call it. `#include "stdosl.h"` does nothing, since all of it is known;
-    /// other includes fail: see [`Shader::compile_with`].
+    /// Compiles a text; `name` is what diagnostics call it. It may include the headers that come with the compiler,
+    /// `vector2.h` and its like; other includes fail: see [`Shader::compile_with`].
     ///
     /// # Errors
     /// The text has errors.
@@ -36,7 +36,9 @@ impl Shader {
         Shader::read(name, text, &NoFiles)
     }
 
-    /// Compiles a text with files that it includes: `include` yields the text of a name.
+    /// Compiles a text with files that it includes: `include` yields the text of a name. A `stdosl.h` that it yields is
+    /// read before the first line, in place of the one that comes with the compiler; the other headers that come with
+    /// the compiler are read where it yields none.
     ///
     /// # Errors
     /// The text or an included one has errors, or there is none.
@@ -85,5 +87,9 @@ impl<F: Fn(&str) -> Option<String>> SourceProvider for Includes<F> {
     fn include(&self, name: &str, _: bool, _: &str) -> Result<(String, Arc<str>), String> {
         let text = (self.0)(name).ok_or("no such file")?;
         Ok((name.to_string(), text.into()))
+    }
+
+    fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
+        self.include("stdosl.h", false, "").ok().map(Ok)
     }
 }

@@ -103,10 +103,6 @@ impl Preprocessor<'_> {
         };
         let first = tokens.first().map_or(head.span, |t| t.span);
         let span = tokens.iter().fold(first, |s, t| s.to(t.span));
-        if name == "stdosl.h" {
-            // Always there, and guarded: what it includes again is nothing.
-            return self.enter_text("stdosl.h", super::STDOSL.into(), span);
-        }
         self.include_file(&name, quoted, span);
     }
 
@@ -128,6 +124,7 @@ impl Preprocessor<'_> {
         match self.provider.include(name, quoted, &from) {
             Ok((name, _)) if self.once.contains(&name) => {}
             Ok((name, text)) => self.enter_text(&name, text, span),
+            Err(_) if self.enter_built_in(name, span) => {}
             Err(reason) => self.diagnostics.push(errors::include_not_found(span, name, &reason)),
         }
     }

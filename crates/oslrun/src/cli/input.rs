@@ -25,6 +25,12 @@ impl SourceProvider for Files {
         let text = read_text(&found)?;
         Ok((found.display().to_string(), text.into()))
     }
+
+    /// The first `stdosl.h` in the folders of `-I`: vendors extend it.
+    fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
+        let found = self.folders.iter().map(|f| f.join("stdosl.h")).find(|p| p.is_file())?;
+        Some(read_text(&found).map(|text| (found.display().to_string(), text.into())))
+    }
 }
 
 /// The main file's name and text, and where its includes come from.
