@@ -3,17 +3,16 @@
 //! Channels are called as image tools expect: `Y` alone, else `R`, `G`, `B`, `A`, `channel4` and so on. It must not know
 //! where the planes come from.
 
-use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
 use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
-use tiff::encoder::{TiffEncoder, TiffKind, colortype};
 
 use crate::error::ImageError;
 use crate::exr_out::{ExrOptions, Layer, LayerKind, SampleType, check_plane, check_size, write_exr};
 use crate::file;
 use crate::png_out::{BitDepth, PngOptions, write_png};
+use crate::tiff_out::{self, Stored};
 use crate::transfer::Transfer;
 
 /// How samples are stored.
@@ -42,6 +41,36 @@ impl Samples {
     }
 }
 
+/// Writes planes of ints as the channels of a file. A TIFF without samples of a kind holds them as they are; anywhere else
+/// the range of an int, −2147483647 to 2147483647, becomes that of the samples, and an EXR has half floats by default.
+///
+/// **Shape** and **Errors**: as for [`write_channels`].
+pub fn write_ints(
+    path: &Path,
+    size: (usize, usize),
+    planes: &[&[i32]],
+    samples: Option<Samples>,
+) -> Result<(), ImageError> {
+    check_size(path, size.0, size.1)?;
+    let ending = ending(path);
+    if samples.is_none() && matches!(ending.as_str(), "tif" | "tiff") {
+        if planes.iter().any(|plane| plane.len() != size.0 * size.1) {
+            return Err(ImageError::input(path, "a plane does not have one value for each pixel"));
+        }
+        let bytes = pixels(planes, size.0 * size.1, i32::to_le_bytes);
+        return tiff_out::write(path, size, planes.len(), Stored::Int, bytes.as_flattened());
+    }
+    let fractions = |plane: &&[i32]| plane.iter().map(|n| *n as f32 * (1.0 / i32::MAX as f32)).collect();
+    let fractions: Vec<Vec<f32>> = planes.iter().map(fractions).collect();
+    let planes: Vec<&[f32]> = fractions.iter().map(Vec::as_slice).collect();
+    let samples = samples.or((ending == "exr").then_some(Samples::Half));
+    write_channels(path, size, &planes, samples)
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
+
 /// Writes planes as the channels of a file: .exr, .tif, .png or .jpg. What the format cannot store is stored as the nearest
 /// that it can: floats by default, bytes in PNG and JPEG, which take their values through the sRGB curve.
 ///
@@ -58,8 +87,7 @@ pub fn write_channels(
     for (i, plane) in planes.iter().enumerate() {
         check_plane(path, &format!("plane {i}"), plane, width * height)?;
     }
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
-    match ending.as_str() {
+    match ending(path).as_str() {
         "exr" => exr(path, (width, height), planes, samples),
         "tif" | "tiff" => tiff(path, (width, height), planes, samples.unwrap_or(Samples::Float)),
         "png" => {
@@ -91,12 +119,14 @@ fn exr(
         .zip(planes)
         .map(|(name, plane)| Layer { name, kind: LayerKind::Scalar, planes: vec![plane] })
         .collect();
-    let samples = if samples == Some(Samples::Half) { SampleType::Half } else { SampleType::Float };
+    // EXR has no bytes or shorts: OpenImageIO stores halves for both.
+    let samples =
+        if matches!(samples, None | Some(Samples::Float)) { SampleType::Float } else { SampleType::Half };
     write_exr(path, width, height, &layers, ExrOptions { samples, ..ExrOptions::default() })
 }
 
 /// The samples pixel by pixel.
-fn pixels<T>(planes: &[&[f32]], n_pixels: usize, convert: impl Fn(f32) -> T) -> Vec<T> {
+fn pixels<S: Copy, T>(planes: &[&[S]], n_pixels: usize, convert: impl Fn(S) -> T) -> Vec<T> {
     (0..n_pixels).flat_map(|at| planes.iter().map(move |plane| plane[at])).map(convert).collect()
 }
 
@@ -120,36 +150,17 @@ fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Resu
 
 fn tiff(path: &Path, size: (usize, usize), planes: &[&[f32]], samples: Samples) -> Result<(), ImageError> {
     let n = size.0 * size.1;
-    let mut bytes = Cursor::new(Vec::new());
-    let encoded = TiffEncoder::new(&mut bytes).and_then(|encoder| {
-        let byte = |x| Transfer::Linear.quantize(x, 255) as u8;
-        let short = |x| Transfer::Linear.quantize(x, 65535);
-        match (planes.len(), samples) {
-            (1, Samples::Byte) => write::<colortype::Gray8>(encoder, size, &pixels(planes, n, byte)),
-            (3, Samples::Byte) => write::<colortype::RGB8>(encoder, size, &pixels(planes, n, byte)),
-            (1, Samples::Short) => write::<colortype::Gray16>(encoder, size, &pixels(planes, n, short)),
-            (3, Samples::Short) => write::<colortype::RGB16>(encoder, size, &pixels(planes, n, short)),
-            (1, _) => write::<colortype::Gray32Float>(encoder, size, &pixels(planes, n, |x| x)),
-            (3, _) => write::<colortype::RGB32Float>(encoder, size, &pixels(planes, n, |x| x)),
-            (n, _) => {
-                let what = format!("a TIFF takes 1 or 3 channels, not {n}");
-                Err(std::io::Error::other(what).into())
-            }
+    let write = |stored, bytes: &[u8]| tiff_out::write(path, size, planes.len(), stored, bytes);
+    match samples {
+        Samples::Byte => write(Stored::Byte, &pixels(planes, n, |x| Transfer::Linear.quantize(x, 255) as u8)),
+        Samples::Short => {
+            let short = |x| Transfer::Linear.quantize(x, 65535).to_le_bytes();
+            write(Stored::Short, pixels(planes, n, short).as_flattened())
         }
-    });
-    encoded.map_err(|e| ImageError::format(path, format!("cannot encode TIFF: {e}")))?;
-    file::replace(path, bytes.get_ref())
-}
-
-fn write<C: colortype::ColorType>(
-    mut encoder: TiffEncoder<impl Write + Seek, impl TiffKind>,
-    (width, height): (usize, usize),
-    pixels: &[C::Inner],
-) -> tiff::TiffResult<()>
-where
-    [C::Inner]: tiff::encoder::TiffValue,
-{
-    encoder.write_image::<C>(width as u32, height as u32, pixels)
+        Samples::Half | Samples::Float => {
+            write(Stored::Float, pixels(planes, n, f32::to_le_bytes).as_flattened())
+        }
+    }
 }
 
 #[cfg(test)]
@@ -169,7 +180,7 @@ mod tests {
             ("b.tif", Some(Samples::Byte), 2.1e-3),
             ("c.tif", Some(Samples::Short), 1e-5),
         ] {
-            for count in [1, 3] {
+            for count in [1, 2, 3] {
                 let path = dir.path().join(name);
                 let slices: Vec<&[f32]> = planes.iter().take(count).map(Vec::as_slice).collect();
                 write_channels(&path, (3, 2), &slices, samples).expect(name);
@@ -187,7 +198,34 @@ mod tests {
             write_channels(&dir.path().join(name), (3, 2), &gray, None).expect(name);
         }
         assert!(write_channels(&dir.path().join("a.gif"), (3, 2), &gray, None).is_err());
-        let two: Vec<&[f32]> = planes.iter().take(2).map(Vec::as_slice).collect();
-        assert!(write_channels(&dir.path().join("a.tif"), (3, 2), &two, None).is_err());
+    }
+
+    #[test]
+    fn ints_are_exact_in_a_tiff_and_fractions_elsewhere() {
+        let dir = tempfile::tempdir().expect("a folder");
+        let plane = [0, 1, -1, 16_777_217, i32::MAX, i32::MIN];
+        let path = dir.path().join("a.tif");
+        write_ints(&path, (3, 2), &[&plane], None).expect("a TIFF");
+        let bytes = std::fs::read(&path).expect("a file");
+        let stored: Vec<i32> = bytes
+            .get(8..32)
+            .expect("samples")
+            .chunks_exact(4)
+            .map(|c| i32::from_le_bytes(c.try_into().expect("four bytes")))
+            .collect();
+        assert_eq!(stored, plane);
+        for (name, samples, expected) in [
+            ("a.exr", None, [0.0, 0.0, 0.0, 0.007_812_5, 1.0, -1.0]),
+            ("b.exr", Some(Samples::Float), [0.0, 4.656_613e-10, -4.656_613e-10, 0.007_812_5, 1.0, -1.0]),
+            ("b.tif", Some(Samples::Byte), [0.0, 0.0, 0.0, 2.0 / 255.0, 1.0, 0.0]),
+        ] {
+            let path = dir.path().join(name);
+            write_ints(&path, (3, 2), &[&plane], samples).expect(name);
+            let read = read_image(&path).expect(name);
+            for (got, wanted) in read.plane(0).iter().zip(expected) {
+                assert!((got - wanted).abs() <= 1e-6 * f32::abs(wanted), "{name}: {got} for {wanted}");
+            }
+        }
+        assert!(write_ints(&path, (3, 3), &[&plane], None).is_err());
     }
 }

@@ -24,12 +24,13 @@ mod read;
 mod search;
 mod texture;
 mod tiff_in;
+mod tiff_out;
 mod transfer;
 mod udim;
 mod wrap;
 
 pub use cache::{LoadFailure, Loaded, TextureCache};
-pub use channels_out::{Samples, write_channels};
+pub use channels_out::{Samples, write_channels, write_ints};
 pub use error::ImageError;
 pub use exr_out::{
     ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,

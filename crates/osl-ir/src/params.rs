@@ -66,6 +66,18 @@ impl ParamValues {
         self.values.get(name).map(Vec::as_slice)
     }
 
+    /// The values that were given, with their names: in the order of the parameters, fields of structs by name.
+    pub fn given<'a>(&'a self, program: &Program) -> Vec<(&'a str, &'a [Const])> {
+        let place = |name: &str| {
+            let first = name.split('.').next().unwrap_or(name);
+            let named = |p: &Param| &*program.vars[p.var.0 as usize].name == first;
+            program.shader.params.iter().position(named)
+        };
+        let mut list: Vec<(&str, &[Const])> = self.values.iter().map(|(n, v)| (&**n, &v[..])).collect();
+        list.sort_by_key(|(name, _)| (place(name), *name));
+        list
+    }
+
     /// Has a parameter take the value of the point where there is one.
     pub fn interpolate(&mut self, name: &str) {
         self.interpolated.insert(name.into());
@@ -152,16 +164,17 @@ fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
     ParamError::Mismatch { name: name.to_string(), ty: program.structs.show(ty), text: text.to_string() }
 }
 
-/// The type of a parameter or field.
+/// The type of a parameter or field, or the error that there is none.
 fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
-    path(program, name).ok_or_else(|| {
+    type_of(program, name).ok_or_else(|| {
         let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
         let close = names.min_by_key(|n| strsim::damerau_levenshtein(n, name)).map(str::to_string);
         ParamError::Unknown(name.to_string(), close)
     })
 }
 
-fn path(program: &Program, name: &str) -> Option<Type> {
+/// The type of a parameter, or of a field `s.a` of one.
+pub fn type_of(program: &Program, name: &str) -> Option<Type> {
     let mut parts = name.split('.');
     let first = parts.next()?;
     let of = |p: &&Param| &*program.vars[p.var.0 as usize].name == first;

@@ -93,6 +93,26 @@ impl Group {
         self.layers.get_mut(index)
     }
 
+    /// An end of a connection as a text names it: `layer.parameter`, with the field or component.
+    pub fn show(&self, end: &End) -> String {
+        let Some(layer) = self.layers.get(end.layer) else { return String::new() };
+        let program = &layer.program;
+        let Some(param) = program.shader.params.get(end.param) else { return layer.name.to_string() };
+        let var = &program.vars[param.var.0 as usize];
+        let (mut text, mut ty) = (format!("{}.{}", layer.name, var.name), var.ty);
+        for field in &end.fields {
+            let Some(field) = ty.as_struct().and_then(|id| program.structs.get(id).fields.get(*field)) else {
+                break;
+            };
+            text += &format!(".{}", field.name);
+            ty = field.ty;
+        }
+        if let Some(component) = end.component {
+            text += &format!("[{component}]");
+        }
+        text
+    }
+
     /// The layer of a name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.layers.iter().position(|l| &*l.name == name)

@@ -61,7 +61,7 @@ pub fn link(
     files: &dyn ShaderFiles,
     options: &Options,
 ) -> CheckedGroup {
-    let mut library = Library { files, options, sources, known: HashMap::new(), diagnostics: Vec::new() };
+    let mut library = Library::new(sources, files, options);
     let (group, mut diagnostics) = text::build(name, statements, &mut library);
     diagnostics.append(&mut library.diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
@@ -69,12 +69,14 @@ pub fn link(
 }
 
 /// The shaders that were read so far.
-struct Library<'a> {
+pub struct Library<'a> {
     files: &'a dyn ShaderFiles,
     options: &'a Options,
-    sources: SourceMap,
+    /// Their files, once for each layer.
+    pub sources: SourceMap,
     known: HashMap<String, Result<Known, String>>,
-    diagnostics: Vec<Diagnostic>,
+    /// What reading them said, with places in `sources`.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 struct Known {
@@ -97,7 +99,12 @@ impl Shaders for Library<'_> {
     }
 }
 
-impl Library<'_> {
+impl<'a> Library<'a> {
+    /// A library that has read nothing yet; the files that it reads go behind those of `sources`.
+    pub fn new(sources: SourceMap, files: &'a dyn ShaderFiles, options: &'a Options) -> Library<'a> {
+        Library { files, options, sources, known: HashMap::new(), diagnostics: Vec::new() }
+    }
+
     fn read(&mut self, name: &str) -> Result<Known, String> {
         let (file, text) = self.files.find(name)?;
         let checked = check(&file, &text, self.files.includes(), self.options);

@@ -4,7 +4,7 @@
 
 mod group;
 
-pub use group::{CheckedGroup, ShaderFiles, check_group, link, moved};
+pub use group::{CheckedGroup, Library, ShaderFiles, check_group, link, moved};
 
 use osl_exec::Program;
 use osl_ir::hir;

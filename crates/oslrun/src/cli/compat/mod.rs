@@ -3,13 +3,17 @@
 //! They take the tools' options, use their defaults, write the same files and print the same lines, so that scripts made
 //! for those tools go on. Sources of the options: the OSL documentation and the tools' own help.
 
+mod group;
 mod options;
 mod oslc;
 mod oslinfo;
+pub(in crate::cli) mod settings;
 mod testshade;
 
 use osl_ir::ir::Const;
 use osl_ir::text::{self, Flavour, Value};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::SourceMap;
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
@@ -18,6 +22,25 @@ use std::path::Path;
 struct Console<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
+}
+
+impl Console<'_> {
+    /// Reports an error.
+    fn error(&mut self, text: &str) {
+        let _ = writeln!(self.err, "ERROR: {text}");
+    }
+
+    /// Reports a warning.
+    fn warning(&mut self, text: &str) {
+        let _ = writeln!(self.err, "WARNING: {text}");
+    }
+
+    /// Reports what reading a shader said.
+    fn diagnostic(&mut self, d: &Diagnostic, sources: &SourceMap) {
+        let place = sources.place(d.span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+        let text = format!("{place}{}", d.message);
+        if d.is_error() { self.error(&text) } else { self.warning(&text) }
+    }
 }
 
 /// The tools, by name.

@@ -1,17 +1,16 @@
 //! What a command line of `testshade` asks for.
 
 use super::super::options::Item;
-use crate::cli::input;
+use super::super::settings::{self, Settings};
 use osl_exec::Datum;
 use osl_image::Samples;
-use osl_ir::group::text::{self, Statement, Word};
+use osl_ir::group::text::{Statement, Word};
 use osl_ir::hir::Global;
 use osl_ir::ir::Const;
 use osl_ir::types::{Base, Extent, Type};
 use osl_scene::{Grid, ReferenceRenderer};
-use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
-use std::path::Path;
+use std::path::PathBuf;
 
 /// What to do.
 pub(super) enum Order {
@@ -25,10 +24,20 @@ pub(super) struct Job {
     pub(super) vary: Vec<Global>,
     pub(super) data: Vec<(String, Datum)>,
     pub(super) raytype: String,
-    pub(super) statements: Vec<Statement>,
-    /// Name and text of the shader that `--expr` makes.
-    pub(super) expr: Option<(String, String)>,
-    pub(super) group_name: String,
+    /// What makes the group, in order.
+    pub(super) steps: Vec<Step>,
+    /// Layer, output, layer, parameter: made when all layers are there.
+    pub(super) connections: Vec<[String; 4]>,
+    /// The name that the command line gives the group.
+    pub(super) group_name: Option<String>,
+    pub(super) settings: Settings,
+    /// Folders to look for textures in.
+    pub(super) texture_path: Vec<PathBuf>,
+    /// Where to write the text of the group.
+    pub(super) archive: Option<String>,
+    pub(super) verbose: bool,
+    /// List the parameters of the layers.
+    pub(super) query: bool,
     /// Layer and value.
     pub(super) reparams: Vec<(String, Statement)>,
     /// Output and file, as given.
@@ -40,8 +49,18 @@ pub(super) struct Job {
     pub(super) stats: bool,
     pub(super) iterations: usize,
     pub(super) threads: usize,
-    /// Lines to print before anything else.
-    pub(super) said: Vec<String>,
+}
+
+/// A step in the making of a group.
+pub(super) enum Step {
+    /// A value for the next shader.
+    Value(Statement),
+    /// A layer, of a shader that is to be found.
+    Shader { shader: String, layer: Option<String> },
+    /// A layer, of a shader whose body is this text.
+    Expr { text: String, layer: Option<String> },
+    /// Another group in place of this one: its text, or the file that holds it.
+    Group(String),
 }
 
 impl Job {
@@ -69,9 +88,14 @@ pub(super) fn read(items: Vec<Item>) -> Result<Order, String> {
         vary: Vec::new(),
         data: Vec::new(),
         raytype: "camera".to_string(),
-        statements: Vec::new(),
-        expr: None,
-        group_name: "unnamed_group_1".to_string(),
+        steps: Vec::new(),
+        connections: Vec::new(),
+        group_name: None,
+        settings: Settings::default(),
+        texture_path: Vec::new(),
+        archive: None,
+        verbose: false,
+        query: false,
         reparams: Vec::new(),
         outputs: Vec::new(),
         samples: None,
@@ -81,31 +105,23 @@ pub(super) fn read(items: Vec<Item>) -> Result<Order, String> {
         stats: false,
         iterations: 1,
         threads: 0,
-        said: Vec::new(),
     };
     let mut layer: Option<String> = None;
-    // Layers are connected when all are there.
-    let mut connections = Vec::new();
     for item in items {
         match item {
-            Item::Word(shader) => job.statements.push(declared(&shader, layer.take())),
+            Item::Word(shader) => job.steps.push(declared(&shader, layer.take())),
             Item::Option { name: "help", .. } => return Ok(Order::Help),
             Item::Option { name: "layer", words, .. } => layer = words.into_iter().next(),
-            Item::Option { name: "connect", words, .. } => {
-                let [a, output, b, input] = &words[..] else { continue };
-                job.said.push(format!("Connect {a}.{output} to {b}.{input}"));
-                connections.push(Statement::Connect {
-                    from: (word(a), word(output)),
-                    to: (word(b), word(input)),
-                    span: Span::default(),
-                });
+            Item::Option { name: "expr", words, .. } => {
+                let text = words.into_iter().next().unwrap_or_default();
+                job.steps.push(Step::Expr { text, layer: layer.take() });
             }
+            Item::Option { name: "connect", words, .. } => job.connections.extend(words.try_into().ok()),
             Item::Option { name, settings, words } => option(&mut job, name, &settings, &words)?,
         }
     }
-    job.statements.extend(connections);
-    if !job.statements.iter().any(|s| matches!(s, Statement::Shader { .. })) {
-        return Err("ERROR: No shader or group was specified.\nTry `testshade --help`".to_string());
+    if !job.steps.iter().any(|step| !matches!(step, Step::Value(_))) {
+        return Err("ERROR: No shader or group was specified.\n\nTry `testshade --help` for an explanation of all arguments".to_string());
     }
     if job.outputs.is_empty() {
         job.outputs.push(("Cout".to_string(), "null".to_string()));
@@ -121,11 +137,8 @@ fn word(text: &str) -> Word {
 }
 
 /// The layer of a shader; the name of a file stands for the shader in it.
-fn declared(shader: &str, layer: Option<String>) -> Statement {
-    let stem = Path::new(shader).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let name = if shader.ends_with(".oso") || shader.ends_with(".osl") { shader } else { shader.trim() };
-    let layer = layer.map(|l| word(&l)).or_else(|| (stem != name).then(|| word(&format!("{stem}_0"))));
-    Statement::Shader { shader: word(name), layer }
+fn declared(shader: &str, layer: Option<String>) -> Step {
+    Step::Shader { shader: shader.trim().to_string(), layer }
 }
 
 fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[String]) -> Result<(), String> {
@@ -143,19 +156,28 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
         "g" | "res" => (job.grid.width, job.grid.height) = (count(0)?.max(1), count(1)?.max(1)),
         "center" => job.grid.center = true,
         "scaleuv" | "scalest" => job.grid.scale = [float(0)?, float(1)?],
-        "offsetuv" | "offsetst" => job.grid.offset = [float(0)?, float(1)?],
+        "offsetst" => job.grid.offset = [float(0)?, float(1)?],
         "vary_pdxdy" => job.vary.push(Global::P),
         "vary_udxdy" => job.vary.push(Global::U),
         "vary_vdxdy" => job.vary.push(Global::V),
-        "param" => job.statements.push(value(text(0), text(1), settings)?),
-        "shader" => job.statements.push(declared(text(0), Some(text(1).to_string()))),
-        "group" => group(job, text(0))?,
-        "groupname" => job.group_name = text(0).to_string(),
-        "expr" => {
-            let source = format!("shader expr_0 (output color result = 0) {{ result = {}; }}", text(0));
-            job.expr = Some(("expr_0".to_string(), source));
-            job.statements.push(Statement::Shader { shader: word("expr_0"), layer: Some(word("expr_0")) });
+        "param" => job.steps.push(Step::Value(value(text(0), text(1), settings)?)),
+        "shader" => job.steps.push(declared(text(0), Some(text(1).to_string()))),
+        "group" => job.steps.push(Step::Group(text(0).to_string())),
+        "groupname" => job.group_name = Some(text(0).to_string()),
+        "archivegroup" => job.archive = Some(text(0).to_string()),
+        "v" => job.verbose = true,
+        "oslquery" => job.query = true,
+        "options" => job.settings.read(text(0)),
+        "texoptions" => {
+            let paths = settings::pairs(text(0)).into_iter().filter(|(key, _)| key == "searchpath");
+            if let Some((_, path)) = paths.last() {
+                job.texture_path = settings::folders(&path);
+            }
         }
+        "colorspace" => job.settings.color_space = text(0).to_string(),
+        "userdata_isconnected" => job.settings.userdata_isconnected = true,
+        "debugnan" => job.settings.debug_nan = true,
+        "debuguninit" => job.settings.debug_uninit = true,
         "reparam" => job.reparams.push((text(0).to_string(), value(text(1), text(2), settings)?)),
         "o" => job.outputs.push((text(0).to_string(), text(1).to_string())),
         "d" | "od" => {
@@ -175,59 +197,9 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
         "entryoutput" => job.entry_outputs.push(text(0).to_string()),
         "iters" => job.iterations = count(0)?.clamp(1, MAX_ITERATIONS),
         "runstats" | "stats" => job.stats = true,
-        "colorspace" if text(0) != "Rec709" => {
-            return Err(format!("testshade: color space {} is not there, only Rec709", text(0)));
-        }
         _ => {}
     }
     Ok(())
-}
-
-/// The statements of a group's text, or of a file with it.
-fn group(job: &mut Job, given: &str) -> Result<(), String> {
-    let path = Path::new(given);
-    let text = if !given.contains([';', ',']) && path.is_file() {
-        input::read_text(path)?
-    } else {
-        given.to_string()
-    };
-    let (statements, diagnostics) = text::parse(&text, 0);
-    if let Some(first) = diagnostics.iter().find(|d| d.is_error()) {
-        return Err(malformed(&text, first));
-    }
-    // Places in this text are not those of the group.
-    job.statements.extend(statements.into_iter().map(placeless));
-    Ok(())
-}
-
-fn malformed(text: &str, d: &Diagnostic) -> String {
-    let start = text.get(..d.span.start as usize).and_then(|t| t.rfind([';', ','])).map_or(0, |at| at + 1);
-    let near = text.get(start..).unwrap_or("").split_inclusive([';', ',']).next().unwrap_or("").trim();
-    format!(
-        "ERROR: error parsing group description: {}\n        problem might be here: {near}\nERROR: Invalid shader group. Exiting testshade.",
-        d.message
-    )
-}
-
-fn placeless(statement: Statement) -> Statement {
-    let bare = |w: Word| Word { span: Span::default(), ..w };
-    match statement {
-        Statement::Param { ty, name, values, interpolated, .. } => Statement::Param {
-            ty,
-            name: bare(name),
-            values: values.into_iter().map(bare).collect(),
-            interpolated,
-            span: Span::default(),
-        },
-        Statement::Shader { shader, layer } => {
-            Statement::Shader { shader: bare(shader), layer: layer.map(bare) }
-        }
-        Statement::Connect { from, to, .. } => Statement::Connect {
-            from: (bare(from.0), bare(from.1)),
-            to: (bare(to.0), bare(to.1)),
-            span: Span::default(),
-        },
-    }
 }
 
 /// A value whose type is given, or told by its form: sixteen numbers are a matrix, three a vector, one an int or float; all

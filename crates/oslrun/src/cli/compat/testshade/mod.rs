@@ -1,24 +1,20 @@
 //! `testshade`: runs a shader or a group on a grid, prints what it prints, writes images.
 
 mod job;
+mod setup;
 mod show;
 
 use super::Console;
 use super::options::{self, Known};
-use crate::cli::args::ReadArgs;
-use crate::cli::input;
-use crate::pipeline::{self, ShaderFiles};
+use crate::pipeline;
 use job::{Job, Order};
 use osl_exec::{Frame, PointSource, RunOptions, Services, Stop};
-use osl_image::TextureCache;
 use osl_ir::group::Group;
 use osl_ir::group::text::Statement;
-use osl_ir::params::{self, ParamValues};
+use osl_ir::params;
 use osl_ir::{lower, passes};
-use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, render};
-use osl_syntax::source::{SourceMap, SourceProvider};
-use std::path::{Path, PathBuf};
+use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -29,22 +25,23 @@ const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
 /// The tool's options. Those without help steer a code generator that is not here.
 const KNOWN: &[Known] = &[
     o("help", 0, "Print this"),
-    o("v", 0, "Say more"),
+    o("v", 0, "Print the group too"),
+    o("oslquery", 0, "Print the group and the parameters of its layers"),
     o("t", 1, "Threads (0: all cores)"),
     o("g", 2, "Points in a row, and rows"),
     o("res", 2, "The same"),
     o("center", 0, "Points at pixel centres rather than from border to border"),
     o("scaleuv", 2, "Factors of u and v"),
     o("scalest", 2, "The same"),
-    o("offsetuv", 2, "Added to u and v"),
-    o("offsetst", 2, "The same"),
+    o("offsetst", 2, "Added to u and v"),
     o("param", 2, "NAME VALUE for the next shader; settings type=, lockgeom=, interpolated=, interactive="),
     o("shader", 2, "A layer: SHADER LAYER"),
     o("layer", 1, "Name of the layer of the next shader"),
     o("connect", 4, "LAYER OUTPUT LAYER PARAM"),
     o("group", 1, "The text of a group, or a file with it"),
     o("groupname", 1, "Name of the group"),
-    o("expr", 1, "An expression, computed as output `result`"),
+    o("expr", 1, "A layer whose shader has this body, with s, t and the outputs `result` and `alpha`"),
+    o("archivegroup", 1, "Write the text of the group to a file"),
     o("reparam", 3, "Value from the second iteration on: LAYER NAME VALUE"),
     o("o", 2, "Output, and the file to write it to; `null` computes it only"),
     o("d", 1, "How samples are stored: uint8, uint16, half, float"),
@@ -55,15 +52,21 @@ const KNOWN: &[Known] = &[
     o("vary_pdxdy", 0, "Slopes of P that differ from point to point"),
     o("vary_udxdy", 0, "Slopes of u that differ from point to point"),
     o("vary_vdxdy", 0, "Slopes of v that differ from point to point"),
-    o("entry", 1, "A layer that runs by itself"),
-    o("entryoutput", 1, "An output whose layer runs by itself"),
+    o("entry", 1, "A layer to run; only layers that are named so run, in this order, with what they need"),
+    o("entryoutput", 1, "With --entry: an output whose layer is to run instead of the layers named there"),
     o("iters", 1, "How often to run"),
     o("runstats", 0, "Print times"),
     o("stats", 0, "The same"),
-    o("colorspace", 1, "Color space of the shaders: Rec709 (others are not there)"),
+    o("colorspace", 1, "Color space of the shaders: Rec709, sRGB, ACEScg and ten others"),
+    o(
+        "options",
+        1,
+        "Settings KEY=VALUE,…: lazyglobals, lazyunconnected, lazyerror, lockgeom, searchpath:shader …",
+    ),
+    o("texoptions", 1, "Settings KEY=VALUE,…: searchpath, folders to look for textures in"),
+    o("userdata_isconnected", 0, "isconnected() counts parameters that may take data of the point"),
     o("batched", 0, ""),
-    o("options", 1, ""),
-    o("texoptions", 1, ""),
+    o("offsetuv", 2, ""),
     o("O0", 0, ""),
     o("O1", 0, ""),
     o("O2", 0, ""),
@@ -79,13 +82,21 @@ const KNOWN: &[Known] = &[
     o("locale", 1, ""),
     o("no-output-placement", 0, ""),
     o("noshadeimage", 0, ""),
-    o("oslquery", 0, ""),
+    o("optix", 0, ""),
+    o("optix_force_inline_thresh", 1, ""),
+    o("optix_no_inline", 0, ""),
+    o("optix_no_inline_layer_funcs", 0, ""),
+    o("optix_no_inline_rend_lib", 0, ""),
+    o("optix_no_inline_thresh", 1, ""),
+    o("optix_no_merge_layer_funcs", 0, ""),
+    o("optix_no_rend_lib_bitcode", 0, ""),
+    o("optix_register_inline_funcs", 0, ""),
     o("print-groupdata", 0, ""),
     o("profile", 0, ""),
     o("raytype_opt", 0, ""),
+    o("saveptx", 0, ""),
     o("shadeimage", 0, ""),
     o("use_rs_bitcode", 0, ""),
-    o("userdata_isconnected", 0, ""),
     o("warmup", 0, ""),
 ];
 
@@ -113,9 +124,6 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         }
         Order::Shade(job) => *job,
     };
-    for line in &job.said {
-        let _ = writeln!(console.out, "{line}");
-    }
     let pool = match job.threads {
         0 => None,
         n => Some(
@@ -126,18 +134,9 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         ),
     };
     let started = Instant::now();
-    let library =
-        Folders { expr: job.expr.clone(), includes: input::includes(Path::new(""), &ReadArgs::default()) };
     let options = osl_syntax::Options::default();
-    let mut checked =
-        pipeline::link(SourceMap::default(), &job.statements, &job.group_name, &library, &options);
-    told(&checked.diagnostics, &checked.sources, console);
-    let Some(mut group) = checked.group.take() else {
-        return Err("ERROR: Invalid shader group. Exiting testshade.".to_string());
-    };
-    if group.layers().is_empty() {
-        return Err("testshade: no shader was named".to_string());
-    }
+    let shaders = setup::Folders::new(&job);
+    let (mut group, sources) = setup::group(&job, &shaders, &options, console)?;
     let outputs = show::outputs(&group, &job);
     // The tool parts what it says from what the shaders print by an empty line: before its list of outputs, or at the end
     // where there is none.
@@ -151,18 +150,15 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         }
     }
     let renderer = job.renderer();
-    let services = Services {
-        ray: job.raytype.clone(),
-        spaces: renderer.spaces(),
-        textures: TextureCache::new(vec![PathBuf::new()]),
-    };
+    let services =
+        Services { ray: job.raytype.clone(), spaces: renderer.spaces(), textures: setup::textures(&job) };
     let mut last = None;
     for round in 0..job.iterations {
         if round == 1 {
-            reparam(&mut group, &job)?;
+            reparam(&mut group, &job);
         }
-        let frame = frame(&group, &job, &renderer, &services, &outputs, &checked.sources, pool.as_ref())?;
-        show::said(&frame.0, &frame.1, &checked.sources, console)?;
+        let frame = frame(&group, &job, &renderer, &services, &outputs, &sources, pool.as_ref())?;
+        show::said(&frame.0, &frame.1, &sources, console)?;
         last = Some(frame.0);
     }
     let Some(frame) = last else { return Ok(()) };
@@ -212,54 +208,15 @@ fn frame(
     Ok((frame, compiled.program))
 }
 
-/// Sets the values that `--reparam` gives.
-fn reparam(group: &mut Group, job: &Job) -> Result<(), String> {
+/// Sets the values that `--reparam` gives. Where there is no such parameter, nothing changes.
+fn reparam(group: &mut Group, job: &Job) {
     for (layer, statement) in &job.reparams {
         let Statement::Param { ty, name, values, .. } = statement else { continue };
-        let index = group.find(layer).ok_or_else(|| format!("testshade: there is no layer \"{layer}\""))?;
-        let Some(layer) = group.layer_mut(index) else { continue };
+        let Some(layer) = group.find(layer).and_then(|index| group.layer_mut(index)) else { continue };
         let words: Vec<Arc<str>> = values.iter().map(|w| w.text.clone()).collect();
-        let mut given: ParamValues = layer.values.clone();
-        params::set_words(&layer.program, &mut given, *ty, &name.text, &words)
-            .map_err(|e| format!("testshade: {e}"))?;
-        layer.values = given;
-    }
-    Ok(())
-}
-
-fn told(list: &[Diagnostic], sources: &SourceMap, console: &mut Console<'_>) {
-    for d in list {
-        let kind = if d.is_error() { "ERROR" } else { "WARNING" };
-        // What the command line says has no place in a file.
-        let place = sources.place(d.span).filter(|_| d.span != osl_syntax::span::Span::default());
-        let place = place.map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
-        let _ = writeln!(console.err, "{kind}: {place}{}", d.message);
-    }
-}
-
-/// Where shaders are looked for: compiled ones first, as the reference does, and their sources.
-struct Folders {
-    /// The text of the shader that `--expr` makes.
-    expr: Option<(String, String)>,
-    includes: input::Files,
-}
-
-impl ShaderFiles for Folders {
-    fn find(&self, shader: &str) -> Result<(String, String), String> {
-        if let Some((_, text)) = self.expr.as_ref().filter(|(name, _)| name == shader) {
-            return Ok((format!("{shader}.osl"), text.clone()));
+        let mut given = layer.values.clone();
+        if params::set_words(&layer.program, &mut given, *ty, &name.text, &words).is_ok() {
+            layer.values = given;
         }
-        let stem = shader.strip_suffix(".osl").or_else(|| shader.strip_suffix(".oso")).unwrap_or(shader);
-        for ending in ["oso", "osl"] {
-            let path = PathBuf::from(format!("{stem}.{ending}"));
-            if path.is_file() {
-                return Ok((path.display().to_string(), input::read_text(&path)?));
-            }
-        }
-        Err("no compiled shader nor source of that name was found".to_string())
-    }
-
-    fn includes(&self) -> &dyn SourceProvider {
-        &self.includes
     }
 }

@@ -4,9 +4,10 @@ use super::super::{Console, number};
 use super::job::Job;
 use crate::cli::output;
 use osl_exec::{Frame, Plane, Program};
-use osl_image::write_channels;
+use osl_image::{write_channels, write_ints};
 use osl_ir::group::Group;
 use osl_ir::hir;
+use osl_ir::ir::Kind;
 use osl_syntax::source::SourceMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,6 +22,13 @@ pub(super) struct Output {
     pub(super) names: Vec<Arc<str>>,
     /// Where it goes.
     pub(super) file: Option<PathBuf>,
+}
+
+impl Output {
+    /// The name without its layer.
+    fn name(&self) -> &str {
+        self.asked.split_once('.').map_or(&self.asked, |(_, name)| name)
+    }
 }
 
 /// The outputs that layers have; the last layer with an output of the name is meant. Others are passed over in silence.
@@ -86,39 +94,55 @@ pub(super) fn said(
     Ok(())
 }
 
-/// The planes of an output, in order.
+/// The planes of an output, in order, but for those that no image holds.
 fn planes<'a>(frame: &'a Frame, output: &Output) -> Vec<&'a Plane> {
     let part = |plane: &str| {
         plane.strip_prefix(&*output.plane).is_some_and(|rest| rest.is_empty() || rest.starts_with(['[', '.']))
     };
-    frame.planes.iter().filter(|p| part(&p.output)).collect()
+    let image = |p: &Plane| !matches!(p.kind, Kind::Str | Kind::Closure);
+    frame.planes.iter().filter(|p| part(&p.output) && image(p)).collect()
 }
 
-/// Prints the outputs of each point.
+/// Prints the outputs of each point. Strings and closures have no values that the tool prints.
 pub(super) fn points(frame: &Frame, outputs: &[Output], width: usize, console: &mut Console<'_>) {
-    let all: Vec<(&Output, Vec<Vec<f32>>)> =
-        outputs.iter().map(|o| (o, planes(frame, o).iter().map(|p| p.floats()).collect())).collect();
-    let count = all.iter().flat_map(|(_, planes)| planes.iter().map(Vec::len)).max().unwrap_or(0);
+    let all: Vec<(&str, Vec<&Plane>)> = outputs.iter().map(|o| (o.name(), planes(frame, o))).collect();
+    let shown = |plane: &Plane, at: usize| {
+        let word = plane.words.get(at).copied().unwrap_or(0);
+        if plane.kind == Kind::Int {
+            format!(" {}", word as i32)
+        } else {
+            format!(" {}", number(f32::from_bits(word)))
+        }
+    };
+    let count = all.iter().flat_map(|(_, planes)| planes.iter().map(|p| p.words.len())).max().unwrap_or(0);
     for point in 0..count {
         let _ = writeln!(console.out, "Pixel ({}, {}):", point % width, point / width);
-        for (output, planes) in &all {
-            let values: String = planes.iter().map(|p| format!(" {}", number(p[point]))).collect();
-            let _ = writeln!(console.out, "  {} :{values}", output.asked);
+        for (name, planes) in all.iter().filter(|(_, planes)| !planes.is_empty()) {
+            let values: String = planes.iter().map(|p| shown(p, point)).collect();
+            let _ = writeln!(console.out, "  {name} :{values}");
         }
     }
 }
 
 /// Writes each output to its file.
 pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), String> {
+    let size = (job.grid.width, job.grid.height);
     for output in outputs {
         let Some(file) = &output.file else { continue };
-        let values: Vec<Vec<f32>> = planes(frame, output).iter().map(|p| p.floats()).collect();
-        let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
-        if slices.is_empty() {
+        let planes = planes(frame, output);
+        let written = if planes.is_empty() {
             continue;
-        }
-        write_channels(file, (job.grid.width, job.grid.height), &slices, job.samples)
-            .map_err(|e| format!("ERROR: {e}"))?;
+        } else if planes.iter().all(|p| p.kind == Kind::Int) {
+            let values: Vec<Vec<i32>> =
+                planes.iter().map(|p| p.words.iter().map(|w| *w as i32).collect()).collect();
+            let slices: Vec<&[i32]> = values.iter().map(Vec::as_slice).collect();
+            write_ints(file, size, &slices, job.samples)
+        } else {
+            let values: Vec<Vec<f32>> = planes.iter().map(|p| p.floats()).collect();
+            let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
+            write_channels(file, size, &slices, job.samples)
+        };
+        written.map_err(|e| format!("ERROR: {e}"))?;
     }
     Ok(())
 }

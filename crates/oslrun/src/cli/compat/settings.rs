@@ -1,0 +1,157 @@
+//! The settings that scripts give with `--options KEY=VALUE,…`, as the reference's tools read them.
+//!
+//! Keys that steer a code generator, and keys that nobody knows, have no effect. This module must not know how a setting
+//! takes effect: who runs a group asks.
+
+use std::path::PathBuf;
+
+/// The settings that have an effect here.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::cli) struct Settings {
+    /// A layer that writes shader globals runs only where another layer needs it.
+    pub(in crate::cli) lazy_globals: bool,
+    /// A layer without connections to later layers does not run.
+    pub(in crate::cli) lazy_unconnected: bool,
+    /// A layer that calls `error` runs only where another layer needs it.
+    pub(in crate::cli) lazy_error: bool,
+    /// Parameters without metadata of their own do not take the data of the point.
+    pub(in crate::cli) lockgeom: bool,
+    /// `isconnected` counts a parameter that may take the data of the point as connected.
+    pub(in crate::cli) userdata_isconnected: bool,
+    /// A connection that cannot be made is an error; else it is a warning, and the group goes on without it.
+    pub(in crate::cli) connection_error: bool,
+    /// An index out of range is reported.
+    pub(in crate::cli) range_checking: bool,
+    /// A coordinate system that nobody knows is reported.
+    pub(in crate::cli) unknown_coordsys_error: bool,
+    /// A failed `getmessage` forbids to set the message later.
+    pub(in crate::cli) strict_messages: bool,
+    /// Each error and warning is reported, however often it was reported before.
+    pub(in crate::cli) error_repeats: bool,
+    /// Warnings that one thread reports, at most.
+    pub(in crate::cli) max_warnings: usize,
+    /// Values that are infinite or no number are reported.
+    pub(in crate::cli) debug_nan: bool,
+    /// Reads of variables without a value are reported.
+    pub(in crate::cli) debug_uninit: bool,
+    /// The primaries of colors.
+    pub(in crate::cli) color_space: String,
+    /// Another name of the common space.
+    pub(in crate::cli) common_space: String,
+    /// Folders to look for shaders in, before the working directory.
+    pub(in crate::cli) shader_path: Vec<PathBuf>,
+}
+
+impl Default for Settings {
+    fn default() -> Settings {
+        Settings {
+            lazy_globals: true,
+            lazy_unconnected: true,
+            lazy_error: true,
+            lockgeom: true,
+            userdata_isconnected: false,
+            connection_error: true,
+            range_checking: true,
+            unknown_coordsys_error: true,
+            strict_messages: true,
+            error_repeats: false,
+            max_warnings: 100,
+            debug_nan: false,
+            debug_uninit: false,
+            color_space: "Rec709".to_string(),
+            common_space: "world".to_string(),
+            shader_path: Vec::new(),
+        }
+    }
+}
+
+impl Settings {
+    /// Takes the settings of a list `KEY=VALUE,…`; commas in quotes belong to the value. What comes later counts.
+    pub(in crate::cli) fn read(&mut self, list: &str) {
+        for (key, value) in pairs(list) {
+            self.set(&key, &value);
+        }
+    }
+
+    fn set(&mut self, key: &str, value: &str) {
+        let on = value.parse::<f64>().is_ok_and(|x| x != 0.0);
+        let flag = match key {
+            "lazyglobals" => &mut self.lazy_globals,
+            "lazyunconnected" => &mut self.lazy_unconnected,
+            "lazyerror" => &mut self.lazy_error,
+            "lockgeom" => &mut self.lockgeom,
+            "userdata_isconnected" => &mut self.userdata_isconnected,
+            "connection_error" => &mut self.connection_error,
+            "range_checking" => &mut self.range_checking,
+            "unknown_coordsys_error" => &mut self.unknown_coordsys_error,
+            "strict_messages" => &mut self.strict_messages,
+            "error_repeats" => &mut self.error_repeats,
+            "debug_nan" => &mut self.debug_nan,
+            "debug_uninit" => &mut self.debug_uninit,
+            "max_warnings_per_thread" => {
+                self.max_warnings = value.parse().unwrap_or(self.max_warnings);
+                return;
+            }
+            "colorspace" => {
+                self.color_space = value.to_string();
+                return;
+            }
+            "commonspace" => {
+                self.common_space = value.to_string();
+                return;
+            }
+            "searchpath:shader" => {
+                self.shader_path = folders(value);
+                return;
+            }
+            _ => return,
+        };
+        *flag = on;
+    }
+}
+
+/// The folders of a search path, which `:` or `;` parts.
+pub(in crate::cli) fn folders(path: &str) -> Vec<PathBuf> {
+    path.split([':', ';']).filter(|part| !part.is_empty()).map(PathBuf::from).collect()
+}
+
+/// The pairs of a list. What is no pair is left out.
+pub(in crate::cli) fn pairs(list: &str) -> Vec<(String, String)> {
+    let mut quoted = false;
+    let parts = list.split(|c| {
+        quoted ^= c == '"';
+        c == ',' && !quoted
+    });
+    let pair = |part: &str| {
+        let (key, value) = part.split_once('=')?;
+        let value = value.trim();
+        let bare = value.strip_prefix('"').and_then(|v| v.strip_suffix('"')).unwrap_or(value);
+        Some((key.trim().to_string(), bare.to_string()))
+    };
+    parts.filter_map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn later_settings_count_and_unknown_ones_do_nothing() {
+        let mut settings = Settings::default();
+        settings.read("lazyglobals=0, lazyerror=0,lazyerror=1,llvm_debug=2,nosuch,max_warnings_per_thread=3");
+        let expected = Settings { lazy_globals: false, max_warnings: 3, ..Settings::default() };
+        assert_eq!(settings, expected);
+    }
+
+    #[test]
+    fn quotes_hold_commas() {
+        assert_eq!(
+            pairs("a=\"x,y\",b=z"),
+            [("a".to_string(), "x,y".to_string()), ("b".to_string(), "z".to_string())]
+        );
+        let mut settings = Settings::default();
+        settings.read("searchpath:shader=\"one:two\",colorspace=ACEScg");
+        assert_eq!(settings.shader_path, [PathBuf::from("one"), PathBuf::from("two")]);
+        assert_eq!(settings.color_space, "ACEScg");
+    }
+}

@@ -1,0 +1,172 @@
+//! The group that a command line of `testshade` describes, step by step, with what the tool says on the way.
+
+use super::super::Console;
+use super::super::group::{self, GroupBuilder};
+use super::job::{Job, Step};
+use crate::cli::args::ReadArgs;
+use crate::cli::input;
+use crate::pipeline::ShaderFiles;
+use osl_image::TextureCache;
+use osl_ir::group::Group;
+use osl_ir::hir::Program;
+use osl_syntax::Options;
+use osl_syntax::source::{SourceMap, SourceProvider};
+use std::path::{Path, PathBuf};
+
+/// Makes the group.
+///
+/// # Errors
+/// What to say before the tool ends, if it has not been said.
+pub(super) fn group<'a>(
+    job: &Job,
+    files: &'a Folders,
+    options: &'a Options,
+    console: &mut Console<'_>,
+) -> Result<(Group, SourceMap), String> {
+    let mut groups = 1;
+    let name = |count: usize| job.group_name.clone().unwrap_or_else(|| format!("unnamed_group_{count}"));
+    let mut builder = GroupBuilder::new(&name(groups), files, options, &job.settings);
+    let mut expressions = 0;
+    for step in &job.steps {
+        match step {
+            Step::Value(statement) => builder.value(statement.clone()),
+            Step::Shader { shader, layer } => {
+                builder.shader(shader, layer.as_deref(), console);
+            }
+            Step::Expr { text, layer } => {
+                let shader = format!("expr_{expressions}");
+                expressions += 1;
+                if job.verbose {
+                    let text = expression(&shader, text);
+                    let _ = write!(console.out, "Expression-based shader text is:\n---\n{text}---\n");
+                }
+                if !builder.written(&shader, layer.as_deref(), console) {
+                    return Err(String::new());
+                }
+            }
+            Step::Group(given) => {
+                groups += 1;
+                builder.restart(&name(groups));
+                let path = Path::new(given);
+                let text = if path.is_file() { input::read_text(path)? } else { given.clone() };
+                if job.verbose {
+                    let _ = write!(console.out, "Processing group specification:\n---\n{text}\n---\n");
+                }
+                if !builder.text(&text, console) {
+                    return Err("ERROR: Invalid shader group. Exiting testshade.".to_string());
+                }
+            }
+        }
+    }
+    let waiting = builder.waiting();
+    if !waiting.is_empty() {
+        return Err(format!(
+            "ERROR: Pending parameters without a shader: {}\nDid you mistakenly put --param after the shader declaration?",
+            waiting.join(" ")
+        ));
+    }
+    for [from, output, to, input] in &job.connections {
+        let _ = writeln!(console.out, "Connect {from}.{output} to {to}.{input}");
+        if !builder.connect((from, output), (to, input), console) {
+            return Err(String::new());
+        }
+    }
+    let (group, sources) = builder.finish();
+    if job.verbose || job.query {
+        describe(&group, job.query, console);
+    }
+    if let Some(file) = &job.archive {
+        std::fs::write(file, group::serialized(&group))
+            .map_err(|why| format!("ERROR: cannot write {file}: {why}"))?;
+    }
+    Ok((group, sources))
+}
+
+/// Prints the text of a group and its layers, with their parameters if those are asked for.
+fn describe(group: &Group, parameters: bool, console: &mut Console<'_>) {
+    let text = group::serialized(group);
+    let mut lines =
+        format!("Shader group:\n---\n{text}\n---\n\nShader group \"{}\" layers are:\n", group.name);
+    for layer in group.layers() {
+        lines += &format!("    {}\n", layer.name);
+        if parameters {
+            list(&layer.program, &mut lines);
+        }
+    }
+    let _ = writeln!(console.out, "{lines}");
+}
+
+/// Lists the parameters of a shader.
+fn list(program: &Program, lines: &mut String) {
+    for param in &program.shader.params {
+        let Some(var) = program.vars.get(param.var.0 as usize) else { continue };
+        let output = if param.output { "output " } else { "" };
+        *lines += &format!("\t{output}{} {}\n", program.structs.show(var.ty), var.name);
+    }
+}
+
+/// The shader whose body a `--expr` gives.
+fn expression(name: &str, body: &str) -> String {
+    format!(
+        "shader {name} (\n    float s = u [[ int interpolated=1 ]],\n    float t = v [[ int interpolated=1 ]],\n    output color result = 0,\n    output float alpha = 1,\n  )\n{{\n    {body}\n    ;\n}}\n"
+    )
+}
+
+/// Where textures are looked for. The user's own script names the files, so any path will do.
+pub(super) fn textures(job: &Job) -> TextureCache {
+    let mut folders = vec![PathBuf::new()];
+    folders.extend(job.texture_path.iter().cloned());
+    TextureCache::new(folders).allow_files(true)
+}
+
+/// Where shaders are looked for: compiled ones first, as the reference does, and their sources.
+pub(super) struct Folders {
+    /// Names and texts of the shaders that `--expr` makes.
+    written: Vec<(String, String)>,
+    path: Vec<PathBuf>,
+    includes: input::Files,
+}
+
+impl Folders {
+    pub(super) fn new(job: &Job) -> Folders {
+        let texts = job.steps.iter().filter_map(|step| match step {
+            Step::Expr { text, .. } => Some(text),
+            _ => None,
+        });
+        // Measured: the reference counts the lines of such a text from 2.
+        let written = |(index, body): (usize, &String)| {
+            let name = format!("expr_{index}");
+            let text = format!("\n{}", expression(&name, body));
+            (name, text)
+        };
+        let mut path = job.settings.shader_path.clone();
+        path.push(PathBuf::new());
+        Folders {
+            written: texts.enumerate().map(written).collect(),
+            path,
+            includes: input::includes(Path::new(""), &ReadArgs::default()),
+        }
+    }
+}
+
+impl ShaderFiles for Folders {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        if let Some((_, text)) = self.written.iter().find(|(name, _)| name == shader) {
+            return Ok(("<buffer>".to_string(), text.clone()));
+        }
+        let stem = shader.strip_suffix(".osl").or_else(|| shader.strip_suffix(".oso")).unwrap_or(shader);
+        for ending in ["oso", "osl"] {
+            for folder in &self.path {
+                let path = folder.join(format!("{stem}.{ending}"));
+                if path.is_file() {
+                    return Ok((path.display().to_string(), input::read_text(&path)?));
+                }
+            }
+        }
+        Err("no compiled shader nor source of that name was found".to_string())
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &self.includes
+    }
+}
