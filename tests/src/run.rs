@@ -85,6 +85,7 @@ pub fn like(
     let passes = passes::Options {
         varying: host.varying().to_vec(),
         slopes: host.varying_slopes().to_vec(),
+        traces: host.traces(),
         arithmetic: options.arithmetic,
         ..passes::Options::default()
     };

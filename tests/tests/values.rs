@@ -33,10 +33,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ),
     ("noise/pnoise_simplex", "the same"),
     ("preproc/predefined", "the reference counts `__LINE__` from 2; here it is the line of the file"),
-    (
-        "query/trace_getmessage",
-        "the recorder invented hits and messages of rays; here a ray without a scene misses",
-    ),
 ];
 
 /// What a case comes to.

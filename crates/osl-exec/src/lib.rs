@@ -31,4 +31,4 @@ pub use osl_noise::Isa;
 pub use profile::ProfileEntry;
 pub use program::Program;
 pub use services::{FindSpace, Services, Spaces};
-pub use source::{Datum, PointSource};
+pub use source::{Answer, Datum, PointSource};

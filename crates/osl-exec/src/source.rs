@@ -3,6 +3,7 @@
 use crate::order::Blocks;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
+use osl_ir::types::Type;
 
 /// A named datum of a point.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +26,15 @@ impl Datum {
     pub fn array(values: Vec<Const>) -> Datum {
         Datum { values, array: true, slopes: [0.0; 2] }
     }
+}
+
+/// What a source of messages answers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answer {
+    /// Whether there is an answer.
+    pub found: bool,
+    /// The values of the asked type: one, or the elements of an array. `None` leaves the shader's variable as it is.
+    pub values: Option<Vec<Const>>,
 }
 
 /// A set of shading points.
@@ -60,6 +70,24 @@ pub trait PointSource: Sync {
         let _ = first;
         let slope = self.slope(global, axis);
         lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
+    }
+
+    /// Whether it answers [`PointSource::trace`] and [`PointSource::message`]. Programs for one that does not are compiled
+    /// without the questions.
+    fn traces(&self) -> bool {
+        false
+    }
+
+    /// Whether a ray from an origin in a direction hits something. Space: common.
+    fn trace(&self, origin: [f32; 3], direction: [f32; 3], point: usize) -> bool {
+        let _ = (origin, direction, point);
+        false
+    }
+
+    /// What a source of messages, such as the last ray, knows of a name, as a value of this type.
+    fn message(&self, source: &str, name: &str, ty: Type, point: usize) -> Answer {
+        let _ = (source, name, ty, point);
+        Answer::default()
     }
 
     /// A named datum of a point or of an object, or one element of it; `None` if there is none.

@@ -2,9 +2,10 @@
 //! with it. OSL language specification, "testshade"; what it answers was measured.
 
 use crate::grid::{Grid, reference_spaces};
-use osl_exec::{Blocks, Datum, PointSource, Spaces};
+use osl_exec::{Answer, Blocks, Datum, PointSource, Spaces};
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
+use osl_ir::types::Type;
 
 /// A grid, with what the grid tool's renderer answers.
 #[derive(Clone, Debug)]
@@ -96,16 +97,45 @@ impl PointSource for ReferenceRenderer {
         }
     }
 
+    fn traces(&self) -> bool {
+        true
+    }
+
+    fn trace(&self, origin: [f32; 3], direction: [f32; 3], point: usize) -> bool {
+        let [u, _] = self.uv(point);
+        let [x, y, z] = std::array::from_fn(|c| origin[c] * direction[c]);
+        u / (x + y + z) > 0.5
+    }
+
+    fn message(&self, source: &str, name: &str, ty: Type, point: usize) -> Answer {
+        let [u, v] = self.uv(point);
+        let found = source == "trace" && u > 0.5;
+        let value = match (name, ty) {
+            ("hit", Type::INT) if source == "trace" => Some(Const::Int(found.into())),
+            _ if !found => None,
+            ("hitdist", Type::FLOAT) => Some(Const::Float(0.5)),
+            ("geom:name", Type::STRING) => Some(Const::Str("teapot".into())),
+            ("N", Type::NORMAL) => Some(Const::Triple([1.0 - v, 0.25, 1.0 - u])),
+            _ => None,
+        };
+        Answer { found, values: value.map(|value| vec![value]) }
+    }
+
+    /// The camera answers for any object and element, data of the surface for neither.
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
         let [u, v] = self.uv(point);
         let float = |x: f32| Some(Datum::one(Const::Float(x)));
-        let aspect = self.grid.width as f32 / self.grid.height as f32;
-        let floats = |list: &[f32]| Some(Datum::array(list.iter().map(|x| Const::Float(*x)).collect()));
         if (object, name) == ("options", "blahblah") {
             // The recorder's own number, not π.
             return float(314_159.0 / 100_000.0);
         }
-        if !matches!(object, "" | "global") || element.is_some() {
+        if let Some(camera) = self.camera(name) {
+            return Some(camera);
+        }
+        if (object, name) == ("", "shading:index") {
+            return Some(Datum::one(Const::Int(self.grid.order().position(point) as i32)));
+        }
+        if !object.is_empty() || element.is_some() {
             return None;
         }
         if let Some((_, value)) = self.data.iter().find(|(n, _)| n == name) {
@@ -117,8 +147,18 @@ impl PointSource for ReferenceRenderer {
             "red" if u > 0.5 => float(u),
             "green" if u < 0.5 => float(v),
             "blue" if (v * 12.0) as i32 % 2 == 0 => float(1.0 - u),
-            "face_idx" => Some(Datum::one(Const::Int((4.0 * u) as i32))),
-            "shading:index" => Some(Datum::one(Const::Int(self.grid.order().position(point) as i32))),
+            _ => None,
+        }
+    }
+}
+
+impl ReferenceRenderer {
+    /// What is known of the camera, and of the renderer.
+    fn camera(&self, name: &str) -> Option<Datum> {
+        let float = |x: f32| Some(Datum::one(Const::Float(x)));
+        let aspect = self.grid.width as f32 / self.grid.height as f32;
+        let floats = |list: &[f32]| Some(Datum::array(list.iter().map(|x| Const::Float(*x)).collect()));
+        match name {
             "osl:version" => Some(Datum::one(Const::Int(11312))),
             "camera:resolution" => {
                 let side = |n: usize| Const::Int(n as i32);

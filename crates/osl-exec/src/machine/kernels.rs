@@ -46,6 +46,10 @@ impl<A: Arithmetic> Machine<'_, A> {
             Kernel::Regex { whole, places } => self.regex(*whole, places.map(|s| s.0), step, mask),
             Kernel::Hash => self.hash(step, mask),
             Kernel::Attribute { kind, count, .. } => self.attribute(*kind, *count, step, mask),
+            Kernel::Trace => self.trace(step, mask),
+            Kernel::SourceMessage { base, kind, count } => {
+                self.source_message((*base, *kind), *count, step, mask);
+            }
             Kernel::RayType => {
                 let ray = if self.services.ray.is_empty() { "camera" } else { &self.services.ray };
                 self.pure(step, mask, |args| Const::Int((args == [Const::Str(ray.into())]).into()));

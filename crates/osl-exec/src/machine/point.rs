@@ -5,9 +5,10 @@ use super::mask::Mask;
 use crate::arithmetic::{Arithmetic, Element, Word};
 use crate::lanes::Arg;
 use crate::message::Message;
-use crate::program::KernelStep;
+use crate::program::{KernelStep, Operand};
 use osl_ir::ir::{Const, Kind};
 use osl_ir::numeric::{Number, spline};
+use osl_ir::types::{Base, Extent, Type};
 use osl_noise::hash::NAN_WORD;
 
 impl<A: Arithmetic> Machine<'_, A> {
@@ -58,6 +59,43 @@ impl<A: Arithmetic> Machine<'_, A> {
             for (axis, out) in slopes.iter().enumerate() {
                 let slope = datum.as_ref().map_or(0.0, |d| d.slopes[axis]);
                 self.set_floats(*out, lane, &[slope]);
+            }
+        }
+    }
+
+    pub(super) fn trace(&mut self, step: &KernelStep, mask: &Mask) {
+        let ([origin, direction], Some(out)) = (&step.args[..], step.outs.first()) else { return };
+        for lane in self.active(mask) {
+            let triple = |arg: &Operand| std::array::from_fn(|c| self.single(self.part(*arg, c), lane));
+            let hit = self.source.trace(triple(origin), triple(direction), self.first + lane);
+            self.set_bits(*out, lane, hit.into());
+        }
+    }
+
+    pub(super) fn source_message(
+        &mut self,
+        (base, kind): (Base, Kind),
+        count: u8,
+        step: &KernelStep,
+        mask: &Mask,
+    ) {
+        let values = usize::from(count).max(1);
+        let (outs, rest) = step.outs.split_at(values.min(step.outs.len()));
+        let [given, found] = rest else { return };
+        let extent = if count == 0 { Extent::One } else { Extent::Array(count.into()) };
+        for lane in self.active(mask) {
+            let [Const::Str(source), Const::Str(name)] = &self.values(&step.args, &step.kinds, lane)[..]
+            else {
+                return;
+            };
+            let answer = self.source.message(source, name, Type { base, extent }, self.first + lane);
+            let fits = |list: &Vec<Const>| list.len() == values && list.iter().all(|v| v.kind() == kind);
+            let list = answer.values.filter(fits);
+            self.set_bits(*found, lane, answer.found.into());
+            self.set_bits(*given, lane, list.is_some().into());
+            for (index, out) in outs.iter().enumerate() {
+                let value = list.as_ref().and_then(|list| list.get(index).cloned());
+                self.set_value(*out, lane, &value.unwrap_or_else(|| Const::zero(kind)));
             }
         }
     }

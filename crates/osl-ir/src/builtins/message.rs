@@ -4,6 +4,7 @@
 //! yet, asked for in vain, or set with a type. That takes names that are written out. In a body where one is computed
 //! all messages are kernels' instead, which keep them by point and name.
 
+use super::scene::{store_found, wanted};
 use super::{Array, Builtin, Emitted, Site};
 use crate::ir::{Builder, Kernel, Kind, LaneOp, MessageForm, SlotId, ValueId};
 use crate::types::Type;
@@ -199,8 +200,7 @@ fn copy(b: &mut Builder, to: SlotId, array: Option<Array>, value: ValueId) {
 
 fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
     if s.signature.params.len() == 3 {
-        // Messages of a source, such as the last ray traced: there is none.
-        return b.int(0).into();
+        return of_source(b, s);
     }
     let (kind, ty) = type_of(b, s, 1);
     let array = s.array(1);
@@ -255,6 +255,16 @@ fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
         None => Vec::new(),
     };
     Emitted { result: Some(found), outputs }
+}
+
+/// Asks a source of messages, such as the last ray.
+fn of_source(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let (kind, count, mut kinds) = wanted(b, s, 2);
+    kinds.push(Kind::Int);
+    let base = s.types.get(2).map_or(Type::INT.base, |ty| ty.base);
+    let mut values = b.kernel_of(Kernel::SourceMessage { base, kind, count }, &[s.arg(0), s.arg(1)], &kinds);
+    let (Some(found), Some(given)) = (values.pop(), values.pop()) else { return Emitted::default() };
+    Emitted { result: Some(found), ..store_found(b, s, 2, given, &values) }
 }
 
 fn get_by_name(b: &mut Builder, s: &Site<'_>, kind: Kind, array: Option<Array>, shown: String) -> Emitted {

@@ -100,11 +100,11 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "trace",
         &["i(p,v,*)"],
-        |b, _| b.int(0).into(),
+        |b, s| b.kernel(Kernel::Trace, &[s.arg(0), s.arg(1)], Kind::Int).into(),
         "Whether a ray hits anything; without a scene it never does.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Always 0, whatever the position and direction.")
+    .extremes("Always 0, whatever the position and direction; options make no difference.")
     .example("int hit = trace(P, N);"),
     Builtin::compose(
         "pointcloud_search",

@@ -6,6 +6,7 @@
 
 use super::{Kind, SlotId};
 use crate::text::TextFn;
+use crate::types::Base;
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
@@ -116,6 +117,18 @@ pub enum Kernel {
         count: u8,
         /// Whether tangents are wanted.
         tangents: bool,
+    },
+    /// Whether a ray hits something: its origin and direction.
+    Trace,
+    /// What is known of the last ray, or of another source of messages: its name and that of the datum. Results: `count`
+    /// values of the type, whether they were given, and whether there was an answer.
+    SourceMessage {
+        /// Type of the values.
+        base: Base,
+        /// How they are stored.
+        kind: Kind,
+        /// How many are wanted; 0 for a single one that is no array.
+        count: u8,
     },
     /// Whether the run shades rays of a name.
     RayType,
@@ -266,7 +279,10 @@ impl Kernel {
 
     /// Whether equal arguments may give different results at different points.
     pub fn is_varying(&self) -> bool {
-        matches!(self, Kernel::Attribute { .. } | Kernel::GetMessage(_))
+        matches!(
+            self,
+            Kernel::Attribute { .. } | Kernel::GetMessage(_) | Kernel::Trace | Kernel::SourceMessage { .. }
+        )
     }
 
     /// Whether the result changes smoothly with the arguments.

@@ -163,6 +163,10 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::DictValue { kind: of, count } => format!("dict_value {}[{count}]", kind(*of)),
         Kernel::IsConstant => "is_constant".to_string(),
         Kernel::RayType => "raytype".to_string(),
+        Kernel::Trace => "trace".to_string(),
+        Kernel::SourceMessage { base, count, .. } => {
+            format!("source_message {}[{count}]", lower(format!("{base:?}")))
+        }
         Kernel::SplineInverse { knots, tangents } => {
             format!("spline_inverse{} {knots:?}", if *tangents { ".tangents" } else { "" })
         }

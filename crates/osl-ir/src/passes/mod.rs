@@ -12,6 +12,7 @@ mod fold;
 mod fuse;
 mod prefilter;
 mod rate;
+mod rays;
 mod share;
 mod ssa;
 mod unroll;
@@ -109,6 +110,8 @@ pub struct Options {
     /// The numbers that the program is to be run with. For double precision nothing is rounded to single while
     /// compiling, and passes that build on its rounding do not run.
     pub arithmetic: Arithmetic,
+    /// Whether the renderer traces rays. Otherwise none hits anything, and nothing is known of the last one.
+    pub traces: bool,
     /// Widen steps by so many times the footprint of a pixel, which changes values: see `prefilter`.
     pub prefilter: Option<f32>,
 }
@@ -122,6 +125,7 @@ impl Default for Options {
             varying,
             without: Vec::new(),
             arithmetic: Arithmetic::Strict,
+            traces: false,
             prefilter: None,
         }
     }
@@ -145,6 +149,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     // The roots' rewrites hold for rounded roots; cells are shared by words of 32 bits.
     let without =
         |pass| options.without.contains(&pass) || exact && matches!(pass, Pass::Algebra | Pass::Share);
+    if !options.traces {
+        rays::run(body);
+    }
     let mut count = body.count();
     for pass in Pass::ALL {
         match pass {

@@ -1,5 +1,6 @@
 //! Text of a format string and values: the conversions of C's `printf`, where one conversion prints a whole
-//! triple, matrix or array, its numbers separated by blanks.
+//! triple, matrix or array, its numbers separated by blanks. Printed text follows the reference's library where that
+//! differs from C: a precision does not switch zero padding off, and zeros fill on whichever side there is room.
 
 use super::MAX_STRING;
 use crate::ir::Const;
@@ -7,7 +8,8 @@ use crate::ir::Const;
 /// The two ways in which the language formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flavour {
-    /// `printf`, `error`, `warning`, `fprintf`: strings are aligned to the left, `%%` is a percent sign.
+    /// `printf`, `error`, `warning`, `fprintf`: strings are aligned to the left, `%%` is a percent sign. With the flag `0`
+    /// ints have no precision, and text of any kind is filled with zeros; a `.` without digits is no precision.
     Print,
     /// `format`: strings are aligned to the right unless flagged, `%%` stays, and infinity is `Inf`.
     Format,
@@ -36,7 +38,7 @@ pub fn format(text: &str, values: &[Value], flavour: Flavour) -> String {
             continue;
         }
         let Some(end) = rest.find(|c| CONVERSIONS.contains(c)) else { break };
-        let spec = Spec::parse(&rest[1..=end]);
+        let spec = Spec::parse(&rest[1..=end], flavour);
         rest = &rest[end + 1..];
         match values.next() {
             Some(Value::Ready(text)) => spec.string(text, flavour, &mut out),
@@ -86,7 +88,7 @@ struct Spec {
 }
 
 impl Spec {
-    fn parse(text: &str) -> Spec {
+    fn parse(text: &str, flavour: Flavour) -> Spec {
         let mut spec = Spec { letter: text.bytes().last().unwrap_or(b'g'), ..Spec::default() };
         let mut bytes = text.bytes().peekable();
         while let Some(b) = bytes.peek() {
@@ -109,7 +111,8 @@ impl Spec {
         };
         spec.width = number(&mut bytes);
         if bytes.next_if_eq(&b'.').is_some() {
-            spec.precision = Some(number(&mut bytes));
+            let none = flavour == Flavour::Print && !bytes.peek().is_some_and(u8::is_ascii_digit);
+            spec.precision = Some(number(&mut bytes)).filter(|_| !none);
         }
         spec
     }
@@ -127,7 +130,7 @@ impl Spec {
             Const::Matrix(m) => &m[..],
             Const::Int(n) => {
                 separate(out);
-                return self.int(*n, out);
+                return self.int(*n, flavour, out);
             }
             Const::Str(s) => {
                 separate(out);
@@ -146,25 +149,32 @@ impl Spec {
             Some(n) => String::from_utf8_lossy(&text.as_bytes()[..text.len().min(n)]).into_owned(),
             None => text.to_string(),
         };
-        let left = self.left || flavour == Flavour::Print;
-        Spec { left, zero: false, ..*self }.pad("", &cut, out);
+        let print = flavour == Flavour::Print;
+        let zero = print && self.zero;
+        let left = self.left || (print && !zero);
+        Spec { left, zero, ..*self }.pad("", &cut, flavour, out);
     }
 
-    fn int(&self, n: i32, out: &mut String) {
+    fn int(&self, n: i32, flavour: Flavour, out: &mut String) {
         let negative = n < 0;
+        let print = flavour == Flavour::Print;
+        let prefixed = self.alternate && (print || n != 0);
         let (sign, digits) = match self.letter {
-            b'x' => (if self.alternate && n != 0 { "0x" } else { "" }, format!("{:x}", n as u32)),
-            b'X' => (if self.alternate && n != 0 { "0X" } else { "" }, format!("{:X}", n as u32)),
+            b'x' => (if prefixed { "0x" } else { "" }, format!("{:x}", n as u32)),
+            b'X' => (if prefixed { "0X" } else { "" }, format!("{:X}", n as u32)),
             // The reference prints the sign of negative octals.
             b'o' => (if negative { "-" } else { "" }, format!("{:o}", n.unsigned_abs())),
             _ => (self.sign(negative), n.unsigned_abs().to_string()),
         };
-        let digits = match self.precision {
-            Some(least) => format!("{}{digits}", "0".repeat(least.saturating_sub(digits.len()))),
-            None => digits,
-        };
-        // A precision switches zero padding off.
-        Spec { zero: self.zero && self.precision.is_none(), ..*self }.pad(sign, &digits, out);
+        // Zeros fill the width and leave no room for a precision; or a precision switches them off.
+        let fills = self.zero && !self.left;
+        let precision = self.precision.filter(|_| !(print && fills));
+        let zeros = precision.unwrap_or(0).saturating_sub(digits.len());
+        let octal = self.letter == b'o' && self.alternate && n != 0;
+        let zeros = if octal && self.precision.unwrap_or(0) <= digits.len() { 1 } else { zeros };
+        let digits = format!("{}{digits}", "0".repeat(zeros));
+        Spec { zero: self.zero && (print || self.precision.is_none()), ..*self }
+            .pad(sign, &digits, flavour, out);
     }
 
     fn sign(&self, negative: bool) -> &'static str {
@@ -185,7 +195,7 @@ impl Spec {
                 (false, Flavour::Print) => "inf",
                 (false, Flavour::Format) => "Inf",
             };
-            return Spec { zero: false, ..*self }.pad(sign, name, out);
+            return Spec { zero: false, ..*self }.pad(sign, name, flavour, out);
         }
         let size = f64::from(x.abs());
         let precision = self.precision.unwrap_or(6);
@@ -194,15 +204,16 @@ impl Spec {
             b'g' => general(size, precision, self.alternate),
             _ => format!("{size:.precision$}{}", if self.alternate && precision == 0 { "." } else { "" }),
         };
-        self.pad(sign, &digits, out);
+        self.pad(sign, &digits, flavour, out);
     }
 
-    fn pad(&self, sign: &str, digits: &str, out: &mut String) {
+    fn pad(&self, sign: &str, digits: &str, flavour: Flavour, out: &mut String) {
         let fill = self.width.saturating_sub(sign.len() + digits.chars().count());
         if self.left {
+            let with = if self.zero && flavour == Flavour::Print { '0' } else { ' ' };
             out.push_str(sign);
             out.push_str(digits);
-            out.extend(std::iter::repeat_n(' ', fill));
+            out.extend(std::iter::repeat_n(with, fill));
         } else if self.zero {
             out.push_str(sign);
             out.extend(std::iter::repeat_n('0', fill));
@@ -266,6 +277,35 @@ mod tests {
         assert_eq!(print("%o", &n(-42)), "-52");
         assert_eq!(print("% d%%", &n(7)), " 7%");
         assert_eq!(print("%d", &n(i32::MIN)), "-2147483648");
+    }
+
+    #[test]
+    fn flags() {
+        let both = |text: &str, value: Const| {
+            let values = [Value::Consts(vec![value])];
+            [Flavour::Print, Flavour::Format].map(|flavour| format(text, &values, flavour))
+        };
+        for (text, n, want) in [
+            ("%#o", 9, ["011", "011"]),
+            ("%#o", 0, ["0", "0"]),
+            ("%#o", -1, ["-01", "-01"]),
+            ("%#.5o", 9, ["00011", "00011"]),
+            ("%#6o|", 8, ["   010|", "   010|"]),
+            ("%-#6o|", 8, ["010   |", "010   |"]),
+            ("%#08o", 9, ["00000011", "00000011"]),
+            ("%#x", 0, ["0x0", "0"]),
+            ("%#08x", 10, ["0x00000a", "0x00000a"]),
+            ("%0.8i", 23, ["23", "00000023"]),
+            ("%08.1d", -9, ["-0000009", "      -9"]),
+            ("%-08d", 9, ["90000000", "9       "]),
+            ("%-08.3d", 9, ["00900000", "009     "]),
+        ] {
+            assert_eq!(both(text, Const::Int(n)), want, "{text} of {n}");
+        }
+        assert_eq!(both("%.f", Const::Float(2.5)), ["2.500000", "2"]);
+        assert_eq!(both("%-010.2f", Const::Float(2.5)), ["2.50000000", "2.50      "]);
+        assert_eq!(both("%06s", Const::Str("abc".into())), ["000abc", "   abc"]);
+        assert_eq!(both("%-06s", Const::Str("abc".into())), ["abc000", "abc   "]);
     }
 
     #[test]

@@ -42,6 +42,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         outputs,
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
+        traces: points.traces(),
         without: args.without_pass.clone(),
         arithmetic: args.arithmetic.unwrap_or_default(),
         prefilter: args.sampling.prefilter(plan),

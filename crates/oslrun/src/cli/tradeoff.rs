@@ -110,6 +110,7 @@ impl Programs {
                 outputs: outputs.clone(),
                 varying: points.varying().to_vec(),
                 slopes: points.varying_slopes().to_vec(),
+                traces: points.traces(),
                 without: args.without_pass.clone(),
                 arithmetic,
                 prefilter,

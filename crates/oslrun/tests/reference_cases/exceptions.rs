@@ -5,7 +5,6 @@ pub(crate) const NOT_BUILT: &str = "not built yet";
 
 /// Case and reason.
 const EXCEPTIONS: &[(&str, &str)] = &[
-    ("attributes_fake/rules", NOT_BUILT),
     ("body_less/builtin_float", NOT_BUILT),
     ("closure_builtin/parameter_test", NOT_BUILT),
     ("closure_declared", NOT_BUILT),
@@ -15,7 +14,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("debug_checks", NOT_BUILT),
     ("environment_filter", NOT_BUILT),
     ("failures", NOT_BUILT),
-    ("format_octal", NOT_BUILT),
     (
         "fused_arithmetic/hash_of_cos_host",
         "recorded where the reference fuses products and sums; here each is rounded",
@@ -41,7 +39,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("oslc_unknown_option", NOT_BUILT),
     ("overload_by_struct", NOT_BUILT),
     ("overload_return/one_struct", NOT_BUILT),
-    ("printf_flags/ints", NOT_BUILT),
     ("spline_single_knot", NOT_BUILT),
     ("splineinverse_derivs/derivs", NOT_BUILT),
     ("splineinverse_slopes", NOT_BUILT),
@@ -69,8 +66,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("texture_outside", NOT_BUILT),
     ("texture_smart_cubic", NOT_BUILT),
     ("texture_stored_levels", NOT_BUILT),
-    ("trace_fake/rules", NOT_BUILT),
-    ("trace_of_testshade", NOT_BUILT),
     ("transformc_same", NOT_BUILT),
     ("udim_info", NOT_BUILT),
     ("undefined_reads/knots_past_end", "the shader reads what nobody set: the reference shows memory"),

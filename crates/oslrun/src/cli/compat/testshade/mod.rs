@@ -196,6 +196,7 @@ fn frame(
         outputs: Some(wanted),
         varying: renderer.varying().to_vec(),
         slopes: renderer.varying_slopes().to_vec(),
+        traces: renderer.traces(),
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &options);
