@@ -28,7 +28,7 @@ impl Flow {
         Flow { always: next.always, ..self.or(next) }
     }
 
-    fn or(self, other: Flow) -> Flow {
+    pub(super) fn or(self, other: Flow) -> Flow {
         Flow {
             returns: self.returns || other.returns,
             breaks: self.breaks || other.breaks,

@@ -148,6 +148,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         array_words: 0,
         full: false,
         exits: 0,
+        depth: 0,
         unsure: false,
     };
     let globals = l.globals();

@@ -159,6 +159,8 @@ struct Lowerer<'a> {
     full: bool,
     /// Calls of `exit` so far.
     exits: u32,
+    /// Blocks around the code that is being lowered.
+    depth: u32,
     /// Whether some points may have ended the shader within the statement that is being lowered.
     unsure: bool,
 }

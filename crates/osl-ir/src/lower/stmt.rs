@@ -6,57 +6,97 @@ use crate::hir::{Expr, Stmt, StmtKind};
 use crate::ir::{BlockId, Kind, LaneOp, Note, Op, SlotId, ValueId, Values};
 use osl_syntax::span::Span;
 
+/// So many jumps of a list of statements open a block within the block of the one before. What follows more of them
+/// starts anew beside these blocks, so that no list nests deeply, however long it is.
+const MAX_NESTED_JUMPS: u32 = 64;
+
+/// Blocks around a list of statements from which on its jumps open no blocks within one another.
+const DEEP: u32 = 192;
+
 impl Lowerer<'_> {
     /// Lowers statements in order. What follows one that may leave runs only where it did not.
     pub(super) fn stmts(&mut self, list: &[Stmt]) {
-        for (index, stmt) in list.iter().enumerate() {
-            if !self.has_room() {
+        let max_nested = if self.depth < DEEP { MAX_NESTED_JUMPS } else { 0 };
+        let mut left = Flow::default();
+        let mut rest = list;
+        while !rest.is_empty() {
+            let exits = self.exits;
+            let mut n_lowered = rest.len();
+            if left.may_leave() {
+                self.guarded(left, |l| n_lowered = l.nested(rest, max_nested));
+            } else {
+                n_lowered = self.nested(rest, max_nested);
+            }
+            let (lowered, after) = rest.split_at(n_lowered.min(rest.len()));
+            if after.is_empty() {
                 return;
             }
-            let rest = list.get(index + 1..).unwrap_or(&[]);
+            left = left.or(flow::of_list(lowered));
+            left.returns |= self.exits > exits;
+            rest = after;
+        }
+    }
+
+    /// Lowers statements in order, what follows a jump in a block of its own, until so many blocks lie within each
+    /// other. Returns how many statements are done with: lowered, or never reached.
+    fn nested(&mut self, list: &[Stmt], max_nested: u32) -> usize {
+        for (index, stmt) in list.iter().enumerate() {
+            if !self.has_room() {
+                break;
+            }
+            let n_lowered = index + 1;
+            let rest = list.get(n_lowered..).unwrap_or(&[]);
             let flow = flow::of(stmt);
-            if !rest.is_empty() && self.split_if(stmt, rest) {
-                return;
+            if !rest.is_empty()
+                && max_nested > 0
+                && let Some(n_of_rest) = self.split_if(stmt, rest, max_nested - 1)
+            {
+                return n_lowered + n_of_rest;
             }
             let exits = self.exits;
             self.stmt(stmt);
             let flow = Flow { returns: flow.returns || self.exits > exits, ..flow };
             self.unsure = false;
             if flow.always {
-                return;
+                break;
             }
             if flow.may_leave() && !rest.is_empty() {
-                self.guarded(flow, |l| l.stmts(rest));
-                return;
+                let mut n_of_rest = 0;
+                if max_nested > 0 {
+                    self.guarded(flow, |l| n_of_rest = l.nested(rest, max_nested - 1));
+                }
+                return n_lowered + n_of_rest;
             }
         }
+        list.len()
     }
 
-    /// `if (c) { …; return } rest` is `if (c) { …; return } else { rest }`: no flag is tested. Tells whether
-    /// the statement was of that form, and then lowered with all that follows it.
-    fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt]) -> bool {
-        let StmtKind::If(cond, then, otherwise) = &stmt.kind else { return false };
+    /// `if (c) { …; return } rest` is `if (c) { …; return } else { rest }`: no flag is tested. Returns how many
+    /// statements of the rest are done with, if the statement was of that form, and then lowered.
+    fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt], max_nested: u32) -> Option<usize> {
+        let StmtKind::If(cond, then, otherwise) = &stmt.kind else { return None };
         let (first, second) = (flow::of_list(then), flow::of_list(otherwise));
+        let mut n_of_rest = 0;
         match (first.always, second.always) {
             (true, false) if !second.may_leave() => self.branch(
                 cond,
                 |l| l.stmts(then),
                 |l| {
                     l.stmts(otherwise);
-                    l.stmts(rest);
+                    n_of_rest = l.nested(rest, max_nested);
                 },
             ),
             (false, true) if !first.may_leave() => self.branch(
                 cond,
                 |l| {
                     l.stmts(then);
-                    l.stmts(rest);
+                    n_of_rest = l.nested(rest, max_nested);
                 },
                 |l| l.stmts(otherwise),
             ),
-            _ => return false,
+            _ => return None,
         }
-        true
+        Some(n_of_rest)
     }
 
     fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
@@ -83,7 +123,9 @@ impl Lowerer<'_> {
     pub(super) fn in_block(&mut self, work: impl FnOnce(&mut Self)) -> BlockId {
         let (block, ()) = self.b.in_block(|_| ());
         let outer = std::mem::replace(&mut self.b.current, block);
+        self.depth += 1;
         work(self);
+        self.depth -= 1;
         self.b.current = outer;
         block
     }
