@@ -203,6 +203,10 @@ fn chains() {
         ("elements of elements", format!("matrix m = 1; r = m{};", "[0]".repeat(n))),
         ("members of members", format!("r = P{};", ".x".repeat(n))),
         ("statements", "r += 1;\n".repeat(n)),
+        ("returns", "if (u > r) return;\n".repeat(n / 10)),
+        ("returns from the other branch", "if (u > r) r = 1; else return;\n".repeat(n / 10)),
+        ("breaks", format!("while (u > r) {{ {} }}", "if (u > r) { r += 1; break; } ".repeat(n / 10))),
+        ("exits", "if (u > r) exit();\n".repeat(n / 10)),
         ("semicolons", ";".repeat(10 * n)),
         ("declarations", format!("float a0{};", (1..n).map(|i| format!(", a{i}")).collect::<String>())),
         ("arguments", format!("r = pow(u{});", ", v".repeat(n))),
@@ -220,6 +224,7 @@ fn a_million_errors() {
     assert!(!errors("keywords", &shader(&"if\n".repeat(n))).is_empty());
     assert!(!errors("strings", &shader(&"\"\n".repeat(n))).is_empty());
     ends("closers", &shader(&")\n".repeat(n)), &["E0110"]);
+    ends("brackets without partners", &shader(&"( } ".repeat(n / 10)), &["E0110", "E0111"]);
     ends("stray characters", &shader(&"$".repeat(n)), &["E0101", "E0120"]);
     for (name, line) in
         [("unknown names", "r = unknwon;"), ("bad operands", "r = u + \"a\";"), ("directives", "#foo")]
@@ -235,6 +240,8 @@ fn long_lines() {
     let blank = " ".repeat(10_000_000);
     ends("a name at the end", &shader(&format!("{blank}r = unknown;")), &["E0201"]);
     ends("a long name", &shader(&format!("r = {};", "x".repeat(1_000_000))), &["E0201"]);
+    let declared = format!("float {} = 1; r = {}b;", "a".repeat(60_000), "a".repeat(59_999));
+    ends("a long name beside another", &shader(&declared), &["E0201"]);
     ends("a long string", &shader(&format!("r = \"{}\";", "x".repeat(1_000_000))), &["E0302"]);
     ends("a long number", &shader(&format!("r = {};", "1".repeat(1_000_000))), &["E0104"]);
     ends("a long fraction", &shader(&format!("r = 0.{};", "1".repeat(1_000_000))), &[]);
@@ -257,6 +264,8 @@ fn large_declarations() {
     let structs = lines(100_000, |i| format!("struct S{i} {{ float x; }};"));
     ends("structs", &format!("{structs}{}", shader("S0 a; S99999 b; r = 1;")), &[]);
     let functions = lines(50_000, |i| format!("float f{i}(float x) {{ return x; }}"));
+    let fields: String = (0..100_000).map(|i| format!("float a{i};")).collect();
+    ends("fields", &format!("struct S {{ {fields} }};\n{}", shader("S a; r = a.a99999;")), &[]);
     ends("functions", &format!("{functions}{}", shader("r = f0(f49999(u));")), &[]);
 }
 

@@ -3,6 +3,7 @@
 use crate::hir::{Param, Program};
 use crate::ir::Const;
 use crate::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
+use osl_syntax::spelling::closest;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
@@ -168,7 +169,7 @@ fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
 fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
     type_of(program, name).ok_or_else(|| {
         let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
-        let close = names.min_by_key(|n| strsim::damerau_levenshtein(n, name)).map(str::to_string);
+        let close = closest(name, names).map(str::to_string);
         ParamError::Unknown(name.to_string(), close)
     })
 }

@@ -16,35 +16,71 @@ pub(crate) struct Brackets {
     pub(crate) n_lonely: usize,
 }
 
+/// Openers that wait for their closers, and where among them those of each kind are, so that a closer finds its partner
+/// without a search.
+#[derive(Default)]
+struct Open {
+    /// Token indices, outermost first.
+    all: Vec<u32>,
+    /// Indices into `all`, in ascending order, by [`kind`].
+    by_kind: [Vec<usize>; 3],
+}
+
+impl Open {
+    fn push(&mut self, at: u32, kind: usize) {
+        if let Some(of_kind) = self.by_kind.get_mut(kind) {
+            of_kind.push(self.all.len());
+        }
+        self.all.push(at);
+    }
+
+    /// Closes the opener that a closer of this kind belongs to, with all that is open inside it. Returns that opener,
+    /// and how many inside it stay without a partner.
+    fn close(&mut self, kind: usize) -> Option<(u32, usize)> {
+        let nearest = self.by_kind.get(kind)?.last().copied()?;
+        let [.., braces] = &self.by_kind;
+        if kind != BRACE && braces.last().is_some_and(|brace| *brace > nearest) {
+            return None;
+        }
+        let opener = self.all.get(nearest).copied()?;
+        let n_inside = self.all.len() - nearest - 1;
+        self.all.truncate(nearest);
+        for of_kind in &mut self.by_kind {
+            while of_kind.last().is_some_and(|index| *index >= nearest) {
+                of_kind.pop();
+            }
+        }
+        Some((opener, n_inside))
+    }
+}
+
 impl Brackets {
     pub(crate) fn of(tokens: &[Token]) -> Self {
         let mut parent = Vec::with_capacity(tokens.len() + 1);
         let mut partner = vec![None; tokens.len()];
-        let mut open: Vec<u32> = Vec::new();
+        let mut open = Open::default();
         let mut n_lonely = 0;
         for (at, token) in tokens.iter().enumerate() {
-            parent.push(open.last().copied());
+            parent.push(open.all.last().copied());
             let at = at as u32;
-            match token {
-                Token::LParen | Token::LBracket | Token::LBrace => open.push(at),
-                // It takes two closers.
-                Token::LMeta => open.extend([at, at]),
-                Token::RParen | Token::RBracket | Token::RBrace => {
-                    match open.iter().rposition(|o| closes(&tokens[*o as usize], token)) {
-                        Some(n) if *token == Token::RBrace || !passes_brace(tokens, &open[n..]) => {
-                            n_lonely += open.len() - n - 1;
-                            let opener = open[n] as usize;
-                            open.truncate(n);
-                            partner[opener] = Some(at);
-                        }
-                        _ => n_lonely += 1,
-                    }
+            let Some((kind, is_opener)) = kind(token) else { continue };
+            if is_opener {
+                open.push(at, kind);
+                if *token == Token::LMeta {
+                    // It takes two closers.
+                    open.push(at, kind);
                 }
-                _ => {}
+            } else if let Some((opener, n_inside)) = open.close(kind) {
+                n_lonely += n_inside;
+                if let Some(partner) = partner.get_mut(opener as usize) {
+                    *partner = Some(at);
+                }
+            } else {
+                n_lonely += 1;
             }
         }
-        parent.push(open.last().copied());
-        Self { parent, partner, n_lonely: n_lonely + open.len() }
+        parent.push(open.all.last().copied());
+        Self { parent, partner, n_lonely: n_lonely + open.all.len() }
     }
 
     /// The innermost opener around token `at`.
@@ -63,17 +99,20 @@ impl Brackets {
     }
 }
 
-fn passes_brace(tokens: &[Token], open: &[u32]) -> bool {
-    open.iter().skip(1).any(|o| tokens.get(*o as usize) == Some(&Token::LBrace))
-}
+/// The kind of `{` and `}`.
+const BRACE: usize = 2;
 
-fn closes(opener: &Token, closer: &Token) -> bool {
-    matches!(
-        (opener, closer),
-        (Token::LParen, Token::RParen)
-            | (Token::LBracket | Token::LMeta, Token::RBracket)
-            | (Token::LBrace, Token::RBrace)
-    )
+/// Which kind of bracket a token is, and whether it opens.
+fn kind(token: &Token) -> Option<(usize, bool)> {
+    match token {
+        Token::LParen => Some((0, true)),
+        Token::RParen => Some((0, false)),
+        Token::LBracket | Token::LMeta => Some((1, true)),
+        Token::RBracket => Some((1, false)),
+        Token::LBrace => Some((BRACE, true)),
+        Token::RBrace => Some((BRACE, false)),
+        _ => None,
+    }
 }
 
 /// The closer that an opener asks for.

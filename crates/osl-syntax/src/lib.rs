@@ -18,6 +18,7 @@ pub mod render;
 pub mod repair;
 pub mod source;
 pub mod span;
+pub mod spelling;
 pub mod token;
 
 use ast::Ast;

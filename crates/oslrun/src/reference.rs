@@ -47,8 +47,7 @@ pub fn find(name: &str) -> Vec<&'static Builtin> {
 
 /// The name that is closest to one that there is not.
 pub fn closest(name: &str) -> Option<&'static str> {
-    let distance = |known: &&str| strsim::damerau_levenshtein(&name.to_lowercase(), &known.to_lowercase());
-    builtins::names().min_by_key(distance).filter(|known| distance(known) <= known.len().max(3) / 2)
+    osl_syntax::spelling::closest(name, builtins::names())
 }
 
 /// All functions, family by family, a line each.

@@ -6,6 +6,7 @@
 use super::{Connection, End, Group};
 use crate::hir::{MetaValue, Param, Program};
 use crate::types::{Base, Extent, Type};
+use osl_syntax::spelling::closest;
 use std::sync::Arc;
 
 /// Why two parameters cannot be connected.
@@ -91,7 +92,7 @@ impl Group {
     fn end(&self, (layer, path): (&str, &str)) -> Result<Found, ConnectError> {
         let index = self.find(layer).ok_or_else(|| {
             let names = self.layers.iter().map(|l| &*l.name);
-            ConnectError::NoLayer(layer.to_string(), closest(layer, names))
+            ConnectError::NoLayer(layer.to_string(), closest(layer, names).map(str::to_string))
         })?;
         let program = &self.layers[index].program;
         let (path, component) = match path.strip_suffix(']').and_then(|p| p.rsplit_once('[')) {
@@ -104,7 +105,7 @@ impl Group {
         let named = |p: &Param| &*program.vars[p.var.0 as usize].name == name;
         let param = program.shader.params.iter().position(named).ok_or_else(|| {
             let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
-            let close = closest(name, names);
+            let close = closest(name, names).map(str::to_string);
             ConnectError::NoParameter { layer: layer.to_string(), name: name.to_string(), close }
         })?;
         let mut ty = program.vars[program.shader.params[param].var.0 as usize].ty;
@@ -128,11 +129,6 @@ impl Group {
         };
         Ok(Found { end: End { layer: index, param, fields, component }, ty })
     }
-}
-
-/// The name most like one that does not exist.
-fn closest<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Option<String> {
-    names.min_by_key(|n| strsim::damerau_levenshtein(n, name)).map(str::to_string)
 }
 
 /// Whether a value of one type may go to another: it may widen, never narrow.

@@ -8,6 +8,7 @@ use super::{Findings, Options, codes};
 use crate::hir::{BuiltinCall, Expr, ExprKind};
 use crate::types::Type;
 use osl_syntax::diagnostic::{Code, Edit};
+use osl_syntax::spelling::closest;
 
 const SPACES: &[&str] = &["common", "world", "object", "shader", "camera", "screen", "raster", "NDC"];
 
@@ -40,7 +41,7 @@ fn judge(call: &BuiltinCall, options: &Options, found: &mut Findings<'_>) {
             continue;
         }
         let mut d = codes::unknown_space(code, arg.span, name, known);
-        if let Some(close) = closest(name, known)
+        if let Some(close) = closest(name, known.iter().copied())
             && found.text(arg.span) == format!("\"{name}\"")
         {
             let text = format!("\"{close}\"");
@@ -48,11 +49,4 @@ fn judge(call: &BuiltinCall, options: &Options, found: &mut Findings<'_>) {
         }
         found.report(d);
     }
-}
-
-/// The known name that was probably meant.
-fn closest<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
-    let lower = name.to_lowercase();
-    let distance = |k: &str| strsim::damerau_levenshtein(&k.to_lowercase(), &lower);
-    known.iter().copied().min_by_key(|k| distance(k)).filter(|k| distance(k) <= 1 + k.len() / 4)
 }

@@ -1,6 +1,6 @@
 //! Declarations: structs, functions, shaders, parameters.
 
-use super::errors::{self, closest};
+use super::errors;
 use super::{Contents, Context, FunctionSymbol, MAX_DIAGNOSTICS, MAX_OVERLOADS, Resolver, Symbol};
 use crate::builtins::{self, ParamType, Signature, Tail};
 use crate::hir::{self, Init, VarId, VarKind};
@@ -8,6 +8,8 @@ use crate::types::{Base, Extent, Field, Struct, Type};
 use osl_syntax::ast;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
+use osl_syntax::spelling::closest;
+use rustc_hash::FxHashSet;
 use std::sync::Arc;
 
 /// The longest array that may be declared. Longer ones are refused before memory is asked for.
@@ -54,8 +56,9 @@ impl Resolver<'_> {
             self.report(errors::redeclared(decl.name.span, name, earlier));
         }
         let mut fields: Vec<Field> = Vec::new();
+        let mut names = FxHashSet::default();
         for field in &decl.fields {
-            if fields.iter().any(|f| f.name == field.name.text) {
+            if names.contains(&field.name.text) {
                 self.report(errors::redeclared(field.name.span, &field.name.text, None));
                 continue;
             }
@@ -72,6 +75,7 @@ impl Resolver<'_> {
                 );
                 self.report(d);
             }
+            names.insert(field.name.text.clone());
             fields.push(Field { name: field.name.text.clone(), ty });
         }
         if taken.is_some() {

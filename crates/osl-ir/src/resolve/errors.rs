@@ -270,15 +270,3 @@ pub(super) fn count(n: usize, noun: &str) -> String {
         _ => format!("{n} {noun}s"),
     }
 }
-
-/// The closest of `names` to `name`, if it is close enough to suggest.
-pub(super) fn closest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
-    let lower = name.to_lowercase();
-    names
-        .into_iter()
-        .filter(|candidate| *candidate != name)
-        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
-        .filter(|(distance, candidate)| *distance <= 1 + name.len().min(candidate.len()) / 4)
-        .min()
-        .map(|(_, candidate)| candidate)
-}

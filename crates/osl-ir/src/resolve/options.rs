@@ -3,11 +3,12 @@
 //! OSL language specification, texture functions. A renderer may know more, so that an unknown name is a warning.
 
 use super::Resolver;
-use super::errors::{self, closest};
+use super::errors;
 use crate::builtins::{OPTIONS, is_lookup};
 use crate::hir::{Expr, ExprKind};
 use crate::types::Type;
 use osl_syntax::diagnostic::Edit;
+use osl_syntax::spelling::closest;
 
 impl Resolver<'_> {
     /// Checks the pairs of option and value behind the `n_params` fixed arguments, if the function looks up textures.

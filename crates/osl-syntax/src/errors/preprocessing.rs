@@ -61,11 +61,9 @@ pub(crate) fn unknown_directive(span: Span, name: &str) -> Diagnostic {
         "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error", "warning",
         "line", "pragma",
     ];
-    let near = known.iter().min_by_key(|k| strsim::damerau_levenshtein(k, name));
-    let near = near.filter(|k| strsim::damerau_levenshtein(k, name) <= 2);
     let d = Diagnostic::error(UNKNOWN_DIRECTIVE, span, format!("unknown directive `#{name}`"))
         .label("not a directive of the preprocessor");
-    match near {
+    match crate::spelling::closest(name, known) {
         Some(k) => d.help(format!("did you mean `#{k}`?")),
         None => d,
     }

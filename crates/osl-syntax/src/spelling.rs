@@ -1,0 +1,54 @@
+//! Which known name a misspelt one probably meant.
+//!
+//! All suggestions of the project go through [`closest`], so that they keep one rule: nothing is better than a wrong
+//! word. Names are compared by optimal string alignment distance without regard to case. Input cannot make this slow:
+//! long names are not compared, and of many names only so many.
+
+/// Names of more bytes than this are not compared: nobody needs help with them, and comparing takes the product of
+/// their lengths.
+const MAX_NAME: usize = 64;
+
+/// At most so many names of about the right length are compared with one.
+const MAX_COMPARED: usize = 1000;
+
+/// The name most like `name`, of those that differ from it in at most a third of the letters of the shorter one.
+/// Of several the one that stands first in the alphabet.
+pub fn closest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
+    if name.len() > MAX_NAME {
+        return None;
+    }
+    let lower = name.to_lowercase();
+    let limit = |candidate: &str| name.len().min(candidate.len()) / 3;
+    names
+        .into_iter()
+        .filter(|candidate| {
+            candidate.len() <= MAX_NAME && candidate.len().abs_diff(name.len()) <= limit(candidate)
+        })
+        .filter(|candidate| *candidate != name)
+        .take(MAX_COMPARED)
+        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
+        .filter(|(distance, candidate)| *distance <= limit(candidate))
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::closest;
+
+    #[test]
+    fn a_third_of_the_letters_may_be_wrong() {
+        assert_eq!(closest("smothstep", ["step", "smoothstep", "linearstep"]), Some("smoothstep"));
+        assert_eq!(closest("COS", ["sin", "cos"]), Some("cos"));
+        assert_eq!(closest("lerp", ["exp", "log"]), None);
+        assert_eq!(closest("x", ["y", "z"]), None);
+        assert_eq!(closest("same", ["same"]), None);
+    }
+
+    #[test]
+    fn long_names_are_not_compared() {
+        let long = "a".repeat(60_000);
+        assert_eq!(closest(&long, [format!("{long}b").as_str()]), None);
+        assert_eq!(closest("a", [long.as_str()]), None);
+    }
+}
