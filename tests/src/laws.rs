@@ -94,6 +94,8 @@ pub struct Shown {
     pub values: String,
     /// Errors and warnings, in order.
     pub messages: Vec<String>,
+    /// The same with their places, and which points say them.
+    pub counted: Vec<String>,
 }
 
 /// All that a run yields, bit by bit, as text.
@@ -116,7 +118,7 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     };
     Ok(match osl_exec::run(&compiled.program, services(), &grid, &options, &|_| ()) {
         Ok(frame) => show(&frame),
-        Err(stop) => Shown { values: format!("stopped: {stop}"), messages: Vec::new() },
+        Err(stop) => Shown { values: format!("stopped: {stop}"), messages: Vec::new(), counted: Vec::new() },
     })
 }
 
@@ -137,13 +139,15 @@ fn show(frame: &Frame) -> Shown {
         let _ = writeln!(values, "{}", unsigned(&format!("{printed:?}")));
     }
     let mut messages: Vec<String> = Vec::new();
-    for message in &frame.messages {
-        let message = unsigned(&format!("{message:?}"));
+    for said in &frame.messages {
+        let osl_exec::Message { error, text, places, .. } = &said.message;
+        let message = unsigned(&format!("{error} {text} {places:?}"));
         if !messages.contains(&message) {
             messages.push(message);
         }
     }
-    Shown { values, messages }
+    let counted = frame.messages.iter().map(|said| unsigned(&format!("{said:?}"))).collect();
+    Shown { values, messages, counted }
 }
 
 /// Text without the signs of NaN: nothing says what they are, and they depend on the instruction set, and in a vector loop
@@ -201,6 +205,9 @@ pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
             let bare = Way { without: SWITCHABLE.to_vec(), ..plain_way.clone() };
             shown(body, &bare).map(|shown| shown.messages).unwrap_or_default()
         };
+        if way.without.is_empty() && got.counted != expected.counted {
+            return Err(format!("{way:?}\n plain {:#?}\n  this {:#?}", expected.counted, got.counted));
+        }
         if !says(way, &expected.messages, &got.messages, lowered) {
             return Err(format!("{way:?}\n plain {:#?}\n  this {:#?}", expected.messages, got.messages));
         }

@@ -5,7 +5,7 @@
 
 use crate::arithmetic;
 use crate::machine::{Component, Machine, Stop, Totals};
-use crate::message::{Message, Messages, Printed};
+use crate::message::{Event, Keeping, Messages, Printed, Said, unite};
 use crate::native::Native;
 use crate::order::Blocks;
 use crate::profile::{Profile, ProfileEntry};
@@ -42,6 +42,8 @@ pub struct RunOptions {
     /// Which numbers to compute with. The program should be compiled for the same
     /// ([`passes::Options`](osl_ir::passes::Options)): constants that single precision has rounded stay so.
     pub arithmetic: Arithmetic,
+    /// How messages are kept.
+    pub keeping: Keeping,
 }
 
 impl Default for RunOptions {
@@ -55,6 +57,7 @@ impl Default for RunOptions {
             profile: false,
             native: Native::Recurring,
             arithmetic: Arithmetic::Strict,
+            keeping: Keeping::default(),
         }
     }
 }
@@ -100,9 +103,11 @@ pub struct Frame {
     /// The planes, output by output.
     pub planes: Vec<Plane>,
     /// What the run has to say, each message once.
-    pub messages: Vec<Message>,
+    pub messages: Vec<Said>,
     /// What the shader printed, point by point.
     pub printed: Vec<Printed>,
+    /// What points printed and said, in their order, where that is kept each time: `messages` and `printed` are empty then.
+    pub events: Vec<Event>,
     /// The closures, if they were asked for.
     pub closures: Vec<Closures>,
     /// Where the time went, if that was asked for: all threads together.
@@ -112,8 +117,9 @@ pub struct Frame {
 impl Frame {
     /// Adds what the points behind its own yielded, in the order of the pieces of a [`Run`]; planes grow by theirs.
     pub fn add(&mut self, next: Frame) {
-        let Frame { planes, messages, printed, closures, profile } = next;
-        self.messages.extend(messages);
+        let Frame { planes, messages, printed, events, closures, profile } = next;
+        unite(&mut self.messages, messages);
+        self.events.extend(events);
         self.printed.extend(printed);
         if self.planes.is_empty() {
             self.planes = planes;
@@ -137,7 +143,7 @@ impl Frame {
     /// The messages in words, each once, with whether it is an error; `place` names a place of the source.
     pub fn said(&self, place: impl Fn(osl_ir::Span) -> String) -> Vec<(bool, String)> {
         let mut seen = rustc_hash::FxHashSet::default();
-        let all = self.messages.iter().map(|m| (m.error, m.show(&place)));
+        let all = self.messages.iter().map(|m| (m.message.error, m.message.show(&place)));
         all.filter(|said| seen.insert(said.clone())).collect()
     }
 }
@@ -251,7 +257,7 @@ impl<'a> Run<'a> {
                 *source,
                 options.isa,
                 (batch.min(tile), options.native),
-                options.max_steps,
+                options,
                 totals,
             )
         };
@@ -275,6 +281,13 @@ impl<'a> Run<'a> {
             })
             .collect();
         let mut frame = gather(program, blocks, points.start, (planes, closures), results)?;
+        for said in &mut frame.messages {
+            // A program that all points share has run for a batch and stands for the others.
+            if program.shared {
+                (said.first, said.points) = (points.start, Some(points.len() as u64));
+            }
+            said.first = source.pixel(said.first);
+        }
         if !options.profile {
             frame.profile.clear();
         }
@@ -343,8 +356,8 @@ fn gather(
             all.points = sorted.into_iter().map(|(_, list)| list).collect();
         }
     }
-    let (messages, printed) = Messages::merge(said);
-    Ok(Frame { planes, messages, printed, closures: outputs, profile: profile.entries(program) })
+    let (messages, printed, events) = Messages::merge(said);
+    Ok(Frame { planes, messages, printed, events, closures: outputs, profile: profile.entries(program) })
 }
 
 /// One component of one element of an output.

@@ -23,7 +23,7 @@ pub mod source;
 
 pub use frame::{Closures, Frame, Plane, Run, RunOptions, run};
 pub use machine::{Component, Param, Stop, show_closure};
-pub use message::{Message, Printed};
+pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;
 pub use order::Blocks;
 pub use osl_ir::numeric::Arithmetic;

@@ -1,4 +1,7 @@
-//! What a run has to say: errors and warnings, printed text, each with the point that says it.
+//! What a run has to say: errors and warnings, printed text, each with the points that say it.
+//!
+//! A run keeps each message once, with the number of its points and the first of them; or, where that is asked for, each
+//! time that a point says it, in the order of the points. It must not know how messages are shown.
 
 use crate::order::Blocks;
 use osl_ir::Span;
@@ -15,22 +18,32 @@ pub struct Message {
     pub text: Arc<str>,
     /// Places in the source that the text names.
     pub places: Vec<Span>,
+    /// The place in the source that says it.
+    pub at: Option<Span>,
+    /// The file that could not be used, if that is what it says: a texture by the name that the shader gave it.
+    pub file: Option<Arc<str>>,
 }
 
 impl Message {
     /// An error.
     pub fn error(text: impl Into<Arc<str>>) -> Message {
-        Message { error: true, text: text.into(), places: Vec::new() }
+        Message { error: true, text: text.into(), places: Vec::new(), at: None, file: None }
     }
 
     /// An error that names places.
     pub fn error_at(text: impl Into<Arc<str>>, places: Vec<Span>) -> Message {
-        Message { error: true, text: text.into(), places }
+        Message { places, ..Message::error(text) }
     }
 
     /// A warning.
     pub fn warning(text: impl Into<Arc<str>>) -> Message {
-        Message { error: false, text: text.into(), places: Vec::new() }
+        Message { error: false, ..Message::error(text) }
+    }
+
+    /// The same message about a file that could not be used.
+    #[must_use]
+    pub fn about_file(self, name: impl Into<Arc<str>>) -> Message {
+        Message { file: Some(name.into()), ..self }
     }
 
     /// The text with its places in words.
@@ -41,6 +54,17 @@ impl Message {
         }
         text
     }
+}
+
+/// A message, and which points say it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    /// The message.
+    pub message: Message,
+    /// How many points say it; `None` where there were too many messages to count.
+    pub points: Option<u64>,
+    /// The first of the points: see [`PointSource::pixel`](crate::PointSource::pixel).
+    pub first: usize,
 }
 
 /// Text that a point printed.
@@ -54,13 +78,71 @@ pub struct Printed {
     pub text: String,
 }
 
+/// Something that a point did for others to see.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// It printed.
+    Printed(Printed),
+    /// It said a message.
+    Said(Arc<Message>),
+}
+
+/// Finds the place that stands for all places which are shown alike, such as the start of the line.
+pub type StandFor = Arc<dyn Fn(Span) -> Span + Send + Sync>;
+
+/// How a run keeps messages.
+#[derive(Clone, Default)]
+pub struct Keeping {
+    /// Whether what points print and say is kept each time, as [`Event`]s in the order of the points.
+    pub each: bool,
+    /// Which places count as one.
+    pub places: Option<StandFor>,
+}
+
+impl std::fmt::Debug for Keeping {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut fields = f.debug_struct("Keeping");
+        fields.field("each", &self.each).field("places", &self.places.is_some()).finish()
+    }
+}
+
 /// Different messages that a tile keeps.
 const MAX_MESSAGES: usize = 1000;
 /// Bytes of the messages that a tile keeps, if it has more than one.
 const MAX_BYTES: usize = 1 << 20;
+/// Messages that a tile keeps each time; beyond them, those that are new.
+const MAX_EVENTS: usize = 1 << 17;
 
 /// Position of the point that says a message, and how many were said before.
 type Order = (usize, usize);
+
+/// The points of a message.
+#[derive(Clone, Debug)]
+struct Points {
+    first: Order,
+    count: u64,
+    /// The first point of the last batch that says it, and a bit for each lane that does.
+    batch: usize,
+    lanes: Vec<u64>,
+}
+
+impl Points {
+    /// Counts a point of a batch, once.
+    fn count(&mut self, batch: usize, point: usize) {
+        if self.batch != batch {
+            self.batch = batch;
+            self.lanes.clear();
+        }
+        let lane = point.saturating_sub(batch);
+        if self.lanes.len() <= lane / 64 {
+            self.lanes.resize(lane / 64 + 1, 0);
+        }
+        let Some(word) = self.lanes.get_mut(lane / 64) else { return };
+        let bit = 1 << (lane % 64);
+        self.count += u64::from(*word & bit == 0);
+        *word |= bit;
+    }
+}
 
 /// What one thread has said. Messages are kept once, with the first of their points, and those of the first points where
 /// there are too many: who comes to say one first depends on how many points run together.
@@ -68,50 +150,91 @@ type Order = (usize, usize);
 pub(crate) struct Messages {
     /// The order of the points; by their numbers without.
     blocks: Option<Blocks>,
-    known: FxHashMap<Message, Order>,
+    keeping: Keeping,
+    /// The first point of the batch that runs.
+    batch: usize,
+    known: FxHashMap<Message, Points>,
     sorted: BTreeMap<Order, Message>,
     /// The first that there was no room for: nothing behind it is kept.
     end: Option<Order>,
     said: usize,
     printed: Vec<Printed>,
     bytes: usize,
+    /// What is kept each time, and the messages in it.
+    events: Vec<(Order, Event)>,
+    shared: FxHashSet<Arc<Message>>,
+    /// Which places count as one, as far as that was asked.
+    places: FxHashMap<Span, Span>,
 }
 
 impl Messages {
     /// Nothing said yet, by points in this order.
-    pub(crate) fn new(blocks: Option<Blocks>) -> Messages {
-        Messages { blocks, ..Messages::default() }
+    pub(crate) fn new(blocks: Option<Blocks>, keeping: Keeping) -> Messages {
+        Messages { blocks, keeping, ..Messages::default() }
     }
 
     /// Takes what was said, and starts anew.
     pub(crate) fn take(&mut self) -> Messages {
-        let anew = Messages::new(self.blocks);
+        let anew = Messages::new(self.blocks, self.keeping.clone());
         std::mem::replace(self, anew)
+    }
+
+    /// Begins a batch.
+    pub(crate) fn begin(&mut self, first: usize) {
+        self.batch = first;
+    }
+
+    /// Whether each message is kept each time.
+    pub(crate) fn keeps_each(&self) -> bool {
+        self.keeping.each
     }
 
     fn position(&self, point: usize) -> usize {
         self.blocks.map_or(point, |blocks| blocks.position(point))
     }
 
-    /// Adds a message unless a point before has said it or there are too many of those before.
-    pub(crate) fn add(&mut self, point: usize, message: Message) {
-        let here = (self.position(point), self.said);
+    /// The place that stands for a place.
+    fn place(&mut self, at: Span) -> Span {
+        match &self.keeping.places {
+            Some(stand_for) => *self.places.entry(at).or_insert_with(|| stand_for(at)),
+            None => at,
+        }
+    }
+
+    /// Adds a message of some points of the batch.
+    pub(crate) fn add(&mut self, points: impl IntoIterator<Item = usize>, mut message: Message) {
+        message.at = message.at.map(|at| self.place(at));
+        let said = self.said;
         self.said += 1;
+        for point in points {
+            let here = (self.position(point), said);
+            if self.keeping.each {
+                self.note(here, &message);
+            } else {
+                self.add_one(here, point, &message);
+            }
+        }
+    }
+
+    /// Adds a message unless a point before has said it or there are too many of those before.
+    fn add_one(&mut self, here: Order, point: usize, message: &Message) {
+        if let Some(known) = self.known.get_mut(message) {
+            known.count(self.batch, point);
+            if here.0 < known.first.0 {
+                self.sorted.remove(&known.first);
+                known.first = here;
+                self.sorted.insert(here, message.clone());
+            }
+            return;
+        }
         if self.end.is_some_and(|end| here > end) {
             return;
         }
-        match self.known.get_mut(&message) {
-            Some(first) if here.0 < first.0 => {
-                self.sorted.remove(first);
-                *first = here;
-            }
-            Some(_) => return,
-            None => {
-                self.bytes += message.text.len();
-                self.known.insert(message.clone(), here);
-            }
-        }
-        self.sorted.insert(here, message);
+        self.bytes += message.text.len();
+        let mut points = Points { first: here, count: 0, batch: self.batch, lanes: Vec::new() };
+        points.count(self.batch, point);
+        self.known.insert(message.clone(), points);
+        self.sorted.insert(here, message.clone());
         while self.sorted.len() > MAX_MESSAGES || self.bytes > MAX_BYTES && self.sorted.len() > 1 {
             let Some((order, message)) = self.sorted.pop_last() else { break };
             self.known.remove(&message);
@@ -120,24 +243,68 @@ impl Messages {
         }
     }
 
+    /// Keeps a message as an event.
+    fn note(&mut self, here: Order, message: &Message) {
+        let known = self.shared.get(message).cloned();
+        if self.events.len() >= MAX_EVENTS && known.is_some() {
+            return;
+        }
+        let message = known.unwrap_or_else(|| {
+            let message = Arc::new(message.clone());
+            self.shared.insert(message.clone());
+            message
+        });
+        self.events.push((here, Event::Said(message)));
+    }
+
     /// Adds printed text.
     pub(crate) fn print(&mut self, mut printed: Printed) {
         printed.point = self.position(printed.point);
-        self.printed.push(printed);
+        if self.keeping.each {
+            let here = (printed.point, self.said);
+            self.said += 1;
+            self.events.push((here, Event::Printed(printed)));
+        } else {
+            self.printed.push(printed);
+        }
     }
 
-    /// All of several threads in the order of their points, each message once.
-    pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Message>, Vec<Printed>) {
-        let (mut list, mut printed) = (Vec::new(), Vec::new());
+    /// All of several threads in the order of their points: each message once, printed text, events.
+    pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Said>, Vec<Printed>, Vec<Event>) {
+        let (mut list, mut printed, mut events) = (Vec::new(), Vec::new(), Vec::new());
         for mut one in all {
-            list.extend(one.sorted);
+            let counted = one.end.is_none();
+            for (order, message) in one.sorted {
+                let count = one.known.get(&message).map(|points| points.count).filter(|_| counted);
+                list.push((order, Said { message, points: count, first: order.0 }));
+            }
             printed.append(&mut one.printed);
+            events.append(&mut one.events);
         }
         list.sort_by_key(|(order, _)| *order);
         printed.sort_by_key(|p| p.point);
-        let mut seen = FxHashSet::default();
-        let messages = list.into_iter().map(|(_, m)| m).filter(|m| seen.insert(m.clone())).collect();
-        (messages, printed)
+        events.sort_by_key(|(order, _)| *order);
+        let mut messages = Vec::new();
+        unite(&mut messages, list.into_iter().map(|(_, said)| said));
+        (messages, printed, events.into_iter().map(|(_, event)| event).collect())
+    }
+}
+
+/// Adds messages to a list that has each once.
+pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>) {
+    let mut known: FxHashMap<Message, usize> =
+        list.iter().enumerate().map(|(at, said)| (said.message.clone(), at)).collect();
+    for said in more {
+        match known.get(&said.message).and_then(|at| list.get_mut(*at)) {
+            Some(before) => {
+                before.points = before.points.zip(said.points).map(|(a, b)| a + b);
+                before.first = before.first.min(said.first);
+            }
+            None => {
+                known.insert(said.message.clone(), list.len());
+                list.push(said);
+            }
+        }
     }
 }
 
@@ -147,14 +314,15 @@ mod tests {
 
     /// What is kept of messages that 40 points say, each its own and some that all say, of so many bytes; `batch` points
     /// say each before any says the next.
-    fn kept(batch: usize, bytes: usize) -> Vec<Message> {
-        let mut all = Messages::new(None);
+    fn kept(batch: usize, bytes: usize) -> Vec<Said> {
+        let mut all = Messages::new(None, Keeping::default());
         for first in (0..40).step_by(batch) {
+            all.begin(first);
             for step in 0..60 {
                 for point in first..40.min(first + batch) {
                     let own = if step % 5 == 0 { 0 } else { point };
                     let text = format!("{step} of {own} {}", "-".repeat(bytes * (1 + step * 7 % 3)));
-                    all.add(point, Message::warning(text));
+                    all.add([point], Message::warning(text));
                 }
             }
         }
@@ -166,7 +334,7 @@ mod tests {
         for bytes in [0, 500, 3000, 40_000] {
             let expected = kept(1, bytes);
             assert!(expected.len() <= MAX_MESSAGES && expected.len() > 3, "{bytes}: {}", expected.len());
-            let sum: usize = expected.iter().map(|m| m.text.len()).sum();
+            let sum: usize = expected.iter().map(|m| m.message.text.len()).sum();
             assert!(sum <= MAX_BYTES);
             for batch in [3, 16, 40] {
                 assert!(kept(batch, bytes) == expected, "{batch} points together, {bytes} bytes");
@@ -176,9 +344,9 @@ mod tests {
 
     #[test]
     fn one_message_is_kept_however_long() {
-        let mut all = Messages::new(None);
-        all.add(1, Message::warning("x".repeat(2 << 20)));
-        all.add(2, Message::warning("y"));
+        let mut all = Messages::new(None, Keeping::default());
+        all.add([1], Message::warning("x".repeat(2 << 20)));
+        all.add([2], Message::warning("y"));
         assert_eq!(Messages::merge([all]).0.len(), 1);
     }
 }

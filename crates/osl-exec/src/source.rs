@@ -47,6 +47,12 @@ pub trait PointSource: Sync {
         None
     }
 
+    /// The pixel that a point belongs to, row by row, by the point's position on the image; its position, where each pixel
+    /// has one point.
+    fn pixel(&self, position: usize) -> usize {
+        position
+    }
+
     /// The globals that differ from point to point.
     fn varying(&self) -> &[Global];
 

@@ -35,6 +35,15 @@ impl LoadFailure {
     }
 }
 
+/// Why no file of a name can be opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Missing {
+    /// No folder has such a file.
+    NotFound,
+    /// The name leads out of the folders that may be read, whether or not something is there.
+    Outside,
+}
+
 /// A texture, or why there is none.
 pub type Loaded = Result<Arc<Texture>, Arc<LoadFailure>>;
 
@@ -167,6 +176,22 @@ impl TextureCache {
             return names.any(|name| self.search.find(&name).is_ok());
         }
         self.search.find(name).is_ok()
+    }
+
+    /// Why no file of this name can be opened; `None` where there is one, which may still be no image.
+    pub fn missing(&self, name: &str) -> Option<Missing> {
+        if self.exists(name) {
+            return None;
+        }
+        Some(match self.search.find(name) {
+            Err(Refusal::Outside) => Missing::Outside,
+            _ => Missing::NotFound,
+        })
+    }
+
+    /// The folders in which names are looked for after the working directory.
+    pub fn folders(&self) -> &[PathBuf] {
+        &self.search.folders
     }
 
     /// The bytes of samples that the cache holds, counted as for [`TextureCache::with_budget`].

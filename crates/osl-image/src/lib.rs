@@ -29,7 +29,7 @@ mod transfer;
 mod udim;
 mod wrap;
 
-pub use cache::{LoadFailure, Loaded, TextureCache};
+pub use cache::{LoadFailure, Loaded, Missing, TextureCache};
 pub use channels_out::{Samples, write_channels, write_ints};
 pub use error::ImageError;
 pub use exr_out::{

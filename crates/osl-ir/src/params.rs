@@ -1,6 +1,6 @@
 //! Parameter values from text: `radius=0.3`, `tint=1,0.5,0`, `spacename=object`.
 
-use crate::hir::{Param, Program};
+use crate::hir::{Expr, ExprKind, Init, Param, Program};
 use crate::ir::Const;
 use crate::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
 use osl_syntax::spelling::closest;
@@ -163,6 +163,37 @@ fn set_parsed(
 
 fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
     ParamError::Mismatch { name: name.to_string(), ty: program.structs.show(ty), text: text.to_string() }
+}
+
+/// The string parameters of a program that have known values, given or by default: name and value, arrays element by
+/// element.
+pub fn texts(program: &Program, given: &ParamValues) -> Vec<(Arc<str>, Arc<str>)> {
+    let mut texts = Vec::new();
+    for param in &program.shader.params {
+        let Some(var) = program.vars.get(param.var.0 as usize) else { continue };
+        if var.ty.base != Base::String || param.output {
+            continue;
+        }
+        let mut add = |text: &Arc<str>| texts.push((var.name.clone(), text.clone()));
+        match given.get(&var.name) {
+            Some(values) => values.iter().for_each(|value| {
+                if let Const::Str(text) = value {
+                    add(text);
+                }
+            }),
+            None => constants(&param.init).into_iter().for_each(add),
+        }
+    }
+    texts
+}
+
+/// The string constants that a value is made from.
+fn constants(init: &Init) -> Vec<&Arc<str>> {
+    match init {
+        Init::Value(Expr { kind: ExprKind::Str(text), .. }) => vec![text],
+        Init::Value(_) => Vec::new(),
+        Init::List(list) => list.iter().flat_map(constants).collect(),
+    }
 }
 
 /// The type of a parameter or field, or the error that there is none.

@@ -50,6 +50,10 @@ impl<S: PointSource> PointSource for WithData<S> {
         self.points.blocks()
     }
 
+    fn pixel(&self, position: usize) -> usize {
+        self.points.pixel(position)
+    }
+
     fn varying(&self) -> &[Global] {
         self.points.varying()
     }

@@ -1,9 +1,9 @@
 //! A grid of points on the unit patch, as reference results are recorded on it.
 
 use glam::{Mat4, Vec3, Vec4};
-use osl_exec::{Blocks, PointSource, Spaces};
+use osl_exec::{Blocks, Datum, PointSource, Spaces};
 use osl_ir::hir::Global;
-use osl_ir::ir::Axis;
+use osl_ir::ir::{Axis, Const};
 
 /// `width * height` points, row by row. `u = scale * x/(width-1) + offset`, or at pixel centres; half the scale where
 /// a side has one point. `P = (u, v, 1)`, `N = Ng = (0, 0, 1)`, `dPdu = (1, 0, 0)`, `dPdv = (0, 1, 0)`.
@@ -44,6 +44,22 @@ impl Grid {
 }
 
 impl Grid {
+    /// The axis of the texture coordinate that is asked for: the data of the patch are `s`, which is u, and `t`, which is v.
+    pub fn texture_axis(object: &str, name: &str, element: Option<usize>) -> Option<usize> {
+        match (object, name, element) {
+            ("", "s", None) => Some(0),
+            ("", "t", None) => Some(1),
+            _ => None,
+        }
+    }
+
+    /// A texture coordinate, with its slopes.
+    pub fn texture_coordinate(&self, axis: usize, value: f32) -> Datum {
+        let global = if axis == 0 { Global::U } else { Global::V };
+        let slopes = Axis::BOTH.map(|along| self.slope(global, along)[0]);
+        Datum { slopes, ..Datum::one(Const::Float(value)) }
+    }
+
     /// u or v of the points from `first` on; past the last point its own.
     fn fill_coordinate(&self, axis: usize, first: usize, lanes: &mut [f32]) {
         let n = [self.width, self.height][axis];
@@ -91,6 +107,13 @@ impl PointSource for Grid {
         }
     }
 
+    fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+        let axis = Grid::texture_axis(object, name, element)?;
+        let (column, row) = self.order().pixel(point);
+        let at = if axis == 0 { column } else { row };
+        Some(self.texture_coordinate(axis, self.coordinate(axis, at, [self.width, self.height][axis])))
+    }
+
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
             match (global, component) {
@@ -105,8 +128,7 @@ impl PointSource for Grid {
 
 /// The spaces of a grid of `width` by `height` points that reference results are recorded on: shader space is rotated by 45° about z and moved by
 /// 1 in x, object space rotated by 90° and moved by 1 in y, `myspace` scaled by (1, 2, 1).
-/// `camera`, `screen`, `NDC` and `raster` are destinations only; the camera is the identity, with a field of view of
-/// 90°, a near plane at 0.1 and a far one at 1000.
+/// `camera` is a destination only, like the spaces of [`set_screen_spaces`].
 pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     let mut spaces = Spaces::default();
     // Rows for row vectors: the transpose of what column vectors take.
@@ -128,16 +150,24 @@ pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     spaces.set("shader", rows(shader));
     spaces.set("object", rows(object));
     spaces.set("myspace", rows(Mat4::from_scale(Vec3::new(1.0, 2.0, 1.0))));
+    spaces.set_destination("camera", rows(Mat4::IDENTITY));
+    set_screen_spaces(&mut spaces, width, height);
+    spaces
+}
+
+/// Adds the spaces of the image to those of a grid of `width` by `height` points: `screen`, `NDC` and `raster`, which are
+/// destinations only. The camera is the identity, with a field of view of 90°, a near plane at 0.1 and a far one at 1000.
+pub fn set_screen_spaces(spaces: &mut Spaces, width: usize, height: usize) {
+    // Rows for row vectors: the transpose of what column vectors take.
+    let rows = |m: Mat4| m.to_cols_array();
     let (near, far) = (0.1_f32, 1000.0_f32);
     let (a, b) = (far / (far - near), -near * far / (far - near));
     let screen = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::new(0.0, 0.0, a, 1.0), Vec4::new(0.0, 0.0, b, 0.0));
     let half = Mat4::from_translation(Vec3::new(0.5, 0.5, 0.0)) * Mat4::from_scale(Vec3::new(0.5, 0.5, 1.0));
     let raster = Mat4::from_scale(Vec3::new(width as f32, height as f32, 1.0));
-    spaces.set_destination("camera", rows(Mat4::IDENTITY));
     spaces.set_destination("screen", rows(screen));
     spaces.set_destination("NDC", rows(half * screen));
     spaces.set_destination("raster", rows(raster * half * screen));
-    spaces
 }
 
 #[cfg(test)]

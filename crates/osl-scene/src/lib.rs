@@ -23,5 +23,5 @@ pub mod view;
 pub use glam;
 
 pub use data::{Data, WithData};
-pub use grid::{Grid, reference_spaces};
+pub use grid::{Grid, reference_spaces, set_screen_spaces};
 pub use reference::ReferenceRenderer;

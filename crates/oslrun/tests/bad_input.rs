@@ -116,12 +116,12 @@ fn outputs() {
 fn textures_and_spaces() {
     let place = Place::new();
     place.refuses(
-        &[&seed("chaosmosaic.osl"), "-g", "4x4", "-p", "Image=none.png"],
+        &[&seed("chaosmosaic.osl"), "-g", "4x4", "-p", "Image=none.png", "--deny", "errors"],
         1,
-        "Could not open file \"none.png\"",
+        "there is no file \"none.png\" of parameter `Image`",
     );
     place.refuses(
-        &[&seed("Cobbled.osl"), "-g", "4x4", "-p", "spacename=nowhere"],
+        &[&seed("Cobbled.osl"), "-g", "4x4", "-p", "spacename=nowhere", "--deny", "errors"],
         1,
         "Unknown transformation \"nowhere\"",
     );

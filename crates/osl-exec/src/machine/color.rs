@@ -5,25 +5,31 @@ use super::mask::Mask;
 use crate::arithmetic::{Arithmetic, Element};
 use crate::lanes;
 use crate::message::Message;
-use crate::program::{KernelStep, Operand, Place};
+use crate::program::{KernelStep, Place};
 use crate::services::IDENTITY;
 use osl_ir::builtins::color_path;
 use osl_ir::numeric::Number;
 
 impl<A: Arithmetic> Machine<'_, A> {
-    fn matrix_between(&mut self, from: &str, to: &str, point: usize) -> [A::Real; 16] {
-        let found = self.services.spaces.matrix(from, to).map_err(str::to_string);
-        found.unwrap_or_else(|unknown| {
-            self.messages.add(point, Message::error(format!("Unknown transformation \"{unknown}\"")));
-            IDENTITY.map(A::Real::lit)
-        })
+    /// The matrix between two spaces, and the message where there is none.
+    fn matrix_between(&self, from: &str, to: &str) -> ([A::Real; 16], Option<Message>) {
+        match self.services.spaces.matrix(from, to) {
+            Ok(matrix) => (matrix, None),
+            Err(unknown) => {
+                let text = format!("Unknown transformation \"{unknown}\"");
+                (IDENTITY.map(A::Real::lit), Some(Message::error(text)))
+            }
+        }
     }
 
-    pub(super) fn space_matrix(&mut self, args: &[Operand], outs: &[Operand], mask: &Mask) {
-        let ([from, to], [out]) = (args, outs) else { return };
+    pub(super) fn space_matrix(&mut self, step: &KernelStep, mask: &Mask) {
+        let ([from, to], [out]) = (&step.args[..], &step.outs[..]) else { return };
         let width = self.width;
         if let (Some(from), Some(to)) = (self.shared_text(*from, mask), self.shared_text(*to, mask)) {
-            let matrix = self.matrix_between(&from, &to, self.first);
+            let (matrix, unknown) = self.matrix_between(&from, &to);
+            if let Some(message) = unknown {
+                self.report_all(mask, Message { at: Some(step.span), ..message });
+            }
             let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
             let mut target = self.take(*out);
             for (lanes, x) in target.chunks_mut(n).zip(matrix) {
@@ -34,7 +40,10 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
         for lane in self.active(mask) {
             let (a, b) = (self.text(self.bits(*from, lane)), self.text(self.bits(*to, lane)));
-            let matrix = self.matrix_between(&a, &b, self.first + lane);
+            let (matrix, unknown) = self.matrix_between(&a, &b);
+            if let Some(message) = unknown {
+                self.report(step, lane, mask, message);
+            }
             self.set_words(*out, lane, &matrix.map(A::Real::store));
         }
     }
@@ -61,7 +70,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             let path = color_path(from, true).zip(color_path(to, false));
             if path.is_none() {
                 let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
-                self.messages.add(self.first + lane, Message::error(text));
+                self.report(step, lane, mask, Message::error(text));
             }
             let same = from == to;
             let (first, second) = path.filter(|_| !same).unwrap_or((&[], &[]));

@@ -27,7 +27,12 @@ impl<A: Arithmetic> Machine<'_, A> {
                 _ => Ok(0),
             };
             let node = found.unwrap_or_else(|why| {
-                self.messages.add(self.first + lane, Message::error(format!("dict_find: {why}")));
+                let message = Message::error(format!("dict_find: {why}"));
+                let file = match args.first() {
+                    Some(Const::Str(name)) if name.ends_with(".xml") => Some(name.clone()),
+                    _ => None,
+                };
+                self.report(step, lane, mask, Message { file, ..message });
                 -1
             });
             self.set_bits(*out, lane, node as u32);

@@ -18,7 +18,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 self.noise(*field, usize::from(*dims), *tangents, args, outs);
             }
             Kernel::NamedNoise { .. } => self.named_noise(step, mask),
-            Kernel::SpaceMatrix => self.space_matrix(args, outs, mask),
+            Kernel::SpaceMatrix => self.space_matrix(step, mask),
             Kernel::FindSpace => self.find_space(step, mask),
             Kernel::ColorBetween => self.color_between(step, mask),
             Kernel::Texture { options, footprint, quiet, tangents, .. } => {
@@ -36,11 +36,8 @@ impl<A: Arithmetic> Machine<'_, A> {
             Kernel::SetMessage(form) => self.set_message(form, step, mask),
             Kernel::GetMessage(form) => self.get_message(form, step, mask),
             Kernel::Report { text, places } => {
-                // It says the same at every point: the first speaks for all.
-                if let Some(lane) = mask.first().filter(|lane| *lane < self.points) {
-                    let message = Message::error_at(text.clone(), places.clone());
-                    self.messages.add(self.first + lane, message);
-                }
+                let message = Message::error_at(text.clone(), places.clone());
+                self.report_all(mask, Message { at: Some(step.span), ..message });
             }
             Kernel::Split { pieces } => self.split(pieces.0, step, mask),
             Kernel::Regex { whole, places } => self.regex(*whole, places.map(|s| s.0), step, mask),

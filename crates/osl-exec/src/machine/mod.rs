@@ -22,11 +22,12 @@ mod work;
 
 use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::Dictionaries;
+use crate::frame::RunOptions;
 use crate::lanes::{Arg, Ready};
-use crate::message::Messages;
+use crate::message::{Message, Messages};
 use crate::native::{self, Native};
 use crate::profile::Profile;
-use crate::program::{Array, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
+use crate::program::{Array, KernelStep, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -112,7 +113,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         source: &'a dyn PointSource,
         isa: Isa,
         (width, native): (usize, Native),
-        max_steps: u64,
+        options: &RunOptions,
         totals: &'a Totals,
     ) -> Self {
         let width = width.max(1).next_multiple_of(LINE);
@@ -132,7 +133,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             queue: lane::Queue::default(),
             ready: Vec::new(),
             native: native::Known::new(native).filter(|_| A::NATIVE.is_some() && isa.name() == "avx512"),
-            max_steps,
+            max_steps: options.max_steps,
             spent: 0,
             exhausted: None,
             ran: false,
@@ -145,7 +146,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             named: named::Named::default(),
             totals,
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
-            messages: Messages::new(source.blocks()),
+            messages: Messages::new(source.blocks(), options.keeping.clone()),
             profile: None,
         }
     }
@@ -153,10 +154,11 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Runs the program for `points` points from `first` on, at most as many as the batch is wide.
     pub(crate) fn run(&mut self, first: usize, points: usize) -> Result<(), Stop> {
         let source = self.source;
-        if self.program.shared && std::mem::replace(&mut self.ran, true) {
+        if self.program.shared && std::mem::replace(&mut self.ran, true) && !self.messages.keeps_each() {
             // It holds the results of every point.
             return Ok(());
         }
+        self.messages.begin(first);
         self.spent = 0;
         self.queue.clear();
         (self.first, self.points) = (first, points);
@@ -417,6 +419,24 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             lanes.truncate(1);
         }
         lanes
+    }
+
+    /// Reports a message of a lane; of all active lanes where these share what the step yields.
+    fn report(&mut self, step: &KernelStep, lane: usize, mask: &Mask, message: Message) {
+        let message = Message { at: Some(step.span), ..message };
+        let shared = !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.place, Place::Words(_)));
+        if shared {
+            self.report_all(mask, message);
+        } else {
+            self.messages.add([self.first + lane], message);
+        }
+    }
+
+    /// Reports a message of all active lanes.
+    fn report_all(&mut self, mask: &Mask, message: Message) {
+        let first = self.first;
+        let lanes = self.active(mask);
+        self.messages.add(lanes.into_iter().map(|lane| first + lane), message);
     }
 
     /// How many lanes a step runs for.

@@ -61,7 +61,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                     let say = if value.is_some() { set_twice } else { set_late };
                     let places = vec![*place, form.place];
                     let message = Message::error_at(say(&self.text(key.1)), places);
-                    self.messages.add(self.first + lane, message);
+                    self.report(step, lane, mask, message);
                 }
             }
         }
@@ -79,7 +79,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                     let made = if value.is_some() { MessageMade::Set } else { MessageMade::AskedFor };
                     let text = other_type(&self.text(key.1), made, ty, &form.ty);
                     let message = Message::error_at(text, vec![*place, form.place]);
-                    self.messages.add(self.first + lane, message);
+                    self.report(step, lane, mask, message);
                 }
             }
             self.set_bits(*found, lane, value.is_some().into());

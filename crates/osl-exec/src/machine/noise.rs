@@ -108,11 +108,10 @@ impl<A: Arithmetic> Machine<'_, A> {
             return;
         }
         // Names differ between lanes: each field in turn, kept where its name stands.
-        let all = Mask::all(self.width);
         let mut results: Vec<Lanes<A::Word>> =
             step.outs.iter().map(|out| Lanes::new(out.words as usize * self.width)).collect();
         for (text, lanes) in self.groups(*name, mask) {
-            let (here, _) = all.split(self.isa, &lanes);
+            let (here, _) = mask.split(self.isa, &lanes);
             self.noise_by_name(&text, step, &here);
             for (out, result) in step.outs.iter().zip(&mut results) {
                 let Arg::Each(values) = self.arg(*out) else { continue };
@@ -151,7 +150,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 let kind = if *periodic { "periodic noise" } else { "noise" };
                 let text = format!("{kind} type \"{name}\" is unknown, called from ({{0}})");
                 let message = Message::error_at(text, vec![step.span]);
-                self.messages.add(self.first + mask.first().unwrap_or(0), message);
+                self.report_all(mask, Message { at: Some(step.span), ..message });
                 0.0
             }
         };

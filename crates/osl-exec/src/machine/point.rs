@@ -137,7 +137,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             if i < 0 || i >= n {
                 self.spend_report();
                 let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);
-                self.messages.add(self.first + lane, Message::error_at(text, vec![step.span]));
+                self.report(step, lane, mask, Message::error_at(text, vec![step.span]));
             }
         }
     }

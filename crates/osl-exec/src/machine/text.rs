@@ -133,11 +133,11 @@ impl<A: Arithmetic> Machine<'_, A> {
                 }
                 Sink::Error => {
                     let text = format!("Shader error [{shader}]: {text}");
-                    self.messages.add(point, Message::error(text));
+                    self.report(step, lane, mask, Message::error(text));
                 }
                 Sink::Warning => {
                     let text = format!("Shader warning [{shader}]: {text}");
-                    self.messages.add(point, Message::warning(text));
+                    self.report(step, lane, mask, Message::warning(text));
                 }
             }
         }
@@ -196,7 +196,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             let search = if whole { text::whole } else { text::find };
             let found = search(s, pattern).unwrap_or_else(|()| {
                 let text = format!("malformed regular expression \"{}\"", pattern.escape_debug());
-                self.messages.add(self.first + lane, Message::error(text));
+                self.report(step, lane, mask, Message::error(text));
                 None
             });
             if let (Some(array), Some(places)) = (array, places) {

@@ -83,7 +83,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                     Sample { value, ..Sample::default() }
                 }
             });
-            self.deliver(step, lane, &sample, (quiet, "texture"), &given);
+            self.deliver(step, (lane, mask), &sample, (quiet, "texture"), &given);
             // What could not be looked up does not change.
             let sample = sample.unwrap_or_default();
             if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
@@ -131,7 +131,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 );
                 Sample { value, ..Sample::default() }
             });
-            self.deliver(step, lane, &sample, (quiet, "environment"), &given);
+            self.deliver(step, (lane, mask), &sample, (quiet, "environment"), &given);
         }
     }
 
@@ -139,7 +139,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     fn deliver(
         &mut self,
         step: &KernelStep,
-        lane: usize,
+        (lane, mask): (usize, &Mask),
         sample: &Result<Sample, &Arc<str>>,
         (quiet, function): (bool, &str),
         given: &Options,
@@ -155,7 +155,9 @@ impl<A: Arithmetic> Machine<'_, A> {
             (Err(why), None) => {
                 if !quiet {
                     let text = format!("[RendererServices::{function}] {why}");
-                    self.messages.add(self.first + lane, Message::error(text));
+                    let name = step.args.first().map(|name| self.text(self.bits(*name, lane)));
+                    let message = Message { file: name, ..Message::error(text) };
+                    self.report(step, lane, mask, message);
                 }
                 ([0.0; 3], 0.0, (*why).clone())
             }
@@ -240,7 +242,8 @@ impl<A: Arithmetic> Machine<'_, A> {
                     Err(failure) => {
                         let (shader, why) = (self.program.shader(step.span), failure.message());
                         let text = format!("Shader error [{shader}]: Invalid image file \"{file}\": {why}");
-                        self.messages.add(self.first + lane, Message::error(text));
+                        let message = Message::error(text).about_file(file.clone());
+                        self.report(step, lane, mask, message);
                         None
                     }
                 }

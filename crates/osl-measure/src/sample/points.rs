@@ -79,6 +79,10 @@ impl PointSource for SamplePoints<'_> {
         self.pixels.len() * self.each()
     }
 
+    fn pixel(&self, position: usize) -> usize {
+        self.pixels.get(position / self.each()).map_or(position, |pixel| *pixel as usize)
+    }
+
     fn varying(&self) -> &[Global] {
         self.surface.varying()
     }

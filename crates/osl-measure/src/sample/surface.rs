@@ -79,6 +79,11 @@ impl Surface for Grid {
             behind.fill(here.last().copied().unwrap_or(0.0));
         }
     }
+
+    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+        let axis = Grid::texture_axis(object, name, element)?;
+        Some(self.texture_coordinate(axis, coordinate(self, axis, &place)))
+    }
 }
 
 impl<S: Surface> Surface for WithData<S> {

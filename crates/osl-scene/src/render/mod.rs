@@ -18,7 +18,7 @@ pub use path::Strategy;
 pub use tone::{display, tone};
 pub use world::{Body, Ground, Material, Object, World};
 
-use osl_exec::{Message, Stop};
+use osl_exec::{Said, Stop};
 use osl_ir::types::Type;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -55,7 +55,7 @@ pub struct Picture {
     /// camera sees; marks and outputs of its shaders.
     pub layers: Vec<Layer>,
     /// What shaders had to say, each message once.
-    pub messages: Vec<Message>,
+    pub messages: Vec<Said>,
     /// Closures of shaders that are not rendered.
     pub unknown: Vec<Arc<str>>,
     /// Paths that were followed.
@@ -109,6 +109,9 @@ pub fn render(
             samples[place(pixel)] = tile.count(pixel) as f32;
             error[place(pixel)] = tile.error(pixel);
             picture.samples += u64::from(tile.count(pixel));
+        }
+        for said in &mut tile.notes.messages {
+            said.first = place(said.first);
         }
         notes.add(std::mem::take(&mut tile.notes));
         let counts: Vec<u32> = (0..columns * rows).map(|pixel| tile.count(pixel)).collect();

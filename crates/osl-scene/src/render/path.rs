@@ -11,7 +11,7 @@ use crate::light::{Arriving, balance};
 use crate::mesh::SurfacePoint;
 use crate::surface_points::Footprint;
 use glam::Vec3;
-use osl_exec::{Message, Stop};
+use osl_exec::{Said, Stop, unite};
 use std::sync::Arc;
 
 /// Surfaces that a path meets, at most, with those that it passes straight through.
@@ -37,7 +37,7 @@ pub(super) struct Notes {
     /// Rays traced.
     pub(super) rays: u64,
     /// What shaders said.
-    pub(super) messages: Vec<Message>,
+    pub(super) messages: Vec<Said>,
     /// Closures that are not known.
     pub(super) unknown: Vec<Arc<str>>,
 }
@@ -45,11 +45,7 @@ pub(super) struct Notes {
 impl Notes {
     pub(super) fn add(&mut self, more: Notes) {
         self.rays += more.rays;
-        for message in more.messages {
-            if !self.messages.contains(&message) {
-                self.messages.push(message);
-            }
-        }
+        unite(&mut self.messages, more.messages);
         for name in more.unknown {
             if !self.unknown.contains(&name) {
                 self.unknown.push(name);
@@ -136,7 +132,9 @@ impl Tracer<'_> {
                     }
                     next.extend(on);
                 }
-                self.note(shaded);
+                self.note(shaded, |at| {
+                    hits.get(at).and_then(|hit| paths.get(hit.path)).map_or(0, |p| p.pixel)
+                });
             }
             next.sort_by_key(|p| p.slot);
             paths = next;
@@ -144,7 +142,11 @@ impl Tracer<'_> {
         Ok(light)
     }
 
-    fn note(&mut self, shaded: Shaded) {
+    /// Notes what shaders said, at the pixels of the hits.
+    fn note(&mut self, mut shaded: Shaded, pixel: impl Fn(usize) -> usize) {
+        for said in &mut shaded.messages {
+            said.first = pixel(said.first);
+        }
         let mut unknown: Vec<Arc<str>> = Vec::new();
         for name in shaded.scatter.iter().flat_map(|s| &s.unknown) {
             if !unknown.contains(name) {

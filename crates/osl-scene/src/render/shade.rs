@@ -5,7 +5,7 @@ use super::world::{Hit, Material, World};
 use crate::bsdf::Scatter;
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
-use osl_exec::{Frame, Message, Plane, PointSource, Run, RunOptions, Stop};
+use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Stop};
 
 /// A hit that is to be shaded.
 pub(super) struct Met {
@@ -24,7 +24,7 @@ pub(super) struct Shaded {
     /// The outputs.
     pub(super) planes: Vec<Plane>,
     /// What the shader said.
-    pub(super) messages: Vec<Message>,
+    pub(super) messages: Vec<Said>,
 }
 
 /// Shades hits of one material; `seen` says that the camera sees them, so that all outputs are wanted.

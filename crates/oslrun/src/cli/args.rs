@@ -369,6 +369,9 @@ pub(super) struct RenderArgs {
     /// Print times, rays per second, and the mean error.
     #[arg(long)]
     pub(super) stats: bool,
+    /// Fail the run, and write no image, where a shader reports an error while it runs.
+    #[arg(long, value_name = "errors", value_parser = ["errors"])]
+    pub(super) deny: Option<String>,
     /// How shaders are read.
     #[command(flatten)]
     pub(super) read: ReadArgs,

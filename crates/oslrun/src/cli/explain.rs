@@ -73,7 +73,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
             points.width, points.height
         )));
     };
-    let services = services(run, folder, osl_exec::Spaces::default());
+    let services = services(run, folder, super::run::grid_spaces(run));
     let mut followed = trace::prepare(noted, &options.varying, &options.slopes);
     if let Some(wanted) = &options.outputs {
         followed.outputs.retain(|o| wanted.contains(&o.name));

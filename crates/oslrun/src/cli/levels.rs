@@ -19,12 +19,20 @@ pub(super) struct LintArgs {
     /// Silence a warning; by name or code, or `all`. May be repeated.
     #[arg(short = 'A', long = "allow", value_name = "NAME", value_parser = warning)]
     allow: Vec<String>,
-    /// Make an error of a warning; by name or code, `warnings` for all that are shown, or `all`. May be repeated.
-    #[arg(long, value_name = "NAME", value_parser = warning)]
+    /// Make an error of a warning; by name or code, `warnings` for all that are shown, or `all`. May be repeated. `errors`:
+    /// errors that a shader reports while it runs fail the run, and no image is written.
+    #[arg(long, value_name = "NAME", value_parser = denied)]
     deny: Vec<String>,
     /// A coordinate or color space that the renderer will know. May be repeated.
     #[arg(long, value_name = "NAME")]
     known_space: Vec<String>,
+}
+
+impl LintArgs {
+    /// Whether errors of a running shader fail the run.
+    pub(super) fn denies_errors(&self) -> bool {
+        self.deny.iter().any(|name| name == "errors")
+    }
 }
 
 /// A checked file's diagnostics and its lints of at least this level, as the command line wants them.
@@ -77,6 +85,10 @@ fn verdict(mut d: Diagnostic, by_default: bool, args: &LintArgs) -> Option<Diagn
         d = d.note(format!("an error because of `--deny {by}`"));
     }
     Some(d)
+}
+
+fn denied(text: &str) -> Result<String, String> {
+    if text == "errors" { Ok(text.to_string()) } else { warning(text) }
 }
 
 fn warning_or_error(text: &str) -> Result<String, String> {

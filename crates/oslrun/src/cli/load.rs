@@ -7,7 +7,7 @@ use crate::pipeline::{self, CompileError, ShaderFiles};
 use osl_ir::group::Group;
 use osl_ir::ir::Body;
 use osl_ir::lint::Level;
-use osl_ir::params::{self, ParamError};
+use osl_ir::params::{self, ParamError, ParamValues};
 use osl_ir::{hir, lower};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
@@ -32,6 +32,8 @@ pub(super) struct Loaded {
     pub(super) folder: PathBuf,
     /// The shader as it was resolved; of a group, the last one.
     pub(super) program: hir::Program,
+    /// The values of string parameters, by the names that `-p` takes.
+    pub(super) texts: Vec<(String, Arc<str>)>,
     /// The body once more, with notes of what the source does, if they were asked for.
     pub(super) noted: Option<Body>,
 }
@@ -106,7 +108,14 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     });
     let (body, noted) = lowered.map_err(failed)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
-    Ok(Loaded { sources: checked.sources, body, name: program.shader.name.clone(), folder, program, noted })
+    let mut given = ParamValues::default();
+    for (name, text) in request.params {
+        params::set(&program, &mut given, name, text).map_err(Failure::new)?;
+    }
+    let texts = params::texts(&program, &given);
+    let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
+    let name = program.shader.name.clone();
+    Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
 }
 
 /// Reports what stopped the lowering.
@@ -192,7 +201,14 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
         .map_err(|list| told(&list, &checked.sources, request.read, err))?;
     let name = last.shader.name.clone();
     let program = (*last).clone();
-    Ok(Loaded { sources: checked.sources, body, name, folder, program, noted })
+    let mut texts = Vec::new();
+    for (at, layer) in group.layers().iter().enumerate() {
+        let is_last = at + 1 == group.layers().len();
+        let path = |name: &str| if is_last { name.to_string() } else { format!("{}.{name}", layer.name) };
+        let own = params::texts(&layer.program, &layer.values);
+        texts.extend(own.into_iter().map(|(name, text)| (path(&name), text)));
+    }
+    Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
 }
 
 /// Sets `name=value` in the last layer, `layer.name=value` in any.

@@ -27,6 +27,7 @@ mod repair;
 mod report;
 mod run;
 mod sampling;
+mod shading;
 mod stability;
 mod tradeoff;
 

@@ -5,10 +5,11 @@
 
 use super::args::RunArgs;
 use super::load::Loaded;
-use super::{Failure, data, input, output, report, run};
+use super::shading::{self, Report};
+use super::{Failure, data, input, output, run};
 use crate::pipeline::{self, Compiled};
 use clap::Args;
-use osl_exec::{Frame, Plane, PointSource, Run, Services, Spaces};
+use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
 use osl_image::{BitDepth, PngOptions, Transfer, write_png};
 use osl_ir::ir::{Body, Kind};
 use osl_ir::passes;
@@ -76,13 +77,29 @@ pub(super) fn run(
     let compile = started.elapsed();
 
     let started = Instant::now();
-    let (seen, frame) = run::on_threads(args, || job.picture(displace.as_ref(), program.as_ref()))??;
+    let (seen, mut frame) = run::on_threads(args, || job.picture(displace.as_ref(), program.as_ref()))??;
     let time = started.elapsed();
     job.notes.iter().for_each(|note| {
         let _ = writeln!(err, "{note}");
     });
     output::printed(&frame.printed, args.allow_files, out)?;
-    report::messages(&frame, &loaded.sources, err)?;
+    let textures = run::services(args, loaded.folder.clone(), Spaces::default()).textures;
+    let report = Report {
+        sources: &loaded.sources,
+        format: args.read.message_format,
+        points: (job.vertices as u64, "vertices"),
+        width: None,
+        textures: &textures,
+        path_option: "--texture-path",
+        texts: &loaded.texts,
+    };
+    let mut shading = report.print(&job.displaced, err);
+    for said in &mut frame.messages {
+        said.first = seen.pixels.get(said.first).map_or(0, |pixel| *pixel as usize);
+    }
+    let points = (seen.points.count() as u64, "points");
+    shading.add(Report { points, width: Some(args.grid.0), ..report }.print(&frame.messages, err));
+    shading.judge(args.lints.denies_errors())?;
 
     let started = Instant::now();
     let written = match &args.output {
@@ -97,9 +114,7 @@ pub(super) fn run(
     } else if args.output.is_none() {
         run::summary(&frame, out);
     }
-    for file in written {
-        let _ = writeln!(out, "wrote {}", file.display());
-    }
+    shading.wrote(&written, out);
     Ok(())
 }
 
@@ -113,6 +128,9 @@ struct Job<'a> {
     to_common: Mat4,
     /// What there is to say.
     notes: Vec<String>,
+    /// What the displacement said, and of how many vertices.
+    displaced: Vec<Said>,
+    vertices: usize,
 }
 
 /// Where a surface comes from.
@@ -137,7 +155,16 @@ impl<'a> Job<'a> {
         let data = data::read(&args.userdata, args.attributes.as_deref())?;
         // The rows for row vectors are the columns for column vectors.
         let to_common = args.object_space.as_deref().map_or(Mat4::IDENTITY, Mat4::from_cols_array);
-        Ok(Job { args, loaded, data, shape, to_common, notes: Vec::new() })
+        Ok(Job {
+            args,
+            loaded,
+            data,
+            shape,
+            to_common,
+            notes: Vec::new(),
+            displaced: Vec::new(),
+            vertices: 0,
+        })
     }
 
     /// The outputs that are shown: those that were asked for, or all but the displacement.
@@ -181,7 +208,8 @@ impl<'a> Job<'a> {
         let mut points = points;
         points.stretch(Vec2::from(self.args.uv_scale.0), Vec2::from(self.args.uv_offset.0));
         let points = WithData { points, data: self.data.clone() };
-        let options = run::options(self.args);
+        let keeping = shading::keeping(&self.loaded.sources);
+        let options = RunOptions { keeping, ..run::options(self.args) };
         let run = Run::new(&compiled.program, services, &points, &options);
         run.points(0..points.count(), &|_| ()).map_err(|stop| run::stopped(&stop, &self.loaded.sources))
     }
@@ -266,7 +294,8 @@ impl<'a> Job<'a> {
         if let Some(compiled) = displacement {
             let moved = displace(&mut triangles, |points| {
                 self.shade(compiled, points.clone(), services).and_then(|frame| {
-                    self.notes.extend(notes(&frame, &self.loaded.sources));
+                    self.vertices += points.count();
+                    self.displaced.extend(frame.messages.iter().cloned());
                     by(&frame)
                 })
             })?;
@@ -336,13 +365,6 @@ fn by(frame: &Frame) -> Result<Displacement, Failure> {
         }
         _ => Err(Failure::new("a displacement is a float, a vector or a point")),
     }
-}
-
-/// What a run has to say, in lines.
-fn notes(frame: &Frame, sources: &osl_syntax::source::SourceMap) -> Vec<String> {
-    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
-    let said = frame.said(place).into_iter();
-    said.map(|(error, text)| format!("{}: {text}", if error { "error" } else { "warning" })).collect()
 }
 
 /// The surface by a light at the camera.

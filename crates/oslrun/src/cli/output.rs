@@ -7,8 +7,8 @@ use osl_image::{
     BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
     Unsaved, write_exr, write_exr_rows, write_png,
 };
-use osl_ir::ir::Kind;
-use osl_ir::types::Type;
+use osl_ir::ir::{Body, Kind};
+use osl_ir::types::{Base, Type};
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
@@ -127,7 +127,18 @@ pub(super) enum Broken {
 }
 
 /// What is said of a frame without planes.
-pub(super) const EMPTY: &str = "the shader has no output that an image can hold";
+pub(super) const EMPTY: &str = "the shader has no output that an image can hold (of closures, `--closures` writes the \
+    weights on a grid, and `oslrun render` makes a picture of a scene)";
+
+/// What is said where the image holds the weights of closures because there is nothing else.
+pub(super) const CLOSURES_ALONE: &str = "the shader yields closures alone: the layers are their weights, `--closures` also \
+    shows their parameters, and `oslrun render` makes a picture of a scene";
+
+/// Whether a body has closures among its outputs and nothing that has pixels of its own.
+pub(super) fn only_closures(body: &Body) -> bool {
+    let mut outputs = body.outputs.iter().filter(|output| output.ty.element() != Type::STRING).peekable();
+    outputs.peek().is_some() && outputs.all(|output| output.ty.element().base == Base::Closure)
+}
 
 impl From<ImageError> for Broken {
     fn from(error: ImageError) -> Broken {
@@ -138,7 +149,7 @@ impl From<ImageError> for Broken {
 /// Whether a frame goes into its file piece by piece.
 pub(super) fn streams(args: &RunArgs) -> bool {
     let exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    !args.closures && args.output.as_ref().is_some_and(exr)
+    args.output.as_ref().is_some_and(exr)
 }
 
 /// An image that comes some rows at a time, from the first on.

@@ -2,6 +2,7 @@
 
 use super::args::RenderArgs;
 use super::load::Folders;
+use super::shading::{Report, Tally};
 use super::{Failure, input, report};
 use crate::pipeline::{self, ShaderFiles};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -36,7 +37,8 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     let prepared = started.elapsed();
     let picture = picture(args, &world, samples, &library.sources)?;
     let rendered = started.elapsed() - prepared;
-    said(&picture, &library.sources, err)?;
+    let shading = said(&picture, &library.sources, args, err);
+    shading.judge(args.deny.is_some())?;
     if png {
         write_png(&picture, args)?
     } else {
@@ -45,7 +47,7 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     if args.stats {
         stats(&picture, &world, [prepared, rendered], err);
     }
-    let _ = writeln!(out, "wrote {}", args.output.display());
+    shading.wrote(std::slice::from_ref(&args.output), out);
     Ok(())
 }
 
@@ -57,13 +59,7 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     let mut messages = Messages::default();
     let name = args.file.display().to_string();
     let description = scene::read(&name, &text, &files, &mut messages);
-    let folder = args.file.parent().map(Path::to_path_buf).unwrap_or_default();
-    let services = || {
-        let mut folders = vec![folder.clone()];
-        folders.extend(args.search_path.iter().cloned());
-        let textures = TextureCache::with_budget(folders, 1 << 30).allow_files(args.allow_files);
-        Services { ray: "camera".to_string(), textures, ..Services::default() }
-    };
+    let services = || Services { ray: "camera".to_string(), textures: textures(args), ..Services::default() };
     let around = Surroundings { size: args.size.map(|(w, h)| [w, h]), services: &services };
     let world = (!messages.failed()).then(|| {
         let mut networks = Networks::new(&description, library, &mut messages);
@@ -76,6 +72,13 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     }
     let world = world.flatten().ok_or_else(Failure::said)?;
     Ok((world, description.settings.samples))
+}
+
+/// The textures of a scene: they lie beside it, or in a search path.
+fn textures(args: &RenderArgs) -> TextureCache {
+    let mut folders = vec![args.file.parent().map(Path::to_path_buf).unwrap_or_default()];
+    folders.extend(args.search_path.iter().cloned());
+    TextureCache::with_budget(folders, 1 << 30).allow_files(args.allow_files)
 }
 
 fn picture(args: &RenderArgs, world: &World, samples: u32, sources: &SourceMap) -> Result<Picture, Failure> {
@@ -113,17 +116,22 @@ fn progress() -> ProgressBar {
     bar
 }
 
-/// Prints what shaders had to say; a failure if it is an error.
-fn said(picture: &Picture, sources: &SourceMap, err: &mut dyn Write) -> Result<(), Failure> {
-    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
-    for message in &picture.messages {
-        let kind = if message.error { "error" } else { "warning" };
-        let _ = writeln!(err, "{kind}: {}", message.show(place));
-    }
+/// Prints what shaders had to say.
+fn said(picture: &Picture, sources: &SourceMap, args: &RenderArgs, err: &mut dyn Write) -> Tally {
+    let report = Report {
+        sources,
+        format: args.read.message_format,
+        points: (0, "hits"),
+        width: Some(picture.width),
+        textures: &textures(args),
+        path_option: "--search-path",
+        texts: &[],
+    };
+    let tally = report.print(&picture.messages, err);
     for name in &picture.unknown {
         let _ = writeln!(err, "warning: closure `{name}` is not rendered");
     }
-    if picture.messages.iter().any(|m| m.error) { Err(Failure::said()) } else { Ok(()) }
+    tally
 }
 
 fn kind(ty: Type) -> LayerKind {

@@ -2,7 +2,6 @@
 
 use super::Failure;
 use super::args::{MessageFormat, ReadArgs};
-use osl_exec::Frame;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, places, render};
 use osl_syntax::source::{Place, SourceMap};
@@ -28,15 +27,6 @@ pub(super) fn diagnostics(
         }
     }
     if list.iter().any(Diagnostic::is_error) { Err(Failure::said()) } else { Ok(()) }
-}
-
-/// Prints what a run had to say; a failure if one is an error.
-pub(super) fn messages(frame: &Frame, sources: &SourceMap, err: &mut dyn Write) -> Result<(), Failure> {
-    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
-    for (error, text) in frame.said(place) {
-        let _ = writeln!(err, "{}: {text}", if error { "error" } else { "warning" });
-    }
-    if frame.messages.iter().any(|m| m.error) { Err(Failure::said()) } else { Ok(()) }
 }
 
 #[derive(Serialize)]

@@ -4,7 +4,8 @@ use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
 use super::output::{Broken, Rows};
 use super::sampling::{self, Plan, Sampled};
-use super::{Failure, closures, data, on, output, profile, report};
+use super::shading::{self, Report};
+use super::{Failure, closures, data, on, output, profile};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Frame, Isa, PointSource, Program, Run, RunOptions, Services, Spaces, Stop};
@@ -13,7 +14,7 @@ use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
 use osl_measure::explain;
 use osl_measure::sample::Shading;
-use osl_scene::{Grid, WithData};
+use osl_scene::{Grid, WithData, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
@@ -34,7 +35,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         }
         return on::run(args, &loaded, started, out, err);
     }
-    let Loaded { sources, body, name, folder, .. } = loaded;
+    let Loaded { sources, body, name, folder, texts, .. } = loaded;
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -57,16 +58,35 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     });
     let compile_time = started.elapsed();
 
-    let services = services(args, folder, Spaces::default());
+    let services = services(args, folder, grid_spaces(args));
+    // A material without other outputs has its closures for an image.
+    let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
+    let closures = args.closures || alone;
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
-    let shaded = shade(programs, &services, &points, plan, args, &sources)?;
+    let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
     let Shaded { mut frame, run, write, file, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
-    if args.closures {
-        closures::show(&frame, args.grid.0, out);
+    if closures {
+        if args.closures || args.output.is_none() {
+            closures::show(&frame, args.grid.0, out);
+        }
         closures::layers(&mut frame);
     }
-    report::messages(&frame, &sources, err)?;
+    if alone && args.output.is_some() {
+        let _ = writeln!(err, "note: {}", output::CLOSURES_ALONE);
+    }
+    let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
+    let report = Report {
+        sources: &sources,
+        format: args.read.message_format,
+        points: (evaluations, if said.is_some() { "samples" } else { "points" }),
+        width: Some(args.grid.0),
+        textures: &services.textures,
+        path_option: "--texture-path",
+        texts: &texts,
+    };
+    let shading = report.print(&frame.messages, err);
+    shading.judge(args.lints.denies_errors())?;
 
     let started = Instant::now();
     let written = match (&args.output, file) {
@@ -83,7 +103,6 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     }
     if args.stats {
         let times = [compile_time, run, write];
-        let evaluations = said.as_ref().map_or(points.count() as u64, |said| said.tally.evaluations);
         stats(&compiled, lowered, evaluations, times, args, err);
         if let Some(whole) = &whole {
             let _ = err.write_all(explain::table(&explain::cost(whole, &options)).as_bytes());
@@ -99,9 +118,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
             let _ = writeln!(out, "wrote {}", path.display());
         }
     }
-    for file in written {
-        let _ = writeln!(out, "wrote {}", file.display());
-    }
+    shading.wrote(&written, out);
     Ok(())
 }
 
@@ -113,6 +130,13 @@ pub(super) fn grid(args: &RunArgs) -> Grid {
         offset: args.uv_offset.0,
         center: args.center,
     }
+}
+
+/// The spaces of a grid: those of the image are destinations.
+pub(super) fn grid_spaces(args: &RunArgs) -> Spaces {
+    let mut spaces = Spaces::default();
+    set_screen_spaces(&mut spaces, args.grid.0, args.grid.1);
+    spaces
 }
 
 /// What shaders can ask for. Spaces that the command line gives go before those of the scene.
@@ -151,11 +175,11 @@ fn shade(
     programs: Programs<'_>,
     services: &Services,
     points: &WithData<Grid>,
-    plan: Plan,
+    (plan, closures): (Plan, bool),
     args: &RunArgs,
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
-    let options = options(args);
+    let options = RunOptions { keeping: shading::keeping(sources), closures, ..options(args) };
     let fast = RunOptions { arithmetic: Arithmetic::Fast, ..options.clone() };
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
@@ -163,13 +187,13 @@ fn shade(
     let work = || {
         let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
         if plan == Plan::Plain {
-            return computed(&mut plain, args);
+            return computed(&mut plain, closures, args);
         }
         let cheaper = programs.cheaper.map(|program| (program, &fast));
         let shading =
             Shading { cheaper, ..sampling::shading(programs.usual, services, points, &options, plan) };
         let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
-        let shaded = computed(&mut sampled, args)?;
+        let shaded = computed(&mut sampled, closures, args)?;
         let said = sampled.said().map_err(Broken::Stop)?;
         Ok(Shaded { said: Some(said), ..shaded })
     };
@@ -204,10 +228,10 @@ pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Sen
 }
 
 /// Computes an image, into its file if that takes it piece by piece.
-fn computed(image: &mut (dyn Rows + Send), args: &RunArgs) -> Result<Shaded, Broken> {
+fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
     match &args.output {
-        Some(path) if output::streams(args) => {
+        Some(path) if !closures && output::streams(args) => {
             let (frame, run, file) = output::stream(image, path, args)?;
             let write = started.elapsed().saturating_sub(run);
             Ok(Shaded { frame, run, write, file: Some(file), said: None })

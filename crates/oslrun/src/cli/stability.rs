@@ -57,7 +57,7 @@ pub(super) fn stability(
         load::load_noted(&Request::of(run), err)?;
     let outputs: Option<Vec<_>> =
         run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-    let services = services(run, folder, osl_exec::Spaces::default());
+    let services = services(run, folder, super::run::grid_spaces(run));
     let base = Base::new(body, noted, outputs.clone());
     let subject = Subject { services: &services, base };
     let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };

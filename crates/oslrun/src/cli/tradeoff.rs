@@ -3,11 +3,12 @@
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
 use super::run::{grid, on_threads, options, services, stopped};
-use super::{Failure, data, report};
+use super::shading::Report;
+use super::{Failure, data};
 use crate::pipeline::{self, Compiled};
 use base64::Engine;
 use clap::Args;
-use osl_exec::{PointSource, RunOptions, Services, Spaces};
+use osl_exec::{PointSource, RunOptions, Services};
 use osl_image::{BitDepth, PngOptions, Transfer, write_png};
 use osl_ir::ir::Body;
 use osl_ir::numeric::Arithmetic;
@@ -60,9 +61,9 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         return Err(Failure::new(format!("tradeoff takes at most {MOST_PIXELS} pixels; -g sets the size")));
     }
     let request = Request::of(run);
-    let Loaded { sources, body, name, folder, .. } = load::load(&request, err)?;
+    let Loaded { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
     let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
-    let services = services(run, folder, Spaces::default());
+    let services = services(run, folder, super::run::grid_spaces(run));
     let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points };
     let measured = on_threads(run, || bench.measure(&name, &programs, args.budget))?;
@@ -84,7 +85,16 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     // What the shader had to say, once.
     let said = bench.said(&programs);
     let frame = said.map_err(|stop| stopped(&stop, &sources))?;
-    report::messages(&frame, &sources, err)
+    let report = Report {
+        sources: &sources,
+        format: run.read.message_format,
+        points: (points.count() as u64, "points"),
+        width: Some(run.grid.0),
+        textures: &services.textures,
+        path_option: "--texture-path",
+        texts: &texts,
+    };
+    report.print(&frame.messages, err).judge(run.lints.denies_errors())
 }
 
 /// A form of the program, and how it is run.

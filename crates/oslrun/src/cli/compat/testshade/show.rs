@@ -79,7 +79,8 @@ pub(super) fn said(
     output::printed(&frame.printed, false, console.out).map_err(|failure| format!("ERROR: {}", failure.0))?;
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut seen = std::collections::HashSet::new();
-    for message in &frame.messages {
+    for said in &frame.messages {
+        let message = &said.message;
         let mut line = message.show(place);
         if line.starts_with("Index [")
             && let Some((index, names)) = message.places.first().and_then(|span| program.names(*span))

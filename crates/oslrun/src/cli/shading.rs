@@ -1,0 +1,286 @@
+//! What shaders say while they run: one line for each message and place, with the number of points and the first pixel.
+//!
+//! Errors of a shader are not failures of the run: the image is written, and the last line counts them, unless
+//! `--deny errors` says otherwise. A file that cannot be used has one line, whichever calls ask for it. This module must
+//! not know how points are run.
+
+use super::Failure;
+use super::args::MessageFormat;
+use osl_exec::{Keeping, Message, Said};
+use osl_image::{Missing, TextureCache};
+use osl_ir::Span;
+use osl_syntax::source::{Place, SourceMap};
+use serde::Serialize;
+use std::collections::HashMap;
+use std::io::Write;
+use std::sync::Arc;
+
+/// Different messages of one place that are shown.
+const AT_A_PLACE: usize = 50;
+
+/// What a report has to know of a run.
+pub(super) struct Report<'a> {
+    pub(super) sources: &'a SourceMap,
+    pub(super) format: MessageFormat,
+    /// How many points there are, and what they are called.
+    pub(super) points: (u64, &'a str),
+    /// Pixels of a row, where points belong to pixels.
+    pub(super) width: Option<usize>,
+    /// Where files were looked for, and the option that adds a folder.
+    pub(super) textures: &'a TextureCache,
+    pub(super) path_option: &'a str,
+    /// The values of string parameters.
+    pub(super) texts: &'a [(String, Arc<str>)],
+}
+
+/// How many errors and warnings shaders reported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Tally {
+    pub(super) errors: usize,
+    pub(super) warnings: usize,
+}
+
+impl Tally {
+    /// Adds those of another run.
+    pub(super) fn add(&mut self, other: Tally) {
+        self.errors += other.errors;
+        self.warnings += other.warnings;
+    }
+
+    /// A failure if there are errors and the command line denies them.
+    pub(super) fn judge(self, denied: bool) -> Result<(), Failure> {
+        if self.errors == 0 || !denied {
+            return Ok(());
+        }
+        Err(Failure::new(format!(
+            "{} while shading; no image is written because of `--deny errors`",
+            self.words()
+        )))
+    }
+
+    /// `2 errors and 1 warning`.
+    fn words(self) -> String {
+        let count = |n: usize, what: &str| match n {
+            0 => None,
+            1 => Some(format!("1 {what}")),
+            n => Some(format!("{n} {what}s")),
+        };
+        let all = [count(self.errors, "error"), count(self.warnings, "warning")];
+        all.into_iter().flatten().collect::<Vec<_>>().join(" and ")
+    }
+
+    /// What follows the name of a written file: `; 2 errors while shading`.
+    pub(super) fn suffix(self) -> String {
+        if self == Tally::default() { String::new() } else { format!("; {} while shading", self.words()) }
+    }
+
+    /// Prints which files were written; without one, what was said.
+    pub(super) fn wrote(self, files: &[std::path::PathBuf], out: &mut dyn Write) {
+        for (at, file) in files.iter().enumerate() {
+            let suffix = if at + 1 == files.len() { self.suffix() } else { String::new() };
+            let _ = writeln!(out, "wrote {}{suffix}", file.display());
+        }
+        if files.is_empty() && self != Tally::default() {
+            let _ = writeln!(out, "{} while shading", self.words());
+        }
+    }
+}
+
+/// How a run keeps messages for a report: places of one line are one, in whichever copy of a file.
+pub(super) fn keeping(sources: &SourceMap) -> Keeping {
+    let sources = sources.clone();
+    let line = move |span: Span| {
+        let Some(file) = sources.file_at(span.start) else { return span };
+        let before = file.text.get(..(span.start - file.base) as usize).unwrap_or_default();
+        let start = before.rfind('\n').map_or(0, |at| at as u32 + 1);
+        let first = sources.files().iter().find(|f| f.name == file.name && f.text == file.text);
+        let start = first.map_or(file.base, |f| f.base) + start;
+        Span::new(start, start)
+    };
+    Keeping { each: false, places: Some(Arc::new(line)) }
+}
+
+/// One line of a report.
+#[derive(Serialize)]
+struct Line {
+    code: &'static str,
+    name: &'static str,
+    severity: &'static str,
+    message: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    help: Option<String>,
+    #[serde(flatten)]
+    at: Option<At>,
+    /// How many points say it, if they were counted, and of how many.
+    points: Option<u64>,
+    of: u64,
+    /// Column and row of the first.
+    pixel: Option<[usize; 2]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    texture: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parameter: Option<String>,
+}
+
+#[derive(Clone, PartialEq, Eq, Hash, Serialize)]
+struct At {
+    file: String,
+    line: u32,
+}
+
+impl Report<'_> {
+    /// Prints messages of a run and counts them.
+    pub(super) fn print(&self, messages: &[Said], err: &mut dyn Write) -> Tally {
+        let (lines, tally) = self.lines(messages);
+        for line in lines {
+            let _ = match self.format {
+                MessageFormat::Human => writeln!(err, "{}", self.human(&line)),
+                MessageFormat::Json => writeln!(err, "{}", serde_json::to_string(&line).unwrap_or_default()),
+            };
+        }
+        tally
+    }
+
+    fn human(&self, line: &Line) -> String {
+        let Line { severity, message, help, at, points, pixel, of, .. } = line;
+        let place = at.as_ref().map_or_else(String::new, |at| format!("{}:{}: ", at.file, at.line));
+        let name = self.points.1;
+        let count = match points {
+            Some(n) if n <= of => format!(", at {n} of {of} {name}"),
+            Some(n) => format!(", at {n} {name}"),
+            None => String::new(),
+        };
+        // The text of a shader may have lines of its own.
+        let message = message.replace('\n', "\n    ");
+        let first = pixel.map_or_else(String::new, |[x, y]| format!(", first at pixel ({x}, {y})"));
+        let help = help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
+        format!("{severity}: {place}{message}{count}{first}{help}")
+    }
+
+    /// The lines: of each file one, of each place one for each text, up to a limit.
+    fn lines(&self, messages: &[Said]) -> (Vec<Line>, Tally) {
+        let (mut lines, mut tally): (Vec<Line>, _) = (Vec::new(), Tally::default());
+        let mut files: HashMap<Arc<str>, usize> = HashMap::new();
+        let mut known_lines: HashMap<(bool, Option<At>, String), usize> = HashMap::new();
+        let mut places: HashMap<(bool, Option<At>), (usize, usize)> = HashMap::new();
+        for said in messages {
+            let message = &said.message;
+            let known = message.file.as_ref().and_then(|file| files.get(file));
+            if let Some(line) = known.and_then(|at| lines.get_mut(*at)) {
+                // Several calls ask for the file, mostly at the same points.
+                line.points = line.points.max(said.points);
+                continue;
+            }
+            let line = match &message.file {
+                None => self.line(said, brief(message, self.sources)),
+                Some(file) => {
+                    files.insert(file.clone(), lines.len());
+                    let parameter = self.parameter(file);
+                    let (text, help) = self.unusable(file, parameter.as_deref(), message);
+                    Line { help, texture: Some(file.to_string()), parameter, ..self.line(said, text) }
+                }
+            };
+            // Copies of a layer say the same.
+            let key = (message.error, line.at.clone(), line.message.clone());
+            if let Some(line) = known_lines.get(&key).and_then(|at| lines.get_mut(*at)) {
+                line.points = line.points.zip(said.points).map(|(a, b)| a.max(b));
+                continue;
+            }
+            known_lines.insert(key, lines.len());
+            let count = if message.error { &mut tally.errors } else { &mut tally.warnings };
+            *count += 1;
+            let (count, last) = places.entry((message.error, line.at.clone())).or_insert((0, lines.len()));
+            *count += 1;
+            if *count > AT_A_PLACE {
+                let more = *count - AT_A_PLACE;
+                if more > 1
+                    && let Some(line) = lines.get_mut(*last)
+                {
+                    line.message = format!("and {more} other messages of this line");
+                    line.points = line.points.zip(said.points).map(|(a, b)| a.max(b));
+                    continue;
+                }
+            }
+            *last = lines.len();
+            lines.push(line);
+        }
+        (lines, tally)
+    }
+
+    fn line(&self, said: &Said, message: String) -> Line {
+        let at = said.message.at.and_then(|span| self.sources.place(span));
+        Line {
+            code: "",
+            name: "while-shading",
+            severity: if said.message.error { "error" } else { "warning" },
+            message,
+            help: None,
+            at: at.map(|Place { file, line, .. }| At { file, line }),
+            points: said.points,
+            of: self.points.0,
+            pixel: self.width.map(|width| [said.first % width.max(1), said.first / width.max(1)]),
+            texture: None,
+            parameter: None,
+        }
+    }
+
+    /// The parameter whose value is the name of a file.
+    fn parameter(&self, file: &str) -> Option<String> {
+        self.texts.iter().find(|(_, text)| **text == *file).map(|(name, _)| name.clone())
+    }
+
+    /// Why a file cannot be used, and what to do about it.
+    fn unusable(&self, file: &str, parameter: Option<&str>, message: &Message) -> (String, Option<String>) {
+        let (shown, option) = (file.escape_debug(), self.path_option);
+        let of = parameter.map_or_else(String::new, |name| format!(" of parameter `{name}`"));
+        let give = parameter.map(|name| format!("-p {name}=FILE names a file"));
+        match self.textures.missing(file) {
+            _ if file.is_empty() => match parameter {
+                Some(name) => (format!("parameter `{name}` is empty, so its texture is black"), give),
+                None => ("the name of a texture is empty, so the texture is black".to_string(), None),
+            },
+            Some(Missing::Outside) => (
+                format!(
+                    "the file \"{shown}\"{of} is refused: it is outside of the working directory and the search paths"
+                ),
+                Some(format!("{option} DIR admits its folder, --allow-files any file")),
+            ),
+            Some(Missing::NotFound) => {
+                let folders = self.textures.folders().iter().map(|folder| folder.display().to_string());
+                let named: Vec<String> = folders.filter(|f| !f.is_empty() && f != ".").collect();
+                let also =
+                    if named.is_empty() { String::new() } else { format!(" nor in {}", named.join(", ")) };
+                let text = format!("there is no file \"{shown}\"{of} in the working directory{also}");
+                let folder = format!("{option} DIR adds a folder");
+                (text, Some(give.map_or(folder.clone(), |give| format!("{folder}, {give}"))))
+            }
+            None => {
+                let text = brief(message, self.sources);
+                (format!("the file \"{shown}\"{of} cannot be used: {text}"), give)
+            }
+        }
+    }
+}
+
+/// A message without the place that stands before it, in short.
+fn brief(message: &Message, sources: &SourceMap) -> String {
+    let place =
+        |span| sources.place(span).map_or_else(String::new, |p: Place| format!("{}:{}", p.file, p.line));
+    let here = message.at.map(place);
+    let [own] = &message.places[..] else { return message.show(place).trim_end().to_string() };
+    if here.as_deref() != Some(&place(*own)) {
+        return message.show(place).trim_end().to_string();
+    }
+    let text = message.text.trim_end_matches(", called from ({0})").trim_end_matches(": {0}");
+    match index(text) {
+        Some(text) => text,
+        None => text.replace("{0}", &place(*own)),
+    }
+}
+
+/// `Index [5] out of range a[0..4]` in short.
+fn index(text: &str) -> Option<String> {
+    let (index, rest) = text.strip_prefix("Index [")?.split_once("] out of range ")?;
+    let (name, range) = rest.strip_suffix(']')?.rsplit_once('[')?;
+    Some(format!("index {index} out of {range} of `{name}`"))
+}
