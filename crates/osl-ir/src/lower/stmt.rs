@@ -100,10 +100,11 @@ impl Lowerer<'_> {
     }
 
     fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
-        let at = self.b.span;
+        let (at, place) = (self.b.span, cond.span);
         let cond = self.truth(cond);
         self.b.span = at;
         self.b.note(&[cond], |_| Note::Branch);
+        self.at(place);
         self.if_else(cond, then, otherwise);
     }
 
@@ -114,8 +115,10 @@ impl Lowerer<'_> {
         then: impl FnOnce(&mut Self),
         otherwise: impl FnOnce(&mut Self),
     ) {
+        let at = self.b.span;
         let then = self.in_block(then);
         let otherwise = self.in_block(otherwise);
+        self.b.span = at;
         let op = Op::If { cond, then, otherwise, then_yields: Values::new(), else_yields: Values::new() };
         self.b.push(op, Values::new());
     }

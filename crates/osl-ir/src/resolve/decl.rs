@@ -293,7 +293,7 @@ impl Resolver<'_> {
         let clash = match self.scope().symbols.get_mut(&name) {
             Some(Symbol::Var(id)) => Some(*id),
             Some(Symbol::Functions(list)) => {
-                redefined = list.iter().find(|f| same(f) && (f.id.is_some() || f.operation)).map(|f| f.span);
+                redefined = list.iter().find(|f| same(f) && f.id.is_some()).map(|f| f.span);
                 list.retain(|f| !same(f));
                 full = list.len() >= MAX_OVERLOADS;
                 if !full {
@@ -313,7 +313,7 @@ impl Resolver<'_> {
         if full {
             self.report(errors::too_many_overloads(symbol.span, &name, MAX_OVERLOADS));
         }
-        if self.scopes.len() == 1 && redefines_builtin(&symbol) {
+        if self.scopes.len() == 1 && !symbol.operation && redefines_builtin(&symbol) {
             let message = format!("function `{name}` takes the place of a built-in one");
             let d = Diagnostic::warning(errors::REDEFINED, symbol.span, message)
                 .label("this one is called from here on");

@@ -146,7 +146,11 @@ impl Table {
             };
             let of_output = self.columns.iter().enumerate().filter(|(_, column)| output_of(column) == output);
             let channels = in_order(&image.channels);
-            let is_int = source.contains(&format!("output int {output}"));
+            let declared = format!("output int {output}");
+            let is_int = source
+                .split(&declared)
+                .skip(1)
+                .any(|rest| !rest.starts_with(|c: char| c.is_alphanumeric() || c == '_'));
             for (channel, (index, column)) in channels.into_iter().zip(of_output) {
                 let plane = image.plane(channel);
                 for (point, (row, &got)) in self.rows.iter().zip(&plane).enumerate() {

@@ -6,10 +6,6 @@ pub(crate) const NOT_BUILT: &str = "not built yet";
 /// Case and reason.
 const EXCEPTIONS: &[(&str, &str)] = &[
     ("body_less/builtin_float", NOT_BUILT),
-    ("closure_builtin/parameter_test", NOT_BUILT),
-    ("closure_declared", NOT_BUILT),
-    ("closure_keywords", NOT_BUILT),
-    ("closure_print/keyword", NOT_BUILT),
     ("colorspace", NOT_BUILT),
     ("debug_checks", NOT_BUILT),
     ("environment_filter", NOT_BUILT),

@@ -1,5 +1,6 @@
 //! `testshade`: runs a shader or a group on a grid, prints what it prints, writes images.
 
+mod closures;
 mod job;
 mod setup;
 mod show;
@@ -8,7 +9,7 @@ use super::Console;
 use super::options::{self, Known};
 use crate::pipeline;
 use job::{Job, Order};
-use osl_exec::{Frame, PointSource, RunOptions, Services, Stop};
+use osl_exec::{PointSource, RunOptions, Services, Stop};
 use osl_ir::group::Group;
 use osl_ir::group::text::Statement;
 use osl_ir::params;
@@ -157,14 +158,26 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         if round == 1 {
             reparam(&mut group, &job);
         }
-        let frame = frame(&group, &job, &renderer, &services, &outputs, &sources, pool.as_ref())?;
-        show::said(&frame.0, &frame.1, &sources, console)?;
-        last = Some(frame.0);
+        let mut silent = std::io::sink();
+        let mut told = Console { out: &mut *console.out, err: &mut *console.err };
+        if round > 0 {
+            told.err = &mut silent;
+        }
+        let program = compile(&group, &job, &renderer, &outputs, &sources, &mut told)?;
+        let run = || osl_exec::run(&program, &services, &renderer, &RunOptions::default(), &|_| ());
+        let result = match &pool {
+            Some(pool) => pool.install(run),
+            None => run(),
+        };
+        let frame = result.map_err(|stop: Stop| format!("ERROR: {stop}"))?;
+        // The tool prints the values of points before what the shaders said there.
+        if job.print {
+            show::points(&frame, &outputs, job.grid.width, console);
+        }
+        show::said(&frame, &program, &sources, console)?;
+        last = Some(frame);
     }
     let Some(frame) = last else { return Ok(()) };
-    if job.print {
-        show::points(&frame, &outputs, job.grid.width, console);
-    }
     if silent {
         let _ = writeln!(console.out);
     }
@@ -177,20 +190,17 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// Compiles the group and runs it on all points.
-fn frame(
+/// Compiles the group, and says which closures do not suit the tool.
+fn compile(
     group: &Group,
     job: &Job,
     renderer: &osl_scene::ReferenceRenderer,
-    services: &Services,
     outputs: &[show::Output],
     sources: &SourceMap,
-    pool: Option<&rayon::ThreadPool>,
-) -> Result<(Frame, osl_exec::Program), String> {
+    console: &mut Console<'_>,
+) -> Result<osl_exec::Program, String> {
     let asked: Vec<Arc<str>> =
         outputs.iter().flat_map(|o| o.names.iter().cloned()).chain(show::entries(group, job)).collect();
-    let body = lower::lower_group(group, &asked)
-        .map_err(|list| render(&list, sources, RenderStyle { color: false }))?;
     let wanted = outputs.iter().map(|o| o.plane.clone()).collect();
     let options = passes::Options {
         outputs: Some(wanted),
@@ -199,14 +209,10 @@ fn frame(
         traces: renderer.traces(),
         ..passes::Options::default()
     };
-    let compiled = pipeline::finish(body, &options);
-    let run = || osl_exec::run(&compiled.program, services, renderer, &RunOptions::default(), &|_| ());
-    let result = match pool {
-        Some(pool) => pool.install(run),
-        None => run(),
-    };
-    let frame = result.map_err(|stop: Stop| format!("ERROR: {stop}"))?;
-    Ok((frame, compiled.program))
+    let lowered = |group: &Group| lower::lower_group(group, &asked);
+    let body = closures::lower(group, &options, sources, console, lowered)
+        .map_err(|list| render(&list, sources, RenderStyle { color: false }))?;
+    Ok(pipeline::finish(body, &options).program)
 }
 
 /// Sets the values that `--reparam` gives. Where there is no such parameter, nothing changes.
