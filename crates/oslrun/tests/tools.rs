@@ -266,11 +266,9 @@ fn groups_of_testshade() {
         &["--shader", "noisy", "n", "--iters", "3", "--reparam", "n", "name", "again", "-o", "out", "null"],
     );
     assert_eq!(rounds, "n 1\nagain 1\nagain 1\n\n");
-    // A layer that nobody reads runs where it is an entry, or owns an output that is asked for.
+    // A layer that nobody reads does not run.
     let lonely = ["--shader", "noisy", "n", "--shader", "add", "s", "-o", "sum", "null"];
     assert_eq!(prints(dir, "testshade", &lonely), "\n");
-    assert_eq!(prints(dir, "testshade", &[&lonely[..], &["--entry", "n"]].concat()), "n 1\n\n");
-    assert_eq!(prints(dir, "testshade", &[&lonely[..], &["--entryoutput", "n.out"]].concat()), "n 1\n\n");
     for (bad, says) in [
         ("shader nothere n;", "ERROR: Could not find shader \"nothere\"\n        group: unnamed_group_2\n"),
         ("shader add s; shader add s;", "there is a layer \"s\" already"),

@@ -5,9 +5,11 @@
 //! shaders come from whoever builds the group.
 
 mod connect;
+mod rules;
 pub mod text;
 
 pub use connect::ConnectError;
+pub use rules::Rules;
 
 use crate::hir::Program;
 use crate::params::ParamValues;
@@ -56,6 +58,8 @@ pub struct Connection {
 pub struct Group {
     /// Its name.
     pub name: Arc<str>,
+    /// Which layers run, and what unmarked parameters do.
+    pub rules: Rules,
     pub(crate) layers: Vec<Layer>,
     pub(crate) connections: Vec<Connection>,
 }
@@ -63,7 +67,7 @@ pub struct Group {
 impl Group {
     /// A group without layers.
     pub fn new(name: impl Into<Arc<str>>) -> Group {
-        Group { name: name.into(), layers: Vec::new(), connections: Vec::new() }
+        Group { name: name.into(), rules: Rules::default(), layers: Vec::new(), connections: Vec::new() }
     }
 
     /// The layers in order.

@@ -16,6 +16,33 @@ pub(super) struct Spot {
 /// For each owner of some slots, the place in `root` or its nested blocks before all uses of its slots; none where there
 /// are no uses. Stores count as uses.
 pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHashMap<usize, Spot> {
+    let found = search(body, root, owners);
+    found.into_iter().map(|(owner, (_, spot))| (owner, spot)).collect()
+}
+
+/// A place before all uses.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Found {
+    /// Where only what needs it runs.
+    pub(super) inner: Spot,
+    /// Outside any branch.
+    pub(super) outer: Spot,
+}
+
+/// The place before all uses of some slots in blocks that run one after another.
+pub(super) fn across(body: &Body, blocks: &[BlockId], slots: &[SlotId]) -> Option<Found> {
+    let owners = slots.iter().map(|slot| (*slot, 0)).collect();
+    let mut found = blocks.iter().filter_map(|block| {
+        let (index, inner) = search(body, *block, &owners).remove(&0)?;
+        Some(Found { inner, outer: Spot { block: *block, index } })
+    });
+    let first = found.next()?;
+    let inner = if found.next().is_some() { first.outer } else { first.inner };
+    Some(Found { inner, ..first })
+}
+
+/// For each owner, the first instruction of the block that holds a use, and the place before all uses.
+fn search(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHashMap<usize, (usize, Spot)> {
     // With the place, the first instruction of this block that holds a use.
     let mut found: FxHashMap<usize, (usize, Spot)> = FxHashMap::default();
     if owners.is_empty() {
@@ -50,7 +77,7 @@ pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) 
             _ => {}
         }
     }
-    found.into_iter().map(|(owner, (_, spot))| (owner, spot)).collect()
+    found
 }
 
 /// Whether a slot is stored to in a block behind its first `skip` instructions, or in blocks nested there.

@@ -8,7 +8,7 @@ use super::first_use::{self, Spot};
 use super::flow::Flow;
 use super::{Frame, Lowerer, Storage, View, kind_of};
 use crate::builtins::carry_messages;
-use crate::group::{Connection, End};
+use crate::group::{Connection, End, Rules};
 use crate::hir::{self, Global, Param, VarId};
 use crate::ir::{BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, ValueId};
 use crate::types::{Base, Extent, Type};
@@ -24,10 +24,11 @@ const CI: usize = hir::GLOBALS.len() - 1;
 pub(super) fn lower(
     views: &[View<'_>],
     connections: &[Connection],
+    rules: &Rules,
     outputs: &[Arc<str>],
     notes: bool,
 ) -> Result<Body, Vec<Diagnostic>> {
-    let wiring = Wiring::new(views, connections, outputs);
+    let wiring = Wiring::new(views, connections, rules, outputs);
     let mut first = Builder::new(wiring.name.clone());
     first.notes = notes;
     let (mut b, mut diagnostics) = write(views, &wiring, first);
@@ -46,9 +47,13 @@ pub(super) fn lower(
 }
 
 /// Which layers are needed, and how their parameters are connected.
-struct Wiring<'a> {
+pub(super) struct Wiring<'a> {
     /// Name of the last layer's shader.
     name: Arc<str>,
+    pub(super) rules: &'a Rules,
+    connections: &'a [Connection],
+    /// The layers that run in any case, in order.
+    pub(super) entries: Vec<usize>,
     needed: Vec<bool>,
     /// For each layer and parameter, the connections to it, those of components first.
     to: Vec<FxHashMap<usize, Vec<&'a Connection>>>,
@@ -67,11 +72,22 @@ struct Asked {
 }
 
 impl<'a> Wiring<'a> {
-    fn new(views: &[View<'_>], connections: &'a [Connection], outputs: &[Arc<str>]) -> Wiring<'a> {
+    fn new(
+        views: &[View<'_>],
+        connections: &'a [Connection],
+        rules: &'a Rules,
+        outputs: &[Arc<str>],
+    ) -> Wiring<'a> {
         let name = views.last().map_or_else(|| "".into(), |v| v.program.shader.name.clone());
         let mut wiring = Wiring {
             name,
-            needed: vec![false; views.len()],
+            rules,
+            connections,
+            entries: rules
+                .entries
+                .clone()
+                .unwrap_or_else(|| views.len().checked_sub(1).into_iter().collect()),
+            needed: vec![rules.is_eager(); views.len()],
             to: vec![FxHashMap::default(); views.len()],
             ends: views.iter().map(|v| vec![0; v.program.shader.params.len()]).collect(),
             asked: Vec::new(),
@@ -104,13 +120,32 @@ impl<'a> Wiring<'a> {
         }
         for Asked { layer, param, .. } in &wiring.asked {
             wiring.ends[*layer][*param] |= 2;
-            wiring.needed[*layer] = true;
+            // Among entries it runs only if it is one or is needed by one.
+            wiring.needed[*layer] |= rules.entries.is_none();
         }
-        wiring.needed.iter_mut().next_back().into_iter().for_each(|last| *last = true);
+        for entry in &wiring.entries {
+            wiring.needed.get_mut(*entry).into_iter().for_each(|needed| *needed = true);
+        }
+        for (view, ends) in views.iter().zip(&mut wiring.ends).filter(|_| rules.userdata_connected) {
+            for (param, ends) in view.program.shader.params.iter().zip(ends) {
+                let name = &view.program.vars[param.var.0 as usize].name;
+                *ends |= i32::from(rules.interpolates(param) || view.values.is_interpolated(name));
+            }
+        }
         for layer in (0..views.len()).rev().filter(|l| wiring.needed[*l]).collect::<Vec<_>>() {
             wiring.need(layer);
         }
         wiring
+    }
+
+    /// Whether an output is asked for of a layer that runs at every point for that reason.
+    pub(super) fn asks(&self, layer: usize) -> bool {
+        self.rules.entries.is_none() && self.asked.iter().any(|asked| asked.layer == layer)
+    }
+
+    /// Whether a connection leaves a layer.
+    pub(super) fn leaves(&self, layer: usize) -> bool {
+        self.connections.iter().any(|c| c.from.layer == layer)
     }
 
     /// Marks what a layer reads, however far up.
@@ -128,10 +163,13 @@ impl<'a> Wiring<'a> {
 }
 
 /// A layer that has been lowered, not yet in its place.
-struct Lowered {
-    block: BlockId,
+pub(super) struct Lowered {
+    /// Its parameters, and its body too unless it is an entry.
+    pub(super) block: BlockId,
+    /// The body of an entry; else empty.
+    pub(super) body: BlockId,
     /// Where each parameter lives.
-    params: Vec<Storage>,
+    pub(super) params: Vec<Storage>,
 }
 
 fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<Diagnostic>) {
@@ -139,6 +177,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
     let entry = b.current;
     let mut l = Lowerer {
         layer: last,
+        rules: wiring.rules,
         program: last.program,
         connected: Vec::new(),
         b,
@@ -160,15 +199,19 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
             continue;
         }
         l.enter(view, wiring.ends[index].clone(), &globals);
-        // The last layer is written where the body starts; the others wait for their place.
-        let from = if index + 1 == views.len() { start } else { Spot { block: l.b.block(), index: 0 } };
+        // The first entry is written where the body starts; the others wait for their place.
+        let first = wiring.entries.first() == Some(&index);
+        let from = if first { start } else { Spot { block: l.b.block(), index: 0 } };
         let outer = std::mem::replace(&mut l.b.current, from.block);
-        let params = l.layer(&wiring.to[index], from, &done);
+        let lowered = l.layer(&wiring.to[index], from, &done);
         l.b.current = outer;
-        done.push(Some(Lowered { block: from.block, params }));
+        if !wiring.entries.contains(&index) {
+            l.append(lowered.body, lowered.block);
+        }
+        done.push(Some(lowered));
     }
     l.b.current = entry;
-    l.place_layers(wiring, &done, start);
+    l.place_layers(wiring, &done, &globals);
     for Asked { layer, param, .. } in wiring.asked.iter().filter(|asked| asked.deliver) {
         l.enter(&views[*layer], Vec::new(), &globals);
         if let Some(storage) = done[*layer].as_ref().and_then(|d| d.params.get(*param)) {
@@ -233,13 +276,13 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Lowers the layer that was entered into the current block, behind `start`. Returns where its parameters live.
+    /// Lowers the layer that was entered: its parameters into the current block, behind `start`, its body into another.
     fn layer(
         &mut self,
         to: &FxHashMap<usize, Vec<&Connection>>,
         start: Spot,
         done: &[Option<Lowered>],
-    ) -> Vec<Storage> {
+    ) -> Lowered {
         let program = self.program;
         let returned = self.flag("returned");
         self.frames.push(Frame { ret: None, returned, loops: Vec::new() });
@@ -261,30 +304,32 @@ impl<'a> Lowerer<'a> {
             params.push(storage);
         }
         self.unsure = false;
-        if self.exits == 0 {
-            self.stmts(&program.shader.body);
-        } else {
-            self.guarded(Flow { returns: true, ..Flow::default() }, |l| l.stmts(&program.shader.body));
-        }
+        let body = self.in_block(|l| {
+            if l.exits == 0 {
+                l.stmts(&program.shader.body);
+            } else {
+                l.guarded(Flow { returns: true, ..Flow::default() }, |l| l.stmts(&program.shader.body));
+            }
+        });
         // From the last on, since a default may read parameters before its own.
         for (index, block) in links.into_iter().rev() {
-            let owners = leaves(&params[index]).into_iter().map(|slot| (slot, index)).collect();
             let handed_on = self.connected.get(index).is_some_and(|ends| ends & 2 != 0);
             let spot = if handed_on || program.shader.params[index].output {
                 Some(start)
             } else {
-                first_use::of(&self.b.body, start.block, &owners).remove(&index)
+                first_use::across(&self.b.body, &[start.block, body], &leaves(&params[index]))
+                    .map(|f| f.inner)
             };
             self.splice(block, spot);
         }
-        params
+        Lowered { block: start.block, body, params }
     }
 
     /// The value of a parameter that nothing is connected to.
     fn own_value(&mut self, storage: &Storage, ty: Type, param: &Param) {
         let name = &self.program.vars[param.var.0 as usize].name;
         self.param(storage, ty, name, &param.init, self.layer.values);
-        if is_interpolated(param) || self.layer.values.is_interpolated(name) {
+        if self.rules.interpolates(param) || self.layer.values.is_interpolated(name) {
             self.interpolate(storage, ty, name);
         }
     }
@@ -365,30 +410,6 @@ impl<'a> Lowerer<'a> {
         if kind == Kind::Triple { self.b.lane(LaneOp::Splat, &[value]) } else { value }
     }
 
-    /// Writes each layer but the last before what reads it, from the last on.
-    fn place_layers(&mut self, wiring: &Wiring<'_>, done: &[Option<Lowered>], start: Spot) {
-        let before = done.split_last().map_or(&[][..], |(_, before)| before);
-        for (index, lowered) in before.iter().enumerate().rev() {
-            let Some(lowered) = lowered else { continue };
-            let spot = if wiring.asked.iter().any(|asked| asked.layer == index) {
-                Some(start)
-            } else {
-                let slots = lowered.params.iter().flat_map(leaves);
-                let owners = slots.map(|slot| (slot, index)).collect();
-                first_use::of(&self.b.body, start.block, &owners).remove(&index)
-            };
-            self.splice(lowered.block, spot);
-        }
-    }
-
-    /// Writes the instructions of a block at a place of another; nowhere without one.
-    fn splice(&mut self, block: BlockId, spot: Option<Spot>) {
-        let insts = std::mem::take(&mut self.b.body.blocks[block.index()].insts);
-        if let Some(spot) = spot {
-            self.b.body.blocks[spot.block.index()].insts.splice(spot.index..spot.index, insts);
-        }
-    }
-
     /// The type of a parameter; an open array has the length of its value.
     fn param_type(&self, param: &Param, sources: &[&Connection], done: &[Option<Lowered>]) -> Type {
         let var = &self.program.vars[param.var.0 as usize];
@@ -461,14 +482,6 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-/// Whether metadata let the point's own value go before the parameter's.
-fn is_interpolated(param: &Param) -> bool {
-    let says = |name: &str, value: f64| {
-        param.metadata.iter().any(|(_, n, v)| &**n == name && *v == hir::MetaValue::Numbers(vec![value]))
-    };
-    says("lockgeom", 0.0) || says("interpolated", 1.0)
-}
-
 /// The part of a parameter that an end names.
 fn part(storage: &Storage, end: &End) -> Option<Storage> {
     let mut storage = storage;
@@ -480,7 +493,7 @@ fn part(storage: &Storage, end: &End) -> Option<Storage> {
 }
 
 /// The slots of a parameter.
-fn leaves(storage: &Storage) -> Vec<SlotId> {
+pub(super) fn leaves(storage: &Storage) -> Vec<SlotId> {
     match storage {
         Storage::Leaf(slot) => vec![*slot],
         Storage::Struct(parts) => parts.iter().flat_map(leaves).collect(),

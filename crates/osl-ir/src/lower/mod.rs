@@ -11,10 +11,11 @@ mod first_use;
 mod flow;
 mod layers;
 mod place;
+mod placement;
 mod stmt;
 
 use crate::builtins::Names;
-use crate::group::{Group, Layer};
+use crate::group::{Group, Layer, Rules};
 use crate::hir::{Init, Program, VarId, VarKind};
 use crate::ir::{Body, Builder, Const, Kind, SlotId, ValueId};
 use crate::params::ParamValues;
@@ -56,12 +57,12 @@ pub fn lower_noted(program: &Program, params: &ParamValues) -> Result<Body, Vec<
 fn one(program: &Program, params: &ParamValues, notes: bool) -> Result<Body, Vec<Diagnostic>> {
     let shader = program.shader.name.clone();
     let names = Names { layer: format!("{shader}_0").into(), group: UNNAMED.into(), shader };
-    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &[], notes)
+    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &Rules::default(), &[], notes)
 }
 
 /// Lowers a group to one body. Its outputs are those of the last layer, and those of other layers that `outputs` names as
 /// `layer.output`. A layer runs where its values are needed, once at most; one that has an output that is named, even if
-/// without the layer, runs at every point, before the last.
+/// without the layer, runs at every point, before the last. The rules of the group say what else runs.
 ///
 /// # Errors
 /// The group exceeds its budget.
@@ -88,7 +89,7 @@ fn several(group: &Group, outputs: &[Arc<str>], notes: bool) -> Result<Body, Vec
             base: *base,
         });
     }
-    layers::lower(&views, &group.connections, outputs, notes)
+    layers::lower(&views, &group.connections, &group.rules, outputs, notes)
 }
 
 /// A layer as lowering sees it.
@@ -147,6 +148,7 @@ enum Val {
 struct Lowerer<'a> {
     /// The layer that is being lowered, and its program.
     layer: &'a View<'a>,
+    rules: &'a Rules,
     program: &'a Program,
     /// For each of its parameters: 1 connected from upstream, 2 downstream, 3 both.
     connected: Vec<i32>,

@@ -3,6 +3,7 @@
 //! Keys that steer a code generator, and keys that nobody knows, have no effect. This module must not know how a setting
 //! takes effect: who runs a group asks.
 
+use osl_ir::group::Rules;
 use std::path::PathBuf;
 
 /// The settings that have an effect here.
@@ -70,6 +71,18 @@ impl Settings {
     pub(in crate::cli) fn read(&mut self, list: &str) {
         for (key, value) in pairs(list) {
             self.set(&key, &value);
+        }
+    }
+
+    /// What they say about the layers of a group.
+    pub(in crate::cli) fn rules(&self) -> Rules {
+        Rules {
+            entries: None,
+            eager_globals: !self.lazy_globals,
+            eager_unconnected: !self.lazy_unconnected,
+            eager_errors: !self.lazy_error,
+            lockgeom: self.lockgeom,
+            userdata_connected: self.userdata_isconnected,
         }
     }
 

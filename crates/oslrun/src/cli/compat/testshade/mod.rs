@@ -145,6 +145,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     if !silent {
         let _ = writeln!(console.out);
     }
+    group.rules.entries = setup::entries(&group, &job, console)?;
     for output in &outputs {
         if let Some(file) = &output.file {
             let _ = writeln!(console.out, "Output {} to {}", output.asked, file.display());
@@ -163,7 +164,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         if round > 0 {
             told.err = &mut silent;
         }
-        let program = compile(&group, &job, &renderer, &outputs, &sources, &mut told)?;
+        let program = compile(&group, &renderer, &outputs, &sources, &mut told)?;
         let run = || osl_exec::run(&program, &services, &renderer, &RunOptions::default(), &|_| ());
         let result = match &pool {
             Some(pool) => pool.install(run),
@@ -193,14 +194,12 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
 /// Compiles the group, and says which closures do not suit the tool.
 fn compile(
     group: &Group,
-    job: &Job,
     renderer: &osl_scene::ReferenceRenderer,
     outputs: &[show::Output],
     sources: &SourceMap,
     console: &mut Console<'_>,
 ) -> Result<osl_exec::Program, String> {
-    let asked: Vec<Arc<str>> =
-        outputs.iter().flat_map(|o| o.names.iter().cloned()).chain(show::entries(group, job)).collect();
+    let asked: Vec<Arc<str>> = outputs.iter().flat_map(|o| o.names.iter().cloned()).collect();
     let wanted = outputs.iter().map(|o| o.plane.clone()).collect();
     let options = passes::Options {
         outputs: Some(wanted),

@@ -7,10 +7,11 @@ use crate::cli::args::ReadArgs;
 use crate::cli::input;
 use crate::pipeline::ShaderFiles;
 use osl_image::TextureCache;
-use osl_ir::group::Group;
+use osl_ir::group::{Connection, Group};
 use osl_ir::hir::Program;
 use osl_syntax::Options;
 use osl_syntax::source::{SourceMap, SourceProvider};
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// Makes the group.
@@ -71,7 +72,8 @@ pub(super) fn group<'a>(
             return Err(String::new());
         }
     }
-    let (group, sources) = builder.finish();
+    let (mut group, sources) = builder.finish();
+    group.rules = job.settings.rules();
     if job.verbose || job.query {
         describe(&group, job.query, console);
     }
@@ -80,6 +82,67 @@ pub(super) fn group<'a>(
             .map_err(|why| format!("ERROR: cannot write {file}: {why}"))?;
     }
     Ok((group, sources))
+}
+
+/// Tells the layers and outputs that are entries, and yields the layers that run; nothing without entries.
+///
+/// # Errors
+/// What to say before the tool ends, if it has not been said.
+pub(super) fn entries(
+    group: &Group,
+    job: &Job,
+    console: &mut Console<'_>,
+) -> Result<Option<Vec<usize>>, String> {
+    let named: Vec<Option<usize>> = job.entries.iter().map(|name| group.find(name)).collect();
+    if !named.is_empty() {
+        let shown = |(name, index): (&String, &Option<usize>)| {
+            format!(" {name}({})", index.map_or_else(|| "-1".to_string(), |i| i.to_string()))
+        };
+        let list: String = job.entries.iter().zip(&named).map(shown).collect();
+        let _ = writeln!(console.out, "Entry layers:{list}");
+    }
+    let mut layers: Vec<usize> = named.into_iter().flatten().collect();
+    if !job.entry_outputs.is_empty() {
+        let _ = write!(console.out, "Entry outputs:");
+        let mut owners = Vec::new();
+        for output in &job.entry_outputs {
+            let Some(owner) = entry_output(group, job, &layers, output) else {
+                let _ = writeln!(console.out, "\nEntry output {output} not found. Abording.");
+                return Err(String::new());
+            };
+            let _ = write!(console.out, " {output}");
+            owners.push(owner);
+        }
+        let _ = writeln!(console.out);
+        // Only entries can run by themselves.
+        owners.retain(|owner| layers.contains(owner));
+        layers = owners;
+    }
+    let mut seen = HashSet::new();
+    layers.retain(|layer| seen.insert(*layer));
+    Ok((!job.entries.is_empty()).then_some(layers))
+}
+
+/// The layer of an entry output. Measured: the reference does not find outputs of layers that run if nothing takes them.
+fn entry_output(group: &Group, job: &Job, entries: &[usize], output: &str) -> Option<usize> {
+    let last = group.layers().len().checked_sub(1)?;
+    let (index, name) = match output.split_once('.') {
+        Some((layer, name)) => (group.find(layer)?, name),
+        None => (last, output),
+    };
+    let program = &group.layers().get(index)?.program;
+    let param =
+        program.shader.params.iter().position(|p| {
+            p.output && program.vars.get(p.var.0 as usize).is_some_and(|var| &*var.name == name)
+        })?;
+    let path = format!("{}.{name}", group.layers().get(index)?.name);
+    let asked = |wanted: &str| wanted == name || wanted == path;
+    let from = |c: &&Connection| c.from.layer == index;
+    let runs = if job.entries.is_empty() { index == last } else { entries.contains(&index) };
+    let taken = job.outputs.iter().any(|(wanted, _)| asked(wanted))
+        || group.connections().iter().filter(from).any(|c| c.from.param == param);
+    let idle = !runs && !group.connections().iter().any(|c| from(&c));
+    (taken || idle).then_some(index)
 }
 
 /// Prints the text of a group and its layers, with their parameters if those are asked for.

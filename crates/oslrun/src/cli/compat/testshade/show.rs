@@ -8,6 +8,8 @@ use osl_image::{write_channels, write_ints};
 use osl_ir::group::Group;
 use osl_ir::hir;
 use osl_ir::ir::Kind;
+use osl_ir::params;
+use osl_ir::types::{Base, Extent};
 use osl_syntax::source::SourceMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,6 +22,8 @@ pub(super) struct Output {
     pub(super) plane: Arc<str>,
     /// What lowering has to know of it.
     pub(super) names: Vec<Arc<str>>,
+    /// Numbers of a point, and whether they are ints.
+    shape: (usize, bool),
     /// Where it goes.
     pub(super) file: Option<PathBuf>,
 }
@@ -48,6 +52,7 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
         names.extend(of.is_none().then(|| name.into()));
         found.push(Output {
             asked: asked.clone(),
+            shape: shape(&layer.program, name),
             plane: if last { name.into() } else { path },
             names,
             file: (file != "null").then(|| file.into()),
@@ -58,15 +63,6 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
 
 fn names(program: &hir::Program) -> impl Iterator<Item = &str> {
     program.shader.params.iter().filter(|p| p.output).map(|p| &*program.vars[p.var.0 as usize].name)
-}
-
-/// The outputs of layers that are to run by themselves.
-pub(super) fn entries(group: &Group, job: &Job) -> Vec<Arc<str>> {
-    let mut all: Vec<Arc<str>> = job.entry_outputs.iter().map(|o| o.as_str().into()).collect();
-    for layer in group.layers().iter().filter(|l| job.entries.iter().any(|e| *e == *l.name)) {
-        all.extend(names(&layer.program).map(|output| format!("{}.{output}", layer.name).into()));
-    }
-    all
 }
 
 /// Prints what the shaders printed, then errors and warnings, each once.
@@ -93,6 +89,19 @@ pub(super) fn said(
         }
     }
     Ok(())
+}
+
+/// How many numbers an output has, and whether they are ints.
+fn shape(program: &hir::Program, name: &str) -> (usize, bool) {
+    let Some(ty) = params::type_of(program, name) else { return (0, false) };
+    let each = match ty.base {
+        Base::String | Base::Closure | Base::Void | Base::Struct(_) | Base::Error => 0,
+        Base::Int | Base::Float => 1,
+        Base::Matrix => 16,
+        Base::Color | Base::Point | Base::Vector | Base::Normal => 3,
+    };
+    let elements = if let Extent::Array(n) = ty.extent { n as usize } else { 1 };
+    (each * elements, ty.base == Base::Int)
 }
 
 /// The planes of an output, in order, but for those that no image holds.
@@ -132,7 +141,13 @@ pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), 
         let Some(file) = &output.file else { continue };
         let planes = planes(frame, output);
         let written = if planes.is_empty() {
-            continue;
+            // Its layer does not run: the image stays black.
+            let ((channels, ints), points) = (output.shape, size.0 * size.1);
+            match (channels, ints) {
+                (0, _) => continue,
+                (n, true) => write_ints(file, size, &vec![&vec![0; points][..]; n], job.samples),
+                (n, false) => write_channels(file, size, &vec![&vec![0.0; points][..]; n], job.samples),
+            }
         } else if planes.iter().all(|p| p.kind == Kind::Int) {
             let values: Vec<Vec<i32>> =
                 planes.iter().map(|p| p.words.iter().map(|w| *w as i32).collect()).collect();

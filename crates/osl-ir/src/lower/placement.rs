@@ -1,0 +1,92 @@
+//! Where the layers of a group go in its body: entries one after another, each other layer before its first use, and
+//! layers that run at every point before the body of the first entry.
+//!
+//! It moves instructions between blocks; it must not know what they do, other than which slots they touch.
+
+use super::Lowerer;
+use super::first_use::{self, Spot};
+use super::layers::{Lowered, Wiring, leaves};
+use crate::ir::{BlockId, Body, Kernel, Op, Sink, SlotId};
+
+impl Lowerer<'_> {
+    /// Joins the layers to one body that begins in the block of the first entry. `globals` are the slots of the shader
+    /// globals.
+    pub(super) fn place_layers(&mut self, wiring: &Wiring<'_>, done: &[Option<Lowered>], globals: &[SlotId]) {
+        let lowered = |index: &usize| done.get(*index).and_then(Option::as_ref);
+        // What runs, in order: the parameters of the first entry, layers that run at every point, its body, the other entries.
+        let front = self.b.block();
+        let mut blocks: Vec<BlockId> = Vec::new();
+        for entry in wiring.entries.iter().filter_map(lowered) {
+            let first = blocks.is_empty();
+            blocks.push(entry.block);
+            blocks.extend(first.then_some(front));
+            blocks.push(entry.body);
+        }
+        for (index, layer) in done.iter().enumerate().rev() {
+            let Some(layer) = layer else { continue };
+            let slots: Vec<SlotId> = layer.params.iter().flat_map(leaves).collect();
+            if wiring.entries.contains(&index) {
+                self.place_entry(layer, &slots, &mut blocks);
+                continue;
+            }
+            let found = first_use::across(&self.b.body, &blocks, &slots);
+            let spot = if self.runs_anyway(index, layer, wiring, globals) {
+                let parameters = blocks.first().copied();
+                let needed_there = found.map(|f| f.outer).filter(|spot| Some(spot.block) == parameters);
+                Some(needed_there.unwrap_or(Spot { block: front, index: 0 }))
+            } else {
+                found.map(|f| f.inner)
+            };
+            self.splice(layer.block, spot);
+        }
+        let Some((first, rest)) = blocks.split_first() else { return };
+        for block in rest {
+            self.append(*block, *first);
+        }
+    }
+
+    /// Moves an entry before what needs it in an earlier one. It runs in any case, so it does not go into a branch.
+    fn place_entry(&mut self, entry: &Lowered, slots: &[SlotId], blocks: &mut Vec<BlockId>) {
+        let own = blocks.iter().position(|block| *block == entry.block).unwrap_or(0);
+        let earlier = blocks.get(..own).unwrap_or(&[]);
+        if let Some(found) = first_use::across(&self.b.body, earlier, slots) {
+            self.append(entry.body, entry.block);
+            self.splice(entry.block, Some(found.outer));
+            blocks.retain(|block| ![entry.block, entry.body].contains(block));
+        }
+    }
+
+    /// Whether a layer runs at every point, needed or not.
+    fn runs_anyway(&self, index: usize, layer: &Lowered, wiring: &Wiring<'_>, globals: &[SlotId]) -> bool {
+        let (body, rules) = (&self.b.body, wiring.rules);
+        let writes_globals = || globals.iter().any(|g| first_use::is_stored(body, layer.block, 0, *g));
+        wiring.asks(index)
+            || rules.eager_globals && writes_globals()
+            || rules.eager_errors && reports(body, layer.block)
+            || rules.eager_unconnected && !wiring.leaves(index)
+    }
+
+    /// Writes the instructions of a block behind those of another.
+    pub(super) fn append(&mut self, block: BlockId, to: BlockId) {
+        let index = self.b.body.block(to).insts.len();
+        self.splice(block, Some(Spot { block: to, index }));
+    }
+
+    /// Writes the instructions of a block at a place of another; nowhere without one.
+    pub(super) fn splice(&mut self, block: BlockId, spot: Option<Spot>) {
+        let insts = std::mem::take(&mut self.b.body.blocks[block.index()].insts);
+        if let Some(spot) = spot {
+            self.b.body.blocks[spot.block.index()].insts.splice(spot.index..spot.index, insts);
+        }
+    }
+}
+
+/// Whether a block may report an error of the shader.
+fn reports(body: &Body, block: BlockId) -> bool {
+    body.block(block).insts.iter().any(|inst| match &inst.op {
+        Op::Kernel(Kernel::Print { sink: Sink::Error, .. }, _) => true,
+        Op::If { then, otherwise, .. } => reports(body, *then) || reports(body, *otherwise),
+        Op::Loop { body: round, .. } => reports(body, *round),
+        _ => false,
+    })
+}
