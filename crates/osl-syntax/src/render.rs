@@ -111,6 +111,9 @@ impl Window {
 
     fn snippet<'a, T: Clone>(&self, file: &'a SourceFile) -> Snippet<'a, T> {
         let text = file.text.get(self.range.clone()).unwrap_or_default();
+        // A carriage return would be drawn as a picture of itself; a blank at the end of the line keeps all places.
+        let text: Cow<'_, str> =
+            if text.contains('\r') { text.replace('\r', " ").into() } else { text.into() };
         Snippet::source(text).path(&file.name).line_start(self.first_line).fold(true)
     }
 

@@ -131,3 +131,10 @@ fn color_is_only_in_the_style() {
     let color = render(&parsed.diagnostics, &parsed.sources, RenderStyle { color: true });
     assert!(!plain.contains('\u{1b}') && color.contains('\u{1b}'));
 }
+
+#[test]
+fn carriage_returns_are_not_drawn() {
+    let parsed = parse_with("shader s()\r\n{\r\n    float a = ;\r\n}\r\n", &[], &options());
+    let plain = render(&parsed.diagnostics, &parsed.sources, RenderStyle::default());
+    assert!(plain.contains("3 |     float a = ;") && !plain.contains(['\r', '␍']), "{plain}");
+}

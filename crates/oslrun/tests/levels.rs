@@ -147,3 +147,22 @@ fn lessons_are_told() {
     assert!(code == 1 && out.is_empty() && err.contains("did you mean E0"), "{err}");
     assert_eq!(oslrun(&["explain-error"]).0, 2);
 }
+
+/// Each name once, however often it is written; names of parameters that are documentation not at all.
+#[test]
+fn one_warning_a_name() {
+    let source = "float twice(float x, float y) { x = 2 * x; x += 1; y = x; return x + y; }
+shader s(string Notes = \"by hand\", output float r = 0) {
+    u = 1; u = 2; v = 1;
+    r = twice(u, v) + length(transform(\"kitchen\", P)) + length(transform(\"kitchen\", N));
+    if (r > 1) { float P = 1; r += P; } else { float P = 2; r += P; }
+    color t = texture(\"a.tx\", u, v, \"\", 1);
+    r += t[0];
+}
+";
+    let (code, said) = judged(&["check"], source, &[]);
+    let want = ["W0203", "W0203", "W0203", "W0203", "W0313", "W0314"].map(|code| format!("warning {code}"));
+    let mut said = said;
+    said.sort();
+    assert_eq!((code, said), (0, want.into()));
+}

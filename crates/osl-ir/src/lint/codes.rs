@@ -43,6 +43,8 @@ lints! {
     UNKNOWN_SPACE = "W0314" "unknown-space" Check;
     /// A named color space that the language does not define.
     UNKNOWN_COLOR_SPACE = "W0315" "unknown-color-space" Check;
+    /// A variable that only a query sets, where nobody asks whether the query succeeded.
+    UNCHECKED_QUERY = "W0316" "unchecked-query" Check;
 }
 
 /// W0301: nothing reads the local.
@@ -53,11 +55,25 @@ pub(super) fn unused_variable(span: Span, name: &str, assigned: bool) -> Diagnos
         .help(format!("remove it, or name it `_{name}` to say that this is intended"))
 }
 
-/// W0302: nothing reads the shader's parameter.
-pub(super) fn unused_shader_parameter(span: Span, name: &str) -> Diagnostic {
-    Diagnostic::warning(UNUSED_PARAMETER, span, format!("parameter `{name}` has no effect"))
-        .label("nothing reads it")
+/// W0302: nothing reads these parameters of the shader; the place is that of the first.
+pub(super) fn unused_shader_parameters(span: Span, names: &[&str]) -> Diagnostic {
+    let (what, label) = match names {
+        [one] => (format!("parameter `{one}` has no effect"), "nothing reads it"),
+        _ => (format!("{} parameters have no effect: {}", names.len(), listed(names)), "the first of them"),
+    };
+    Diagnostic::warning(UNUSED_PARAMETER, span, what)
+        .label(label)
         .help("remove it; if the interface needs it, put `#pragma osl nowarn` on the line before")
+}
+
+/// Names that a message lists.
+const MOST_NAMES: usize = 12;
+
+/// `a`, `b` and so on, as far as a line goes.
+fn listed(names: &[&str]) -> String {
+    let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
+    let more = names.len().saturating_sub(MOST_NAMES);
+    if more > 0 { format!("{} and {more} more", shown.join(", ")) } else { shown.join(", ") }
 }
 
 /// W0302: nothing reads the function's formal.
@@ -67,11 +83,22 @@ pub(super) fn unused_formal(span: Span, name: &str) -> Diagnostic {
         .help(format!("remove it, or name it `_{name}` to say that this is intended"))
 }
 
-/// W0303: nothing calls the function.
-pub(super) fn unused_function(span: Span, name: &str) -> Diagnostic {
-    Diagnostic::warning(UNUSED_FUNCTION, span, format!("function `{name}` is never called"))
-        .label("no call of it is in this file")
-        .help("remove it, or move it into a header")
+/// W0303: nothing calls these functions; the place is that of the first.
+pub(super) fn unused_functions(span: Span, names: &[&str]) -> Diagnostic {
+    let (what, label) = match names {
+        [one] => (format!("function `{one}` is never called"), "no call of it is in this file"),
+        _ => (format!("{} functions are never called: {}", names.len(), listed(names)), "the first of them"),
+    };
+    Diagnostic::warning(UNUSED_FUNCTION, span, what).label(label).help("remove it, or move it into a header")
+}
+
+/// W0316: where the query fails, the variable has no value.
+pub(super) fn unchecked_query(span: Span, name: &str, query: &str, declared: Span) -> Diagnostic {
+    Diagnostic::warning(UNCHECKED_QUERY, span, format!("`{name}` has no value where `{query}` fails"))
+        .label("nobody asks whether it succeeded")
+        .also(declared, "declared without a value")
+        .note("oslrun starts every variable at zero; other renderers leave what was in memory")
+        .help(format!("give `{name}` a value where it is declared, or test what `{query}` returns"))
 }
 
 /// W0304: no way to the read assigns the variable.

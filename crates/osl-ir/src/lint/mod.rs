@@ -12,6 +12,7 @@ mod codes;
 mod constants;
 mod flow;
 mod jumps;
+mod queries;
 mod scopes;
 mod spaces;
 mod state;
@@ -26,6 +27,7 @@ use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
 use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;
+use rustc_hash::FxHashSet;
 
 /// Who sees a lint unless the user says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,6 +52,8 @@ pub struct Lint {
 pub struct Options {
     /// Spaces, of points or of colors, that the renderer will know besides the usual ones.
     pub known_spaces: Vec<String>,
+    /// Lines on which the file silences warnings.
+    pub silenced: Vec<Span>,
 }
 
 /// Findings, at most; a file that earns more will not be read to the end either.
@@ -60,9 +64,21 @@ pub fn find(code: Code) -> Option<&'static Lint> {
     LINTS.iter().find(|lint| lint.code == code)
 }
 
+/// Warnings of which one for a name is enough: the same name at another place says nothing new.
+const ONCE: &[&str] = &["W0203", "W0313", "W0314", "W0315"];
+
+/// Keeps the first of the warnings that say the same of one name.
+pub fn once_a_name(list: &mut Vec<Diagnostic>) {
+    let mut seen = FxHashSet::default();
+    list.retain(|d| {
+        let name = d.message.split(['`', '"']).nth(1).unwrap_or(&d.message).to_owned();
+        d.is_error() || !ONCE.contains(&d.code.id) || seen.insert((d.code.id, name))
+    });
+}
+
 /// Everything that the lints find in a program that has no errors, in source order, whatever its level.
 pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options) -> Vec<Diagnostic> {
-    let mut found = Findings { sources, list: Vec::new() };
+    let mut found = Findings { sources, silenced: &options.silenced, list: Vec::new() };
     let walk = walk::Walk::new(program);
     usage::run(ast, &walk, &mut found);
     flow::run(&walk, &mut found);
@@ -70,6 +86,7 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
     values::run(&walk, &mut found);
     scopes::run(ast, &mut found);
     spaces::run(&walk, options, &mut found);
+    queries::run(&walk, &mut found);
     let mut list = found.list;
     list.sort_by_key(|d| (d.span.start, d.span.end, d.code));
     list.truncate(MAX_FINDINGS);
@@ -79,15 +96,21 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
 /// Where lints report to.
 struct Findings<'a> {
     sources: &'a SourceMap,
+    silenced: &'a [Span],
     list: Vec<Diagnostic>,
 }
 
 impl Findings<'_> {
     /// Keeps a finding of the main file.
     fn report(&mut self, diagnostic: Diagnostic) {
-        if self.in_main_file(diagnostic.span) {
+        if self.in_main_file(diagnostic.span) && !self.is_silenced(diagnostic.span) {
             self.list.push(diagnostic);
         }
+    }
+
+    /// Whether the file silences warnings there.
+    fn is_silenced(&self, span: Span) -> bool {
+        self.silenced.iter().any(|line| line.start <= span.start && span.start < line.end)
     }
 
     fn in_main_file(&self, span: Span) -> bool {

@@ -58,7 +58,9 @@ impl Scopes<'_, '_, '_> {
 
     fn declare(&mut self, name: &ast::Name, local: bool) {
         let outer = self.open.iter().rev().find_map(|scope| scope.get(&name.text)).copied();
-        let global = local && GLOBALS.iter().any(|(_, global, ..)| *global == &*name.text);
+        // Locals `u` and `v` of one's own coordinates are an idiom.
+        let idiom = matches!(&*name.text, "u" | "v");
+        let global = local && !idiom && GLOBALS.iter().any(|(_, global, ..)| *global == &*name.text);
         if (outer.is_some() || global) && self.found.is_written(name.span, &name.text) {
             self.found.report(codes::shadowing(name.span, &name.text, outer));
         }

@@ -2,7 +2,8 @@
 
 use super::walk::{Event, Purpose, Walk};
 use super::{Findings, codes, removal};
-use crate::hir::{ExprKind, FunctionId, Var, VarId, VarKind};
+use crate::hir::{ExprKind, FunctionId, MetaValue, Var, VarId, VarKind};
+use crate::types::Type;
 use osl_syntax::ast::{self, Ast, ExprId, StmtId};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
@@ -16,6 +17,7 @@ pub(super) fn is_output(var: &Var) -> bool {
 /// Reports what nothing uses. A name that begins with an underscore says that this is intended.
 pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
     let used = Used::of(walk);
+    let mut params = Vec::new();
     let statements = Statements::of(ast);
     for (index, var) in walk.program.vars.iter().enumerate() {
         let id = VarId(index as u32);
@@ -32,15 +34,32 @@ pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
                 }
                 found.report(d);
             }
-            VarKind::Param { output: false, .. } => {
-                found.report(codes::unused_shader_parameter(var.span, &var.name));
+            VarKind::Param { output: false, index } => {
+                if !found.is_silenced(var.span) && !is_documentation(walk, index, var) {
+                    params.push((var.span, &*var.name));
+                }
             }
             // Of a prototype's formals nobody expects a use: those of functions come below.
             VarKind::Param { .. } | VarKind::Formal { .. } | VarKind::Global(_) => {}
         }
     }
+    // One line for all: most are an interface that cannot change.
+    params.sort_unstable();
+    let names: Vec<&str> = params.iter().map(|(_, name)| *name).collect();
+    if let Some((first, _)) = params.first() {
+        found.report(codes::unused_shader_parameters(*first, &names));
+    }
     formals(walk, &used, found);
     functions(walk, &used, found);
+}
+
+/// Whether a parameter is text for people: a string that cannot be connected, or one named so.
+fn is_documentation(walk: &Walk<'_>, index: u32, var: &Var) -> bool {
+    let Some(param) = walk.program.shader.params.get(index as usize) else { return false };
+    let no = MetaValue::Numbers(vec![0.0]);
+    let apart = param.metadata.iter().any(|(_, name, value)| &**name == "connectable" && *value == no);
+    let noted = ["notes", "note", "documentation", "doc", "help", "comment", "comments"];
+    var.ty == Type::STRING && (apart || noted.contains(&&*var.name.to_lowercase()))
 }
 
 fn formals(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
@@ -58,12 +77,19 @@ fn formals(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
 }
 
 fn functions(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
+    let mut unused = Vec::new();
     for (index, function) in walk.program.functions.iter().enumerate() {
         let called = used.functions.contains(&FunctionId(index as u32));
-        let name = &function.name;
-        if !called && !name.starts_with('_') && found.is_written(function.span, name) {
-            found.report(codes::unused_function(function.span, name));
+        let (name, span) = (&function.name, function.span);
+        if !called && !name.starts_with('_') && found.is_written(span, name) && !found.is_silenced(span) {
+            unused.push((span, &**name));
         }
+    }
+    unused.sort_unstable();
+    let mut names: Vec<&str> = unused.iter().map(|(_, name)| *name).collect();
+    names.dedup();
+    if let Some((first, _)) = unused.first() {
+        found.report(codes::unused_functions(*first, &names));
     }
 }
 

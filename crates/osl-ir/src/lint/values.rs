@@ -3,7 +3,8 @@
 //!
 //! Equality of floats is exact, and that is fine where one side is a number that arithmetic does not miss: a literal
 //! of few binary digits such as 0 or 0.5, an int, or the result of `floor` and the like. `0.1` is none: no float has
-//! that value. A variable that is compared with itself is a test for NaN, and the functions that define `==` and `!=`
+//! that value. Nor is anything said where both sides are variables or literals: values that were handed on are equal or
+//! not. A variable that is compared with itself is a test for NaN, and the functions that define `==` and `!=`
 //! for structs are about exact equality by nature.
 
 use super::walk::{Event, Walk, bodies, each_stmt};
@@ -96,7 +97,7 @@ fn same_index(a: &Expr, b: &Expr) -> bool {
 fn equality(e: &Expr, found: &mut Findings<'_>) {
     let ExprKind::Binary(op @ (BinaryOp::Eq | BinaryOp::Ne), a, b) = &e.kind else { return };
     let real = |t: Type| t == Type::FLOAT || t.is_triple();
-    if !real(a.ty) || !real(b.ty) || exact(a) || exact(b) || is_same(a, b) {
+    if !real(a.ty) || !real(b.ty) || exact(a) || exact(b) || !(computed(a) || computed(b)) {
         return;
     }
     let symbol = if *op == BinaryOp::Eq { "==" } else { "!=" };
@@ -108,10 +109,14 @@ fn equality(e: &Expr, found: &mut Findings<'_>) {
     found.report(codes::float_equality(span, symbol, literal, triple));
 }
 
-/// Whether both read the same part of the same variable: they are equal unless it is NaN.
-fn is_same(a: &Expr, b: &Expr) -> bool {
-    match (&a.kind, &b.kind) {
-        (ExprKind::Read(a), ExprKind::Read(b)) => a.var == b.var && same_path(a, b),
+/// Whether the value comes from arithmetic or a function, here where it is compared.
+fn computed(e: &Expr) -> bool {
+    match &e.kind {
+        ExprKind::Binary(..) | ExprKind::Builtin(_) | ExprKind::Call(..) => true,
+        ExprKind::Convert(inner) | ExprKind::Unary(_, inner) => computed(inner),
+        ExprKind::Triple(parts) => parts.iter().any(computed),
+        ExprKind::Ternary(_, a, b) => computed(a) || computed(b),
+        ExprKind::Comma(list) => list.last().is_some_and(computed),
         _ => false,
     }
 }

@@ -19,6 +19,8 @@ impl Resolver<'_> {
         for pair in args.get(n_params..).unwrap_or_default().chunks_exact(2) {
             let [name, value] = pair else { continue };
             match &name.kind {
+                // An empty name is no option: renderers skip it.
+                ExprKind::Str(text) if text.is_empty() => {}
                 ExprKind::Str(text) => self.check_option(text, name, value),
                 _ => self.report(errors::open_option(name.span, function)),
             }

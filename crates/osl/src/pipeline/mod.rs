@@ -70,10 +70,8 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
 /// What the lints find in a file without errors, whatever their level; nothing in a file with errors.
 pub fn lint(checked: &Checked, options: &lint::Options) -> Vec<Diagnostic> {
     let Some(program) = checked.program.as_ref().filter(|_| !checked.compiled) else { return Vec::new() };
-    let mut found = lint::run(&checked.ast, program, &checked.sources, options);
-    let silenced = |at: u32| checked.nowarn.iter().any(|s| s.start <= at && at < s.end);
-    found.retain(|d| !silenced(d.span.start));
-    found
+    let options = lint::Options { silenced: checked.nowarn.clone(), ..options.clone() };
+    lint::run(&checked.ast, program, &checked.sources, &options)
 }
 
 /// A program with its way there.

@@ -37,7 +37,7 @@ impl LintArgs {
 
 /// A checked file's diagnostics and its lints of at least this level, as the command line wants them.
 pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs) -> Vec<Diagnostic> {
-    let options = lint::Options { known_spaces: args.known_space.clone() };
+    let options = lint::Options { known_spaces: args.known_space.clone(), ..lint::Options::default() };
     let mut list = sift(checked.diagnostics.clone(), args);
     let mut explained: Vec<Code> = Vec::new();
     for found in pipeline::lint(checked, &options) {
@@ -50,6 +50,7 @@ pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs) -> Vec<Dia
         }
         list.push(found);
     }
+    lint::once_a_name(&mut list);
     list
 }
 
