@@ -74,6 +74,17 @@ pub enum Item {
     Shader(Arc<ShaderDecl>),
 }
 
+impl Item {
+    /// The whole declaration.
+    pub fn span(&self) -> Span {
+        match self {
+            Item::Struct(decl) => decl.span,
+            Item::Function(decl) => decl.span,
+            Item::Shader(decl) => decl.span,
+        }
+    }
+}
+
 /// `struct name { fields };`
 #[derive(Clone, Debug)]
 pub struct StructDecl {

@@ -14,7 +14,12 @@ pub(crate) use quirks::*;
 pub use syntax::too_many_errors;
 pub(crate) use syntax::*;
 
-use crate::diagnostic::Code;
+use crate::diagnostic::{Code, Diagnostic};
+
+/// Whether a diagnostic is what the reference calls a syntax error: it reads no further.
+pub fn is_of_syntax(d: &Diagnostic) -> bool {
+    d.is_error() && [SYNTAX, UNCLOSED, STRAY_CLOSER, NOT_ASSIGNABLE, NOT_INDEXABLE].contains(&d.code)
+}
 
 /// Every code of this crate, in order of its number.
 pub const CODES: &[Code] = &[

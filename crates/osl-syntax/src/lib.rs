@@ -28,11 +28,24 @@ use source::{SourceMap, SourceProvider};
 use span::Span;
 use token::Token;
 
+/// How often a mistake is reported.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reports {
+    /// Every mistake, once.
+    #[default]
+    Once,
+    /// As often as the reference reports it, for scripts that count its lines: nothing after the first syntax error, one
+    /// error for each format, and an expression with an error once more where it is assigned, returned or passed.
+    AsReference,
+}
+
 /// How to read a file, and how much of it.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// Accept exactly what `oslc` accepts: quirks are errors.
     pub strict: bool,
+    /// How often a mistake is reported.
+    pub reports: Reports,
     /// Macros to define first, as `-Dname=value` does.
     pub defines: Vec<(String, String)>,
     /// Files within files, at most.
@@ -60,6 +73,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             strict: false,
+            reports: Reports::Once,
             defines: Vec::new(),
             max_include_depth: 64,
             max_includes: 4096,
@@ -87,12 +101,26 @@ pub struct Parsed {
     pub diagnostics: Vec<Diagnostic>,
     /// Lines on which `#pragma osl nowarn` drops warnings, also those of later stages.
     pub nowarn: Vec<Span>,
+    /// What stands before the first syntax error.
+    before_error: Option<Ast>,
+    /// Whether preprocessing met no error.
+    preprocessed: bool,
 }
 
 impl Parsed {
     /// Whether a diagnostic is a warning that `#pragma osl nowarn` drops.
     pub fn is_silenced(&self, d: &Diagnostic) -> bool {
         !d.is_error() && self.nowarn.iter().any(|s| s.start <= d.span.start && d.span.start < s.end)
+    }
+
+    /// The declarations that can be resolved in spite of errors: all, or those before the first syntax error, with
+    /// whether they are all. `None` where preprocessing failed: names would be missing that nobody forgot.
+    pub fn sound(&self) -> Option<(&Ast, bool)> {
+        match (&self.before_error, self.preprocessed) {
+            (_, false) => None,
+            (Some(before), true) => Some((before, false)),
+            (None, true) => Some((&self.ast, true)),
+        }
     }
 
     /// Whether an error was found.
@@ -116,14 +144,33 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).take(listed).collect();
     let whole = !pre.diagnostics.list.iter().any(Diagnostic::is_error);
     let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
-    let (ast, diagnostics) = lost.unwrap_or_else(|| parser::parse(stream, options, &pre.sources));
+    let (ast, before_error, mut diagnostics) = match lost {
+        Some((ast, diagnostics)) => (ast, parser::before_failure(&stream, options), diagnostics),
+        None => parser::parse(stream, options, &pre.sources),
+    };
+    let stop = diagnostics.iter().filter(|d| errors::is_of_syntax(d)).map(|d| d.span.start).min();
+    if let Some(stop) = stop.filter(|_| options.reports == Reports::AsReference) {
+        let mut first = true;
+        diagnostics.retain(|d| {
+            d.span.start < stop
+                || (errors::is_of_syntax(d) && d.span.start == stop && std::mem::take(&mut first))
+        });
+    }
+    let preprocessed = !pre.stopped && !pre.diagnostics.list.iter().any(Diagnostic::is_error);
     let mut found = pre.diagnostics;
     if !pre.stopped {
         let told = lines_with_errors(&found.list, &pre.sources);
         diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)).for_each(|d| found.push(d));
     }
-    let mut parsed =
-        Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), nowarn: pre.nowarn };
+    let mut parsed = Parsed {
+        ast,
+        sources: pre.sources,
+        tokens: listing,
+        diagnostics: Vec::new(),
+        nowarn: pre.nowarn,
+        before_error,
+        preprocessed,
+    };
     if !found.list.iter().any(|d| d.code == errors::TOO_MANY_ERRORS) {
         found.list.extend(found.dropped.map(|span| errors::too_many_errors(span, options.max_diagnostics)));
     }

@@ -49,6 +49,16 @@ pub(crate) struct Failure {
 
 /// One run of the parser, without recovery.
 pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sink), (Failure, Sink)> {
+    run(stream, options).map_err(|(failure, _, found)| (failure, found))
+}
+
+/// The declarations before the first failure; `None` if there is none.
+pub(crate) fn before_failure(stream: &Stream, options: &Options) -> Option<Ast> {
+    run(stream, options).err().map(|(_, before, _)| before)
+}
+
+/// One run of the parser; a failure comes with the declarations before it.
+fn run(stream: &Stream, options: &Options) -> Result<(Ast, Sink), (Failure, Ast, Sink)> {
     let mut builder = Builder::new(&stream.tokens, &stream.spans, options);
     let tokens = stream.tokens.iter().enumerate().map(|(n, t)| (n as u32, t.clone(), n as u32 + 1));
     match grammar::UnitParser::new().parse(&mut builder, tokens) {
@@ -61,7 +71,7 @@ pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sin
                 ParseError::InvalidToken { location } => (location as usize, Vec::new()),
                 ParseError::User { .. } => (stream.tokens.len(), Vec::new()),
             };
-            Err((Failure { at, expected }, builder.diagnostics))
+            Err((Failure { at, expected }, builder.ast, builder.diagnostics))
         }
     }
 }
@@ -69,20 +79,27 @@ pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sin
 /// Tokens that recovery may read over and over, in all. Small files never come near it.
 const RECOVERY_WORK: usize = 1 << 22;
 
-/// Parses with recovery: every error is reported, and the tree holds what is sound.
-pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) -> (Ast, Vec<Diagnostic>) {
+/// Parses with recovery: every error is reported, and the tree holds what is sound. The second tree is what stands
+/// before the first failure.
+pub(crate) fn parse(
+    mut stream: Stream,
+    options: &Options,
+    sources: &SourceMap,
+) -> (Ast, Option<Ast>, Vec<Diagnostic>) {
     let mut reported = Vec::new();
+    let mut before_failure = None;
     let mut furthest = None;
     let mut work = 0;
     loop {
-        let (failure, found) = match parse_once(&stream, options) {
+        let (failure, before, found) = match run(&stream, options) {
             Ok((ast, found)) => {
                 reported.extend(found.list);
                 reported.extend(found.dropped.map(|at| errors::too_many_errors(at, options.max_diagnostics)));
-                return (ast, reported);
+                return (ast, before_failure, reported);
             }
             Err(failed) => failed,
         };
+        before_failure.get_or_insert(before);
         // A stand-in that does not fit is the error before it again; what is behind was not read yet.
         let stand_in =
             matches!(stream.tokens.get(failure.at), Some(Token::Stray | Token::Bad | Token::BadExpr));
@@ -98,6 +115,6 @@ pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) 
             continue;
         }
         reported.extend(found.list);
-        return (Ast::default(), reported);
+        return (Ast::default(), before_failure, reported);
     }
 }

@@ -41,10 +41,8 @@ fn prints(dir: &Path, name: &str, args: &[&str]) -> String {
 fn a_script_compiles_lists_and_shades() {
     let dir = folder();
     let dir = dir.path();
-    assert_eq!(
-        prints(dir, "oslc", &["noisy.osl", "add.osl"]),
-        "Compiled noisy.osl -> noisy.oso\nCompiled add.osl -> add.oso\n"
-    );
+    assert_eq!(prints(dir, "oslc", &["noisy.osl"]), "Compiled noisy.osl -> noisy.oso\n");
+    assert_eq!(prints(dir, "oslc", &["add.osl"]), "Compiled add.osl -> add.oso\n");
     std::fs::remove_file(dir.join("noisy.osl")).unwrap();
     std::fs::remove_file(dir.join("add.osl")).unwrap();
     assert_eq!(
@@ -121,20 +119,27 @@ fn options_of_oslc() {
         ),
         "Compiled h.osl -> o.oso\n"
     );
-    assert_eq!(std::fs::read_to_string(dir.join("o.d")).unwrap(), "t: h.osl \\\n  inc/half.h\n");
+    assert_eq!(std::fs::read_to_string(dir.join("h.d")).unwrap(), "t: h.osl \\\n  inc/half.h\n");
     assert_eq!(prints(dir, "oslc", &["-Iinc", "-DK=2.0", "-M", "-MF", "dep", "h.osl"]), "");
-    assert!(dir.join("dep").is_file() && !dir.join("h.oso").exists());
+    assert!(dir.join("dep").is_file() && dir.join("h.oso").is_file());
     for quiet in [["-v", "-O2"], ["-d", "-O0"], ["-buffer", "-O1"], ["-embed-source", "-O"], ["-MMD", "-q"]] {
         prints(dir, "oslc", &[&quiet[..], &["-Iinc", "-DK=2.0", "h.osl"]].concat());
     }
-    prints(dir, "oslc", &["-MM", "-Iinc", "-DK=2.0", "h.osl"]);
+    assert_eq!(prints(dir, "oslc", &["-MM", "-Iinc", "-DK=2.0", "h.osl"]), "h.oso: h.osl \\\n  inc/half.h\n");
     std::fs::write(dir.join("w.osl"), "shader w(output int r = 0) { r = 2.5; }\n").unwrap();
     let (code, _, err) = tool(dir, "oslc", &["w.osl"]);
     assert!(code == 0 && err.contains("w.osl:1: warning: "), "{err}");
     let (code, out, err) = tool(dir, "oslc", &["-Werror", "w.osl"]);
     assert!(code == 1 && out == "FAILED w.osl\n" && err.contains("w.osl:1: error: "), "{err}");
-    let (code, _, err) = tool(dir, "oslc", &["--what", "w.osl"]);
-    assert!(code == 1 && err.contains("unknown option \"--what\""), "{err}");
+    let (code, out, err) = tool(dir, "oslc", &["w.osl", "--what"]);
+    assert_eq!(
+        (code, out.as_str(), err.as_str()),
+        (1, "FAILED --what\n", "error: Input file \"--what\" not found\n")
+    );
+    let (code, out, _) = tool(dir, "oslc", &["--what", "-Wall", "h.osl", "w.osl"]);
+    assert_eq!((code, out.as_str()), (0, "Compiled w.osl -> w.oso\n"));
+    let (code, _, err) = tool(dir, "oslc", &["-q"]);
+    assert_eq!((code, err.as_str()), (1, "error: no shader file is named\n"));
     let (code, _, err) = tool(dir, "oslc", &["-o"]);
     assert!(code == 1 && err.contains("needs a word"), "{err}");
     for help in ["--help", "-h"] {
@@ -388,5 +393,95 @@ fn renderer_of_testshade() {
     ] {
         let (code, _, err) = tool(dir, "testshade", bad);
         assert!(code == 1 && err.contains(says), "{bad:?}\n{err}");
+    }
+}
+
+/// A folder with files.
+fn files(list: &[(&str, &str)]) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, text) in list {
+        let path = dir.path().join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    }
+    dir
+}
+
+#[test]
+fn rules_for_make() {
+    let dir = files(&[
+        (
+            "sub dir/s.osl",
+            "#include \"a.h\"\n#include <vector2.h>\nshader made(output vector2 o = {A, 1}) {}\n",
+        ),
+        ("inc/a.h", "#include \"b.h\"\n#define A B\n"),
+        ("inc/b.h", "#define B M_PI\n"),
+        ("own/stdosl.h", "#define M_PI 3\n"),
+        ("bad.osl", "shader bad() { nothing(); }\n"),
+    ]);
+    let dir = dir.path();
+    let source = "sub dir/s.osl";
+    // The standard header is named only where it is a file.
+    for (option, own, header) in [
+        ("-M", "-Iown", "  own/stdosl.h \\\n"),
+        ("-MM", "-Iown", ""),
+        ("--dependencies", "-Iinc", ""),
+        ("--user-dependencies", "-Iown", ""),
+    ] {
+        let text = format!("sub\\ dir/s.oso: sub\\ dir/s.osl \\\n{header}  inc/a.h \\\n  inc/b.h\n");
+        assert_eq!(prints(dir, "oslc", &[option, own, "-Iinc", source]), text, "{option}");
+    }
+    assert!(dir.join("made.oso").is_file(), "a rule that is printed does not stop the compiler");
+    for option in ["-MD", "-MMD", "--write-dependencies", "--write-user-dependencies"] {
+        assert_eq!(
+            prints(dir, "oslc", &[option, "-Iinc", source]),
+            format!("Compiled {source} -> made.oso\n")
+        );
+        assert!(std::fs::read_to_string(dir.join("sub dir/s.d")).unwrap().starts_with("sub\\ dir/s.oso: "));
+        std::fs::remove_file(dir.join("sub dir/s.d")).unwrap();
+    }
+    prints(dir, "oslc", &["-q", "-Iinc", "-MTa b", "-MFglued", "-MMD", source]);
+    assert!(std::fs::read_to_string(dir.join("glued")).unwrap().starts_with("a b: "));
+    let (code, out, _) = tool(dir, "oslc", &["-MMD", "bad.osl"]);
+    assert_eq!((code, out.as_str()), (1, "FAILED bad.osl\n"));
+    assert!(!dir.join("bad.d").exists());
+}
+
+#[test]
+fn errors_as_often_as_the_reference_reports_them() {
+    // The lines of errors and warnings, in order.
+    for (text, lines) in [
+        // What stands before a syntax error is checked, what stands after it is not.
+        (
+            "float f() { return \"a\"; }\nfloat g() { return 1 }\nfloat h() { return \"a\"; }\nshader s() {}\n",
+            "1e 2e",
+        ),
+        (
+            "float f() { return \"a\"; }\nfloat g() { return f().x; }\nfloat h() { return \"a\"; }\nshader s() {}\n",
+            "1e 2e",
+        ),
+        ("float f() { return }\nfloat g() { return }\nshader s() {}\n", "1e"),
+        // Lists that are empty are no errors of syntax.
+        (
+            "color f() { return {}; }\nfloat g() { return \"a\"; }\nshader s() { float x[2] = {}; }\n",
+            "1e 2e 3e",
+        ),
+        // A failed expression counts again where it is assigned, passed or returned; a name only within functions.
+        ("float f() { return none; }\nshader s() { float x = none; }\n", "1e 1e 2e"),
+        ("shader s(output float o = 0) {\no = \"a\" * 2;\nprintf(\"%g\", \"a\" * 2);\n}\n", "2e 2e 3e 3e"),
+        ("shader s() { color c = color(1, 2); }\n", "1e 1e"),
+        // No lints.
+        (
+            "int n(int l[2]) { l[0] = 1; return l[0] / 0; }\nint m(int k) { k = 1; return k; }\nshader s() {}\n",
+            "2w",
+        ),
+    ] {
+        let dir = files(&[("s.osl", text)]);
+        let (_, _, err) = tool(dir.path(), "oslc", &["s.osl"]);
+        let place = |line: &str| {
+            let mut parts = line.strip_prefix("s.osl:")?.split(": ");
+            Some(format!("{}{}", parts.next()?, parts.next()?.get(..1)?))
+        };
+        assert_eq!(err.lines().filter_map(place).collect::<Vec<_>>().join(" "), lines, "{text}{err}");
     }
 }

@@ -293,11 +293,17 @@ impl Resolver<'_> {
         let clash = match self.scope().symbols.get_mut(&name) {
             Some(Symbol::Var(id)) => Some(*id),
             Some(Symbol::Functions(list)) => {
-                redefined = list.iter().find(|f| same(f) && f.id.is_some()).map(|f| f.span);
-                list.retain(|f| !same(f));
-                full = list.len() >= MAX_OVERLOADS;
-                if !full {
-                    list.push(symbol.clone());
+                let earlier = list.iter().find(|f| same(f) && (f.id.is_some() || f.operation)).cloned();
+                let is_prototype = symbol.id.is_none() && !symbol.operation;
+                // A prototype after the body says nothing new.
+                if !is_prototype || earlier.is_none() {
+                    let with_body = earlier.filter(|f| f.id.is_some() && symbol.id.is_some());
+                    redefined = with_body.map(|f| f.span);
+                    list.retain(|f| !same(f));
+                    full = list.len() >= MAX_OVERLOADS;
+                    if !full {
+                        list.push(symbol.clone());
+                    }
                 }
                 None
             }
@@ -313,7 +319,8 @@ impl Resolver<'_> {
         if full {
             self.report(errors::too_many_overloads(symbol.span, &name, MAX_OVERLOADS));
         }
-        if self.scopes.len() == 1 && !symbol.operation && redefines_builtin(&symbol) {
+        let takes_place = redefined.is_none() && symbol.id.is_some() && self.scopes.len() == 1;
+        if takes_place && !symbol.operation && redefines_builtin(&symbol) {
             let message = format!("function `{name}` takes the place of a built-in one");
             let d = Diagnostic::warning(errors::REDEFINED, symbol.span, message)
                 .label("this one is called from here on");

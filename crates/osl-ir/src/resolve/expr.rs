@@ -7,6 +7,7 @@ use super::operators;
 use crate::builtins;
 use crate::hir::{Arg, Expr, ExprKind, Init};
 use crate::types::{Base, Type};
+use osl_syntax::Reports;
 use osl_syntax::ast::{self, BinaryOp, ExprId, UnaryOp};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
@@ -283,6 +284,7 @@ impl Resolver<'_> {
             )
             .help(constructor_help(ty));
             self.report(d);
+            let ty = if self.reports == Reports::AsReference { Type::ERROR } else { ty };
             return Expr { ty, kind: ExprKind::Error, span };
         };
         self.constructed(shape, ty, values, span)

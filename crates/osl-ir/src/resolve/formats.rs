@@ -6,6 +6,7 @@ use super::errors;
 use super::{MAX_DIAGNOSTICS, Resolver};
 use crate::hir::{Expr, ExprKind};
 use crate::types::{Base, Type};
+use osl_syntax::Reports;
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
 
@@ -36,11 +37,15 @@ impl Resolver<'_> {
             return self.report(errors::open_format(format.span, function));
         };
         let conversions = conversions(text);
+        let n_errors = self.n_errors;
         for (conversion, value) in conversions.iter().zip(values) {
             if self.n_errors > MAX_DIAGNOSTICS {
                 return;
             }
             self.check_conversion(format.span, text, conversion, value);
+            if self.reports == Reports::AsReference && self.n_errors > n_errors {
+                return;
+            }
         }
         if conversions.len() != values.len() {
             let first_extra = values.get(conversions.len()).map(|value| value.span);

@@ -149,6 +149,9 @@ impl Resolver<'_> {
 
     /// The value as one of type `to`. Reports where it cannot be; `loss` says what of float to int.
     pub(super) fn convert(&mut self, to: Type, value: Expr, loss: Loss) -> Expr {
+        if value.ty.is_error() && !to.is_error() {
+            self.report_again(value.span, "assigned or returned");
+        }
         if to.is_error() || value.ty.is_error() {
             return value;
         }

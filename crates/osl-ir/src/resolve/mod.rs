@@ -26,6 +26,7 @@ pub(crate) use init::convert_to;
 use crate::builtins::{Param, ParamType, Signature, Tail};
 use crate::hir::{self, Function, GLOBALS, Program, Var, VarId, VarKind};
 use crate::types::{StructTable, Type};
+use osl_syntax::Reports;
 use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::errors::too_many_errors;
@@ -49,9 +50,14 @@ pub struct Resolved {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Resolves a translation unit.
+/// Resolves a translation unit, and reports every mistake once.
 pub fn resolve(ast: &Ast) -> Resolved {
-    let mut resolver = Resolver::new(ast);
+    resolve_with(ast, Reports::Once)
+}
+
+/// Resolves a translation unit.
+pub fn resolve_with(ast: &Ast, reports: Reports) -> Resolved {
+    let mut resolver = Resolver::new(ast, reports);
     let shader = resolver.items();
     let Resolver { structs, vars, functions, mut diagnostics, dropped, .. } = resolver;
     diagnostics.extend(dropped.map(|span| too_many_errors(span, MAX_DIAGNOSTICS)));
@@ -117,6 +123,7 @@ struct Contents {
 
 struct Resolver<'a> {
     ast: &'a Ast,
+    reports: Reports,
     structs: StructTable,
     vars: Vec<Var>,
     functions: Vec<Function>,
@@ -135,9 +142,10 @@ struct Resolver<'a> {
 }
 
 impl<'a> Resolver<'a> {
-    fn new(ast: &'a Ast) -> Self {
+    fn new(ast: &'a Ast, reports: Reports) -> Self {
         let mut resolver = Resolver {
             ast,
+            reports,
             structs: StructTable::default(),
             vars: Vec::new(),
             functions: Vec::new(),
@@ -168,6 +176,22 @@ impl<'a> Resolver<'a> {
             return;
         }
         self.diagnostics.push(diagnostic);
+    }
+
+    /// Reports an expression that has an error once more, where it is used, if the reference does. In a shader's body the
+    /// reference looks at types only if all names are known.
+    fn report_again(&mut self, value: Span, use_of_it: &str) {
+        if self.reports != Reports::AsReference {
+            return;
+        }
+        let within = |d: &&Diagnostic| d.is_error() && value.start <= d.span.start && d.span.end <= value.end;
+        let Some(cause) = self.diagnostics.iter().rev().find(within) else { return };
+        let of_name = [errors::UNKNOWN_NAME, errors::UNKNOWN_TYPE, errors::WRONG_KIND_OF_NAME];
+        if self.context.ret.is_none() && of_name.contains(&cause.code) {
+            return;
+        }
+        let (code, message) = (cause.code, format!("an expression that has an error is {use_of_it}"));
+        self.report(Diagnostic::error(code, value, message));
     }
 
     /// Whether a further warning would be dropped. Errors have a limit of their own.

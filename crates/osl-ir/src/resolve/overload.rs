@@ -131,7 +131,16 @@ impl Resolver<'_> {
             self.unknown(name.span, "function", &name.text);
             return error;
         }
-        if given.iter().any(|g| matches!(g, Given::Value(v) if v.ty.is_error())) {
+        let mut failed = false;
+        for g in &given {
+            if let Given::Value(v) = g
+                && v.ty.is_error()
+            {
+                failed = true;
+                self.report_again(v.span, "an argument");
+            }
+        }
+        if failed {
             return error;
         }
         match self.choose(&name.text, name.span, candidates, &given, expected) {
@@ -187,6 +196,9 @@ impl Resolver<'_> {
                 args.len()
             );
             self.report(Diagnostic::error(errors::BAD_CONSTRUCTOR, span, message));
+            if args.len() > fields.len() {
+                self.report_again(span, "assigned or returned");
+            }
             return Expr { ty, kind: ExprKind::Error, span };
         }
         let parts = fields.iter().zip(args).map(|(ty, e)| self.field_init(*ty, *e)).collect();

@@ -5,6 +5,7 @@ use super::init::is_operand;
 use super::{MAX_INDEX_NESTING, Resolver};
 use crate::hir::{Expr, ExprKind, GLOBALS, Place, Step, VarId, VarKind};
 use crate::types::{Base, Extent, Type};
+use osl_syntax::Reports;
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
@@ -208,6 +209,10 @@ impl Resolver<'_> {
                 if GLOBALS.iter().any(|(g, _, _, writable)| *g == global && !*writable) =>
             {
                 errors::WRITES_READ_ONLY
+            }
+            // The reference is silent about arrays.
+            VarKind::Formal { output: false } if v.ty.is_array() && self.reports == Reports::AsReference => {
+                return;
             }
             VarKind::Formal { output: false } => errors::WRITES_READ_ONLY,
             _ => return,

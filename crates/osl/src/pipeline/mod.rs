@@ -14,11 +14,11 @@ use osl_ir::lower;
 use osl_ir::oso::{self, Read};
 use osl_ir::params::{self, ParamValues};
 use osl_ir::passes::{self, Report};
-use osl_syntax::ast::Ast;
+use osl_syntax::ast::{Ast, Item};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
 use osl_syntax::span::Span;
-use osl_syntax::{Options, Parsed};
+use osl_syntax::{Options, Parsed, Reports};
 
 /// A file that was read and resolved, with or without errors.
 pub struct Checked {
@@ -55,16 +55,42 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         };
     }
     let parsed = osl_syntax::parse(name, text, provider, options);
-    let resolved = (!parsed.has_errors()).then(|| osl_ir::resolve::resolve(&parsed.ast));
-    let (program, more) = match resolved {
-        Some(resolved) => (resolved.program, resolved.diagnostics),
-        None => (None, Vec::new()),
-    };
-    let more: Vec<Diagnostic> = more.into_iter().filter(|d| !parsed.is_silenced(d)).collect();
+    let (program, more) = resolve(&parsed, options.reports);
     let Parsed { sources, mut diagnostics, ast, nowarn, .. } = parsed;
+    let ordered = diagnostics.iter().any(Diagnostic::is_error) && !more.is_empty();
     diagnostics.extend(more);
+    if ordered {
+        diagnostics.sort_by_key(|d| d.span.start);
+    }
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     Checked { sources, diagnostics, program: program.filter(|_| !failed), ast, nowarn, compiled: false }
+}
+
+/// Resolves what parsing could make sense of. An error of syntax does not hide those of types.
+fn resolve(parsed: &Parsed, reports: Reports) -> (Option<hir::Program>, Vec<Diagnostic>) {
+    let Some((ast, mut whole)) = parsed.sound() else { return (None, Vec::new()) };
+    let stop = match reports {
+        Reports::AsReference => parsed.diagnostics.iter().find(|d| osl_syntax::errors::is_of_syntax(d)),
+        Reports::Once => None,
+    };
+    let holds = |item: &Item| {
+        stop.is_some_and(|d| item.span().start <= d.span.start && d.span.start < item.span().end)
+    };
+    let resolved = match ast.items.iter().position(holds) {
+        Some(n) => {
+            whole = false;
+            let mut before = ast.clone();
+            before.items.truncate(n);
+            osl_ir::resolve::resolve_with(&before, reports)
+        }
+        None => osl_ir::resolve::resolve_with(ast, reports),
+    };
+    let said = |d: &Diagnostic| {
+        let at = |e: &&Diagnostic| e.is_error() && e.span.start < d.span.end && d.span.start < e.span.end;
+        parsed.diagnostics.iter().any(|e| at(&e)) || (!whole && d.code == osl_ir::resolve::errors::NO_SHADER)
+    };
+    let more = resolved.diagnostics.into_iter().filter(|d| !parsed.is_silenced(d) && !said(d));
+    (resolved.program, more.collect())
 }
 
 /// What the lints find in a file without errors, whatever their level; nothing in a file with errors.

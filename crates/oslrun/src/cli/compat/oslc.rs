@@ -1,103 +1,184 @@
-//! `oslc`: compiles shaders to `.oso` files.
+//! `oslc`: compiles a shader to a `.oso` file.
+//!
+//! Every argument that is no option names the file; the last one counts. Diagnostics have the form `FILE:LINE: error: …`,
+//! each as often as the reference reports it, and none is a lint of ours.
 
 use super::Console;
 use crate::cli::args::ReadArgs;
 use crate::cli::input;
 use crate::pipeline::{self, Checked};
 use osl_ir::oso;
+use osl_syntax::Reports;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use std::path::{Path, PathBuf};
 
-const HELP: &str = "oslc [options] file…
-Compile shaders to .oso files.
+const HELP: &str = "oslc [options] FILE
+Compile a shader to a .oso file.
 
 Options:
-  --help           Print this
-  -o FILE          Name of the compiled shader
-  -v               Say more
-  -q               Say nothing of what is compiled
-  -IDIR            Folder to look for #include files in
-  -DNAME[=VALUE]   Define a macro
-  -UNAME           Forget a macro
-  -E               Print the preprocessed source
-  -Werror          Make errors of warnings
-  -MD, -MMD        Write the files that were read beside the compiled shader, as a rule for make
-  -M, -MM          The same, and compile nothing
-  -MF FILE         Name of the file of that rule
-  -MT NAME         Name of its target
+  --help            Print this
+  -o FILE           Name of the compiled shader; else the shader's name with .oso, in the working directory
+  -q                Say nothing of what is compiled
+  -IDIR             Folder to look for #include files in
+  -DNAME[=VALUE]    Define a macro
+  -UNAME            Forget a macro
+  -E                Print the preprocessed source
+  -Werror           Make errors of warnings
+  -M, -MM           Print the files that were read as a rule for make, and compile silently; -MM leaves stdosl.h out
+  -MD, -MMD         The same into a file: that of the source with the ending .d
+  -MF FILE          Name of the file of that rule
+  -MT NAME          Name of its target; else that of -o, else the source with the ending .oso
+  --dependencies, --user-dependencies, --write-dependencies, --write-user-dependencies
+                    Long names of -M, -MM, -MD, -MMD
 
-Accepted and without effect: -O -O0 -O1 -O2 -d -buffer -embed-source
+-MF and -MT take their word apart or glued. An unknown option counts as the name of the file, and the last name counts.
+
+Accepted and without effect: -O -O0 -O1 -O2 -d -v -buffer -embed-source
 ";
+
+/// Warnings of ours that the reference does not have: lints, and notes on what it accepts silently.
+const OURS: [&str; 7] = ["W0207", "W0209", "W0210", "W0211", "W0212", "W0213", "W0214"];
+
+/// A rule for make.
+#[derive(Default)]
+struct Rule {
+    wanted: bool,
+    /// Into a file, rather than to the standard output.
+    to_file: bool,
+    /// Whether it names `stdosl.h`.
+    standard: bool,
+    file: Option<PathBuf>,
+    target: Option<String>,
+}
 
 #[derive(Default)]
 struct Job {
+    file: Option<PathBuf>,
     output: Option<PathBuf>,
     quiet: bool,
     preprocess: bool,
     werror: bool,
-    rule: bool,
-    rule_only: bool,
-    rule_file: Option<PathBuf>,
-    rule_target: Option<String>,
+    rule: Rule,
     read: ReadArgs,
 }
 
 /// Runs the tool.
 pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
-    let (mut job, mut files) = (Job::default(), Vec::new());
-    let mut rest = args.iter();
-    if args.is_empty() {
+    if args.is_empty() || args.iter().any(|a| ["--help", "-help", "-h"].contains(&a.as_str())) {
         let _ = write!(console.out, "{HELP}");
+        return 0;
     }
+    let mut job = Job::default();
+    let mut rest = args.iter();
     while let Some(arg) = rest.next() {
-        let Some(option) = arg.strip_prefix("--").or_else(|| arg.strip_prefix('-')) else {
-            files.push(PathBuf::from(arg));
-            continue;
+        let word = match arg.as_str() {
+            "-o" | "-MF" | "-MT" => rest.next().map(String::as_str).ok_or(arg),
+            _ => Ok(""),
         };
-        let mut word = || rest.next().cloned().ok_or_else(|| format!("oslc: {arg} needs a word behind it"));
-        let result = match option {
-            "help" | "h" => {
-                let _ = write!(console.out, "{HELP}");
-                return 0;
+        match word {
+            Ok(word) => job.argument(arg, word),
+            Err(option) => {
+                let _ = writeln!(console.err, "error: {option} needs a word after it");
+                return 1;
             }
-            "o" => word().map(|w| job.output = Some(w.into())),
-            "MF" => word().map(|w| job.rule_file = Some(w.into())),
-            "MT" => word().map(|w| job.rule_target = Some(w)),
-            _ => flag(&mut job, arg, option),
-        };
-        if let Err(why) = result {
-            let _ = writeln!(console.err, "{why}");
-            return 1;
         }
     }
-    // As the tool does it, the first file that fails ends the run.
-    u8::from(!files.iter().all(|file| compile(file, &job, console)))
+    let Some(file) = job.file.take() else {
+        let _ = writeln!(console.err, "error: no shader file is named");
+        return 1;
+    };
+    u8::from(!compile(&file, &job, console))
 }
 
-fn flag(job: &mut Job, arg: &str, option: &str) -> Result<(), String> {
-    match option {
-        "q" => job.quiet = true,
-        "E" => job.preprocess = true,
-        "Werror" => job.werror = true,
-        "MD" | "MMD" => job.rule = true,
-        "M" | "MM" => (job.rule, job.rule_only) = (true, true),
-        "v" | "d" | "O" | "O0" | "O1" | "O2" | "buffer" | "embed-source" => {}
-        _ => match (option.get(..1), option.get(1..)) {
-            (Some("I"), Some(folder)) => job.read.include.push(folder.into()),
-            (Some("D"), Some(define)) => job.read.define.push(define.to_string()),
-            (Some("U"), Some(name)) => job.read.define.retain(|d| d.split('=').next() != Some(name)),
-            _ => return Err(format!("oslc: unknown option \"{arg}\" (oslc --help lists what there is)")),
-        },
+impl Job {
+    /// Takes one argument, and the word after it where the option has one.
+    fn argument(&mut self, arg: &str, word: &str) {
+        let long = arg.strip_prefix('-').filter(|rest| rest.starts_with('-')).unwrap_or(arg);
+        match long {
+            "-o" => self.output = Some(word.into()),
+            "-MF" if arg == long => self.rule.file = Some(word.into()),
+            "-MT" if arg == long => self.rule.target = Some(word.to_string()),
+            "-q" => self.quiet = true,
+            "-E" => self.preprocess = true,
+            "-Werror" => self.werror = true,
+            "-M" | "-dependencies" => self.rule.ask(false, true),
+            "-MM" | "-user-dependencies" => self.rule.ask(false, false),
+            "-MD" | "-write-dependencies" => self.rule.ask(true, true),
+            "-MMD" | "-write-user-dependencies" => self.rule.ask(true, false),
+            "-v" | "-d" | "-O" | "-O0" | "-O1" | "-O2" | "-buffer" | "-embed-source" => {}
+            _ => self.glued(arg),
+        }
     }
-    Ok(())
+
+    /// Options that are glued to their word; what is none is the file.
+    fn glued(&mut self, arg: &str) {
+        let after = |option| arg.strip_prefix(option).map(str::to_string);
+        if let Some(name) = after("-MF") {
+            self.rule.file = Some(name.into());
+        } else if let Some(name) = after("-MT") {
+            self.rule.target = Some(name);
+        } else if let Some(folder) = after("-I") {
+            self.read.include.push(folder.into());
+        } else if let Some(define) = after("-D") {
+            self.read.define.push(define);
+        } else if let Some(name) = after("-U") {
+            self.read.define.retain(|d| d.split('=').next() != Some(name.as_str()));
+        } else {
+            self.file = Some(arg.into());
+        }
+    }
+}
+
+impl Rule {
+    fn ask(&mut self, to_file: bool, standard: bool) {
+        *self = Rule { wanted: true, to_file, standard, file: self.file.take(), target: self.target.take() };
+    }
+
+    /// Whether the rule is all that the tool prints.
+    fn is_printed(&self) -> bool {
+        self.wanted && !self.to_file
+    }
+
+    /// Prints the files that were read, or writes them to a file.
+    fn write(
+        &self,
+        source: &Path,
+        job: &Job,
+        sources: &SourceMap,
+        console: &mut Console<'_>,
+    ) -> Result<(), String> {
+        let output = job.output.clone().unwrap_or_else(|| source.with_extension("oso"));
+        let target = self.target.clone().unwrap_or_else(|| escaped(&output.display().to_string()));
+        // A header that is part of this program is no file, and make would stop at a name without one.
+        let is_wanted = |path: &&Path| {
+            path.is_file() && (self.standard || path.file_name().is_none_or(|name| name != "stdosl.h"))
+        };
+        let names = sources.files().iter().map(|f| Path::new(&f.name)).filter(is_wanted);
+        let names: Vec<String> = names.map(|path| escaped(&path.display().to_string())).collect();
+        let text = format!("{target}: {}\n", names.join(" \\\n  "));
+        let path = match (&self.file, self.to_file) {
+            (Some(path), _) => path.clone(),
+            (None, true) => source.with_extension("d"),
+            (None, false) => {
+                let _ = write!(console.out, "{text}");
+                return Ok(());
+            }
+        };
+        osl_image::replace_file(&path, text.as_bytes()).map_err(|e| format!("{}: {e}", path.display()))
+    }
+}
+
+/// A name as make reads it.
+fn escaped(name: &str) -> String {
+    name.replace('$', "$$").replace(' ', "\\ ").replace('#', "\\#")
 }
 
 /// Compiles a file; whether that went well.
 fn compile(file: &Path, job: &Job, console: &mut Console<'_>) -> bool {
     match compiled(file, job, console) {
         Ok(Some(path)) => {
-            if !job.quiet {
+            if !job.quiet && !job.rule.is_printed() {
                 let _ = writeln!(console.out, "Compiled {} -> {}", file.display(), path.display());
             }
             true
@@ -105,7 +186,7 @@ fn compile(file: &Path, job: &Job, console: &mut Console<'_>) -> bool {
         Ok(None) => true,
         Err(why) => {
             if !why.is_empty() {
-                let _ = writeln!(console.err, "{}: error: {why}", file.display());
+                let _ = writeln!(console.err, "error: {why}");
             }
             let _ = writeln!(console.out, "FAILED {}", file.display());
             false
@@ -114,41 +195,37 @@ fn compile(file: &Path, job: &Job, console: &mut Console<'_>) -> bool {
 }
 
 fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<PathBuf>, String> {
-    let input = input::read(file, &job.read).map_err(|failure| failure.0)?;
+    if !file.exists() {
+        return Err(format!("Input file \"{}\" not found", file.display()));
+    }
+    let mut input = input::read(file, &job.read).map_err(|failure| failure.0)?;
+    input.options.reports = Reports::AsReference;
     if job.preprocess {
-        let _ = write!(
-            console.out,
-            "{}",
-            osl_syntax::preprocessed(&input.name, &input.text, &input.files, &input.options)
-        );
+        let text = osl_syntax::preprocessed(&input.name, &input.text, &input.files, &input.options);
+        let _ = write!(console.out, "{text}");
         return Ok(None);
     }
     let Checked { sources, diagnostics, program, .. } =
         pipeline::check(&input.name, &input.text, &input.files, &input.options);
     let bad = told(&diagnostics, &sources, job, console);
     let program = program.filter(|_| !bad).ok_or_else(String::new)?;
-    // Compiled beside where the tool runs, under the name of the file.
-    let output = job.output.clone();
-    let output =
-        output.unwrap_or_else(|| PathBuf::from(file.file_name().unwrap_or_default()).with_extension("oso"));
-    if job.rule {
-        rule(&output, &sources, job)?;
-    }
-    if job.rule_only {
-        return Ok(None);
-    }
+    let by_name = || PathBuf::from(format!("{}.oso", program.shader.name));
+    let output = job.output.clone().unwrap_or_else(by_name);
     let text = oso::write(&program, &sources).map_err(|list| {
         told(&list, &sources, job, console);
         String::new()
     })?;
-    osl_image::replace_file(&output, text.as_bytes()).map_err(|e| e.to_string())?;
+    osl_image::replace_file(&output, text.as_bytes()).map_err(|e| format!("{}: {e}", output.display()))?;
+    if job.rule.wanted {
+        job.rule.write(file, job, &sources, console)?;
+    }
     Ok(Some(output))
 }
 
 /// Prints diagnostics as the tool does; whether one is an error.
 fn told(list: &[Diagnostic], sources: &SourceMap, job: &Job, console: &mut Console<'_>) -> bool {
     let mut bad = false;
-    for d in list {
+    for d in list.iter().filter(|d| d.is_error() || !OURS.contains(&d.code.id)) {
         let is_error = d.is_error() || job.werror;
         bad |= is_error;
         let place = sources.place(d.span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
@@ -159,15 +236,4 @@ fn told(list: &[Diagnostic], sources: &SourceMap, job: &Job, console: &mut Conso
         }
     }
     bad
-}
-
-/// Writes the files that were read as a rule for make.
-fn rule(output: &Path, sources: &SourceMap, job: &Job) -> Result<(), String> {
-    let target = job.rule_target.clone().unwrap_or_else(|| output.display().to_string());
-    // The standard header is built in.
-    let names = sources.files().iter().map(|f| f.name.as_str());
-    let files: Vec<&str> = names.filter(|f| Path::new(f).is_file()).collect();
-    let text = format!("{target}: {}\n", files.join(" \\\n  "));
-    let path = job.rule_file.clone().unwrap_or_else(|| output.with_extension("d"));
-    osl_image::replace_file(&path, text.as_bytes()).map_err(|e| e.to_string())
 }
