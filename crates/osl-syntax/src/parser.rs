@@ -49,31 +49,33 @@ pub(crate) struct Failure {
 
 /// One run of the parser, without recovery.
 pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sink), (Failure, Sink)> {
-    run(stream, options).map_err(|(failure, _, found)| (failure, found))
+    match run(stream, options) {
+        (ast, found, None) => Ok((ast, found)),
+        (_, found, Some(failure)) => Err((failure, found)),
+    }
 }
 
 /// The declarations before the first failure; `None` if there is none.
 pub(crate) fn before_failure(stream: &Stream, options: &Options) -> Option<Ast> {
-    run(stream, options).err().map(|(_, before, _)| before)
+    let (before, _, failure) = run(stream, options);
+    failure.map(|_| before)
 }
 
-/// One run of the parser; a failure comes with the declarations before it.
-fn run(stream: &Stream, options: &Options) -> Result<(Ast, Sink), (Failure, Ast, Sink)> {
+/// One run of the parser; the tree of a run that fails holds the declarations before the failure.
+fn run(stream: &Stream, options: &Options) -> (Ast, Sink, Option<Failure>) {
     let mut builder = Builder::new(&stream.tokens, &stream.spans, options);
     let tokens = stream.tokens.iter().enumerate().map(|(n, t)| (n as u32, t.clone(), n as u32 + 1));
-    match grammar::UnitParser::new().parse(&mut builder, tokens) {
-        Ok(()) => Ok((builder.ast, builder.diagnostics)),
-        Err(e) => {
-            let (at, expected) = match e {
-                ParseError::UnrecognizedToken { token, expected } => (token.0 as usize, expected),
-                ParseError::UnrecognizedEof { expected, .. } => (stream.tokens.len(), expected),
-                ParseError::ExtraToken { token } => (token.0 as usize, Vec::new()),
-                ParseError::InvalidToken { location } => (location as usize, Vec::new()),
-                ParseError::User { .. } => (stream.tokens.len(), Vec::new()),
-            };
-            Err((Failure { at, expected }, builder.ast, builder.diagnostics))
-        }
-    }
+    let failure = grammar::UnitParser::new().parse(&mut builder, tokens).err().map(|e| {
+        let (at, expected) = match e {
+            ParseError::UnrecognizedToken { token, expected } => (token.0 as usize, expected),
+            ParseError::UnrecognizedEof { expected, .. } => (stream.tokens.len(), expected),
+            ParseError::ExtraToken { token } => (token.0 as usize, Vec::new()),
+            ParseError::InvalidToken { location } => (location as usize, Vec::new()),
+            ParseError::User { .. } => (stream.tokens.len(), Vec::new()),
+        };
+        Failure { at, expected }
+    });
+    (builder.ast, builder.diagnostics, failure)
 }
 
 /// Tokens that recovery may read over and over, in all. Small files never come near it.
@@ -91,15 +93,13 @@ pub(crate) fn parse(
     let mut furthest = None;
     let mut work = 0;
     loop {
-        let (failure, before, found) = match run(&stream, options) {
-            Ok((ast, found)) => {
-                reported.extend(found.list);
-                reported.extend(found.dropped.map(|at| errors::too_many_errors(at, options.max_diagnostics)));
-                return (ast, before_failure, reported);
-            }
-            Err(failed) => failed,
+        let (ast, found, failure) = run(&stream, options);
+        let Some(failure) = failure else {
+            reported.extend(found.list);
+            reported.extend(found.dropped.map(|at| errors::too_many_errors(at, options.max_diagnostics)));
+            return (ast, before_failure, reported);
         };
-        before_failure.get_or_insert(before);
+        before_failure.get_or_insert(ast);
         // A stand-in that does not fit is the error before it again; what is behind was not read yet.
         let stand_in =
             matches!(stream.tokens.get(failure.at), Some(Token::Stray | Token::Bad | Token::BadExpr));

@@ -171,7 +171,11 @@ impl<'a> Preprocessor<'a> {
     /// Enters the header that every file includes before its first line: the provider's, else that of the compiler.
     fn enter_standard(&mut self) {
         match self.provider.standard() {
-            Some(Ok((name, text))) => self.enter_text(&name, text, Span::default()),
+            Some(Ok((name, text))) => {
+                self.enter_text(&name, text, Span::default());
+                // It says again what the compiler knows, which needs no warning.
+                self.nowarn.extend(self.files.last().map(|file| file.span(0, file.text.len())));
+            }
             Some(Err(why)) => {
                 let d = errors::include_not_found(Span::default(), headers::STANDARD, &why);
                 self.diagnostics.push(d);

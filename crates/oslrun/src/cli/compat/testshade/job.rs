@@ -165,6 +165,7 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
         "group" => job.steps.push(Step::Group(text(0).to_string())),
         "groupname" => job.group_name = Some(text(0).to_string()),
         "archivegroup" => job.archive = Some(text(0).to_string()),
+        "path" => job.settings.shader_path = settings::folders(text(0)),
         "v" => job.verbose = true,
         "oslquery" => job.query = true,
         "options" => job.settings.read(text(0)),

@@ -42,6 +42,7 @@ const KNOWN: &[Known] = &[
     o("group", 1, "The text of a group, or a file with it"),
     o("groupname", 1, "Name of the group"),
     o("expr", 1, "A layer whose shader has this body, with s, t and the outputs `result` and `alpha`"),
+    o("path", 1, "Folders to look for shaders in, separated by colons"),
     o("archivegroup", 1, "Write the text of the group to a file"),
     o("reparam", 3, "Value from the second iteration on: LAYER NAME VALUE"),
     o("o", 2, "Output, and the file to write it to; `null` computes it only"),

@@ -1,0 +1,3 @@
+#pragma once
+#include <vector2.h>
+#define EDGE 0.25
