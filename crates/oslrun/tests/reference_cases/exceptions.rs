@@ -23,8 +23,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("isconnected/asked_for", NOT_BUILT),
     ("main_command/no_file", NOT_BUILT),
     ("matrix_unknown_space", NOT_BUILT),
-    ("message_order", NOT_BUILT),
-    ("options_error_repeats", NOT_BUILT),
     ("overload_by_struct", NOT_BUILT),
     ("overload_return/one_struct", NOT_BUILT),
     ("spline_single_knot", NOT_BUILT),

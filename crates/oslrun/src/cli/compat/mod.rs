@@ -9,6 +9,7 @@ mod oslc;
 mod oslinfo;
 pub(in crate::cli) mod settings;
 mod testshade;
+mod told;
 
 use osl_ir::ir::Const;
 use osl_ir::text::{self, Flavour, Value};

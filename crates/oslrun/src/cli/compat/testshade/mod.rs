@@ -7,9 +7,10 @@ mod show;
 
 use super::Console;
 use super::options::{self, Known};
+use super::told::Teller;
 use crate::pipeline;
 use job::{Job, Order};
-use osl_exec::{PointSource, RunOptions, Services, Stop};
+use osl_exec::{Frame, Keeping, PointSource, Program, Run, RunOptions, Services, Stop};
 use osl_ir::group::Group;
 use osl_ir::group::text::Statement;
 use osl_ir::params;
@@ -155,6 +156,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let renderer = job.renderer();
     let services =
         Services { ray: job.raytype.clone(), spaces: renderer.spaces(), textures: setup::textures(&job) };
+    let mut teller = Teller::new(&sources, &job.settings);
     let mut last = None;
     for round in 0..job.iterations {
         if round == 1 {
@@ -166,17 +168,13 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
             told.err = &mut silent;
         }
         let program = compile(&group, &renderer, &outputs, &sources, &mut told)?;
-        let run = || osl_exec::run(&program, &services, &renderer, &RunOptions::default(), &|_| ());
-        let result = match &pool {
-            Some(pool) => pool.install(run),
-            None => run(),
-        };
-        let frame = result.map_err(|stop: Stop| format!("ERROR: {stop}"))?;
+        let machine = (&renderer, &services, pool.as_ref());
+        let mut frame = run(&program, machine, (!job.print).then_some(&mut teller), console)?;
         // The tool prints the values of points before what the shaders said there.
         if job.print {
             show::points(&frame, &outputs, job.grid.width, console);
+            teller.tell(&std::mem::take(&mut frame.events), &program, console)?;
         }
-        show::said(&frame, &program, &sources, console)?;
         last = Some(frame);
     }
     let Some(frame) = last else { return Ok(()) };
@@ -192,6 +190,36 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     Ok(())
 }
 
+/// Points of a piece of a run, at least.
+const PIECE: usize = 1 << 16;
+
+/// Runs a program on all points, and tells what each piece of them did; without a teller the frame keeps that.
+fn run(
+    program: &Program,
+    (renderer, services, pool): (&osl_scene::ReferenceRenderer, &Services, Option<&rayon::ThreadPool>),
+    mut teller: Option<&mut Teller<'_>>,
+    console: &mut Console<'_>,
+) -> Result<Frame, String> {
+    let keeping = Keeping { each: true, places: None };
+    let options = RunOptions { keeping, ..RunOptions::default() };
+    let run = Run::new(program, services, renderer, &options);
+    let piece = PIECE.next_multiple_of(renderer.blocks().map_or(1, |blocks| blocks.period()));
+    let mut all = Frame::default();
+    for first in (0..renderer.count()).step_by(piece) {
+        let work = || run.points(first..first.saturating_add(piece), &|_| ());
+        let found = match pool {
+            Some(pool) => pool.install(work),
+            None => work(),
+        };
+        let mut frame = found.map_err(|stop: Stop| format!("ERROR: {stop}"))?;
+        if let Some(teller) = &mut teller {
+            teller.tell(&std::mem::take(&mut frame.events), program, console)?;
+        }
+        all.add(frame);
+    }
+    Ok(all)
+}
+
 /// Compiles the group, and says which closures do not suit the tool.
 fn compile(
     group: &Group,
@@ -199,7 +227,7 @@ fn compile(
     outputs: &[show::Output],
     sources: &SourceMap,
     console: &mut Console<'_>,
-) -> Result<osl_exec::Program, String> {
+) -> Result<Program, String> {
     let asked: Vec<Arc<str>> = outputs.iter().flat_map(|o| o.names.iter().cloned()).collect();
     let wanted = outputs.iter().map(|o| o.plane.clone()).collect();
     let options = passes::Options {

@@ -2,15 +2,13 @@
 
 use super::super::{Console, number};
 use super::job::Job;
-use crate::cli::output;
-use osl_exec::{Frame, Plane, Program};
+use osl_exec::{Frame, Plane};
 use osl_image::{write_channels, write_ints};
 use osl_ir::group::Group;
 use osl_ir::hir;
 use osl_ir::ir::Kind;
 use osl_ir::params;
 use osl_ir::types::{Base, Extent};
-use osl_syntax::source::SourceMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -63,32 +61,6 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
 
 fn names(program: &hir::Program) -> impl Iterator<Item = &str> {
     program.shader.params.iter().filter(|p| p.output).map(|p| &*program.vars[p.var.0 as usize].name)
-}
-
-/// Prints what the shaders printed, then errors and warnings, each once.
-pub(super) fn said(
-    frame: &Frame,
-    program: &Program,
-    sources: &SourceMap,
-    console: &mut Console<'_>,
-) -> Result<(), String> {
-    output::printed(&frame.printed, false, console.out).map_err(|failure| format!("ERROR: {}", failure.0))?;
-    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
-    let mut seen = std::collections::HashSet::new();
-    for said in &frame.messages {
-        let message = &said.message;
-        let mut line = message.show(place);
-        if line.starts_with("Index [")
-            && let Some((index, names)) = message.places.first().and_then(|span| program.names(*span))
-        {
-            line +=
-                &format!(" (group {}, layer {index} {}, shader {})", names.group, names.layer, names.shader);
-        }
-        if seen.insert((message.error, line.clone())) {
-            let _ = writeln!(console.err, "{}: {line}", if message.error { "ERROR" } else { "WARNING" });
-        }
-    }
-    Ok(())
 }
 
 /// How many numbers an output has, and whether they are ints.

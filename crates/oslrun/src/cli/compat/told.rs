@@ -1,0 +1,112 @@
+//! What shaders print and say, as the reference's tools tell it: point after point, printed text on the standard output,
+//! errors and warnings on the standard error, each out before the next of the other stream.
+//!
+//! A text that was told lately is not told again: the tools compare with the last texts of its kind. Each thread of theirs
+//! may tell so many warnings; here the run counts as one. This module must not know how points are run.
+
+use super::Console;
+use super::settings::Settings;
+use crate::cli::output;
+use osl_exec::{Event, Message, Program};
+use osl_syntax::source::SourceMap;
+use std::collections::VecDeque;
+
+/// Errors, and warnings, that a text is compared with.
+const REMEMBERED: usize = 25;
+
+/// Tells what points did, in the order that it is given.
+pub(in crate::cli) struct Teller<'a> {
+    sources: &'a SourceMap,
+    /// Whether texts are told however often they come.
+    repeats: bool,
+    /// Calls of `warning` that may still be told.
+    warnings_left: usize,
+    /// The texts that were told last: errors, and warnings.
+    last: [VecDeque<String>; 2],
+    /// Whether text waits in the standard output.
+    waiting: bool,
+}
+
+impl<'a> Teller<'a> {
+    /// A teller that has told nothing.
+    pub(in crate::cli) fn new(sources: &'a SourceMap, settings: &Settings) -> Teller<'a> {
+        Teller {
+            sources,
+            repeats: settings.error_repeats,
+            warnings_left: settings.max_warnings,
+            last: Default::default(),
+            waiting: false,
+        }
+    }
+
+    /// Tells what points of a run of a program did.
+    ///
+    /// # Errors
+    /// A file that the shader prints to cannot be written.
+    pub(in crate::cli) fn tell(
+        &mut self,
+        events: &[Event],
+        program: &Program,
+        console: &mut Console<'_>,
+    ) -> Result<(), String> {
+        for event in events {
+            match event {
+                Event::Printed(printed) => {
+                    output::printed(std::slice::from_ref(printed), false, console.out)
+                        .map_err(|failure| format!("ERROR: {}", failure.0))?;
+                    self.waiting |= printed.file.is_none();
+                }
+                Event::Said(message) => self.say(message, program, console),
+            }
+        }
+        self.flush(console);
+        Ok(())
+    }
+
+    fn flush(&mut self, console: &mut Console<'_>) {
+        if std::mem::take(&mut self.waiting) {
+            let _ = console.out.flush();
+        }
+    }
+
+    fn say(&mut self, message: &Message, program: &Program, console: &mut Console<'_>) {
+        if !message.error {
+            match self.warnings_left.checked_sub(1) {
+                Some(left) => self.warnings_left = left,
+                None => return,
+            }
+        }
+        let text = self.text(message, program);
+        let [errors, warnings] = &mut self.last;
+        let (last, kind) = if message.error { (errors, "ERROR") } else { (warnings, "WARNING") };
+        if !self.repeats && last.contains(&text) {
+            return;
+        }
+        if last.len() == REMEMBERED {
+            last.pop_front();
+        }
+        self.flush(console);
+        let _ = writeln!(console.err, "{kind}: {text}");
+        let _ = console.err.flush();
+        if let Some(last) = self.last.get_mut(usize::from(!message.error)) {
+            last.push_back(text);
+        }
+    }
+
+    /// A message in the tools' words: those about an index name the layer.
+    fn text(&self, message: &Message, program: &Program) -> String {
+        let place =
+            |span| self.sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+        let text = message.show(place);
+        let names = message.places.first().and_then(|span| program.names(*span));
+        match names.filter(|_| text.starts_with("Index [")) {
+            None => text,
+            Some((index, names)) => {
+                format!(
+                    "{text} (group {}, layer {index} {}, shader {})",
+                    names.group, names.layer, names.shader
+                )
+            }
+        }
+    }
+}
