@@ -130,3 +130,17 @@ fn a_material_without_other_outputs_has_its_closures_for_an_image() {
     let ran = run(dir.path(), &["s.osl", "-g", "4x4", "--samples", "4", "-o", "other.exr"]);
     assert!(ran.code == Some(1) && ran.err.contains("oslrun render"), "{}", ran.err);
 }
+
+#[test]
+fn ints_are_plain_numbers_and_a_run_says_which_are_rounded() {
+    let dir = folder(
+        "shader s(output int n = 0, output int big = 0) { n = (int)(u * 7 + 0.5) - 3; big = 16777216 + n; }",
+    );
+    let ran = run(dir.path(), &["s.osl", "-g", "8x1", "-o", "out.exr"]);
+    assert_eq!((ran.code, &*ran.out), (Some(0), "wrote out.exr\n"));
+    // 1 and 3 above the limit.
+    let said = "warning: 2 ints of `big` are rounded in the image, whose floats hold all up to 16777216\n";
+    assert_eq!(ran.err, said);
+    let half = run(dir.path(), &["s.osl", "-g", "8x1", "--half", "--outputs", "n", "-o", "half.exr"]);
+    assert_eq!(half.err, "");
+}

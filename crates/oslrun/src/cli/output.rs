@@ -9,9 +9,11 @@ use osl_image::{
 };
 use osl_ir::ir::{Body, Kind};
 use osl_ir::types::{Base, Type};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Writes the frame and yields the files. Strings and closures have no pixels and are left out.
@@ -74,6 +76,40 @@ pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
         }
     }
     groups
+}
+
+/// Ints of each output that a float layer of an image rounds.
+#[derive(Debug, Default)]
+pub(super) struct Rounded(BTreeMap<Arc<str>, u64>);
+
+impl Rounded {
+    /// Counts those of some planes.
+    pub(super) fn count(&mut self, planes: &[Plane], args: &RunArgs) {
+        let exr = args.output.as_ref().is_some_and(is_exr);
+        for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
+            // Bits that a number may have from its first to its last one, and in all.
+            let (digits, most) = if args.half { (11, 65504) } else { (24, u32::MAX) };
+            let held = |word: &u32| {
+                let size = (*word as i32).unsigned_abs();
+                size == 0 || (size <= most && size.ilog2() + 1 - size.trailing_zeros() <= digits)
+            };
+            let n = plane.words.iter().filter(|word| !held(word)).count() as u64;
+            if n > 0 {
+                *self.0.entry(plane.output.clone()).or_default() += n;
+            }
+        }
+    }
+
+    /// Warns of them.
+    pub(super) fn warn(&self, args: &RunArgs, err: &mut dyn Write) {
+        let limit = if args.half { 2048 } else { 1 << 24 };
+        for (output, n) in &self.0 {
+            let _ = writeln!(
+                err,
+                "warning: {n} ints of `{output}` are rounded in the image, whose floats hold all up to {limit}"
+            );
+        }
+    }
 }
 
 /// Names and kinds of the layers of an EXR file with these planes.
@@ -148,8 +184,11 @@ impl From<ImageError> for Broken {
 
 /// Whether a frame goes into its file piece by piece.
 pub(super) fn streams(args: &RunArgs) -> bool {
-    let exr = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    args.output.as_ref().is_some_and(exr)
+    args.output.as_ref().is_some_and(is_exr)
+}
+
+fn is_exr(path: &PathBuf) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
 /// An image that comes some rows at a time, from the first on.
@@ -205,7 +244,7 @@ pub(super) fn stream(
     image: &mut (dyn Rows + Send),
     path: &Path,
     args: &RunArgs,
-) -> Result<(Frame, Duration, Unsaved), Broken> {
+) -> Result<(Frame, Duration, Unsaved, Rounded), Broken> {
     let (width, height) = args.grid;
     let planes = image.planes();
     if planes.is_empty() {
@@ -213,6 +252,7 @@ pub(super) fn stream(
     }
     let rows = together(image, width, planes.len());
     let (mut frame, mut time, mut row) = (Frame::default(), Duration::ZERO, 0);
+    let mut rounded = Rounded::default();
     let file = write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
         if row >= height {
             return Ok::<_, Broken>(None);
@@ -222,11 +262,12 @@ pub(super) fn stream(
         row += rows;
         let piece = image.rows(here).map_err(Broken::Stop)?;
         let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
+        rounded.count(&piece.planes, args);
         frame.add(Frame { planes: Vec::new(), ..piece });
         time += started.elapsed();
         Ok(Some(values))
     })?;
-    Ok((frame, time, file))
+    Ok((frame, time, file, rounded))
 }
 
 /// Colors go through the sRGB curve; numbers become grey and other triples RGB as they are.

@@ -2,7 +2,7 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::output::{Broken, Rows};
+use super::output::{Broken, Rounded, Rows};
 use super::sampling::{self, Plan, Sampled};
 use super::shading::{self, Report};
 use super::{Failure, closures, data, on, output, profile};
@@ -64,7 +64,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let closures = args.closures || alone;
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
     let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
-    let Shaded { mut frame, run, write, file, said } = shaded;
+    let Shaded { mut frame, run, write, file, rounded, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
     if closures {
         if args.closures || args.output.is_none() {
@@ -87,6 +87,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     };
     let shading = report.print(&frame.messages, err);
     shading.judge(args.lints.denies_errors())?;
+    rounded.warn(args, err);
 
     let started = Instant::now();
     let written = match (&args.output, file) {
@@ -159,6 +160,7 @@ struct Shaded {
     run: Duration,
     write: Duration,
     file: Option<Unsaved>,
+    rounded: Rounded,
     /// What there is to say of samples.
     said: Option<sampling::Said>,
 }
@@ -232,13 +234,22 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
     let started = Instant::now();
     match &args.output {
         Some(path) if !closures && output::streams(args) => {
-            let (frame, run, file) = output::stream(image, path, args)?;
+            let (frame, run, file, rounded) = output::stream(image, path, args)?;
             let write = started.elapsed().saturating_sub(run);
-            Ok(Shaded { frame, run, write, file: Some(file), said: None })
+            Ok(Shaded { frame, run, write, file: Some(file), rounded, said: None })
         }
         _ => {
             let frame = output::whole(image, args.grid)?;
-            Ok(Shaded { frame, run: started.elapsed(), write: Duration::ZERO, file: None, said: None })
+            let mut rounded = Rounded::default();
+            rounded.count(&frame.planes, args);
+            Ok(Shaded {
+                frame,
+                run: started.elapsed(),
+                write: Duration::ZERO,
+                file: None,
+                rounded,
+                said: None,
+            })
         }
     }
 }
