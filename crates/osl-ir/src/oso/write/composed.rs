@@ -12,9 +12,13 @@ impl Writer<'_> {
     /// Writes such a function; `false` for every other.
     pub(super) fn composed(&mut self, name: &str, ty: Type, to: Sym, args: &[Sym]) -> bool {
         match (name, args) {
-            ("mod", [a, b]) if ty.base != Base::Int => {
+            // The operation `mod` is the operator `%`, which yields 0 where the divisor is 0.
+            ("mod", [a, b]) => {
                 let quotient = self.emit_value("div", ty, &[*a, *b]);
-                let whole = self.emit_value("floor", ty, &[quotient]);
+                let whole = match ty.base {
+                    Base::Int => quotient,
+                    _ => self.emit_value("floor", ty, &[quotient]),
+                };
                 let product = self.emit_value("mul", ty, &[*b, whole]);
                 self.emit_to("sub", to, &[*a, product]);
             }
