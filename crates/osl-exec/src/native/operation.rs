@@ -175,6 +175,11 @@ fn two(b: &mut Bodies<'_>, op: LaneOp, x: Value, y: Value) -> Option<Value> {
             let whole = b.0.unary(Unary::Floor, quotient);
             b.less_product(x, y, whole)
         }
+        L::ModBy => {
+            let quotient = b.quotient(x, y);
+            let whole = b.0.unary(Unary::Floor, quotient);
+            b.less_product(x, y, whole)
+        }
         _ => return None,
     })
 }

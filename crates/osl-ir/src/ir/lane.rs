@@ -100,6 +100,8 @@ macro_rules! for_each_lane_op {
             Smoothstep "smoothstep" each (F, F, F) -> F, $crate::numeric::common::smoothstep;
             Linearstep "linearstep" each (F, F, F) -> F, $crate::numeric::common::linearstep;
             Mod "mod" each (F, F) -> F, $crate::numeric::common::modulo;
+            // The divisor is known before running, and not 0.
+            ModBy "mod.const" each (F, F) -> F, $crate::numeric::common::modulo_by_constant;
             Fmod "fmod" each (F, F) -> F, $crate::numeric::lane::fmod;
             // The divisor is known before running.
             FmodExact "fmod.exact" each (F, F) -> F, $crate::numeric::lane::fmod_exact;

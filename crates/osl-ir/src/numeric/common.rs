@@ -101,6 +101,12 @@ pub fn modulo<R: Real>(a: R, b: R) -> R {
     a - b * div(a, b).floor()
 }
 
+/// [`modulo`] where `b` is known to be a constant other than 0: the quotient has no guard.
+#[inline(always)]
+pub fn modulo_by_constant<R: Real>(a: R, b: R) -> R {
+    a - b * (a / b).floor()
+}
+
 /// The magnitude; also of -0 and NaN.
 #[inline(always)]
 pub fn abs<R: Real>(x: R) -> R {

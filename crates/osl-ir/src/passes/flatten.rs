@@ -79,7 +79,14 @@ fn weight(op: LaneOp) -> usize {
     use LaneOp as L;
     match op {
         L::X | L::Y | L::Z | L::Triple | L::Splat => 0,
-        L::FDiv | L::FDivBy | L::Sqrt | L::InverseSqrt | L::Mod | L::Smoothstep | L::Linearstep => 4,
+        L::FDiv
+        | L::FDivBy
+        | L::Sqrt
+        | L::InverseSqrt
+        | L::Mod
+        | L::ModBy
+        | L::Smoothstep
+        | L::Linearstep => 4,
         L::MMul | L::MInverse | L::MDet | L::Blackbody | L::Wavelength => 100,
         L::Fmod => 16,
         op if op.is_approximated() => 16,

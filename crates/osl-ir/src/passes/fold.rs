@@ -66,7 +66,10 @@ pub(super) fn only_meaning(body: &mut Body) {
     for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
         let found = inst.results.first().and_then(|result| operations.get_mut(result.index())?.take());
         match (&mut inst.op, found) {
-            (Op::Lane(op, _), Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact), _))) => *op = found,
+            (
+                Op::Lane(op, _),
+                Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact | LaneOp::ModBy), _)),
+            ) => *op = found,
             (op @ Op::Kernel(Kernel::IsConstant, _), Some(found @ Op::Const(_))) => *op = found,
             _ => {}
         }
@@ -170,12 +173,19 @@ impl Fold {
             Op::Kernel(Kernel::CheckIndex { .. }, ref args) if matches!(args[..], [index, len] if self.is_within(index, len)) =>
                 {}
             op => {
+                let divided = match &op {
+                    Op::Lane(op, args) => self.by_constant(*op, args),
+                    _ => None,
+                };
                 let outcome = match op {
-                    Op::Lane(op, args) => self.lane_op(body, op, args, inst.span, kept),
+                    Op::Lane(op, args) => self.lane_op(body, divided.unwrap_or(op), args, inst.span, kept),
                     Op::Kernel(Kernel::ColorBetween, args) => self.color(body, args, inst.span, kept),
                     Op::Kernel(kernel, args) => self.kernel(kernel, args),
                     op => Outcome::Keep(op),
                 };
+                if let (Some(op), Some(result)) = (divided, inst.results.first()) {
+                    self.divided.push((*result, op));
+                }
                 let op = match outcome {
                     Outcome::Keep(op) => op,
                     Outcome::Constant(c) => Op::Const(c),
@@ -185,11 +195,6 @@ impl Fold {
                     }
                 };
                 inst.results.iter().for_each(|r| self.note(*r, &op));
-                if let (Op::Lane(op @ (LaneOp::FDivBy | LaneOp::FmodExact), _), Some(result)) =
-                    (&op, inst.results.first())
-                {
-                    self.divided.push((*result, *op));
-                }
                 kept.push(Inst { op, ..inst });
             }
         }
@@ -211,6 +216,18 @@ impl Fold {
         result
     }
 
+    /// What a division or remainder is whose divisor is known and not zero.
+    fn by_constant(&self, op: LaneOp, args: &Values) -> Option<LaneOp> {
+        let known = match op {
+            LaneOp::FDiv => LaneOp::FDivBy,
+            LaneOp::Fmod => LaneOp::FmodExact,
+            LaneOp::Mod => LaneOp::ModBy,
+            _ => return None,
+        };
+        let divisor = self.constant(*args.get(1)?)?;
+        (!self.settled && is_some_divisor(divisor)).then_some(known)
+    }
+
     fn lane_op(
         &mut self,
         body: &mut Body,
@@ -226,9 +243,6 @@ impl Fold {
             return Outcome::Constant(result);
         }
         match (op, args.as_slice(), constants.as_slice()) {
-            (LaneOp::FDiv, _, [_, Some(c)]) if !self.settled && is_some_divisor(c) => {
-                Outcome::Keep(Op::Lane(LaneOp::FDivBy, args))
-            }
             (LaneOp::Get, [t, _], [_, Some(Const::Int(i))]) => {
                 let op = [LaneOp::X, LaneOp::Y, LaneOp::Z][(*i).clamp(0, 2) as usize];
                 let t = *t;
@@ -251,9 +265,6 @@ impl Fold {
                     }
                 }
                 Outcome::Keep(Op::Lane(LaneOp::Triple, Values::from_slice(&parts)))
-            }
-            (LaneOp::Fmod, _, [_, Some(_)]) if !self.settled => {
-                Outcome::Keep(Op::Lane(LaneOp::FmodExact, args))
             }
             (
                 LaneOp::Choose | LaneOp::IChoose | LaneOp::MChoose | LaneOp::SChoose | LaneOp::KChoose,

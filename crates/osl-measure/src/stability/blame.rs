@@ -312,7 +312,7 @@ fn is_outside(trace: &Trace, id: NodeId) -> bool {
             let power = |i: usize| power.get(i).or(power.first()).copied().unwrap_or(1.0);
             base.iter().enumerate().any(|(i, x)| *x < 0.0 && power(i).fract() != 0.0)
         }
-        LaneOp::FDiv | LaneOp::FDivBy | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Mod => {
+        LaneOp::FDiv | LaneOp::FDivBy | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Mod | LaneOp::ModBy => {
             any(1, |x| x == 0.0)
         }
         LaneOp::Normalize => arg(0).is_some_and(|v| v.iter().all(|x| *x == 0.0)),

@@ -25,7 +25,7 @@ pub(super) fn rule(w: &mut Writer<'_>, op: LaneOp, args: &[Dual], result: ValueI
         (L::FNeg, [a]) => same(a.d.map(|d| d.map(|d| w.lane(L::FNeg, &[d])))),
         (L::FMul, [a, b]) => w.mul_with(result, *a, *b),
         (L::FDiv | L::FDivBy, [a, b]) => w.guarded_with(result, *a, *b),
-        (L::Mod, [a, b]) => {
+        (L::Mod | L::ModBy, [a, b]) => {
             let quotient = w.lane(L::FDiv, &[a.v, b.v]);
             let whole = w.lane(L::Floor, &[quotient]);
             same([0, 1].map(|i| {

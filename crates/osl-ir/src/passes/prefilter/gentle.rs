@@ -26,7 +26,10 @@ fn block(body: &Body, id: BlockId, gentle: &mut [bool]) {
                 }
             }
             Op::Lane(op, args) => {
-                let rough = matches!(op, LaneOp::Mod | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Select);
+                let rough = matches!(
+                    op,
+                    LaneOp::Mod | LaneOp::ModBy | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Select
+                );
                 if rough || !derive::is_smooth(*op) || !smooth(gentle) {
                     args.iter().for_each(|v| clear(gentle, *v));
                 }
