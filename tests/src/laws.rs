@@ -218,9 +218,13 @@ pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
 /// A smaller program that breaks a law as this one does: without lines, and with simple values for what is in brackets,
 /// as long as it still compiles.
 pub fn reduce(text: &str, ways: &[Way]) -> String {
-    let breaks = |text: &str| {
+    reduce_by(text, &|text| {
         lower(text).is_ok() && !matches!(std::panic::catch_unwind(|| hold(text, ways)), Ok(Ok(())))
-    };
+    })
+}
+
+/// A smaller program of which `breaks` is true as it is of this one.
+pub fn reduce_by(text: &str, breaks: &dyn Fn(&str) -> bool) -> String {
     let mut text = text.to_string();
     loop {
         let before = text.len();
@@ -245,7 +249,7 @@ pub fn reduce(text: &str, ways: &[Way]) -> String {
             }
             length /= 2;
         }
-        text = reduce_brackets(text, &breaks);
+        text = reduce_brackets(text, breaks);
         if text.len() >= before {
             return text;
         }

@@ -1,8 +1,10 @@
 //! What the end-to-end tests share: reference data and the way from a shader's text to its values.
 
+pub mod agree;
 pub mod generate;
 pub mod golden;
 pub mod host;
 pub mod laws;
 pub mod points;
 pub mod run;
+pub mod walker;

@@ -9,11 +9,35 @@
     reason = "a test says what must hold"
 )]
 
+use osl_tests::agree::{self, Verdict};
 use osl_tests::{generate, laws};
 use std::panic::catch_unwind;
 
 fn text(seed: u64) -> String {
     generate::program(&generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100))
+}
+
+fn walked_text(seed: u64) -> String {
+    generate::walked_program(&generate::noise_bytes(seed, 150 + (seed % 7) as usize * 80))
+}
+
+/// Seeds, and what there is to say of their programs.
+type Told = Vec<(u64, String)>;
+
+/// The seeds on whose programs the product and the walker differ; how many were not compared, and why not. Every eighth
+/// program goes through `.oso` too.
+fn disagreeing(seeds: std::ops::Range<u64>) -> (Told, Told) {
+    let (mut broken, mut open) = (Vec::new(), Vec::new());
+    for seed in seeds {
+        let text = walked_text(seed);
+        match catch_unwind(|| agree::hold(&text, seed % 8 == 0)) {
+            Ok(Ok(Verdict::Same)) => {}
+            Ok(Ok(Verdict::Open(why))) => open.push((seed, why)),
+            Ok(Err(law)) => broken.push((seed, law)),
+            Err(_) => broken.push((seed, "panics".to_string())),
+        }
+    }
+    (broken, open)
 }
 
 /// The seeds whose programs break a law, with the law.
@@ -213,5 +237,74 @@ fn many() {
     let count: u64 = std::env::var("SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(100_000);
     let broken = broken(from..from + count);
     tell(&broken);
+    assert!(broken.is_empty(), "{} programs", broken.len());
+}
+
+#[test]
+fn the_walker_agrees() {
+    let (broken, open) = disagreeing(0..2000);
+    tell(&broken);
+    assert!(broken.is_empty(), "{} programs", broken.len());
+    // What the language leaves open is not compared; it must not become the rule.
+    tell(&open);
+    assert!(open.len() < 300, "{} of 2000 are not compared", open.len());
+}
+
+/// Programs on which the product once differed from the walker, with what was wrong.
+const ONCE_DIFFERENT: &[(&str, &str)] = &[
+    (
+        "the remainder by a constant 0 was a NaN",
+        "shader s(output float r = fmod(u, 0.0), output color c = fmod(color(P), 0.0), output float q = 1) {
+            float zero = 0; q = fmod(v, zero); }",
+    ),
+    (
+        "a quotient of constants that overflows was 0, and only where both were known",
+        "shader s(output float r = 1 / 1e-40, output float q = 1e38 / 1e-3, output float p = 1) {
+            p = (u * 0 + 1) / 1e-40 + 1 / 1e-40; }",
+    ),
+    (
+        "mod of ints became the operator in .oso, which yields 0 where the divisor is 0",
+        "shader s(output int r[4] = { 0, 0, 0, 0 }) { for (int i = 0; i < 4; i++) r[i] = mod(-7 - i, i) + (-7 - i) % i; }",
+    ),
+    (
+        "the length of an array of structs was 0, and what was written to .oso did not load",
+        "struct A { float x; int n; }; int count(A a[]) { return arraylength(a); }
+        shader s(output int r = 0) { A a[3]; A b[1] = { { u, 2 } }; r = arraylength(a) * 100 + count(a) * 10 + count(b); }",
+    ),
+];
+
+#[test]
+fn once_different() {
+    for (what, text) in ONCE_DIFFERENT {
+        assert_eq!(agree::hold(text, true), Ok(Verdict::Same), "{what}");
+        laws::hold(text, &laws::ways()).unwrap_or_else(|law| panic!("{what}: {law}"));
+    }
+}
+
+/// A program by its seed, or the text of a `FILE`, reduced if the product and the walker differ on it:
+/// `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture agree_one`.
+#[test]
+#[ignore = "shows a program"]
+fn agree_one() {
+    let seed = std::env::var("SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let text =
+        std::env::var("FILE").ok().map_or_else(|| walked_text(seed), |f| std::fs::read_to_string(f).unwrap());
+    let differs = |text: &str, oso| !matches!(catch_unwind(|| agree::hold(text, oso)), Ok(Ok(_)));
+    // What differs from the source is not about the compiled text.
+    let oso = !differs(&text, false);
+    let differs = |text: &str| differs(text, oso);
+    let small = if differs(&text) { laws::reduce_by(&text, &differs) } else { text };
+    println!("{small}\n{:?}", agree::hold(&small, oso));
+}
+
+/// `SEEDS=500000 cargo test --release -p osl-tests --test generated -- --ignored --nocapture agree_many`.
+#[test]
+#[ignore = "takes as long as it is told to"]
+fn agree_many() {
+    let from: u64 = std::env::var("FROM").ok().and_then(|s| s.parse().ok()).unwrap_or(0);
+    let count: u64 = std::env::var("SEEDS").ok().and_then(|s| s.parse().ok()).unwrap_or(100_000);
+    let (broken, open) = disagreeing(from..from + count);
+    tell(&broken);
+    println!("{} of {count} are not compared", open.len());
     assert!(broken.is_empty(), "{} programs", broken.len());
 }

@@ -1,6 +1,8 @@
 //! Calls: of built-ins, after their signatures in the table, and of the program's own functions.
 
-use super::{Gen, Ty, VALUES, word};
+use super::place::Want;
+use super::{Gen, Pass, Scope, Ty, VALUES, word};
+use crate::walker;
 use osl_ir::builtins::{self, ParamType, Signature, Tail};
 use osl_ir::types::{Base, Extent, Type};
 use std::sync::OnceLock;
@@ -19,19 +21,39 @@ fn is_call(name: &str) -> bool {
     !name.contains(' ') && name != "exit"
 }
 
-fn forms() -> &'static [Form] {
-    static FORMS: OnceLock<Vec<Form>> = OnceLock::new();
-    FORMS.get_or_init(|| {
+fn forms(scope: Scope) -> &'static [Form] {
+    static FORMS: [OnceLock<Vec<Form>>; 2] = [OnceLock::new(), OnceLock::new()];
+    let of = |scope: Scope| {
         let mut forms = Vec::new();
         for row in builtins::all().filter(|row| is_call(row.name)) {
             let all = row.signatures();
             for signature in all {
                 let twin = |s: &Signature| s.params == signature.params && s.ret != signature.ret;
-                forms.push(Form { name: row.name, signature, cast: all.iter().any(twin) });
+                let form = Form { name: row.name, signature, cast: all.iter().any(twin) };
+                if scope == Scope::All || is_walked(&form) {
+                    forms.push(form);
+                }
             }
         }
         forms
-    })
+    };
+    match scope {
+        Scope::All => FORMS[0].get_or_init(|| of(scope)),
+        Scope::Walked => FORMS[1].get_or_init(|| of(scope)),
+    }
+}
+
+/// Whether the walker knows a form.
+fn is_walked(form: &Form) -> bool {
+    let params = &form.signature.params;
+    let takes = |ty: Type| params.iter().any(|p| p.ty == ParamType::Of(ty));
+    walker::KNOWN.contains(&form.name)
+        && !takes(Type::CLOSURE)
+        && match form.name {
+            "noise" | "snoise" => !takes(Type::STRING),
+            "faceforward" => params.len() == 3,
+            _ => true,
+        }
 }
 
 fn letter(ty: Type) -> char {
@@ -104,12 +126,12 @@ impl Gen<'_> {
     /// A call that yields a letter; `'x'` for one that yields nothing. `None` where what it needs is not at hand.
     pub(super) fn call_of(&mut self, ret: char, depth: usize) -> Option<String> {
         if self.bytes.chance(70)
-            && let Some(call) = self.own_call(ret, depth)
+            && let Some(call) = self.own_call(Ty::One(ret), depth)
         {
             return Some(call);
         }
         let fitting: Vec<Form> =
-            forms().iter().filter(|form| letter(form.signature.ret) == ret).copied().collect();
+            forms(self.scope).iter().filter(|form| letter(form.signature.ret) == ret).copied().collect();
         if fitting.is_empty() {
             return None;
         }
@@ -117,20 +139,53 @@ impl Gen<'_> {
         self.form_call(fitting[at % fitting.len()], depth)
     }
 
-    fn own_call(&mut self, ret: char, depth: usize) -> Option<String> {
+    pub(super) fn own_call(&mut self, ret: Ty, depth: usize) -> Option<String> {
         let fitting: Vec<usize> =
             (0..self.functions.len()).filter(|n| self.functions[*n].ret == ret).collect();
         let at = *fitting.get(self.bytes.below(fitting.len()))?;
         let function = self.functions[at].clone();
-        let mut args = Vec::new();
-        for (ty, write) in &function.params {
-            args.push(match (*ty, *write) {
-                (Ty::One(letter), false) => self.expr(letter, depth.saturating_sub(1)),
-                (Ty::One(letter), true) => self.place(letter, true)?,
-                (ty, write) => self.variable(ty, write)?,
-            });
+        let mut args: Vec<String> = Vec::new();
+        for (n, (ty, pass)) in function.params.iter().enumerate() {
+            // Now and then two formals stand for one variable.
+            let twin = |m: &usize| {
+                let (other, how) = function.params[*m];
+                other == *ty && (*pass == Pass::In || how != Pass::In)
+            };
+            let twin = (0..n).find(twin);
+            let arg = match twin {
+                Some(twin) if self.bytes.chance(60) => args[twin].clone(),
+                _ => self.argument(*ty, *pass, depth)?,
+            };
+            args.push(arg);
         }
         Some(format!("{}({})", function.name, args.join(", ")))
+    }
+
+    fn argument(&mut self, ty: Ty, pass: Pass, depth: usize) -> Option<String> {
+        let write = pass != Pass::In;
+        let depth = depth.saturating_sub(1);
+        match ty {
+            Ty::One(letter) if write => {
+                let triple = matches!(letter, 'c' | 'p' | 'v' | 'n');
+                let letter =
+                    if triple && self.bytes.chance(30) { self.bytes.pick(&['c', 'v', 'p']) } else { letter };
+                self.place(Ty::One(letter), true)
+            }
+            Ty::One(letter) => Some(self.expr(letter, depth)),
+            Ty::Struct(_) if write => self.place(ty, true),
+            Ty::Struct(id) => Some(self.struct_value(id, depth, true)),
+            ty => {
+                let want = match ty {
+                    Ty::Open(letter) => Want::Array(letter),
+                    Ty::OpenStructs(id) => Want::Structs(id),
+                    ty => Want::Exactly(ty),
+                };
+                if !write && self.bytes.chance(60) {
+                    return Some(self.list(ty, depth));
+                }
+                self.find(want, write)
+            }
+        }
     }
 
     fn form_call(&mut self, form: Form, depth: usize) -> Option<String> {
@@ -138,7 +193,7 @@ impl Gen<'_> {
         for (position, param) in form.signature.params.iter().enumerate() {
             args.push(match param.ty {
                 ParamType::Of(ty) if ty.extent == Extent::Unsized => self.array(letter(ty), param.output)?,
-                ParamType::Of(ty) if param.output => self.place(letter(ty), true)?,
+                ParamType::Of(ty) if param.output => self.place(Ty::One(letter(ty)), true)?,
                 ParamType::Of(ty) if letter(ty) == 's' => self.string_for(form.name, position, depth),
                 ParamType::Of(ty) => self.expr(letter(ty), depth.saturating_sub(1)),
                 ParamType::Any { array } => self.anything(array, param.output, depth)?,
@@ -157,7 +212,7 @@ impl Gen<'_> {
         let letter = self.value_letter();
         match (array, output) {
             (true, _) => self.array(letter, output),
-            (false, true) => self.place(letter, true),
+            (false, true) => self.place(Ty::One(letter), true),
             (false, false) => Some(self.expr(letter, depth.saturating_sub(1))),
         }
     }
@@ -179,6 +234,7 @@ impl Gen<'_> {
         let mut values = Vec::new();
         for _ in 0..self.bytes.below(4) {
             let letter = self.bytes.pick(&['f', 'i', 's', 'c', 'm', 'p', 'K']);
+            let letter = if letter == 'K' && self.scope == Scope::Walked { 'v' } else { letter };
             format += match letter {
                 'i' => self.bytes.pick(&[" %d", " %x", " %5d"]),
                 's' | 'K' => " %s",

@@ -1,6 +1,6 @@
 //! Expressions of a type.
 
-use super::{Gen, Ty, VALUES, Var, word};
+use super::{Gen, Scope, Ty, VALUES, word};
 
 /// Shader globals that are read.
 const GLOBALS: &[(&str, char)] = &[
@@ -40,22 +40,6 @@ const STRINGS: &[&str] =
     &["\"\"", "\"a\"", "\"hello\"", "\"12\"", "\"-3.5e1\"", "\"a b,c\"", "\"nan\"", "\"tex64.png\""];
 
 impl Gen<'_> {
-    /// A constant of a type, as an initialiser.
-    pub(super) fn literal_of(&mut self, ty: Ty) -> String {
-        match ty {
-            Ty::One(letter) => self.literal(letter),
-            Ty::Array(letter, len) => {
-                let list: Vec<String> = (0..len).map(|_| self.literal(letter)).collect();
-                format!("{{ {} }}", list.join(", "))
-            }
-            Ty::Struct(id) => {
-                let fields = self.structs[id].clone();
-                let list: Vec<String> = fields.into_iter().map(|field| self.literal_of(field)).collect();
-                format!("{{ {} }}", list.join(", "))
-            }
-        }
-    }
-
     pub(super) fn literal(&mut self, letter: char) -> String {
         match letter {
             'i' => self.bytes.pick(INTS).to_string(),
@@ -74,78 +58,6 @@ impl Gen<'_> {
         }
     }
 
-    /// A place of a type: a variable, an element, a field. `write` asks for one that can be assigned to.
-    pub(super) fn place(&mut self, letter: char, write: bool) -> Option<String> {
-        let holds = |var: &&Var| (var.write || !write) && self.contains(var.ty, letter);
-        let fitting: Vec<Var> = self.vars.iter().filter(holds).cloned().collect();
-        if fitting.is_empty() {
-            return None;
-        }
-        // Late variables first: they are the busy ones.
-        let var = &fitting[fitting.len() - 1 - self.bytes.below(fitting.len().min(256))];
-        self.within(var.ty, var.name.clone(), letter)
-    }
-
-    /// Whether a value of the type has a part of the letter.
-    fn contains(&self, ty: Ty, letter: char) -> bool {
-        match ty {
-            Ty::One(have) => have == letter || (letter == 'f' && matches!(have, 'c' | 'p' | 'v' | 'n' | 'm')),
-            Ty::Array(have, _) => have == letter,
-            Ty::Struct(id) => self.structs[id].iter().any(|field| self.contains(*field, letter)),
-        }
-    }
-
-    fn within(&mut self, ty: Ty, path: String, letter: char) -> Option<String> {
-        match ty {
-            Ty::One(have) if have == letter => Some(path),
-            Ty::One('m') if letter == 'f' => {
-                let (row, column) = (self.index(4), self.index(4));
-                Some(format!("{path}[{row}][{column}]"))
-            }
-            Ty::One(_) if letter == 'f' => Some(format!("{path}[{}]", self.index(3))),
-            Ty::Array(_, len) => Some(format!("{path}[{}]", self.index(len as usize))),
-            Ty::Struct(id) => {
-                let fields = self.structs[id].clone();
-                let fitting: Vec<usize> =
-                    (0..fields.len()).filter(|n| self.contains(fields[*n], letter)).collect();
-                let n = *fitting.get(self.bytes.below(fitting.len()))?;
-                self.within(fields[n], format!("{path}.m{n}"), letter)
-            }
-            Ty::One(_) => None,
-        }
-    }
-
-    /// An index, now and then out of range.
-    fn index(&mut self, len: usize) -> String {
-        let choice = self.bytes.below(8);
-        if choice < 4 || self.indices > 2 {
-            return self.bytes.below(len).to_string();
-        }
-        self.indices += 1;
-        let index = self.expr('i', 1);
-        self.indices -= 1;
-        if choice < 7 { format!("abs({index}) % {len}") } else { index }
-    }
-
-    /// An array of a letter, whatever its length.
-    pub(super) fn array(&mut self, letter: char, write: bool) -> Option<String> {
-        let holds =
-            |var: &&Var| (var.write || !write) && matches!(var.ty, Ty::Array(have, _) if have == letter);
-        let fitting: Vec<String> = self.vars.iter().filter(holds).map(|var| var.name.clone()).collect();
-        fitting.get(self.bytes.below(fitting.len())).cloned()
-    }
-
-    /// A whole variable of exactly this type.
-    pub(super) fn variable(&mut self, ty: Ty, write: bool) -> Option<String> {
-        let fitting: Vec<String> = self
-            .vars
-            .iter()
-            .filter(|var| var.ty == ty && (var.write || !write))
-            .map(|var| var.name.clone())
-            .collect();
-        fitting.get(self.bytes.below(fitting.len())).cloned()
-    }
-
     fn leaf(&mut self, letter: char) -> String {
         let choice = self.bytes.below(8);
         if choice == 7 {
@@ -160,7 +72,7 @@ impl Gen<'_> {
         if self.bytes.ended() {
             return self.literal(letter);
         }
-        self.place(letter, false).unwrap_or_else(|| self.literal(letter))
+        self.place(Ty::One(letter), false).unwrap_or_else(|| self.literal(letter))
     }
 
     /// An expression of exactly this type.
@@ -187,6 +99,11 @@ impl Gen<'_> {
 
     fn operation(&mut self, letter: char, depth: usize) -> String {
         let d = depth - 1;
+        if self.bytes.chance(12)
+            && let Some(effect) = self.effect(letter, d)
+        {
+            return effect;
+        }
         match letter {
             'i' => self.int(d),
             'f' => match self.bytes.below(8) {
@@ -207,7 +124,7 @@ impl Gen<'_> {
                 1 => format!("({} * {})", self.expr('f', d), self.expr('m', d)),
                 2 => format!("({} / {})", self.expr('m', d), self.expr('f', d)),
                 3 => format!("({} / {})", self.expr('m', d), self.expr('m', d)),
-                4 => {
+                4 if self.scope == Scope::All => {
                     let names = [self.space(), self.space()];
                     format!("matrix({}, {})", names[0], names[1])
                 }
@@ -223,6 +140,27 @@ impl Gen<'_> {
         }
     }
 
+    /// An operation on what an operand changes: all places are read after all operands.
+    fn effect(&mut self, letter: char, d: usize) -> Option<String> {
+        if !matches!(letter, 'i' | 'f' | 'c' | 'v' | 'm') {
+            return None;
+        }
+        let place = self.place(Ty::One(letter), true)?;
+        let effect = match self.bytes.below(5) {
+            0 => format!("({place}++)"),
+            1 => format!("(--{place})"),
+            2 => format!("(++{place})"),
+            _ => format!("({place} = {})", self.expr(letter, d)),
+        };
+        let other = if self.bytes.chance(128) { place } else { self.expr(letter, d) };
+        let op = if letter == 'm' { "*" } else { self.bytes.pick(&["+", "-", "*"]) };
+        Some(if self.bytes.chance(128) {
+            format!("({effect} {op} {other})")
+        } else {
+            format!("({other} {op} {effect})")
+        })
+    }
+
     fn triple(&mut self, letter: char, d: usize) -> String {
         let op = self.bytes.pick(&["+", "-", "*", "/"]);
         let of = word(letter);
@@ -235,7 +173,7 @@ impl Gen<'_> {
                 let other = self.bytes.pick(&['c', 'p', 'v', 'n']);
                 format!("({of})({} {op} {})", self.expr(letter, d), self.expr(other, d))
             }
-            5 => {
+            5 if self.scope == Scope::All => {
                 let space = if letter == 'c' { self.color_space() } else { self.space() };
                 format!("{of}({space}, {}, {}, {})", self.expr('f', d), self.expr('f', d), self.expr('f', d))
             }
@@ -245,7 +183,11 @@ impl Gen<'_> {
     }
 
     fn int(&mut self, d: usize) -> String {
-        match self.bytes.below(8) {
+        match self.bytes.below(9) {
+            8 => match self.any_array(false) {
+                Some(array) => format!("arraylength({array})"),
+                None => self.leaf('i'),
+            },
             0 => format!("({}{})", self.bytes.pick(&["-", "~", "!"]), self.expr('i', d)),
             1 => format!("int({})", self.expr('f', d)),
             2 => {

@@ -7,7 +7,9 @@
 mod bytes;
 mod call;
 mod expr;
+mod place;
 mod stmt;
+mod whole;
 
 pub use bytes::{Bytes, noise_bytes};
 
@@ -18,7 +20,33 @@ use std::fmt::Write;
 enum Ty {
     One(char),
     Array(char, u32),
+    /// A formal that takes arrays of any length.
+    Open(char),
     Struct(usize),
+    /// An array of structs that hold no arrays.
+    Structs(usize, u32),
+    /// A formal that takes those of any length.
+    OpenStructs(usize),
+}
+
+/// How a function takes an argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Pass {
+    /// It only reads it.
+    In,
+    /// It is no output, and yet written to: the caller's variable changes too.
+    Written,
+    /// An output.
+    Out,
+}
+
+/// What programs may contain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Scope {
+    /// Everything.
+    All,
+    /// What the walker knows: no closures, spaces, textures, messages or derivatives.
+    Walked,
 }
 
 #[derive(Clone, Debug)]
@@ -32,15 +60,19 @@ struct Var {
 #[derive(Clone, Debug)]
 struct Function {
     name: String,
-    ret: char,
-    params: Vec<(Ty, bool)>,
+    ret: Ty,
+    params: Vec<(Ty, Pass)>,
 }
+
+/// What a function returns that returns nothing.
+const NOTHING: Ty = Ty::One('x');
 
 /// Letters of the values that planes show.
 const VALUES: &[char] = &['f', 'c', 'i', 'p', 'v', 'n', 'm', 's'];
 
 /// A program in the making.
 struct Gen<'a> {
+    scope: Scope,
     bytes: Bytes<'a>,
     text: String,
     vars: Vec<Var>,
@@ -55,13 +87,23 @@ struct Gen<'a> {
     /// Statements that may still be made.
     left: usize,
     /// What a `return` returns; `None` in the shader itself.
-    returns: Option<char>,
+    returns: Option<Ty>,
 }
 
 /// A valid program, all of whose choices are these bytes.
 pub fn program(bytes: &[u8]) -> String {
+    make(bytes, Scope::All)
+}
+
+/// A valid program of what the [walker](crate::walker) knows.
+pub fn walked_program(bytes: &[u8]) -> String {
+    make(bytes, Scope::Walked)
+}
+
+fn make(bytes: &[u8], scope: Scope) -> String {
     let bytes = Bytes::new(bytes);
     let mut g = Gen {
+        scope,
         bytes,
         text: String::new(),
         vars: Vec::new(),
@@ -74,7 +116,7 @@ pub fn program(bytes: &[u8]) -> String {
         left: 40,
         returns: None,
     };
-    for _ in 0..g.bytes.below(3) {
+    for _ in 0..g.bytes.below(4) {
         g.declare_struct();
     }
     for _ in 0..g.bytes.below(4) {
@@ -119,23 +161,68 @@ impl Gen<'_> {
         match ty {
             Ty::One(letter) => format!("{} {name}", word(letter)),
             Ty::Array(letter, len) => format!("{} {name}[{len}]", word(letter)),
+            Ty::Open(letter) => format!("{} {name}[]", word(letter)),
             Ty::Struct(id) => format!("S{id} {name}"),
+            Ty::Structs(id, len) => format!("S{id} {name}[{len}]"),
+            Ty::OpenStructs(id) => format!("S{id} {name}[]"),
         }
     }
 
     fn any_type(&mut self) -> Ty {
-        match self.bytes.below(8) {
-            6 => Ty::Array(self.value_letter(), 1 + self.bytes.below(4) as u32),
-            7 if !self.structs.is_empty() => Ty::Struct(self.bytes.below(self.structs.len())),
+        match self.bytes.below(12) {
+            6 | 7 => Ty::Array(self.value_letter(), 1 + self.bytes.below(4) as u32),
+            8 | 9 if !self.structs.is_empty() => Ty::Struct(self.bytes.below(self.structs.len())),
+            10 => match self.flat_struct() {
+                Some(id) => Ty::Structs(id, 1 + self.bytes.below(3) as u32),
+                None => Ty::One(self.value_letter()),
+            },
             _ => Ty::One(self.value_letter()),
         }
+    }
+
+    /// A struct that may be the element of an array: nothing in it is one.
+    fn flat_struct(&mut self) -> Option<usize> {
+        let flat: Vec<usize> = (0..self.structs.len()).filter(|id| self.is_flat(*id)).collect();
+        flat.get(self.bytes.below(flat.len())).copied()
+    }
+
+    fn is_flat(&self, id: usize) -> bool {
+        self.structs[id].iter().all(|field| match field {
+            Ty::One(_) => true,
+            Ty::Struct(id) => self.is_flat(*id),
+            _ => false,
+        })
+    }
+
+    /// Whether the type has arrays of structs in it, which no parameter of a shader may have.
+    fn holds_structs(&self, ty: Ty) -> bool {
+        match ty {
+            Ty::Struct(id) => self.structs[id].iter().any(|field| self.holds_structs(*field)),
+            Ty::Structs(..) | Ty::OpenStructs(_) => true,
+            _ => false,
+        }
+    }
+
+    fn formal_type(&mut self) -> Ty {
+        if self.bytes.chance(60) && !self.structs.is_empty() {
+            return Ty::Struct(self.bytes.below(self.structs.len()));
+        }
+        if !self.bytes.chance(50) {
+            return self.any_type();
+        }
+        if self.bytes.chance(90)
+            && let Some(id) = self.flat_struct()
+        {
+            return Ty::OpenStructs(id);
+        }
+        Ty::Open(self.value_letter())
     }
 
     fn declare_struct(&mut self) {
         let id = self.structs.len();
         let mut fields = Vec::new();
         for _ in 0..1 + self.bytes.below(3) {
-            // A struct within a struct has a smaller number, and is no element of an array.
+            // A struct within a struct has a smaller number.
             let ty = self.any_type();
             fields.push(ty);
         }
@@ -148,33 +235,48 @@ impl Gen<'_> {
         self.structs.push(fields);
     }
 
+    /// A function; one inside of the shader sees the variables before it.
     fn function(&mut self) {
-        let ret = if self.bytes.chance(40) { 'x' } else { self.value_letter() };
+        let ret = match self.bytes.below(8) {
+            0 => NOTHING,
+            1 | 2 if !self.structs.is_empty() => Ty::Struct(self.bytes.below(self.structs.len())),
+            _ => Ty::One(self.value_letter()),
+        };
         let name = self.name("f");
+        let mark = self.vars.len();
         let mut params = Vec::new();
         let mut list = Vec::new();
         for _ in 0..self.bytes.below(4) {
-            let (ty, write) = (self.any_type(), self.bytes.chance(80));
+            let ty = self.formal_type();
+            let pass = match self.bytes.below(8) {
+                5 => Pass::Written,
+                6 | 7 => Pass::Out,
+                _ => Pass::In,
+            };
             let name = self.name("a");
-            let out = if write { "output " } else { "" };
+            let out = if pass == Pass::Out { "output " } else { "" };
             list.push(format!("{out}{}", Self::declarator(ty, &name)));
-            self.vars.push(Var { name, ty, write });
-            params.push((ty, write));
+            self.vars.push(Var { name, ty, write: pass != Pass::In });
+            params.push((ty, pass));
         }
-        self.line(&format!("{} {name}({})", word(ret), list.join(", ")));
-        self.returns = Some(ret);
-        self.left = 8;
+        let word = match ret {
+            Ty::Struct(id) => format!("S{id}"),
+            Ty::One(letter) => word(letter).to_string(),
+            _ => "void".to_string(),
+        };
+        self.line(&format!("{word} {name}({})", list.join(", ")));
+        let outer = (self.returns.replace(ret), std::mem::replace(&mut self.left, 8));
         self.block(2);
-        self.returns = None;
-        if ret != 'x' {
+        if ret != NOTHING {
             // Every way to the end returns a value.
             let at = self.text.trim_end().len() - 1;
             self.text.truncate(at);
-            let value = self.expr(ret, 2);
+            let value = self.returned(ret);
             self.line(&format!("    return {value};"));
             self.line("}");
         }
-        self.vars.clear();
+        (self.returns, self.left) = outer;
+        self.vars.truncate(mark);
         self.functions.push(Function { name, ret, params });
     }
 
@@ -182,15 +284,15 @@ impl Gen<'_> {
         let kind = self.bytes.pick(&["shader", "surface", "displacement", "volume"]);
         self.line(&format!("{kind} generated("));
         for _ in 0..self.bytes.below(5) {
-            let ty = self.any_type();
+            let ty = self.param_type();
             self.param("a", ty, false);
         }
         let outputs = 1 + self.bytes.below(4);
         for _ in 0..outputs {
-            let ty = self.any_type();
+            let ty = self.param_type();
             self.param("r", ty, true);
         }
-        if self.bytes.chance(60) {
+        if self.bytes.chance(60) && self.scope == Scope::All {
             self.param("k", Ty::One('K'), true);
         }
         self.param("last", Ty::One('f'), true);
@@ -198,7 +300,23 @@ impl Gen<'_> {
         self.text.truncate(at);
         self.line(")");
         self.left = 8 + self.bytes.below(32);
+        self.line("{");
+        self.indent += 1;
+        if self.bytes.chance(60) {
+            self.declaration();
+            self.function();
+        }
         self.block(3);
+        if self.scope == Scope::Walked {
+            self.print_texts();
+        }
+        self.indent -= 1;
+        self.line("}");
+    }
+
+    fn param_type(&mut self) -> Ty {
+        let ty = self.any_type();
+        if self.holds_structs(ty) { Ty::One('f') } else { ty }
     }
 
     /// A parameter of the shader.
@@ -212,5 +330,31 @@ impl Gen<'_> {
         };
         self.line(&format!("    {out}{} = {value},", Self::declarator(ty, &name)));
         self.vars.push(Var { name, ty, write });
+    }
+
+    /// Prints the strings of the outputs, which no plane shows.
+    fn print_texts(&mut self) {
+        let mut texts = Vec::new();
+        let outputs: Vec<(String, Ty)> =
+            self.vars.iter().filter(|var| var.write).map(|var| (var.name.clone(), var.ty)).collect();
+        for (name, ty) in outputs {
+            self.texts_of(ty, name, &mut texts);
+        }
+        if !texts.is_empty() {
+            let format = " %s".repeat(texts.len());
+            self.line(&format!("printf(\"={format}\\n\", {});", texts.join(", ")));
+        }
+    }
+
+    fn texts_of(&self, ty: Ty, path: String, texts: &mut Vec<String>) {
+        match ty {
+            Ty::One('s') | Ty::Array('s', _) => texts.push(path),
+            Ty::Struct(id) => {
+                for (n, field) in self.structs[id].iter().enumerate() {
+                    self.texts_of(*field, format!("{path}.m{n}"), texts);
+                }
+            }
+            _ => {}
+        }
     }
 }

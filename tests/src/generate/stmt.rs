@@ -1,6 +1,6 @@
 //! Statements.
 
-use super::{Gen, Ty, Var};
+use super::{Gen, NOTHING, Scope, Ty, Var};
 
 impl Gen<'_> {
     /// A block of statements in braces; `depth` bounds what is nested in it.
@@ -22,25 +22,27 @@ impl Gen<'_> {
     }
 
     fn statement(&mut self, depth: usize) {
-        let choice = self.bytes.below(if depth == 0 { 10 } else { 16 });
+        let choice = self.bytes.below(if depth == 0 { 12 } else { 18 });
         match choice {
             0..3 => self.declaration(),
             3..7 => self.assignment(),
             7 => self.void_call(),
             8 => self.jump(),
             9 => self.step(),
-            10..13 => self.branch(depth),
-            13 => self.counted(depth),
-            14 => self.conditioned(depth),
+            10 | 11 => self.own_statement(),
+            12..15 => self.branch(depth),
+            15 => self.counted(depth),
+            16 => self.conditioned(depth),
             _ => self.block(depth - 1),
         }
     }
 
-    fn declaration(&mut self) {
+    pub(super) fn declaration(&mut self) {
         let ty = self.any_type();
         let value = match ty {
             _ if self.bytes.chance(25) => None,
-            Ty::One(letter) => Some(self.expr(letter, 3)),
+            Ty::One(_) | Ty::Struct(_) => Some(self.initial(ty)),
+            _ if self.bytes.chance(128) => Some(self.initial(ty)),
             _ => Some(self.literal_of(ty)),
         };
         let name = self.name("x");
@@ -53,16 +55,13 @@ impl Gen<'_> {
     }
 
     fn assignment(&mut self) {
-        let whole: Vec<Var> =
-            self.vars.iter().filter(|v| v.write && !matches!(v.ty, Ty::One(_))).cloned().collect();
-        if self.bytes.chance(30) && !whole.is_empty() {
-            let to = &whole[self.bytes.below(whole.len())];
-            if let Some(from) = self.variable(to.ty, false) {
-                return self.line(&format!("{} = {from};", to.name));
-            }
+        if self.bytes.chance(60)
+            && let Some(line) = self.whole_assignment()
+        {
+            return self.line(&line);
         }
-        let letter = if self.bytes.chance(12) { 'K' } else { self.any_value() };
-        let Some(place) = self.place(letter, true) else { return self.declaration() };
+        let letter = if self.bytes.chance(12) && self.scope == Scope::All { 'K' } else { self.any_value() };
+        let Some(place) = self.place(Ty::One(letter), true) else { return self.declaration() };
         let op = match letter {
             'i' => self.bytes.pick(&["=", "=", "+=", "-=", "*=", "/=", "&=", "|=", "^=", "<<=", ">>="]),
             'f' | 'c' | 'p' | 'v' | 'n' => self.bytes.pick(&["=", "=", "=", "+=", "-=", "*=", "/="]),
@@ -80,13 +79,24 @@ impl Gen<'_> {
         }
     }
 
+    /// A call of one of the program's functions for what it changes.
+    fn own_statement(&mut self) {
+        let returns: Vec<Ty> = self.functions.iter().map(|function| function.ret).collect();
+        let Some(ret) = returns.get(self.bytes.below(returns.len())) else { return self.assignment() };
+        match self.own_call(*ret, 2) {
+            Some(call) => self.line(&format!("{call};")),
+            None => self.assignment(),
+        }
+    }
+
     fn jump(&mut self) {
         let jump = match self.returns {
             _ if self.loops > 0 && self.bytes.chance(160) => {
                 self.bytes.pick(&["break", "continue"]).to_string()
             }
-            Some('x') => "return".to_string(),
-            Some(letter) => format!("return {}", self.expr(letter, 2)),
+            Some(NOTHING) => "return".to_string(),
+            Some(_) if self.bytes.chance(30) => "exit()".to_string(),
+            Some(ty) => format!("return {}", self.returned(ty)),
             None => self.bytes.pick(&["return", "exit()"]).to_string(),
         };
         let cond = self.expr('i', 2);
@@ -95,7 +105,7 @@ impl Gen<'_> {
 
     fn step(&mut self) {
         let letter = self.bytes.pick(&['i', 'f']);
-        if let Some(place) = self.place(letter, true) {
+        if let Some(place) = self.place(Ty::One(letter), true) {
             let text = match self.bytes.below(4) {
                 0 => format!("{place}++;"),
                 1 => format!("{place}--;"),

@@ -1,0 +1,169 @@
+//! The law between the product and the walker: at every point a program yields the same outputs, to the bit, prints the
+//! same text and says the same errors and warnings, compiled from its source or from the `.oso` that is written from it.
+
+use crate::laws;
+use crate::walker::{self, Outcome, Point};
+use osl_exec::{Frame, RunOptions};
+use osl_ir::hir::Program;
+use osl_ir::ir::Kind;
+use osl_ir::params::ParamValues;
+use osl_ir::passes;
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use oslrun::pipeline;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What came of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Both agree.
+    Same,
+    /// Nothing was compared: why not.
+    Open(String),
+}
+
+/// Six points, some of them outside of the unit patch.
+fn grid() -> Grid {
+    Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(3, 2) }
+}
+
+/// What a point yields, in a form to compare: bits by plane, and the text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+struct Seen {
+    planes: BTreeMap<(String, usize), u32>,
+    printed: String,
+}
+
+/// The text without the signs of NaN: nothing says what they are.
+fn unsigned(text: &str) -> String {
+    text.replace("-nan", "nan")
+}
+
+fn walked(outcome: &Outcome) -> Seen {
+    let mut seen = Seen { printed: unsigned(&outcome.printed), ..Seen::default() };
+    for (name, value) in &outcome.outputs {
+        for (component, word) in value.words().into_iter().enumerate() {
+            seen.planes.insert((name.clone(), component), word);
+        }
+    }
+    seen
+}
+
+/// What the product yields at each point, and what it says.
+fn run(program: &Program, grid: &Grid) -> Result<(Vec<Seen>, BTreeSet<String>), String> {
+    let body = osl_ir::lower::lower(program, &ParamValues::default()).map_err(|e| format!("{e:?}"))?;
+    let compiled = pipeline::finish(body, &passes::Options::default());
+    let options = RunOptions { max_steps: 1 << 26, ..RunOptions::default() };
+    let frame = osl_exec::run(&compiled.program, laws::services(), grid, &options, &|_| ());
+    let frame = frame.map_err(|stop| format!("stopped: {stop}"))?;
+    Ok((seen(&frame, grid.width * grid.height), said(&frame)))
+}
+
+fn seen(frame: &Frame, points: usize) -> Vec<Seen> {
+    let mut all = vec![Seen::default(); points];
+    for plane in frame.planes.iter().filter(|plane| plane.kind != Kind::Str) {
+        for (point, word) in all.iter_mut().zip(&plane.words) {
+            let nan = plane.kind != Kind::Int && f32::from_bits(*word).is_nan();
+            let word = if nan { f32::NAN.to_bits() } else { *word };
+            point.planes.insert((plane.output.to_string(), plane.component), word);
+        }
+    }
+    for printed in &frame.printed {
+        if let Some(point) = all.get_mut(printed.point) {
+            point.printed += &unsigned(&printed.text);
+        }
+    }
+    all
+}
+
+/// The messages without places and names: a formal may go by the name of the variable that it stands for.
+fn said(frame: &Frame) -> BTreeSet<String> {
+    let plain = |said: &osl_exec::Said| {
+        let text = unsigned(&said.message.text);
+        if let Some((head, rest)) = text.split_once(" out of range ")
+            && let Some((_, range)) = rest.split_once("[0..")
+            && let Some((last, _)) = range.split_once(']')
+        {
+            return format!("{head} out of range [0..{last}]");
+        }
+        text
+    };
+    frame.messages.iter().map(plain).collect()
+}
+
+fn compare(expected: &Seen, got: &Seen) -> Option<String> {
+    let names: BTreeSet<&(String, usize)> = expected.planes.keys().chain(got.planes.keys()).collect();
+    for name in names {
+        let (walker, product) = (expected.planes.get(name), got.planes.get(name));
+        if walker != product {
+            let show = |word: Option<&u32>| {
+                word.map_or("nothing".to_string(), |w| {
+                    format!("{} = {w:#010x} = {}", *w as i32, f32::from_bits(*w))
+                })
+            };
+            return Some(format!(
+                "{}, {}: walker {}, product {}",
+                name.0,
+                name.1,
+                show(walker),
+                show(product)
+            ));
+        }
+    }
+    (expected.printed != got.printed)
+        .then(|| format!("printed: walker {:?}, product {:?}", expected.printed, got.printed))
+}
+
+/// Compares the product with the walker at every point; through `.oso` too if that is asked for.
+///
+/// # Errors
+/// The first difference, in words, or that the program does not compile.
+pub fn hold(text: &str, through_oso: bool) -> Result<Verdict, String> {
+    let checked = pipeline::check("generated.osl", text, &NoFiles, &Options::default());
+    let Some(program) = checked.program else {
+        return Ok(Verdict::Open(format!(
+            "does not compile: {}",
+            laws::lower(text).err().unwrap_or_default()
+        )));
+    };
+    let grid = grid();
+    let (mut expected, mut messages) = (Vec::new(), BTreeSet::new());
+    for y in 0..grid.height {
+        for x in 0..grid.width {
+            let (u, v) = (grid.coordinate(0, x, grid.width), grid.coordinate(1, y, grid.height));
+            match walker::walk(&program, Point { u, v }) {
+                Ok(outcome) => {
+                    expected.push(walked(&outcome));
+                    messages.extend(outcome.messages.iter().map(|m| unsigned(m)));
+                }
+                Err(why) => return Ok(Verdict::Open(why.to_string())),
+            }
+        }
+    }
+    let mut programs = vec![("source", program.clone())];
+    if through_oso {
+        let written = osl_ir::oso::write(&program, &checked.sources)
+            .map_err(|d| format!("cannot be written to .oso: {d:?}"))?;
+        let read = osl_ir::oso::read("generated.oso", &written);
+        let program =
+            read.program.ok_or_else(|| format!("cannot be read from .oso: {:?}", read.diagnostics))?;
+        programs.push((".oso", program));
+    }
+    for (from, program) in programs {
+        let (got, said) = run(&program, &grid)?;
+        for (point, (expected, got)) in expected.iter().zip(&got).enumerate() {
+            if let Some(difference) = compare(expected, got) {
+                return Err(format!("from {from}, point {point}: {difference}"));
+            }
+        }
+        if messages != said {
+            let only =
+                |a: &BTreeSet<String>, b: &BTreeSet<String>| a.difference(b).cloned().collect::<Vec<_>>();
+            let (walker, product) = (only(&messages, &said), only(&said, &messages));
+            return Err(format!(
+                "from {from}: only the walker says {walker:?}, only the product {product:?}"
+            ));
+        }
+    }
+    Ok(Verdict::Same)
+}

@@ -1,0 +1,151 @@
+//! A second opinion on what a program means: it walks the resolved tree at one point.
+//!
+//! It owns the meaning of statements, expressions, places and calls, written down from the rules of the language alone:
+//! no inlining, no splitting of structs, no passes, no lanes. Variables are trees of values, and a formal that stands
+//! for a variable names its tree. It is small and slow. It must not call the lowering, the passes or the
+//! interpreter; single numbers (sines, noise, the text of a number) come from the libraries that recorded vectors check.
+//! Where the language leaves a value open (see [`Stop::Open`]) it says so instead of choosing one.
+//! Closures, textures, spaces, messages and derivatives are not part of it.
+
+mod arguments;
+mod builtins;
+mod expr;
+mod math;
+mod ops;
+mod place;
+mod stmt;
+mod value;
+
+pub use builtins::KNOWN;
+pub use value::Value;
+
+use osl_ir::hir::{Global, Program, VarId, VarKind};
+use place::Spot;
+use std::collections::BTreeSet;
+
+/// Why a walk ended early.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Stop {
+    /// The shader called `exit`.
+    Exit,
+    /// The language leaves open what happens here, or the walker does not know it.
+    Open(&'static str),
+}
+
+/// What a point has: its globals.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// The coordinates on the patch.
+    pub u: f32,
+    /// The coordinates on the patch.
+    pub v: f32,
+}
+
+impl Point {
+    /// A global on the grid of unit patches.
+    fn global(&self, global: Global) -> Value {
+        match global {
+            Global::U => Value::Float(self.u),
+            Global::V => Value::Float(self.v),
+            Global::P => Value::Triple([self.u, self.v, 1.0]),
+            Global::N | Global::Ng => Value::Triple([0.0, 0.0, 1.0]),
+            Global::DPdu => Value::Triple([1.0, 0.0, 0.0]),
+            Global::DPdv => Value::Triple([0.0, 1.0, 0.0]),
+            Global::Time | Global::Dtime => Value::Float(0.0),
+            _ => Value::Triple([0.0; 3]),
+        }
+    }
+}
+
+/// What a point yields.
+#[derive(Clone, Debug, Default)]
+pub struct Outcome {
+    /// Each part of each output that is no array, by the name that planes have: `a`, `s.m0`, `a[2]`.
+    pub outputs: Vec<(String, Value)>,
+    /// All that it printed.
+    pub printed: String,
+    /// Errors and warnings, each once.
+    pub messages: BTreeSet<String>,
+}
+
+/// Steps of statements and expressions after which a walk is given up.
+const MAX_STEPS: u32 = 300_000;
+
+struct Walker<'a> {
+    program: &'a Program,
+    /// The variables that live, and those that lived.
+    cells: Vec<Value>,
+    /// Where each variable of the program lies now.
+    places: Vec<Option<Spot>>,
+    outcome: Outcome,
+    steps: u32,
+}
+
+/// The value of a program at a point.
+///
+/// # Errors
+/// The language leaves the value open, or the program uses what the walker does not know.
+pub fn walk(program: &Program, point: Point) -> Result<Outcome, &'static str> {
+    let mut walker = Walker {
+        program,
+        cells: Vec::new(),
+        places: vec![None; program.vars.len()],
+        outcome: Outcome::default(),
+        steps: 0,
+    };
+    for (index, var) in program.vars.iter().enumerate() {
+        if let VarKind::Global(global) = var.kind {
+            walker.bring_to_life(VarId(index as u32), point.global(global));
+        }
+    }
+    // A parameter's default may read the parameters before it.
+    let ended = walker.shader();
+    match ended {
+        Ok(()) | Err(Stop::Exit) => Ok(walker.finish()),
+        Err(Stop::Open(why)) => Err(why),
+    }
+}
+
+impl Walker<'_> {
+    fn shader(&mut self) -> Result<(), Stop> {
+        let program = self.program;
+        for param in &program.shader.params {
+            let ty = program.vars[param.var.0 as usize].ty;
+            let zero = self.zero(ty);
+            self.bring_to_life(param.var, zero);
+        }
+        for param in &program.shader.params {
+            let ty = program.vars[param.var.0 as usize].ty;
+            let value = self.made_from(ty, &param.init)?;
+            let spot = self.variable(param.var);
+            self.write(&spot, value);
+        }
+        self.statements(&program.shader.body)?;
+        Ok(())
+    }
+
+    fn finish(mut self) -> Outcome {
+        let program = self.program;
+        for param in program.shader.params.iter().filter(|param| param.output) {
+            let var = &program.vars[param.var.0 as usize];
+            let spot = self.variable(param.var);
+            let value = self.read(&spot);
+            let mut parts = Vec::new();
+            self.parts(var.ty, var.name.to_string(), &value, &mut parts);
+            self.outcome.outputs.append(&mut parts);
+        }
+        self.outcome
+    }
+
+    /// Counts a step.
+    fn tick(&mut self) -> Result<(), Stop> {
+        self.steps += 1;
+        if self.steps > MAX_STEPS { Err(Stop::Open("too many steps")) } else { Ok(()) }
+    }
+
+    /// A new place for a variable; those that stand for the old one keep it.
+    fn bring_to_life(&mut self, var: VarId, value: Value) {
+        self.cells.push(value);
+        self.places[var.0 as usize] = Some(Spot::cell(self.cells.len() - 1));
+    }
+}
