@@ -3,7 +3,7 @@
 use crate::{Error, Program, Shader, Value, pipeline};
 use osl_ir::group::{self, Layer};
 use osl_ir::params::{self, ParamError, ParamValues};
-use osl_ir::types::Type;
+use osl_ir::types::{Base, Type};
 use osl_ir::{hir, lower, passes};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
@@ -79,7 +79,7 @@ impl GroupBuilder {
     }
 
     /// Compiles the group for some of its outputs: those of the last layer by their names, those of others as
-    /// `LAYER.OUTPUT`. None is all of the last layer. What they do not need costs nothing.
+    /// `LAYER.OUTPUT`. None is all of the last layer except closures. What they do not need costs nothing.
     ///
     /// # Errors
     /// A step of the building failed, there is no such output, or the program is too large.
@@ -93,14 +93,18 @@ impl GroupBuilder {
         for name in outputs {
             let part = name.split_once('.').and_then(|(l, n)| Some((group.layers().get(group.find(l)?)?, n)));
             let (layer, output) = part.unwrap_or((last, name));
-            if !has_output(&layer.program, output) {
+            if !has_output(&layer.program, output) && (output != "Ci" || part.is_some()) {
                 return Err(Error::new(format!("layer `{}` has no output `{output}`", layer.name)));
             }
             if part.is_some() {
                 others.push((*name).into());
             }
         }
-        let body = lower::lower_group(&group, &others).map_err(|list| Error::of(&list, &sources))?;
+        let mut body = lower::lower_group(&group, &others).map_err(|list| Error::of(&list, &sources))?;
+        if outputs.is_empty() {
+            // Closures are for those who name them: others do not pay for them.
+            body.outputs.retain(|output| output.ty.base != Base::Closure);
+        }
         let wanted = (!outputs.is_empty()).then(|| outputs.iter().map(|name| (*name).into()).collect());
         let options = passes::Options { outputs: wanted, ..passes::Options::default() };
         Ok(Program::new(pipeline::finish(body, &options).program, sources))

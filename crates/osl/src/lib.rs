@@ -39,6 +39,7 @@
 //! This crate must not know command lines, terminals, or files other than textures. No type of the compiler behind it shows in
 //! its interface.
 
+mod closure;
 mod error;
 mod group;
 #[doc(hidden)]
@@ -49,6 +50,7 @@ mod services;
 mod shader;
 mod value;
 
+pub use closure::{Argument, Closure};
 pub use error::{Diagnostic, Error};
 pub use group::{Group, GroupBuilder};
 pub use points::Points;

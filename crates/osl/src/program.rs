@@ -1,7 +1,7 @@
 //! Programs, and what running one yields.
 
 use crate::points::Source;
-use crate::{Error, Points, Renderer};
+use crate::{Closure, Error, Points, Renderer};
 use osl_exec::{Frame, Plane, RunOptions};
 use osl_ir::ir::Kind;
 use osl_syntax::source::SourceMap;
@@ -34,7 +34,7 @@ impl Program {
     pub fn run_with(&self, points: &Points, renderer: &Renderer) -> Result<Outputs, Error> {
         points.check()?;
         let source = Source { points, services: &*renderer.answers };
-        let options = RunOptions::default();
+        let options = RunOptions { closures: true, ..RunOptions::default() };
         let frame = osl_exec::run(&self.program, &renderer.services, &source, &options, &|_| ());
         let frame = frame.map_err(Error::new)?;
         let messages = frame.said(|span| {
@@ -55,7 +55,7 @@ pub struct Message {
 }
 
 /// The values of outputs at all points, in their order. Elements of arrays are outputs of their own, `a[2]`; fields of
-/// structs too, `s.a`. Strings and closures are not among them.
+/// structs too, `s.a`. Strings are not among them, and closures have a way of their own.
 #[derive(Clone, Debug)]
 pub struct Outputs {
     frame: Frame,
@@ -93,6 +93,13 @@ impl Outputs {
     /// A matrix, row by row.
     pub fn matrices(&self, name: &str) -> Option<Vec<[f32; 16]>> {
         self.grouped(name)
+    }
+
+    /// The components of a closure output at each point: one that was named when the group was compiled, or `Ci`.
+    pub fn closures(&self, name: &str) -> Option<Vec<Vec<Closure>>> {
+        let found = self.frame.closures.iter().find(|closures| &*closures.output == name)?;
+        let point = |list: &Vec<osl_exec::Component>| list.iter().map(Closure::new).collect();
+        Some(found.points.iter().map(point).collect())
     }
 
     /// What the run had to say, each message once.

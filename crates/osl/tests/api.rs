@@ -196,3 +196,33 @@ fn services_answer() {
     assert_eq!(alone.ints("index"), Some(vec![-1; 3]));
     assert!(alone.messages().iter().any(|m| m.error && m.text.contains("double")), "{:?}", alone.messages());
 }
+
+/// Closures of any name are data for who asks for them.
+#[test]
+fn closures_are_data() {
+    let text = "closure color fuzz(normal n, float a) [[ int builtin = 1 ]];
+        surface s(output closure color other = 0, output float r = 0)
+        {
+            float list[2] = { 1, u };
+            Ci = color(u, 1, 0) * fuzz(N, 2, \"list\", list, \"base\", diffuse(N)) + emission();
+            r = u;
+        }";
+    let shader = Shader::compile("s.osl", text).unwrap();
+    let program = Group::builder().layer("s", &shader).compile(&["Ci", "r"]).unwrap();
+    let outputs = program.run(&Points::new(2).u([0.0, 0.5])).unwrap();
+    let points = outputs.closures("Ci").unwrap();
+    assert_eq!((points.len(), points[1].len()), (2, 2));
+    let (fuzz, emission) = (&points[1][0], &points[1][1]);
+    assert_eq!((fuzz.name.as_str(), fuzz.weight), ("fuzz", [0.5, 1.0, 0.0]));
+    assert_eq!((emission.name.as_str(), emission.arguments.len()), ("emission", 0));
+    let keys: Vec<Option<&str>> = fuzz.arguments.iter().map(|a| a.key.as_deref()).collect();
+    assert_eq!(keys, [None, None, Some("list"), Some("base")]);
+    assert_eq!(fuzz.arguments[1].value, Some(Value::Float(2.0)));
+    assert_eq!(fuzz.arguments[2].value, Some(Value::Floats(vec![1.0, 0.5])));
+    assert_eq!(fuzz.arguments[3].closure[0].name, "diffuse");
+    assert!(outputs.closures("other").is_none());
+    // Nobody named them: they are not computed.
+    let all = Group::builder().layer("s", &shader).compile(&[]).unwrap();
+    let outputs = all.run(&Points::new(2).u([0.0, 0.5])).unwrap();
+    assert_eq!((outputs.names(), outputs.closures("Ci")), (vec!["r"], None));
+}

@@ -11,9 +11,9 @@ use crate::pipeline::{self, Compiled};
 use clap::Args;
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
 use osl_image::{BitDepth, PngOptions, Transfer, write_png};
-use osl_ir::ir::{Body, Kind};
+use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::passes;
-use osl_ir::types::Type;
+use osl_ir::types::{Base, Type};
 use osl_scene::camera::View;
 use osl_scene::displace::{Displacement, displace};
 use osl_scene::glam::{Mat4, Vec2, Vec3};
@@ -173,7 +173,9 @@ impl<'a> Job<'a> {
             Some(list) => list.iter().map(|name| name.as_str().into()).collect(),
             None => {
                 let by = self.args.on.displace.as_deref();
-                let all = self.loaded.body.outputs.iter().map(|output| output.name.clone());
+                // Of closures nothing is shown, so that nothing is computed either.
+                let pixels = |output: &&Output| output.ty.base != Base::Closure;
+                let all = self.loaded.body.outputs.iter().filter(pixels).map(|output| output.name.clone());
                 all.filter(|name| Some(&**name) != by).collect()
             }
         }

@@ -7,7 +7,7 @@ use osl_image::{
     BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
     Unsaved, write_exr, write_exr_rows, write_png,
 };
-use osl_ir::ir::{Body, Kind};
+use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -174,6 +174,22 @@ pub(super) const CLOSURES_ALONE: &str = "the shader yields closures alone: the l
 pub(super) fn only_closures(body: &Body) -> bool {
     let mut outputs = body.outputs.iter().filter(|output| output.ty.element() != Type::STRING).peekable();
     outputs.peek().is_some() && outputs.all(|output| output.ty.element().base == Base::Closure)
+}
+
+/// Drops closures from the outputs of a body, of which nothing is shown: what only they need is not computed. If nothing else
+/// was asked for, they stay.
+pub(super) fn drop_closures(body: &mut Body, asked: Option<&[Arc<str>]>) {
+    let is_asked = |name: &str| {
+        asked.is_none_or(|list| list.iter().any(|asked| name.split('.').next() == asked.split('.').next()))
+    };
+    let is_closure = |output: &Output| output.ty.base == Base::Closure;
+    if body
+        .outputs
+        .iter()
+        .any(|output| !is_closure(output) && output.ty.element() != Type::STRING && is_asked(&output.name))
+    {
+        body.outputs.retain(|output| !is_closure(output));
+    }
 }
 
 impl From<ImageError> for Broken {

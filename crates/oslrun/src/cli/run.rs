@@ -35,7 +35,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         }
         return on::run(args, &loaded, started, out, err);
     }
-    let Loaded { sources, body, name, folder, texts, .. } = loaded;
+    let Loaded { sources, mut body, name, folder, texts, .. } = loaded;
     let points =
         WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
@@ -48,6 +48,9 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         arithmetic: args.arithmetic.unwrap_or_default(),
         prefilter: args.sampling.prefilter(plan),
     };
+    if !args.closures {
+        output::drop_closures(&mut body, options.outputs.as_deref());
+    }
     let lowered = body.count();
     let offers = args.arithmetic.is_none() && matches!(plan, Plan::MaxError(..));
     let whole = (args.stats || offers).then(|| body.clone());
