@@ -160,3 +160,38 @@ fn a_group_is_archived_and_read_again() {
     let again = prints(dir.path(), "--group kept.group");
     assert!(first.ends_with(&again), "{first}{again}");
 }
+
+#[test]
+fn color_spaces_hold_for_names_that_are_computed_and_for_slopes() {
+    let dir = folder();
+    let shader = "shader cs(string to = \"\", output float same = 0, output float slope = 0, output float own = 0)\n{\n    color c = color(u, 0.7, v);\n    string computed = u < 5 ? to : \"rgb\";\n    same = length(vector(transformc(computed, \"rgb\", c) - transformc(\"XYZ\", \"rgb\", c)));\n    slope = Dx(luminance(c)) / Dx(u) - luminance(color(1, 0, 0));\n    own = length(vector(transformc(\"rgb\", \"ACEScg\", c) - c));\n}\n";
+    std::fs::write(dir.path().join("cs.osl"), shader).unwrap();
+    let values = |more: &str| -> Vec<f32> {
+        let text = prints(
+            dir.path(),
+            &format!(
+                "{more} -param to XYZ -g 2 2 --center --print -o same null -o slope null -o own null cs"
+            ),
+        );
+        text.lines().filter_map(|l| l.split_once(" : ")?.1.parse().ok()).collect()
+    };
+    for more in ["--colorspace ACEScg", "--options colorspace=ACEScg"] {
+        let found = values(more);
+        assert!(found.len() == 12 && found.iter().all(|x| x.abs() < 1e-6), "{more}: {found:?}");
+    }
+}
+
+#[test]
+fn settings_silence_messages_and_name_spaces() {
+    let dir = folder();
+    let shader = "shader noisy(int i = 7, output point o = 0)\n{\n    float a[2] = { 1, 2 };\n    o = a[i] + transform(\"home\", \"nowhere\", P);\n}\n";
+    std::fs::write(dir.path().join("noisy.osl"), shader).unwrap();
+    let err = |more: &str| testshade(dir.path(), &format!("{more} -param:lockgeom=0 i 7 -o o null noisy")).2;
+    assert!(err("-v").contains("Index [7]") && err("-v").contains("Unknown transformation"), "{}", err("-v"));
+    let less = err("--options range_checking=0,commonspace=home");
+    assert!(
+        less.starts_with("ERROR: Unknown transformation \"nowhere\"") && less.lines().count() == 1,
+        "{less}"
+    );
+    assert_eq!(err("--options range_checking=0,unknown_coordsys_error=0"), "");
+}

@@ -81,7 +81,7 @@ fn a_script_compiles_lists_and_shades() {
                 "--print"
             ]
         ),
-        "Connect n1.out to s.a\nn 0\nn 3\nPixel (0, 0):\n  sum : 3\nPixel (1, 0):\n  sum : 6\n\n"
+        "Connect n1.out to s.a\nPixel (0, 0):\n  sum : 3\nPixel (1, 0):\n  sum : 6\nn 0\nn 3\n\n"
     );
 }
 
@@ -239,7 +239,7 @@ fn groups_of_testshade() {
         );
         assert_eq!(
             text,
-            "\nx 0\nx 3\nPixel (0, 0):\n  sum : 3\n  out : 0\nPixel (1, 0):\n  sum : 6\n  out : 3\n"
+            "\nPixel (0, 0):\n  sum : 3\n  out : 0\nPixel (1, 0):\n  sum : 6\n  out : 3\nx 0\nx 3\n"
         );
     }
     // `--layer` names the next shader; a name alone is one too; an int is no float.

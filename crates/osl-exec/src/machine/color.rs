@@ -7,8 +7,10 @@ use crate::lanes;
 use crate::message::Message;
 use crate::program::{KernelStep, Place};
 use crate::services::IDENTITY;
-use osl_ir::builtins::color_path;
+use osl_ir::builtins::color_path_in;
+use osl_ir::ir::LaneOp;
 use osl_ir::numeric::Number;
+use osl_ir::numeric::color::ColorSystem;
 
 impl<A: Arithmetic> Machine<'_, A> {
     /// The matrix between two spaces, and the message where there is none.
@@ -64,10 +66,12 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn color_between(&mut self, step: &KernelStep, mask: &Mask) {
         let [out] = &step.outs[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let [from, to, color] = step.args[..] else { return };
+            let ([from, to, color] | [from, to, color, _]) = step.args[..] else { return };
+            // The number of the RGB system, if it is not the usual one.
+            let number = step.args.get(3).map_or(0, |system| self.bits(*system, lane) as i32);
             let (from, to) = (&self.text(self.bits(from, lane)), &self.text(self.bits(to, lane)));
             let mut words = [0, 1, 2].map(|c| self.word(self.part(color, c), lane));
-            let path = color_path(from, true).zip(color_path(to, false));
+            let path = color_path_in(from, true, number).zip(color_path_in(to, false, number));
             if path.is_none() {
                 let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
                 self.report(step, lane, mask, Message::error(text));
@@ -76,7 +80,12 @@ impl<A: Arithmetic> Machine<'_, A> {
             let (first, second) = path.filter(|_| !same).unwrap_or((&[], &[]));
             for op in first.iter().chain(second) {
                 let from = words;
-                lanes::one::<A>(self.isa, *op, &from, &mut words, 1);
+                let rgb = || ColorSystem::<A::Real>::numbered(number);
+                match op {
+                    LaneOp::XyzToRgbIn => words = rgb().to_rgb(from.map(A::Real::load)).map(A::Real::store),
+                    LaneOp::RgbToXyzIn => words = rgb().to_xyz(from.map(A::Real::load)).map(A::Real::store),
+                    op => lanes::one::<A>(self.isa, *op, &from, &mut words, 1),
+                }
             }
             self.set_words(*out, lane, &words);
         }

@@ -18,7 +18,8 @@ pub(crate) fn weight(step: &Step) -> u64 {
 fn of_op(op: LaneOp) -> u64 {
     use LaneOp as L;
     match op {
-        L::Blackbody | L::Wavelength => 500,
+        L::Blackbody | L::Wavelength | L::BlackbodyIn | L::WavelengthIn => 500,
+        L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn => 100,
         L::MInverse | L::MMul | L::MDet => 30,
         L::Sin | L::Cos | L::Tan | L::Asin | L::Acos | L::Atan | L::Atan2 => 10,
         L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc | L::Fmod | L::FmodExact => 10,

@@ -2,6 +2,7 @@
 
 use super::{Builtin, Emitted, Site};
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp};
+use crate::numeric::color::SYSTEMS;
 
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane("luminance", &["f(c)"], LaneOp::Luminance, "Luminance of a linear RGB color.")
@@ -98,5 +99,22 @@ pub fn path(space: &str, to_rgb: bool) -> Option<&'static [LaneOp]> {
         ("sRGB", true) => &[L::SrgbToLinear],
         ("sRGB", false) => &[L::LinearToSrgb],
         _ => return None,
+    })
+}
+
+/// The same where colors have the primaries of a system, by its number: its own name means RGB.
+pub fn path_in(space: &str, to_rgb: bool, system: i32) -> Option<&'static [LaneOp]> {
+    use LaneOp as L;
+    let own = usize::try_from(system).ok().and_then(|at| SYSTEMS.get(at));
+    if system == 0 {
+        return path(space, to_rgb);
+    }
+    Some(match (space, to_rgb) {
+        _ if own.is_some_and(|own| *own == space) => &[],
+        ("XYZ", true) => &[L::XyzToRgbIn],
+        ("XYZ", false) => &[L::RgbToXyzIn],
+        ("xyY", true) => &[L::XyyToXyz, L::XyzToRgbIn],
+        ("xyY", false) => &[L::RgbToXyzIn, L::XyzToXyy],
+        _ => return path(space, to_rgb),
     })
 }

@@ -25,7 +25,7 @@ mod string;
 mod texture;
 
 pub(crate) use closure::component;
-pub use color::path as color_path;
+pub use color::{path as color_path, path_in as color_path_in};
 pub use message::{Made as MessageMade, other_type, set_late, set_twice};
 pub(crate) use message::{Message, carry as carry_messages};
 pub use signature::{Param, ParamType, Signature, Tail};

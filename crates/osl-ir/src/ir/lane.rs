@@ -176,6 +176,12 @@ macro_rules! for_each_lane_op {
             Wavelength "wavelength_color" whole (F) -> T, $crate::numeric::spectrum::wavelength_color;
             Still "still" each (F) -> F, $crate::numeric::lane::still;
             Luminance "luminance" whole (T) -> F, $crate::numeric::lane::luminance;
+            // The same in the RGB system of a number.
+            XyzToRgbIn "xyz_to_rgb.in" whole (T, I) -> T, $crate::numeric::lane::xyz_to_rgb_in;
+            RgbToXyzIn "rgb_to_xyz.in" whole (T, I) -> T, $crate::numeric::lane::rgb_to_xyz_in;
+            LuminanceIn "luminance.in" whole (T, I) -> F, $crate::numeric::lane::luminance_in;
+            BlackbodyIn "blackbody.in" whole (F, I) -> T, $crate::numeric::spectrum::blackbody_in;
+            WavelengthIn "wavelength_color.in" whole (F, I) -> T, $crate::numeric::spectrum::wavelength_in;
         }
     };
 }
@@ -244,6 +250,11 @@ macro_rules! declare {
         pub enum LaneOp { $($name),* }
 
         impl LaneOp {
+    /// Whether the second operand is the number of an RGB system, and the first one color.
+    pub fn takes_system(self) -> bool {
+        matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn)
+    }
+
             /// All operations.
             pub const ALL: &[LaneOp] = &[$(LaneOp::$name),*];
 

@@ -169,6 +169,23 @@ pub struct ColorSystem<R = f32> {
     pub luminance: Triple<R>,
 }
 
+/// Names of the systems that OSL knows, its own choice first.
+pub const SYSTEMS: [&str; 13] = [
+    "Rec709",
+    "sRGB",
+    "NTSC",
+    "EBU",
+    "PAL",
+    "SECAM",
+    "SMPTE",
+    "HDTV",
+    "CIE",
+    "AdobeRGB",
+    "XYZ",
+    "ACES2065-1",
+    "ACEScg",
+];
+
 const D65: [f64; 2] = [0.3127, 0.3291];
 const ILLUMINANT_C: [f64; 2] = [0.3101, 0.3162];
 const ILLUMINANT_E: [f64; 2] = [1.0 / 3.0, 1.0 / 3.0];
@@ -179,6 +196,12 @@ impl<R: Real> ColorSystem<R> {
     #[inline(always)]
     pub fn rec709() -> Self {
         Self::from_primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65)
+    }
+
+    /// The system of a number, the position of its name in [`SYSTEMS`]; Rec709 for any other number.
+    pub fn numbered(number: i32) -> Self {
+        let name = usize::try_from(number).ok().and_then(|at| SYSTEMS.get(at));
+        name.and_then(|name| Self::named(name)).unwrap_or_else(Self::rec709)
     }
 
     /// The system with this name, one of those that OSL knows; `None` for any other.

@@ -51,6 +51,9 @@ functions! {
     rgb_to_xyz(c: Triple<R>) -> Triple<R> = ColorSystem::<R>::rec709().to_xyz(c);
     still(x: R) -> R = x;
     luminance(c: Triple<R>) -> R = ColorSystem::<R>::rec709().luminance_of(c);
+    xyz_to_rgb_in(c: Triple<R>, system: i32) -> Triple<R> = ColorSystem::<R>::numbered(system).to_rgb(c);
+    rgb_to_xyz_in(c: Triple<R>, system: i32) -> Triple<R> = ColorSystem::<R>::numbered(system).to_xyz(c);
+    luminance_in(c: Triple<R>, system: i32) -> R = ColorSystem::<R>::numbered(system).luminance_of(c);
     fmod_exact(x: R, y: R) -> R = x.fmod_exact(y);
     sin(x: R) -> R = x.sin();
     cos(x: R) -> R = x.cos();

@@ -1,9 +1,9 @@
 //! Colors of light: of one wavelength, and of a black body.
 //!
 //! Observer: the CIE 1931 color matching functions from 380 to 780 nm in steps of 5 nm. Single precision throughout, in
-//! the reference's order. Must not know other color spaces than XYZ and the working RGB.
+//! the reference's order. Colors are in the RGB system of a number, see [`super::color::SYSTEMS`].
 
-use super::color::ColorSystem;
+use super::color::{ColorSystem, SYSTEMS};
 use super::geometry::Triple;
 use super::{Real, strict};
 use std::sync::OnceLock;
@@ -15,6 +15,12 @@ const HOTTEST: f32 = 12_000.0;
 /// Light of one wavelength in nanometres; black outside the table.
 #[inline]
 pub fn wavelength_color<R: Real>(nanometres: R) -> Triple<R> {
+    wavelength_in(nanometres, 0)
+}
+
+/// The same in another RGB system.
+#[inline]
+pub fn wavelength_in<R: Real>(nanometres: R, system: i32) -> Triple<R> {
     light(nanometres, |x| {
         let at = (x - 380.0) / 5.0;
         let index = at.to_int();
@@ -25,7 +31,7 @@ pub fn wavelength_color<R: Real>(nanometres: R) -> Triple<R> {
         };
         let t = at - index as f32;
         let mixed = std::array::from_fn(|c| (1.0 - t) * low[c] + t * high[c]);
-        let rgb = ColorSystem::<f32>::rec709().to_rgb(mixed);
+        let rgb = ColorSystem::<f32>::numbered(system).to_rgb(mixed);
         rgb.map(|x| not_negative(x * (1.0 / 2.52)))
     })
 }
@@ -33,18 +39,25 @@ pub fn wavelength_color<R: Real>(nanometres: R) -> Triple<R> {
 /// Light of a black body, by its temperature in kelvin: power per area, not normalised.
 #[inline]
 pub fn blackbody<R: Real>(kelvin: R) -> Triple<R> {
+    blackbody_in(kelvin, 0)
+}
+
+/// The same in another RGB system.
+#[inline]
+pub fn blackbody_in<R: Real>(kelvin: R, system: i32) -> Triple<R> {
     light(kelvin, |t| {
         if t < COLDEST {
             return [1e-6, 0.0, 0.0];
         }
         if t >= HOTTEST || t.is_nan() {
-            return planck_rgb(t);
+            return planck_rgb(t, system);
         }
         let root = strict::cbrt((t - COLDEST) / 2.0);
         let at = root * root;
-        let index = (at as usize).min(table().len() - 2);
+        let table = table(system);
+        let index = (at as usize).min(table.len() - 2);
         let f = at - index as f32;
-        let (low, high) = (table()[index], table()[index + 1]);
+        let (low, high) = (table[index], table[index + 1]);
         std::array::from_fn(|c| {
             let x = (1.0 - f) * low[c] + f * high[c];
             (x * x) * (x * x) * x
@@ -62,20 +75,21 @@ fn not_negative(x: f32) -> f32 {
 }
 
 /// Fifth roots of the colors at 800 + 2 i^1.5 kelvin, so that the steps are even to the eye.
-fn table() -> &'static [Triple<f32>] {
-    static TABLE: OnceLock<Vec<Triple<f32>>> = OnceLock::new();
-    TABLE.get_or_init(|| {
+fn table(system: i32) -> &'static [Triple<f32>] {
+    static TABLES: [OnceLock<Vec<Triple<f32>>>; SYSTEMS.len()] = [const { OnceLock::new() }; SYSTEMS.len()];
+    let number = usize::try_from(system).unwrap_or(0).min(SYSTEMS.len() - 1);
+    TABLES[number].get_or_init(|| {
         (0..318)
             .map(|i| {
                 let root = f32::sqrt(i as f32);
-                planck_rgb(root * root * root * 2.0 + COLDEST)
+                planck_rgb(root * root * root * 2.0 + COLDEST, system)
                     .map(|x| f64::from(x).powf(f64::from(0.2_f32)) as f32)
             })
             .collect()
     })
 }
 
-fn planck_rgb(kelvin: f32) -> Triple<f32> {
+fn planck_rgb(kelvin: f32, system: i32) -> Triple<f32> {
     let mut xyz = [0.0; 3];
     for (index, matching) in MATCHING.iter().enumerate() {
         let metres = (380.0 + 5.0 * index as f32) * 1e-9;
@@ -87,7 +101,7 @@ fn planck_rgb(kelvin: f32) -> Triple<f32> {
             *sum += weight * m;
         }
     }
-    ColorSystem::<f32>::rec709().to_rgb(xyz).map(not_negative)
+    ColorSystem::<f32>::numbered(system).to_rgb(xyz).map(not_negative)
 }
 
 /// x, y, z of the CIE 1931 observer.

@@ -88,6 +88,7 @@ fn weight(op: LaneOp) -> usize {
         | L::Smoothstep
         | L::Linearstep => 4,
         L::MMul | L::MInverse | L::MDet | L::Blackbody | L::Wavelength => 100,
+        L::BlackbodyIn | L::WavelengthIn | L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn => 100,
         L::Fmod => 16,
         op if op.is_approximated() => 16,
         L::HsvToRgb

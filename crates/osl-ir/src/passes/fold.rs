@@ -2,7 +2,7 @@
 //! and rewrites that keep every bit.
 
 use super::Renaming;
-use crate::builtins::color_path;
+use crate::builtins::color_path_in;
 use crate::ir::{
     BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId, Values,
 };
@@ -377,19 +377,28 @@ impl Fold {
             Some(Const::Str(s)) => Some(s.clone()),
             _ => None,
         };
+        // The number of the RGB system stands behind the color, if it is not the usual one.
+        let system = match args.get(3).and_then(|a| self.constant(*a)) {
+            Some(Const::Int(system)) => *system,
+            _ => 0,
+        };
         let paths = name(0).zip(name(1)).and_then(|(from, to)| {
             // From a space to itself nothing is computed.
             if from == to {
                 return Some((&[][..], &[][..]));
             }
-            Some((color_path(&from, true)?, color_path(&to, false)?))
+            Some((color_path_in(&from, true, system)?, color_path_in(&to, false, system)?))
         });
         let (Some((first, second)), Some(color)) = (paths, args.get(2).copied()) else {
             return Outcome::Keep(Op::Kernel(Kernel::ColorBetween, args));
         };
         let mut value = color;
         for lane in first.iter().chain(second) {
-            value = match self.lane_op(body, *lane, smallvec![value], span, kept) {
+            let mut operands: Values = smallvec![value];
+            if lane.takes_system() {
+                operands.extend(args.get(3).copied());
+            }
+            value = match self.lane_op(body, *lane, operands, span, kept) {
                 Outcome::Same(value) => value,
                 Outcome::Keep(op) => self.add(body, op, Kind::Triple, span, kept),
                 Outcome::Constant(c) => self.add(body, Op::Const(c), Kind::Triple, span, kept),

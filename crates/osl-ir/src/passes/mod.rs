@@ -11,11 +11,14 @@ mod flatten;
 mod fold;
 mod fuse;
 mod prefilter;
+mod primaries;
 mod rate;
 mod rays;
 mod share;
 mod ssa;
 mod unroll;
+
+pub use primaries::set_primaries;
 
 use crate::hir::Global;
 use crate::ir::Body;

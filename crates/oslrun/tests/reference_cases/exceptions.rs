@@ -5,7 +5,6 @@ pub(crate) const NOT_BUILT: &str = "not built yet";
 
 /// Case and reason.
 const EXCEPTIONS: &[(&str, &str)] = &[
-    ("colorspace", NOT_BUILT),
     ("debug_checks", NOT_BUILT),
     ("environment_filter", NOT_BUILT),
     ("failures", NOT_BUILT),

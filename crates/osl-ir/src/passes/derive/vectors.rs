@@ -49,6 +49,9 @@ pub(super) fn rule(w: &mut Writer<'_>, op: LaneOp, args: &[Dual], result: ValueI
         (L::Luminance | L::YiqToRgb | L::XyzToRgb | L::RgbToYiq | L::RgbToXyz, [c]) => {
             same(c.d.map(|d| d.map(|d| w.lane(op, &[d]))))
         }
+        (L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn, [c, system]) => {
+            same(c.d.map(|d| d.map(|d| w.lane(op, &[d, system.v]))))
+        }
         _ => return None,
     })
 }

@@ -3,7 +3,9 @@
 //! Keys that steer a code generator, and keys that nobody knows, have no effect. This module must not know how a setting
 //! takes effect: who runs a group asks.
 
+use super::Console;
 use osl_ir::group::Rules;
+use osl_ir::numeric::color::SYSTEMS;
 use std::path::PathBuf;
 
 /// The settings that have an effect here.
@@ -84,6 +86,21 @@ impl Settings {
             lockgeom: self.lockgeom,
             userdata_connected: self.userdata_isconnected,
         }
+    }
+
+    /// Whether a message of a run is one that the settings silence.
+    pub(super) fn silences(&self, message: &str) -> bool {
+        !self.range_checking && message.starts_with("Index [")
+            || !self.unknown_coordsys_error && message.starts_with("Unknown transformation ")
+    }
+
+    /// The number of the color space among those that OSL knows; reports one that it does not, which Rec709 stands for.
+    pub(super) fn primaries(&self, console: &mut Console<'_>) -> i32 {
+        let found = SYSTEMS.iter().position(|name| *name == self.color_space);
+        if found.is_none() {
+            console.error(&format!("Unknown color space \"{}\"", self.color_space));
+        }
+        found.unwrap_or(0) as i32
     }
 
     fn set(&mut self, key: &str, value: &str) {

@@ -17,8 +17,7 @@ const REMEMBERED: usize = 25;
 /// Tells what points did, in the order that it is given.
 pub(in crate::cli) struct Teller<'a> {
     sources: &'a SourceMap,
-    /// Whether texts are told however often they come.
-    repeats: bool,
+    settings: Settings,
     /// Calls of `warning` that may still be told.
     warnings_left: usize,
     /// The texts that were told last: errors, and warnings.
@@ -32,7 +31,7 @@ impl<'a> Teller<'a> {
     pub(in crate::cli) fn new(sources: &'a SourceMap, settings: &Settings) -> Teller<'a> {
         Teller {
             sources,
-            repeats: settings.error_repeats,
+            settings: settings.clone(),
             warnings_left: settings.max_warnings,
             last: Default::default(),
             waiting: false,
@@ -70,16 +69,19 @@ impl<'a> Teller<'a> {
     }
 
     fn say(&mut self, message: &Message, program: &Program, console: &mut Console<'_>) {
+        let text = self.text(message, program);
+        if self.settings.silences(&text) {
+            return;
+        }
         if !message.error {
             match self.warnings_left.checked_sub(1) {
                 Some(left) => self.warnings_left = left,
                 None => return,
             }
         }
-        let text = self.text(message, program);
         let [errors, warnings] = &mut self.last;
         let (last, kind) = if message.error { (errors, "ERROR") } else { (warnings, "WARNING") };
-        if !self.repeats && last.contains(&text) {
+        if !self.settings.error_repeats && last.contains(&text) {
             return;
         }
         if last.len() == REMEMBERED {

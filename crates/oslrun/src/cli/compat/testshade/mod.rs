@@ -137,6 +137,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         ),
     };
     let started = Instant::now();
+    let primaries = job.settings.primaries(console);
     let options = osl_syntax::Options::default();
     let shaders = setup::Folders::new(&job);
     let (mut group, sources) = setup::group(&job, &shaders, &options, console)?;
@@ -154,8 +155,9 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         }
     }
     let renderer = job.renderer();
-    let services =
-        Services { ray: job.raytype.clone(), spaces: renderer.spaces(), textures: setup::textures(&job) };
+    let mut spaces = renderer.spaces();
+    spaces.set(&job.settings.common_space, osl_ir::numeric::matrix::diagonal(1.0));
+    let services = Services { ray: job.raytype.clone(), spaces, textures: setup::textures(&job) };
     let mut teller = Teller::new(&sources, &job.settings);
     let mut last = None;
     for round in 0..job.iterations {
@@ -167,7 +169,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         if round > 0 {
             told.err = &mut silent;
         }
-        let program = compile(&group, &renderer, &outputs, &sources, &mut told)?;
+        let program = compile(&group, primaries, &renderer, &outputs, &sources, &mut told)?;
         let machine = (&renderer, &services, pool.as_ref());
         let mut frame = run(&program, machine, (!job.print).then_some(&mut teller), console)?;
         // The tool prints the values of points before what the shaders said there.
@@ -223,6 +225,7 @@ fn run(
 /// Compiles the group, and says which closures do not suit the tool.
 fn compile(
     group: &Group,
+    primaries: i32,
     renderer: &osl_scene::ReferenceRenderer,
     outputs: &[show::Output],
     sources: &SourceMap,
@@ -238,8 +241,9 @@ fn compile(
         ..passes::Options::default()
     };
     let lowered = |group: &Group| lower::lower_group(group, &asked);
-    let body = closures::lower(group, &options, sources, console, lowered)
+    let mut body = closures::lower(group, &options, sources, console, lowered)
         .map_err(|list| render(&list, sources, RenderStyle { color: false }))?;
+    passes::set_primaries(&mut body, primaries);
     Ok(pipeline::finish(body, &options).program)
 }
 

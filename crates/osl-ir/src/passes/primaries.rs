@@ -1,0 +1,53 @@
+//! Other primaries than those of Rec. 709: what depends on them gets the number of an RGB system as a further operand.
+//!
+//! Not among the passes that always run: it comes before them, where somebody asks for another system.
+
+use crate::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Value, ValueId};
+use smallvec::smallvec;
+
+/// Makes colors those of a system, by its number in [`crate::numeric::color::SYSTEMS`].
+pub fn set_primaries(body: &mut Body, system: i32) {
+    if system == 0 {
+        return;
+    }
+    for index in 0..body.blocks.len() {
+        let Some(block) = body.blocks.get_mut(index) else { return };
+        let insts = std::mem::take(&mut block.insts);
+        let mut kept = Vec::with_capacity(insts.len());
+        for mut inst in insts {
+            let other = match &inst.op {
+                Op::Lane(op, args) => in_system(*op).map(|op| Op::Lane(op, args.clone())),
+                Op::Kernel(Kernel::ColorBetween, args) => {
+                    Some(Op::Kernel(Kernel::ColorBetween, args.clone()))
+                }
+                _ => None,
+            };
+            if let Some(mut op) = other {
+                let number = ValueId(body.values.len() as u32);
+                body.values.push(Value { kind: Kind::Int, rate: Rate::Varying, span: inst.span });
+                let constant = Op::Const(Const::Int(system));
+                kept.push(Inst { op: constant, results: smallvec![number], span: inst.span });
+                if let Op::Lane(_, args) | Op::Kernel(_, args) = &mut op {
+                    args.push(number);
+                }
+                inst.op = op;
+            }
+            kept.push(inst);
+        }
+        if let Some(block) = body.blocks.get_mut(index) {
+            block.insts = kept;
+        }
+    }
+}
+
+/// The operation that takes the number of a system.
+fn in_system(op: LaneOp) -> Option<LaneOp> {
+    Some(match op {
+        LaneOp::XyzToRgb => LaneOp::XyzToRgbIn,
+        LaneOp::RgbToXyz => LaneOp::RgbToXyzIn,
+        LaneOp::Luminance => LaneOp::LuminanceIn,
+        LaneOp::Blackbody => LaneOp::BlackbodyIn,
+        LaneOp::Wavelength => LaneOp::WavelengthIn,
+        _ => return None,
+    })
+}
