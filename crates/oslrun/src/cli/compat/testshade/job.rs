@@ -170,8 +170,8 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
         "oslquery" => job.query = true,
         "options" => job.settings.read(text(0)),
         "texoptions" => {
-            let paths = settings::pairs(text(0)).into_iter().filter(|(key, _)| key == "searchpath");
-            if let Some((_, path)) = paths.last() {
+            let mut paths = settings::pairs(text(0)).into_iter().filter(|(key, _)| key == "searchpath");
+            if let Some((_, path)) = paths.next_back() {
                 job.texture_path = settings::folders(&path);
             }
         }
