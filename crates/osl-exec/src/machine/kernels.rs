@@ -56,6 +56,8 @@ impl<A: Arithmetic> Machine<'_, A> {
             Kernel::ClosureSum => self.closure_sum(step, mask),
             Kernel::ClosureScale => self.closure_scale(step, mask),
             Kernel::CheckIndex { name } => self.check_index(name, step, mask),
+            Kernel::CheckFinite { name, op } => self.check_finite(name, op, step, mask),
+            Kernel::CheckSet { what, reader } => self.check_set(what, reader, step, mask),
             Kernel::Note(_) => {}
         }
     }

@@ -5,6 +5,7 @@
 //! borrows its arguments beside its result.
 
 mod array;
+mod checks;
 mod closure;
 mod color;
 mod dictionary;

@@ -9,7 +9,7 @@ mod rules;
 pub mod text;
 
 pub use connect::ConnectError;
-pub use rules::Rules;
+pub use rules::{Checks, Rules};
 
 use crate::hir::Program;
 use crate::params::ParamValues;

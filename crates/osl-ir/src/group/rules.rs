@@ -17,6 +17,24 @@ pub struct Rules {
     pub lockgeom: bool,
     /// Parameters that may take the data of the point count as connected.
     pub userdata_connected: bool,
+    /// What the layers check while they run.
+    pub checks: Checks,
+}
+
+/// Checks of a debugging run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Checks {
+    /// Values that are infinite or no number are reported.
+    pub finite: bool,
+    /// Reads of variables without a value are reported.
+    pub set: bool,
+}
+
+impl Checks {
+    /// Whether there is any.
+    pub(crate) fn any(self) -> bool {
+        self.finite || self.set
+    }
 }
 
 impl Default for Rules {
@@ -28,6 +46,7 @@ impl Default for Rules {
             eager_errors: false,
             lockgeom: true,
             userdata_connected: false,
+            checks: Checks::default(),
         }
     }
 }

@@ -184,10 +184,28 @@ pub enum Kernel {
         /// The array, as messages name it.
         name: Arc<str>,
     },
+    /// Reports a value that is infinite or no number: the value. Effect: output. Only lowering with checks writes it.
+    CheckFinite {
+        /// The variable that gets the value.
+        name: Arc<str>,
+        /// The operation that made it.
+        op: Arc<str>,
+    },
+    /// Reports a variable without a value that is read: the value. Result: the value, zero where it had none. Effect: output.
+    /// Only lowering with checks writes it.
+    CheckSet {
+        /// Type and name of the variable.
+        what: Arc<str>,
+        /// Who reads it.
+        reader: Arc<str>,
+    },
     /// Says what the source does here, to who follows a point; a run skips it. Only lowering with notes writes it.
     /// Counts as an effect, so that it stays where it is.
     Note(Note),
 }
+
+/// The string of a variable without a value, where reads of such are checked.
+pub const UNSET_TEXT: &str = "!!!uninitialized!!!";
 
 /// What the source does at a place.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -252,6 +270,8 @@ impl Kernel {
             Kernel::Print { .. }
                 | Kernel::Report { .. }
                 | Kernel::CheckIndex { .. }
+                | Kernel::CheckFinite { .. }
+                | Kernel::CheckSet { .. }
                 | Kernel::SetMessage(_)
                 | Kernel::GetMessage(_)
                 | Kernel::Note(_)

@@ -16,7 +16,9 @@ mod print;
 pub mod validate;
 
 pub use build::Builder;
-pub use kernel::{GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption};
+pub use kernel::{
+    GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
+};
 pub use lane::{LaneOp, LaneShape};
 pub use print::print;
 

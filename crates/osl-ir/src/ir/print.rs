@@ -177,6 +177,8 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::GetMessage(form) => format!("message.get{}", message(form)),
         Kernel::Report { text, .. } => format!("report {text:?}"),
         Kernel::CheckIndex { name } => format!("check_index \"{name}\""),
+        Kernel::CheckFinite { name, op } => format!("check_finite \"{name}\" {op}"),
+        Kernel::CheckSet { what, .. } => format!("check_set \"{what}\""),
         Kernel::Note(note) => match note {
             Note::Set(name) => format!("note.set \"{name}\""),
             Note::Call { form, .. } => format!("note.call \"{form}\""),

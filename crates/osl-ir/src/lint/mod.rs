@@ -19,6 +19,7 @@ mod state;
 mod usage;
 mod values;
 mod walk;
+pub(crate) use walk::{Walk, bodies, count_writes, each_stmt};
 
 pub use codes::*;
 

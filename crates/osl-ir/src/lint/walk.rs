@@ -9,7 +9,7 @@ use std::cell::Cell;
 
 /// What a read is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Purpose {
+pub(crate) enum Purpose {
     /// Its value goes into something.
     Value,
     /// Only to write the same variable again: `x += 1;`, `x++;`.
@@ -18,7 +18,7 @@ pub(super) enum Purpose {
 
 /// Something that an expression does.
 #[derive(Debug)]
-pub(super) enum Event<'p> {
+pub(crate) enum Event<'p> {
     /// An expression begins; its parts follow.
     Expr(&'p Expr),
     /// A variable, or a part of it, is read.
@@ -32,20 +32,20 @@ pub(super) enum Event<'p> {
 }
 
 /// What receives the events.
-pub(super) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
+pub(crate) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
 
 /// Built-ins that read all their arguments, however many: the others with an open end may write some.
 const READERS: &[&str] = &["printf", "fprintf", "format", "error", "warning", "concat"];
 
 /// A program with what its walkers need to know of it.
-pub(super) struct Walk<'p> {
+pub(crate) struct Walk<'p> {
     pub(super) program: &'p Program,
     written: Vec<Cell<bool>>,
 }
 
 impl<'p> Walk<'p> {
     /// Finds out which variables are written. A function stands before its callers, so that one round will do.
-    pub(super) fn new(program: &'p Program) -> Self {
+    pub(crate) fn new(program: &'p Program) -> Self {
         let walk = Walk { program, written: vec![Cell::new(false); program.vars.len()] };
         for body in bodies(program) {
             walk.all(body, &mut |event| {
@@ -85,7 +85,7 @@ impl<'p> Walk<'p> {
     }
 
     /// Every event of the statements, nested ones included, in the order of the text.
-    pub(super) fn all(&self, body: &'p [Stmt], sink: Sink<'_, 'p>) {
+    pub(crate) fn all(&self, body: &'p [Stmt], sink: Sink<'_, 'p>) {
         each_stmt(body, &mut |stmt| self.own(stmt, sink));
     }
 
@@ -258,13 +258,29 @@ fn unconverted(mut e: &Expr) -> &Expr {
     e
 }
 
+/// Counts how often variables are written, and how often as a whole by a literal.
+pub(crate) fn count_writes(event: Event<'_>, writes: &mut rustc_hash::FxHashMap<VarId, (u32, u32)>) {
+    match event {
+        Event::Write { var, .. } => writes.entry(var).or_default().0 += 1,
+        Event::Output { var } => writes.entry(var).or_default().0 += 2,
+        Event::Expr(Expr { kind: ExprKind::Assign(place, value), .. }) if place.path.is_empty() => {
+            let literal =
+                |e: &Expr| matches!(e.kind, ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_));
+            if matches!(&**value, Init::Value(e) if literal(unconverted(e))) {
+                writes.entry(place.var).or_default().1 += 1;
+            }
+        }
+        _ => {}
+    }
+}
+
 /// The bodies of a program: functions in the order of their definition, then the shader.
-pub(super) fn bodies(program: &Program) -> impl Iterator<Item = &[Stmt]> {
+pub(crate) fn bodies(program: &Program) -> impl Iterator<Item = &[Stmt]> {
     program.functions.iter().map(|f| &f.body[..]).chain([&program.shader.body[..]])
 }
 
 /// Visits statements and what is nested in them, in the order of the text.
-pub(super) fn each_stmt<'p>(list: &'p [Stmt], visit: &mut dyn FnMut(&'p Stmt)) {
+pub(crate) fn each_stmt<'p>(list: &'p [Stmt], visit: &mut dyn FnMut(&'p Stmt)) {
     for stmt in list {
         visit(stmt);
         match &stmt.kind {

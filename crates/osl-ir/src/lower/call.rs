@@ -26,6 +26,7 @@ impl Lowerer<'_> {
         if !self.has_room() {
             return Val::Void;
         }
+        self.aim(None);
         let mut bound = Vec::new();
         let mut back: Vec<(Spot, Storage)> = Vec::new();
         for (arg, formal) in args.iter().zip(&function.formals) {
@@ -111,6 +112,7 @@ impl Lowerer<'_> {
 
     /// A built-in, by its row of the table.
     pub(super) fn builtin(&mut self, call: &BuiltinCall, span: Span) -> Val {
+        let target = self.take_target();
         let signatures = call.row.signatures();
         let Some(signature) = signatures.get(call.overload) else { return Val::Void };
         let mut spots = Vec::new();
@@ -131,7 +133,12 @@ impl Lowerer<'_> {
             operands.push(operand);
             arrays.push(array);
         }
-        let args: Vec<ValueId> = operands.into_iter().map(|o| self.settle(o)).collect();
+        let first = usize::from(signature.ret != Type::VOID);
+        let mut args: Vec<ValueId> = Vec::with_capacity(operands.len());
+        for (at, operand) in operands.into_iter().enumerate() {
+            self.reads_for(call.row.name, first + at);
+            args.push(self.settle(operand));
+        }
         let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
         let literals = literals(&call.args);
         self.at(span);
@@ -152,6 +159,10 @@ impl Lowerer<'_> {
                 Emitted::default()
             }
         };
+        match result {
+            Some(value) => self.made(target, value, call.row.name),
+            None => self.count_op(),
+        }
         for (index, value) in outputs {
             if let Some(Some(spot)) = spots.get(index) {
                 self.write(spot, Val::One(value));

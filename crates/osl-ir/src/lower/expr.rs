@@ -4,7 +4,7 @@
 //! changes it shows through, as in published compilers (`i + i++`).
 
 use super::place::Spot;
-use super::{Lowerer, Val, kind_of};
+use super::{Lowerer, Storage, Val, checks, kind_of};
 use crate::hir::{Expr, ExprKind, Init, Place};
 use crate::ir::{Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
@@ -45,6 +45,21 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Evaluates what a variable gets as a whole.
+    pub(super) fn eval_into(&mut self, storage: &Storage, e: &Expr) -> Val {
+        let Storage::Leaf(slot) = storage else { return self.eval(e) };
+        let name = self.b.body.slot(*slot).name.clone();
+        self.aim(Some(&name));
+        let value = self.eval(e);
+        // No operation has made it: it is copied.
+        if self.take_target().is_some()
+            && let Val::One(value) = value
+        {
+            self.made(Some(name), value, "assign");
+        }
+        value
+    }
+
     /// Evaluates an expression that has one value.
     pub(super) fn value(&mut self, e: &Expr) -> ValueId {
         let val = self.eval(e);
@@ -59,20 +74,31 @@ impl Lowerer<'_> {
             ExprKind::NullClosure => self.b.constant(Const::Null),
             ExprKind::Convert(inner) => {
                 let value = self.value(inner);
+                // The compiler of the reference writes a conversion of ints, and no other.
+                if inner.ty == Type::INT && !self.is_folded(inner) {
+                    self.count_op();
+                }
                 self.convert(value, inner.ty, e.ty)
             }
             ExprKind::Unary(op, inner) => self.unary(*op, inner),
             ExprKind::Binary(op @ (BinaryOp::And | BinaryOp::Or), a, b) => self.short_circuit(*op, a, b),
             ExprKind::Binary(op, a, b) => {
-                let operands = self.operands_of([a, b]);
+                let (folded, name) = (self.is_folded(e), checks::binary_name(*op));
+                let target = if folded { None } else { self.take_target() };
+                let operands = self.operands_of(name, [a, b]);
                 self.at(e.span);
-                self.binary(*op, operands[0], operands[1])
+                let value = self.binary(*op, operands[0], operands[1]);
+                // A difference of equal variables is folded, whatever they hold.
+                if !folded && !(*op == BinaryOp::Sub && same_variable(a, b)) {
+                    self.made(target, value, name);
+                }
+                value
             }
             ExprKind::Ternary(cond, a, b) => self.ternary(cond, a, b, e.ty),
             ExprKind::Step { prefix, increment, place } => self.step(*prefix, *increment, place),
             ExprKind::Triple(parts) => {
                 let [a, b, c] = &**parts;
-                let v = self.operands_of([a, b, c]);
+                let v = self.operands_of("construct", [a, b, c]);
                 self.b.lane(LaneOp::Triple, &v)
             }
             ExprKind::Matrix(cells) => {
@@ -89,9 +115,14 @@ impl Lowerer<'_> {
         }
     }
 
-    fn operands_of<const N: usize>(&mut self, list: [&Expr; N]) -> [ValueId; N] {
+    fn operands_of<const N: usize>(&mut self, op: &str, list: [&Expr; N]) -> [ValueId; N] {
         let operands = list.map(|e| self.operand(e));
-        operands.map(|o| self.settle(o))
+        let mut arg = 0;
+        operands.map(|o| {
+            arg += 1;
+            self.reads_for(op, arg);
+            self.settle(o)
+        })
     }
 
     pub(super) fn operand(&mut self, e: &Expr) -> Operand {
@@ -311,7 +342,14 @@ impl Lowerer<'_> {
 
     fn assign(&mut self, place: &Place, init: &Init) -> Val {
         let value = match init {
-            Init::Value(e) => self.eval(e),
+            Init::Value(e) if self.checks_assigned(place) => match self.storage(place.var) {
+                Some(storage) => self.eval_into(&storage, e),
+                None => self.eval(e),
+            },
+            Init::Value(e) => {
+                self.aim(None);
+                self.eval(e)
+            }
             Init::List(_) => return Val::Void,
         };
         if let Some(spot) = self.spot(place) {
@@ -325,6 +363,7 @@ impl Lowerer<'_> {
         let old = self.read(&spot);
         let old = self.one(old);
         let new = self.next(old, increment);
+        self.count_op();
         self.write(&spot, Val::One(new));
         if prefix { new } else { old }
     }
@@ -347,5 +386,13 @@ impl Lowerer<'_> {
             matrix = self.b.lane(LaneOp::MSet, &[matrix, row, column, value]);
         }
         matrix
+    }
+}
+
+/// Whether both expressions read one variable.
+fn same_variable(a: &Expr, b: &Expr) -> bool {
+    match (&a.kind, &b.kind) {
+        (ExprKind::Read(a), ExprKind::Read(b)) => a.path.is_empty() && b.path.is_empty() && a.var == b.var,
+        _ => false,
     }
 }

@@ -4,6 +4,7 @@
 //! that reads it if there is one only, so that it runs where it is needed, and once. Connections are small blocks that
 //! copy into the reader's parameter, placed in the same way. What nobody reads is left out.
 
+use super::checks::Checking;
 use super::first_use::{self, Spot};
 use super::flow::Flow;
 use super::{Frame, Lowerer, Storage, View, kind_of};
@@ -189,6 +190,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         exits: 0,
         depth: 0,
         unsure: false,
+        checking: Checking::default(),
     };
     let globals = l.globals();
     let start = Spot { block: entry, index: l.b.body.block(entry).insts.len() };
@@ -271,6 +273,7 @@ impl<'a> Lowerer<'a> {
         self.vars = vec![None; view.program.vars.len()];
         self.frames.clear();
         (self.exits, self.unsure) = (0, false);
+        self.begin_checks();
         for (index, slot) in globals.iter().enumerate() {
             self.bind(VarId(index as u32), Storage::Leaf(*slot));
         }
@@ -305,6 +308,7 @@ impl<'a> Lowerer<'a> {
         }
         self.unsure = false;
         let body = self.in_block(|l| {
+            l.mark_undeclared();
             if l.exits == 0 {
                 l.stmts(&program.shader.body);
             } else {

@@ -6,6 +6,7 @@
 //! the program on them. It must not know lanes or registers.
 
 mod call;
+mod checks;
 mod expr;
 mod first_use;
 mod flow;
@@ -165,6 +166,8 @@ struct Lowerer<'a> {
     depth: u32,
     /// Whether some points may have ended the shader within the statement that is being lowered.
     unsure: bool,
+    /// What checks have to know.
+    checking: checks::Checking,
 }
 
 impl<'a> Lowerer<'a> {

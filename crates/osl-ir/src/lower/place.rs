@@ -3,7 +3,7 @@
 use super::flow::Flow;
 use super::{Lowerer, Storage, Val};
 use crate::hir::{Init, Place, Step};
-use crate::ir::{Const, Kernel, LaneOp, Note, SlotId, ValueId};
+use crate::ir::{Const, Kernel, Kind, LaneOp, Note, SlotId, ValueId};
 use crate::types::{Base, Extent, Type};
 use std::sync::Arc;
 
@@ -13,6 +13,8 @@ pub(super) struct Spot {
     storage: Storage,
     element: Option<ValueId>,
     part: Part,
+    /// Name and type of the variable, where reads of it are checked.
+    checked: Option<(Arc<str>, Type)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +27,7 @@ enum Part {
 impl Spot {
     /// All of a storage.
     pub(super) fn whole(storage: Storage) -> Spot {
-        Spot { storage, element: None, part: Part::Whole }
+        Spot { storage, element: None, part: Part::Whole, checked: None }
     }
 
     /// The storage that it lies in.
@@ -37,8 +39,9 @@ impl Spot {
 impl Lowerer<'_> {
     /// Evaluates the indices of a place.
     pub(super) fn spot(&mut self, place: &Place) -> Option<Spot> {
-        let mut spot = Spot { storage: self.storage(place.var)?, element: None, part: Part::Whole };
+        let mut spot = Spot::whole(self.storage(place.var)?);
         let outer = std::mem::replace(&mut self.b.span, place.span.moved(self.layer.base));
+        let mut ty = self.program.vars.get(place.var.0 as usize).map(|v| v.ty);
         let mut name =
             self.program.vars.get(place.var.0 as usize).map_or_else(|| "".into(), |v| v.name.clone());
         for step in &place.path {
@@ -46,6 +49,9 @@ impl Lowerer<'_> {
                 Step::Field(index) => {
                     let Storage::Struct(parts) = &spot.storage else { return None };
                     spot.storage = parts.get(*index as usize)?.clone();
+                    ty = ty.and_then(|ty| ty.as_struct()).and_then(|id| {
+                        self.program.structs.get(id).fields.get(*index as usize).map(|field| field.ty)
+                    });
                     // The name of the part, as its slot has it.
                     if let Some(slot) = spot.storage.first() {
                         name = self.b.body.slot(slot).name.clone();
@@ -67,6 +73,9 @@ impl Lowerer<'_> {
             }
         }
         self.b.span = outer;
+        if self.checking.on.set && !self.is_constant(place.var) {
+            spot.checked = ty.map(|ty| (name, ty));
+        }
         Some(spot)
     }
 
@@ -91,11 +100,39 @@ impl Lowerer<'_> {
             return Val::Stored(spot.storage.clone(), None);
         }
         let whole = self.read_leaf(slot, spot.element);
-        Val::One(match spot.part {
+        let value = match spot.part {
             Part::Whole => whole,
             Part::Component(index) => self.b.lane(LaneOp::Get, &[whole, index]),
             Part::Cell(row, column) => self.b.lane(LaneOp::MGet, &[whole, row, column]),
-        })
+        };
+        Val::One(self.checked(spot, slot, whole, value))
+    }
+
+    /// The value that was read, checked if that is asked for: what had no value is zero from then on.
+    fn checked(&mut self, spot: &Spot, slot: SlotId, whole: ValueId, value: ValueId) -> ValueId {
+        let op = match (spot.part, spot.element) {
+            (Part::Component(_), _) => Some("compref"),
+            (Part::Cell(..), _) => Some("mxcompref"),
+            (Part::Whole, Some(_)) => Some("aref"),
+            (Part::Whole, None) => None,
+        };
+        let mut found = value;
+        if let Some((name, ty)) = spot.checked.as_ref().filter(|_| self.b.body.kind(value) != Kind::Closure) {
+            found = self.check_set(name, *ty, value, op);
+            let stored = match spot.part {
+                Part::Whole => found,
+                Part::Component(index) => self.b.lane(LaneOp::Set, &[whole, index, found]),
+                Part::Cell(row, column) => self.b.lane(LaneOp::MSet, &[whole, row, column, found]),
+            };
+            match spot.element {
+                Some(index) => self.b.store_element(slot, index, stored),
+                None => self.b.store(slot, stored),
+            }
+        }
+        if op.is_some() {
+            self.count_op();
+        }
+        found
     }
 
     fn read_leaf(&mut self, slot: SlotId, element: Option<ValueId>) -> ValueId {
@@ -131,6 +168,16 @@ impl Lowerer<'_> {
     pub(super) fn write(&mut self, spot: &Spot, value: Val) {
         match (&spot.storage, value) {
             (Storage::Leaf(slot), Val::One(value)) => {
+                let op = match (spot.part, spot.element) {
+                    (Part::Component(_), _) => Some("compassign"),
+                    (Part::Cell(..), _) => Some("mxcompassign"),
+                    (Part::Whole, Some(_)) => Some("aassign"),
+                    (Part::Whole, None) => None,
+                };
+                if let Some(op) = op {
+                    let name = self.b.body.slot(*slot).name.clone();
+                    self.made(Some(name), value, op);
+                }
                 let value = match spot.part {
                     Part::Whole => value,
                     Part::Component(index) => {
@@ -202,10 +249,10 @@ impl Lowerer<'_> {
 
     /// Initialises storage of a type.
     pub(super) fn store_init(&mut self, storage: &Storage, ty: Type, init: &Init) {
-        let spot = Spot { storage: storage.clone(), element: None, part: Part::Whole };
+        let spot = Spot::whole(storage.clone());
         match init {
             Init::Value(e) => {
-                let value = self.eval(e);
+                let value = self.eval_into(storage, e);
                 self.write(&spot, value);
             }
             Init::List(items) => {
@@ -234,7 +281,7 @@ impl Lowerer<'_> {
             match item {
                 Init::Value(e) => {
                     let value = self.eval(e);
-                    self.write(&Spot { storage: part, element, part: Part::Whole }, value);
+                    self.write(&Spot { element, ..Spot::whole(part) }, value);
                 }
                 Init::List(inner) => self.store_list(&part, element, part_ty, inner),
             }

@@ -101,11 +101,19 @@ impl Lowerer<'_> {
 
     fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
         let (at, place) = (self.b.span, cond.span);
+        let before = self.ops_so_far();
+        self.reads_for("if", 0);
         let cond = self.truth(cond);
+        self.count_op();
+        let tested = self.ops_so_far();
         self.b.span = at;
         self.b.note(&[cond], |_| Note::Branch);
         self.at(place);
         self.if_else(cond, then, otherwise);
+        // The reference leaves out an `if` of which nothing remains.
+        if self.ops_so_far() == tested {
+            self.forget_ops(before);
+        }
     }
 
     /// `if` on a value.
@@ -181,7 +189,10 @@ impl Lowerer<'_> {
                 let storage = self.allocate(decl.ty, &decl.name);
                 match init {
                     Some(init) => self.store_init(&storage, decl.ty, init),
-                    None => self.store_zero(&storage),
+                    None => {
+                        self.store_zero(&storage);
+                        self.mark_unset(*var, &storage);
+                    }
                 }
                 self.bind(*var, storage);
             }
@@ -228,6 +239,7 @@ impl Lowerer<'_> {
         span: Span,
     ) {
         let flags = LoopFlags { broke: self.flag("broke"), continued: self.flag("continued") };
+        self.count_op();
         let go = self.b.slot(Kind::Int, None, "go".into());
         if let Some(frame) = self.frames.last_mut() {
             frame.loops.push(flags);

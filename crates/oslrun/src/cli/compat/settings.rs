@@ -4,7 +4,7 @@
 //! takes effect: who runs a group asks.
 
 use super::Console;
-use osl_ir::group::Rules;
+use osl_ir::group::{Checks, Rules};
 use osl_ir::numeric::color::SYSTEMS;
 use std::path::PathBuf;
 
@@ -85,6 +85,7 @@ impl Settings {
             eager_errors: !self.lazy_error,
             lockgeom: self.lockgeom,
             userdata_connected: self.userdata_isconnected,
+            checks: Checks { finite: self.debug_nan, set: self.debug_uninit },
         }
     }
 
