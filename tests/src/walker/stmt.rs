@@ -38,8 +38,13 @@ impl Walker<'_> {
             }
             StmtKind::Declare(var, init) => {
                 let ty = self.program.vars[var.0 as usize].ty;
+                let again = self.places[var.0 as usize].is_some();
                 let value = match init {
                     Some(init) => self.made_from(ty, init)?,
+                    // No rule says what it holds: numbers are 0 here, arrays keep the values of the round before.
+                    None if again && self.holds_array(ty) => {
+                        return Err(Stop::Open("an array that lives again without values"));
+                    }
                     None => self.zero(ty),
                 };
                 self.bring_to_life(*var, value);

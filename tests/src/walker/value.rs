@@ -106,6 +106,13 @@ impl Walker<'_> {
         }
     }
 
+    /// Whether a type is an array or has one in it.
+    pub(super) fn holds_array(&self, ty: Type) -> bool {
+        let in_fields =
+            |id| self.program.structs.get(id).fields.iter().any(|field| self.holds_array(field.ty));
+        ty.is_array() || ty.as_struct().is_some_and(in_fields)
+    }
+
     /// The parts of an output as planes name them.
     pub(super) fn parts(&self, ty: Type, name: String, value: &Value, parts: &mut Vec<(String, Value)>) {
         match (ty.base, ty.extent, value) {
