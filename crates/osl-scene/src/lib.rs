@@ -17,6 +17,7 @@ pub mod scene;
 pub mod shape;
 pub mod subdivide;
 pub mod surface_points;
+pub mod testrender;
 pub mod view;
 
 // Its types are part of this interface.

@@ -238,7 +238,7 @@ fn index(eta: f32, side: &Side) -> f32 {
     if side.inside && eta > 0.0 { 1.0 / eta } else { eta.max(0.0) }
 }
 
-fn float(component: &Component, at: usize) -> f32 {
+pub(crate) fn float(component: &Component, at: usize) -> f32 {
     match component.params.get(at).and_then(|p| p.values.first()) {
         Some(Const::Float(x)) if x.is_finite() => *x,
         Some(Const::Int(n)) => *n as f32,
@@ -246,7 +246,7 @@ fn float(component: &Component, at: usize) -> f32 {
     }
 }
 
-fn triple(component: &Component, at: usize) -> Vec3 {
+pub(crate) fn triple(component: &Component, at: usize) -> Vec3 {
     match component.params.get(at).and_then(|p| p.values.first()) {
         Some(Const::Triple(t)) if t.iter().all(|x| x.is_finite()) => Vec3::from_array(*t),
         _ => Vec3::ZERO,

@@ -41,7 +41,7 @@ impl Facets {
     }
 
     /// Smith's function: facets that are hidden, by those that are seen from `w`.
-    fn hidden(&self, w: Vec3) -> f32 {
+    pub(crate) fn hidden(&self, w: Vec3) -> f32 {
         let across = (Vec2::new(w.x, w.y) * self.alpha).length_squared();
         let tan2 = across / (w.z * w.z).max(1e-12);
         if tan2 <= 0.0 {

@@ -8,7 +8,10 @@ mod lobe;
 mod microfacet;
 
 pub use frame::{Frame, cosine, disk, sphere};
+pub(crate) use fresnel::dielectric;
+pub(crate) use lobe::{float, triple};
 pub use lobe::{Kind, Lobe, Side};
+pub(crate) use microfacet::{Distribution, Facets};
 
 use glam::Vec3;
 use osl_exec::Component;

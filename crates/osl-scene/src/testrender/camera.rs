@@ -1,0 +1,126 @@
+//! The camera of a scene and rays with the width of their pixels.
+
+use super::dual::Dual3;
+use glam::Vec3;
+
+/// A camera as a scene describes it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it stands.
+    pub eye: Vec3,
+    /// Where it looks to, of length 1.
+    pub dir: Vec3,
+    /// About where it has its upper side.
+    pub up: Vec3,
+    /// The angle of view in degrees. The picture is as high as the tangent of half of it at distance 1.
+    pub fov: f32,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Camera { eye: Vec3::ZERO, dir: Vec3::NEG_Z, up: Vec3::Y, fov: 90.0 }
+    }
+}
+
+/// A ray, with how wide it is and becomes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it begins.
+    pub origin: Vec3,
+    /// Where it goes, of length 1.
+    pub direction: Vec3,
+    /// How wide it begins.
+    pub radius: f32,
+    /// How much wider it gets over a distance of 1.
+    pub spread: f32,
+}
+
+impl Ray {
+    /// The point at a distance, with the way to the neighbours: at right angles to the ray, as far as it is wide there.
+    pub fn point(&self, distance: f32) -> Dual3 {
+        let radius = self.radius_at(distance);
+        Dual3 {
+            value: self.origin + self.direction * distance,
+            slopes: orthogonal(self.direction).map(|axis| axis * radius),
+        }
+    }
+
+    /// The direction, with those of the neighbours.
+    pub fn dual_direction(&self) -> Dual3 {
+        Dual3 { value: self.direction, slopes: orthogonal(self.direction).map(|axis| axis * self.spread) }
+    }
+
+    /// How wide it is at a distance.
+    pub fn radius_at(&self, distance: f32) -> f32 {
+        self.radius + self.spread * distance
+    }
+}
+
+/// Two directions at right angles to a direction of length 1 and to each other.
+pub fn orthogonal(n: Vec3) -> [Vec3; 2] {
+    let aside = if n.x.abs() > 0.01 { Vec3::new(n.z, 0.0, -n.x) } else { Vec3::new(0.0, -n.z, n.y) };
+    let x = aside.normalize_or_zero();
+    [x, n.cross(x)]
+}
+
+/// A camera and the size of its picture.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    eye: Vec3,
+    dir: Vec3,
+    /// The picture's width and height at distance 1.
+    across: [Vec3; 2],
+    size: [f32; 2],
+}
+
+impl View {
+    /// The view of a camera in a picture of some pixels.
+    pub fn new(camera: &Camera, size: [usize; 2]) -> View {
+        let size = size.map(|n| n.max(1) as f32);
+        let k = (camera.fov.to_radians() / 2.0).tan();
+        let right = camera.dir.cross(camera.up).normalize_or_zero() * (size[0] * k / size[1]);
+        let up = right.cross(camera.dir).normalize_or_zero() * k;
+        View { eye: camera.eye, dir: camera.dir, across: [right, up], size }
+    }
+
+    /// The ray through a place of the picture, in pixels from its upper left corner.
+    pub fn ray(&self, [x, y]: [f32; 2]) -> Ray {
+        let [right, up] = self.across;
+        let way = right * (x / self.size[0] - 0.5) + up * (0.5 - y / self.size[1]) + self.dir;
+        let direction = way.normalize_or(self.dir);
+        let cosine = self.dir.dot(direction);
+        let area = right.length() * up.length() * cosine / (self.size[0] * self.size[1]);
+        Ray { origin: self.eye, direction, radius: 0.0, spread: area.sqrt() * cosine }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_picture_is_as_high_as_the_tangent_of_half_the_angle() {
+        let view = View::new(&Camera::default(), [200, 100]);
+        assert!(view.ray([100.0, 50.0]).direction.distance(Vec3::NEG_Z) < 1e-6);
+        let corner = view.ray([0.0, 0.0]).direction;
+        assert!((corner / -corner.z).distance(Vec3::new(-1.0, 0.5, -1.0)) < 1e-6, "{corner}");
+    }
+
+    #[test]
+    fn rays_cover_a_pixel() {
+        let ray = View::new(&Camera::default(), [100, 100]).ray([50.0, 50.0]);
+        assert!((ray.spread - 0.01).abs() < 1e-6, "{}", ray.spread);
+        let [a, b] = ray.point(3.0).slopes;
+        assert!((a.length() - 0.03).abs() < 1e-6 && (b.length() - 0.03).abs() < 1e-6);
+        assert!(a.dot(b).abs() < 1e-6 && a.dot(ray.direction).abs() < 1e-6);
+    }
+
+    #[test]
+    fn axes_are_at_right_angles() {
+        for n in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::new(0.005, 0.6, 0.8).normalize(), -Vec3::ONE.normalize()] {
+            let [a, b] = orthogonal(n);
+            assert!((a.length() - 1.0).abs() < 1e-6 && (b.length() - 1.0).abs() < 1e-6);
+            assert!(a.dot(b).abs() < 1e-6 && a.dot(n).abs() < 1e-6 && b.dot(n).abs() < 1e-6);
+        }
+    }
+}

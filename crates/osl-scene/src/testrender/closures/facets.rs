@@ -1,0 +1,223 @@
+//! Microfacet lobes: normals are chosen as the viewer sees them, by their slopes. E. Heitz and E. d'Eon, "Importance Sampling
+//! Microfacet-Based BSDFs using the Distribution of Visible Normals", 2014.
+
+use super::fresnel::{self, Fresnel};
+use super::{Sample, frame, frame_along};
+use crate::bsdf::{Distribution, Facets, Frame, dielectric};
+use glam::{Vec2, Vec3};
+use osl_ir::numeric::strict::{erf, ierf};
+use std::f32::consts::PI;
+
+/// A microfacet lobe.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FacetLobe {
+    axes: Frame,
+    facets: Facets,
+    kind: Kind,
+}
+
+/// What facets do with light.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Kind {
+    /// Those of `microfacet`: a dielectric that reflects, refracts, or chooses between both by the Fresnel term.
+    Plain { eta: f32, reflects: bool, refracts: bool },
+    /// Those of MaterialX: the Fresnel term, and the index of refraction if light goes through.
+    Tinted { fresnel: Fresnel, eta: Option<f32> },
+}
+
+/// Probabilities and visibility of the facets with a normal, for a pair of directions.
+struct Terms {
+    /// The facets that both directions see, by those that the viewer sees.
+    shadowing: f32,
+    /// The density of the facets that the viewer sees.
+    density: f32,
+}
+
+impl FacetLobe {
+    pub(super) fn new(distribution: &str, n: Vec3, tangent: Vec3, alpha: Vec2, kind: Kind) -> FacetLobe {
+        let axes = if tangent == Vec3::ZERO || alpha.x == alpha.y { frame(n) } else { frame_along(n, tangent) };
+        let distribution = if distribution == "ggx" { Distribution::Ggx } else { Distribution::Beckmann };
+        FacetLobe { axes, facets: Facets { distribution, alpha }, kind }
+    }
+
+    pub(super) fn albedo(&self, wo: Vec3) -> Vec3 {
+        let cosine = self.axes.n.dot(wo);
+        match self.kind {
+            Kind::Plain { reflects: true, refracts: true, .. } | Kind::Tinted { eta: Some(_), .. } => Vec3::ONE,
+            Kind::Plain { eta, refracts, .. } => {
+                let f = dielectric(cosine, eta);
+                Vec3::splat(if refracts { 1.0 - f } else { f })
+            }
+            Kind::Tinted { fresnel, eta: None } => fresnel.shares(cosine)[0],
+        }
+    }
+
+    /// The index of refraction if light goes through.
+    fn transmits(&self) -> Option<f32> {
+        match self.kind {
+            Kind::Plain { eta, refracts, .. } => refracts.then_some(eta),
+            Kind::Tinted { eta, .. } => eta,
+        }
+    }
+
+    fn terms(&self, wo: Vec3, wi: Vec3, m: Vec3) -> Terms {
+        let (hidden_o, hidden_i) = (self.facets.hidden(wo), self.facets.hidden(wi));
+        Terms {
+            shadowing: (1.0 + hidden_o) / (1.0 + hidden_o + hidden_i),
+            density: self.facets.density(m) / (1.0 + hidden_o),
+        }
+    }
+
+    /// Weight and probability of reflection, and of transmission, at a facet.
+    fn choices(&self, cosine: f32) -> [(Vec3, f32); 2] {
+        match &self.kind {
+            Kind::Plain { eta, reflects, refracts } => {
+                let f = dielectric(cosine, *eta);
+                if *reflects && *refracts {
+                    [(Vec3::ONE, f), (Vec3::ONE, 1.0 - f)]
+                } else {
+                    [(Vec3::splat(f), 1.0), (Vec3::splat(1.0 - f), 1.0)]
+                }
+            }
+            Kind::Tinted { fresnel, eta } => {
+                let [f, t] = fresnel.shares(cosine);
+                if eta.is_none() {
+                    return [(f, 1.0), (Vec3::ZERO, 0.0)];
+                }
+                let chance = t.element_sum() / (f.element_sum() + t.element_sum()).max(1e-10);
+                [(f / (1.0 - chance).max(1e-10), 1.0 - chance), (t / chance.max(1e-10), chance)]
+            }
+        }
+    }
+
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
+        let (o, i) = (self.axes.local(wo), self.axes.local(wi));
+        let nothing = Sample { wi, ..Sample::default() };
+        let reflects = !matches!(self.kind, Kind::Plain { reflects: false, .. });
+        if !(o.z > 0.0) {
+            return nothing;
+        }
+        if i.z > 0.0 && reflects {
+            let m = (i + o).normalize_or_zero();
+            return self.reflected(o, i, m, wi);
+        }
+        match self.transmits() {
+            Some(eta) if i.z < 0.0 => {
+                let m = -(i * eta + o);
+                let m = if eta < 1.0 { -m } else { m };
+                self.refracted(o, i, m.normalize_or_zero(), eta, wi)
+            }
+            _ => nothing,
+        }
+    }
+
+    fn reflected(&self, o: Vec3, i: Vec3, m: Vec3, wi: Vec3) -> Sample {
+        let Terms { shadowing, density } = self.terms(o, i, m);
+        let (weight, chance) = self.choices(m.dot(o))[0];
+        Sample {
+            wi,
+            weight: weight * shadowing,
+            pdf: chance * density * 0.25 / o.z,
+            roughness: self.facets.alpha.max_element(),
+        }
+    }
+
+    fn refracted(&self, o: Vec3, i: Vec3, m: Vec3, eta: f32, wi: Vec3) -> Sample {
+        let (cos_o, cos_i) = (m.dot(o), m.dot(i));
+        let (weight, chance) = self.choices(cos_o)[1];
+        if !(chance > 0.0 && weight.max_element() > 0.0) {
+            return Sample { wi, ..Sample::default() };
+        }
+        let Terms { shadowing, density } = self.terms(o, i, m);
+        let squared = (i * eta + o).length_squared();
+        Sample {
+            wi,
+            weight: weight * shadowing,
+            pdf: chance * (cos_i * cos_o).abs() * eta * eta * density / (squared * o.z),
+            roughness: self.facets.alpha.max_element(),
+        }
+    }
+
+    pub(super) fn sample(&self, wo: Vec3, [x, y, z]: [f32; 3]) -> Sample {
+        let o = self.axes.local(wo);
+        if !(o.z > 0.0) {
+            return Sample::default();
+        }
+        let m = self.visible_normal(o, [x, y]);
+        let cosine = m.dot(o);
+        if !(cosine > 0.0) {
+            return Sample::default();
+        }
+        let reflects = match (self.kind, self.transmits()) {
+            (Kind::Plain { reflects, .. }, Some(_)) => reflects && z < self.choices(cosine)[0].1,
+            (_, Some(_)) => z >= self.choices(cosine)[1].1,
+            (_, None) => true,
+        };
+        if reflects {
+            let i = m * (2.0 * cosine) - o;
+            return self.reflected(o, i, m, self.axes.world(i));
+        }
+        let eta = self.transmits().unwrap_or(1.0);
+        match fresnel::refract(o, m, eta) {
+            Some((i, _)) => self.refracted(o, i, m, eta, self.axes.world(i)),
+            None => Sample::default(),
+        }
+    }
+
+    /// The normal of a facet as the viewer sees them.
+    fn visible_normal(&self, o: Vec3, u: [f32; 2]) -> Vec3 {
+        let alpha = self.facets.alpha;
+        let stretched = Vec3::new(o.x * alpha.x, o.y * alpha.y, o.z).normalize_or(Vec3::Z);
+        let cosine = stretched.z.max(0.0);
+        let azimuth = if cosine < 0.99999 {
+            Vec2::new(stretched.x, stretched.y).normalize_or(Vec2::X)
+        } else {
+            Vec2::X
+        };
+        let slope = match self.facets.distribution {
+            Distribution::Ggx => ggx_slope(cosine, u),
+            Distribution::Beckmann => beckmann_slope(cosine, u),
+        };
+        let slope = azimuth.rotate(slope) * alpha;
+        Vec3::new(-slope.x, -slope.y, 1.0).normalize_or(Vec3::Z)
+    }
+}
+
+/// A slope of GGX facets with roughness 1 as seen under a cosine, the first component along the view.
+fn ggx_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
+    let c = cosine.max(1e-6);
+    // The projected area up to a slope, solved for the slope's tangent.
+    let q = (1.0 + c) * x - c;
+    let top = c * ((1.0 - c) * (1.0 + c)).max(0.0).sqrt() - q * ((1.0 - q) * (1.0 + q)).max(0.0).sqrt();
+    let bottom = (q - c) * (q + c);
+    let least = 1.0 / 4_294_967_296.0;
+    let bottom = if bottom.abs() < least { least.copysign(bottom) } else { bottom };
+    let along = top / bottom;
+    // Across: their rational fit of the inverse.
+    let side = 1.0 - 2.0 * y;
+    let v = side.abs();
+    let fit = (v * (v * (v * 0.273_85 - 0.733_69) + 0.463_41))
+        / (v * (v * (v * 0.093_073 + 0.309_420) - 1.0) + 0.597_999);
+    Vec2::new(along, side.signum() * fit * (1.0 + along * along).sqrt())
+}
+
+/// The same for Beckmann facets. W. Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann Distribution", 2014.
+fn beckmann_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
+    let c = cosine.max(1e-6);
+    let tan = (1.0 - c * c).max(0.0).sqrt() / c;
+    let cot = 1.0 / tan;
+    let root_pi = PI.sqrt().recip();
+    let largest = erf(cot);
+    let x = x.max(1e-6);
+    // The first guess is a fit; the solution is sought as the error function of the slope.
+    let angle = c.acos();
+    let fit = 1.0 + angle * (-0.876 + angle * (0.4265 - 0.0594 * angle));
+    let mut b = largest - (1.0 + largest) * (1.0 - x).powf(fit);
+    let scale = 1.0 / (1.0 + largest + root_pi * tan * (-cot * cot).exp());
+    for _ in 0..2 {
+        let slope = ierf(b);
+        let error = scale * (1.0 + b + root_pi * tan * (-slope * slope).exp()) - x;
+        b -= error / (scale * (1.0 - slope * tan));
+    }
+    Vec2::new(ierf(b), ierf(2.0 * y.max(1e-6) - 1.0))
+}

@@ -1,0 +1,101 @@
+//! Shiny lobes without microfacets: Phong's and Ward's.
+
+use super::{Sample, frame, frame_along};
+use crate::bsdf::Frame;
+use glam::{Vec2, Vec3};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
+
+/// B. T. Phong, "Illumination for Computer Generated Pictures", 1975, made to keep energy.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Phong {
+    pub(super) n: Vec3,
+    pub(super) exponent: f32,
+}
+
+impl Phong {
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
+        let (i, o) = (self.n.dot(wi), self.n.dot(wo));
+        let mirrored = self.n * (2.0 * o) - wo;
+        let cosine = mirrored.dot(wi);
+        if !(i > 0.0 && o > 0.0 && cosine > 0.0) {
+            return Sample { wi, ..Sample::default() };
+        }
+        let e = self.exponent;
+        Sample {
+            wi,
+            weight: Vec3::splat(i * (e + 2.0) / (e + 1.0)),
+            pdf: (e + 1.0) / TAU * cosine.powf(e),
+            roughness: 1.0 / (1.0 + e),
+        }
+    }
+
+    pub(super) fn sample(&self, wo: Vec3, [x, y, _]: [f32; 3]) -> Sample {
+        let o = self.n.dot(wo);
+        if !(o > 0.0) {
+            return Sample::default();
+        }
+        let cos = y.powf(1.0 / (self.exponent + 1.0));
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        let (sin_phi, cos_phi) = (TAU * x).sin_cos();
+        let axes = frame(self.n * (2.0 * o) - wo);
+        self.eval(wo, axes.world(Vec3::new(cos_phi * sin, sin_phi * sin, cos)))
+    }
+}
+
+/// G. Ward, "Measuring and Modeling Anisotropic Reflection", 1992, by the equations of B. Walter, "Notes on the Ward BRDF",
+/// 2005.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ward {
+    axes: Frame,
+    alpha: Vec2,
+}
+
+impl Ward {
+    pub(super) fn new(n: Vec3, tangent: Vec3, alpha: Vec2) -> Ward {
+        Ward { axes: frame_along(n, tangent), alpha }
+    }
+
+    pub(super) fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
+        let (i, o) = (self.axes.n.dot(wi), self.axes.n.dot(wo));
+        if !(i > 0.0 && o > 0.0) {
+            return Sample { wi, ..Sample::default() };
+        }
+        let h = (wi + wo).normalize_or_zero();
+        let local = self.axes.local(h);
+        let slope = Vec2::new(local.x, local.y) / self.alpha / local.z;
+        let falloff = (-slope.length_squared()).exp();
+        let area = 4.0 * PI * self.alpha.x * self.alpha.y;
+        // Equations 4 and 9.
+        let value = i * falloff / (area * (i * o).sqrt());
+        let pdf = falloff / (area * h.dot(wo) * local.z.powi(3));
+        if !(pdf > 0.0) {
+            return Sample { wi, ..Sample::default() };
+        }
+        Sample { wi, weight: Vec3::splat(value / pdf), pdf, roughness: self.alpha.max_element() }
+    }
+
+    pub(super) fn sample(&self, wo: Vec3, [x, y, _]: [f32; 3]) -> Sample {
+        if !(self.axes.n.dot(wo) > 0.0) {
+            return Sample::default();
+        }
+        // Equation 6: the azimuth, quarter by quarter; each is filled from the x axis to the y axis.
+        let quarter = (4.0 * x).floor();
+        let tan = self.alpha.y / self.alpha.x * (FRAC_PI_2 * (4.0 * x - quarter)).tan();
+        let cos = 1.0 / (1.0 + tan * tan).sqrt();
+        let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
+        let azimuth = Vec2::new(
+            cos * sign(quarter == 1.0 || quarter == 2.0),
+            tan * cos * sign(quarter == 2.0 || quarter == 3.0),
+        );
+        // Equation 7: the angle to the normal.
+        let tan2 = -(1.0 - y).ln() / (azimuth / self.alpha).length_squared();
+        let cos = 1.0 / (1.0 + tan2).sqrt();
+        let sin = cos * tan2.sqrt();
+        let h = self.axes.world(Vec3::new(azimuth.x * sin, azimuth.y * sin, cos));
+        let cosine = h.dot(wo);
+        if !(cosine > 0.0) {
+            return Sample::default();
+        }
+        self.eval(wo, h * (2.0 * cosine) - wo)
+    }
+}

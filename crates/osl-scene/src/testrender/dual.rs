@@ -1,0 +1,131 @@
+//! Numbers with their changes to the neighbour along x and along y of the picture.
+
+use glam::Vec3;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// A number and its two changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dual {
+    /// The number.
+    pub value: f32,
+    /// Its changes along x and y.
+    pub slopes: [f32; 2],
+}
+
+impl Dual {
+    /// A number that does not change.
+    pub const fn constant(value: f32) -> Dual {
+        Dual { value, slopes: [0.0; 2] }
+    }
+
+    /// A function of this number, by its value and its derivative there.
+    fn map(self, value: f32, derivative: f32) -> Dual {
+        Dual { value, slopes: self.slopes.map(|s| s * derivative) }
+    }
+
+    /// The square root; without slopes at 0.
+    pub fn sqrt(self) -> Dual {
+        let root = self.value.max(0.0).sqrt();
+        self.map(root, if root > 0.0 { 0.5 / root } else { 0.0 })
+    }
+
+    /// The angle in radians whose cosine this is; outside of −1 to 1 that of the border, without slopes.
+    pub fn acos(self) -> Dual {
+        let inside = 1.0 - self.value * self.value;
+        self.map(self.value.clamp(-1.0, 1.0).acos(), if inside > 0.0 { -1.0 / inside.sqrt() } else { 0.0 })
+    }
+
+    /// The angle of the point (`x`, self).
+    pub fn atan2(self, x: Dual) -> Dual {
+        let length2 = x.value * x.value + self.value * self.value;
+        let scale = if length2 > 0.0 { 1.0 / length2 } else { 0.0 };
+        let slope = |axis: usize| (x.value * self.slopes[axis] - self.value * x.slopes[axis]) * scale;
+        Dual { value: self.value.atan2(x.value), slopes: [slope(0), slope(1)] }
+    }
+}
+
+impl Add for Dual {
+    type Output = Dual;
+    fn add(self, b: Dual) -> Dual {
+        Dual { value: self.value + b.value, slopes: [0, 1].map(|k| self.slopes[k] + b.slopes[k]) }
+    }
+}
+
+impl Sub for Dual {
+    type Output = Dual;
+    fn sub(self, b: Dual) -> Dual {
+        self + -b
+    }
+}
+
+impl Neg for Dual {
+    type Output = Dual;
+    fn neg(self) -> Dual {
+        self.map(-self.value, -1.0)
+    }
+}
+
+impl Mul for Dual {
+    type Output = Dual;
+    fn mul(self, b: Dual) -> Dual {
+        let slope = |k: usize| self.value * b.slopes[k] + self.slopes[k] * b.value;
+        Dual { value: self.value * b.value, slopes: [slope(0), slope(1)] }
+    }
+}
+
+impl Mul<f32> for Dual {
+    type Output = Dual;
+    fn mul(self, b: f32) -> Dual {
+        self.map(self.value * b, b)
+    }
+}
+
+/// A vector and its changes along x and y.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dual3 {
+    /// The vector.
+    pub value: Vec3,
+    /// Its changes along x and y.
+    pub slopes: [Vec3; 2],
+}
+
+impl Dual3 {
+    /// A component, 0 to 2.
+    pub fn component(self, index: usize) -> Dual {
+        Dual { value: self.value[index], slopes: self.slopes.map(|s| s[index]) }
+    }
+
+    /// The product with a vector that does not change.
+    pub fn dot(self, b: Vec3) -> Dual {
+        Dual { value: self.value.dot(b), slopes: self.slopes.map(|s| s.dot(b)) }
+    }
+
+    /// The vector from a point that does not change, times a factor.
+    pub fn from(self, origin: Vec3, factor: f32) -> Dual3 {
+        Dual3 { value: (self.value - origin) * factor, slopes: self.slopes.map(|s| s * factor) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Compares slopes with differences.
+    fn check(f: impl Fn(Dual, Dual) -> Dual, x: f32, y: f32) {
+        let found = f(Dual { value: x, slopes: [1.0, 0.0] }, Dual { value: y, slopes: [0.0, 1.0] });
+        let at = |x: f32, y: f32| f(Dual::constant(x), Dual::constant(y)).value;
+        let h = 1e-3;
+        let [dx, dy] = [(at(x + h, y) - at(x - h, y)) / (2.0 * h), (at(x, y + h) - at(x, y - h)) / (2.0 * h)];
+        assert!((found.slopes[0] - dx).abs() < 1e-3, "{found:?} {dx}");
+        assert!((found.slopes[1] - dy).abs() < 1e-3, "{found:?} {dy}");
+    }
+
+    #[test]
+    fn slopes_are_derivatives() {
+        check(|x, y| x * y - x * 3.0 + y, 0.7, -0.4);
+        check(|x, y| (x * x + y * y).sqrt(), 0.7, -0.4);
+        check(|x, y| x.atan2(y), 0.7, -0.4);
+        check(|x, y| (x * y).acos(), 0.7, -0.4);
+        assert_eq!(Dual::constant(0.0).atan2(Dual::constant(0.0)).slopes, [0.0; 2]);
+    }
+}

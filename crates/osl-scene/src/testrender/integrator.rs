@@ -1,0 +1,325 @@
+//! Paths from the camera, many at once: all go to their next surface, then those on surfaces of one shader group are shaded
+//! together.
+//!
+//! A path has random numbers of its own, and each path is computed as if it were alone: results do not depend on threads or
+//! on which paths go together.
+
+use super::camera::Ray;
+use super::closures::{self, Surface};
+use super::mis;
+use super::sampler::{Sampler, tent};
+use super::shapes::{Point, nearest};
+use super::world::{self, Said, Stage, World};
+use glam::Vec3;
+use osl_exec::Stop;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How to render.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Each pixel has the square of this number of paths.
+    pub samples: usize,
+    /// Surfaces that a path leaves, at most.
+    pub max_bounces: usize,
+    /// The bounce from which paths may be absorbed.
+    pub absorbed_from: usize,
+    /// Shows the albedo of what the camera sees, times this factor, instead of light.
+    pub albedo: Option<f32>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options { samples: 1, max_bounces: 1_000_000, absorbed_from: 5, albedo: None }
+    }
+}
+
+/// A picture.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// Red, green and blue of each pixel, row by row.
+    pub planes: [Vec<f32>; 3],
+    /// What shaders said.
+    pub said: Said,
+}
+
+/// Paths that are followed together.
+const WAVE: usize = 1 << 13;
+/// Pixels of a task.
+const PIXELS: usize = 1 << 8;
+/// Surfaces that a path meets, at most, whatever the scene asks for: mirrors face each other for ever.
+const MAX_BOUNCES: usize = 1 << 12;
+/// The square root of the paths that a pixel may have.
+const MAX_SAMPLES: usize = 256;
+
+/// Renders a picture on the threads of the current pool. `progress` is called with the share that is done, from 0 to 1.
+///
+/// # Errors
+/// A loop of a shader beyond its budget.
+pub fn render(world: &World, options: &Options, progress: &(dyn Fn(f32) + Sync)) -> Result<Picture, Stop> {
+    let options = Options {
+        samples: options.samples.clamp(1, MAX_SAMPLES),
+        max_bounces: options.max_bounces.min(MAX_BOUNCES),
+        ..*options
+    };
+    let mut said = Said::default();
+    let stage = Stage::new(world, &mut said)?;
+    let count = world.size[0] * world.size[1];
+    let tasks = count.div_ceil(PIXELS);
+    let done = AtomicUsize::new(0);
+    let parts: Vec<(Vec<Vec3>, Said)> = (0..tasks)
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|task| {
+            let mut tracer = Tracer { stage: &stage, options, said: Said::default() };
+            let first = task * PIXELS;
+            let light = tracer.pixels(first, PIXELS.min(count - first))?;
+            progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / tasks as f32);
+            Ok((light, tracer.said))
+        })
+        .collect::<Result<_, Stop>>()?;
+    let mut picture = Picture::default();
+    for (light, more) in parts {
+        said.add(more);
+        for (channel, plane) in picture.planes.iter_mut().enumerate() {
+            plane.extend(light.iter().map(|x| x[channel]));
+        }
+    }
+    picture.said = said;
+    Ok(picture)
+}
+
+/// A path on its way.
+struct Path {
+    /// Where its light is added.
+    slot: usize,
+    sampler: Sampler,
+    ray: Ray,
+    /// What of the light at its end reaches the camera.
+    throughput: Vec3,
+    /// The density with which its direction was chosen.
+    pdf: f32,
+    /// The shape that it left.
+    from: Option<usize>,
+}
+
+/// A path at a surface.
+struct Met {
+    path: Path,
+    shape: usize,
+    group: usize,
+    point: Point,
+    /// How wide the ray is there.
+    radius: f32,
+}
+
+/// A light that a point sees.
+struct Seen {
+    slot: usize,
+    group: usize,
+    point: Point,
+    /// The factor of the light.
+    share: Vec3,
+}
+
+/// Follows the paths of one task.
+struct Tracer<'w> {
+    stage: &'w Stage<'w>,
+    options: Options,
+    said: Said,
+}
+
+impl Tracer<'_> {
+    /// The mean light of some pixels.
+    fn pixels(&mut self, first: usize, count: usize) -> Result<Vec<Vec3>, Stop> {
+        let paths = self.options.samples * self.options.samples;
+        let mut means = vec![Vec3::ZERO; count];
+        let round = (WAVE / count.max(1)).max(1);
+        for start in (0..paths).step_by(round) {
+            let end = (start + round).min(paths);
+            let each = end - start;
+            let wave = (0..count * each).map(|slot| self.start(slot, first + slot / each, start + slot % each));
+            let light = self.trace(wave.collect(), count * each)?;
+            for (mean, light) in means.iter_mut().zip(light.chunks(each)) {
+                for (at, light) in light.iter().enumerate() {
+                    *mean += (*light - *mean) / (start + at + 1) as f32;
+                }
+            }
+        }
+        Ok(means)
+    }
+
+    fn start(&self, slot: usize, pixel: usize, index: usize) -> Path {
+        let width = self.stage.world.size[0].max(1);
+        let (x, y) = (pixel % width, pixel / width);
+        let mut sampler = Sampler::new(x, y, index);
+        let [jx, jy, _] = sampler.three();
+        let place = [x as f32 + 0.5 + tent(jx), y as f32 + 0.5 + tent(jy)];
+        let ray = self.stage.view.ray(place);
+        Path { slot, sampler, ray, throughput: Vec3::ONE, pdf: f32::INFINITY, from: None }
+    }
+
+    /// The light of each path.
+    fn trace(&mut self, mut paths: Vec<Path>, count: usize) -> Result<Vec<Vec3>, Stop> {
+        let mut light = vec![Vec3::ZERO; count];
+        for bounce in 0..=self.options.max_bounces {
+            if paths.is_empty() {
+                break;
+            }
+            let mut met = Vec::with_capacity(paths.len());
+            let mut missed = Vec::new();
+            for path in paths {
+                match nearest(&self.stage.world.shapes, &path.ray, path.from) {
+                    Some((shape, distance)) => met.extend(self.meet(path, shape, distance)),
+                    None => missed.push(path),
+                }
+            }
+            self.around(&missed, bounce, &mut light)?;
+            met.sort_by_key(|m: &Met| m.group);
+            let (mut next, mut seen) = (Vec::with_capacity(met.len()), Vec::new());
+            let kind = if bounce == 0 { world::Ray::Camera } else { world::Ray::Bounce };
+            let mut rest = met.into_iter().peekable();
+            while let Some(first) = rest.next() {
+                let group = first.group;
+                let mut hits = vec![first];
+                while let Some(hit) = rest.next_if(|m| m.group == group) {
+                    hits.push(hit);
+                }
+                let points: Vec<Point> = hits.iter().map(|m| m.point).collect();
+                let closures = self.stage.shade(group, &points, kind, &mut self.said)?;
+                for (hit, components) in hits.into_iter().zip(closures) {
+                    let surface =
+                        Surface::new(&components, -hit.point.i.value, hit.point.backfacing);
+                    if let Some(light) = light.get_mut(hit.path.slot) {
+                        next.extend(self.scatter(hit, surface, bounce, light, &mut seen));
+                    }
+                }
+            }
+            self.lights(seen, &mut light)?;
+            next.sort_by_key(|p: &Path| p.slot);
+            paths = next;
+        }
+        Ok(light)
+    }
+
+    /// A path at the surface that it meets; `None` if nothing shades that.
+    fn meet(&self, path: Path, shape: usize, distance: f32) -> Option<Met> {
+        let hit = self.stage.world.shapes.get(shape)?;
+        let point = hit.form.point(&path.ray, distance);
+        let radius = path.ray.radius_at(distance);
+        Some(Met { group: hit.group?, shape, point, radius, path })
+    }
+
+    /// Adds the light of the background to paths that meet nothing.
+    fn around(&mut self, missed: &[Path], bounce: usize, light: &mut [Vec3]) -> Result<(), Stop> {
+        if missed.is_empty() || !self.stage.has_background() {
+            return Ok(());
+        }
+        let found: Vec<Vec3> = match &self.stage.table {
+            Some(table) if bounce > 0 => {
+                let found = missed.iter().map(|path| {
+                    let (weight, pdf) = table.light(path.ray.direction);
+                    weight * mis::of_weights(path.pdf, pdf)
+                });
+                found.collect()
+            }
+            _ => {
+                let directions: Vec<_> = missed.iter().map(|path| path.ray.dual_direction()).collect();
+                let kind = if bounce == 0 { world::Ray::Camera } else { world::Ray::Bounce };
+                self.stage.background(&directions, kind, &mut self.said)?
+            }
+        };
+        for (path, found) in missed.iter().zip(found) {
+            if let Some(light) = light.get_mut(path.slot) {
+                *light += path.throughput * found;
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the light that a surface sends back along a path, notes the lights that it sees, and yields the path from there
+    /// on.
+    fn scatter(
+        &self,
+        hit: Met,
+        surface: Surface,
+        bounce: usize,
+        light: &mut Vec3,
+        seen: &mut Vec<Seen>,
+    ) -> Option<Path> {
+        let Met { mut path, shape: index, point, radius, .. } = hit;
+        let shapes = &self.stage.world.shapes;
+        let shape = shapes.get(index)?;
+        let (p, wo) = (point.p.value, -point.i.value);
+        let share = match shape.is_light {
+            true => mis::power(path.pdf, shape.form.pdf(path.ray.origin, p)),
+            false => 1.0,
+        };
+        *light += path.throughput * surface.emitted * share;
+        if bounce == self.options.max_bounces {
+            return None;
+        }
+        let mut lobes = surface.lobes;
+        lobes.prepare(wo, path.throughput, bounce >= self.options.absorbed_from);
+        if let Some(scale) = self.options.albedo {
+            *light += path.throughput * lobes.albedo(wo) * scale;
+            return None;
+        }
+        let [xi, yi, zi] = path.sampler.three();
+        if let Some(table) = &self.stage.table {
+            let chosen = table.sample([xi, yi]);
+            let direction = chosen.direction.value;
+            let value = lobes.eval(wo, direction);
+            let factor = mis::of_weights(chosen.pdf, value.pdf);
+            let found = path.throughput * value.weight * chosen.weight * factor;
+            if found.element_sum() > 0.0 {
+                let ray = Ray { origin: p, direction, radius, spread: 0.0 };
+                if nearest(shapes, &ray, Some(index)).is_none() {
+                    *light += found;
+                }
+            }
+        }
+        let lights = shapes.iter().enumerate().filter(|(at, s)| s.is_light && *at != index);
+        for (at, shape) in lights {
+            let Some(group) = shape.group else { continue };
+            let chosen = shape.form.sample(p, [xi, yi]);
+            let value = lobes.eval(wo, chosen.direction);
+            let found = path.throughput * value.weight * mis::of_value(chosen.pdf, value.pdf);
+            if found.element_sum() > 0.0 {
+                let ray = Ray { origin: p, direction: chosen.direction, radius, spread: 0.0 };
+                if let Some((_, distance)) = nearest(shapes, &ray, Some(index)).filter(|(s, _)| *s == at) {
+                    let point = shape.form.point(&ray, distance);
+                    seen.push(Seen { slot: path.slot, group, point, share: found });
+                }
+            }
+        }
+        let chosen = lobes.sample(wo, [xi, yi, zi]);
+        path.throughput *= chosen.weight;
+        if !(path.throughput.cmpgt(Vec3::ZERO).any()) {
+            return None;
+        }
+        path.pdf = chosen.pdf;
+        path.from = Some(index);
+        let spread = path.ray.spread.max(chosen.roughness);
+        path.ray = Ray { origin: p, direction: chosen.wi, radius, spread };
+        Some(path)
+    }
+
+    /// Adds the light of lights that points see.
+    fn lights(&mut self, mut seen: Vec<Seen>, light: &mut [Vec3]) -> Result<(), Stop> {
+        seen.sort_by_key(|s| s.group);
+        for seen in seen.chunk_by(|a, b| a.group == b.group) {
+            for seen in seen.chunks(WAVE) {
+                let Some(group) = seen.first().map(|s| s.group) else { continue };
+                let points: Vec<Point> = seen.iter().map(|s| s.point).collect();
+                let closures = self.stage.shade(group, &points, world::Ray::Light, &mut self.said)?;
+                for (seen, components) in seen.iter().zip(closures) {
+                    if let Some(light) = light.get_mut(seen.slot) {
+                        *light += seen.share * closures::emitted(&components);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}

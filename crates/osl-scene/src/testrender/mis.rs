@@ -1,0 +1,84 @@
+//! How samples of several techniques are weighed. E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation",
+//! 1997, chapter 9.
+//!
+//! A weight is a value by its density, so a product of weights or values needs factors of the densities to make it an
+//! estimate. Densities may be infinite: those of mirrors.
+
+use glam::Vec3;
+
+/// The power heuristic with exponent 2 for a sample that was chosen with the density `own`.
+pub(super) fn power(own: f32, other: f32) -> f32 {
+    if own > other {
+        1.0 / (1.0 + (other / own).powi(2))
+    } else if own < other {
+        1.0 - 1.0 / (1.0 + (own / other).powi(2))
+    } else {
+        0.5
+    }
+}
+
+/// The factor of a product of two weights, of which the first has the density that the sample was chosen with.
+pub(super) fn of_weights(own: f32, other: f32) -> f32 {
+    if other > 0.0 { power(own, other) * other } else { 0.0 }
+}
+
+/// The factor of a product of a weight with the density `other` and a value that stands for itself, where the sample was
+/// chosen with the density `own`.
+pub(super) fn of_value(own: f32, other: f32) -> f32 {
+    if own > other {
+        let r = other / own;
+        r / (1.0 + r * r)
+    } else {
+        let r = own / other;
+        if r.is_finite() { r / (1.0 + r * r) } else { 0.0 }
+    }
+}
+
+/// Mixes another technique into a weight and its density by the balance heuristic. `chance` is the probability of the other.
+pub(super) fn mix((weight, pdf): (&mut Vec3, &mut f32), other: Vec3, other_pdf: f32, chance: f32) {
+    let other_pdf = other_pdf * chance;
+    if !(other_pdf > 0.0) {
+        return;
+    }
+    let share = if other_pdf < *pdf {
+        let r = other_pdf / *pdf;
+        r / (1.0 + r)
+    } else {
+        1.0 / (1.0 + *pdf / other_pdf)
+    };
+    *weight = *weight * (1.0 - share) + other * (share / chance);
+    *pdf += other_pdf;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_of_both_techniques_sum_to_one() {
+        for (a, b) in [(0.3, 2.0), (5.0, 0.01), (1.0, 1.0), (f32::INFINITY, 0.5), (0.0, 0.5)] {
+            assert!((power(a, b) + power(b, a) - 1.0).abs() < 1e-6);
+        }
+        assert_eq!(power(f32::INFINITY, 3.0), 1.0);
+    }
+
+    #[test]
+    fn factors_make_estimates_of_products() {
+        // A light of radiance 2 that is chosen with density 4, a surface with value 3 and density 0.5.
+        let estimate = 2.0 * 3.0 / 4.0 * power(4.0, 0.5);
+        assert!((2.0 / 4.0 * (3.0 / 0.5) * of_weights(4.0, 0.5) - estimate).abs() < 1e-6);
+        assert!((2.0 * (3.0 / 0.5) * of_value(4.0, 0.5) - estimate).abs() < 1e-6);
+    }
+
+    #[test]
+    fn balance() {
+        let (mut weight, mut pdf) = (Vec3::splat(0.5), 2.0);
+        mix((&mut weight, &mut pdf), Vec3::splat(0.25), 4.0, 0.5);
+        assert_eq!((weight, pdf), (Vec3::splat(0.5), 4.0));
+        mix((&mut weight, &mut pdf), Vec3::ONE, 0.0, 0.5);
+        assert_eq!(pdf, 4.0, "nothing to mix in");
+        let (mut weight, mut pdf) = (Vec3::ONE, f32::INFINITY);
+        mix((&mut weight, &mut pdf), Vec3::ZERO, 4.0, 0.5);
+        assert_eq!((weight, pdf), (Vec3::ONE, f32::INFINITY));
+    }
+}

@@ -1,0 +1,253 @@
+//! From the XML of a scene to what it describes. Shader groups stay text or statements: this module must not know how shaders
+//! are found.
+
+use super::camera::Camera;
+use super::shapes::{Form, Shape};
+use super::xml::{self, Element, XmlError};
+use glam::Vec3;
+use osl_ir::group::text::{Statement, Word};
+use osl_ir::types::{Base, Type};
+use osl_ir::Span;
+
+/// A shader group as a scene describes it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GroupText {
+    /// Its name.
+    pub name: String,
+    /// What it is for: `surface`.
+    pub usage: String,
+    /// Its text; may be empty.
+    pub commands: String,
+    /// Statements that follow the text.
+    pub statements: Vec<Statement>,
+}
+
+/// What is around all shapes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Background {
+    /// The shader group.
+    pub group: Option<usize>,
+    /// Side of the table by which directions are chosen; 0 for none.
+    pub resolution: usize,
+}
+
+/// A scene.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scene {
+    /// The camera.
+    pub camera: Camera,
+    /// Options with whole numbers, in order.
+    pub options: Vec<(String, i32)>,
+    /// The shader groups.
+    pub groups: Vec<GroupText>,
+    /// The shapes: spheres before quads.
+    pub shapes: Vec<Shape>,
+    /// What is around.
+    pub background: Option<Background>,
+}
+
+impl Scene {
+    /// The value of an option; the last one counts.
+    pub fn option(&self, name: &str) -> Option<i32> {
+        self.options.iter().rev().find(|(n, _)| n == name).map(|(_, value)| *value)
+    }
+}
+
+/// Why a text is no scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SceneError {
+    /// It is no XML.
+    #[error("XML parsed with errors: {0}")]
+    Xml(#[from] XmlError),
+    /// It has another root.
+    #[error("Error reading scene: Root element <World> is missing")]
+    NoWorld,
+    /// It has too many shapes.
+    #[error("Error reading scene: more than {MAX_SHAPES} shapes")]
+    TooManyShapes,
+}
+
+/// Shapes that a scene may have: each ray asks them all.
+const MAX_SHAPES: usize = 1 << 14;
+/// Side of the largest table of a background.
+const MAX_RESOLUTION: usize = 4096;
+
+/// Reads a scene.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn read(text: &str) -> Result<Scene, SceneError> {
+    let document = xml::read(text)?;
+    let world = document.children.iter().find(|e| e.name == "World").ok_or(SceneError::NoWorld)?;
+    let mut scene = Scene::default();
+    let (mut spheres, mut quads) = (Vec::new(), Vec::new());
+    for element in &world.children {
+        let group = scene.groups.len().checked_sub(1);
+        let vector = |name: &str| element.attribute(name).and_then(vector);
+        let is_light = element.attribute("is_light").is_some_and(flag);
+        match element.name.as_str() {
+            "Camera" => scene.camera = camera(element),
+            "Option" => {
+                let values = element.attributes.iter().filter_map(|(name, value)| {
+                    let number = value.trim().strip_prefix("int")?.trim().parse().ok()?;
+                    Some((name.clone(), number))
+                });
+                scene.options.extend(values);
+            }
+            "ShaderGroup" => scene.groups.push(shader_group(element)),
+            "Sphere" => {
+                let radius = element.attribute("radius").map_or(0.0, number);
+                if let (Some(center), true) = (vector("center"), radius > 0.0) {
+                    spheres.push(Shape { form: Form::Sphere { center, radius }, group, is_light });
+                }
+            }
+            "Quad" => {
+                let parts = (vector("corner"), vector("edge_x"), vector("edge_y"));
+                if let (Some(corner), Some(edge_x), Some(edge_y)) = parts {
+                    quads.push(Shape { form: Form::Quad { corner, edge_x, edge_y }, group, is_light });
+                }
+            }
+            "Background" => {
+                let resolution = element.attribute("resolution").map_or(0.0, number).max(0.0) as usize;
+                scene.background = Some(Background { group, resolution: resolution.min(MAX_RESOLUTION) });
+            }
+            _ => {}
+        }
+        if spheres.len() + quads.len() > MAX_SHAPES {
+            return Err(SceneError::TooManyShapes);
+        }
+    }
+    scene.shapes = spheres;
+    scene.shapes.append(&mut quads);
+    Ok(scene)
+}
+
+fn camera(element: &Element) -> Camera {
+    let vector = |name: &str| element.attribute(name).and_then(vector);
+    let default = Camera::default();
+    let eye = vector("eye").unwrap_or(default.eye);
+    let dir = vector("dir").or_else(|| vector("look_at").map(|at| at - eye)).unwrap_or(default.dir);
+    Camera {
+        eye,
+        dir: dir.normalize_or(default.dir),
+        up: vector("up").unwrap_or(default.up),
+        fov: element.attribute("fov").map_or(default.fov, number),
+    }
+}
+
+fn shader_group(element: &Element) -> GroupText {
+    let text = |name: &str, default: &str| element.attribute(name).unwrap_or(default).to_string();
+    let mut group = GroupText {
+        name: text("name", "group"),
+        usage: text("type", "surface"),
+        commands: element.attribute("commands").or(element.text.as_deref()).unwrap_or("").to_string(),
+        statements: Vec::new(),
+    };
+    for child in &element.children {
+        let named = |name: &str| child.attribute(name).map(word);
+        match child.name.as_str() {
+            "Parameter" => group.statements.extend(child.attributes.iter().map(|(n, v)| parameter(n, v))),
+            "Shader" => {
+                if let (Some(shader), Some(layer)) = (named("name"), named("layer")) {
+                    group.statements.push(Statement::Shader { shader, layer: Some(layer) });
+                }
+            }
+            "ConnectShaders" => {
+                let ends = [named("srclayer"), named("srcparam"), named("dstlayer"), named("dstparam")];
+                if let [Some(a), Some(output), Some(b), Some(input)] = ends {
+                    let span = Span::default();
+                    group.statements.push(Statement::Connect { from: (a, output), to: (b, input), span });
+                }
+            }
+            _ => {}
+        }
+    }
+    group
+}
+
+fn word(text: &str) -> Word {
+    Word { text: text.into(), span: Span::default() }
+}
+
+/// A value with its type before it; a text without one is a string.
+fn parameter(name: &str, value: &str) -> Statement {
+    let types = [
+        ("int", Base::Int, 1),
+        ("float", Base::Float, 1),
+        ("color", Base::Color, 3),
+        ("point", Base::Point, 3),
+        ("vector", Base::Vector, 3),
+        ("normal", Base::Normal, 3),
+        ("matrix", Base::Matrix, 16),
+    ];
+    let typed = types.iter().find_map(|(ty, base, count)| {
+        let rest = value.trim_start().strip_prefix(ty)?;
+        let words: Vec<&str> = rest.split([' ', '\t', ',']).filter(|w| !w.is_empty()).collect();
+        let fits = words.len() == *count && words.iter().all(|w| w.parse::<f32>().is_ok());
+        fits.then(|| (Type::one(*base), words.into_iter().map(word).collect()))
+    });
+    let (ty, values) = typed.unwrap_or_else(|| (Type::STRING, vec![word(value)]));
+    Statement::Param { ty, name: word(name), values, interpolated: false, span: Span::default() }
+}
+
+/// Three numbers with blanks or commas between them.
+fn vector(text: &str) -> Option<Vec3> {
+    let mut numbers = text.split([' ', '\t', ',']).filter(|w| !w.is_empty());
+    let mut next = || numbers.next().and_then(|w| w.parse::<f32>().ok()).filter(|x| x.is_finite());
+    Some(Vec3::new(next()?, next()?, next()?))
+}
+
+fn number(text: &str) -> f32 {
+    text.trim().parse().ok().filter(|x: &f32| x.is_finite()).unwrap_or(0.0)
+}
+
+fn flag(text: &str) -> bool {
+    matches!(text, "1" | "on" | "yes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_in_order() {
+        let scene = read(
+            r#"<World>
+                 <Camera eye="0 1, 2" look_at="0,1,0" fov="45"/>
+                 <Option max_bounces="int 3" other="string x"/>
+                 <Quad corner="0,0,0" edge_x="1,0,0" edge_y="0,1,0"/>
+                 <ShaderGroup>float a 1; shader x l;</ShaderGroup>
+                 <Quad corner="0,0,0" edge_x="1,0,0" edge_y="0,1,0" is_light="yes"/>
+                 <Sphere center="0,0,0" radius="2" is_light="no"/>
+                 <Sphere center="0,0,0" radius="-2"/>
+                 <Unknown/>
+                 <ShaderGroup name="two"><Parameter a="float 2" b="color 1 2 3" c="red" d="int x"/>
+                   <Shader name="s" layer="l" type="surface"/><Shader name="s"/>
+                   <ConnectShaders srclayer="a" srcparam="b" dstlayer="c" dstparam="d"/></ShaderGroup>
+                 <Background resolution="64"/>
+               </World>"#,
+        )
+        .expect("a scene");
+        assert_eq!(scene.camera.dir, Vec3::NEG_Z);
+        assert_eq!(scene.option("max_bounces"), Some(3));
+        assert_eq!(scene.option("other"), None);
+        let shapes: Vec<_> = scene.shapes.iter().map(|s| (s.group, s.is_light)).collect();
+        assert_eq!(shapes, [(Some(0), false), (None, false), (Some(0), true)], "spheres are first");
+        assert_eq!(scene.background, Some(Background { group: Some(1), resolution: 64 }));
+        assert_eq!(scene.groups[0].commands, "float a 1; shader x l;");
+        let types: Vec<Type> = scene.groups[1]
+            .statements
+            .iter()
+            .filter_map(|s| if let Statement::Param { ty, .. } = s { Some(*ty) } else { None })
+            .collect();
+        assert_eq!(types, [Type::FLOAT, Type::COLOR, Type::STRING, Type::STRING]);
+        assert_eq!(scene.groups[1].statements.len(), 6, "a shader without its layer is none");
+    }
+
+    #[test]
+    fn what_is_no_scene() {
+        let error = |text: &str| read(text).map_or_else(|e| e.to_string(), |_| String::new());
+        assert_eq!(error("<Scene/>"), "Error reading scene: Root element <World> is missing");
+        assert!(error("scene").starts_with("XML parsed with errors: No document element"));
+    }
+}

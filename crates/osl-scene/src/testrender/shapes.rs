@@ -1,0 +1,258 @@
+//! Spheres and quads: where rays hit them, what shaders know of a hit, and how light from them is sampled.
+
+use super::camera::{Ray, orthogonal};
+use super::dual::{Dual, Dual3};
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+
+/// The form of a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Form {
+    /// A sphere.
+    Sphere {
+        /// Its center.
+        center: Vec3,
+        /// Its radius.
+        radius: f32,
+    },
+    /// A parallelogram.
+    Quad {
+        /// Its first corner.
+        corner: Vec3,
+        /// From there to the next corner along u.
+        edge_x: Vec3,
+        /// From there to the next corner along v.
+        edge_y: Vec3,
+    },
+}
+
+/// A shape of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shape {
+    /// Its form.
+    pub form: Form,
+    /// Which shader group shades it.
+    pub group: Option<usize>,
+    /// Whether paths look for it as a light.
+    pub is_light: bool,
+}
+
+/// What a shader is told about a point of a shape.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Point {
+    /// The position.
+    pub p: Dual3,
+    /// The ray's direction.
+    pub i: Dual3,
+    /// The normal, on the side of the viewer.
+    pub n: Vec3,
+    /// Surface coordinates.
+    pub u: Dual,
+    /// Surface coordinates.
+    pub v: Dual,
+    /// Change of the position along u.
+    pub dpdu: Vec3,
+    /// Change of the position along v.
+    pub dpdv: Vec3,
+    /// Whether the viewer sees the back.
+    pub backfacing: bool,
+    /// The area that a shader is told.
+    pub area: f32,
+}
+
+/// A direction to a light and its probability density by solid angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToLight {
+    /// The direction, of length 1.
+    pub direction: Vec3,
+    /// The density.
+    pub pdf: f32,
+}
+
+impl Form {
+    /// The distance at which a ray hits it. `from_itself` says that the ray begins on it.
+    pub fn hit(&self, ray: &Ray, from_itself: bool) -> Option<f32> {
+        match self {
+            Form::Sphere { center, radius } => {
+                let to_center = *center - ray.origin;
+                let b = to_center.dot(ray.direction);
+                let discriminant = b * b - to_center.length_squared() + radius * radius;
+                if !(discriminant >= 0.0) {
+                    return None;
+                }
+                let half = discriminant.sqrt();
+                let (near, far) = (b - half, b + half);
+                let found = match from_itself {
+                    // The root near 0 is the point where the ray begins.
+                    true if near.abs() > far.abs() => near,
+                    true => far,
+                    false if near > 0.0 => near,
+                    false => far,
+                };
+                (found > 0.0).then_some(found)
+            }
+            Form::Quad { .. } if from_itself => None,
+            Form::Quad { corner, edge_x, edge_y } => {
+                let n = self.quad_normal();
+                let facing = ray.direction.dot(n);
+                let t = (*corner - ray.origin).dot(n) / facing;
+                if facing == 0.0 || !(t > 0.0) {
+                    return None;
+                }
+                let away = ray.origin + ray.direction * t - *corner;
+                let inside = |edge: &Vec3| (0.0..1.0).contains(&(away.dot(*edge) / edge.length_squared()));
+                (inside(edge_x) && inside(edge_y)).then_some(t)
+            }
+        }
+    }
+
+    fn quad_normal(&self) -> Vec3 {
+        match self {
+            Form::Quad { edge_x, edge_y, .. } => edge_x.cross(*edge_y).normalize_or_zero(),
+            Form::Sphere { .. } => Vec3::ZERO,
+        }
+    }
+
+    /// What a shader is told about the point at which a ray hits it.
+    pub fn point(&self, ray: &Ray, distance: f32) -> Point {
+        let (p, i) = (ray.point(distance), ray.dual_direction());
+        let (n, [u, v], [dpdu, dpdv], area) = match self {
+            Form::Sphere { center, radius } => {
+                let n = p.from(*center, 1.0 / radius);
+                let [x, y, z] = [0, 1, 2].map(|k| n.component(k));
+                let u = (x.atan2(z) + Dual::constant(PI)) * (1.0 / TAU);
+                let v = y.acos() * (1.0 / PI);
+                let (sin_u, cos_u) = (TAU * u.value).sin_cos();
+                let (sin_v, cos_v) = (PI * v.value).sin_cos();
+                let dpdu = Vec3::new(-cos_u * sin_v, 0.0, sin_u * sin_v) * (TAU * radius);
+                let dpdv = Vec3::new(-sin_u * cos_v, -sin_v, -cos_u * cos_v) * (PI * radius);
+                (n.value, [u, v], [dpdu, dpdv], PI * radius * radius)
+            }
+            Form::Quad { corner, edge_x, edge_y } => {
+                let along = |edge: &Vec3| p.from(*corner, 1.0).dot(*edge) * (1.0 / edge.length_squared());
+                let area = edge_x.cross(*edge_y).length();
+                (self.quad_normal(), [along(edge_x), along(edge_y)], [*edge_x, *edge_y], area)
+            }
+        };
+        let backfacing = n.dot(ray.direction) > 0.0;
+        let n = if backfacing { -n } else { n };
+        Point { p, i, n, u, v, dpdu, dpdv, backfacing, area }
+    }
+
+    /// The cosine of half the angle of the cone that a sphere fills as seen from a point.
+    fn cone(center: Vec3, radius: f32, from: Vec3) -> f32 {
+        (1.0 - radius * radius / (center - from).length_squared()).max(0.0).sqrt()
+    }
+
+    /// The density with which [`Form::sample`] chooses the direction from one point to another that lies on the shape.
+    pub fn pdf(&self, from: Vec3, on: Vec3) -> f32 {
+        match self {
+            Form::Sphere { center, radius } => 1.0 / (TAU * (1.0 - Form::cone(*center, *radius, from))),
+            Form::Quad { .. } => self.quad_pdf(on - from),
+        }
+    }
+
+    fn quad_pdf(&self, way: Vec3) -> f32 {
+        let Form::Quad { edge_x, edge_y, .. } = self else { return 0.0 };
+        let area = edge_x.cross(*edge_y).length();
+        let facing = way.normalize_or_zero().dot(self.quad_normal()).abs();
+        way.length_squared() / (area * facing)
+    }
+
+    /// Chooses a direction from a point to the shape by two numbers from 0 to 1.
+    pub fn sample(&self, from: Vec3, [xi, yi]: [f32; 2]) -> ToLight {
+        match self {
+            Form::Sphere { center, radius } => {
+                let axis = (*center - from).normalize_or_zero();
+                let [x, y] = orthogonal(axis);
+                let limit = Form::cone(*center, *radius, from);
+                let cos = 1.0 - xi + xi * limit;
+                let sin = (1.0 - cos * cos).max(0.0).sqrt();
+                let (sin_phi, cos_phi) = (TAU * yi).sin_cos();
+                let direction = x * (cos_phi * sin) + y * (sin_phi * sin) + axis * cos;
+                ToLight { direction: direction.normalize_or_zero(), pdf: 1.0 / (TAU * (1.0 - limit)) }
+            }
+            Form::Quad { corner, edge_x, edge_y } => {
+                let way = *corner + *edge_x * xi + *edge_y * yi - from;
+                ToLight { direction: way.normalize_or_zero(), pdf: self.quad_pdf(way) }
+            }
+        }
+    }
+}
+
+/// The nearest shape that a ray hits, and its distance; the first of several at the same distance. `from` is the shape that
+/// the ray begins on.
+pub fn nearest(shapes: &[Shape], ray: &Ray, from: Option<usize>) -> Option<(usize, f32)> {
+    let mut best: Option<(usize, f32)> = None;
+    for (index, shape) in shapes.iter().enumerate() {
+        if let Some(t) = shape.form.hit(ray, from == Some(index))
+            && best.is_none_or(|(_, nearest)| t < nearest)
+        {
+            best = Some((index, t));
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SPHERE: Form = Form::Sphere { center: Vec3::new(1.0, 2.0, -5.0), radius: 2.0 };
+    const QUAD: Form =
+        Form::Quad { corner: Vec3::new(-1.0, -1.0, -3.0), edge_x: Vec3::new(2.0, 0.0, 0.0), edge_y: Vec3::Y };
+
+    fn ray(origin: Vec3, direction: Vec3) -> Ray {
+        Ray { origin, direction: direction.normalize(), radius: 0.1, spread: 0.02 }
+    }
+
+    #[test]
+    fn hits_of_a_sphere() {
+        let from_outside = ray(Vec3::new(1.0, 2.0, 0.0), Vec3::NEG_Z);
+        assert_eq!(SPHERE.hit(&from_outside, false), Some(3.0));
+        assert_eq!(SPHERE.hit(&ray(Vec3::new(1.0, 2.0, -5.0), Vec3::Y), false), Some(2.0), "from inside");
+        let on_it = Vec3::new(1.0, 2.0, -3.0);
+        assert_eq!(SPHERE.hit(&ray(on_it, Vec3::NEG_Z), true), Some(4.0), "through it");
+        assert_eq!(SPHERE.hit(&ray(on_it, Vec3::Z), true), None, "away from it");
+        assert_eq!(SPHERE.hit(&ray(Vec3::ZERO, Vec3::Z), false), None);
+    }
+
+    #[test]
+    fn hits_of_a_quad() {
+        assert_eq!(QUAD.hit(&ray(Vec3::new(0.0, -0.5, 0.0), Vec3::NEG_Z), false), Some(3.0));
+        assert_eq!(QUAD.hit(&ray(Vec3::new(0.0, -0.5, 0.0), Vec3::NEG_Z), true), None);
+        assert_eq!(QUAD.hit(&ray(Vec3::new(0.0, 0.1, 0.0), Vec3::NEG_Z), false), None);
+        assert_eq!(QUAD.hit(&ray(Vec3::new(0.0, -0.5, 0.0), Vec3::X), false), None);
+    }
+
+    #[test]
+    fn slopes_of_coordinates_are_those_of_neighbouring_points() {
+        for form in [SPHERE, QUAD] {
+            let ray = ray(Vec3::new(0.0, -0.3, 0.0), Vec3::new(0.1, 0.05, -1.0));
+            let ray = if form == SPHERE { Ray { direction: Vec3::new(0.1, 0.5, -1.0).normalize(), ..ray } } else { ray };
+            let t = form.hit(&ray, false).expect("a hit");
+            let here = form.point(&ray, t);
+            // dP = dPdu du + dPdv dv, for the part of dP on the surface.
+            for axis in 0..2 {
+                let flat = here.p.slopes[axis] - here.n * here.p.slopes[axis].dot(here.n);
+                let by_uv = here.dpdu * here.u.slopes[axis] + here.dpdv * here.v.slopes[axis];
+                assert!(flat.distance(by_uv) < 2e-2 * flat.length(), "{form:?} {flat} {by_uv}");
+            }
+            assert!(here.n.dot(ray.direction) < 0.0);
+        }
+    }
+
+    #[test]
+    fn sampled_directions_hit_the_light_with_their_density() {
+        for form in [SPHERE, QUAD] {
+            for k in 0..64 {
+                let u = [(k % 8) as f32 / 8.0 + 0.05, (k / 8) as f32 / 8.0 + 0.05];
+                let from = Vec3::new(0.3, -0.2, 1.0);
+                let found = form.sample(from, u);
+                let t = form.hit(&ray(from, found.direction), false).expect("a hit");
+                let pdf = form.pdf(from, from + found.direction * t);
+                assert!((pdf / found.pdf - 1.0).abs() < 1e-3, "{form:?} {pdf} {}", found.pdf);
+            }
+        }
+    }
+}

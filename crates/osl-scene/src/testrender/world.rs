@@ -1,0 +1,158 @@
+//! A scene with compiled shaders, and how they run over points of shapes.
+
+use super::background::{self, Table};
+use super::camera::{Camera, View};
+use super::closures;
+use super::dual::Dual3;
+use super::points::{Attributes, Points};
+use super::shapes::{Point, Shape};
+use osl_exec::{Component, Frame, Message, PointSource, Printed, Program, Run, RunOptions, Services, Stop};
+use rayon::prelude::*;
+
+/// Why a shader runs: what `raytype` tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Ray {
+    /// The camera sees the point.
+    Camera,
+    /// A path meets it.
+    Bounce,
+    /// It sends light to a point.
+    Light,
+    /// The table of the background asks.
+    Table,
+}
+
+/// What shaders may ask for, by the kind of ray.
+#[derive(Debug)]
+pub struct RayServices([Services; 4]);
+
+impl RayServices {
+    /// Services that differ by their kind of ray; `make` makes one.
+    pub fn new(make: impl Fn() -> Services) -> RayServices {
+        // A ray of no kind still has a name: the empty one stands for the camera.
+        let kinds = ["camera", "diffuse", "shadow", "none"];
+        RayServices(kinds.map(|kind| Services { ray: kind.to_string(), ..make() }))
+    }
+
+    fn of(&self, ray: Ray) -> &Services {
+        &self.0[ray as usize]
+    }
+}
+
+/// All that a picture needs.
+pub struct World {
+    /// The camera.
+    pub camera: Camera,
+    /// Width and height of the picture in pixels.
+    pub size: [usize; 2],
+    /// The shapes.
+    pub shapes: Vec<Shape>,
+    /// The shader groups, each yields `Ci`.
+    pub groups: Vec<Program>,
+    /// What they may ask for.
+    pub services: RayServices,
+    /// The shader group of what is around.
+    pub background: Option<usize>,
+    /// Side of its table; 0 for none.
+    pub resolution: usize,
+}
+
+/// What shaders said while a picture was made.
+#[derive(Clone, Debug, Default)]
+pub struct Said {
+    /// Errors and warnings.
+    pub messages: Vec<Message>,
+    /// What they printed.
+    pub printed: Vec<Printed>,
+}
+
+/// Messages and printed texts that are kept.
+const MAX_SAID: usize = 1 << 16;
+
+impl Said {
+    pub(super) fn add(&mut self, more: Said) {
+        let room = |kept: usize| MAX_SAID.saturating_sub(kept);
+        let fresh: Vec<Message> = more.messages.into_iter().filter(|m| !self.messages.contains(m)).collect();
+        self.messages.extend(fresh.into_iter().take(room(self.messages.len())));
+        self.printed.extend(more.printed.into_iter().take(room(self.printed.len())));
+    }
+}
+
+/// A world, ready to be traced.
+pub(super) struct Stage<'w> {
+    pub(super) world: &'w World,
+    pub(super) view: View,
+    pub(super) table: Option<Table>,
+    attributes: Attributes,
+}
+
+/// Points of a table that one task shades.
+const PIECE: usize = 1 << 13;
+
+impl<'w> Stage<'w> {
+    /// Prepares a world; the table of its background is made on all threads.
+    pub(super) fn new(world: &'w World, said: &mut Said) -> Result<Stage<'w>, Stop> {
+        let attributes = Attributes { resolution: world.size, fov: world.camera.fov };
+        let view = View::new(&world.camera, world.size);
+        let mut stage = Stage { world, view, table: None, attributes };
+        if world.background.is_some() && world.resolution > 0 {
+            let centers = background::centers(world.resolution);
+            let pieces: Vec<_> = centers
+                .par_chunks(PIECE)
+                .map(|directions| {
+                    let mut said = Said::default();
+                    let light = stage.background(directions, Ray::Table, &mut said)?;
+                    Ok((light, said))
+                })
+                .collect::<Result<_, Stop>>()?;
+            let mut light = Vec::with_capacity(centers.len());
+            for (part, more) in pieces {
+                light.extend(part);
+                said.add(more);
+            }
+            stage.table = Some(Table::new(world.resolution, light));
+        }
+        Ok(stage)
+    }
+
+    /// Whether something is around.
+    pub(super) fn has_background(&self) -> bool {
+        self.world.background.is_some()
+    }
+
+    /// The light of the background from directions.
+    pub(super) fn background(
+        &self,
+        directions: &[Dual3],
+        ray: Ray,
+        said: &mut Said,
+    ) -> Result<Vec<glam::Vec3>, Stop> {
+        let Some(group) = self.world.background else { return Ok(Vec::new()) };
+        let points: Vec<Point> = directions.iter().map(|i| Point { i: *i, ..Point::default() }).collect();
+        let found = self.shade(group, &points, ray, said)?;
+        Ok(found.iter().map(|components| closures::background(components)).collect())
+    }
+
+    /// The closures of points of a shader group.
+    pub(super) fn shade(
+        &self,
+        group: usize,
+        points: &[Point],
+        ray: Ray,
+        said: &mut Said,
+    ) -> Result<Vec<Vec<Component>>, Stop> {
+        let Some(program) = self.world.groups.get(group).filter(|_| !points.is_empty()) else {
+            return Ok(vec![Vec::new(); points.len()]);
+        };
+        let source = Points { list: points, attributes: &self.attributes };
+        // One tile, so that it runs on this thread alone: others have points of their own.
+        let options = RunOptions { tile: points.len(), closures: true, ..RunOptions::default() };
+        let run = Run::new(program, self.world.services.of(ray), &source, &options);
+        let Frame { messages, printed, mut closures, .. } = run.points(0..source.count(), &|_| ())?;
+        said.add(Said { messages, printed });
+        let ci = closures.iter_mut().find(|c| &*c.output == "Ci");
+        let mut found = ci.map_or_else(Vec::new, |c| std::mem::take(&mut c.points));
+        found.resize(points.len(), Vec::new());
+        Ok(found)
+    }
+}
