@@ -5,7 +5,7 @@ use glam::Vec3;
 /// The share of unpolarised light that an interface reflects. `cosine` is that of the angle to the normal, on the side
 /// that the light comes from, from 0 to 1; `eta` the index of refraction beyond by that before. An `eta` that is not above
 /// 0 stands for a mirror: all of it.
-pub(crate) fn dielectric(cosine: f32, eta: f32) -> f32 {
+pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
     if !(eta > 0.0 && eta.is_finite()) {
         return 1.0;
     }

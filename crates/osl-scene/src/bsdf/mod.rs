@@ -8,9 +8,8 @@ mod lobe;
 mod microfacet;
 
 pub use frame::{Frame, cosine, disk, sphere};
-pub(crate) use fresnel::dielectric;
-pub(crate) use lobe::{float, triple};
 pub use lobe::{Kind, Lobe, Side};
+pub(crate) use lobe::{float, triple};
 pub(crate) use microfacet::{Distribution, Facets};
 
 use glam::Vec3;

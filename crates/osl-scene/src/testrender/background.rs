@@ -5,6 +5,7 @@
 
 use super::dual::Dual3;
 use glam::Vec3;
+use osl_ir::numeric::strict::{atan2, sincos};
 use std::f32::consts::{PI, TAU};
 
 /// The table.
@@ -38,7 +39,7 @@ const BELOW_ONE: f32 = 0.999_999_94;
 /// The direction at a place of a table, with its changes from cell to cell.
 fn direction(x: f32, y: f32, side: usize) -> Dual3 {
     let scale = 1.0 / side as f32;
-    let (sin, cos) = (TAU * x * scale).sin_cos();
+    let (sin, cos) = sincos(TAU * x * scale);
     let height = 1.0 - 2.0 * y * scale;
     let radius = (1.0 - height * height).max(0.0).sqrt();
     let step = 2.0 * scale;
@@ -114,7 +115,7 @@ impl Table {
 
     /// The light from a direction by its density, and the density.
     pub fn light(&self, direction: Vec3) -> (Vec3, f32) {
-        let turn = direction.y.atan2(direction.x) / TAU;
+        let turn = atan2(direction.y, direction.x) / TAU;
         let u = if turn < 0.0 { turn + 1.0 } else { turn };
         let cell = |x: f32| ((x * self.side as f32) as usize).min(self.side - 1);
         let (x, y) = (cell(u), cell((1.0 - direction.z) * 0.5));

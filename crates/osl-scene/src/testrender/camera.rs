@@ -2,6 +2,7 @@
 
 use super::dual::Dual3;
 use glam::Vec3;
+use osl_ir::numeric::strict;
 
 /// A camera as a scene describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +78,7 @@ impl View {
     /// The view of a camera in a picture of some pixels.
     pub fn new(camera: &Camera, size: [usize; 2]) -> View {
         let size = size.map(|n| n.max(1) as f32);
-        let k = (camera.fov.to_radians() / 2.0).tan();
+        let k = strict::tan(camera.fov.to_radians() / 2.0);
         let right = camera.dir.cross(camera.up).normalize_or_zero() * (size[0] * k / size[1]);
         let up = right.cross(camera.dir).normalize_or_zero() * k;
         View { eye: camera.eye, dir: camera.dir, across: [right, up], size }

@@ -1,6 +1,7 @@
 //! Numbers with their changes to the neighbour along x and along y of the picture.
 
 use glam::Vec3;
+use osl_ir::numeric::strict;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A number and its two changes.
@@ -32,7 +33,7 @@ impl Dual {
     /// The angle in radians whose cosine this is; outside of −1 to 1 that of the border, without slopes.
     pub fn acos(self) -> Dual {
         let inside = 1.0 - self.value * self.value;
-        self.map(self.value.clamp(-1.0, 1.0).acos(), if inside > 0.0 { -1.0 / inside.sqrt() } else { 0.0 })
+        self.map(strict::acos(self.value), if inside > 0.0 { -1.0 / inside.sqrt() } else { 0.0 })
     }
 
     /// The angle of the point (`x`, self).
@@ -40,7 +41,7 @@ impl Dual {
         let length2 = x.value * x.value + self.value * self.value;
         let scale = if length2 > 0.0 { 1.0 / length2 } else { 0.0 };
         let slope = |axis: usize| (x.value * self.slopes[axis] - self.value * x.slopes[axis]) * scale;
-        Dual { value: self.value.atan2(x.value), slopes: [slope(0), slope(1)] }
+        Dual { value: strict::atan2(self.value, x.value), slopes: [slope(0), slope(1)] }
     }
 }
 
@@ -98,6 +99,13 @@ impl Dual3 {
     /// The product with a vector that does not change.
     pub fn dot(self, b: Vec3) -> Dual {
         Dual { value: self.value.dot(b), slopes: self.slopes.map(|s| s.dot(b)) }
+    }
+
+    /// The direction, of length 1.
+    pub fn normalize(self) -> Dual3 {
+        let value = self.value.normalize_or_zero();
+        let scale = 1.0 / self.value.length().max(f32::MIN_POSITIVE);
+        Dual3 { value, slopes: self.slopes.map(|s| (s - value * s.dot(value)) * scale) }
     }
 
     /// The vector from a point that does not change, times a factor.

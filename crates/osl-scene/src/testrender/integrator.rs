@@ -138,7 +138,8 @@ impl Tracer<'_> {
         for start in (0..paths).step_by(round) {
             let end = (start + round).min(paths);
             let each = end - start;
-            let wave = (0..count * each).map(|slot| self.start(slot, first + slot / each, start + slot % each));
+            let wave =
+                (0..count * each).map(|slot| self.start(slot, first + slot / each, start + slot % each));
             let light = self.trace(wave.collect(), count * each)?;
             for (mean, light) in means.iter_mut().zip(light.chunks(each)) {
                 for (at, light) in light.iter().enumerate() {
@@ -188,8 +189,7 @@ impl Tracer<'_> {
                 let points: Vec<Point> = hits.iter().map(|m| m.point).collect();
                 let closures = self.stage.shade(group, &points, kind, &mut self.said)?;
                 for (hit, components) in hits.into_iter().zip(closures) {
-                    let surface =
-                        Surface::new(&components, -hit.point.i.value, hit.point.backfacing);
+                    let surface = Surface::new(&components, -hit.point.i.value, hit.point.backfacing);
                     if let Some(light) = light.get_mut(hit.path.slot) {
                         next.extend(self.scatter(hit, surface, bounce, light, &mut seen));
                     }

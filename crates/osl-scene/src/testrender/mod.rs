@@ -20,5 +20,6 @@ mod world;
 pub mod xml;
 
 pub use integrator::{Options, Picture, render};
+pub use points::{SLOPES, VARYING};
 pub use scene::{GroupText, Scene, SceneError};
 pub use world::{RayServices, Said, World};

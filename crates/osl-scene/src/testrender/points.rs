@@ -14,6 +14,22 @@ pub(super) struct Attributes {
     pub(super) fov: f32,
 }
 
+/// The globals that differ from point to point. Programs are compiled for these.
+pub const VARYING: [Global; 10] = [
+    Global::P,
+    Global::I,
+    Global::N,
+    Global::Ng,
+    Global::U,
+    Global::V,
+    Global::DPdu,
+    Global::DPdv,
+    Global::Backfacing,
+    Global::SurfaceArea,
+];
+/// The globals that change from a point to its neighbours.
+pub const SLOPES: [Global; 4] = [Global::P, Global::I, Global::U, Global::V];
+
 /// Points of shapes that one shader group shades.
 pub(super) struct Points<'a> {
     pub(super) list: &'a [Point],
@@ -45,18 +61,7 @@ impl PointSource for Points<'_> {
     }
 
     fn varying(&self) -> &[Global] {
-        &[
-            Global::P,
-            Global::I,
-            Global::N,
-            Global::Ng,
-            Global::U,
-            Global::V,
-            Global::DPdu,
-            Global::DPdv,
-            Global::Backfacing,
-            Global::SurfaceArea,
-        ]
+        &VARYING
     }
 
     fn uniform(&self, _: Global) -> [f32; 3] {
@@ -83,7 +88,7 @@ impl PointSource for Points<'_> {
     }
 
     fn varying_slopes(&self) -> &[Global] {
-        &[Global::P, Global::I, Global::U, Global::V]
+        &SLOPES
     }
 
     fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
@@ -110,9 +115,7 @@ impl PointSource for Points<'_> {
             "s" => Some(Datum { slopes: point.u.slopes, ..Datum::one(Const::Float(point.u.value)) }),
             "t" => Some(Datum { slopes: point.v.slopes, ..Datum::one(Const::Float(point.v.value)) }),
             "osl:version" => Some(Datum::one(Const::Int(11312))),
-            "camera:resolution" => {
-                Some(Datum::array([width, height].map(|n| Const::Int(n as i32)).to_vec()))
-            }
+            "camera:resolution" => Some(Datum::array([width, height].map(|n| Const::Int(n as i32)).to_vec())),
             "camera:projection" => Some(Datum::one(Const::Str("perspective".into()))),
             "camera:fov" => float(self.attributes.fov),
             "camera:pixelaspect" => float(1.0),

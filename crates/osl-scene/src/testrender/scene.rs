@@ -5,9 +5,9 @@ use super::camera::Camera;
 use super::shapes::{Form, Shape};
 use super::xml::{self, Element, XmlError};
 use glam::Vec3;
+use osl_ir::Span;
 use osl_ir::group::text::{Statement, Word};
 use osl_ir::types::{Base, Type};
-use osl_ir::Span;
 
 /// A shader group as a scene describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub struct GroupText {
 pub struct Background {
     /// The shader group.
     pub group: Option<usize>,
-    /// Side of the table by which directions are chosen; 0 for none.
+    /// Side of the table by which directions are chosen, 1024 if not given; 0 for none.
     pub resolution: usize,
 }
 
@@ -108,7 +108,7 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
                 }
             }
             "Background" => {
-                let resolution = element.attribute("resolution").map_or(0.0, number).max(0.0) as usize;
+                let resolution = element.attribute("resolution").map_or(1024.0, number).max(0.0) as usize;
                 scene.background = Some(Background { group, resolution: resolution.min(MAX_RESOLUTION) });
             }
             _ => {}

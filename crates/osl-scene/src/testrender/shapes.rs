@@ -3,6 +3,7 @@
 use super::camera::{Ray, orthogonal};
 use super::dual::{Dual, Dual3};
 use glam::Vec3;
+use osl_ir::numeric::strict::sincos;
 use std::f32::consts::{PI, TAU};
 
 /// The form of a shape.
@@ -118,12 +119,15 @@ impl Form {
         let (p, i) = (ray.point(distance), ray.dual_direction());
         let (n, [u, v], [dpdu, dpdv], area) = match self {
             Form::Sphere { center, radius } => {
-                let n = p.from(*center, 1.0 / radius);
+                let n = p.from(*center, 1.0 / radius).normalize();
                 let [x, y, z] = [0, 1, 2].map(|k| n.component(k));
-                let u = (x.atan2(z) + Dual::constant(PI)) * (1.0 / TAU);
+                let angle = x.atan2(z);
+                // Measured: the slopes of u point the other way.
+                let u =
+                    (Dual { slopes: angle.slopes.map(|s| -s), ..angle } + Dual::constant(PI)) * (1.0 / TAU);
                 let v = y.acos() * (1.0 / PI);
-                let (sin_u, cos_u) = (TAU * u.value).sin_cos();
-                let (sin_v, cos_v) = (PI * v.value).sin_cos();
+                let (sin_u, cos_u) = sincos(TAU * u.value);
+                let (sin_v, cos_v) = sincos(PI * v.value);
                 let dpdu = Vec3::new(-cos_u * sin_v, 0.0, sin_u * sin_v) * (TAU * radius);
                 let dpdv = Vec3::new(-sin_u * cos_v, -sin_v, -cos_u * cos_v) * (PI * radius);
                 (n.value, [u, v], [dpdu, dpdv], PI * radius * radius)
@@ -168,7 +172,7 @@ impl Form {
                 let limit = Form::cone(*center, *radius, from);
                 let cos = 1.0 - xi + xi * limit;
                 let sin = (1.0 - cos * cos).max(0.0).sqrt();
-                let (sin_phi, cos_phi) = (TAU * yi).sin_cos();
+                let (sin_phi, cos_phi) = sincos(TAU * yi);
                 let direction = x * (cos_phi * sin) + y * (sin_phi * sin) + axis * cos;
                 ToLight { direction: direction.normalize_or_zero(), pdf: 1.0 / (TAU * (1.0 - limit)) }
             }
@@ -229,13 +233,18 @@ mod tests {
     fn slopes_of_coordinates_are_those_of_neighbouring_points() {
         for form in [SPHERE, QUAD] {
             let ray = ray(Vec3::new(0.0, -0.3, 0.0), Vec3::new(0.1, 0.05, -1.0));
-            let ray = if form == SPHERE { Ray { direction: Vec3::new(0.1, 0.5, -1.0).normalize(), ..ray } } else { ray };
+            let ray = if form == SPHERE {
+                Ray { direction: Vec3::new(0.1, 0.5, -1.0).normalize(), ..ray }
+            } else {
+                ray
+            };
             let t = form.hit(&ray, false).expect("a hit");
             let here = form.point(&ray, t);
             // dP = dPdu du + dPdv dv, for the part of dP on the surface.
             for axis in 0..2 {
                 let flat = here.p.slopes[axis] - here.n * here.p.slopes[axis].dot(here.n);
-                let by_uv = here.dpdu * here.u.slopes[axis] + here.dpdv * here.v.slopes[axis];
+                let sign = if form == SPHERE { -1.0 } else { 1.0 };
+                let by_uv = here.dpdu * (sign * here.u.slopes[axis]) + here.dpdv * here.v.slopes[axis];
                 assert!(flat.distance(by_uv) < 2e-2 * flat.length(), "{form:?} {flat} {by_uv}");
             }
             assert!(here.n.dot(ray.direction) < 0.0);

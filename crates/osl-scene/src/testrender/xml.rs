@@ -61,9 +61,7 @@ pub fn read(text: &str) -> Result<Element, XmlError> {
     }
     let mut open = reader.open;
     match (open.pop(), open.is_empty()) {
-        (Some(root), true) if root.children.is_empty() => {
-            Err(XmlError { what: NOTHING, offset: text.len() })
-        }
+        (Some(root), true) if root.children.is_empty() => Err(XmlError { what: NOTHING, offset: text.len() }),
         (Some(root), true) => Ok(root),
         _ => Err(XmlError { what: MISMATCH, offset: text.len().saturating_sub(1) }),
     }
@@ -121,7 +119,8 @@ impl<'a> Reader<'a> {
 
     fn name(&mut self) -> &'a str {
         let rest = self.rest();
-        let len = if rest.starts_with(begins_name) { rest.find(|c| !in_name(c)).unwrap_or(rest.len()) } else { 0 };
+        let len =
+            if rest.starts_with(begins_name) { rest.find(|c| !in_name(c)).unwrap_or(rest.len()) } else { 0 };
         self.at += len;
         &rest[..len]
     }

@@ -198,7 +198,8 @@ impl Builder {
             "dielectric_bsdf" => {
                 let eta = transmits(c).then_some(self.index);
                 let tints = [triple(c, 2), triple(c, 3)];
-                let fresnel = Fresnel::Dielectric { eta: eta.unwrap_or(float(c, 6)), tints };
+                // Its share of reflected light is that from outside on both sides.
+                let fresnel = Fresnel::Dielectric { eta: float(c, 6), tints };
                 white(self.tinted(c, [4, 5], text(c, 7), fresnel, eta))
             }
             "conductor_bsdf" => {
@@ -219,7 +220,14 @@ impl Builder {
         }
     }
 
-    fn tinted(&self, c: &Component, alpha: [usize; 2], distribution: &str, fresnel: Fresnel, eta: Option<f32>) -> Lobe {
+    fn tinted(
+        &self,
+        c: &Component,
+        alpha: [usize; 2],
+        distribution: &str,
+        fresnel: Fresnel,
+        eta: Option<f32>,
+    ) -> Lobe {
         let alpha = Vec2::from_array(alpha.map(|at| float(c, at)));
         let kind = facets::Kind::Tinted { fresnel, eta };
         Lobe::Facets(FacetLobe::new(distribution, triple(c, 0), triple(c, 1), alpha, kind))

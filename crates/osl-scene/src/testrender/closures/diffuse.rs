@@ -3,6 +3,7 @@
 use super::{Sample, frame};
 use crate::bsdf::cosine;
 use glam::Vec3;
+use osl_ir::numeric::strict::{pow, sincos};
 use std::f32::consts::{PI, TAU};
 
 /// A diffuse lobe.
@@ -111,7 +112,7 @@ impl Diffuse {
                 let inverse = 1.0 / roughness.max(0.005);
                 let cos = self.n.dot(h).clamp(0.0, 1.0);
                 let sin = (1.0 - cos * cos).sqrt();
-                let density = (2.0 + inverse) * sin.powf(inverse) / TAU;
+                let density = (2.0 + inverse) * pow(sin, inverse) / TAU;
                 let pdf = 1.0 / TAU;
                 let value = i * density / (4.0 * (i + o - i * o));
                 Sample { wi, weight: self.albedo * (value / pdf), pdf, roughness: 1.0 }
@@ -122,11 +123,12 @@ impl Diffuse {
     pub(super) fn sample(&self, wo: Vec3, [x, y, _]: [f32; 3]) -> Sample {
         let local = match self.kind {
             Kind::Sheen(_) => {
-                let (sin, cos) = (TAU * x).sin_cos();
+                let (sin, cos) = sincos(TAU * x);
                 let radius = (1.0 - y * y).max(0.0).sqrt();
                 Vec3::new(radius * cos, radius * sin, y)
             }
-            _ => cosine([x, y]),
+            // The map of the square to the disk takes its numbers the other way round.
+            _ => cosine([y, x]),
         };
         self.eval(wo, frame(self.n).world(local))
     }

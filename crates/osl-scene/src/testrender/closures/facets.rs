@@ -1,11 +1,11 @@
 //! Microfacet lobes: normals are chosen as the viewer sees them, by their slopes. E. Heitz and E. d'Eon, "Importance Sampling
 //! Microfacet-Based BSDFs using the Distribution of Visible Normals", 2014.
 
-use super::fresnel::{self, Fresnel};
+use super::fresnel::{self, Fresnel, dielectric};
 use super::{Sample, frame, frame_along};
-use crate::bsdf::{Distribution, Facets, Frame, dielectric};
+use crate::bsdf::{Distribution, Facets, Frame};
 use glam::{Vec2, Vec3};
-use osl_ir::numeric::strict::{erf, ierf};
+use osl_ir::numeric::strict::{acos, erf, ierf};
 use std::f32::consts::PI;
 
 /// A microfacet lobe.
@@ -35,7 +35,8 @@ struct Terms {
 
 impl FacetLobe {
     pub(super) fn new(distribution: &str, n: Vec3, tangent: Vec3, alpha: Vec2, kind: Kind) -> FacetLobe {
-        let axes = if tangent == Vec3::ZERO || alpha.x == alpha.y { frame(n) } else { frame_along(n, tangent) };
+        let axes =
+            if tangent == Vec3::ZERO || alpha.x == alpha.y { frame(n) } else { frame_along(n, tangent) };
         let distribution = if distribution == "ggx" { Distribution::Ggx } else { Distribution::Beckmann };
         FacetLobe { axes, facets: Facets { distribution, alpha }, kind }
     }
@@ -43,7 +44,9 @@ impl FacetLobe {
     pub(super) fn albedo(&self, wo: Vec3) -> Vec3 {
         let cosine = self.axes.n.dot(wo);
         match self.kind {
-            Kind::Plain { reflects: true, refracts: true, .. } | Kind::Tinted { eta: Some(_), .. } => Vec3::ONE,
+            Kind::Plain { reflects: true, refracts: true, .. } | Kind::Tinted { eta: Some(_), .. } => {
+                Vec3::ONE
+            }
             Kind::Plain { eta, refracts, .. } => {
                 let f = dielectric(cosine, eta);
                 Vec3::splat(if refracts { 1.0 - f } else { f })
@@ -60,16 +63,16 @@ impl FacetLobe {
         }
     }
 
-    fn terms(&self, wo: Vec3, wi: Vec3, m: Vec3) -> Terms {
-        let (hidden_o, hidden_i) = (self.facets.hidden(wo), self.facets.hidden(wi));
+    fn terms(&self, wo: Vec3, i: Vec3, m: Vec3) -> Terms {
+        let (hidden_o, hidden_i) = (self.facets.hidden(wo), self.facets.hidden(i));
         Terms {
             shadowing: (1.0 + hidden_o) / (1.0 + hidden_o + hidden_i),
             density: self.facets.density(m) / (1.0 + hidden_o),
         }
     }
 
-    /// Weight and probability of reflection, and of transmission, at a facet.
-    fn choices(&self, cosine: f32) -> [(Vec3, f32); 2] {
+    /// Weight and probability of reflection, and of transmission, at a facet; `sampled` if the facet was chosen at random.
+    fn choices(&self, cosine: f32, sampled: bool) -> [(Vec3, f32); 2] {
         match &self.kind {
             Kind::Plain { eta, reflects, refracts } => {
                 let f = dielectric(cosine, *eta);
@@ -84,8 +87,15 @@ impl FacetLobe {
                 if eta.is_none() {
                     return [(f, 1.0), (Vec3::ZERO, 0.0)];
                 }
-                let chance = t.element_sum() / (f.element_sum() + t.element_sum()).max(1e-10);
-                [(f / (1.0 - chance).max(1e-10), 1.0 - chance), (t / chance.max(1e-10), chance)]
+                let through = t.element_sum() / (f.element_sum() + t.element_sum()).max(f32::MIN_POSITIVE);
+                let back = 1.0 - through;
+                let by = |share: Vec3, chance: f32| if chance > 0.0 { share / chance } else { Vec3::ZERO };
+                // Measured: reflection is sampled with the density of transmission; where a direction is given rather
+                // than sampled, transmission has the share of reflection.
+                match sampled {
+                    true => [(by(f, back), through), (by(t, through), through)],
+                    false => [(by(f, back), back), (by(f, 0.5), 0.5)],
+                }
             }
         }
     }
@@ -99,21 +109,24 @@ impl FacetLobe {
         }
         if i.z > 0.0 && reflects {
             let m = (i + o).normalize_or_zero();
-            return self.reflected(o, i, m, wi);
+            let choice = self.choices(m.dot(o), false)[0];
+            return self.reflected([o, i, m], choice, wi);
         }
         match self.transmits() {
             Some(eta) if i.z < 0.0 => {
                 let m = -(i * eta + o);
                 let m = if eta < 1.0 { -m } else { m };
-                self.refracted(o, i, m.normalize_or_zero(), eta, wi)
+                let m = m.normalize_or_zero();
+                let choice = self.choices(m.dot(o), false)[1];
+                // Measured: the length of the half vector does not count here, as it does where the direction is sampled.
+                self.refracted([o, i, m], choice, eta * eta, wi)
             }
             _ => nothing,
         }
     }
 
-    fn reflected(&self, o: Vec3, i: Vec3, m: Vec3, wi: Vec3) -> Sample {
+    fn reflected(&self, [o, i, m]: [Vec3; 3], (weight, chance): (Vec3, f32), wi: Vec3) -> Sample {
         let Terms { shadowing, density } = self.terms(o, i, m);
-        let (weight, chance) = self.choices(m.dot(o))[0];
         Sample {
             wi,
             weight: weight * shadowing,
@@ -122,18 +135,15 @@ impl FacetLobe {
         }
     }
 
-    fn refracted(&self, o: Vec3, i: Vec3, m: Vec3, eta: f32, wi: Vec3) -> Sample {
-        let (cos_o, cos_i) = (m.dot(o), m.dot(i));
-        let (weight, chance) = self.choices(cos_o)[1];
+    fn refracted(&self, [o, i, m]: [Vec3; 3], (weight, chance): (Vec3, f32), scale: f32, wi: Vec3) -> Sample {
         if !(chance > 0.0 && weight.max_element() > 0.0) {
             return Sample { wi, ..Sample::default() };
         }
         let Terms { shadowing, density } = self.terms(o, i, m);
-        let squared = (i * eta + o).length_squared();
         Sample {
             wi,
             weight: weight * shadowing,
-            pdf: chance * (cos_i * cos_o).abs() * eta * eta * density / (squared * o.z),
+            pdf: chance * (m.dot(i) * m.dot(o)).abs() * density * scale / o.z,
             roughness: self.facets.alpha.max_element(),
         }
     }
@@ -148,18 +158,22 @@ impl FacetLobe {
         if !(cosine > 0.0) {
             return Sample::default();
         }
+        let [reflection, transmission] = self.choices(cosine, true);
         let reflects = match (self.kind, self.transmits()) {
-            (Kind::Plain { reflects, .. }, Some(_)) => reflects && z < self.choices(cosine)[0].1,
-            (_, Some(_)) => z >= self.choices(cosine)[1].1,
+            (Kind::Plain { reflects, .. }, Some(_)) => reflects && z < reflection.1,
+            (_, Some(_)) => z >= transmission.1,
             (_, None) => true,
         };
         if reflects {
             let i = m * (2.0 * cosine) - o;
-            return self.reflected(o, i, m, self.axes.world(i));
+            return self.reflected([o, i, m], reflection, self.axes.world(i));
         }
         let eta = self.transmits().unwrap_or(1.0);
-        match fresnel::refract(o, m, eta) {
-            Some((i, _)) => self.refracted(o, i, m, eta, self.axes.world(i)),
+        match fresnel::refract(wo, self.axes.world(m), eta) {
+            Some((wi, _)) => {
+                let i = self.axes.local(wi);
+                self.refracted([o, i, m], transmission, eta * eta / (i * eta + o).length_squared(), wi)
+            }
             None => Sample::default(),
         }
     }
@@ -210,7 +224,7 @@ fn beckmann_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
     let largest = erf(cot);
     let x = x.max(1e-6);
     // The first guess is a fit; the solution is sought as the error function of the slope.
-    let angle = c.acos();
+    let angle = acos(c);
     let fit = 1.0 + angle * (-0.876 + angle * (0.4265 - 0.0594 * angle));
     let mut b = largest - (1.0 + largest) * (1.0 - x).powf(fit);
     let scale = 1.0 / (1.0 + largest + root_pi * tan * (-cot * cot).exp());

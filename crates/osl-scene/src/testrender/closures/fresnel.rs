@@ -1,7 +1,7 @@
 //! The share of light that an interface reflects, and the way of the rest.
 
-use crate::bsdf::dielectric;
 use glam::Vec3;
+use osl_ir::numeric::strict::pow;
 
 /// What an interface of a microfacet lobe reflects and transmits.
 #[derive(Clone, Copy, Debug)]
@@ -28,12 +28,31 @@ impl Fresnel {
                 [Vec3::new(channel(0), channel(1), channel(2)), Vec3::ZERO]
             }
             Fresnel::Schlick { f0, f90, exponent, tints } => {
-                let rest = (1.0 - cosine).clamp(0.0, 1.0).powf(*exponent);
+                let rest = pow((1.0 - cosine).clamp(0.0, 1.0), *exponent);
                 let f = *f0 + (*f90 - *f0) * rest;
                 [tints[0] * f, tints[1] * (Vec3::ONE - f)]
             }
         }
     }
+}
+
+/// The share of unpolarised light that a dielectric reflects, in R. Cook and K. Torrance's form of the Fresnel equations, 1982. An
+/// index of 0 reflects all. From behind, where the cosine is negative, the index counts the other way. Cosines above 1
+/// occur where a shader's normal or tangent is too long.
+pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
+    if eta == 0.0 {
+        return 1.0;
+    }
+    let eta = if cosine < 0.0 { 1.0 / eta } else { eta };
+    let c = cosine.abs();
+    let g2 = eta * eta - 1.0 + c * c;
+    if !(g2 > 0.0) {
+        return 1.0;
+    }
+    let g = g2.sqrt();
+    let a = (g - c) / (g + c);
+    let b = ((g + c) * c - 1.0) / ((g - c) * c + 1.0);
+    0.5 * a * a * (1.0 + b * b)
 }
 
 /// What a mirror reflects; nothing from behind.

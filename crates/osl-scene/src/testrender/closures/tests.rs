@@ -11,7 +11,13 @@ fn wo() -> Vec3 {
 }
 
 fn facets(distribution: &str, alpha: Vec2, eta: f32, [reflects, refracts]: [bool; 2]) -> Lobe {
-    Lobe::Facets(FacetLobe::new(distribution, Vec3::Z, Vec3::X, alpha, Kind::Plain { eta, reflects, refracts }))
+    Lobe::Facets(FacetLobe::new(
+        distribution,
+        Vec3::Z,
+        Vec3::X,
+        alpha,
+        Kind::Plain { eta, reflects, refracts },
+    ))
 }
 
 fn rough() -> Vec<(&'static str, Lobe)> {

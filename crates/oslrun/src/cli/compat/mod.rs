@@ -8,6 +8,7 @@ mod options;
 mod oslc;
 mod oslinfo;
 pub(in crate::cli) mod settings;
+mod testrender;
 mod testshade;
 mod told;
 
@@ -45,7 +46,7 @@ impl Console<'_> {
 }
 
 /// The tools, by name.
-const TOOLS: [&str; 3] = ["oslc", "oslinfo", "testshade"];
+const TOOLS: [&str; 4] = ["oslc", "oslinfo", "testrender", "testshade"];
 
 /// Runs the tool that the command line asks for, by the binary's name or the first argument, and yields its exit code.
 pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -> Option<u8> {
@@ -64,6 +65,7 @@ pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -
     Some(match tool {
         "oslc" => oslc::main(&rest, &mut console),
         "oslinfo" => oslinfo::main(&rest, &mut console),
+        "testrender" => testrender::main(&rest, &mut console),
         _ => testshade::main(&rest, &mut console),
     })
 }

@@ -1,0 +1,290 @@
+//! `testrender`: renders an XML scene with the reference's path tracer.
+
+use super::Console;
+use super::options::{self, Item, Known};
+use crate::cli::args::ReadArgs;
+use crate::cli::{input, output};
+use crate::pipeline::{self, ShaderFiles};
+use osl_exec::Services;
+use osl_image::{Samples, TextureCache, write_channels};
+use osl_ir::group::text;
+use osl_ir::{lower, passes};
+use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
+use osl_syntax::source::{SourceMap, SourceProvider};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
+    Known { name, words, help }
+}
+
+/// The tool's options. Those without help steer a code generator or a graphics card that is not here.
+const KNOWN: &[Known] = &[
+    o("help", 0, "Print this"),
+    o("r", 2, "Width and height of the picture: 640 480"),
+    o("res", 2, "The same"),
+    o("aa", 1, "Paths for a pixel along x and along y: 1"),
+    o("t", 1, "Threads (0: all cores)"),
+    o("albedo", 1, "Show the albedo of what the camera sees, times a factor"),
+    o("path", 1, "Folders to look for shaders in, with : between them"),
+    o("iters", 1, "How often to render"),
+    o("runstats", 0, "Print times"),
+    o("stats", 0, "The same"),
+    o("profile", 0, "The same"),
+    o("v", 0, ""),
+    o("debug", 0, ""),
+    o("debug2", 0, ""),
+    o("debugnan", 0, ""),
+    o("warmup", 0, ""),
+    o("O0", 0, ""),
+    o("O1", 0, ""),
+    o("O2", 0, ""),
+    o("llvm_opt", 1, ""),
+    o("options", 1, ""),
+    o("texoptions", 1, ""),
+    o("optix", 0, ""),
+    o("optix_no_inline", 0, ""),
+    o("optix_no_inline_layer_funcs", 0, ""),
+    o("optix_merge_layer_funcs", 0, ""),
+    o("optix_no_inline_rend_lib", 0, ""),
+    o("optix_no_inline_thresh", 1, ""),
+    o("optix_force_inline_thresh", 1, ""),
+    o("optix_register_inline_funcs", 1, ""),
+    o("saveptx", 0, ""),
+];
+
+const USAGE: &str = "testrender [options] scene.xml outputfilename\nRender a scene.";
+
+/// What a command line asks for.
+struct Job {
+    size: [usize; 2],
+    samples: usize,
+    threads: usize,
+    albedo: Option<f32>,
+    folders: Vec<PathBuf>,
+    iterations: usize,
+    stats: bool,
+    words: Vec<String>,
+    help: bool,
+}
+
+/// Pixels of a picture.
+const MAX_PIXELS: usize = 1 << 26;
+/// Times that a picture is rendered.
+const MAX_ITERATIONS: usize = 1 << 16;
+
+/// Runs the tool.
+pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
+    match run(args, console) {
+        Ok(()) => 0,
+        Err(why) => {
+            if !why.is_empty() {
+                let _ = writeln!(console.err, "{why}");
+            }
+            1
+        }
+    }
+}
+
+fn read(items: Vec<Item>) -> Result<Job, String> {
+    let mut job = Job {
+        size: [640, 480],
+        samples: 1,
+        threads: 0,
+        albedo: None,
+        folders: Vec::new(),
+        iterations: 1,
+        stats: false,
+        words: Vec::new(),
+        help: false,
+    };
+    for item in items {
+        let (name, words) = match item {
+            Item::Word(word) => {
+                job.words.push(word);
+                continue;
+            }
+            Item::Option { name, words, .. } => (name, words),
+        };
+        let text = |at: usize| words.get(at).map_or("", String::as_str);
+        let wrong = |at: usize| format!("testrender: --{name} takes numbers, not {}", text(at));
+        let count = |at: usize| text(at).parse::<usize>().map_err(|_| wrong(at));
+        match name {
+            "help" => job.help = true,
+            "r" | "res" => job.size = [count(0)?.max(1), count(1)?.max(1)],
+            "aa" => job.samples = count(0)?,
+            "t" => job.threads = count(0)?.min(1024),
+            "albedo" => job.albedo = Some(text(0).parse().map_err(|_| wrong(0))?),
+            "path" => {
+                job.folders =
+                    text(0).split([':', ';']).filter(|p| !p.is_empty()).map(PathBuf::from).collect();
+            }
+            "iters" => job.iterations = count(0)?.clamp(1, MAX_ITERATIONS),
+            "runstats" | "stats" | "profile" => job.stats = true,
+            _ => {}
+        }
+    }
+    if let Some(samples) = std::env::var("TESTRENDER_AA").ok().and_then(|text| text.parse().ok()) {
+        job.samples = samples;
+    }
+    if job.size[0].saturating_mul(job.size[1]) > MAX_PIXELS {
+        return Err(format!("testrender: a picture has at most {MAX_PIXELS} pixels"));
+    }
+    Ok(job)
+}
+
+fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
+    let job = read(options::parse("testrender", args, KNOWN)?)?;
+    if job.help {
+        let _ = write!(console.out, "{}", options::help(USAGE, KNOWN));
+        return Ok(());
+    }
+    let missing = |what: &str| format!("testrender: Must specify {what}\n{}", options::help(USAGE, KNOWN));
+    let file = job.words.first().ok_or_else(|| missing("an xml scene file to open"))?;
+    let image = job.words.get(1).ok_or_else(|| missing("a filename for output render"))?;
+    let started = Instant::now();
+    // What is no file is the scene itself.
+    let path = Path::new(file);
+    let text = match file.ends_with(".xml") && path.is_file() {
+        true => input::read_text(path)?,
+        false => file.clone(),
+    };
+    let scene = scene::read(&text).map_err(|why| format!("SEVERE ERROR: {why}"))?;
+    if scene.groups.is_empty() {
+        return Err("SEVERE ERROR: No shaders in scene".to_string());
+    }
+    let (world, sources) = world(scene, &job, console)?;
+    let prepared = started.elapsed();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(job.threads)
+        .build()
+        .map_err(|why| format!("testrender: cannot start {} threads: {why}", job.threads))?;
+    let options = world.1;
+    let mut picture = testrender::Picture::default();
+    for _ in 0..job.iterations {
+        picture = pool
+            .install(|| testrender::render(&world.0, &options, &|_| ()))
+            .map_err(|stop| format!("ERROR: {stop}"))?;
+        said(&picture, &sources, console)?;
+    }
+    let planes: Vec<&[f32]> = picture.planes.iter().map(Vec::as_slice).collect();
+    write_channels(Path::new(image), (job.size[0], job.size[1]), &planes, Some(Samples::Half))
+        .map_err(|why| format!("ERROR: {why}"))?;
+    if job.stats {
+        let total = started.elapsed();
+        let _ = writeln!(
+            console.out,
+            "Prepare: {:.3} s\nRender: {:.3} s",
+            prepared.as_secs_f64(),
+            (total - prepared).as_secs_f64()
+        );
+    }
+    Ok(())
+}
+
+/// Compiles the shaders of a scene.
+fn world(
+    scene: Scene,
+    job: &Job,
+    console: &mut Console<'_>,
+) -> Result<((World, testrender::Options), SourceMap), String> {
+    let files =
+        Folders { path: &job.folders, includes: input::includes(Path::new(""), &ReadArgs::default()) };
+    let mut sources = SourceMap::default();
+    let mut groups = Vec::with_capacity(scene.groups.len());
+    for group in &scene.groups {
+        groups.push(compile(group, &files, &mut sources, console)?);
+    }
+    let count =
+        |name: &str, default: usize| scene.option(name).map_or(default, |n| usize::try_from(n).unwrap_or(0));
+    let defaults = testrender::Options::default();
+    let options = testrender::Options {
+        samples: count("aa", job.samples),
+        max_bounces: count("max_bounces", defaults.max_bounces),
+        absorbed_from: count("rr_depth", defaults.absorbed_from),
+        albedo: job.albedo.filter(|scale| *scale > 0.0),
+    };
+    // The user's own script names the files of textures, so any path will do.
+    let textures = || TextureCache::new(vec![PathBuf::new()]).allow_files(true);
+    let world = World {
+        camera: scene.camera,
+        size: job.size,
+        shapes: scene.shapes,
+        groups,
+        services: RayServices::new(|| Services { textures: textures(), ..Services::default() }),
+        background: scene.background.and_then(|b| b.group),
+        resolution: scene.background.map_or(0, |b| b.resolution),
+    };
+    Ok(((world, options), sources))
+}
+
+/// Compiles a shader group to a program that yields `Ci`.
+fn compile(
+    group: &GroupText,
+    files: &Folders<'_>,
+    sources: &mut SourceMap,
+    console: &mut Console<'_>,
+) -> Result<osl_exec::Program, String> {
+    let (mut statements, diagnostics) = text::parse(&group.commands, 0);
+    if let Some(first) = diagnostics.iter().find(|d| d.is_error()) {
+        return Err(format!("ERROR: ShaderGroupBegin: error parsing group description: {}", first.message));
+    }
+    statements.extend(group.statements.iter().cloned());
+    let options = osl_syntax::Options::default();
+    let checked = pipeline::link(std::mem::take(sources), &statements, &group.name, files, &options);
+    *sources = checked.sources;
+    for d in &checked.diagnostics {
+        let kind = if d.is_error() { "ERROR" } else { "WARNING" };
+        let _ = writeln!(console.err, "{kind}: {}", d.message);
+    }
+    let group = checked.group.ok_or_else(String::new)?;
+    let body = lower::lower_group(&group, &[]).map_err(|list| {
+        let why = list.first().map_or_else(String::new, |d| d.message.clone());
+        format!("ERROR: {why}")
+    })?;
+    let options = passes::Options {
+        outputs: Some(vec!["Ci".into()]),
+        varying: testrender::VARYING.to_vec(),
+        slopes: testrender::SLOPES.to_vec(),
+        ..passes::Options::default()
+    };
+    Ok(pipeline::finish(body, &options).program)
+}
+
+/// Prints what shaders printed and reported.
+fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
+    output::printed(&picture.said.printed, true, console.out)
+        .map_err(|failure| format!("ERROR: {}", failure.0))?;
+    let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
+    for message in &picture.said.messages {
+        let kind = if message.error { "ERROR" } else { "WARNING" };
+        let _ = writeln!(console.err, "{kind}: {}", message.show(place));
+    }
+    Ok(())
+}
+
+/// Where shaders are looked for: compiled ones first, as the reference does, and their sources.
+struct Folders<'a> {
+    path: &'a [PathBuf],
+    includes: input::Files,
+}
+
+impl ShaderFiles for Folders<'_> {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let stem = shader.strip_suffix(".osl").or_else(|| shader.strip_suffix(".oso")).unwrap_or(shader);
+        let here = PathBuf::new();
+        for ending in ["oso", "osl"] {
+            for folder in self.path.iter().chain([&here]) {
+                let path = folder.join(format!("{stem}.{ending}"));
+                if path.is_file() {
+                    return Ok((path.display().to_string(), input::read_text(&path)?));
+                }
+            }
+        }
+        Err("no compiled shader nor source of that name was found".to_string())
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &self.includes
+    }
+}
