@@ -9,7 +9,7 @@ use super::closures::{self, Surface};
 use super::mis;
 use super::sampler::{Sampler, tent};
 use super::shapes::{Point, nearest};
-use super::world::{self, Said, Stage, World};
+use super::world::{self, Notes, Stage, World};
 use glam::Vec3;
 use osl_exec::Stop;
 use rayon::prelude::*;
@@ -40,7 +40,7 @@ pub struct Picture {
     /// Red, green and blue of each pixel, row by row.
     pub planes: [Vec<f32>; 3],
     /// What shaders said.
-    pub said: Said,
+    pub notes: Notes,
 }
 
 /// Paths that are followed together.
@@ -62,30 +62,30 @@ pub fn render(world: &World, options: &Options, progress: &(dyn Fn(f32) + Sync))
         max_bounces: options.max_bounces.min(MAX_BOUNCES),
         ..*options
     };
-    let mut said = Said::default();
-    let stage = Stage::new(world, &mut said)?;
+    let mut notes = Notes::default();
+    let stage = Stage::new(world, &mut notes)?;
     let count = world.size[0] * world.size[1];
     let tasks = count.div_ceil(PIXELS);
     let done = AtomicUsize::new(0);
-    let parts: Vec<(Vec<Vec3>, Said)> = (0..tasks)
+    let parts: Vec<(Vec<Vec3>, Notes)> = (0..tasks)
         .into_par_iter()
         .with_max_len(1)
         .map(|task| {
-            let mut tracer = Tracer { stage: &stage, options, said: Said::default() };
+            let mut tracer = Tracer { stage: &stage, options, notes: Notes::default() };
             let first = task * PIXELS;
             let light = tracer.pixels(first, PIXELS.min(count - first))?;
             progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / tasks as f32);
-            Ok((light, tracer.said))
+            Ok((light, tracer.notes))
         })
         .collect::<Result<_, Stop>>()?;
     let mut picture = Picture::default();
     for (light, more) in parts {
-        said.add(more);
+        notes.add(more);
         for (channel, plane) in picture.planes.iter_mut().enumerate() {
             plane.extend(light.iter().map(|x| x[channel]));
         }
     }
-    picture.said = said;
+    picture.notes = notes;
     Ok(picture)
 }
 
@@ -126,7 +126,7 @@ struct Seen {
 struct Tracer<'w> {
     stage: &'w Stage<'w>,
     options: Options,
-    said: Said,
+    notes: Notes,
 }
 
 impl Tracer<'_> {
@@ -187,7 +187,7 @@ impl Tracer<'_> {
                     hits.push(hit);
                 }
                 let points: Vec<Point> = hits.iter().map(|m| m.point).collect();
-                let closures = self.stage.shade(group, &points, kind, &mut self.said)?;
+                let closures = self.stage.shade(group, &points, kind, &mut self.notes)?;
                 for (hit, components) in hits.into_iter().zip(closures) {
                     let surface = Surface::new(&components, -hit.point.i.value, hit.point.backfacing);
                     if let Some(light) = light.get_mut(hit.path.slot) {
@@ -226,7 +226,7 @@ impl Tracer<'_> {
             _ => {
                 let directions: Vec<_> = missed.iter().map(|path| path.ray.dual_direction()).collect();
                 let kind = if bounce == 0 { world::Ray::Camera } else { world::Ray::Bounce };
-                self.stage.background(&directions, kind, &mut self.said)?
+                self.stage.background(&directions, kind, &mut self.notes)?
             }
         };
         for (path, found) in missed.iter().zip(found) {
@@ -312,7 +312,7 @@ impl Tracer<'_> {
             for seen in seen.chunks(WAVE) {
                 let Some(group) = seen.first().map(|s| s.group) else { continue };
                 let points: Vec<Point> = seen.iter().map(|s| s.point).collect();
-                let closures = self.stage.shade(group, &points, world::Ray::Light, &mut self.said)?;
+                let closures = self.stage.shade(group, &points, world::Ray::Light, &mut self.notes)?;
                 for (seen, components) in seen.iter().zip(closures) {
                     if let Some(light) = light.get_mut(seen.slot) {
                         *light += seen.share * closures::emitted(&components);

@@ -22,4 +22,4 @@ pub mod xml;
 pub use integrator::{Options, Picture, render};
 pub use points::{SLOPES, VARYING};
 pub use scene::{GroupText, Scene, SceneError};
-pub use world::{RayServices, Said, World};
+pub use world::{Notes, RayServices, World};

@@ -70,7 +70,7 @@ pub enum SceneError {
 /// Shapes that a scene may have: each ray asks them all.
 const MAX_SHAPES: usize = 1 << 14;
 /// Side of the largest table of a background.
-const MAX_RESOLUTION: usize = 4096;
+const MAX_RESOLUTION: usize = 2048;
 
 /// Reads a scene.
 ///

@@ -6,7 +6,9 @@ use super::closures;
 use super::dual::Dual3;
 use super::points::{Attributes, Points};
 use super::shapes::{Point, Shape};
-use osl_exec::{Component, Frame, Message, PointSource, Printed, Program, Run, RunOptions, Services, Stop};
+use osl_exec::{
+    Component, Frame, PointSource, Printed, Program, Run, RunOptions, Said, Services, Stop, unite,
+};
 use rayon::prelude::*;
 
 /// Why a shader runs: what `raytype` tells it.
@@ -59,22 +61,21 @@ pub struct World {
 
 /// What shaders said while a picture was made.
 #[derive(Clone, Debug, Default)]
-pub struct Said {
+pub struct Notes {
     /// Errors and warnings.
-    pub messages: Vec<Message>,
+    pub messages: Vec<Said>,
     /// What they printed.
     pub printed: Vec<Printed>,
 }
 
-/// Messages and printed texts that are kept.
-const MAX_SAID: usize = 1 << 16;
+/// Printed texts that are kept.
+const MAX_PRINTED: usize = 1 << 16;
 
-impl Said {
-    pub(super) fn add(&mut self, more: Said) {
-        let room = |kept: usize| MAX_SAID.saturating_sub(kept);
-        let fresh: Vec<Message> = more.messages.into_iter().filter(|m| !self.messages.contains(m)).collect();
-        self.messages.extend(fresh.into_iter().take(room(self.messages.len())));
-        self.printed.extend(more.printed.into_iter().take(room(self.printed.len())));
+impl Notes {
+    pub(super) fn add(&mut self, more: Notes) {
+        unite(&mut self.messages, more.messages);
+        let room = MAX_PRINTED.saturating_sub(self.printed.len());
+        self.printed.extend(more.printed.into_iter().take(room));
     }
 }
 
@@ -91,7 +92,7 @@ const PIECE: usize = 1 << 13;
 
 impl<'w> Stage<'w> {
     /// Prepares a world; the table of its background is made on all threads.
-    pub(super) fn new(world: &'w World, said: &mut Said) -> Result<Stage<'w>, Stop> {
+    pub(super) fn new(world: &'w World, notes: &mut Notes) -> Result<Stage<'w>, Stop> {
         let attributes = Attributes { resolution: world.size, fov: world.camera.fov };
         let view = View::new(&world.camera, world.size);
         let mut stage = Stage { world, view, table: None, attributes };
@@ -100,15 +101,15 @@ impl<'w> Stage<'w> {
             let pieces: Vec<_> = centers
                 .par_chunks(PIECE)
                 .map(|directions| {
-                    let mut said = Said::default();
-                    let light = stage.background(directions, Ray::Table, &mut said)?;
-                    Ok((light, said))
+                    let mut notes = Notes::default();
+                    let light = stage.background(directions, Ray::Table, &mut notes)?;
+                    Ok((light, notes))
                 })
                 .collect::<Result<_, Stop>>()?;
             let mut light = Vec::with_capacity(centers.len());
             for (part, more) in pieces {
                 light.extend(part);
-                said.add(more);
+                notes.add(more);
             }
             stage.table = Some(Table::new(world.resolution, light));
         }
@@ -125,11 +126,11 @@ impl<'w> Stage<'w> {
         &self,
         directions: &[Dual3],
         ray: Ray,
-        said: &mut Said,
+        notes: &mut Notes,
     ) -> Result<Vec<glam::Vec3>, Stop> {
         let Some(group) = self.world.background else { return Ok(Vec::new()) };
         let points: Vec<Point> = directions.iter().map(|i| Point { i: *i, ..Point::default() }).collect();
-        let found = self.shade(group, &points, ray, said)?;
+        let found = self.shade(group, &points, ray, notes)?;
         Ok(found.iter().map(|components| closures::background(components)).collect())
     }
 
@@ -139,7 +140,7 @@ impl<'w> Stage<'w> {
         group: usize,
         points: &[Point],
         ray: Ray,
-        said: &mut Said,
+        notes: &mut Notes,
     ) -> Result<Vec<Vec<Component>>, Stop> {
         let Some(program) = self.world.groups.get(group).filter(|_| !points.is_empty()) else {
             return Ok(vec![Vec::new(); points.len()]);
@@ -149,7 +150,7 @@ impl<'w> Stage<'w> {
         let options = RunOptions { tile: points.len(), closures: true, ..RunOptions::default() };
         let run = Run::new(program, self.world.services.of(ray), &source, &options);
         let Frame { messages, printed, mut closures, .. } = run.points(0..source.count(), &|_| ())?;
-        said.add(Said { messages, printed });
+        notes.add(Notes { messages, printed });
         let ci = closures.iter_mut().find(|c| &*c.output == "Ci");
         let mut found = ci.map_or_else(Vec::new, |c| std::mem::take(&mut c.points));
         found.resize(points.len(), Vec::new());

@@ -49,6 +49,12 @@ impl<'a> GroupBuilder<'a> {
         self.waiting.clear();
     }
 
+    /// The group so far; what follows belongs to another one without a name.
+    pub(super) fn take(&mut self) -> Group {
+        self.waiting.clear();
+        std::mem::replace(&mut self.group, Group::new(""))
+    }
+
     /// The group, and the files of its layers.
     pub(super) fn finish(self) -> (Group, SourceMap) {
         (self.group, self.library.sources)

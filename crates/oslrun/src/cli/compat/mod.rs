@@ -3,6 +3,7 @@
 //! They take the tools' options, use their defaults, write the same files and print the same lines, so that scripts made
 //! for those tools go on. Sources of the options: the OSL documentation and the tools' own help.
 
+mod folders;
 mod group;
 mod options;
 mod oslc;

@@ -1,16 +1,19 @@
 //! `testrender`: renders an XML scene with the reference's path tracer.
 
 use super::Console;
+use super::folders::Folders;
+use super::group::GroupBuilder;
 use super::options::{self, Item, Known};
-use crate::cli::args::ReadArgs;
+use super::settings::{self, Settings};
 use crate::cli::{input, output};
-use crate::pipeline::{self, ShaderFiles};
+use crate::pipeline;
 use osl_exec::Services;
 use osl_image::{Samples, TextureCache, write_channels};
-use osl_ir::group::text;
+use osl_ir::group::text::Statement;
 use osl_ir::{lower, passes};
 use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
-use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::source::SourceMap;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -28,6 +31,8 @@ const KNOWN: &[Known] = &[
     o("albedo", 1, "Show the albedo of what the camera sees, times a factor"),
     o("path", 1, "Folders to look for shaders in, with : between them"),
     o("iters", 1, "How often to render"),
+    o("options", 1, "Settings KEY=VALUE,…: connection_error, searchpath:shader …"),
+    o("texoptions", 1, "Settings KEY=VALUE,…: searchpath, folders to look for textures in"),
     o("runstats", 0, "Print times"),
     o("stats", 0, "The same"),
     o("profile", 0, "The same"),
@@ -40,8 +45,6 @@ const KNOWN: &[Known] = &[
     o("O1", 0, ""),
     o("O2", 0, ""),
     o("llvm_opt", 1, ""),
-    o("options", 1, ""),
-    o("texoptions", 1, ""),
     o("optix", 0, ""),
     o("optix_no_inline", 0, ""),
     o("optix_no_inline_layer_funcs", 0, ""),
@@ -61,7 +64,8 @@ struct Job {
     samples: usize,
     threads: usize,
     albedo: Option<f32>,
-    folders: Vec<PathBuf>,
+    settings: Settings,
+    texture_path: Vec<PathBuf>,
     iterations: usize,
     stats: bool,
     words: Vec<String>,
@@ -92,7 +96,8 @@ fn read(items: Vec<Item>) -> Result<Job, String> {
         samples: 1,
         threads: 0,
         albedo: None,
-        folders: Vec::new(),
+        settings: Settings::default(),
+        texture_path: Vec::new(),
         iterations: 1,
         stats: false,
         words: Vec::new(),
@@ -115,9 +120,11 @@ fn read(items: Vec<Item>) -> Result<Job, String> {
             "aa" => job.samples = count(0)?,
             "t" => job.threads = count(0)?.min(1024),
             "albedo" => job.albedo = Some(text(0).parse().map_err(|_| wrong(0))?),
-            "path" => {
-                job.folders =
-                    text(0).split([':', ';']).filter(|p| !p.is_empty()).map(PathBuf::from).collect();
+            "path" => job.settings.shader_path = settings::folders(text(0)),
+            "options" => job.settings.read(text(0)),
+            "texoptions" => {
+                let path = settings::pairs(text(0)).into_iter().filter(|(key, _)| key == "searchpath");
+                job.texture_path.extend(path.flat_map(|(_, value)| settings::folders(&value)));
             }
             "iters" => job.iterations = count(0)?.clamp(1, MAX_ITERATIONS),
             "runstats" | "stats" | "profile" => job.stats = true,
@@ -188,13 +195,14 @@ fn world(
     job: &Job,
     console: &mut Console<'_>,
 ) -> Result<((World, testrender::Options), SourceMap), String> {
-    let files =
-        Folders { path: &job.folders, includes: input::includes(Path::new(""), &ReadArgs::default()) };
-    let mut sources = SourceMap::default();
-    let mut groups = Vec::with_capacity(scene.groups.len());
+    let files = Folders::new(job.settings.shader_path.clone(), Vec::new());
+    let options = osl_syntax::Options::default();
+    let mut builder = GroupBuilder::new("", &files, &options, &job.settings);
+    let mut programs = Vec::with_capacity(scene.groups.len());
     for group in &scene.groups {
-        groups.push(compile(group, &files, &mut sources, console)?);
+        programs.push(compile(group, &mut builder, console)?);
     }
+    let (_, sources) = builder.finish();
     let count =
         |name: &str, default: usize| scene.option(name).map_or(default, |n| usize::try_from(n).unwrap_or(0));
     let defaults = testrender::Options::default();
@@ -205,12 +213,16 @@ fn world(
         albedo: job.albedo.filter(|scale| *scale > 0.0),
     };
     // The user's own script names the files of textures, so any path will do.
-    let textures = || TextureCache::new(vec![PathBuf::new()]).allow_files(true);
+    let textures = || {
+        let mut folders = vec![PathBuf::new()];
+        folders.extend(job.texture_path.iter().cloned());
+        TextureCache::new(folders).allow_files(true)
+    };
     let world = World {
         camera: scene.camera,
         size: job.size,
         shapes: scene.shapes,
-        groups,
+        groups: programs,
         services: RayServices::new(|| Services { textures: textures(), ..Services::default() }),
         background: scene.background.and_then(|b| b.group),
         resolution: scene.background.map_or(0, |b| b.resolution),
@@ -219,26 +231,30 @@ fn world(
 }
 
 /// Compiles a shader group to a program that yields `Ci`.
+///
+/// # Errors
+/// What to say before the tool ends, if it has not been said.
 fn compile(
-    group: &GroupText,
-    files: &Folders<'_>,
-    sources: &mut SourceMap,
+    text: &GroupText,
+    builder: &mut GroupBuilder<'_>,
     console: &mut Console<'_>,
 ) -> Result<osl_exec::Program, String> {
-    let (mut statements, diagnostics) = text::parse(&group.commands, 0);
-    if let Some(first) = diagnostics.iter().find(|d| d.is_error()) {
-        return Err(format!("ERROR: ShaderGroupBegin: error parsing group description: {}", first.message));
+    builder.restart(&text.name);
+    if !builder.text(&text.commands, console) {
+        return Err(String::new());
     }
-    statements.extend(group.statements.iter().cloned());
-    let options = osl_syntax::Options::default();
-    let checked = pipeline::link(std::mem::take(sources), &statements, &group.name, files, &options);
-    *sources = checked.sources;
-    for d in &checked.diagnostics {
-        let kind = if d.is_error() { "ERROR" } else { "WARNING" };
-        let _ = writeln!(console.err, "{kind}: {}", d.message);
+    for statement in &text.statements {
+        match statement {
+            Statement::Param { .. } => builder.value(statement.clone()),
+            Statement::Shader { shader, layer } => {
+                builder.shader(&shader.text, layer.as_ref().map(|l| &*l.text), console);
+            }
+            Statement::Connect { from, to, .. } => {
+                builder.connect((&from.0.text, &from.1.text), (&to.0.text, &to.1.text), console);
+            }
+        }
     }
-    let group = checked.group.ok_or_else(String::new)?;
-    let body = lower::lower_group(&group, &[]).map_err(|list| {
+    let body = lower::lower_group(&builder.take(), &[]).map_err(|list| {
         let why = list.first().map_or_else(String::new, |d| d.message.clone());
         format!("ERROR: {why}")
     })?;
@@ -253,38 +269,16 @@ fn compile(
 
 /// Prints what shaders printed and reported.
 fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
-    output::printed(&picture.said.printed, true, console.out)
+    output::printed(&picture.notes.printed, true, console.out)
         .map_err(|failure| format!("ERROR: {}", failure.0))?;
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
-    for message in &picture.said.messages {
-        let kind = if message.error { "ERROR" } else { "WARNING" };
-        let _ = writeln!(console.err, "{kind}: {}", message.show(place));
+    let mut seen = HashSet::new();
+    for said in &picture.notes.messages {
+        let line = said.message.show(place);
+        if !seen.insert((said.message.error, line.clone())) {
+            continue;
+        }
+        if said.message.error { console.error(&line) } else { console.warning(&line) }
     }
     Ok(())
-}
-
-/// Where shaders are looked for: compiled ones first, as the reference does, and their sources.
-struct Folders<'a> {
-    path: &'a [PathBuf],
-    includes: input::Files,
-}
-
-impl ShaderFiles for Folders<'_> {
-    fn find(&self, shader: &str) -> Result<(String, String), String> {
-        let stem = shader.strip_suffix(".osl").or_else(|| shader.strip_suffix(".oso")).unwrap_or(shader);
-        let here = PathBuf::new();
-        for ending in ["oso", "osl"] {
-            for folder in self.path.iter().chain([&here]) {
-                let path = folder.join(format!("{stem}.{ending}"));
-                if path.is_file() {
-                    return Ok((path.display().to_string(), input::read_text(&path)?));
-                }
-            }
-        }
-        Err("no compiled shader nor source of that name was found".to_string())
-    }
-
-    fn includes(&self) -> &dyn SourceProvider {
-        &self.includes
-    }
 }

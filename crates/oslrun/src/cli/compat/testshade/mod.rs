@@ -139,7 +139,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let started = Instant::now();
     let primaries = job.settings.primaries(console);
     let options = osl_syntax::Options::default();
-    let shaders = setup::Folders::new(&job);
+    let shaders = setup::folders(&job);
     let (mut group, sources) = setup::group(&job, &shaders, &options, console)?;
     let outputs = show::outputs(&group, &job);
     // The tool parts what it says from what the shaders print by an empty line: before its list of outputs, or at the end

@@ -1,16 +1,15 @@
 //! The group that a command line of `testshade` describes, step by step, with what the tool says on the way.
 
 use super::super::Console;
+use super::super::folders::Folders;
 use super::super::group::{self, GroupBuilder};
 use super::job::{Job, Step};
-use crate::cli::args::ReadArgs;
 use crate::cli::input;
-use crate::pipeline::ShaderFiles;
 use osl_image::TextureCache;
 use osl_ir::group::{Connection, Group};
 use osl_ir::hir::Program;
 use osl_syntax::Options;
-use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -182,54 +181,17 @@ pub(super) fn textures(job: &Job) -> TextureCache {
     TextureCache::new(folders).allow_files(true)
 }
 
-/// Where shaders are looked for: compiled ones first, as the reference does, and their sources.
-pub(super) struct Folders {
-    /// Names and texts of the shaders that `--expr` makes.
-    written: Vec<(String, String)>,
-    path: Vec<PathBuf>,
-    includes: input::Files,
-}
-
-impl Folders {
-    pub(super) fn new(job: &Job) -> Folders {
-        let texts = job.steps.iter().filter_map(|step| match step {
-            Step::Expr { text, .. } => Some(text),
-            _ => None,
-        });
-        // Measured: the reference counts the lines of such a text from 2.
-        let written = |(index, body): (usize, &String)| {
-            let name = format!("expr_{index}");
-            let text = format!("\n{}", expression(&name, body));
-            (name, text)
-        };
-        let mut path = job.settings.shader_path.clone();
-        path.push(PathBuf::new());
-        Folders {
-            written: texts.enumerate().map(written).collect(),
-            path,
-            includes: input::includes(Path::new(""), &ReadArgs::default()),
-        }
-    }
-}
-
-impl ShaderFiles for Folders {
-    fn find(&self, shader: &str) -> Result<(String, String), String> {
-        if let Some((_, text)) = self.written.iter().find(|(name, _)| name == shader) {
-            return Ok(("<buffer>".to_string(), text.clone()));
-        }
-        let stem = shader.strip_suffix(".osl").or_else(|| shader.strip_suffix(".oso")).unwrap_or(shader);
-        for ending in ["oso", "osl"] {
-            for folder in &self.path {
-                let path = folder.join(format!("{stem}.{ending}"));
-                if path.is_file() {
-                    return Ok((path.display().to_string(), input::read_text(&path)?));
-                }
-            }
-        }
-        Err("no compiled shader nor source of that name was found".to_string())
-    }
-
-    fn includes(&self) -> &dyn SourceProvider {
-        &self.includes
-    }
+/// Where shaders are looked for, with those that `--expr` makes.
+pub(super) fn folders(job: &Job) -> Folders {
+    let texts = job.steps.iter().filter_map(|step| match step {
+        Step::Expr { text, .. } => Some(text),
+        _ => None,
+    });
+    // Measured: the reference counts the lines of such a text from 2.
+    let written = |(index, body): (usize, &String)| {
+        let name = format!("expr_{index}");
+        let text = format!("\n{}", expression(&name, body));
+        (name, text)
+    };
+    Folders::new(job.settings.shader_path.clone(), texts.enumerate().map(written).collect())
 }

@@ -1,0 +1,45 @@
+//! Where the reference's tools look for shaders: compiled ones first, and their sources.
+
+use crate::cli::args::ReadArgs;
+use crate::cli::input;
+use crate::pipeline::ShaderFiles;
+use osl_syntax::source::SourceProvider;
+use std::path::{Path, PathBuf};
+
+/// Folders, and shaders that a tool has written itself.
+pub(super) struct Folders {
+    /// Names and texts of the shaders that the tool has written.
+    written: Vec<(String, String)>,
+    path: Vec<PathBuf>,
+    includes: input::Files,
+}
+
+impl Folders {
+    /// The folders of a path, and the working directory after them.
+    pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>) -> Folders {
+        path.push(PathBuf::new());
+        Folders { written, path, includes: input::includes(Path::new(""), &ReadArgs::default()) }
+    }
+}
+
+impl ShaderFiles for Folders {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        if let Some((_, text)) = self.written.iter().find(|(name, _)| name == shader) {
+            return Ok(("<buffer>".to_string(), text.clone()));
+        }
+        let stem = shader.strip_suffix(".osl").or_else(|| shader.strip_suffix(".oso")).unwrap_or(shader);
+        for ending in ["oso", "osl"] {
+            for folder in &self.path {
+                let path = folder.join(format!("{stem}.{ending}"));
+                if path.is_file() {
+                    return Ok((path.display().to_string(), input::read_text(&path)?));
+                }
+            }
+        }
+        Err("no compiled shader nor source of that name was found".to_string())
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &self.includes
+    }
+}
