@@ -66,11 +66,15 @@ impl Neg for Dual {
     }
 }
 
+/// The slope of a product along an axis.
+fn product_rule(a: Dual, b: Dual, axis: usize) -> f32 {
+    a.value * b.slopes[axis] + a.slopes[axis] * b.value
+}
+
 impl Mul for Dual {
     type Output = Dual;
     fn mul(self, b: Dual) -> Dual {
-        let slope = |k: usize| self.value * b.slopes[k] + self.slopes[k] * b.value;
-        Dual { value: self.value * b.value, slopes: [slope(0), slope(1)] }
+        Dual { value: self.value * b.value, slopes: [0, 1].map(|axis| product_rule(self, b, axis)) }
     }
 }
 

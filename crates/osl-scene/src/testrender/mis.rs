@@ -4,6 +4,7 @@
 //! A weight is a value by its density, so a product of weights or values needs factors of the densities to make it an
 //! estimate. Densities may be infinite: those of mirrors.
 
+use crate::testrender::positive;
 use glam::Vec3;
 
 /// The power heuristic with exponent 2 for a sample that was chosen with the density `own`.
@@ -37,7 +38,7 @@ pub(super) fn of_value(own: f32, other: f32) -> f32 {
 /// Mixes another technique into a weight and its density by the balance heuristic. `chance` is the probability of the other.
 pub(super) fn mix((weight, pdf): (&mut Vec3, &mut f32), other: Vec3, other_pdf: f32, chance: f32) {
     let other_pdf = other_pdf * chance;
-    if !(other_pdf > 0.0) {
+    if !positive(other_pdf) {
         return;
     }
     let share = if other_pdf < *pdf {

@@ -23,3 +23,8 @@ pub use integrator::{Options, Picture, render};
 pub use points::{SLOPES, VARYING};
 pub use scene::{GroupText, Scene, SceneError};
 pub use world::{Notes, RayServices, World};
+
+/// Whether a number is above 0; NaN is not.
+fn positive(x: f32) -> bool {
+    x > 0.0
+}

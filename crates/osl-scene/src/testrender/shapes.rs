@@ -2,6 +2,7 @@
 
 use super::camera::{Ray, orthogonal};
 use super::dual::{Dual, Dual3};
+use crate::testrender::positive;
 use glam::Vec3;
 use osl_ir::numeric::strict::sincos;
 use std::f32::consts::{PI, TAU};
@@ -78,7 +79,7 @@ impl Form {
                 let to_center = *center - ray.origin;
                 let b = to_center.dot(ray.direction);
                 let discriminant = b * b - to_center.length_squared() + radius * radius;
-                if !(discriminant >= 0.0) {
+                if discriminant < 0.0 || discriminant.is_nan() {
                     return None;
                 }
                 let half = discriminant.sqrt();
@@ -97,7 +98,7 @@ impl Form {
                 let n = self.quad_normal();
                 let facing = ray.direction.dot(n);
                 let t = (*corner - ray.origin).dot(n) / facing;
-                if facing == 0.0 || !(t > 0.0) {
+                if facing == 0.0 || !positive(t) {
                     return None;
                 }
                 let away = ray.origin + ray.direction * t - *corner;

@@ -49,7 +49,7 @@ fn retro(n: Vec3, wo: Vec3, wi: Vec3) -> (f32, f32, f32) {
 /// Coefficients of the energy-preserving model.
 const FON: [f32; 2] = [0.5 - 2.0 / (3.0 * PI), 2.0 / 3.0 - 28.0 / (15.0 * PI)];
 /// Polynomial of (1 − cosine) in its directional albedo.
-const FON_FIT: [f32; 4] = [0.057_108_53, 0.491_881_87, -0.332_181_44, 0.071_442_995];
+const FON_FIT: [f32; 4] = [0.057_108_53, 0.491_881_87, -0.332_181_44, 0.071_443];
 
 /// The directional albedo of the energy-preserving model without its compensation.
 fn single(cosine: f32, roughness: f32) -> f32 {
@@ -73,8 +73,8 @@ fn preserving(albedo: Vec3, roughness: f32, n: Vec3, wo: Vec3, wi: Vec3) -> Vec3
 fn sheen_albedo(cosine: f32, roughness: f32) -> f32 {
     let terms = [1.0, cosine, roughness, cosine * roughness, cosine * cosine, roughness * roughness];
     let sum = |factors: [f32; 6]| factors.iter().zip(terms).map(|(f, t)| f * t).sum::<f32>();
-    let top = sum([13.673, -68.780_18, 799.088_25, -905.000_6, 60.289_56, 1086.964_7]);
-    top / sum([1.0, 61.577_46, 442.782_1, 2597.493, 121.812_41, 3045.550_8])
+    let top = sum([13.673, -68.780_18, 799.088_25, -905.000_6, 60.289_56, 1_086.964_7]);
+    top / sum([1.0, 61.577_46, 442.782_1, 2_597.493, 121.812_41, 3_045.550_8])
 }
 
 impl Diffuse {

@@ -4,6 +4,7 @@
 use super::fresnel::{self, Fresnel, dielectric};
 use super::{Sample, frame, frame_along};
 use crate::bsdf::{Distribution, Facets, Frame};
+use crate::testrender::positive;
 use glam::{Vec2, Vec3};
 use osl_ir::numeric::strict::{acos, erf, ierf};
 use std::f32::consts::PI;
@@ -104,7 +105,7 @@ impl FacetLobe {
         let (o, i) = (self.axes.local(wo), self.axes.local(wi));
         let nothing = Sample { wi, ..Sample::default() };
         let reflects = !matches!(self.kind, Kind::Plain { reflects: false, .. });
-        if !(o.z > 0.0) {
+        if !positive(o.z) {
             return nothing;
         }
         if i.z > 0.0 && reflects {
@@ -150,12 +151,12 @@ impl FacetLobe {
 
     pub(super) fn sample(&self, wo: Vec3, [x, y, z]: [f32; 3]) -> Sample {
         let o = self.axes.local(wo);
-        if !(o.z > 0.0) {
+        if !positive(o.z) {
             return Sample::default();
         }
         let m = self.visible_normal(o, [x, y]);
         let cosine = m.dot(o);
-        if !(cosine > 0.0) {
+        if !positive(cosine) {
             return Sample::default();
         }
         let [reflection, transmission] = self.choices(cosine, true);

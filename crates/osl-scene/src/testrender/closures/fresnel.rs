@@ -1,5 +1,6 @@
 //! The share of light that an interface reflects, and the way of the rest.
 
+use crate::testrender::positive;
 use glam::Vec3;
 use osl_ir::numeric::strict::pow;
 
@@ -46,7 +47,7 @@ pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
     let eta = if cosine < 0.0 { 1.0 / eta } else { eta };
     let c = cosine.abs();
     let g2 = eta * eta - 1.0 + c * c;
-    if !(g2 > 0.0) {
+    if !positive(g2) {
         return 1.0;
     }
     let g = g2.sqrt();
@@ -83,7 +84,7 @@ pub(super) fn refract(wo: Vec3, n: Vec3, eta: f32) -> Option<(Vec3, f32)> {
         c => (-c, -n, eta),
     };
     let rest = 1.0 - ratio * ratio * (1.0 - cosine * cosine);
-    if !(rest >= 0.0) {
+    if rest < 0.0 || rest.is_nan() {
         return None;
     }
     let wi = n * (ratio * cosine - rest.sqrt()) - wo * ratio;

@@ -2,6 +2,7 @@
 
 use super::{Sample, frame, frame_along};
 use crate::bsdf::Frame;
+use crate::testrender::positive;
 use glam::{Vec2, Vec3};
 use osl_ir::numeric::strict::{exp, log, pow, sincos, tan};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -32,7 +33,7 @@ impl Phong {
 
     pub(super) fn sample(&self, wo: Vec3, [x, y, _]: [f32; 3]) -> Sample {
         let o = self.n.dot(wo);
-        if !(o > 0.0) {
+        if !positive(o) {
             return Sample::default();
         }
         let cos = pow(y, 1.0 / (self.exponent + 1.0));
@@ -69,14 +70,14 @@ impl Ward {
         // Equations 4 and 9.
         let value = i * falloff / (area * (i * o).sqrt());
         let pdf = falloff / (area * h.dot(wo) * local.z.powi(3));
-        if !(pdf > 0.0) {
+        if !positive(pdf) {
             return Sample { wi, ..Sample::default() };
         }
         Sample { wi, weight: Vec3::splat(value / pdf), pdf, roughness: self.alpha.max_element() }
     }
 
     pub(super) fn sample(&self, wo: Vec3, [x, y, _]: [f32; 3]) -> Sample {
-        if !(self.axes.n.dot(wo) > 0.0) {
+        if !positive(self.axes.n.dot(wo)) {
             return Sample::default();
         }
         // Equation 6: the azimuth, quarter by quarter. Measured: the second and the fourth are filled backwards.
@@ -96,7 +97,7 @@ impl Ward {
         let sin = cos * tan2.sqrt();
         let h = self.axes.world(Vec3::new(azimuth.x * sin, azimuth.y * sin, cos));
         let cosine = h.dot(wo);
-        if !(cosine > 0.0) {
+        if !positive(cosine) {
             return Sample::default();
         }
         self.eval(wo, h * (2.0 * cosine) - wo)

@@ -13,6 +13,7 @@ mod gloss;
 use crate::bsdf::Frame;
 use crate::testrender::camera::orthogonal;
 use crate::testrender::mis;
+use crate::testrender::positive;
 use diffuse::Diffuse;
 use facets::FacetLobe;
 use glam::Vec3;
@@ -171,7 +172,7 @@ impl Lobes {
                 let mut sample = lobe.sample(wo, [inside, yi, zi]);
                 sample.weight *= *weight / chance;
                 sample.pdf *= chance;
-                if !(sample.pdf > 0.0) {
+                if !positive(sample.pdf) {
                     return Sample::default();
                 }
                 let roughness = sample.roughness;
