@@ -133,6 +133,8 @@ impl Lowerer<'_> {
 
     /// Marks the local variables of a layer that no statement declares, as in compiled shaders.
     pub(super) fn mark_undeclared(&mut self) {
+        // Defaults of parameters are no operations.
+        self.checking.n_ops = 0;
         if !self.checking.on.set {
             return;
         }

@@ -89,7 +89,8 @@ impl Lowerer<'_> {
                 self.at(e.span);
                 let value = self.binary(*op, operands[0], operands[1]);
                 // A difference of equal variables is folded, whatever they hold.
-                if !folded && !(*op == BinaryOp::Sub && same_variable(a, b)) {
+                let vanishes = folded || (*op == BinaryOp::Sub && same_variable(a, b));
+                if !vanishes {
                     self.made(target, value, name);
                 }
                 value

@@ -85,7 +85,7 @@ pub(super) struct Rounded(BTreeMap<Arc<str>, u64>);
 impl Rounded {
     /// Counts those of some planes.
     pub(super) fn count(&mut self, planes: &[Plane], args: &RunArgs) {
-        let exr = args.output.as_ref().is_some_and(is_exr);
+        let exr = args.output.as_deref().is_some_and(is_exr);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
             // Bits that a number may have from its first to its last one, and in all.
             let (digits, most) = if args.half { (11, 65504) } else { (24, u32::MAX) };
@@ -200,10 +200,10 @@ impl From<ImageError> for Broken {
 
 /// Whether a frame goes into its file piece by piece.
 pub(super) fn streams(args: &RunArgs) -> bool {
-    args.output.as_ref().is_some_and(is_exr)
+    args.output.as_deref().is_some_and(is_exr)
 }
 
-fn is_exr(path: &PathBuf) -> bool {
+fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
