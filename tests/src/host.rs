@@ -45,5 +45,6 @@ pub fn services(golden: &Golden, host: &ReferenceRenderer) -> Services {
         ray: ray.trim().to_string(),
         spaces: host.spaces(),
         textures: TextureCache::new(vec![crate::run::root().join("tests/data/textures")]),
+        ..Services::default()
     }
 }

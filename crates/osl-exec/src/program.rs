@@ -16,7 +16,7 @@ use crate::native::Plans;
 use crate::register::LINE;
 use compile::Compiler;
 use osl_ir::hir::Global;
-use osl_ir::ir::{Axis, Body, Kind, Rate};
+use osl_ir::ir::{Axis, Body, Kernel, Kind, Op, Rate};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
@@ -57,6 +57,7 @@ pub struct Program {
     pub(crate) slopes: Vec<(Global, Axis, Operand)>,
     pub(crate) outputs: Vec<OutputPlan>,
     pub(crate) strings: Vec<Arc<str>>,
+    error_messages: bool,
     /// The number of each string.
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
     /// The layers, each with the start of its source.
@@ -110,7 +111,20 @@ impl Program {
             })
             .collect();
         let shared = registers.list.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
+        let insts = body.blocks.iter().flat_map(|block| &block.insts);
+        let error_messages = insts.map(|inst| &inst.op).any(|op| {
+            matches!(
+                op,
+                Op::Kernel(
+                    Kernel::Texture { quiet: true, .. }
+                        | Kernel::Environment { quiet: true, .. }
+                        | Kernel::Volume { quiet: true, .. },
+                    _
+                )
+            )
+        });
         Program {
+            error_messages,
             shared,
             steps,
             marks,
@@ -132,6 +146,17 @@ impl Program {
     /// The layer that a place of the source belongs to, and its names.
     pub fn names(&self, span: osl_ir::Span) -> Option<(usize, &osl_ir::builtins::Names)> {
         osl_ir::ir::names_at(&self.layers, span)
+    }
+
+    /// Whether lookups tell the shader why they fail: what [`Services::reference_texts`](crate::Services) says then
+    /// depends on which comes first.
+    pub fn has_error_messages(&self) -> bool {
+        self.error_messages
+    }
+
+    /// Whether a word of the uniform file is a constant of the shader.
+    pub(crate) fn is_constant(&self, at: u32) -> bool {
+        self.words.get(at as usize).is_some_and(|seed| *seed != Seed::Computed)
     }
 
     /// The name of the shader at a place of the source.

@@ -94,4 +94,8 @@ pub struct Services {
     pub spaces: Spaces,
     /// Textures.
     pub textures: TextureCache,
+    /// Whether texture lookups fail in the words of the reference's tools: "errormessage" has the reason at the first
+    /// lookup of a file, and "unknown" from then on. Which lookup is the first depends on who comes first, so that such
+    /// runs have one thread.
+    pub reference_texts: bool,
 }

@@ -29,6 +29,7 @@ fn texture() -> Texture {
         stored: StoredType::U8,
         wraps: (Wrap::File, Wrap::File),
         n_parts: 1,
+        header: Default::default(),
         samples: (0..SIZE * SIZE * 3).map(value).collect(),
     })
 }

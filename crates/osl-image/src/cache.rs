@@ -19,10 +19,17 @@ use crate::udim::{self, Square};
 #[derive(Debug)]
 pub struct LoadFailure {
     message: String,
+    /// The name, if there is no file.
+    missing: Option<String>,
     reported: AtomicBool,
 }
 
 impl LoadFailure {
+    /// A failure for a reason of the caller's, of a file that is there.
+    pub fn new(message: &str) -> Arc<LoadFailure> {
+        failure(message.to_owned(), None)
+    }
+
     /// The reason, on one line.
     pub fn message(&self) -> &str {
         &self.message
@@ -32,6 +39,37 @@ impl LoadFailure {
     pub fn take_report(&self) -> Option<&str> {
         let first = !self.reported.swap(true, Ordering::Relaxed);
         first.then_some(self.message.as_str())
+    }
+
+    /// Whether there is no file, rather than one that cannot be read.
+    pub fn is_missing(&self) -> bool {
+        self.missing.is_some()
+    }
+
+    /// The reason in the words of the reference's texture library, which scripts may look for. They depend on the format
+    /// that the ending of the name promises.
+    pub fn reference_message(&self) -> String {
+        /// Endings of the formats that the library reads, but for those of TIFF.
+        const KNOWN: &str = " bmp bw cin cineon dds dib dpx exr fits gif hdr ico iff int inta j2c j2k jfi jfif jp2 jpe jpeg \
+                             jpg pbm pdd pfm pgm pic png pnm ppm psb psd rgb rgba rgbe rla sgi softimage tga tpic webp z \
+                             zfile ";
+        let Some(name) = &self.missing else { return self.message.clone() };
+        if name.is_empty() {
+            return "ImageInput::create() called with no filename".to_owned();
+        }
+        let shown = name.escape_debug();
+        let ending = name.rsplit_once('.').map(|(_, ending)| ending.to_ascii_lowercase()).unwrap_or_default();
+        match &*ending {
+            "tif" | "tiff" | "tx" | "env" | "sm" | "vsm" => {
+                format!("Could not open file: {shown}: No such file or directory")
+            }
+            known if !known.is_empty() && KNOWN.contains(&format!(" {known} ")) => {
+                format!("Could not open file \"{shown}\"")
+            }
+            _ => format!(
+                "Image \"{shown}\" does not exist. Also, it is not the name of an image format that OpenImageIO recognizes."
+            ),
+        }
     }
 }
 
@@ -58,6 +96,8 @@ pub struct TextureCache {
     /// The lock is held to find a slot, never while a file is read: threads that want different files do not
     /// wait for each other, and those that want the same one wait for a single read.
     slots: RwLock<Slots>,
+    /// The files that names of many files stand for.
+    tiles: RwLock<HashMap<String, Arc<[String]>>>,
 }
 
 #[derive(Debug, Default)]
@@ -102,7 +142,7 @@ impl TextureCache {
     /// asked for longest ago; what is in use stays, even if it exceeds the budget alone.
     pub fn with_budget(search: Vec<PathBuf>, bytes: u64) -> Self {
         let search = Search { folders: search, anywhere: false };
-        Self { search, budget: Budget::new(bytes), slots: RwLock::default() }
+        Self { search, budget: Budget::new(bytes), slots: RwLock::default(), tiles: RwLock::default() }
     }
 
     /// Whether names may also lead to files that lie neither below the working directory nor below a search
@@ -172,8 +212,7 @@ impl TextureCache {
     /// Does not read it.
     pub fn exists(&self, name: &str) -> bool {
         if Self::is_tiled(name) {
-            let mut names = Square::usual().filter_map(|square| square.name(name));
-            return names.any(|name| self.search.find(&name).is_ok());
+            return !self.tiles(name).is_empty();
         }
         self.search.find(name).is_ok()
     }
@@ -192,6 +231,19 @@ impl TextureCache {
     /// The folders in which names are looked for after the working directory.
     pub fn folders(&self) -> &[PathBuf] {
         &self.search.folders
+    }
+
+    /// The files that a name of many files stands for, of the squares of the first ten rows. They are looked for once.
+    pub fn tiles(&self, name: &str) -> Arc<[String]> {
+        let known = self.tiles.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(tiles) = known.get(name) {
+            return Arc::clone(tiles);
+        }
+        drop(known);
+        let names = Square::usual().filter_map(|square| square.name(name));
+        let tiles: Arc<[String]> = names.filter(|name| self.search.find(name).is_ok()).collect();
+        let mut known = self.tiles.write().unwrap_or_else(PoisonError::into_inner);
+        Arc::clone(known.entry(name.to_owned()).or_insert(tiles))
     }
 
     /// The bytes of samples that the cache holds, counted as for [`TextureCache::with_budget`].
@@ -224,9 +276,9 @@ impl TextureCache {
                 Refusal::NotFound => "",
                 Refusal::Outside => ": it is neither below the working directory nor below a search path",
             };
-            failure(format!("Could not open file \"{}\"{reason}", name.escape_debug()))
+            failure(format!("Could not open file \"{}\"{reason}", name.escape_debug()), Some(name))
         })?;
-        let image = read_part(&path, part).map_err(|error| failure(message(error)))?;
+        let image = read_part(&path, part).map_err(|error| failure(message(error), None))?;
         Ok(Arc::new(Texture::new(image)))
     }
 }
@@ -235,6 +287,6 @@ fn message(error: ImageError) -> String {
     format!("Could not read file {error}")
 }
 
-fn failure(message: String) -> Arc<LoadFailure> {
-    Arc::new(LoadFailure { message, reported: AtomicBool::new(false) })
+fn failure(message: String, missing: Option<&str>) -> Arc<LoadFailure> {
+    Arc::new(LoadFailure { message, missing: missing.map(str::to_owned), reported: AtomicBool::new(false) })
 }

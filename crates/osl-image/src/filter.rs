@@ -14,7 +14,8 @@ pub enum Interp {
     Linear,
     /// The cubic B-spline, four texels an axis: smooth, and blurs a little.
     Cubic,
-    /// [`Interp::Cubic`] in the finest level, where texels show, and [`Interp::Linear`] in the others.
+    /// [`Interp::Cubic`] in the finest level, where texels show, and in levels that are coarser than the footprint
+    /// without width and blur asks for by more than an octave; [`Interp::Linear`] in the others.
     #[default]
     SmartCubic,
 }
@@ -107,17 +108,30 @@ impl Place {
     }
 }
 
+/// One axis of a level.
+#[derive(Clone, Copy)]
+struct Axis {
+    /// The texels that the width of the texture stands for.
+    full: usize,
+    /// Where in these the stored texels begin, and how many there are.
+    origin: i64,
+    stored: usize,
+    wrap: Wrap,
+}
+
 impl<const K: usize> Taps<K> {
-    /// Taps on the texels from `first` on, of an axis of `n`.
+    /// Taps on the texels from `first` on. Wraps repeat what is stored.
     #[inline]
-    fn new(first: i64, n: usize, wrap: Wrap, weight: [f32; K], slope: [f32; K]) -> Self {
-        let length = n as i64;
+    fn new(first: i64, axis: Axis, weight: [f32; K], slope: [f32; K]) -> Self {
+        let length = axis.stored as i64;
+        // Both are far from the largest integers.
+        let first = first - axis.origin;
         let texel = if first >= 0 && first + K as i64 <= length {
             std::array::from_fn(|k| first as usize + k)
         } else {
-            std::array::from_fn(|k| wrap.texel(first + k as i64, length).unwrap_or(BLACK))
+            std::array::from_fn(|k| axis.wrap.texel(first + k as i64, length).unwrap_or(BLACK))
         };
-        Self { texel, weight, slope: slope.map(|d| d * n as f32) }
+        Self { texel, weight, slope: slope.map(|d| d * axis.full as f32) }
     }
 
     /// The taps that are not black: texel, weight, slope.
@@ -134,19 +148,19 @@ impl<const K: usize> Taps<K> {
     }
 }
 
-fn closest(s: f32, n: usize, wrap: Wrap) -> Taps<1> {
-    let Place { below, fraction } = Place::of(s, n);
-    Taps::new(below + i64::from(fraction > 0.5), n, wrap, [1.0], [0.0])
+fn closest(s: f32, axis: Axis) -> Taps<1> {
+    let Place { below, fraction } = Place::of(s, axis.full);
+    Taps::new(below + i64::from(fraction > 0.5), axis, [1.0], [0.0])
 }
 
-fn linear(s: f32, n: usize, wrap: Wrap) -> Taps<2> {
-    let Place { below, fraction } = Place::of(s, n);
-    Taps::new(below, n, wrap, [1.0 - fraction, fraction], [-1.0, 1.0])
+fn linear(s: f32, axis: Axis) -> Taps<2> {
+    let Place { below, fraction } = Place::of(s, axis.full);
+    Taps::new(below, axis, [1.0 - fraction, fraction], [-1.0, 1.0])
 }
 
-fn cubic(s: f32, n: usize, wrap: Wrap) -> Taps<4> {
-    let Place { below, fraction } = Place::of(s, n);
-    Taps::new(below - 1, n, wrap, b_spline(fraction), b_spline_slope(fraction))
+fn cubic(s: f32, axis: Axis) -> Taps<4> {
+    let Place { below, fraction } = Place::of(s, axis.full);
+    Taps::new(below - 1, axis, b_spline(fraction), b_spline_slope(fraction))
 }
 
 /// The weights of the uniform cubic B-spline at `f` in 0..1 past the second of four texels.
@@ -169,15 +183,14 @@ fn b_spline_slope(f: f32) -> [f32; 4] {
 /// One interpolated sample at `(s, t)`, both finite; without `DERIVS` the partials stay zero. The level has
 /// pixels.
 pub(crate) fn sample<const DERIVS: bool>(source: &Source<'_>, s: f32, t: f32, interp: Interp) -> Sample {
-    let Source { level: Level { width, height, .. }, wrap_s, wrap_t, .. } = *source;
-    let (width, height) = (*width, *height);
+    let Source { level, wrap_s, wrap_t, .. } = *source;
+    let columns = Axis { full: level.full.0, origin: level.origin.0, stored: level.width, wrap: wrap_s };
+    let rows = Axis { full: level.full.1, origin: level.origin.1, stored: level.height, wrap: wrap_t };
     match interp {
-        Interp::Closest => {
-            joined::<1, DERIVS>(source, &closest(s, width, wrap_s), &closest(t, height, wrap_t))
-        }
-        Interp::Linear => joined::<2, DERIVS>(source, &linear(s, width, wrap_s), &linear(t, height, wrap_t)),
+        Interp::Closest => joined::<1, DERIVS>(source, &closest(s, columns), &closest(t, rows)),
+        Interp::Linear => joined::<2, DERIVS>(source, &linear(s, columns), &linear(t, rows)),
         Interp::Cubic | Interp::SmartCubic => {
-            joined::<4, DERIVS>(source, &cubic(s, width, wrap_s), &cubic(t, height, wrap_t))
+            joined::<4, DERIVS>(source, &cubic(s, columns), &cubic(t, rows))
         }
     }
 }

@@ -3,8 +3,7 @@
 //! A point covers an ellipse whose axes are the singular values of the Jacobian of (s, t) (Heckbert,
 //! "Fundamentals of Texture Mapping and Image Warping", 1989). The shorter axis chooses the level; along the
 //! longer one several probes are taken (McCormack, Perry, Farkas and Jouppi, "Feline", 1999). Level choice,
-//! blur and the case of two probes were fitted to the reference's results; more probes follow the paper's
-//! weights. It must not know texels.
+//! blur, weights and limits are the reference's, as measured. It must not know texels.
 
 /// How (s, t) changes from this point to its neighbours on the screen, in texture widths per pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -19,8 +18,17 @@ pub struct Footprint {
     pub dt_dy: f32,
 }
 
-/// The longest ellipse that is filtered as it is, longer axis over shorter. Beyond it the shorter axis is
-/// widened, so that the number of probes stays bounded.
+impl Footprint {
+    /// The size of an image of which each texel would be one pixel, as whole numbers.
+    pub(crate) fn natural_size(&self) -> (usize, usize) {
+        // The cast is 0 for what is no number.
+        let texels = |x: f32, y: f32| (1.0 / x.abs().max(y.abs()).max(SHORTEST as f32)) as usize;
+        (texels(self.ds_dx, self.ds_dy), texels(self.dt_dx, self.dt_dy))
+    }
+}
+
+/// The longest ellipse that is filtered as it is, longer axis over shorter. A longer one is cut and widened, so
+/// that the number of probes stays bounded.
 const MAX_ASPECT: f64 = 32.0;
 
 /// More probes than the longest ellipse takes.
@@ -29,11 +37,19 @@ const MAX_PROBES: usize = 64;
 /// How fast the weights of probes fall off: the paper's alpha.
 const FALLOFF: f64 = 2.0;
 
+/// A change of (s, t) that is shorter counts as this long.
+const SHORTEST: f64 = 1e-8;
+
+/// The longest axis, in texture widths.
+const LONGEST: f64 = 1000.0;
+
 /// An ellipse in texture space. Lengths are in texture widths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Ellipse {
     major: f64,
     minor: f64,
+    /// Longer axis over shorter, as far as probes follow it.
+    aspect: f64,
     /// The unit direction of the major axis.
     axis: (f64, f64),
 }
@@ -42,8 +58,9 @@ impl Ellipse {
     /// The ellipse of a footprint whose s and t parts are scaled by `width`, and which is then grown by `blur`.
     pub(crate) fn new(footprint: &Footprint, width: (f32, f32), blur: (f32, f32)) -> Self {
         let (width_s, width_t) = (f64::from(width.0), f64::from(width.1));
-        let (sx, sy) = (f64::from(footprint.ds_dx) * width_s, f64::from(footprint.ds_dy) * width_s);
-        let (tx, ty) = (f64::from(footprint.dt_dx) * width_t, f64::from(footprint.dt_dy) * width_t);
+        let x = (f64::from(footprint.ds_dx) * width_s, f64::from(footprint.dt_dx) * width_t);
+        let y = (f64::from(footprint.ds_dy) * width_s, f64::from(footprint.dt_dy) * width_t);
+        let ((sx, tx), (sy, ty)) = never_degenerate(x, y);
         let (ss, st, tt) = (sx * sx + sy * sy, sx * tx + sy * ty, tx * tx + ty * ty);
         let half_difference = 0.5 * (ss - tt);
         let largest = 0.5 * (ss + tt) + (half_difference * half_difference + st * st).sqrt();
@@ -51,7 +68,11 @@ impl Ellipse {
         // The determinant keeps its digits where the difference of eigenvalues would lose them.
         let minor = if major > 0.0 { ((sx * ty - sy * tx) / major).abs().min(major) } else { 0.0 };
         let axis = if ss >= tt { (largest - tt, st) } else { (st, largest - ss) };
-        Self { major, minor, axis: unit(axis) }.blurred(f64::from(blur.0), f64::from(blur.1))
+        // Slopes that are no numbers see the whole texture.
+        let (major, minor) =
+            if major.is_finite() { (major.min(LONGEST), minor.min(LONGEST)) } else { (LONGEST, LONGEST) };
+        let ellipse = Self { major, minor, aspect: 1.0, axis: unit(axis) };
+        ellipse.blurred(f64::from(blur.0), f64::from(blur.1)).bounded()
     }
 
     /// Grows both axes by the part of the blur that falls on them.
@@ -60,25 +81,68 @@ impl Ellipse {
         let major = self.major + blur_s * along_s + blur_t * along_t;
         let minor = self.minor + blur_s * along_t + blur_t * along_s;
         if minor > major {
-            Self { major: minor, minor: major, axis: (-self.axis.1, self.axis.0) }
+            Self { major: minor, minor: major, axis: (-self.axis.1, self.axis.0), ..self }
         } else {
-            Self { major, minor, axis: self.axis }
+            Self { major, minor, ..self }
         }
     }
 
-    /// The width of each probe: the shorter axis, widened if the ellipse is too long.
+    /// The ellipse with the axes of [`bounded`].
+    fn bounded(self) -> Self {
+        let (major, minor, aspect) = bounded(self.major, self.minor);
+        Self { major, minor, aspect, ..self }
+    }
+
+    /// The width of each probe: the shorter axis.
     pub(crate) fn probe_width(&self) -> f64 {
-        self.minor.max(self.major / MAX_ASPECT)
+        self.minor
+    }
+
+    /// In an image of `texels` along its longer side, an ellipse narrower than half a texel takes no more probes than one
+    /// of that width would: closer ones see the same texels.
+    pub(crate) fn magnified(self, texels: usize) -> Self {
+        let texels = texels as f64;
+        if self.minor * texels < 0.5 {
+            Self { aspect: (2.0 * self.major * texels).clamp(1.0, MAX_ASPECT), ..self }
+        } else {
+            self
+        }
     }
 
     /// The offsets (in s and t) and weights of the probes. The weights sum to 1.
     pub(crate) fn probes(&self) -> Probes {
-        let width = self.probe_width();
-        let aspect = self.major / width;
-        // Also where the ellipse is a point, or not a number, one probe is right.
-        let count = if aspect.is_finite() { ((2.0 * aspect - 1.0) as usize).clamp(1, MAX_PROBES) } else { 1 };
-        let length = if count > 1 { 2.0 * (self.major - width) } else { 0.0 };
-        Probes { count, length, major: self.major, axis: self.axis }
+        let Self { major, minor, aspect, axis } = *self;
+        let count = ((2.0 * aspect - 1.0) as usize).clamp(1, MAX_PROBES);
+        let length = if count > 1 { 2.0 * (major - minor) } else { 0.0 };
+        Probes { count, length, major, axis }
+    }
+}
+
+/// Longer axis, shorter axis and their ratio. If that is too large, the longer axis is cut to the mean of its length and
+/// of what the shorter one allows, and the shorter one is widened to fit.
+pub(crate) fn bounded(major: f64, minor: f64) -> (f64, f64, f64) {
+    let aspect = major / minor;
+    if aspect.is_nan() || aspect <= MAX_ASPECT {
+        return (major, minor, aspect.max(1.0));
+    }
+    let major = 0.5 * (major + MAX_ASPECT * minor);
+    (major, major / MAX_ASPECT, MAX_ASPECT)
+}
+
+/// Replaces changes of (s, t) that are next to nothing by the shortest one that counts, at a right angle to the other.
+fn never_degenerate(x: (f64, f64), y: (f64, f64)) -> ((f64, f64), (f64, f64)) {
+    let squared = |v: (f64, f64)| v.0 * v.0 + v.1 * v.1;
+    let tiny = |v| squared(v) < SHORTEST * SHORTEST;
+    // A quarter turn to the left.
+    let across = |v: (f64, f64)| {
+        let scale = SHORTEST / squared(v).sqrt();
+        (-v.1 * scale, v.0 * scale)
+    };
+    match (tiny(x), tiny(y)) {
+        (true, true) => ((SHORTEST, 0.0), (0.0, SHORTEST)),
+        (true, false) => (across((-y.0, -y.1)), y),
+        (false, true) => (x, across(x)),
+        (false, false) => (x, y),
     }
 }
 
@@ -88,6 +152,7 @@ pub(crate) struct Probes {
     count: usize,
     /// The distance over which the probes are spread.
     length: f64,
+    /// The distance from the center over which weights fall off.
     major: f64,
     axis: (f64, f64),
 }
@@ -108,18 +173,18 @@ impl Probes {
             norm = used.iter().sum::<f64>().recip();
         }
         weights.into_iter().take(self.count).enumerate().map(move |(i, weight)| {
-            let distance = self.distance(i);
+            let distance = self.length * self.place(i);
             ((distance * self.axis.0) as f32, (distance * self.axis.1) as f32, (weight * norm) as f32)
         })
     }
 
-    /// Signed distance of probe `i` from the center.
-    fn distance(&self, i: usize) -> f64 {
-        self.length * ((i as f64 + 0.5) / self.count as f64 - 0.5)
+    /// Where probe `i` lies along the length, from -1/2 to 1/2.
+    fn place(&self, i: usize) -> f64 {
+        (i as f64 + 0.5) / self.count as f64 - 0.5
     }
 
     fn weight(&self, i: usize) -> f64 {
-        let relative = self.distance(i) / self.major;
+        let relative = 2.0 * self.place(i) * self.major / self.length;
         gaussian(FALLOFF * relative * relative)
     }
 }
@@ -231,6 +296,17 @@ mod tests {
         assert_eq!(blend(0.5), LevelBlend { finer: 1, coarser: 2, share_of_coarser: 1.0 });
         assert_eq!(blend(7.0), LevelBlend { finer: 3, coarser: 3, share_of_coarser: 0.0 });
         assert_eq!(blend(f64::NAN), LevelBlend { finer: 3, coarser: 3, share_of_coarser: 0.0 });
+    }
+
+    #[test]
+    fn ellipses_that_are_too_long_are_cut_and_widened() {
+        // The longer axis is cut to the mean of 2 and 32 times the shorter one.
+        let long = ellipse([2.0, 0.0, 0.0, 1.0 / 32.0]);
+        assert_eq!((long.major, long.minor, long.aspect), (1.5, 1.5 / 32.0, 32.0));
+        let line = ellipse([2.0, 0.0, 0.0, 0.0]);
+        assert!((line.major - 1.0).abs() < 1e-6 && line.aspect == 32.0);
+        // Narrower than half a texel, only the length in texels counts.
+        assert_eq!(ellipse([1e-3, 0.0, 0.0, 1e-4]).magnified(32).aspect, 1.0);
     }
 
     #[test]

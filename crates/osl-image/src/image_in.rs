@@ -67,5 +67,14 @@ fn from_dynamic(width: usize, height: usize, image: DynamicImage) -> ImageData {
         other => (StoredType::Float, other.to_rgba32f().into_raw()),
     };
     let channels = channel_names(samples.len() / (width * height).max(1));
-    ImageData { width, height, channels, stored, wraps: Default::default(), n_parts: 1, samples }
+    ImageData {
+        width,
+        height,
+        channels,
+        stored,
+        wraps: Default::default(),
+        n_parts: 1,
+        header: Default::default(),
+        samples,
+    }
 }

@@ -7,30 +7,37 @@
 //! Pixel row 0 is the first scanline of a file, and `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.
 
+mod attributes;
 mod budget;
 mod cache;
 mod channels_out;
+mod environment;
 mod error;
 mod exr_in;
+mod exr_meta;
 mod exr_out;
 mod exr_zip;
 mod file;
 mod filter;
 mod footprint;
 mod image_in;
+mod levels;
 mod lookup;
 mod png_out;
 mod read;
 mod search;
 mod texture;
 mod tiff_in;
+mod tiff_meta;
 mod tiff_out;
 mod transfer;
 mod udim;
 mod wrap;
 
+pub use attributes::{Attribute, Attributes};
 pub use cache::{LoadFailure, Loaded, Missing, TextureCache};
 pub use channels_out::{Samples, write_channels, write_ints};
+pub use environment::environment;
 pub use error::ImageError;
 pub use exr_out::{
     ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,
@@ -41,7 +48,7 @@ pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, write_png};
-pub use read::{ImageData, MAX_SAMPLES, StoredType, SubImage, decode_image, decode_part, read_image};
+pub use read::{Header, ImageData, MAX_SAMPLES, StoredType, SubImage, decode_image, decode_part, read_image};
 pub use texture::Texture;
 pub use transfer::Transfer;
 pub use wrap::Wrap;

@@ -75,10 +75,10 @@ pub fn lookup_values(
 }
 
 /// What is the same for all samples of a lookup.
-struct Lookup<'a, const DERIVS: bool> {
-    texture: &'a Texture,
-    n_channels: usize,
-    options: &'a LookupOptions,
+pub(crate) struct Lookup<'a, const DERIVS: bool> {
+    pub(crate) texture: &'a Texture,
+    pub(crate) n_channels: usize,
+    pub(crate) options: &'a LookupOptions,
 }
 
 impl<const DERIVS: bool> Lookup<'_, DERIVS> {
@@ -88,13 +88,19 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
             return Sample::default();
         }
         let LookupOptions { width, blur, .. } = *self.options;
+        if let Some(color) = self.texture.constant_color()
+            && !self.is_black_outside()
+        {
+            return self.alike(color);
+        }
         let unfiltered = width == (0.0, 0.0) || *footprint == Footprint::default();
         if unfiltered && blur == (0.0, 0.0) {
-            return self.level(0).sample::<DERIVS>(s, t);
+            return self.level(0, (0, 0)).sample::<DERIVS>(s, t);
         }
         let ellipse = Ellipse::new(footprint, width, blur);
-        let blend = levels_for(self.texture, ellipse.probe_width());
-        let levels = (self.level(blend.finer), self.level(blend.coarser));
+        let (blend, ellipse) = levels_for(self.texture, ellipse);
+        let natural = footprint.natural_size();
+        let levels = (self.level(blend.finer, natural), self.level(blend.coarser, natural));
         let blended = |s, t| blended::<DERIVS>(&levels, blend.share_of_coarser, s, t);
         let probes = ellipse.probes();
         if probes.is_single() {
@@ -107,26 +113,56 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         sum
     }
 
-    /// What a probe reads of one level.
-    fn level(&self, index: usize) -> LevelSource<'_> {
+    /// The wraps of s and t.
+    fn wraps(&self) -> (Wrap, Wrap) {
+        let wraps = self.texture.wraps();
+        (self.options.wrap_s.or_file(wraps.0), self.options.wrap_t.or_file(wraps.1))
+    }
+
+    fn is_black_outside(&self) -> bool {
+        let black = |wrap| matches!(wrap, Wrap::Black | Wrap::File);
+        let (s, t) = self.wraps();
+        black(s) || black(t)
+    }
+
+    /// What lookups yield where all texels have this color.
+    fn alike(&self, color: &[f32; 4]) -> Sample {
+        let n_stored = self.texture.channels().len();
+        let channel = |i: usize| {
+            let stored = self.options.first_channel.saturating_add(i);
+            if stored < n_stored { color.get(stored).copied().unwrap_or(0.0) } else { self.options.fill }
+        };
+        let value = std::array::from_fn(|i| if i < self.n_channels { channel(i) } else { 0.0 });
+        Sample { value, ..Sample::default() }
+    }
+
+    /// What a probe by direction reads of one level; only the rows decide about the interpolation.
+    pub(crate) fn directional(&self, index: usize, natural_rows: usize) -> LevelSource<'_> {
+        self.level(index, (0, natural_rows))
+    }
+
+    /// What a probe reads of one level. `natural` is the size of an image of which each texel would be a pixel.
+    fn level(&self, index: usize, natural: (usize, usize)) -> LevelSource<'_> {
         let options = self.options;
         let n_stored = self.texture.channels().len();
-        let wraps = self.texture.wraps();
         let n_wanted = self.n_channels.min(4);
         let first = options.first_channel.min(n_stored);
+        let (wrap_s, wrap_t) = self.wraps();
+        let level = level_at(self.texture, index);
         let source = Source {
-            level: level_at(self.texture, index),
+            level,
             n_stored,
             first,
             n_read: n_wanted.min(n_stored - first),
             n_wanted,
             fill: options.fill,
-            wrap_s: options.wrap_s.or_file(wraps.0),
-            wrap_t: options.wrap_t.or_file(wraps.1),
+            wrap_s,
+            wrap_t,
         };
+        // Texels show in the finest level, and in one that is read by wide or blurred lookups.
+        let magnified = index == 0 || level.width < natural.0 / 2 || level.height < natural.1 / 2;
         let interp = match options.interp {
-            // Only the finest level can be magnified; between the others, neighbours are an octave apart.
-            Interp::SmartCubic if index == 0 => Interp::Cubic,
+            Interp::SmartCubic if magnified => Interp::Cubic,
             Interp::SmartCubic => Interp::Linear,
             other => other,
         };
@@ -135,13 +171,13 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
 }
 
 /// One level as a probe reads it: the same for all probes of a lookup.
-struct LevelSource<'a> {
-    source: Source<'a>,
-    interp: Interp,
+pub(crate) struct LevelSource<'a> {
+    pub(crate) source: Source<'a>,
+    pub(crate) interp: Interp,
 }
 
 impl LevelSource<'_> {
-    fn sample<const DERIVS: bool>(&self, s: f32, t: f32) -> Sample {
+    pub(crate) fn sample<const DERIVS: bool>(&self, s: f32, t: f32) -> Sample {
         sample::<DERIVS>(&self.source, s, t, self.interp)
     }
 }
@@ -163,16 +199,17 @@ fn blended<const DERIVS: bool>(
     sum
 }
 
-/// Chooses levels, without making the coarser ones where the finest will do. Of an oblong texture the shorter
-/// side counts (chosen for sharpness; all textures with reference results are square).
-fn levels_for(texture: &Texture, width: f64) -> LevelBlend {
-    let shorter_side = |width: usize, height: usize| width.min(height);
-    let finest = shorter_side(texture.width(), texture.height());
-    if width * finest as f64 <= 1.0 {
-        return LevelBlend::FINEST;
+/// Chooses levels, without making the coarser ones where the finest will do, and the ellipse to read them with. Of an
+/// oblong texture the shorter side counts.
+fn levels_for(texture: &Texture, ellipse: Ellipse) -> (LevelBlend, Ellipse) {
+    let shorter_side = |level: &Level| level.full.0.min(level.full.1);
+    let finest = texture.finest();
+    let width = ellipse.probe_width();
+    if width * shorter_side(finest) as f64 <= 1.0 {
+        return (LevelBlend::FINEST, ellipse.magnified(finest.full.0.max(finest.full.1)));
     }
-    let coarser = texture.coarser().iter().map(|level| shorter_side(level.width, level.height));
-    LevelBlend::for_width(width, std::iter::once(finest).chain(coarser))
+    let coarser = texture.coarser().iter().map(shorter_side);
+    (LevelBlend::for_width(width, std::iter::once(shorter_side(finest)).chain(coarser)), ellipse)
 }
 
 fn level_at(texture: &Texture, index: usize) -> &Level {

@@ -7,6 +7,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use crate::attributes::Attributes;
 use crate::error::ImageError;
 use crate::file;
 use crate::wrap::Wrap;
@@ -82,8 +83,26 @@ pub struct ImageData {
     pub wraps: (Wrap, Wrap),
     /// How many images the file holds; this is one of them.
     pub n_parts: usize,
+    /// What else the file says.
+    pub header: Header,
     /// `width * height * channels.len()` values, pixel by pixel, row 0 (the first scanline) first.
     pub samples: Vec<f32>,
+}
+
+/// What a file says of an image beside its pixels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Header {
+    /// The column and row of the first stored pixel.
+    pub data_origin: (i32, i32),
+    /// The whole image, of which a file may store a part: first column, first row, last column, last row. Without, what
+    /// is stored is all.
+    pub display_window: Option<[i32; 4]>,
+    /// Columns and rows of the tiles in which the file stores its pixels; none if it stores rows.
+    pub tile: Option<(usize, usize)>,
+    /// The coarser levels of the file, from the larger to the smaller: width, height, samples.
+    pub coarser: Vec<(usize, usize, Vec<f32>)>,
+    /// Values by name.
+    pub attributes: Attributes,
 }
 
 impl ImageData {

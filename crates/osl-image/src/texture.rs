@@ -1,24 +1,30 @@
-//! A texture in memory: the image and its coarser levels.
+//! A texture in memory: the image, its coarser levels and what the file says of it.
 //!
-//! Coarser levels are made when a filtered lookup first asks for one, so that unfiltered lookups never pay for
-//! them. It must not know coordinates or filters.
+//! The levels are those of the file. If it has none they are made when a filtered lookup first asks for one, so that
+//! unfiltered lookups never pay for them. It must not know coordinates or filters.
 
 use std::sync::OnceLock;
 
-use half::f16;
-
-use crate::read::{ImageData, StoredType};
+use crate::attributes::Attributes;
+use crate::levels::{half_size, made};
+use crate::read::{Header, ImageData, MAX_SAMPLES, StoredType};
 use crate::wrap::Wrap;
 
 /// An image ready for lookups, with its mip-maps. Shared between threads as it is.
 #[derive(Debug)]
 pub struct Texture {
     finest: Level,
+    /// The levels of the file, or those that were made.
     coarser: OnceLock<Vec<Level>>,
+    /// The color of all texels, if the file says that they are alike.
+    constant: Option<[f32; 4]>,
     channels: Vec<String>,
     stored: StoredType,
     wraps: (Wrap, Wrap),
     n_parts: usize,
+    data_window: [i32; 4],
+    display_window: [i32; 4],
+    attributes: Attributes,
 }
 
 /// One resolution of a texture.
@@ -26,25 +32,127 @@ pub struct Texture {
 pub(crate) struct Level {
     pub(crate) width: usize,
     pub(crate) height: usize,
+    /// The texels that the texture's width and height stand for. Stored are `width * height` of them, from `origin` on;
+    /// all, except where a file stores a part of the image.
+    pub(crate) full: (usize, usize),
+    pub(crate) origin: (i64, i64),
+    pub(crate) n_channels: usize,
+    /// Whether the file stores the level in one piece.
+    pub(crate) one_tile: bool,
+    /// The means of the first and the last row, a value for each channel.
+    poles: OnceLock<[Vec<f32>; 2]>,
     /// `width * height * n_channels` values, pixel by pixel, row 0 first.
     pub(crate) samples: Vec<f32>,
+}
+
+impl Level {
+    /// A level that stores all of its texels; none if the samples do not fit the size.
+    fn whole(width: usize, height: usize, n_channels: usize, samples: Vec<f32>) -> Option<Self> {
+        let expected = width.checked_mul(height).and_then(|n| n.checked_mul(n_channels));
+        let fits = expected == Some(samples.len()) && !samples.is_empty();
+        fits.then(|| Self::new(width, height, n_channels, samples))
+    }
+
+    /// A level of samples that fit its size.
+    pub(crate) fn new(width: usize, height: usize, n_channels: usize, samples: Vec<f32>) -> Self {
+        let poles = OnceLock::new();
+        Self {
+            width,
+            height,
+            full: (width, height),
+            origin: (0, 0),
+            n_channels,
+            one_tile: true,
+            poles,
+            samples,
+        }
+    }
+
+    /// The means of the first and the last row.
+    pub(crate) fn poles(&self) -> &[Vec<f32>; 2] {
+        self.poles.get_or_init(|| [0, self.height.saturating_sub(1)].map(|row| self.mean_of_row(row)))
+    }
+
+    fn mean_of_row(&self, row: usize) -> Vec<f32> {
+        let length = self.width * self.n_channels;
+        let texels = self.samples.get(row * length..(row + 1) * length).unwrap_or_default();
+        let channel =
+            |c: usize| texels.iter().skip(c).step_by(self.n_channels).map(|v| f64::from(*v)).sum::<f64>();
+        (0..self.n_channels).map(|c| (channel(c) / self.width.max(1) as f64) as f32).collect()
+    }
+
+    /// The channels of the texel at a place in the full image; none where the file stores nothing.
+    pub(crate) fn texel(&self, x: usize, y: usize) -> Option<&[f32]> {
+        let place = |at: usize, origin: i64, n: usize| {
+            usize::try_from(i64::try_from(at).ok()?.checked_sub(origin)?).ok().filter(|at| *at < n)
+        };
+        let (x, y) = (place(x, self.origin.0, self.width)?, place(y, self.origin.1, self.height)?);
+        let start = (y * self.width + x) * self.n_channels;
+        self.samples.get(start..start + self.n_channels)
+    }
+
+    fn is_whole(&self) -> bool {
+        self.full == (self.width, self.height) && self.origin == (0, 0)
+    }
 }
 
 impl Texture {
     /// Takes over the pixels of an image. An image whose sample count does not fit its sizes becomes one
     /// without pixels, which is black everywhere.
     pub fn new(image: ImageData) -> Self {
-        let expected =
-            image.width.checked_mul(image.height).and_then(|n| n.checked_mul(image.channels.len()));
-        let fits = expected == Some(image.samples.len()) && !image.samples.is_empty();
-        let finest = if fits {
-            Level { width: image.width, height: image.height, samples: image.samples }
-        } else {
-            Level { width: 0, height: 0, samples: Vec::new() }
+        let ImageData { width, height, channels, stored, wraps, n_parts, header, samples } = image;
+        let Header { data_origin, display_window, tile, coarser, attributes } = header;
+        let n_channels = channels.len();
+        let whole = Level::whole(width, height, n_channels, samples);
+        let mut finest = whole.unwrap_or_else(|| Level::new(0, 0, n_channels, Vec::new()));
+        let last = |first: i32, n: usize| {
+            first.saturating_add(i32::try_from(n).unwrap_or(i32::MAX).saturating_sub(1))
         };
+        let (x, y) = data_origin;
+        let data_window = [x, y, last(x, finest.width), last(y, finest.height)];
+        if let Some([x0, y0, x1, y1]) = display_window {
+            let texels = |first: i32, last: i32| usize::try_from(i64::from(last) - i64::from(first) + 1);
+            if let (Ok(columns @ 1..), Ok(rows @ 1..)) = (texels(x0, x1), texels(y0, y1)) {
+                finest.full = (columns, rows);
+                finest.origin = (i64::from(x) - i64::from(x0), i64::from(y) - i64::from(y0));
+            }
+        }
+        let one_tile =
+            |level: &Level| tile.is_none_or(|(width, height)| level.width <= width && level.height <= height);
+        finest.one_tile = one_tile(&finest);
+        let mut stored_levels = Vec::new();
+        if finest.is_whole() {
+            // Damage in one level does not spoil those before it.
+            let levels = coarser
+                .into_iter()
+                .map_while(|(width, height, samples)| Level::whole(width, height, n_channels, samples));
+            stored_levels.extend(levels);
+            stored_levels.iter_mut().for_each(|level| level.one_tile = one_tile(level));
+        }
         let coarser = OnceLock::new();
-        let ImageData { channels, stored, wraps, n_parts, .. } = image;
-        Self { finest, coarser, channels, stored, wraps, n_parts }
+        if !stored_levels.is_empty() {
+            let _ = coarser.set(stored_levels);
+        }
+        let constant =
+            attributes.numbers("oiio:ConstantColor").filter(|color| color.len() >= n_channels).map(|color| {
+                std::array::from_fn(
+                    |c| if c < n_channels { color.get(c).copied().unwrap_or(0.0) } else { 0.0 },
+                )
+            });
+        let constant = constant.filter(|_| n_channels <= 4);
+        let display_window = display_window.unwrap_or(data_window);
+        Self {
+            finest,
+            coarser,
+            constant,
+            channels,
+            stored,
+            wraps,
+            n_parts,
+            data_window,
+            display_window,
+            attributes,
+        }
     }
 
     /// Pixels in a row of the finest level.
@@ -77,105 +185,98 @@ impl Texture {
         self.n_parts
     }
 
-    /// The mean of a channel over all pixels; 0 for a channel that does not exist.
-    pub fn average(&self, channel: usize) -> f32 {
-        let n_pixels = self.finest.width * self.finest.height;
-        if channel >= self.channels.len() || n_pixels == 0 {
-            return 0.0;
+    /// How many resolutions lookups choose from.
+    pub fn n_levels(&self) -> usize {
+        match self.coarser.get() {
+            Some(levels) => levels.len() + 1,
+            None => self.sizes_below().count() + 1,
         }
-        let values = self.finest.samples.iter().skip(channel).step_by(self.channels.len());
-        let sum: f64 = values.map(|&value| f64::from(value)).sum();
-        (sum / n_pixels as f64) as f32
+    }
+
+    /// The pixels that the file stores: first column, first row, last column, last row.
+    pub fn data_window(&self) -> [i32; 4] {
+        self.data_window
+    }
+
+    /// The pixels of the whole image: first column, first row, last column, last row.
+    pub fn display_window(&self) -> [i32; 4] {
+        self.display_window
+    }
+
+    /// What else the file says.
+    pub fn attributes(&self) -> &Attributes {
+        &self.attributes
+    }
+
+    /// Whether the file says that it is an image of all directions.
+    pub fn is_environment(&self) -> bool {
+        self.attributes.text("textureformat").is_some_and(|format| format.ends_with("Environment"))
+    }
+
+    /// The place of the alpha channel.
+    pub fn alpha(&self) -> Option<usize> {
+        self.channels.iter().position(|name| name == "A")
+    }
+
+    /// The mean color, a value for each channel: what the file says that it is, or the coarsest level. 0 of a file that
+    /// stores a part of the image, as in the reference.
+    pub fn average(&self) -> Option<Vec<f32>> {
+        if let Some(color) = self.attributes.numbers("oiio:AverageColor") {
+            return Some(color);
+        }
+        if !self.finest.is_whole() {
+            return Some(vec![0.0; self.channels.len()]);
+        }
+        let coarsest = self.coarser().last().unwrap_or(&self.finest);
+        (coarsest.full == (1, 1)).then(|| coarsest.samples.clone())
+    }
+
+    /// The color of all texels, a value for each channel, if the file says that they are alike.
+    pub fn constant(&self) -> Option<Vec<f32>> {
+        self.attributes.numbers("oiio:ConstantColor")
+    }
+
+    /// The first channels of [`Texture::constant`].
+    pub(crate) fn constant_color(&self) -> Option<&[f32; 4]> {
+        self.constant.as_ref()
     }
 
     /// The bytes of all samples, of all levels whether made or not.
     pub(crate) fn bytes(&self) -> u64 {
-        let Level { mut width, mut height, .. } = self.finest;
-        let mut pixels = (width * height) as u64;
-        while width > 1 || height > 1 {
-            (width, height) = (half_size(width), half_size(height));
-            pixels += (width * height) as u64;
-        }
-        pixels.saturating_mul((self.channels.len() * size_of::<f32>()) as u64)
+        let texels = match self.coarser.get() {
+            Some(levels) => levels.iter().map(|level| (level.width * level.height) as u64).sum::<u64>(),
+            None => self.sizes_below().map(|(width, height)| (width * height) as u64).sum(),
+        };
+        let texels = texels + (self.finest.width * self.finest.height) as u64;
+        texels.saturating_mul((self.channels.len() * size_of::<f32>()) as u64)
+    }
+
+    /// The sizes of the levels that are made, coarser and coarser.
+    fn sizes_below(&self) -> impl Iterator<Item = (usize, usize)> {
+        let (width, height) = self.finest.full;
+        // A file may claim any size for an image of which it stores a corner. Levels of it would not fit.
+        let texels = (width as u64).saturating_mul(height as u64);
+        let fits = texels.saturating_mul(self.channels.len() as u64) <= MAX_SAMPLES;
+        let mut size = (width, height);
+        std::iter::from_fn(move || {
+            if !fits || (size.0 <= 1 && size.1 <= 1) {
+                return None;
+            }
+            size = (half_size(size.0), half_size(size.1));
+            Some(size)
+        })
     }
 
     pub(crate) fn finest(&self) -> &Level {
         &self.finest
     }
 
-    /// The levels below the finest, each half as large as the one before, down to a single pixel.
+    /// The levels below the finest: those of the file, or each half as large as the one before, down to a single pixel.
     pub(crate) fn coarser(&self) -> &[Level] {
-        self.coarser.get_or_init(|| {
-            let mut levels: Vec<Level> = Vec::new();
-            loop {
-                let previous = levels.last().unwrap_or(&self.finest);
-                if previous.width <= 1 && previous.height <= 1 {
-                    return levels;
-                }
-                levels.push(halved(previous, self.channels.len(), self.stored));
-            }
+        self.coarser.get_or_init(|| match self.sizes_below().next() {
+            Some(_) => made(&self.finest, self.channels.len(), self.stored),
+            None => Vec::new(),
         })
-    }
-}
-
-/// The next coarser level: each texel is the mean of the area that it covers, stored with the precision of the
-/// file. The rounding is visible: an 8-bit texture has 8-bit mip-maps in the reference too (measured; other types are taken to be alike).
-fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
-    let columns = spans(level.width);
-    let rows = spans(level.height);
-    let mut samples = Vec::with_capacity(columns.len() * rows.len() * n_channels);
-    for row in &rows {
-        for column in &columns {
-            for channel in 0..n_channels {
-                let mut mean = 0.0;
-                for &(y, weight_y) in row {
-                    for &(x, weight_x) in column {
-                        let sample = level.samples[(y * level.width + x) * n_channels + channel];
-                        mean += weight_x * weight_y * in_stored_units(sample, stored);
-                    }
-                }
-                samples.push(rounded_as_stored(mean, stored));
-            }
-        }
-    }
-    Level { width: columns.len(), height: rows.len(), samples }
-}
-
-/// The texels of an axis of `n` in the next coarser level.
-fn half_size(n: usize) -> usize {
-    (n / 2).max(1)
-}
-
-/// For each texel of the halved axis, the texels that it covers and their shares, which sum to 1.
-fn spans(n: usize) -> Vec<Vec<(usize, f64)>> {
-    let n_half = half_size(n);
-    let covered = n as f64 / n_half as f64;
-    (0..n_half)
-        .map(|i| {
-            let (begin, end) = (i as f64 * covered, (i + 1) as f64 * covered);
-            let texels = begin as usize..(end.ceil() as usize).min(n);
-            let share = |x: usize| (end.min((x + 1) as f64) - begin.max(x as f64)) / covered;
-            texels.map(|x| (x, share(x))).collect()
-        })
-        .collect()
-}
-
-/// Integers are averaged as integers, so that ties are exact.
-fn in_stored_units(sample: f32, stored: StoredType) -> f64 {
-    match stored {
-        StoredType::U8 => (f64::from(sample) * 255.0).round(),
-        StoredType::U16 => (f64::from(sample) * 65535.0).round(),
-        StoredType::U32 | StoredType::Half | StoredType::Float => f64::from(sample),
-    }
-}
-
-fn rounded_as_stored(mean: f64, stored: StoredType) -> f32 {
-    match stored {
-        StoredType::U8 => (mean + 0.5).floor() as f32 * (1.0 / 255.0),
-        StoredType::U16 => (mean + 0.5).floor() as f32 * (1.0 / 65535.0),
-        StoredType::U32 => (mean + 0.5).floor() as f32,
-        StoredType::Half => f16::from_f64(mean).to_f32(),
-        StoredType::Float => mean as f32,
     }
 }
 
@@ -183,29 +284,70 @@ fn rounded_as_stored(mean: f64, stored: StoredType) -> f32 {
 mod tests {
     use super::*;
 
-    fn texture(width: usize, height: usize, stored: StoredType, samples: Vec<f32>) -> Texture {
+    fn image(width: usize, height: usize, stored: StoredType, samples: Vec<f32>) -> ImageData {
         let wraps = (Wrap::File, Wrap::File);
-        Texture::new(ImageData {
+        ImageData {
             width,
             height,
             channels: vec!["Y".to_owned()],
             stored,
             wraps,
             n_parts: 1,
+            header: Header::default(),
             samples,
-        })
+        }
+    }
+
+    fn texture(width: usize, height: usize, stored: StoredType, samples: Vec<f32>) -> Texture {
+        Texture::new(image(width, height, stored, samples))
     }
 
     #[test]
-    fn odd_sizes_are_averaged_by_area() {
-        let texture = texture(5, 1, StoredType::Float, vec![1.0, 2.0, 3.0, 4.0, 5.0]);
+    fn levels_of_odd_sizes_are_bilinear_samples() {
+        let texture = texture(5, 1, StoredType::Float, vec![1.0, 2.0, 3.0, 4.0, 6.0]);
         let sizes: Vec<_> = texture.coarser().iter().map(|l| (l.width, l.height)).collect();
         assert_eq!(sizes, [(2, 1), (1, 1)]);
-        // Two and a half texels each: (1 + 2 + 3/2) / 2.5 and its mirror image.
-        assert_eq!(texture.coarser()[0].samples, [1.8, 4.2]);
-        assert_eq!(texture.coarser()[1].samples, [3.0]);
-        assert_eq!(texture.average(0), 3.0);
-        assert_eq!(texture.average(1), 0.0);
+        // The centers lie at texels 0.75 and 3.25, and then in the middle.
+        assert_eq!(texture.coarser()[0].samples, [1.75, 4.5]);
+        assert_eq!(texture.coarser()[1].samples, [3.125]);
+        assert_eq!(texture.average(), Some(vec![3.125]));
+        assert_eq!(texture.n_levels(), 3);
+    }
+
+    /// A part of 2 x 1 texels, at (1, 1) of an image of 4 x 2.
+    fn part(display_window: [i32; 4]) -> Texture {
+        let mut image = image(2, 1, StoredType::Float, vec![4.0, 8.0]);
+        image.header.data_origin = (1, 1);
+        image.header.display_window = Some(display_window);
+        Texture::new(image)
+    }
+
+    #[test]
+    fn a_part_of_an_image_has_black_around_it() {
+        let texture = part([0, 0, 3, 1]);
+        assert_eq!((texture.data_window(), texture.display_window()), ([1, 1, 2, 1], [0, 0, 3, 1]));
+        assert_eq!((texture.n_levels(), texture.bytes()), (3, (2 + 2 + 1) * 4));
+        assert_eq!(texture.coarser()[0].samples, [1.0, 2.0]);
+        assert_eq!(texture.average(), Some(vec![0.0]));
+    }
+
+    #[test]
+    fn a_claim_of_any_size_takes_no_memory() {
+        let texture = part([-i32::MAX, -i32::MAX, i32::MAX, i32::MAX]);
+        assert_eq!((texture.n_levels(), texture.bytes(), texture.coarser().len()), (1, 8, 0));
+        // A window without pixels is none.
+        let texture = part([5, 5, 4, 4]);
+        assert_eq!(texture.finest().full, (2, 1));
+    }
+
+    #[test]
+    fn levels_of_the_file_are_taken() {
+        let mut image = image(4, 1, StoredType::Float, vec![1.0; 4]);
+        image.header.coarser = vec![(2, 1, vec![5.0, 6.0]), (1, 1, vec![7.0]), (1, 1, vec![])];
+        let texture = Texture::new(image);
+        assert_eq!((texture.n_levels(), texture.bytes()), (3, 28));
+        assert_eq!(texture.coarser()[0].samples, [5.0, 6.0]);
+        assert_eq!(texture.average(), Some(vec![7.0]));
     }
 
     #[test]
@@ -233,6 +375,6 @@ mod tests {
     fn a_misfit_has_no_pixels() {
         let texture = texture(5, 1, StoredType::Float, vec![1.0]);
         assert_eq!((texture.width(), texture.coarser().len(), texture.bytes()), (0, 0, 0));
-        assert_eq!(texture.average(0), 0.0);
+        assert_eq!(texture.average(), None);
     }
 }

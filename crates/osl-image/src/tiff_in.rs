@@ -1,7 +1,7 @@
 //! Reading one page of a TIFF file: integers of up to 16 bits and floats, in strips or tiles, chunky or planar.
 //!
-//! Texture tools store the reduced copies of a page as further pages that are marked so; these are passed over,
-//! since the coarser levels are made from the page itself. It must not know other formats.
+//! The pages of a file that a texture tool wrote are the levels of one image. In other files, pages that are marked as
+//! reduced copies of another are passed over. It must not know other formats.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -13,13 +13,12 @@ use tiff::tags::{SampleFormat, Tag};
 
 use crate::error::ImageError;
 use crate::read::{ImageData, StoredType, SubImage, channel_names, check_samples, from_bytes, from_words};
+use crate::tiff_meta;
 use crate::wrap::Wrap;
 
 /// The most pages of a file that are looked at; pages of a damaged file may overlap and be very many.
 const MAX_PAGES: usize = 1024;
 
-/// The private tag in which texture tools keep the wraps, as text like "periodic,clamp".
-const WRAP_MODES: Tag = Tag::Unknown(33303);
 const PAGE_NAME: Tag = Tag::Unknown(285);
 
 /// Whether a file begins as TIFF files of either byte order do, with 32-bit or 64-bit offsets.
@@ -37,24 +36,64 @@ pub(crate) fn decode(
     let damaged = |error: tiff::TiffError| ImageError::format(path, format!("not a readable TIFF: {error}"));
     let decoder = Decoder::new(Cursor::new(bytes)).map_err(damaged)?;
     let mut decoder = decoder.with_limits(limits(limit));
-    let pages = pages(&mut decoder).map_err(damaged)?;
+    let levels = tiff_meta::is_texture(&mut decoder);
+    let mut pages = pages(&mut decoder, levels).map_err(damaged)?;
+    let further = if levels { pages.split_off(pages.len().min(1)) } else { Vec::new() };
     let place = part.among(pages.iter().map(|page| page.name.as_deref()));
     let page = place.and_then(|place| pages.get(place)).ok_or_else(|| part.absent(path, pages.len()))?;
     decoder.seek_to_image(page.index).map_err(damaged)?;
-    let layout = Layout::of(path, &mut decoder, limit)?;
-    let mut result = DecodingResult::U8(Vec::new());
-    decoder.read_image_to_buffer(&mut result).map_err(damaged)?;
-    let wraps = decoder.find_tag(WRAP_MODES).ok().flatten().and_then(|value| value.into_string().ok());
-    let (stored, samples) = layout.samples(path, result)?;
+    let (layout, stored, samples) = pixels(path, &mut decoder, limit)?;
+    let mut header = tiff_meta::header(&mut decoder, (layout.width, layout.height));
+    header.coarser = coarser(path, &mut decoder, &further, &layout);
     Ok(ImageData {
         width: layout.width,
         height: layout.height,
         channels: channel_names(layout.n_channels),
         stored,
-        wraps: wraps.map(|text| Wrap::pair_from_file(&text)).unwrap_or_default(),
+        wraps: header.attributes.text("wrapmodes").map(Wrap::pair_from_file).unwrap_or_default(),
         n_parts: pages.len(),
+        header,
         samples,
     })
+}
+
+/// The pixels of the page that the decoder is at.
+fn pixels(
+    path: &Path,
+    decoder: &mut Decoder<Cursor<&[u8]>>,
+    limit: u64,
+) -> Result<(Layout, StoredType, Vec<f32>), ImageError> {
+    let damaged = |error: tiff::TiffError| ImageError::format(path, format!("not a readable TIFF: {error}"));
+    let layout = Layout::of(path, decoder, limit)?;
+    let mut result = DecodingResult::U8(Vec::new());
+    decoder.read_image_to_buffer(&mut result).map_err(damaged)?;
+    let (stored, samples) = layout.samples(path, result)?;
+    Ok((layout, stored, samples))
+}
+
+/// The pages that are coarser and coarser levels of a texture. The first that is damaged, or not smaller than the one
+/// before, ends them.
+fn coarser(
+    path: &Path,
+    decoder: &mut Decoder<Cursor<&[u8]>>,
+    pages: &[Page],
+    finest: &Layout,
+) -> Vec<(usize, usize, Vec<f32>)> {
+    let mut levels = Vec::new();
+    let mut last = (finest.width, finest.height);
+    for page in pages {
+        // Half as wide and half as high, but for rounding, so that all levels together are smaller than the first.
+        let most =
+            last.0.div_ceil(2).saturating_mul(last.1.div_ceil(2)).saturating_mul(finest.n_channels) as u64;
+        let Ok(()) = decoder.seek_to_image(page.index) else { break };
+        let Ok((layout, _, samples)) = pixels(path, decoder, most) else { break };
+        if layout.n_channels != finest.n_channels || (layout.width, layout.height) == last {
+            break;
+        }
+        last = (layout.width, layout.height);
+        levels.push((layout.width, layout.height, samples));
+    }
+    levels
 }
 
 /// Limits in bytes that let through what the limit of samples does.
@@ -73,7 +112,8 @@ struct Page {
     name: Option<String>,
 }
 
-fn pages(decoder: &mut Decoder<Cursor<&[u8]>>) -> Result<Vec<Page>, tiff::TiffError> {
+/// The pages of a file; reduced copies are passed over unless they are levels.
+fn pages(decoder: &mut Decoder<Cursor<&[u8]>>, levels: bool) -> Result<Vec<Page>, tiff::TiffError> {
     let mut pages = Vec::new();
     let mut next = decoder.ifd_pointer();
     for index in 0..MAX_PAGES {
@@ -86,7 +126,7 @@ fn pages(decoder: &mut Decoder<Cursor<&[u8]>>) -> Result<Vec<Page>, tiff::TiffEr
         next = directory.next();
         let mut tags = decoder.read_directory_tags(&directory);
         let kind = tags.find_tag_unsigned::<u32>(Tag::NewSubfileType).ok().flatten().unwrap_or(0);
-        if index == 0 || kind & 1 == 0 {
+        if index == 0 || levels || kind & 1 == 0 {
             let name = tags.find_tag(PAGE_NAME).ok().flatten().and_then(|value| value.into_string().ok());
             pages.push(Page { index, name });
         }

@@ -26,7 +26,7 @@ fn all_threads_share_one_texture() {
         threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
     assert!(textures.iter().all(|texture| Arc::ptr_eq(texture, &textures[0])));
-    assert_eq!(textures[0].average(0), 1.0);
+    assert_eq!(textures[0].average().unwrap()[0], 1.0);
 }
 
 #[test]
@@ -66,11 +66,11 @@ fn directories_are_searched_in_order() {
     write(&second.path().join("b.png"), 0.0);
     write(&first.path().join("a.png"), 1.0);
     let cache = TextureCache::new(vec![first.path().to_owned(), second.path().to_owned()]);
-    assert_eq!(cache.get("a.png").unwrap().average(0), 1.0);
-    assert_eq!(cache.get("b.png").unwrap().average(0), 0.0);
+    assert_eq!(cache.get("a.png").unwrap().average().unwrap()[0], 1.0);
+    assert_eq!(cache.get("b.png").unwrap().average().unwrap()[0], 0.0);
     // An absolute name is taken as it is, if it leads to one of the places that may be read.
     let absolute = second.path().join("a.png");
-    assert_eq!(cache.get(absolute.to_str().unwrap()).unwrap().average(0), 0.0);
+    assert_eq!(cache.get(absolute.to_str().unwrap()).unwrap().average().unwrap()[0], 0.0);
 }
 
 /// The bytes of a 16 x 16 texture of one channel: 256 + 64 + 16 + 4 + 1 texels.
@@ -174,7 +174,7 @@ fn tiles_by_unit_square() {
     let fifth = 51.0 * (1.0 / 255.0);
     let at = |name: &str, s, t| {
         let (texture, s, t) = cache.tile(name, SubImage::default(), s, t);
-        (texture.map(|texture| texture.average(0)).map_err(|f| f.message().to_owned()), s, t)
+        (texture.map(|texture| texture.average().unwrap()[0]).map_err(|f| f.message().to_owned()), s, t)
     };
     assert_eq!(at("a.<UDIM>.png", 0.25, 0.5), (Ok(0.0), 0.25, 0.5));
     assert_eq!(at("a.<UDIM>.png", 1.25, 1.5), (Ok(1.0), 0.25, 0.5));
@@ -246,5 +246,21 @@ fn links_are_followed_before_they_are_judged() {
     let made = std::process::Command::new("mkfifo").arg(dir.path().join("inside/pipe")).status();
     if made.is_ok_and(|status| status.success()) {
         assert_eq!(cache.get("pipe").unwrap_err().message(), "Could not open file \"pipe\"");
+    }
+}
+
+/// The reasons in the words of the reference's library, by the ending of the name.
+#[test]
+fn failures_have_the_words_of_the_reference() {
+    let cache = TextureCache::default();
+    let text = |name: &str| cache.get(name).unwrap_err().reference_message();
+    assert_eq!(text("no.tx"), "Could not open file: no.tx: No such file or directory");
+    assert_eq!(text("no.EXR"), "Could not open file \"no.EXR\"");
+    assert_eq!(text(""), "ImageInput::create() called with no filename");
+    for name in ["no", "no.", "no.such", "no. "] {
+        let expected = format!(
+            "Image \"{name}\" does not exist. Also, it is not the name of an image format that OpenImageIO recognizes."
+        );
+        assert_eq!(text(name), expected);
     }
 }

@@ -105,6 +105,7 @@ fn small_texture(seed: u32, width: usize, height: usize, n_channels: usize) -> T
         stored: StoredType::Float,
         wraps: (Wrap::File, Wrap::File),
         n_parts: 1,
+        header: Default::default(),
         samples: (0..width * height * n_channels).map(value).collect(),
     })
 }
@@ -229,6 +230,7 @@ proptest! {
             stored: StoredType::Float,
             wraps: (Wrap::File, Wrap::File),
             n_parts: 1,
+            header: Default::default(),
             samples: vec![0.75; 60],
         });
         let [ds_dx, dt_dx, ds_dy, dt_dy] = steps;

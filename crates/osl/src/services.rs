@@ -62,7 +62,8 @@ impl Renderer {
         let find: FindSpace = Arc::new(move |space: &str| asked.transform(space));
         spaces.set_lookup(find);
         let textures = TextureCache::new(answers.texture_folders());
-        let services = Arc::new(Services { ray: answers.ray_type(), spaces, textures });
+        let services =
+            Arc::new(Services { ray: answers.ray_type(), spaces, textures, ..Services::default() });
         Renderer { answers, services }
     }
 }

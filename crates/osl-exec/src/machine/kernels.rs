@@ -24,7 +24,10 @@ impl<A: Arithmetic> Machine<'_, A> {
             Kernel::Texture { options, footprint, quiet, tangents, .. } => {
                 self.texture(options, (*footprint, *quiet, *tangents), step, mask);
             }
-            Kernel::Environment { options, quiet, .. } => self.environment(options, *quiet, step, mask),
+            Kernel::Environment { options, footprint, quiet, .. } => {
+                self.environment(options, (*footprint, *quiet), step, mask);
+            }
+            Kernel::Volume { options, quiet, .. } => self.volume(options, *quiet, step, mask),
             Kernel::TextureInfo { kind, count } => self.texture_info(*kind, usize::from(*count), step, mask),
             Kernel::Text(function) => self.pure(step, mask, |args| function.eval(args)),
             Kernel::DictFind => self.dict_find(step, mask),

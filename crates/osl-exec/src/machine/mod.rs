@@ -19,6 +19,7 @@ mod point;
 mod shared;
 mod text;
 mod texture;
+mod texture_info;
 mod work;
 
 use crate::arithmetic::{Arithmetic, Word};

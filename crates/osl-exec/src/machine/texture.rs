@@ -1,4 +1,6 @@
-//! Texture lookups and queries, one lane at a time.
+//! Texture lookups, one lane at a time.
+//!
+//! What a texture's header says is told by `texture_info`.
 
 use super::Machine;
 use super::mask::Mask;
@@ -6,9 +8,10 @@ use crate::arithmetic::Arithmetic;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
 use osl_image::{
-    Footprint, Interp, LookupOptions, Sample, SubImage, Texture, TextureCache, Wrap, lookup, lookup_values,
+    Footprint, Interp, LoadFailure, LookupOptions, Sample, SubImage, Texture, TextureCache, Wrap,
+    environment, lookup, lookup_values,
 };
-use osl_ir::ir::{Const, Kind, TextureOption};
+use osl_ir::ir::{Const, TextureOption};
 use std::sync::Arc;
 
 /// What the options of a lookup come to.
@@ -17,9 +20,17 @@ struct Options {
     lookup: LookupOptions,
     /// The image of the file, by number or name.
     part: Part,
-    /// What the lookup yields instead where there is no file.
-    missing_color: Option<[f32; 3]>,
-    missing_alpha: f32,
+    /// What the channels are instead where there is no file; without any, it is an error.
+    missing: Option<[Option<f32>; 4]>,
+}
+
+impl Options {
+    /// Color and alpha where there is no file; the alpha is the channel behind those that are wanted.
+    fn instead(&self, channels: usize) -> ([f32; 3], f32) {
+        let [r, g, b, a] =
+            self.missing.unwrap_or_default().map(|channel| channel.unwrap_or(self.lookup.fill));
+        ([r, g, b], if channels == 1 { g } else { a })
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +60,16 @@ struct Opened {
     part: Part,
     /// Whether the name stands for a texture in each unit square.
     tiled: bool,
-    texture: Result<Arc<Texture>, Arc<str>>,
+    texture: Result<Arc<Texture>, Failure>,
+}
+
+/// Why there is no texture.
+#[derive(Clone)]
+struct Failure {
+    name: Arc<str>,
+    why: Arc<LoadFailure>,
+    /// Whether it is a square without a file among others that have one, which is no error.
+    hole: bool,
 }
 
 impl<A: Arithmetic> Machine<'_, A> {
@@ -64,9 +84,10 @@ impl<A: Arithmetic> Machine<'_, A> {
         let [name, s, t, rest @ ..] = &step.args[..] else { return };
         let (values, slopes) = rest.split_at(options.len().min(rest.len()));
         let slopes = if footprint { slopes } else { &[] };
+        let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
         for lane in self.lanes(&step.outs, mask) {
-            let given = self.lookup_options(options, values, lane);
+            let given = self.lookup_options(options, values, channels, lane);
             let float = |m: &Self, o: &Operand| m.single(*o, lane);
             let at = (float(self, s), float(self, t));
             let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
@@ -75,11 +96,10 @@ impl<A: Arithmetic> Machine<'_, A> {
             let [ds_dx, dt_dx, ds_dy, dt_dy] = slope;
             let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
             let sample = opened.map(|texture| {
-                let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
                 if tangents {
-                    lookup(texture, s, t, &footprint, channels, &given.lookup)
+                    lookup(texture, s, t, &footprint, channels + 1, &given.lookup)
                 } else {
-                    let value = lookup_values(texture, s, t, &footprint, channels, &given.lookup);
+                    let value = lookup_values(texture, s, t, &footprint, channels + 1, &given.lookup);
                     Sample { value, ..Sample::default() }
                 }
             });
@@ -101,37 +121,51 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Lookups by direction, without filtering: y is up, and the middle of the image looks along -z.
+    /// Lookups by direction.
     pub(super) fn environment(
         &mut self,
         options: &[TextureOption],
-        quiet: bool,
+        (footprint, quiet): (bool, bool),
         step: &KernelStep,
         mask: &Mask,
     ) {
-        let [name, direction, values @ ..] = &step.args[..] else { return };
+        let [name, direction, rest @ ..] = &step.args[..] else { return };
+        let (values, changes) = rest.split_at(options.len().min(rest.len()));
+        let changes = if footprint { changes } else { &[] };
+        let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
         for lane in self.lanes(&step.outs, mask) {
-            let mut given = self.lookup_options(options, values, lane);
-            (given.lookup.wrap_s, given.lookup.wrap_t) = (Wrap::Periodic, Wrap::Clamp);
-            let [x, y, z] = self.singles(*direction, lane).map(f64::from);
-            let s = (-x).atan2(z) / std::f64::consts::TAU + 0.5;
-            let t = 0.5 - y.atan2(x.hypot(z)) / std::f64::consts::PI;
+            let given = self.lookup_options(options, values, channels, lane);
+            let towards = self.singles(*direction, lane);
+            let change =
+                |m: &Self, index: usize| changes.get(index).map_or([0.0; 3], |o| m.singles(*o, lane));
+            let (d_dx, d_dy) = (change(self, 0), change(self, 1));
             let name = (self.bits(*name, lane), &given.part);
             let (opened, ..) = self.opened(&mut opened, name, (0.0, 0.0));
             let sample = opened.map(|texture| {
-                let channels = step.outs.first().map_or(1, |o| o.words as usize) + 1;
-                let value = lookup_values(
-                    texture,
-                    s as f32,
-                    t as f32,
-                    &Footprint::default(),
-                    channels,
-                    &given.lookup,
-                );
+                let value = environment(texture, towards, d_dx, d_dy, channels + 1, &given.lookup);
                 Sample { value, ..Sample::default() }
             });
             self.deliver(step, (lane, mask), &sample, (quiet, "environment"), &given);
+        }
+    }
+
+    /// Lookups in volumes, none of which can be read.
+    pub(super) fn volume(&mut self, options: &[TextureOption], quiet: bool, step: &KernelStep, mask: &Mask) {
+        let [name, values @ ..] = &step.args[..] else { return };
+        let channels = step.outs.first().map_or(1, |o| o.words as usize);
+        let mut opened: Option<Opened> = None;
+        for lane in self.lanes(&step.outs, mask) {
+            let given = self.lookup_options(options, values, channels, lane);
+            let number = self.bits(*name, lane);
+            let (file, ..) = self.opened(&mut opened, (number, &given.part), (0.0, 0.0));
+            let unread = || Failure {
+                name: self.text(number),
+                why: LoadFailure::new("texture3d: volume files are not supported"),
+                hole: false,
+            };
+            let failure = file.err().cloned().unwrap_or_else(unread);
+            self.deliver(step, (lane, mask), &Err(&failure), (quiet, "texture3d"), &given);
         }
     }
 
@@ -140,26 +174,25 @@ impl<A: Arithmetic> Machine<'_, A> {
         &mut self,
         step: &KernelStep,
         (lane, mask): (usize, &Mask),
-        sample: &Result<Sample, &Arc<str>>,
+        sample: &Result<Sample, &Failure>,
         (quiet, function): (bool, &str),
         given: &Options,
     ) {
         let [color, alpha, message, ..] = &step.outs[..] else { return };
         let behind = color.words as usize;
-        let (value, beyond, text): ([f32; 3], f32, Arc<str>) = match (sample, given.missing_color) {
-            (Ok(sample), _) => {
+        let (value, beyond, text): ([f32; 3], f32, Arc<str>) = match sample {
+            Ok(sample) => {
                 let [r, g, b, a] = sample.value;
                 ([r, g, b], if behind == 1 { g } else { a }, "".into())
             }
-            (Err(_), Some(color)) => (color, given.missing_alpha, "".into()),
-            (Err(why), None) => {
-                if !quiet {
-                    let text = format!("[RendererServices::{function}] {why}");
-                    let name = step.args.first().map(|name| self.text(self.bits(*name, lane)));
-                    let message = Message { file: name, ..Message::error(text) };
-                    self.report(step, lane, mask, message);
-                }
-                ([0.0; 3], 0.0, (*why).clone())
+            Err(failure) => {
+                let (value, beyond) = given.instead(behind);
+                let text = if given.missing.is_some() {
+                    "".into()
+                } else {
+                    self.failed(failure, (step, lane, mask), quiet, function)
+                };
+                (value, beyond, text)
             }
         };
         self.set_floats(*color, lane, &value);
@@ -169,6 +202,28 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
+    /// Tells why there is no texture: to the shader if it wants to know, else to whoever runs it.
+    fn failed(
+        &mut self,
+        failure: &Failure,
+        (step, lane, mask): (&KernelStep, usize, &Mask),
+        quiet: bool,
+        function: &str,
+    ) -> Arc<str> {
+        let Failure { name, why, hole } = failure;
+        let text: Arc<str> = match self.services.reference_texts {
+            // It tells the shader once for each file.
+            true if quiet && (*hole || why.take_report().is_none()) => "unknown".into(),
+            true => why.reference_message().into(),
+            false => why.message().into(),
+        };
+        if !quiet && !hole {
+            let text = format!("[RendererServices::{function}] {text}");
+            self.report(step, lane, mask, Message::error(text).about_file(name.clone()));
+        }
+        text
+    }
+
     /// The texture of a name at (s, t), or why there is none, and the coordinates in it. The one of the lane before is
     /// at hand.
     fn opened<'o>(
@@ -176,22 +231,33 @@ impl<A: Arithmetic> Machine<'_, A> {
         last: &'o mut Option<Opened>,
         (number, part): (u32, &Part),
         (s, t): (f32, f32),
-    ) -> (Result<&'o Arc<Texture>, &'o Arc<str>>, f32, f32) {
+    ) -> (Result<&'o Arc<Texture>, &'o Failure>, f32, f32) {
         let same = |opened: &Opened| opened.number == number && opened.part == *part && !opened.tiled;
         let (opened, s, t) = match last.take().filter(same) {
             Some(opened) => (opened, s, t),
             None => {
                 let name = self.text(number);
-                let (loaded, s, t) = self.services.textures.tile(&name, part.sub_image(), s, t);
-                let texture = loaded.map_err(|failure| failure.message().into());
+                let textures = &self.services.textures;
                 let tiled = TextureCache::is_tiled(&name);
+                let (loaded, s, t) = textures.tile(&name, part.sub_image(), s, t);
+                let texture = loaded.map_err(|why| {
+                    let hole = tiled && why.is_missing() && !textures.tiles(&name).is_empty();
+                    Failure { name, why, hole }
+                });
                 (Opened { number, part: part.clone(), tiled, texture }, s, t)
             }
         };
         (last.insert(opened).texture.as_ref(), s, t)
     }
 
-    fn lookup_options(&self, options: &[TextureOption], values: &[Operand], lane: usize) -> Options {
+    /// The options of a lookup of so many channels.
+    fn lookup_options(
+        &self,
+        options: &[TextureOption],
+        values: &[Operand],
+        channels: usize,
+        lane: usize,
+    ) -> Options {
         let mut given = Options::default();
         let lookup = &mut given.lookup;
         for (option, value) in options.iter().zip(values) {
@@ -214,9 +280,15 @@ impl<A: Arithmetic> Machine<'_, A> {
                 TextureOption::SBlur => lookup.blur.0 = number,
                 TextureOption::TBlur => lookup.blur.1 = number,
                 TextureOption::MissingColor => {
-                    given.missing_color = Some(self.singles(*value, lane));
+                    let [_, _, _, alpha] = given.missing.unwrap_or_default();
+                    let [r, g, b] = self.singles(*value, lane).map(Some);
+                    given.missing = Some([r, g, b, alpha.or(Some(0.0))]);
                 }
-                TextureOption::MissingAlpha => given.missing_alpha = number,
+                // It takes the place of the channel behind those that are wanted.
+                TextureOption::MissingAlpha => {
+                    let missing = given.missing.get_or_insert_default();
+                    missing[if channels == 1 { 1 } else { 3 }] = Some(number);
+                }
                 TextureOption::SubImage => {
                     given.part = Part::Index(usize::try_from(word as i32).unwrap_or(0))
                 }
@@ -225,62 +297,4 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
         given
     }
-
-    /// A datum of a texture's header.
-    pub(super) fn texture_info(&mut self, kind: Kind, count: usize, step: &KernelStep, mask: &Mask) {
-        let Some((found, outs)) = step.outs.split_last() else { return };
-        for lane in self.lanes(&step.outs, mask) {
-            let [Const::Str(file), Const::Str(datum)] = &self.values(&step.args, &step.kinds, lane)[..]
-            else {
-                return;
-            };
-            let values = if &**datum == "exists" {
-                Some(vec![Const::Int(self.services.textures.exists(file).into())])
-            } else {
-                match self.services.textures.get(file) {
-                    Ok(texture) => header(&texture, datum, kind, count),
-                    Err(failure) => {
-                        let (shader, why) = (self.program.shader(step.span), failure.message());
-                        let text = format!("Shader error [{shader}]: Invalid image file \"{file}\": {why}");
-                        let message = Message::error(text).about_file(file.clone());
-                        self.report(step, lane, mask, message);
-                        None
-                    }
-                }
-            };
-            let fits = |v: &Vec<Const>| v.len() == count.max(1) && v.iter().all(|v| v.kind() == kind);
-            let values = values.filter(fits);
-            self.set_bits(*found, lane, values.is_some().into());
-            for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
-                self.set_value(*out, lane, &value);
-            }
-        }
-    }
-}
-
-/// What a texture's header says, in the form that is asked for.
-fn header(texture: &Texture, datum: &str, kind: Kind, count: usize) -> Option<Vec<Const>> {
-    let int = |n: usize| Const::Int(i32::try_from(n).unwrap_or(i32::MAX));
-    let (width, height) = (texture.width(), texture.height());
-    let means = |n: usize| (0..n).map(|c| texture.average(c)).collect::<Vec<f32>>();
-    Some(match datum {
-        "resolution" if count == 3 => vec![int(width), int(height), Const::Int(1)],
-        "resolution" => vec![int(width), int(height)],
-        "channels" => vec![int(texture.channels().len())],
-        "subimages" => vec![int(texture.n_parts())],
-        "textureformat" | "texturetype" => vec![Const::Str("Plain Texture".into())],
-        "datawindow" | "displaywindow" => {
-            vec![Const::Int(0), Const::Int(0), int(width.saturating_sub(1)), int(height.saturating_sub(1))]
-        }
-        "averagecolor" if kind == Kind::Triple => match means(3)[..] {
-            [r, g, b] => vec![Const::Triple([r, g, b])],
-            _ => return None,
-        },
-        "averagecolor" => means(count.max(1)).into_iter().map(Const::Float).collect(),
-        "averagealpha" => {
-            let alpha = texture.channels().iter().position(|c| c == "A");
-            vec![Const::Float(alpha.map_or(1.0, |c| texture.average(c)))]
-        }
-        _ => return None,
-    })
 }

@@ -32,7 +32,10 @@ fn of_kernel(kernel: &Kernel) -> u64 {
     match kernel {
         Kernel::Noise { triple, .. } => 4 << u32::from(*triple),
         Kernel::NamedNoise { .. } => 1600,
-        Kernel::Texture { .. } | Kernel::Environment { .. } | Kernel::TextureInfo { .. } => 160,
+        Kernel::Texture { .. }
+        | Kernel::Environment { .. }
+        | Kernel::Volume { .. }
+        | Kernel::TextureInfo { .. } => 160,
         Kernel::Regex { .. } => 200,
         Kernel::DictFind => 1600,
         Kernel::Print { .. } => 400,

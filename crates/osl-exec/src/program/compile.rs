@@ -132,7 +132,7 @@ impl<'a> Compiler<'a> {
     fn define(&mut self, v: ValueId) -> Place {
         let words = words_of(self.body.kind(v));
         let place = if self.body.value(v).rate == Rate::Uniform {
-            self.words.resize(self.words.len() + words as usize, Seed::Bits(0));
+            self.words.resize(self.words.len() + words as usize, Seed::Computed);
             Place::Words((self.words.len() - words as usize) as u32)
         } else {
             let last = self.last_use[v.index()].max(self.position);
@@ -379,7 +379,7 @@ impl<'a> Compiler<'a> {
                     let place = Place::Lanes { reg, component: base + component as u32, cells };
                     let to = Operand { place, words: 1, kind };
                     let step = match word {
-                        Seed::Bits(_) => LaneStep::new(LaneOp::IOr, &[from, from], to, life),
+                        Seed::Bits(_) | Seed::Computed => LaneStep::new(LaneOp::IOr, &[from, from], to, life),
                         Seed::Float(_) => LaneStep::new(LaneOp::Still, &[from], to, life),
                     };
                     steps.push(Step::Lane(step));

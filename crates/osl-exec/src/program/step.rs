@@ -183,6 +183,8 @@ pub(crate) enum Seed {
     Bits(u32),
     /// A float.
     Float(f32),
+    /// 0, until a step writes it.
+    Computed,
 }
 
 impl Seed {
@@ -191,6 +193,7 @@ impl Seed {
         match self {
             Seed::Bits(bits) => A::Word::of(bits),
             Seed::Float(x) => A::of(x),
+            Seed::Computed => A::Word::of(0),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Texture lookups and queries.
 
 use super::{Builtin, Emitted, Site};
-use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, TextureOption, ValueId};
+use crate::ir::{Builder, Kernel, Kind, LaneOp, TextureOption, ValueId};
 use crate::types::Type;
 
 pub(super) static ROWS: &[Builtin] = &[
@@ -22,7 +22,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "slopes of the filtered image along s and t times the changes of s and t, given or their own",
     )
     .extremes(
-        "A file that is missing is an error of the run and gives 0, unless missingcolor or \
+        "A file that is missing is an error of the run and gives \"fill\", unless missingcolor, missingalpha or \
                errormessage is given. Coordinates beyond the image follow the wrap mode, black by default; \
                inf and nan give a color, never a failure. Huge derivatives read the smallest image of the \
                pyramid.",
@@ -32,10 +32,13 @@ pub(super) static ROWS: &[Builtin] = &[
         "texture3d",
         &["f(s,p,*)", "c(s,p,*)", "v(s,p,*)", "f(s,p,v,v,v,*)", "c(s,p,v,v,v,*)", "v(s,p,v,v,v,*)"],
         texture3d,
-        "Channels of a volume; volume files are not read, so it reports an error and gives 0.",
+        "Channels of a volume; volume files are not read, so each is as one that is missing.",
     )
     .derivatives("zero")
-    .extremes("Always 0, with an error of the run or the text in errormessage.")
+    .extremes(
+        "Always missingcolor and missingalpha where one is given, else \"fill\" with an error of the run or the text \
+               in errormessage.",
+    )
     .example("string trouble = \"\"; color c = texture3d(\"smoke.vdb\", P, \"errormessage\", trouble);"),
     Builtin::compose(
         "environment",
@@ -46,8 +49,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("zero")
     .extremes(
-        "The zero vector, inf and nan give a color, never a failure. A missing file is an error of \
-               the run and gives 0, unless missingcolor or errormessage is given.",
+        "The zero vector, inf and nan give a color, never a failure. A missing file is an error of the run and \
+               gives \"fill\", unless missingcolor, missingalpha or errormessage is given.",
     )
     .example(
         "string trouble = \"\"; color c = environment(\"sky.exr\", vector(0, 1, 0), \"errormessage\", \
@@ -57,8 +60,8 @@ pub(super) static ROWS: &[Builtin] = &[
         "gettextureinfo",
         &["i(s,s,o?)", "i(s,s,o?[])", "i(s,f,f,s,o?)", "i(s,f,f,s,o?[])"],
         info,
-        "A datum of a texture's header: exists, resolution, channels, averagecolor and others; 1 if it has \
-         it.",
+        "A datum of a texture's header: exists, resolution, channels, averagecolor, any attribute of the file; 1 if \
+         it has it.",
     )
     .derivatives("none: the result is an int")
     .extremes(
@@ -87,6 +90,10 @@ fn rest(b: &mut Builder, s: &Site<'_>) -> Rest {
     let from = s.signature.params.len();
     for index in (from..s.args.len().saturating_sub(1)).step_by(2) {
         let Some(name) = s.literal(index) else { continue };
+        // The reference passes over an empty name and its value.
+        if name.is_empty() {
+            continue;
+        }
         let (at, value) = (index + 1, s.arg(index + 1));
         let ty = s.types.get(at).copied().unwrap_or(Type::ERROR);
         match OPTIONS.iter().find(|option| option.name == &**name && option.takes(ty)) {
@@ -140,9 +147,27 @@ fn texture(b: &mut Builder, s: &Site<'_>) -> Emitted {
 fn environment(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let kind = kind_of(s);
     let rest = rest(b, s);
+    let footprint = s.signature.params.len() == 4;
     let mut args: Vec<_> = s.args.iter().take(2).copied().collect();
     args.extend(&rest.values);
+    if footprint {
+        args.extend(s.args.get(2..4).unwrap_or(&[]));
+    }
     let kernel = Kernel::Environment {
+        triple: kind == Kind::Triple,
+        options: rest.options.clone(),
+        footprint,
+        quiet: rest.message.is_some(),
+    };
+    finish(&rest, &b.kernel_of(kernel, &args, &[kind, Kind::Float, Kind::Str]))
+}
+
+fn texture3d(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let kind = kind_of(s);
+    let rest = rest(b, s);
+    let mut args = vec![s.arg(0)];
+    args.extend(&rest.values);
+    let kernel = Kernel::Volume {
         triple: kind == Kind::Triple,
         options: rest.options.clone(),
         quiet: rest.message.is_some(),
@@ -150,22 +175,13 @@ fn environment(b: &mut Builder, s: &Site<'_>) -> Emitted {
     finish(&rest, &b.kernel_of(kernel, &args, &[kind, Kind::Float, Kind::Str]))
 }
 
-fn texture3d(b: &mut Builder, s: &Site<'_>) -> Emitted {
-    let rest = rest(b, s);
-    let text = "texture3d: volume files are not supported";
-    if rest.message.is_none() {
-        b.kernel_of(Kernel::Report { text: text.into(), places: Vec::new() }, &[], &[]);
-    }
-    let value = b.constant(Const::zero(kind_of(s)));
-    let alpha = b.float(0.0);
-    let message = b.constant(Const::Str(text.into()));
-    finish(&rest, &[value, alpha, message])
-}
-
 fn info(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let last = s.args.len().saturating_sub(1);
     let (kind, count, kinds) = super::scene::wanted(b, s, last);
-    let args = [s.arg(0), s.arg(last.saturating_sub(1))];
+    let mut args = vec![s.arg(0), s.arg(last.saturating_sub(1))];
+    if s.signature.params.len() == 5 {
+        args.extend([s.arg(1), s.arg(2)]);
+    }
     let mut values = b.kernel_of(Kernel::TextureInfo { kind, count }, &args, &kinds);
     let Some(found) = values.pop() else { return Emitted::default() };
     super::scene::store_found(b, s, last, found, &values)

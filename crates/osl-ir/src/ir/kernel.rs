@@ -64,9 +64,21 @@ pub enum Kernel {
         /// Whether tangents are wanted.
         tangents: bool,
     },
-    /// A lookup in a picture of all directions: file name, direction, the values of `options`. Results as for
-    /// [`Kernel::Texture`] without tangents.
+    /// A lookup in a picture of all directions: file name, direction, the values of `options`, then if `footprint` the
+    /// change of the direction along x and along y. Results as for [`Kernel::Texture`] without tangents.
     Environment {
+        /// Whether three channels are wanted.
+        triple: bool,
+        /// The options whose values follow.
+        options: Vec<TextureOption>,
+        /// Whether two triples tell the footprint: given by the shader, or added by the `derive` pass.
+        footprint: bool,
+        /// Whether the error message is wanted.
+        quiet: bool,
+    },
+    /// A lookup in a volume, of which none is read: file name and the values of `options`. Results as for
+    /// [`Kernel::Texture`] without tangents.
+    Volume {
         /// Whether three channels are wanted.
         triple: bool,
         /// The options whose values follow.
@@ -74,8 +86,8 @@ pub enum Kernel {
         /// Whether the error message is wanted.
         quiet: bool,
     },
-    /// A query of a texture's header: file name and name of the datum. Results: `count` values of the kind, then
-    /// whether it was found.
+    /// A query of a texture's header: file name, name of the datum, and s and t if the name may stand for many files of
+    /// which one is meant. Results: `count` values of the kind, then whether it was found.
     TextureInfo {
         /// Kind of the values.
         kind: Kind,
@@ -344,6 +356,24 @@ impl Kernel {
                 | Kernel::SplineInverse { tangents: true, .. }
                 | Kernel::Attribute { tangents: true, .. }
         )
+    }
+
+    /// Which arguments tell, by their tangents, what a lookup sees; none if it has been told.
+    pub fn unseen(&self) -> Option<std::ops::Range<usize>> {
+        match self {
+            Kernel::Texture { footprint: false, .. } => Some(1..3),
+            Kernel::Environment { footprint: false, .. } => Some(1..2),
+            _ => None,
+        }
+    }
+
+    /// The form of a lookup that has been told what it sees.
+    #[must_use]
+    pub fn with_footprint(mut self) -> Kernel {
+        if let Kernel::Texture { footprint, .. } | Kernel::Environment { footprint, .. } = &mut self {
+            *footprint = true;
+        }
+        self
     }
 
     /// Which arguments have tangents that it takes.

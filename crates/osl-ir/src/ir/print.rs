@@ -142,8 +142,12 @@ fn kernel_name(kernel: &Kernel) -> String {
             ];
             format!("texture{}", with_options(&flags, options))
         }
-        Kernel::Environment { triple, options, quiet } => {
-            format!("environment{}", with_options(&[(*triple, ".triple"), (*quiet, ".quiet")], options))
+        Kernel::Environment { triple, options, footprint, quiet } => {
+            let flags = [(*triple, ".triple"), (*quiet, ".quiet"), (*footprint, ".footprint")];
+            format!("environment{}", with_options(&flags, options))
+        }
+        Kernel::Volume { triple, options, quiet } => {
+            format!("volume{}", with_options(&[(*triple, ".triple"), (*quiet, ".quiet")], options))
         }
         Kernel::TextureInfo { kind: of, count } => format!("texture_info {}[{count}]", kind(*of)),
         Kernel::Text(function) => function.text().to_string(),

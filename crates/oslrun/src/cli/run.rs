@@ -154,7 +154,7 @@ pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> S
     folders.extend(args.texture_path.iter().cloned());
     let bytes = args.texture_memory.saturating_mul(1 << 20);
     let textures = TextureCache::with_budget(folders, bytes).allow_files(args.allow_files);
-    Services { ray: args.raytype.clone(), spaces, textures }
+    Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
 }
 
 /// A frame, the times that running and writing it took, and the file if it is written already, though not yet in place.

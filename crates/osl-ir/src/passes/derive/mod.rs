@@ -60,8 +60,8 @@ pub(super) fn is_smooth(op: LaneOp) -> bool {
 /// Whether anything asks for tangents.
 pub(super) fn asks(body: &Body) -> bool {
     body.blocks.iter().flat_map(|block| &block.insts).any(|inst| match &inst.op {
-        Op::Derivative(..) | Op::Kernel(Kernel::Texture { footprint: false, .. }, _) => true,
-        Op::Kernel(kernel, _) => kernel.is_filtered(),
+        Op::Derivative(..) => true,
+        Op::Kernel(kernel, _) => kernel.is_filtered() || kernel.unseen().is_some(),
         _ => false,
     })
 }
@@ -103,9 +103,10 @@ impl Demand {
     fn block(&mut self, body: &Body, id: BlockId) {
         for inst in body.block(id).insts.iter().rev() {
             match &inst.op {
-                Op::Kernel(Kernel::Texture { footprint: false, .. }, args) => {
+                Op::Kernel(kernel, args) if kernel.unseen().is_some() => {
                     self.any = true;
-                    args.iter().skip(1).take(2).for_each(|a| self.want(*a));
+                    let coordinates = kernel.unseen().and_then(|range| args.get(range));
+                    coordinates.unwrap_or(&[]).iter().for_each(|a| self.want(*a));
                 }
                 Op::Derivative(of, _) => {
                     self.any = true;
@@ -256,7 +257,7 @@ impl Writer<'_> {
                 let tangent = self.tangent_or_zero(of, axis);
                 inst.results.iter().for_each(|r| self.renaming.set(*r, tangent));
             }
-            Op::Kernel(Kernel::Texture { .. }, _) => self.texture(inst),
+            Op::Kernel(Kernel::Texture { .. } | Kernel::Environment { .. }, _) => self.texture(inst),
             Op::Kernel(ref kernel, ref args) if kernel.is_smooth() => {
                 let wanted = inst.results.first().is_some_and(|r| self.wants(*r));
                 let moving =
@@ -344,10 +345,10 @@ impl Writer<'_> {
 
     /// Gives a texture lookup its footprint, and has it compute tangents of the channels where they are wanted.
     fn texture(&mut self, mut inst: Inst) {
-        let Op::Kernel(Kernel::Texture { footprint, tangents, .. }, args) = &mut inst.op else { return };
-        if !*footprint {
-            *footprint = true;
-            let coordinates: Values = args.iter().skip(1).take(2).copied().collect();
+        let Op::Kernel(kernel, args) = &mut inst.op else { return };
+        if let Some(range) = kernel.unseen() {
+            *kernel = kernel.clone().with_footprint();
+            let coordinates: Values = args.get(range).unwrap_or(&[]).iter().copied().collect();
             for axis in Axis::BOTH {
                 for coordinate in &coordinates {
                     let tangent = self.tangent_or_zero(*coordinate, axis);
@@ -356,7 +357,9 @@ impl Writer<'_> {
             }
         }
         let channels: Values = inst.results.iter().take(2).copied().collect();
-        if channels.iter().any(|r| self.wants(*r)) {
+        if let Kernel::Texture { tangents, .. } = kernel
+            && channels.iter().any(|r| self.wants(*r))
+        {
             *tangents = true;
             for channel in channels {
                 self.result_tangents(channel, &mut inst.results);

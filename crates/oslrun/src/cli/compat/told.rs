@@ -9,7 +9,8 @@ use super::settings::Settings;
 use crate::cli::output;
 use osl_exec::{Event, Message, Program};
 use osl_syntax::source::SourceMap;
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
+use std::sync::Arc;
 
 /// Errors, and warnings, that a text is compared with.
 const REMEMBERED: usize = 25;
@@ -22,8 +23,16 @@ pub(in crate::cli) struct Teller<'a> {
     warnings_left: usize,
     /// The texts that were told last: errors, and warnings.
     last: [VecDeque<String>; 2],
+    /// Files that lookups could not open, of which the reference's texture library tells once.
+    lost: HashSet<Arc<str>>,
     /// Whether text waits in the standard output.
     waiting: bool,
+}
+
+/// Whether a message is that of a lookup in a file that cannot be opened.
+fn is_lookup(message: &Message) -> bool {
+    let functions = ["texture", "texture3d", "environment"];
+    functions.iter().any(|f| message.text.starts_with(&format!("[RendererServices::{f}] ")))
 }
 
 impl<'a> Teller<'a> {
@@ -34,6 +43,7 @@ impl<'a> Teller<'a> {
             settings: settings.clone(),
             warnings_left: settings.max_warnings,
             last: Default::default(),
+            lost: HashSet::new(),
             waiting: false,
         }
     }
@@ -78,6 +88,11 @@ impl<'a> Teller<'a> {
                 Some(left) => self.warnings_left = left,
                 None => return,
             }
+        }
+        if let Some(file) = message.file.as_ref().filter(|_| is_lookup(message))
+            && !self.lost.insert(file.clone())
+        {
+            return;
         }
         let [errors, warnings] = &mut self.last;
         let (last, kind) = if message.error { (errors, "ERROR") } else { (warnings, "WARNING") };

@@ -129,12 +129,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     };
     let pool = match job.threads {
         0 => None,
-        n => Some(
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(n)
-                .build()
-                .map_err(|why| format!("testshade: cannot start {n} threads: {why}"))?,
-        ),
+        n => Some(threads(n)?),
     };
     let started = Instant::now();
     let primaries = job.settings.primaries(console);
@@ -157,7 +152,8 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let renderer = job.renderer();
     let mut spaces = renderer.spaces();
     spaces.set(&job.settings.common_space, osl_ir::numeric::matrix::diagonal(1.0));
-    let services = Services { ray: job.raytype.clone(), spaces, textures: setup::textures(&job) };
+    let textures = setup::textures(&job);
+    let services = Services { ray: job.raytype.clone(), spaces, textures, reference_texts: true };
     let mut teller = Teller::new(&sources, &job.settings);
     let mut last = None;
     for round in 0..job.iterations {
@@ -170,7 +166,9 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
             told.err = &mut silent;
         }
         let program = compile(&group, primaries, &renderer, &outputs, &sources, &mut told)?;
-        let machine = (&renderer, &services, pool.as_ref());
+        // Where lookups tell shaders why they fail, the first of a file tells more: it has to be the same in all runs.
+        let alone = if program.has_error_messages() { Some(threads(1)?) } else { None };
+        let machine = (&renderer, &services, alone.as_ref().or(pool.as_ref()));
         let mut frame = run(&program, machine, (!job.print).then_some(&mut teller), console)?;
         // The tool prints the values of points before what the shaders said there.
         if job.print {
@@ -220,6 +218,12 @@ fn run(
         all.add(frame);
     }
     Ok(all)
+}
+
+/// So many threads to run on.
+fn threads(n: usize) -> Result<rayon::ThreadPool, String> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
+    pool.map_err(|why| format!("testshade: cannot start {n} threads: {why}"))
 }
 
 /// Compiles the group, and says which closures do not suit the tool.

@@ -1,0 +1,150 @@
+//! What the header of a texture says, one lane at a time.
+
+use super::Machine;
+use super::mask::Mask;
+use crate::arithmetic::Arithmetic;
+use crate::message::Message;
+use crate::program::{KernelStep, Operand, Place};
+use osl_image::{Attribute, LoadFailure, SubImage, Texture, TextureCache};
+use osl_ir::ir::{Const, Kind};
+use std::sync::Arc;
+
+/// The value of a datum, or the file that cannot be read.
+type Answer = Result<Option<Vec<Const>>, Arc<LoadFailure>>;
+
+impl<A: Arithmetic> Machine<'_, A> {
+    /// A datum of a texture's header.
+    pub(super) fn texture_info(&mut self, kind: Kind, count: usize, step: &KernelStep, mask: &Mask) {
+        let Some((found, outs)) = step.outs.split_last() else { return };
+        let [file, datum, at @ ..] = &step.args[..] else { return };
+        for lane in self.lanes(&step.outs, mask) {
+            let (name, word) = (self.text(self.bits(*file, lane)), self.text(self.bits(*datum, lane)));
+            let at = match at {
+                [s, t] => Some((self.single(*s, lane), self.single(*t, lane))),
+                _ => None,
+            };
+            let values = match self.datum(&name, &word, (kind, count), at) {
+                Ok(values) => values,
+                Err(failure) => {
+                    self.unreadable(&name, &failure, *file, (step, lane, mask));
+                    None
+                }
+            };
+            self.set_bits(*found, lane, values.is_some().into());
+            for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
+                self.set_value(*out, lane, &value);
+            }
+        }
+    }
+
+    /// A datum of a texture, of that at (s, t) if the name stands for many.
+    fn datum(&self, name: &str, datum: &str, (kind, count): (Kind, usize), at: Option<(f32, f32)>) -> Answer {
+        let textures = &self.services.textures;
+        let read = |texture: &Texture| header(texture, datum, kind, count);
+        if datum == "exists" {
+            return Ok(in_form(vec![Const::Int(textures.exists(name).into())], kind, count));
+        }
+        let tiles = if TextureCache::is_tiled(name) { textures.tiles(name) } else { Arc::default() };
+        if tiles.is_empty() {
+            return textures.get(name).map(|texture| read(&texture));
+        }
+        if let Some((s, t)) = at {
+            return match textures.tile(name, SubImage::default(), s, t).0 {
+                Ok(texture) => Ok(read(&texture)),
+                Err(failure) if failure.is_missing() => Ok(None),
+                Err(failure) => Err(failure),
+            };
+        }
+        // What all files agree on.
+        let mut common: Option<Vec<Const>> = None;
+        for tile in tiles.iter() {
+            let value = read(&*textures.get(tile)?);
+            if value.is_none() || common.is_some() && common != value {
+                return Ok(None);
+            }
+            common = value;
+        }
+        Ok(common)
+    }
+
+    /// Reports a file that cannot be read. The reference looks at files with constant names when it compiles, and says so
+    /// in other words.
+    fn unreadable(
+        &mut self,
+        name: &Arc<str>,
+        why: &LoadFailure,
+        file: Operand,
+        (step, lane, mask): (&KernelStep, usize, &Mask),
+    ) {
+        let why =
+            if self.services.reference_texts { why.reference_message() } else { why.message().to_owned() };
+        let who = if matches!(file.place, Place::Words(at) if self.program.is_constant(at)) {
+            format!("Shader error [{}]: ", self.program.shader(step.span))
+        } else {
+            "[RendererServices::get_texture_info] ".to_owned()
+        };
+        let text = format!("{who}Invalid image file \"{name}\": {why}");
+        self.report(step, lane, mask, Message::error(text).about_file(name.clone()));
+    }
+}
+
+/// What a texture's header says, in the form that is asked for.
+fn header(texture: &Texture, datum: &str, kind: Kind, count: usize) -> Option<Vec<Const>> {
+    let int = |n: usize| Const::Int(i32::try_from(n).unwrap_or(i32::MAX));
+    let text = |text: &str| vec![Const::Str(text.into())];
+    let corners = |[x0, y0, x1, y1]: [i32; 4]| {
+        let six = count == 6;
+        let list: &[i32] = if six { &[x0, y0, 0, x1, y1, 0] } else { &[x0, y0, x1, y1] };
+        list.iter().copied().map(Const::Int).collect()
+    };
+    let values = match datum {
+        "resolution" if count == 3 => vec![int(texture.width()), int(texture.height()), Const::Int(1)],
+        "resolution" => vec![int(texture.width()), int(texture.height())],
+        "channels" => vec![int(texture.channels().len())],
+        "subimages" => vec![int(texture.n_parts())],
+        "miplevels" => vec![int(texture.n_levels())],
+        "texturetype" if texture.is_environment() => text("Environment"),
+        "texturetype" => text("Plain Texture"),
+        "textureformat" => text(texture.attributes().text("textureformat").unwrap_or("Plain Texture")),
+        "datawindow" => corners(texture.data_window()),
+        "displaywindow" => corners(texture.display_window()),
+        "averagecolor" => return color(&texture.average()?, kind, count),
+        "constantcolor" => return color(&texture.constant()?, kind, count),
+        "averagealpha" => return color(&[alpha(texture, &texture.average()?)?], kind, count),
+        "constantalpha" => return color(&[alpha(texture, &texture.constant()?)?], kind, count),
+        _ => match texture.attributes().get(datum)? {
+            Attribute::Ints(list) => list.iter().copied().map(Const::Int).collect(),
+            Attribute::Floats(list) => list.iter().copied().map(Const::Float).collect(),
+            Attribute::Triple(triple) => vec![Const::Triple(*triple)],
+            Attribute::Matrix(matrix) => vec![Const::Matrix(Box::new(*matrix))],
+            Attribute::Text(own) => text(own),
+        },
+    };
+    in_form(values, kind, count)
+}
+
+/// Channels as floats, or as a triple; those that are missing are 0.
+fn color(channels: &[f32], kind: Kind, count: usize) -> Option<Vec<Const>> {
+    let channel = |c: usize| channels.get(c).copied().unwrap_or(0.0);
+    match kind {
+        Kind::Triple if count == 0 => Some(vec![Const::Triple([channel(0), channel(1), channel(2)])]),
+        Kind::Float => Some((0..count.max(1)).map(|c| Const::Float(channel(c))).collect()),
+        _ => None,
+    }
+}
+
+fn alpha(texture: &Texture, channels: &[f32]) -> Option<f32> {
+    texture.alpha().and_then(|alpha| channels.get(alpha)).copied()
+}
+
+/// The values, if they are what is asked for; ints serve as floats too.
+fn in_form(values: Vec<Const>, kind: Kind, count: usize) -> Option<Vec<Const>> {
+    if values.len() != count.max(1) {
+        return None;
+    }
+    let one = |value: Const| match value {
+        Const::Int(n) if kind == Kind::Float => Some(Const::Float(n as f32)),
+        value => (value.kind() == kind).then_some(value),
+    };
+    values.into_iter().map(one).collect()
+}
