@@ -8,3 +8,4 @@ pub mod laws;
 pub mod points;
 pub mod run;
 pub mod walker;
+pub mod ways;

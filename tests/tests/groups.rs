@@ -11,6 +11,8 @@
 )]
 
 use osl_exec::{PointSource, RunOptions};
+use osl_ir::group::Group;
+use osl_ir::lower::{Last, Requests};
 use osl_ir::passes;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
@@ -178,25 +180,32 @@ fn malformed_groups() {
 }
 
 /// What a group yields, and what its layers print, on a grid of four points.
+/// Shaders by name.
+struct Sources<'a>(&'a [(&'a str, &'a str)]);
+
+impl ShaderFiles for Sources<'_> {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let found = self.0.iter().find(|(name, _)| *name == shader).ok_or("no such shader")?;
+        Ok((format!("{shader}.osl"), found.1.to_string()))
+    }
+    fn includes(&self) -> &dyn SourceProvider {
+        &NoFiles
+    }
+}
+
 fn run_text(
     text: &str,
     sources: &[(&str, &str)],
     outputs: &[&str],
 ) -> (Vec<(String, Vec<f32>)>, Vec<String>) {
-    struct Texts<'a>(&'a [(&'a str, &'a str)]);
-    impl ShaderFiles for Texts<'_> {
-        fn find(&self, shader: &str) -> Result<(String, String), String> {
-            let found = self.0.iter().find(|(name, _)| *name == shader).ok_or("no such shader")?;
-            Ok((format!("{shader}.osl"), found.1.to_string()))
-        }
-        fn includes(&self) -> &dyn SourceProvider {
-            &NoFiles
-        }
-    }
-    let checked = pipeline::check_group("test.group", text, "g", &Texts(sources), &Options::default());
+    let checked = pipeline::check_group("test.group", text, "g", &Sources(sources), &Options::default());
     let group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
     let outputs: Vec<_> = outputs.iter().map(|o| (*o).into()).collect();
-    let body = osl_ir::lower::lower_group(&group, &outputs).unwrap();
+    run_for(&group, &Requests { outputs, ..Requests::default() })
+}
+
+fn run_for(group: &Group, requests: &Requests) -> (Vec<(String, Vec<f32>)>, Vec<String>) {
+    let body = osl_ir::lower::lower_group_for(group, requests).unwrap();
     osl_ir::ir::validate::validate(&body).unwrap();
     let grid = osl_scene::Grid::new(2, 2);
     let compiled = pipeline::finish(
@@ -243,4 +252,87 @@ fn an_input_is_handed_on_and_an_output_is_connected_to() {
                 connect S.f P.x ; connect S.f P.y ; connect P.x R.a ; connect P.y R.b ;";
     let (columns, _) = run_text(text, &[("say", SAY), ("pass", pass), ("root", root)], &[]);
     assert_eq!(columns[0].1, [0.0, 11.0, 0.0, 11.0]);
+}
+
+/// What two layers print, the second fed by the first: `own` are the outputs of the second that the renderer takes.
+fn said_for(sources: &[(&str, &str)], text: &str, own: &[&str], userdata_isconnected: bool) -> String {
+    let checked = pipeline::check_group("test.group", text, "g", &Sources(sources), &Options::default());
+    let mut group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
+    group.rules.userdata_connected = userdata_isconnected;
+    let last = Last::Named(own.iter().map(|o| (*o).into()).collect());
+    let requests = Requests { last, ..Requests::default() };
+    let (columns, printed) = run_for(&group, &requests);
+    let names: Vec<&str> = columns.iter().map(|(name, _)| name.as_str()).collect();
+    format!("{} {}", names.join(" "), printed.first().map_or("", |first| first.trim_end()))
+}
+
+const PAIR: &str = "struct pair { float x; float y; };";
+
+#[test]
+fn isconnected_looks_at_fields_and_at_what_the_renderer_takes() {
+    let up = &format!("{PAIR} shader up(output pair p = {{1, 2}}, output float idle = 0) {{ }}");
+    let down = &format!(
+        "{PAIR} int of(pair q) {{ return isconnected(q.y) * 10 + isconnected(q); }}
+        shader down(pair p = {{0, 0}}, float d = 0 [[ int lockgeom = 0 ]], output float a = 0, output pair b = {{0, 0}}) {{
+            a = p.x + p.y;
+            printf(\"%d %d %d %02d %d %d %d %d\", isconnected(p), isconnected(p.x), isconnected(p.y), of(p), isconnected(d),
+                isconnected(a), isconnected(b), isconnected(b.y));
+        }}"
+    );
+    let sources = [("up", up.as_str()), ("down", down.as_str())];
+    let group = |connections: &str| format!("shader up U ; shader down D ; {connections}");
+    for (connections, own, userdata, expected) in [
+        ("connect U.p D.p ;", &["a"][..], false, "a 1 1 1 11 0 2 0 0"),
+        ("connect U.p.y D.p.y ;", &["D.a"], false, "a 0 0 1 10 0 2 0 0"),
+        ("connect U.p.x D.p.x ;", &["b"], false, "b.x b.y 1 1 0 01 0 0 2 2"),
+        ("", &["a", "b.y"], true, "a b.x b.y 0 0 0 00 1 2 0 2"),
+        ("connect U.idle D.d ;", &["a"], false, "a 0 0 0 00 1 2 0 0"),
+    ] {
+        assert_eq!(said_for(&sources, &group(connections), own, userdata), expected, "{connections}");
+    }
+}
+
+#[test]
+fn layers_run_only_for_what_somebody_takes() {
+    let up = "shader up(string name = \"\", float in = 0, output float f = 0, output float g = 0) \
+              { f = u; g = in; printf(\"%s \", name); }";
+    let down = "shader down(float x = 0, float y = 0, output float a = 0, output float b = 0) \
+                { float twice = 2 * x; if (u < 2) { a = twice; } for (int k = 0; k < 3; ++k) b += y; }";
+    let text = "param string name \"A\" ; shader up A ; param string name \"B\" ; shader up B ; \
+                param string name \"C\" ; shader up C ; shader down D ; \
+                connect A.f B.in ; connect B.f C.in ; connect B.g D.x ; connect C.f D.y ;";
+    for (own, expected) in [
+        (&["a", "b"][..], "a b A B C"),
+        (&["a"], "a A B"),
+        // What C takes of B leads to an output of C that nobody takes.
+        (&["b"], "b C"),
+        (&[], ""),
+    ] {
+        let (columns, printed) = {
+            let checked = pipeline::check_group(
+                "test.group",
+                text,
+                "g",
+                &Sources(&[("up", up), ("down", down)]),
+                &Options::default(),
+            );
+            let last = Last::Named(own.iter().map(|o| (*o).into()).collect());
+            run_for(&checked.group.unwrap(), &Requests { last, ..Requests::default() })
+        };
+        let mut layers: Vec<&str> = printed.iter().map(|text| text.trim()).collect();
+        layers.sort_unstable();
+        layers.dedup();
+        let names = columns.iter().map(|(name, _)| name.as_str());
+        assert_eq!(names.chain(layers).collect::<Vec<_>>().join(" "), expected);
+    }
+}
+
+#[test]
+fn messages_and_globals_are_taken_by_whoever_runs() {
+    let set = "shader set(output float f = 0) { setmessage(\"m\", 5.0); P = 7; f = 1; }";
+    let get = "shader get(float x = 0, output float a = 0) \
+               { a = x; float m = 0; int r = getmessage(\"m\", m); a += m + P[0]; }";
+    let (columns, _) =
+        run_text("shader set S ; shader get G ; connect S.f G.x ;", &[("set", set), ("get", get)], &[]);
+    assert_eq!(columns[0].1[0], 13.0);
 }

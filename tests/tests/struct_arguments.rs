@@ -8,12 +8,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::RunOptions;
-use osl_ir::passes;
-use osl_scene::Grid;
-use osl_syntax::{NoFiles, Options};
-use osl_tests::run;
-use oslrun::pipeline;
+use osl_tests::ways;
 
 /// Structs of every form that may be nested, and functions that write one argument each.
 const HEAD: &str = "
@@ -34,31 +29,9 @@ void clear(output Row r) { for (int k = 0; k < 3; ++k) { r.leaf[k].i = k; r.leaf
 void show(Row r) { printf(\"%d %d %d %g %g %g %g\", r.leaf[0].i, r.leaf[1].i, r.leaf[2].i, r.leaf[0].f, r.leaf[1].f, r.leaf[2].f, r.len); }
 ";
 
-/// What a shader with this body prints at one point, with all passes, without those that can be left out, and through the
-/// text of a compiled shader.
+/// Checks what a shader with this body prints.
 fn prints(functions: &str, body: &str, expected: &str) {
-    let text = format!("{HEAD}{functions}\nshader s() {{\n{body}\n}}");
-    let checked = pipeline::check("s.osl", &text, &NoFiles, &Options::default());
-    let program = checked.program.unwrap_or_else(|| panic!("{body}: {:#?}", checked.diagnostics));
-    let written = osl_ir::oso::write(&program, &checked.sources).unwrap();
-    let grid = Grid::new(1, 1);
-    let none = passes::Options { without: passes::Pass::ALL.to_vec(), ..passes::Options::default() };
-    for (name, text, options) in [
-        ("s.osl", &text, passes::Options::default()),
-        ("s.osl", &text, none),
-        ("s.oso", &written, passes::Options::default()),
-    ] {
-        let varying = osl_exec::PointSource::varying(&grid).to_vec();
-        let options = passes::Options { varying, ..options };
-        let compiled =
-            run::compile(name, text, &[], &options).unwrap_or_else(|e| panic!("{name}: {body}: {e}"));
-        let frame =
-            osl_exec::run(&compiled.program, &run::services(), &grid, &RunOptions::default(), &|_| ())
-                .unwrap();
-        let printed: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
-        assert_eq!(printed, expected, "{name}: {functions}\n{body}");
-        assert!(frame.messages.is_empty(), "{name}: {body}: {:?}", frame.messages);
-    }
+    ways::prints(&format!("{HEAD}{functions}\nshader s() {{\n{body}\n}}"), expected);
 }
 
 #[test]

@@ -30,5 +30,5 @@ pub use osl_ir::numeric::Arithmetic;
 pub use osl_noise::Isa;
 pub use profile::ProfileEntry;
 pub use program::Program;
-pub use services::{FindSpace, Services, Spaces};
+pub use services::{FindSpace, Services, Spaces, Unknown};
 pub use source::{Answer, Datum, PointSource};

@@ -61,28 +61,43 @@ impl Spaces {
         found.or_else(|| self.to_common.get(name).copied())
     }
 
-    /// The matrix from one space to another in some arithmetic, or the name that is unknown.
+    /// The matrix from one space to another in some arithmetic.
     ///
     /// # Errors
-    /// The unknown name.
-    pub fn matrix<'n, R: Real>(&self, from: &'n str, to: &'n str) -> Result<[R; 16], &'n str> {
-        let from_matrix = self.to_common(from).ok_or(from)?.map(R::lit);
-        if let Some(to_matrix) = self.from_common.get(to) {
-            return Ok(osl_ir::numeric::matrix::multiply(from_matrix, to_matrix.map(R::lit)));
-        }
-        let to_matrix = self.to_common(to).ok_or(to)?.map(R::lit);
-        if from == to {
-            return Ok(IDENTITY.map(R::lit));
-        }
+    /// The unknown names, and the matrix with common space in their place.
+    pub fn matrix<'n, R: Real>(&self, from: &'n str, to: &'n str) -> Result<[R; 16], Unknown<'n, R>> {
+        let mut names = [None; 2];
+        let [unknown_from, unknown_to] = &mut names;
+        let from_matrix = self.to_common(from);
+        *unknown_from = from_matrix.is_none().then_some(from);
+        let from_matrix = from_matrix.map(|m| m.map(R::lit));
         let common = |name: &str| name == "common" || name == "world";
-        Ok(match (common(from), common(to)) {
-            (_, true) => from_matrix,
-            (true, false) => osl_ir::numeric::matrix::inverse(to_matrix),
-            (false, false) => {
-                osl_ir::numeric::matrix::multiply(from_matrix, osl_ir::numeric::matrix::inverse(to_matrix))
+        let multiply = osl_ir::numeric::matrix::multiply;
+        let matrix = if let Some(to_matrix) = self.from_common.get(to) {
+            let to_matrix = to_matrix.map(R::lit);
+            from_matrix.map_or(to_matrix, |from| multiply(from, to_matrix))
+        } else {
+            let to_matrix = self.to_common(to);
+            *unknown_to = to_matrix.is_none().then_some(to);
+            let to_matrix = to_matrix.filter(|_| !common(to) && from != to);
+            let from_matrix = from_matrix.filter(|_| !common(from) && from != to);
+            let inverse = to_matrix.map(|m| osl_ir::numeric::matrix::inverse(m.map(R::lit)));
+            match (from_matrix, inverse) {
+                (Some(from), Some(to)) => multiply(from, to),
+                (from, to) => from.or(to).unwrap_or(IDENTITY.map(R::lit)),
             }
-        })
+        };
+        if names == [None; 2] { Ok(matrix) } else { Err(Unknown { names, matrix }) }
     }
+}
+
+/// What is left where spaces are unknown.
+#[derive(Clone, Copy, Debug)]
+pub struct Unknown<'n, R> {
+    /// The unknown names: of the space that points come from, of the one that they go to.
+    pub names: [Option<&'n str>; 2],
+    /// The matrix with common space in place of the unknown ones.
+    pub matrix: [R; 16],
 }
 
 /// All that a running shader can ask for.

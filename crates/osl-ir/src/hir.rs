@@ -210,6 +210,29 @@ pub enum Init {
     List(Vec<Init>),
 }
 
+impl Init {
+    /// Whether it is literals, and triples and matrices of them: what a compiled file holds as values.
+    pub fn is_constant(&self) -> bool {
+        match self {
+            Init::Value(e) => e.is_constant(),
+            Init::List(items) => items.iter().all(Init::is_constant),
+        }
+    }
+}
+
+impl Expr {
+    fn is_constant(&self) -> bool {
+        match &self.kind {
+            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::NullClosure => true,
+            ExprKind::Triple(parts) => parts.iter().all(Expr::is_constant),
+            ExprKind::Matrix(cells) => cells.iter().all(Expr::is_constant),
+            ExprKind::Convert(inner) => inner.is_constant(),
+            ExprKind::Struct(fields) => fields.iter().all(Init::is_constant),
+            _ => false,
+        }
+    }
+}
+
 /// An expression of known type.
 #[derive(Clone, Debug)]
 pub struct Expr {

@@ -2,9 +2,10 @@
 
 use crate::{Error, Program, Shader, Value, pipeline};
 use osl_ir::group::{self, Layer};
+use osl_ir::lower::{self, Last, Requests};
 use osl_ir::params::{self, ParamError, ParamValues};
 use osl_ir::types::{Base, Type};
-use osl_ir::{hir, lower, passes};
+use osl_ir::{hir, passes};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 
@@ -100,7 +101,12 @@ impl GroupBuilder {
                 others.push((*name).into());
             }
         }
-        let mut body = lower::lower_group(&group, &others).map_err(|list| Error::of(&list, &sources))?;
+        let last = match outputs {
+            [] => Last::All,
+            _ => Last::Named(outputs.iter().map(|name| (*name).into()).collect()),
+        };
+        let requests = Requests { outputs: others, last, ..Requests::default() };
+        let mut body = lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
         if outputs.is_empty() {
             // Closures are for those who name them: others do not pay for them.
             body.outputs.retain(|output| output.ty.base != Base::Closure);

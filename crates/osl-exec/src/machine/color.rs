@@ -13,23 +13,29 @@ use osl_ir::numeric::Number;
 use osl_ir::numeric::color::ColorSystem;
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// The matrix between two spaces, and the message where there is none.
-    fn matrix_between(&self, from: &str, to: &str) -> ([A::Real; 16], Option<Message>) {
+    /// The matrix between two spaces, and a message for each that is not known: common space stands for it.
+    fn matrix_between(&self, from: &str, to: &str) -> ([A::Real; 16], Vec<Message>) {
         match self.services.spaces.matrix(from, to) {
-            Ok(matrix) => (matrix, None),
+            Ok(matrix) => (matrix, Vec::new()),
             Err(unknown) => {
-                let text = format!("Unknown transformation \"{unknown}\"");
-                (IDENTITY.map(A::Real::lit), Some(Message::error(text)))
+                let names = unknown.names.into_iter().flatten();
+                let message = |name: &str| Message::error(format!("Unknown transformation \"{name}\""));
+                (unknown.matrix, names.map(message).collect())
             }
         }
     }
 
-    pub(super) fn space_matrix(&mut self, step: &KernelStep, mask: &Mask) {
+    /// `both`: the identity unless both spaces are known.
+    pub(super) fn space_matrix(&mut self, both: bool, step: &KernelStep, mask: &Mask) {
         let ([from, to], [out]) = (&step.args[..], &step.outs[..]) else { return };
+        let used = |matrix: [A::Real; 16], unknown: &[Message]| {
+            if both && !unknown.is_empty() { IDENTITY.map(A::Real::lit) } else { matrix }
+        };
         let width = self.width;
         if let (Some(from), Some(to)) = (self.shared_text(*from, mask), self.shared_text(*to, mask)) {
             let (matrix, unknown) = self.matrix_between(&from, &to);
-            if let Some(message) = unknown {
+            let matrix = used(matrix, &unknown);
+            for message in unknown {
                 self.report_all(mask, Message { at: Some(step.span), ..message });
             }
             let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
@@ -43,7 +49,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         for lane in self.active(mask) {
             let (a, b) = (self.text(self.bits(*from, lane)), self.text(self.bits(*to, lane)));
             let (matrix, unknown) = self.matrix_between(&a, &b);
-            if let Some(message) = unknown {
+            let matrix = used(matrix, &unknown);
+            for message in unknown {
                 self.report(step, lane, mask, message);
             }
             self.set_words(*out, lane, &matrix.map(A::Real::store));
@@ -55,9 +62,11 @@ impl<A: Arithmetic> Machine<'_, A> {
         let ([from, to], [found, out]) = (&step.args[..], &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
             let (a, b) = (self.text(self.bits(*from, lane)), self.text(self.bits(*to, lane)));
-            let matrix = self.services.spaces.matrix(&a, &b);
-            self.set_bits(*found, lane, matrix.is_ok().into());
-            let matrix = matrix.unwrap_or(IDENTITY.map(A::Real::lit));
+            let (matrix, unknown) = self.matrix_between(&a, &b);
+            self.set_bits(*found, lane, unknown.is_empty().into());
+            for message in unknown {
+                self.report(step, lane, mask, message);
+            }
             self.set_words(*out, lane, &matrix.map(A::Real::store));
         }
     }
@@ -76,8 +85,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
                 self.report(step, lane, mask, Message::error(text));
             }
-            let same = from == to;
-            let (first, second) = path.filter(|_| !same).unwrap_or((&[], &[]));
+            let (first, second) = path.unwrap_or((&[], &[]));
             for op in first.iter().chain(second) {
                 let from = words;
                 let rgb = || ColorSystem::<A::Real>::numbered(number);

@@ -18,7 +18,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 self.noise(*field, usize::from(*dims), *tangents, args, outs);
             }
             Kernel::NamedNoise { .. } => self.named_noise(step, mask),
-            Kernel::SpaceMatrix => self.space_matrix(step, mask),
+            Kernel::SpaceMatrix { both } => self.space_matrix(*both, step, mask),
             Kernel::FindSpace => self.find_space(step, mask),
             Kernel::ColorBetween => self.color_between(step, mask),
             Kernel::Texture { options, footprint, quiet, tangents, .. } => {

@@ -112,11 +112,12 @@ impl<A: Arithmetic> Machine<'_, A> {
             let count = usize::try_from(self.bits(*count, lane) as i32).unwrap_or(0).min(len);
             let basis = osl_ir::builtins::spline_basis(&self.text(self.bits(*basis, lane)));
             let y = A::Real::load(self.word(*y, lane));
-            let (x, slope) = spline::inverse_with_slope(basis, y, &list, count);
+            let x = spline::inverse(basis, y, &list, count);
             self.set_words(*out, lane, &[x.store()]);
             for (out, change) in tangents.iter().zip(changes) {
                 let change = A::Real::load(self.word(*change, lane));
-                self.set_words(*out, lane, &[(slope * change).store()]);
+                let tangent = spline::inverse_tangent(basis, y, change, &list, count);
+                self.set_words(*out, lane, &[tangent.store()]);
             }
         }
     }

@@ -20,7 +20,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("of the color, through each conversion")
     .extremes(
-        "An unknown space is an error of the run, and the color stays. Hue wraps. Greys have hue and \
+        "An unknown space is an error of the run, and the color stays. It stays from a space to itself if both names \
+               are constants; else it goes to rgb and back. Hue wraps. Greys have hue and \
                saturation 0; hsv of a color without positive component has saturation 0. xyY of black, and \
                XYZ of y up to 1e-6, have 0 for the quotient. sRGB is straight below its small limit, \
                negatives included.",

@@ -23,12 +23,12 @@ pub(super) static ROWS: &[Builtin] = &[
         "getmatrix",
         &["i(s,s,om)", "i(s,om)"],
         getmatrix,
-        "The matrix from one named space to another (default common); 0 and the identity where one is \
-         unknown.",
+        "The matrix from one named space to another (default common); 1 if both are known.",
     )
     .derivatives("none: matrices have none")
     .extremes(
-        "Never an error of the run. \"common\" and \"world\" are the identity; a singular space \
+        "An unknown space is an error of the run and counts as common space: the result is 0, and the \
+               matrix that of the other space. \"common\" and \"world\" are the identity; a singular space \
                inverts to the identity.",
     )
     .example("matrix m; int known = getmatrix(\"shader\", m);"),
@@ -84,14 +84,15 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: matrices have none")
     .extremes(
-        "An unknown space is an error of the run, and the result is the identity. A singular space \
+        "An unknown space is an error of the run and counts as common space. A singular space \
                inverts to the identity.",
     )
     .example("matrix m = matrix(\"shader\", \"world\");"),
 ];
 
+/// The matrix that coordinates are taken by: they stay as they are unless both spaces are known.
 fn space_matrix(b: &mut Builder, from: ValueId, to: ValueId) -> ValueId {
-    b.kernel(Kernel::SpaceMatrix, &[from, to], Kind::Matrix)
+    b.kernel(Kernel::SpaceMatrix { both: true }, &[from, to], Kind::Matrix)
 }
 
 fn common(b: &mut Builder) -> ValueId {
@@ -142,5 +143,5 @@ fn matrix_in_space(b: &mut Builder, s: &Site<'_>) -> Emitted {
 }
 
 fn between(b: &mut Builder, s: &Site<'_>) -> Emitted {
-    space_matrix(b, s.arg(0), s.arg(1)).into()
+    b.kernel(Kernel::SpaceMatrix { both: false }, &[s.arg(0), s.arg(1)], Kind::Matrix).into()
 }

@@ -83,6 +83,13 @@ pub(crate) struct Message {
     asked: First,
 }
 
+impl Message {
+    /// The variables that hold it.
+    pub(crate) fn slots(&self) -> impl Iterator<Item = SlotId> {
+        std::iter::once(self.state).chain(self.values.iter().map(|(_, _, slot)| *slot))
+    }
+}
+
 /// The first call of the text that sets a message, or asks for it.
 #[derive(Clone, Debug, Default)]
 struct First {

@@ -27,7 +27,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .extremes(
         "x is clamped to 0 to 1; nan counts as 0. \
                Reads beyond the knots are clamped to them, so that fewer than four do not fail. Any other \
-               basis is linear. The bases that step by one do not reach the first and last knot.",
+               basis is linear. The bases that step by one do not reach the first and last knot. A single \
+               point, vector or normal may stand for the knots: an array of one.",
     )
     .example("float knots[5] = {0, 0, 0.2, 1, 1}; float y = spline(\"catmull-rom\", u, knots);"),
     Builtin::compose(
@@ -37,7 +38,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "The x, 0 to 1, at which a spline that only rises or only falls has a value.",
     )
     .derivatives(
-        "of the value only: over the slope of the spline; 0 beyond the ends and where the slope is 0",
+        "of the value only: those of the last step of the search, carried through it; 0 beyond the ends",
     )
     .extremes(
         "Values beyond the ends give 0 or 1. It stops after 32 rounds, within about 1e-6, so curves \

@@ -42,10 +42,13 @@ pub enum Kernel {
         /// Whether tangents are given and wanted. Gabor noise is filtered by them.
         tangents: bool,
     },
-    /// Matrix that takes points of the first named space to the second. An unknown name reports an error
-    /// and gives the identity.
-    SpaceMatrix,
-    /// The same with two results: 1 and the matrix, or 0 and the identity without an error.
+    /// Matrix that takes points of the first named space to the second. An unknown name reports an error; common
+    /// space stands for it.
+    SpaceMatrix {
+        /// Whether the matrix is the identity unless both are known.
+        both: bool,
+    },
+    /// The same with two results: whether both are known, and the matrix.
     FindSpace,
     /// Color of the first named space in the second. An unknown name reports an error and leaves it as is.
     ColorBetween,

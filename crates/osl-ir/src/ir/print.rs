@@ -130,7 +130,7 @@ fn kernel_name(kernel: &Kernel) -> String {
             let options: Vec<String> = options.iter().map(|o| lower(format!(" {o:?}"))).collect();
             format!("noise.named.{}{}", form(dims, triple, periodic, tangents), options.concat())
         }
-        Kernel::SpaceMatrix => "space_matrix".to_string(),
+        Kernel::SpaceMatrix { .. } => "space_matrix".to_string(),
         Kernel::FindSpace => "find_space".to_string(),
         Kernel::ColorBetween => "color_between".to_string(),
         Kernel::Texture { triple, options, footprint, quiet, tangents } => {

@@ -7,16 +7,16 @@
 use super::checks::Checking;
 use super::first_use::{self, Spot};
 use super::flow::Flow;
-use super::{Frame, Lowerer, Storage, View, kind_of};
+use super::wiring::{Asked, Joint, Wiring};
+use super::{Frame, Lowerer, Requests, Storage, View, kind_of};
 use crate::builtins::carry_messages;
-use crate::group::{Connection, End, Rules};
+use crate::group::{Connection, Rules};
 use crate::hir::{self, Global, Param, VarId};
 use crate::ir::{BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, ValueId};
 use crate::types::{Base, Extent, Type};
 use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
 use rustc_hash::FxHashMap;
-use std::sync::Arc;
 
 /// Where `Ci` stands among the globals.
 const CI: usize = hir::GLOBALS.len() - 1;
@@ -26,10 +26,10 @@ pub(super) fn lower(
     views: &[View<'_>],
     connections: &[Connection],
     rules: &Rules,
-    outputs: &[Arc<str>],
-    notes: bool,
+    requests: &Requests,
 ) -> Result<Body, Vec<Diagnostic>> {
-    let wiring = Wiring::new(views, connections, rules, outputs);
+    let wiring = Wiring::new(views, connections, rules, requests);
+    let notes = requests.notes;
     let mut first = Builder::new(wiring.name.clone());
     first.notes = notes;
     let (mut b, mut diagnostics) = write(views, &wiring, first);
@@ -45,122 +45,6 @@ pub(super) fn lower(
         (b, diagnostics) = write(views, &wiring, again);
     }
     if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
-}
-
-/// Which layers are needed, and how their parameters are connected.
-pub(super) struct Wiring<'a> {
-    /// Name of the last layer's shader.
-    name: Arc<str>,
-    pub(super) rules: &'a Rules,
-    connections: &'a [Connection],
-    /// The layers that run in any case, in order.
-    pub(super) entries: Vec<usize>,
-    needed: Vec<bool>,
-    /// For each layer and parameter, the connections to it, those of components first.
-    to: Vec<FxHashMap<usize, Vec<&'a Connection>>>,
-    /// For each layer and parameter: 1 from upstream, 2 downstream, 3 both.
-    ends: Vec<Vec<i32>>,
-    /// Outputs of layers before the last that are asked for.
-    asked: Vec<Asked>,
-}
-
-/// An output of a layer before the last: the layer runs at every point.
-struct Asked {
-    layer: usize,
-    param: usize,
-    /// Whether it is an output of the body.
-    deliver: bool,
-}
-
-impl<'a> Wiring<'a> {
-    fn new(
-        views: &[View<'_>],
-        connections: &'a [Connection],
-        rules: &'a Rules,
-        outputs: &[Arc<str>],
-    ) -> Wiring<'a> {
-        let name = views.last().map_or_else(|| "".into(), |v| v.program.shader.name.clone());
-        let mut wiring = Wiring {
-            name,
-            rules,
-            connections,
-            entries: rules
-                .entries
-                .clone()
-                .unwrap_or_else(|| views.len().checked_sub(1).into_iter().collect()),
-            needed: vec![rules.is_eager(); views.len()],
-            to: vec![FxHashMap::default(); views.len()],
-            ends: views.iter().map(|v| vec![0; v.program.shader.params.len()]).collect(),
-            asked: Vec::new(),
-        };
-        for connection in connections {
-            for (End { layer, param, .. }, bit) in [(&connection.to, 1), (&connection.from, 2)] {
-                wiring.ends[*layer][*param] |= bit;
-            }
-            let list = wiring.to[connection.to.layer].entry(connection.to.param).or_default();
-            list.push(connection);
-            list.sort_by_key(|c| c.to.component.is_none());
-        }
-        let before = views.split_last().map_or(&[][..], |(_, before)| before);
-        for name in outputs {
-            let (of, output) =
-                name.split_once('.').map_or((None, &**name), |(of, output)| (Some(of), output));
-            for (layer, View { program, names, .. }) in before.iter().enumerate() {
-                if of.is_none_or(|of| of == &*names.layer) {
-                    let named = |p: &Param| &*program.vars[p.var.0 as usize].name == output;
-                    let found = program.shader.params.iter().position(|p| p.output && named(p));
-                    wiring.asked.extend(found.map(|param| Asked { layer, param, deliver: of.is_some() }));
-                }
-            }
-        }
-        // Measured: a shader by itself has no connections, not even those of what is asked of it.
-        if let ([_, .., last], [_, .., ends]) = (views, &mut wiring.ends[..]) {
-            for (param, ends) in last.program.shader.params.iter().zip(ends) {
-                *ends |= if param.output { 2 } else { 0 };
-            }
-        }
-        for Asked { layer, param, .. } in &wiring.asked {
-            wiring.ends[*layer][*param] |= 2;
-            // Among entries it runs only if it is one or is needed by one.
-            wiring.needed[*layer] |= rules.entries.is_none();
-        }
-        for entry in &wiring.entries {
-            wiring.needed.get_mut(*entry).into_iter().for_each(|needed| *needed = true);
-        }
-        for (view, ends) in views.iter().zip(&mut wiring.ends).filter(|_| rules.userdata_connected) {
-            for (param, ends) in view.program.shader.params.iter().zip(ends) {
-                let name = &view.program.vars[param.var.0 as usize].name;
-                *ends |= i32::from(rules.interpolates(param) || view.values.is_interpolated(name));
-            }
-        }
-        for layer in (0..views.len()).rev().filter(|l| wiring.needed[*l]).collect::<Vec<_>>() {
-            wiring.need(layer);
-        }
-        wiring
-    }
-
-    /// Whether an output is asked for of a layer that runs at every point for that reason.
-    pub(super) fn asks(&self, layer: usize) -> bool {
-        self.rules.entries.is_none() && self.asked.iter().any(|asked| asked.layer == layer)
-    }
-
-    /// Whether a connection leaves a layer.
-    pub(super) fn leaves(&self, layer: usize) -> bool {
-        self.connections.iter().any(|c| c.from.layer == layer)
-    }
-
-    /// Marks what a layer reads, however far up.
-    fn need(&mut self, layer: usize) {
-        let mut open = vec![layer];
-        while let Some(layer) = open.pop() {
-            let sources: Vec<usize> = self.to[layer].values().flatten().map(|c| c.from.layer).collect();
-            for source in sources {
-                if !std::mem::replace(&mut self.needed[source], true) {
-                    open.push(source);
-                }
-            }
-        }
-    }
 }
 
 /// A layer that has been lowered, not yet in its place.
@@ -180,7 +64,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         layer: last,
         rules: wiring.rules,
         program: last.program,
-        connected: Vec::new(),
+        connected: FxHashMap::default(),
         b,
         vars: Vec::new(),
         frames: Vec::new(),
@@ -200,12 +84,12 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
             done.push(None);
             continue;
         }
-        l.enter(view, wiring.ends[index].clone(), &globals);
+        l.enter(view, &globals);
         // The first entry is written where the body starts; the others wait for their place.
         let first = wiring.entries.first() == Some(&index);
         let from = if first { start } else { Spot { block: l.b.block(), index: 0 } };
         let outer = std::mem::replace(&mut l.b.current, from.block);
-        let lowered = l.layer(&wiring.to[index], from, &done);
+        let lowered = l.layer(&wiring.to[index], &wiring.ends[index], from, &done);
         l.b.current = outer;
         if !wiring.entries.contains(&index) {
             l.append(lowered.body, lowered.block);
@@ -215,15 +99,15 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
     l.b.current = entry;
     l.place_layers(wiring, &done, &globals);
     for Asked { layer, param, .. } in wiring.asked.iter().filter(|asked| asked.deliver) {
-        l.enter(&views[*layer], Vec::new(), &globals);
+        l.enter(&views[*layer], &globals);
         if let Some(storage) = done[*layer].as_ref().and_then(|d| d.params.get(*param)) {
             l.deliver(storage, *param, &format!("{}.", views[*layer].names.layer));
         }
     }
     if let Some(Some(lowered)) = done.last() {
-        l.enter(last, Vec::new(), &globals);
-        for (index, _) in last.program.shader.params.iter().enumerate().filter(|(_, p)| p.output) {
-            if let Some(storage) = lowered.params.get(index) {
+        l.enter(last, &globals);
+        for (index, storage) in lowered.params.iter().enumerate() {
+            if wiring.delivered.get(index).is_some_and(|delivered| *delivered) {
                 l.deliver(storage, index, "");
             }
         }
@@ -266,10 +150,10 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Turns to another layer.
-    fn enter(&mut self, view: &'a View<'a>, connected: Vec<i32>, globals: &[SlotId]) {
+    fn enter(&mut self, view: &'a View<'a>, globals: &[SlotId]) {
         self.layer = view;
         self.program = view.program;
-        self.connected = connected;
+        self.connected.clear();
         self.vars = vec![None; view.program.vars.len()];
         self.frames.clear();
         (self.exits, self.unsure) = (0, false);
@@ -283,6 +167,7 @@ impl<'a> Lowerer<'a> {
     fn layer(
         &mut self,
         to: &FxHashMap<usize, Vec<&Connection>>,
+        ends: &[Joint],
         start: Spot,
         done: &[Option<Lowered>],
     ) -> Lowered {
@@ -297,6 +182,7 @@ impl<'a> Lowerer<'a> {
             let sources = to.get(&index).map_or(&[][..], Vec::as_slice);
             let ty = self.param_type(param, sources, done);
             let storage = self.allocate(ty, &var.name);
+            self.join(&storage, index, param, ends);
             if sources.is_empty() {
                 self.own_value(&storage, ty, param);
             } else {
@@ -317,7 +203,7 @@ impl<'a> Lowerer<'a> {
         });
         // From the last on, since a default may read parameters before its own.
         for (index, block) in links.into_iter().rev() {
-            let handed_on = self.connected.get(index).is_some_and(|ends| ends & 2 != 0);
+            let handed_on = ends.iter().any(|end| end.param == index && end.bit == 2);
             let spot = if handed_on || program.shader.params[index].output {
                 Some(start)
             } else {
@@ -329,12 +215,58 @@ impl<'a> Lowerer<'a> {
         Lowered { block: start.block, body, params }
     }
 
-    /// The value of a parameter that nothing is connected to.
+    /// The value of a parameter that nothing is connected to: that of the point, or the instance's, or the default.
     fn own_value(&mut self, storage: &Storage, ty: Type, param: &Param) {
+        let values = self.layer.values;
         let name = &self.program.vars[param.var.0 as usize].name;
-        self.param(storage, ty, name, &param.init, self.layer.values);
-        if self.rules.interpolates(param) || self.layer.values.is_interpolated(name) {
-            self.interpolate(storage, ty, name);
+        let own = |l: &mut Self| {
+            if says(param, "interactive", |x| x != 0.0)
+                && !param.init.is_constant()
+                && values.get(name).is_none()
+            {
+                // What computes the default never runs where the value may be edited between runs.
+                l.store_zero(storage);
+            } else {
+                l.param(storage, ty, name, &param.init, values);
+            }
+        };
+        let slot = match storage {
+            Storage::Leaf(slot) if self.takes_user_data(param) && !ty.is_array() => *slot,
+            _ => return own(self),
+        };
+        let kind = kind_of(ty.base);
+        if kind == Kind::Closure {
+            return own(self);
+        }
+        if param.init.is_constant() || values.get(name).is_some() {
+            own(self);
+            let (found, value) = self.user_data(name, kind);
+            let own = self.b.load(slot);
+            let value = self.b.choose(found, value, own);
+            self.b.store(slot, value);
+        } else {
+            // The default is computed only where the point has no value.
+            self.store_zero(storage);
+            let (found, value) = self.user_data(name, kind);
+            self.if_else(found, |l| l.b.store(slot, value), own);
+        }
+    }
+
+    /// Whether the value of the point goes before the parameter's.
+    fn takes_user_data(&self, param: &Param) -> bool {
+        let name = self.program.vars.get(param.var.0 as usize).map_or("", |var| &var.name);
+        self.rules.interpolates(param) || self.layer.values.is_interpolated(name)
+    }
+
+    /// Whether the point has a value of a name and kind, and the value.
+    fn user_data(&mut self, name: &str, kind: Kind) -> (ValueId, ValueId) {
+        let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(-1));
+        let name = self.b.constant(Const::Str(name.into()));
+        let kernel = Kernel::Attribute { kind, count: 0, tangents: false };
+        let found = self.b.kernel_of(kernel, &[object, name, whole], &[kind, Kind::Int]);
+        match found[..] {
+            [value, found] => (found, value),
+            _ => (whole, whole),
         }
     }
 
@@ -358,9 +290,9 @@ impl<'a> Lowerer<'a> {
         };
         for connection in sources {
             let from = done.get(connection.from.layer).and_then(Option::as_ref);
-            let from =
-                from.and_then(|lowered| part(lowered.params.get(connection.from.param)?, &connection.from));
-            if let (Some(from), Some(to)) = (from, part(storage, &connection.to)) {
+            let end = &connection.from;
+            let from = from.and_then(|lowered| part(lowered.params.get(end.param)?, &end.fields));
+            if let (Some(from), Some(to)) = (from, part(storage, &connection.to.fields)) {
                 self.connect(&to, connection.to.component, &from, connection.from.component);
             }
         }
@@ -422,7 +354,7 @@ impl<'a> Lowerer<'a> {
         }
         let connected = sources.last().and_then(|c| {
             let lowered = done.get(c.from.layer)?.as_ref()?;
-            self.b.body.slot(part(lowered.params.get(c.from.param)?, &c.from)?.first()?).len
+            self.b.body.slot(part(lowered.params.get(c.from.param)?, &c.from.fields)?.first()?).len
         });
         let given = || self.layer.values.get(&var.name).map(|values| values.len() as u32);
         match connected.or_else(given) {
@@ -431,36 +363,27 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Takes the value that the point has for a parameter's name and type, where it has one.
-    fn interpolate(&mut self, storage: &Storage, ty: Type, name: &str) {
-        let Storage::Leaf(slot) = storage else { return };
-        let kind = kind_of(ty.base);
-        if ty.is_array() || kind == Kind::Closure {
-            return;
+    /// Notes how the parts of a parameter are connected.
+    fn join(&mut self, storage: &Storage, index: usize, param: &Param, ends: &[Joint]) {
+        if self.rules.userdata_connected && self.takes_user_data(param) {
+            self.connected.extend(leaves(storage).into_iter().map(|slot| (slot, 1)));
         }
-        let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(-1));
-        let name = self.b.constant(Const::Str(name.into()));
-        let kernel = Kernel::Attribute { kind, count: 0, tangents: false };
-        let found = self.b.kernel_of(kernel, &[object, name, whole], &[kind, Kind::Int]);
-        if let [value, found] = found[..] {
-            let own = self.b.load(*slot);
-            let value = self.b.choose(found, value, own);
-            self.b.store(*slot, value);
+        for Joint { fields, bit, .. } in ends.iter().filter(|end| end.param == index) {
+            for slot in part(storage, fields).iter().flat_map(leaves) {
+                *self.connected.entry(slot).or_default() |= bit;
+            }
         }
     }
 
-    /// How the first argument of a call is connected, if it is a parameter.
-    pub(super) fn connected(&self, call: &hir::BuiltinCall) -> i32 {
-        let var = match call.args.first().map(|e| &e.kind) {
-            Some(hir::ExprKind::Read(place)) => self.program.vars.get(place.var.0 as usize),
-            _ => None,
-        };
-        match var.map(|v| v.kind) {
-            Some(hir::VarKind::Param { index, .. }) => {
-                self.connected.get(index as usize).copied().unwrap_or(0)
-            }
-            _ => 0,
+    /// How the first argument of a call is connected: 1 from upstream, 2 downstream or to the renderer, 3 both. It may be a
+    /// formal that stands for a parameter. A struct is connected as its first part is.
+    pub(super) fn connected(&mut self, call: &hir::BuiltinCall) -> i32 {
+        let Some(hir::ExprKind::Read(place)) = call.args.first().map(|e| &e.kind) else { return 0 };
+        if call.row.name != "isconnected" || !place.is_plain() {
+            return 0;
         }
+        let slot = self.spot(place).and_then(|spot| spot.storage().first());
+        slot.and_then(|slot| self.connected.get(&slot).copied()).unwrap_or(0)
     }
 
     /// Makes outputs of the parts of a parameter.
@@ -486,10 +409,18 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-/// The part of a parameter that an end names.
-fn part(storage: &Storage, end: &End) -> Option<Storage> {
+/// Whether metadata of a name is one number of a kind.
+fn says(param: &Param, name: &str, is: impl Fn(f64) -> bool) -> bool {
+    param.metadata.iter().any(|(_, n, value)| match value {
+        hir::MetaValue::Numbers(numbers) => &**n == name && matches!(numbers[..], [x] if is(x)),
+        _ => false,
+    })
+}
+
+/// The part of a parameter that some fields lead to.
+fn part(storage: &Storage, fields: &[usize]) -> Option<Storage> {
     let mut storage = storage;
-    for field in &end.fields {
+    for field in fields {
         let Storage::Struct(parts) = storage else { return None };
         storage = parts.get(*field)?;
     }

@@ -14,6 +14,7 @@ mod layers;
 mod place;
 mod placement;
 mod stmt;
+mod wiring;
 
 use crate::builtins::Names;
 use crate::group::{Group, Layer, Rules};
@@ -23,6 +24,7 @@ use crate::params::ParamValues;
 use crate::types::{Base, Extent, Type};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// The program grows beyond its budget when functions are inlined.
@@ -38,48 +40,69 @@ const MAX_ARRAY_WORDS: u64 = 1 << 20;
 /// What a group is called that has no name.
 const UNNAMED: &str = "unnamed_group_1";
 
-/// Lowers a program for the given parameter values.
+/// What a renderer asks of a shader or a group.
+#[derive(Clone, Debug, Default)]
+pub struct Requests {
+    /// Outputs of layers before the last: `layer.output` of one layer, which becomes an output of the body, `output` of
+    /// each layer that has one. Such a layer runs at every point, before the last.
+    pub outputs: Vec<Arc<str>>,
+    /// Outputs of the last layer.
+    pub last: Last,
+    /// Whether the body gets [`Note`](crate::ir::Note)s of what its source does.
+    pub notes: bool,
+}
+
+/// Which outputs of the last layer a renderer takes: they count as connected.
+#[derive(Clone, Debug, Default)]
+pub enum Last {
+    /// All.
+    #[default]
+    All,
+    /// Those of these names: `output`, `output.field`, with or without `layer.` before. Others are no outputs of the
+    /// body, and layers that only they need do not run.
+    Named(Vec<Arc<str>>),
+    /// Nobody says that it takes any, yet all are outputs of the body.
+    None,
+}
+
+/// Lowers a program for the given parameter values; nothing is asked of it.
 ///
 /// # Errors
 /// The program exceeds its budget or uses what cannot be run yet. Values that do not suit their parameter
 /// are ignored: see [`crate::params`].
 pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
-    one(program, params, false)
+    lower_for(program, params, &Requests { last: Last::None, ..Requests::default() })
 }
 
-/// Lowers a program with [`Note`](crate::ir::Note)s of what its source does.
+/// Lowers a program for what a renderer asks of it.
 ///
 /// # Errors
 /// Those of [`lower`].
-pub fn lower_noted(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
-    one(program, params, true)
-}
-
-fn one(program: &Program, params: &ParamValues, notes: bool) -> Result<Body, Vec<Diagnostic>> {
+pub fn lower_for(
+    program: &Program,
+    params: &ParamValues,
+    requests: &Requests,
+) -> Result<Body, Vec<Diagnostic>> {
     let shader = program.shader.name.clone();
     let names = Names { layer: format!("{shader}_0").into(), group: UNNAMED.into(), shader };
-    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &Rules::default(), &[], notes)
+    layers::lower(&[View { program, values: params, names, base: 0 }], &[], &Rules::default(), requests)
 }
 
-/// Lowers a group to one body. Its outputs are those of the last layer, and those of other layers that `outputs` names as
-/// `layer.output`. A layer runs where its values are needed, once at most; one that has an output that is named, even if
-/// without the layer, runs at every point, before the last. The rules of the group say what else runs.
+/// Lowers a group to one body: all outputs of its last layer, and those of other layers that `outputs` names, as in
+/// [`Requests`].
 ///
 /// # Errors
 /// The group exceeds its budget.
 pub fn lower_group(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diagnostic>> {
-    several(group, outputs, false)
+    lower_group_for(group, &Requests { outputs: outputs.to_vec(), ..Requests::default() })
 }
 
-/// Lowers a group with [`Note`](crate::ir::Note)s of what its sources do.
+/// Lowers a group to one body for what a renderer asks of it. A layer runs where its values are needed, once at most. The
+/// rules of the group say what else runs.
 ///
 /// # Errors
 /// Those of [`lower_group`].
-pub fn lower_group_noted(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diagnostic>> {
-    several(group, outputs, true)
-}
-
-fn several(group: &Group, outputs: &[Arc<str>], notes: bool) -> Result<Body, Vec<Diagnostic>> {
+pub fn lower_group_for(group: &Group, requests: &Requests) -> Result<Body, Vec<Diagnostic>> {
     let mut views = Vec::new();
     for Layer { name, program, values, base } in &group.layers {
         let (shader, layer) = (program.shader.name.clone(), name.clone());
@@ -90,7 +113,7 @@ fn several(group: &Group, outputs: &[Arc<str>], notes: bool) -> Result<Body, Vec
             base: *base,
         });
     }
-    layers::lower(&views, &group.connections, &group.rules, outputs, notes)
+    layers::lower(&views, &group.connections, &group.rules, requests)
 }
 
 /// A layer as lowering sees it.
@@ -151,8 +174,8 @@ struct Lowerer<'a> {
     layer: &'a View<'a>,
     rules: &'a Rules,
     program: &'a Program,
-    /// For each of its parameters: 1 connected from upstream, 2 downstream, 3 both.
-    connected: Vec<i32>,
+    /// How parts of its parameters are connected: 1 from upstream, 2 downstream or to the renderer, 3 both.
+    connected: FxHashMap<SlotId, i32>,
     b: Builder,
     vars: Vec<Option<Storage>>,
     frames: Vec<Frame>,

@@ -5,13 +5,18 @@
 
 use super::Lowerer;
 use super::first_use::{self, Spot};
-use super::layers::{Lowered, Wiring, leaves};
+use super::layers::{Lowered, leaves};
+use super::wiring::Wiring;
 use crate::ir::{BlockId, Body, Kernel, Op, Sink, SlotId};
+use crate::passes::dce;
 
 impl Lowerer<'_> {
     /// Joins the layers to one body that begins in the block of the first entry. `globals` are the slots of the shader
     /// globals.
     pub(super) fn place_layers(&mut self, wiring: &Wiring<'_>, done: &[Option<Lowered>], globals: &[SlotId]) {
+        if done.len() > 1 {
+            self.drop_unneeded(wiring, done, globals);
+        }
         let lowered = |index: &usize| done.get(*index).and_then(Option::as_ref);
         // What runs, in order: the parameters of the first entry, layers that run at every point, its body, the other entries.
         let front = self.b.block();
@@ -43,6 +48,31 @@ impl Lowerer<'_> {
         for block in rest {
             self.append(*block, *first);
         }
+    }
+
+    /// Removes what only leads to outputs that nobody takes, so that layers do not run for that.
+    fn drop_unneeded(&mut self, wiring: &Wiring<'_>, done: &[Option<Lowered>], globals: &[SlotId]) {
+        let mut layers = Vec::new();
+        for (index, layer) in done.iter().enumerate() {
+            let Some(layer) = layer else { continue };
+            let of = |param: usize| layer.params.get(param).into_iter().flat_map(leaves);
+            let asked = wiring.asked.iter().filter(|asked| asked.layer == index);
+            let mut outputs: Vec<SlotId> = asked.flat_map(|asked| of(asked.param)).collect();
+            if index + 1 == done.len() {
+                let delivered = wiring.delivered.iter().enumerate().filter(|(_, delivered)| **delivered);
+                outputs.extend(delivered.flat_map(|(param, _)| of(param)));
+            }
+            layers.push(dce::Lazy {
+                blocks: [layer.block, layer.body],
+                slots: layer.params.iter().flat_map(leaves).collect(),
+                outputs,
+                runs: wiring.entries.contains(&index) || self.runs_anyway(index, layer, wiring, globals),
+            });
+        }
+        // Layers share globals and messages.
+        let messages = self.b.messages.iter().flat_map(|m| m.slots());
+        let shared: Vec<SlotId> = globals.iter().copied().chain(messages).collect();
+        dce::lazy(&mut self.b.body, &layers, &shared);
     }
 
     /// Moves an entry before what needs it in an earlier one. It runs in any case, so it does not go into a branch.

@@ -3,7 +3,8 @@
 //! The built-in `spline` is ordinary instructions over its knots; this evaluates the same polynomials for the search
 //! alone. It must not know arrays of the language. Source: OSL language specification, chapter on splines.
 
-use super::Real;
+use super::tangent::Dual;
+use super::{Number, Real};
 use crate::builtins::Basis;
 
 /// Steps of the search in a segment, by single precision and by double, and how many of them interpolate rather than
@@ -12,6 +13,34 @@ const STEPS: (f32, f64) = (32.0, 96.0);
 const INTERPOLATED: i32 = 24;
 /// Where the search ends, in x and in the value: by single precision, and by double.
 const NEAR: (f32, f64) = (1e-6, 1e-15);
+
+/// A number that the search runs on: one alone, or one with its change.
+trait Follow<R>: Number {
+    /// One that does not change.
+    fn still(value: R) -> Self;
+    /// The number.
+    fn value(self) -> R;
+}
+
+impl<R: Real> Follow<R> for R {
+    fn still(value: R) -> R {
+        value
+    }
+
+    fn value(self) -> R {
+        self
+    }
+}
+
+impl<R: Real> Follow<R> for Dual<R> {
+    fn still(value: R) -> Dual<R> {
+        Dual { v: value, d: R::lit(0.0) }
+    }
+
+    fn value(self) -> R {
+        self.v
+    }
+}
 
 /// A spline over knots; knots beyond the last repeat it, and no knots at all are a single 0.
 struct Spline<'a, R> {
@@ -38,39 +67,29 @@ impl<R: Real> Spline<'_, R> {
         self.basis.rows[row].map(|c| if of_sixths(c) { exact(c) } else { R::lit(c) })
     }
 
-    fn at(&self, x: R) -> R {
+    fn at<N: Follow<R>>(&self, x: N) -> N {
         let segments = self.segments();
-        let x = within(x) * R::from_int(segments);
-        let segment = x.to_int().min(segments - 1).max(0);
+        let x = within(x) * N::still(R::from_int(segments));
+        let segment = x.value().to_int().min(segments - 1).max(0);
         if self.basis.name == "constant" {
-            return self.knot(segment + 1);
+            return N::still(self.knot(segment + 1));
         }
-        let t = x - R::from_int(segment);
+        let t = x - N::still(R::from_int(segment));
         let start = segment * self.basis.step;
-        let mut value = R::lit(0.0);
+        let mut value = N::lit(0.0);
         for index in 0..4 {
             let [b0, b1, b2, b3] = self.row(index);
             let knot = |k| self.knot(start + k);
             let term = b0 * knot(0) + b1 * knot(1) + b2 * knot(2) + b3 * knot(3);
+            let term = N::still(term);
             value = if index == 0 { term } else { value * t + term };
         }
         value
     }
 
-    /// How fast the value changes with x, at a place in a segment.
-    fn slope(&self, x: R, segment: i32) -> R {
-        let segments = R::from_int(self.segments());
-        let t = within(x) * segments - R::from_int(segment);
-        let start = segment * self.basis.step;
-        let term = |row: usize| -> R {
-            let row = self.row(row);
-            row.iter().zip(start..).fold(R::lit(0.0), |sum, (b, index)| sum + *b * self.knot(index))
-        };
-        segments * ((R::lit(3.0) * term(0) * t + R::lit(2.0) * term(1)) * t + term(2))
-    }
-
     /// Looks for `y` between two places. Tells whether they bracket it, and the place: one end if they do not.
-    fn search(&self, y: R, mut x0: R, mut x1: R) -> (bool, R) {
+    fn search<N: Follow<R>>(&self, y: N, from: R, to: R) -> (bool, N) {
+        let (mut x0, mut x1) = (N::still(from), N::still(to));
         let near = R::known(NEAR.0, NEAR.1);
         let (mut v0, mut v1) = (self.at(x0), self.at(x1));
         let rising = v0 < v1;
@@ -78,22 +97,22 @@ impl<R: Real> Spline<'_, R> {
         if !(y >= low && y <= high) {
             return (false, if (y < low) == rising { x0 } else { x1 });
         }
-        if (v0 - v1).abs() < near {
+        if (v0 - v1).value().abs() < near {
             return (true, x0);
         }
         let mut x = x0;
         for step in 0..R::known(STEPS.0, STEPS.1).to_int() {
             let guess = (y - v0) / (v1 - v0);
-            let inside = step < INTERPOLATED && guess > R::lit(0.0) && guess < R::lit(1.0);
-            let t = if inside { guess } else { R::lit(0.5) };
-            x = x0 * (R::lit(1.0) - t) + x1 * t;
+            let inside = step < INTERPOLATED && guess > N::lit(0.0) && guess < N::lit(1.0);
+            let t = if inside { guess } else { N::lit(0.5) };
+            x = x0 * (N::lit(1.0) - t) + x1 * t;
             let v = self.at(x);
             if (v < y) == rising {
                 (x0, v0) = (x, v);
             } else {
                 (x1, v1) = (x, v);
             }
-            if (x1 - x0).abs() < near || (v - y).abs() < near {
+            if (x1 - x0).value().abs() < near || (v - y).value().abs() < near {
                 break;
             }
         }
@@ -104,42 +123,45 @@ impl<R: Real> Spline<'_, R> {
 /// The x, 0 to 1, at which the spline over the first `count` knots reaches `y`. The spline should only rise or only
 /// fall; where it does not, the first segment that brackets `y` is taken.
 pub fn inverse<R: Real>(basis: &Basis, y: R, knots: &[R], count: usize) -> R {
-    inverse_with_slope(basis, y, knots, count).0
+    find(basis, y, knots, count)
 }
 
-/// [`inverse`], and how fast it changes with `y`: one over the slope of the spline, 0 beyond the ends and where the
-/// spline is level.
-pub fn inverse_with_slope<R: Real>(basis: &Basis, y: R, knots: &[R], count: usize) -> (R, R) {
-    let (zero, one) = (R::lit(0.0), R::lit(1.0));
+/// How [`inverse`] changes where `y` changes by `change`: what the steps of its search come to, as in the reference. That
+/// is one over the slope of the spline only as far as the search has come, and 0 beyond the ends.
+pub fn inverse_tangent<R: Real>(basis: &Basis, y: R, change: R, knots: &[R], count: usize) -> R {
+    find(basis, Dual { v: y, d: change }, knots, count).d
+}
+
+fn find<R: Real, N: Follow<R>>(basis: &Basis, y: N, knots: &[R], count: usize) -> N {
     let count = i32::try_from(count.min(knots.len())).unwrap_or(i32::MAX);
     let spline = Spline { basis, knots, count };
     let (low, high) = if basis.step == 1 { (1, count - 2) } else { (0, count - 1) };
     let rising = spline.knot(1) < spline.knot(count - 2);
     let (first, last) = (spline.knot(low), spline.knot(high));
-    if if rising { y <= first } else { y >= first } {
-        return (zero, zero);
+    let value = y.value();
+    if if rising { value <= first } else { value >= first } {
+        return N::lit(0.0);
     }
-    if if rising { y >= last } else { y <= last } {
-        return (one, zero);
+    if if rising { value >= last } else { value <= last } {
+        return N::lit(1.0);
     }
     let segments = spline.segments();
-    let (mut x, mut slope) = (zero, zero);
+    let mut x = N::lit(0.0);
     for segment in 0..segments {
         let place = |s: i32| R::from_int(s) / R::from_int(segments);
         let (found, at) = spline.search(y, place(segment), place(segment + 1));
         x = at;
         if found {
-            slope = spline.slope(x, segment);
             break;
         }
     }
-    (x, if slope == zero { zero } else { one / slope })
+    x
 }
 
 /// A number held to 0 to 1; NaN stays.
-fn within<R: Real>(x: R) -> R {
-    let x = R::select(x < R::lit(0.0), R::lit(0.0), x);
-    R::select(x > R::lit(1.0), R::lit(1.0), x)
+fn within<N: Number>(x: N) -> N {
+    let x = N::select(x < N::lit(0.0), N::lit(0.0), x);
+    N::select(x > N::lit(1.0), N::lit(1.0), x)
 }
 
 #[cfg(test)]
@@ -185,6 +207,24 @@ mod tests {
                 let x = (index % 6) as f32 * 0.2;
                 let got = if index < 6 { spline.at(x) } else { inverse(basis, x, &knots, 7) };
                 assert!((got - expected).abs() < 2e-6, "{name} {index}: {got} for {expected}");
+            }
+        }
+    }
+
+    /// Slopes that the reference printed at y = 1/4 and 1/2, where y changes by 1/4: the search with changes, step by step.
+    #[test]
+    fn slopes_are_those_of_the_search() {
+        let knots = [0.0, 0.0, 0.2, 0.6, 1.0, 1.0];
+        for (name, expected) in [
+            ("catmull-rom", [0.235423192, 0.193496525]),
+            ("bspline", [0.268280745, 0.211686164]),
+            ("linear", [0.208333313, 0.208333313]),
+            ("bezier", [0.322751522, 0.228222534]),
+            ("constant", [0.000905557186, 7.92741776e-06]),
+        ] {
+            for (y, expected) in [0.25_f32, 0.5].into_iter().zip(expected) {
+                let got: f32 = inverse_tangent(spline_basis(name), y, 0.25, &knots, 6);
+                assert!((got - expected).abs() <= expected * 2e-7, "{name} {y}: {got:e} for {expected:e}");
             }
         }
     }

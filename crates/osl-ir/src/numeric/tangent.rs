@@ -1,8 +1,7 @@
-//! How colors change when their coordinates do: the conversions of [`color`] over values with a
-//! tangent.
+//! Values with a tangent, and how colors change when their coordinates do: the conversions of [`color`] over such values.
 //!
-//! Everything else has its tangents written as ordinary instructions; these conversions have so many cases that they
-//! are evaluated again instead. It must not know of axes or passes.
+//! Everything else has its tangents written as ordinary instructions; these conversions, and the search of
+//! [`super::spline`], have so many cases that they are evaluated again instead. It must not know of axes or passes.
 
 use super::color;
 use super::geometry::Triple;
@@ -12,9 +11,11 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A value and how it changes. Compares by value.
 #[derive(Clone, Copy, Debug)]
-struct Dual<R> {
-    v: R,
-    d: R,
+pub(super) struct Dual<R> {
+    /// The value.
+    pub(super) v: R,
+    /// How it changes.
+    pub(super) d: R,
 }
 
 impl<R: Real> PartialEq for Dual<R> {

@@ -5,30 +5,63 @@ use crate::ir::{BlockId, Body, Inst, Op, SlotId, Source, ValueId, Values};
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body) {
-    let mut needs = Needs {
-        nodes: Vec::with_capacity(4 * body.values.len()),
-        of_values: vec![Range::default(); body.values.len()],
-        of_slots: vec![Vec::new(); body.slots.len()],
-        of_blocks: vec![None; body.blocks.len()],
-    };
+    let mut needs = Needs::new(body);
     let mut work = Vec::new();
     needs.block(body, body.entry, &mut work);
     work.extend(body.outputs.iter().map(|output| match output.source {
         Source::Value(v) => Node::Value(v),
         Source::Slot(s) => Node::Slot(s),
     }));
-    let mut live = Live {
-        values: vec![false; body.values.len()],
-        slots: vec![false; body.slots.len()],
-        blocks: vec![false; body.blocks.len()],
-    };
-    // Each is taken up once, with what it needs, so that chains through loops and arrays cost no more than others.
-    while let Some(node) = work.pop() {
-        if live.mark(node) {
-            needs.follow(node, &mut work);
+    let live = needs.live(body, work);
+    sweep(body, body.entry, &live);
+}
+
+/// Blocks that run where one of their slots is read, and what may be taken of them.
+pub(crate) struct Lazy {
+    /// The blocks.
+    pub(crate) blocks: [BlockId; 2],
+    /// Slots that nobody reads without running the blocks before.
+    pub(crate) slots: Vec<SlotId>,
+    /// Those of them that hold outputs of the body.
+    pub(crate) outputs: Vec<SlotId>,
+    /// Whether they run in any case.
+    pub(crate) runs: bool,
+}
+
+/// Removes from blocks that are yet to be put in their places what nobody needs: what only leads to outputs that nobody
+/// takes and to blocks that do not run. All blocks read and write the `shared` slots.
+pub(crate) fn lazy(body: &mut Body, layers: &[Lazy], shared: &[SlotId]) {
+    let mut needs = Needs::new(body);
+    needs.shared = vec![false; body.slots.len()];
+    for slot in shared {
+        if let Some(flag) = needs.shared.get_mut(slot.index()) {
+            *flag = true;
         }
     }
-    sweep(body, body.entry, &live);
+    let mut work: Vec<Node> = shared.iter().copied().map(Node::Slot).collect();
+    for Lazy { blocks, slots, outputs, runs } in layers {
+        // What has an effect has it only where the blocks run.
+        let mut effects = Vec::new();
+        for block in blocks {
+            needs.block(body, *block, &mut effects);
+        }
+        let start = needs.nodes.len();
+        needs.nodes.append(&mut effects);
+        let range = (start, needs.nodes.len());
+        for slot in slots {
+            if let Some(of_slot) = needs.of_slots.get_mut(slot.index()) {
+                of_slot.push(range);
+            }
+        }
+        work.extend(outputs.iter().copied().map(Node::Slot));
+        if *runs {
+            work.extend_from_slice(needs.nodes(range));
+        }
+    }
+    let live = needs.live(body, work);
+    for block in layers.iter().flat_map(|layer| layer.blocks) {
+        sweep(body, block, &live);
+    }
 }
 
 /// What can be needed.
@@ -50,9 +83,37 @@ struct Needs {
     of_slots: Vec<Vec<Range>>,
     /// The condition and the block around a nested block.
     of_blocks: Vec<Option<(ValueId, BlockId)>>,
+    /// Slots of which each store is an effect.
+    shared: Vec<bool>,
 }
 
 impl Needs {
+    fn new(body: &Body) -> Needs {
+        Needs {
+            nodes: Vec::with_capacity(4 * body.values.len()),
+            of_values: vec![Range::default(); body.values.len()],
+            of_slots: vec![Vec::new(); body.slots.len()],
+            of_blocks: vec![None; body.blocks.len()],
+            shared: Vec::new(),
+        }
+    }
+
+    /// All that the nodes of `work` need. Each is taken up once, with what it needs, so that chains through loops and arrays
+    /// cost no more than others.
+    fn live(&self, body: &Body, mut work: Vec<Node>) -> Live {
+        let mut live = Live {
+            values: vec![false; body.values.len()],
+            slots: vec![false; body.slots.len()],
+            blocks: vec![false; body.blocks.len()],
+        };
+        while let Some(node) = work.pop() {
+            if live.mark(node) {
+                self.follow(node, &mut work);
+            }
+        }
+        live
+    }
+
     fn nodes(&self, range: Range) -> &[Node] {
         self.nodes.get(range.0..range.1).unwrap_or(&[])
     }
@@ -132,6 +193,9 @@ impl Needs {
                     _ => {}
                 }
                 let range = self.values(&inst.results, start);
+                if let Some(true) = written.and_then(|slot| self.shared.get(slot.index())) {
+                    (written, effect) = (None, true);
+                }
                 if effect {
                     work.extend_from_slice(self.nodes(range));
                 }

@@ -1,11 +1,15 @@
 //! Constants, computed with the arithmetic of a run; names of spaces and noises resolved; known branches taken;
 //! and rewrites that keep every bit.
 
+mod meaning;
+
 use super::Renaming;
 use crate::builtins::color_path_in;
 use crate::ir::{
     BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId, Values,
 };
+use meaning::Meaning;
+pub(super) use meaning::{only_meaning, settle};
 use smallvec::smallvec;
 
 /// Runs the pass.
@@ -19,17 +23,8 @@ pub(super) fn again(body: &mut Body, exact: bool) {
     let _ = fold(body, true, exact);
 }
 
-/// Settles what the program means where that depends on what is constant: what is not found to be so by now is not.
-pub(super) fn settle(body: &mut Body) {
-    for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
-        if matches!(inst.op, Op::Kernel(Kernel::IsConstant, _)) {
-            inst.op = Op::Const(Const::Int(0));
-        }
-    }
-}
-
-/// Yields the operations that turned out to have a known divisor.
-fn fold(body: &mut Body, settled: bool, exact: bool) -> Vec<(ValueId, LaneOp)> {
+/// Yields what was found out that changes the meaning.
+fn fold(body: &mut Body, settled: bool, exact: bool) -> Meaning {
     let values = body.values.len();
     let mut fold = Fold {
         settled,
@@ -37,43 +32,11 @@ fn fold(body: &mut Body, settled: bool, exact: bool) -> Vec<(ValueId, LaneOp)> {
         renaming: Renaming::default(),
         known: vec![None; values],
         lanes: vec![None; values],
-        divided: Vec::new(),
+        meaning: Meaning::default(),
     };
     fold.block(body, body.entry);
     rename_outputs(body, &fold.renaming);
-    fold.divided
-}
-
-/// Only what changes a meaning: which operations divide by a constant (they have no guard), and what
-/// `isconstant` finds. Both are found out as the pass would find them, and nothing else of the body changes.
-pub(super) fn only_meaning(body: &mut Body) {
-    let mut folded = body.clone();
-    let divided = fold(&mut folded, false, false);
-    let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
-    for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
-        if let Some(result) = inst.results.first()
-            && let Some(found) = operations.get_mut(result.index())
-        {
-            *found = Some(inst.op.clone());
-        }
-    }
-    // A loop of one round is folded twice: what has a known divisor may be a constant in the end.
-    for (result, op) in divided {
-        if let Some(found) = operations.get_mut(result.index()) {
-            *found = Some(Op::Lane(op, Values::new()));
-        }
-    }
-    for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
-        let found = inst.results.first().and_then(|result| operations.get_mut(result.index())?.take());
-        match (&mut inst.op, found) {
-            (
-                Op::Lane(op, _),
-                Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact | LaneOp::ModBy), _)),
-            ) => *op = found,
-            (op @ Op::Kernel(Kernel::IsConstant, _), Some(found @ Op::Const(_))) => *op = found,
-            _ => {}
-        }
-    }
+    fold.meaning
 }
 
 /// Lets the outputs follow a renaming.
@@ -86,7 +49,7 @@ pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
 }
 
 struct Fold {
-    /// Whether a constant divisor changes nothing any more.
+    /// Whether what is constant does not change the meaning any more.
     settled: bool,
     /// Whether only results that double precision has too are constants.
     exact: bool,
@@ -95,8 +58,7 @@ struct Fold {
     known: Vec<Option<Const>>,
     /// The lane operation that computes a value.
     lanes: Vec<Option<(LaneOp, Values)>>,
-    /// Results of operations whose divisor is known, and what they became.
-    divided: Vec<(ValueId, LaneOp)>,
+    meaning: Meaning,
 }
 
 /// What becomes of an instruction.
@@ -179,12 +141,16 @@ impl Fold {
                 };
                 let outcome = match op {
                     Op::Lane(op, args) => self.lane_op(body, divided.unwrap_or(op), args, inst.span, kept),
+                    Op::Kernel(Kernel::ColorBetween, args) if self.is_unconverted(&args) => {
+                        self.meaning.unconverted.extend(inst.results.first());
+                        args.get(2).map_or(Outcome::Constant(Const::Int(0)), |color| Outcome::Same(*color))
+                    }
                     Op::Kernel(Kernel::ColorBetween, args) => self.color(body, args, inst.span, kept),
                     Op::Kernel(kernel, args) => self.kernel(kernel, args),
                     op => Outcome::Keep(op),
                 };
                 if let (Some(op), Some(result)) = (divided, inst.results.first()) {
-                    self.divided.push((*result, op));
+                    self.meaning.divided.push((*result, op));
                 }
                 let op = match outcome {
                     Outcome::Keep(op) => op,
@@ -365,6 +331,20 @@ impl Fold {
         }
     }
 
+    fn name(&self, value: Option<&ValueId>) -> Option<&std::sync::Arc<str>> {
+        match self.constant(*value?)? {
+            Const::Str(name) => Some(name),
+            _ => None,
+        }
+    }
+
+    /// Whether a color goes from a space to itself, by names that are constants of the program as it was written: what
+    /// becomes constant later is converted to RGB and back.
+    fn is_unconverted(&self, args: &[ValueId]) -> bool {
+        let from = self.name(args.first());
+        !self.settled && from.is_some() && from == self.name(args.get(1))
+    }
+
     /// A color between spaces that are known: through RGB by lane operations.
     fn color(
         &mut self,
@@ -373,21 +353,13 @@ impl Fold {
         span: osl_syntax::span::Span,
         kept: &mut Vec<Inst>,
     ) -> Outcome {
-        let name = |at: usize| match args.get(at).and_then(|a| self.constant(*a)) {
-            Some(Const::Str(s)) => Some(s.clone()),
-            _ => None,
-        };
         // The number of the RGB system stands behind the color, if it is not the usual one.
         let system = match args.get(3).and_then(|a| self.constant(*a)) {
             Some(Const::Int(system)) => *system,
             _ => 0,
         };
-        let paths = name(0).zip(name(1)).and_then(|(from, to)| {
-            // From a space to itself nothing is computed.
-            if from == to {
-                return Some((&[][..], &[][..]));
-            }
-            Some((color_path_in(&from, true, system)?, color_path_in(&to, false, system)?))
+        let paths = self.name(args.first()).zip(self.name(args.get(1))).and_then(|(from, to)| {
+            Some((color_path_in(from, true, system)?, color_path_in(to, false, system)?))
         });
         let (Some((first, second)), Some(color)) = (paths, args.get(2).copied()) else {
             return Outcome::Keep(Op::Kernel(Kernel::ColorBetween, args));

@@ -5,7 +5,7 @@
 
 mod algebra;
 mod cse;
-mod dce;
+pub(crate) mod dce;
 mod derive;
 mod flatten;
 mod fold;

@@ -6,7 +6,7 @@ use super::overload::{Candidate, Given};
 use super::{FunctionSymbol, Resolver};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature};
 use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCall, Step};
-use crate::types::Type;
+use crate::types::{Extent, Type};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 
@@ -160,6 +160,7 @@ impl Resolver<'_> {
                 _ => None,
             });
             let value = match param {
+                Some(Param { ty: ParamType::Of(ty), .. }) if ty.is_array() => as_array(value),
                 Some(Param { ty: ParamType::Of(ty), .. }) => convert_to(*ty, value),
                 _ => value,
             };
@@ -217,4 +218,13 @@ fn argument_value(arg: Arg) -> Option<Expr> {
         Arg::Copy { value: Init::Value(value), .. } => Some(value),
         Arg::Alias(_) | Arg::Copy { value: Init::List(_), .. } => None,
     }
+}
+
+/// A value that stands for an array: an array of it alone.
+fn as_array(value: Expr) -> Expr {
+    if value.ty.is_array() || value.ty.is_error() {
+        return value;
+    }
+    let ty = Type { extent: Extent::Array(1), ..value.ty };
+    Expr { ty, span: value.span, kind: ExprKind::Struct(vec![Init::Value(value)]) }
 }

@@ -246,7 +246,9 @@ impl Resolver<'_> {
         if tied.len() > 1 {
             let rank = |c: &Candidate| return_rank(c.ret());
             let top = tied.iter().map(|c| rank(c)).min().unwrap_or(0);
-            let struct_tie = tied.iter().any(|c| c.ret() != tied[0].ret() && c.ret().as_struct().is_some());
+            // One struct among other types has its place in the order; two have none.
+            let mut structs = tied.iter().filter_map(|c| c.ret().as_struct());
+            let struct_tie = structs.next().is_some_and(|first| structs.any(|other| other != first));
             if struct_tie {
                 let d = Diagnostic::error(
                     errors::AMBIGUOUS_STRUCTS,

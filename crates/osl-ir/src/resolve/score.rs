@@ -27,6 +27,7 @@ impl Resolver<'_> {
         let mut total = 0;
         for (param, g) in signature.params.iter().zip(fixed) {
             total += match param.ty {
+                ParamType::Of(ty) if stands_for_array(ty, g) => 23,
                 ParamType::Of(ty) => self.score_given(ty, g)?,
                 ParamType::Any { array } => {
                     let Given::Value(v) = g else { return None };
@@ -126,7 +127,7 @@ impl Resolver<'_> {
         }
         for (index, (param, g)) in signature.params.iter().zip(given).enumerate() {
             match (param.ty, g) {
-                (ParamType::Of(ty), _) if self.score_given(ty, g).is_none() => {
+                (ParamType::Of(ty), _) if !stands_for_array(ty, g) && self.score_given(ty, g).is_none() => {
                     return self.misfit(index, ty, g);
                 }
                 (ParamType::Any { .. }, Given::List(..)) => {
@@ -180,6 +181,15 @@ fn tail(tail: Tail, rest: &[Given]) -> Option<u32> {
     };
     let types: Vec<Type> = rest.iter().map(ty).collect();
     tail.takes(&types).then_some(rest.len() as u32)
+}
+
+/// Whether a single point, vector or normal is given where a built-in wants an array of them. The reference takes it, though
+/// what it then reads behind the first element is not defined.
+fn stands_for_array(wanted: Type, given: &Given) -> bool {
+    let is = |base: Base| matches!(base, Base::Point | Base::Vector | Base::Normal);
+    wanted.extent == Extent::Unsized
+        && is(wanted.base)
+        && matches!(given, Given::Value(v) if !v.ty.is_array() && is(v.ty.base))
 }
 
 fn wrong_count(takes: &str, wanted: usize, given: usize) -> String {

@@ -10,7 +10,7 @@ use osl_exec::Program;
 use osl_ir::hir;
 use osl_ir::ir::Body;
 use osl_ir::lint;
-use osl_ir::lower;
+use osl_ir::lower::{self, Last, Requests};
 use osl_ir::oso::{self, Read};
 use osl_ir::params::{self, ParamValues};
 use osl_ir::passes::{self, Report};
@@ -119,12 +119,24 @@ pub enum CompileError {
     Program(Vec<Diagnostic>),
 }
 
-/// Lowers a program with parameter values given as name and text.
+/// Lowers a program with parameter values given as name and text; nothing is asked of it.
 ///
 /// # Errors
 /// A value does not suit its parameter, or the program cannot be lowered.
 pub fn lower(program: &hir::Program, values: &[(String, String)]) -> Result<Body, CompileError> {
-    lower::lower(program, &given(program, values)?).map_err(CompileError::Program)
+    lower_for(program, values, &Requests { last: Last::None, ..Requests::default() })
+}
+
+/// The same for what a renderer asks of it.
+///
+/// # Errors
+/// Those of [`lower`].
+pub fn lower_for(
+    program: &hir::Program,
+    values: &[(String, String)],
+    requests: &Requests,
+) -> Result<Body, CompileError> {
+    lower::lower_for(program, &given(program, values)?, requests).map_err(CompileError::Program)
 }
 
 /// The same, with notes of what the source does.
@@ -132,7 +144,7 @@ pub fn lower(program: &hir::Program, values: &[(String, String)]) -> Result<Body
 /// # Errors
 /// Those of [`lower`].
 pub fn lower_noted(program: &hir::Program, values: &[(String, String)]) -> Result<Body, CompileError> {
-    lower::lower_noted(program, &given(program, values)?).map_err(CompileError::Program)
+    lower_for(program, values, &Requests { last: Last::None, notes: true, ..Requests::default() })
 }
 
 fn given(program: &hir::Program, values: &[(String, String)]) -> Result<ParamValues, CompileError> {

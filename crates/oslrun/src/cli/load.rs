@@ -5,10 +5,11 @@ use super::{Failure, input, levels, repair, report};
 use crate::nodes;
 use crate::pipeline::{self, CompileError, ShaderFiles};
 use osl_ir::group::Group;
+use osl_ir::hir;
 use osl_ir::ir::Body;
 use osl_ir::lint::Level;
+use osl_ir::lower::{self, Last, Requests};
 use osl_ir::params::{self, ParamError, ParamValues};
-use osl_ir::{hir, lower};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
 use std::cell::RefCell;
@@ -103,8 +104,10 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
-    let lowered = pipeline::lower(&program, request.params).and_then(|body| {
-        Ok((body, notes.then(|| pipeline::lower_noted(&program, request.params)).transpose()?))
+    let requests = requests(Vec::new(), request.outputs);
+    let lower = |requests: &Requests| pipeline::lower_for(&program, request.params, requests);
+    let lowered = lower(&requests).and_then(|body| {
+        Ok((body, notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose()?))
     });
     let (body, noted) = lowered.map_err(failed)?;
     let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -116,6 +119,15 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
     let name = program.shader.name.clone();
     Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
+}
+
+/// What lowering is to know of the requested outputs; `others` are those of layers before the last.
+fn requests(others: Vec<Arc<str>>, outputs: Option<&[String]>) -> Requests {
+    let last = match outputs {
+        None => Last::All,
+        Some(list) => Last::Named(list.iter().map(|name| name.as_str().into()).collect()),
+    };
+    Requests { outputs: others, last, ..Requests::default() }
 }
 
 /// Reports what stopped the lowering.
@@ -195,8 +207,10 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     };
     set_params(&mut group, request.params)?;
     let outputs = asked(&group, &last, request.outputs)?;
-    let noted = notes.then(|| lower::lower_group_noted(&group, &outputs)).transpose();
-    let (body, noted) = lower::lower_group(&group, &outputs)
+    let requests = requests(outputs, request.outputs);
+    let lower = |requests: &Requests| lower::lower_group_for(&group, requests);
+    let noted = notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose();
+    let (body, noted) = lower(&requests)
         .and_then(|body| Ok((body, noted?)))
         .map_err(|list| told(&list, &checked.sources, request.read, err))?;
     let name = last.shader.name.clone();

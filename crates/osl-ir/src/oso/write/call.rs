@@ -146,10 +146,10 @@ impl Writer<'_> {
         signature.params.get(index).map(|p| p.output)
     }
 
-    /// An argument that is only read. Arrays are passed as they lie; for an array of structs stands its first part, which
-    /// has as many elements as all: no function asks for more.
+    /// An argument that is only read. Arrays are passed as they lie; for a struct, or an array of them, stands the first
+    /// part: functions that take any type ask only how many elements it has, and how it is connected.
     fn passed(&mut self, e: &Expr) -> Sym {
-        if !e.ty.is_array() {
+        if !e.ty.is_array() && e.ty.as_struct().is_none() {
             return self.operand(e);
         }
         match self.eval(e) {

@@ -367,7 +367,7 @@ fn is_step(op: LaneOp) -> bool {
 pub(super) fn is_pure(op: &Op) -> bool {
     match op {
         Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Lane(..) => true,
-        Op::Kernel(kernel, _) => matches!(kernel, Kernel::Noise { .. } | Kernel::SpaceMatrix),
+        Op::Kernel(kernel, _) => matches!(kernel, Kernel::Noise { .. } | Kernel::SpaceMatrix { .. }),
         _ => false,
     }
 }

@@ -13,8 +13,8 @@ use job::{Job, Order};
 use osl_exec::{Frame, Keeping, PointSource, Program, Run, RunOptions, Services, Stop};
 use osl_ir::group::Group;
 use osl_ir::group::text::Statement;
-use osl_ir::params;
-use osl_ir::{lower, passes};
+use osl_ir::lower::{self, Last, Requests};
+use osl_ir::{params, passes};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
@@ -244,7 +244,9 @@ fn compile(
         traces: renderer.traces(),
         ..passes::Options::default()
     };
-    let lowered = |group: &Group| lower::lower_group(group, &asked);
+    let last = Last::Named(asked.clone());
+    let requests = Requests { outputs: asked, last, ..Requests::default() };
+    let lowered = |group: &Group| lower::lower_group_for(group, &requests);
     let mut body = closures::lower(group, &options, sources, console, lowered)
         .map_err(|list| render(&list, sources, RenderStyle { color: false }))?;
     passes::set_primaries(&mut body, primaries);

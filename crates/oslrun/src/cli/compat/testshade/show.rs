@@ -46,7 +46,7 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
         let last = index + 1 == group.layers().len();
         let path: Arc<str> = format!("{}.{name}", layer.name).into();
         // A name without its layer makes every layer that has such an output run.
-        let mut names: Vec<Arc<str>> = if last { Vec::new() } else { vec![path.clone()] };
+        let mut names: Vec<Arc<str>> = vec![path.clone()];
         names.extend(of.is_none().then(|| name.into()));
         found.push(Output {
             asked: asked.clone(),

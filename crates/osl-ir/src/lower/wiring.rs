@@ -1,0 +1,172 @@
+//! How layers hang together: which are needed, and what is connected to what. It must not know instructions.
+
+use super::{Last, Requests, View};
+use crate::group::{Connection, End, Rules};
+use crate::hir::{Param, Program};
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// Which layers are needed, and how their parameters are connected.
+pub(super) struct Wiring<'a> {
+    /// Name of the last layer's shader.
+    pub(super) name: Arc<str>,
+    pub(super) rules: &'a Rules,
+    connections: &'a [Connection],
+    /// The layers that run in any case, in order.
+    pub(super) entries: Vec<usize>,
+    pub(super) needed: Vec<bool>,
+    /// For each layer and parameter, the connections to it, those of components first.
+    pub(super) to: Vec<FxHashMap<usize, Vec<&'a Connection>>>,
+    /// For each layer, what of its parameters is connected.
+    pub(super) ends: Vec<Vec<Joint>>,
+    /// Which parameters of the last layer are outputs of the body.
+    pub(super) delivered: Vec<bool>,
+    /// Outputs of layers before the last that are asked for.
+    pub(super) asked: Vec<Asked>,
+}
+
+/// A parameter, or a field of one, that is connected.
+#[derive(Clone, Debug)]
+pub(super) struct Joint {
+    /// The parameter, by index.
+    pub(super) param: usize,
+    /// The fields that lead to the part.
+    pub(super) fields: Vec<usize>,
+    /// 1 from upstream; 2 downstream, or to the renderer.
+    pub(super) bit: i32,
+}
+
+/// An output of a layer before the last: the layer runs at every point.
+pub(super) struct Asked {
+    pub(super) layer: usize,
+    pub(super) param: usize,
+    /// Whether it is an output of the body.
+    pub(super) deliver: bool,
+}
+
+impl<'a> Wiring<'a> {
+    pub(super) fn new(
+        views: &[View<'_>],
+        connections: &'a [Connection],
+        rules: &'a Rules,
+        requests: &Requests,
+    ) -> Wiring<'a> {
+        let name = views.last().map_or_else(|| "".into(), |v| v.program.shader.name.clone());
+        let mut wiring = Wiring {
+            name,
+            rules,
+            connections,
+            entries: rules
+                .entries
+                .clone()
+                .unwrap_or_else(|| views.len().checked_sub(1).into_iter().collect()),
+            needed: vec![rules.is_eager(); views.len()],
+            to: vec![FxHashMap::default(); views.len()],
+            ends: vec![Vec::new(); views.len()],
+            delivered: Vec::new(),
+            asked: Vec::new(),
+        };
+        for connection in connections {
+            for (End { layer, param, fields, .. }, bit) in [(&connection.to, 1), (&connection.from, 2)] {
+                wiring.ends[*layer].push(Joint { param: *param, fields: fields.clone(), bit });
+            }
+            let list = wiring.to[connection.to.layer].entry(connection.to.param).or_default();
+            list.push(connection);
+            list.sort_by_key(|c| c.to.component.is_none());
+        }
+        let before = views.split_last().map_or(&[][..], |(_, before)| before);
+        for name in &requests.outputs {
+            let (of, output) =
+                name.split_once('.').map_or((None, &**name), |(of, output)| (Some(of), output));
+            for (layer, View { program, names, .. }) in before.iter().enumerate() {
+                if of.is_none_or(|of| of == &*names.layer) {
+                    let named = |p: &Param| &*program.vars[p.var.0 as usize].name == output;
+                    let found = program.shader.params.iter().position(|p| p.output && named(p));
+                    wiring.asked.extend(found.map(|param| Asked { layer, param, deliver: of.is_some() }));
+                }
+            }
+        }
+        for Asked { layer, param, .. } in &wiring.asked {
+            wiring.ends[*layer].push(Joint { param: *param, fields: Vec::new(), bit: 2 });
+            // Among entries it runs only if it is one or is needed by one.
+            wiring.needed[*layer] |= rules.entries.is_none();
+        }
+        if let ([.., view], [.., ends]) = (views, &mut wiring.ends[..]) {
+            let requested = requested(view, requests);
+            let named = |index: usize| requested.iter().any(|joint| joint.param == index);
+            let every = !matches!(requests.last, Last::Named(_));
+            let params = view.program.shader.params.iter().enumerate();
+            wiring.delivered = params.map(|(index, p)| p.output && (every || named(index))).collect();
+            ends.extend(requested);
+        }
+        for entry in &wiring.entries {
+            wiring.needed.get_mut(*entry).into_iter().for_each(|needed| *needed = true);
+        }
+        for layer in (0..views.len()).rev().filter(|l| wiring.needed[*l]).collect::<Vec<_>>() {
+            wiring.need(layer);
+        }
+        wiring
+    }
+
+    /// Whether an output is asked for of a layer that runs at every point for that reason.
+    pub(super) fn asks(&self, layer: usize) -> bool {
+        self.rules.entries.is_none() && self.asked.iter().any(|asked| asked.layer == layer)
+    }
+
+    /// Whether a connection leaves a layer.
+    pub(super) fn leaves(&self, layer: usize) -> bool {
+        self.connections.iter().any(|c| c.from.layer == layer)
+    }
+
+    /// Marks what a layer reads, however far up.
+    fn need(&mut self, layer: usize) {
+        let mut open = vec![layer];
+        while let Some(layer) = open.pop() {
+            let sources: Vec<usize> = self.to[layer].values().flatten().map(|c| c.from.layer).collect();
+            for source in sources {
+                if !std::mem::replace(&mut self.needed[source], true) {
+                    open.push(source);
+                }
+            }
+        }
+    }
+}
+
+/// What of the last layer the renderer takes.
+fn requested(view: &View<'_>, requests: &Requests) -> Vec<Joint> {
+    let View { program, names, .. } = view;
+    let outputs = program.shader.params.iter().enumerate().filter(|(_, p)| p.output);
+    let mut found = Vec::new();
+    for (param, of) in outputs {
+        match &requests.last {
+            Last::All => found.push(Joint { param, fields: Vec::new(), bit: 2 }),
+            Last::None => {}
+            Last::Named(list) => {
+                let parts = list.iter().filter_map(|name| {
+                    let own = name.strip_prefix(&*names.layer).and_then(|rest| rest.strip_prefix('.'));
+                    [Some(&**name), own].into_iter().flatten().find_map(|path| fields(program, of, path))
+                });
+                found.extend(parts.map(|fields| Joint { param, fields, bit: 2 }));
+            }
+        }
+    }
+    found
+}
+
+/// The fields by which `path`, like `p.x.y`, leads to a part of a parameter.
+fn fields(program: &Program, param: &Param, path: &str) -> Option<Vec<usize>> {
+    let var = program.vars.get(param.var.0 as usize)?;
+    let mut names = path.split('.');
+    if names.next()? != &*var.name {
+        return None;
+    }
+    let mut ty = var.ty;
+    let mut fields = Vec::new();
+    for name in names {
+        let of = &program.structs.get(ty.as_struct()?).fields;
+        let index = of.iter().position(|field| &*field.name == name)?;
+        fields.push(index);
+        ty = of.get(index)?.ty;
+    }
+    Some(fields)
+}

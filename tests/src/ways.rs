@@ -1,0 +1,37 @@
+//! One shader in the ways to run it: from its source with all passes, without those that can be left out, and through the
+//! text of a compiled shader.
+
+use crate::run;
+use osl_exec::RunOptions;
+use osl_ir::passes;
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use oslrun::pipeline;
+
+/// Checks what a shader prints at one point, in each of the ways, and that it reports nothing.
+///
+/// # Panics
+/// It does not compile, prints something else or reports something.
+pub fn prints(text: &str, expected: &str) {
+    let checked = pipeline::check("s.osl", text, &NoFiles, &Options::default());
+    let program = checked.program.unwrap_or_else(|| panic!("{text}: {:#?}", checked.diagnostics));
+    let written = osl_ir::oso::write(&program, &checked.sources).unwrap_or_else(|e| panic!("{text}: {e:#?}"));
+    let grid = Grid::new(1, 1);
+    let none = passes::Options { without: passes::Pass::ALL.to_vec(), ..passes::Options::default() };
+    for (name, text, options) in [
+        ("s.osl", text, passes::Options::default()),
+        ("s.osl", text, none),
+        ("s.oso", &written, passes::Options::default()),
+    ] {
+        let varying = osl_exec::PointSource::varying(&grid).to_vec();
+        let options = passes::Options { varying, ..options };
+        let compiled =
+            run::compile(name, text, &[], &options).unwrap_or_else(|e| panic!("{name}: {text}: {e}"));
+        let frame =
+            osl_exec::run(&compiled.program, &run::services(), &grid, &RunOptions::default(), &|_| ())
+                .unwrap_or_else(|e| panic!("{name}: {text}: {e}"));
+        let printed: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
+        assert_eq!(printed, expected, "{name}: {text}");
+        assert!(frame.messages.is_empty(), "{name}: {text}: {:?}", frame.messages);
+    }
+}
