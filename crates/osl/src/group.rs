@@ -106,7 +106,8 @@ impl GroupBuilder {
             _ => Last::Named(outputs.iter().map(|name| (*name).into()).collect()),
         };
         let requests = Requests { outputs: others, last, ..Requests::default() };
-        let mut body = lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
+        let mut body =
+            lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
         if outputs.is_empty() {
             // Closures are for those who name them: others do not pay for them.
             body.outputs.retain(|output| output.ty.base != Base::Closure);

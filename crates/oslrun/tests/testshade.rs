@@ -14,7 +14,7 @@ use std::process::Command;
 /// Says its name, and hands a number on.
 const NODE: &str = "shader node(string name = \"\", float in = 0 [[ int lockgeom = 0 ]], output float out = 0)\n{\n    printf(\"%s\\n\", name);\n    out = in + 1;\n}\n";
 /// Needs its first input at half of the points only.
-const HALF: &str = "shader half(float a = 0, float b = 0, output float out = 0)\n{\n    printf(\"half\\n\");\n    if (u > 0.5)\n        out = a;\n    out += b;\n}\n";
+const HALF: &str = "shader half(float a = 0, float b = 0, output float Cout = 0)\n{\n    printf(\"half\\n\");\n    if (u > 0.5)\n        Cout = a;\n    Cout += b;\n}\n";
 
 /// A folder with the two shaders.
 fn folder() -> tempfile::TempDir {

@@ -58,7 +58,10 @@ pub(in crate::passes) fn only_meaning(body: &mut Body) {
         inst.op.replace_uses(|value| colors.get(value));
         let found = inst.results.first().and_then(|result| operations.get_mut(result.index())?.take());
         match (&mut inst.op, found) {
-            (Op::Lane(op, _), Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact | LaneOp::ModBy), _))) => *op = found,
+            (
+                Op::Lane(op, _),
+                Some(Op::Lane(found @ (LaneOp::FDivBy | LaneOp::FmodExact | LaneOp::ModBy), _)),
+            ) => *op = found,
             (op @ Op::Kernel(Kernel::IsConstant, _), Some(found @ Op::Const(_))) => *op = found,
             _ => {}
         }
