@@ -91,9 +91,8 @@ fn text_differences(run: &Output, out: &str, err: &str) -> Vec<String> {
     let (printed, said) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     let is_message = |line: &&str| line.starts_with("ERROR") || line.starts_with("WARNING");
     let of_shader = |line: &&str| {
-        !line.trim().is_empty()
-            && !line.starts_with("No output copy for ")
-            && !(line.starts_with("Output ") && line.contains(" to "))
+        let names_an_image = line.starts_with("Output ") && line.contains(" to ");
+        !(line.trim().is_empty() || line.starts_with("No output copy for ") || names_an_image)
     };
     let printed: Vec<&str> = printed.lines().filter(of_shader).collect();
     let lines: Vec<&str> = printed.iter().copied().filter(|line| !is_message(line)).collect();
