@@ -74,7 +74,9 @@ fn in_stored_units(sample: f32, stored: StoredType) -> f64 {
     match stored {
         StoredType::U8 => (f64::from(sample) * 255.0).round(),
         StoredType::U16 => (f64::from(sample) * 65535.0).round(),
-        StoredType::U32 | StoredType::Half | StoredType::Float => f64::from(sample),
+        StoredType::I8 => (f64::from(sample) * 127.0).round(),
+        StoredType::I16 => (f64::from(sample) * 32767.0).round(),
+        StoredType::U32 | StoredType::I32 | StoredType::Half | StoredType::Float => f64::from(sample),
     }
 }
 
@@ -84,6 +86,9 @@ fn rounded_as_stored(mean: f64, stored: StoredType) -> f32 {
         StoredType::U16 => (mean + 0.5).floor() as f32 * (1.0 / 65535.0),
         StoredType::U32 => (mean + 0.5).floor() as f32,
         StoredType::Half => f16::from_f64(mean).to_f32(),
-        StoredType::Float => mean as f32,
+        StoredType::I8 => mean.round() as f32 * (1.0 / 127.0),
+        StoredType::I16 => mean.round() as f32 * (1.0 / 32767.0),
+        // A float holds fewer digits than these integers have.
+        StoredType::I32 | StoredType::Float => mean as f32,
     }
 }

@@ -61,6 +61,12 @@ pub enum StoredType {
     U16,
     /// 32-bit integers (EXR), read as numbers: they count things and are no fractions.
     U32,
+    /// Signed 8-bit integers, read as fractions of 127.
+    I8,
+    /// Signed 16-bit integers, read as fractions of 32767.
+    I16,
+    /// Signed 32-bit integers, read as fractions of 2147483647.
+    I32,
     /// 16-bit floats.
     Half,
     /// 32-bit floats.

@@ -164,7 +164,7 @@ impl Layout {
         let small_enough = buffer.complete_len as u64 <= limit.saturating_mul(8);
         if !known
             || !small_enough
-            || !matches!(buffer.sample_format, SampleFormat::Uint | SampleFormat::IEEEFP)
+            || !matches!(buffer.sample_format, SampleFormat::Uint | SampleFormat::Int | SampleFormat::IEEEFP)
         {
             return Err(ImageError::format(path, format!("TIFF with pixels of the kind {color:?}")));
         }
@@ -182,11 +182,11 @@ impl Layout {
             DecodingResult::F64(doubles) => {
                 (StoredType::Float, doubles.into_iter().map(|value| value as f32).collect())
             }
-            _ => {
-                return Err(ImageError::format(
-                    path,
-                    "TIFF with integers of more than 16 bits, or signed ones",
-                ));
+            DecodingResult::I8(numbers) => (StoredType::I8, fractions(numbers, i8::MAX)),
+            DecodingResult::I16(numbers) => (StoredType::I16, fractions(numbers, i16::MAX)),
+            DecodingResult::I32(numbers) => (StoredType::I32, fractions(numbers, i32::MAX)),
+            DecodingResult::U32(_) | DecodingResult::U64(_) | DecodingResult::I64(_) => {
+                return Err(ImageError::format(path, "TIFF with unsigned 32-bit or with 64-bit integers"));
             }
         };
         let n_pixels = self.width * self.height;
@@ -210,6 +210,12 @@ impl Layout {
         let unpacked: Vec<u8> = rows.flat_map(|row| (0..self.width).map(move |x| in_row(row, x))).collect();
         from_bytes(&unpacked)
     }
+}
+
+/// Integers as fractions of the largest of their type.
+fn fractions<T: Into<f64>>(numbers: Vec<T>, largest: T) -> Vec<f32> {
+    let largest: f64 = largest.into();
+    numbers.into_iter().map(|number| (number.into() / largest) as f32).collect()
 }
 
 /// Planes to pixels.
