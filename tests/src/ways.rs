@@ -1,6 +1,8 @@
 //! One shader in the ways to run it: from its source with all passes, without those that can be left out, and through the
 //! text of a compiled shader.
 
+#![allow(clippy::panic, reason = "what the tests check is checked here")]
+
 use crate::run;
 use osl_exec::RunOptions;
 use osl_ir::passes;

@@ -67,24 +67,26 @@ impl Spaces {
     /// The unknown names, and the matrix with common space in their place.
     pub fn matrix<'n, R: Real>(&self, from: &'n str, to: &'n str) -> Result<[R; 16], Unknown<'n, R>> {
         let mut names = [None; 2];
-        let [unknown_from, unknown_to] = &mut names;
         let from_matrix = self.to_common(from);
-        *unknown_from = from_matrix.is_none().then_some(from);
+        names[0] = from_matrix.is_none().then_some(from);
         let from_matrix = from_matrix.map(|m| m.map(R::lit));
         let common = |name: &str| name == "common" || name == "world";
+        let identity = IDENTITY.map(R::lit);
         let multiply = osl_ir::numeric::matrix::multiply;
         let matrix = if let Some(to_matrix) = self.from_common.get(to) {
             let to_matrix = to_matrix.map(R::lit);
-            from_matrix.map_or(to_matrix, |from| multiply(from, to_matrix))
+            multiply(from_matrix.unwrap_or(identity), to_matrix)
         } else {
             let to_matrix = self.to_common(to);
-            *unknown_to = to_matrix.is_none().then_some(to);
-            let to_matrix = to_matrix.filter(|_| !common(to) && from != to);
-            let from_matrix = from_matrix.filter(|_| !common(from) && from != to);
-            let inverse = to_matrix.map(|m| osl_ir::numeric::matrix::inverse(m.map(R::lit)));
+            names[1] = to_matrix.is_none().then_some(to);
+            // An unknown space is multiplied by as any other: no zero of the product is negative then.
+            let inverse = to_matrix.map_or(identity, |m| osl_ir::numeric::matrix::inverse(m.map(R::lit)));
+            let known = names == [None; 2];
             match (from_matrix, inverse) {
-                (Some(from), Some(to)) => multiply(from, to),
-                (from, to) => from.or(to).unwrap_or(IDENTITY.map(R::lit)),
+                _ if known && from == to => identity,
+                (Some(from), _) if known && common(to) => from,
+                (_, to) if known && common(from) => to,
+                (from, to) => multiply(from.unwrap_or(identity), to),
             }
         };
         if names == [None; 2] { Ok(matrix) } else { Err(Unknown { names, matrix }) }

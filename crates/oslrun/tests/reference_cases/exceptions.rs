@@ -15,7 +15,6 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("headers/matrix33_h", NOT_BUILT),
     ("headers/vector2_h", NOT_BUILT),
     ("main_command/no_file", NOT_BUILT),
-    ("matrix_unknown_space", NOT_BUILT),
     ("overload_by_struct", NOT_BUILT),
     ("spline_single_knot", NOT_BUILT),
     (
