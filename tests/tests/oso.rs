@@ -9,8 +9,8 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::RunOptions;
-use osl_ir::ir::Kind;
+use osl_exec::{Component, Param, RunOptions};
+use osl_ir::ir::{Const, Kind};
 use osl_tests::golden::{Golden, compare, ulps};
 use osl_tests::run;
 use rayon::prelude::*;
@@ -136,8 +136,33 @@ fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> 
     let mut said = frame.said(place);
     said.sort();
     all.push(("messages".to_string(), format!("{said:#?}")));
-    all.push(("closures".to_string(), format!("{:?}", frame.closures)));
+    let of_output = |closures: &osl_exec::Closures| {
+        let points = closures.points.iter().map(|list| list.iter().map(as_compiled).collect::<Vec<_>>());
+        format!("{}: {:?}", closures.output, points.collect::<Vec<_>>())
+    };
+    all.push(("closures".to_string(), frame.closures.iter().map(of_output).collect()));
     all
+}
+
+/// A component as a compiled shader can hold it. For a closure of the renderer alone such a file does not tell where
+/// parameters end and keywords begin: keys count as parameters before their values, which prints alike.
+fn as_compiled(component: &Component) -> Component {
+    let mut component = component.clone();
+    let is_known = osl_ir::builtins::names().any(|name| name == &*component.name);
+    let mut params = Vec::new();
+    for param in component.params {
+        let key = match param.key {
+            Some(key) if !is_known => {
+                params.push(Param { key: None, values: vec![Const::Str(key)], closure: Vec::new() });
+                None
+            }
+            key => key,
+        };
+        let closure = param.closure.iter().map(as_compiled).collect();
+        params.push(Param { key, closure, ..param });
+    }
+    component.params = params;
+    component
 }
 
 /// Compiles a source to text and runs both; what differs. `None` if the source is not accepted.

@@ -22,6 +22,15 @@ impl Writer<'_> {
                 let product = self.emit_value("mul", ty, &[*b, whole]);
                 self.emit_to("sub", to, &[*a, product]);
             }
+            // x (1 - t) + y t; of other types it is an operation.
+            ("mix", [x, y, t]) if ty == Type::CLOSURE => {
+                let one = self.table.float(1.0);
+                let t_ty = self.table.ty(*t);
+                let rest = self.emit_value("sub", t_ty, &[one, *t]);
+                let first = self.emit_value("mul", ty, &[*x, rest]);
+                let second = self.emit_value("mul", ty, &[*y, *t]);
+                self.emit_to("add", to, &[first, second]);
+            }
             ("log", [x, base]) => {
                 let (x_ty, base_ty) = (self.table.ty(*x), self.table.ty(*base));
                 let above = self.emit_value("log", x_ty, &[*x]);
