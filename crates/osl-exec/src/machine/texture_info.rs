@@ -68,7 +68,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     /// Reports a file that cannot be read. The reference looks at files with constant names when it compiles, and says so
-    /// in other words.
+    /// in other words; so does who stands in for it.
     fn unreadable(
         &mut self,
         name: &Arc<str>,
@@ -78,7 +78,8 @@ impl<A: Arithmetic> Machine<'_, A> {
     ) {
         let why =
             if self.services.reference_texts { why.reference_message() } else { why.message().to_owned() };
-        let who = if matches!(file.place, Place::Words(at) if self.program.is_constant(at)) {
+        let is_constant = matches!(file.place, Place::Words(at) if self.program.is_constant(at));
+        let who = if self.services.reference_texts && is_constant {
             format!("Shader error [{}]: ", self.program.shader(step.span))
         } else {
             "[RendererServices::get_texture_info] ".to_owned()

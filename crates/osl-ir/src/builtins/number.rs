@@ -7,10 +7,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane("fmod", T2F, LaneOp::Fmod, "Remainder of a/b with the sign of a.")
         .derivatives("da")
         .extremes(
-            "b of 0 gives 0. A varying a and a b that is known when compiling give the exact remainder, and \
-             nan for b of 0, as in the reference. Else it is a - N b with N = (int)(a/b), so where the \
-             quotient leaves the ints (huge a, inf, nan) N is -2147483648 and the result has no meaning, \
-             though it is the same everywhere; -0 gives 0.",
+            "b of 0 gives 0. A b that is known when compiling gives the exact remainder. Otherwise the result is \
+             a - N b with N = (int)(a/b): where the quotient leaves the ints (huge a, inf, nan), N is \
+             -2147483648 and the result has no meaning, though it is the same everywhere; -0 gives 0.",
         )
         .example("float y = fmod(7 * u, 2);"),
     Builtin::compose(
@@ -21,8 +20,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("da - floor(a/b) db")
     .extremes(
-        "b of 0 gives a. A quotient that overflows counts as 0, so that mod(1e38, 1e-10) is 1e38. Infinite \
-         a stays, infinite b gives nan; nan stays.",
+        "b of 0 gives a. A quotient that overflows counts as 0, so that mod(1e38, 1e-10) is 1e38, unless b is \
+         known when compiling: then the result is -inf. Infinite a stays, infinite b gives nan; nan stays.",
     )
     .example("float phase = mod(7 * u, 1); int left = mod(-7, 3);"),
     Builtin::lane("sign", T1, LaneOp::Sign, "-1, 0 or 1.")

@@ -45,6 +45,8 @@ pub(super) struct Request<'a> {
     pub(super) network: &'a NetworkArgs,
     pub(super) params: &'a [(String, String)],
     pub(super) outputs: Option<&'a [String]>,
+    /// An output that is needed though it is not shown.
+    pub(super) displace: Option<&'a str>,
     pub(super) read: &'a ReadArgs,
     pub(super) lints: &'a levels::LintArgs,
     /// Insert missing brackets, and where to save what comes of it.
@@ -61,6 +63,7 @@ impl Request<'_> {
             network: &run.network,
             params: &run.params,
             outputs: run.outputs.as_deref(),
+            displace: run.on.displace.as_deref(),
             read: &run.read,
             lints: &run.lints,
             repair: run.repair.then_some(run.write.as_deref()),
@@ -104,7 +107,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
-    let requests = requests(Vec::new(), request.outputs);
+    let requests = requests(Vec::new(), request);
     let lower = |requests: &Requests| pipeline::lower_for(&program, request.params, requests);
     let lowered = lower(&requests).and_then(|body| {
         Ok((body, notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose()?))
@@ -122,10 +125,13 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
 }
 
 /// What lowering is to know of the requested outputs; `others` are those of layers before the last.
-fn requests(others: Vec<Arc<str>>, outputs: Option<&[String]>) -> Requests {
-    let last = match outputs {
+fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
+    let last = match request.outputs {
         None => Last::All,
-        Some(list) => Last::Named(list.iter().map(|name| name.as_str().into()).collect()),
+        Some(list) => {
+            let names = list.iter().map(String::as_str).chain(request.displace);
+            Last::Named(names.map(Arc::from).collect())
+        }
     };
     Requests { outputs: others, last, ..Requests::default() }
 }
@@ -207,7 +213,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     };
     set_params(&mut group, request.params)?;
     let outputs = asked(&group, &last, request.outputs)?;
-    let requests = requests(outputs, request.outputs);
+    let requests = requests(outputs, request);
     let lower = |requests: &Requests| lower::lower_group_for(&group, requests);
     let noted = notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose();
     let (body, noted) = lower(&requests)
