@@ -110,7 +110,7 @@ impl std::fmt::Debug for Keeping {
 const MAX_MESSAGES: usize = 1000;
 /// Bytes of the messages that a tile keeps, if it has more than one.
 const MAX_BYTES: usize = 1 << 20;
-/// Messages that a tile keeps each time; beyond them, those that are new.
+/// A tile keeps this many messages, repeats included; after that it keeps new ones only.
 const MAX_EVENTS: usize = 1 << 17;
 
 /// Position of the point that says a message, and how many were said before.

@@ -49,7 +49,7 @@ impl LoadFailure {
     /// The reason in the words of the reference's texture library, which scripts may look for. They depend on the format
     /// that the ending of the name promises.
     pub fn reference_message(&self) -> String {
-        /// Endings of the formats that the library reads, but for those of TIFF.
+        /// Endings of the formats that the library reads, except TIFF.
         const KNOWN: &str = " bmp bw cin cineon dds dib dpx exr fits gif hdr ico iff int inta j2c j2k jfi jfif jp2 jpe jpeg \
                              jpg pbm pdd pfm pgm pic png pnm ppm psb psd rgb rgba rgbe rla sgi softimage tga tpic webp z \
                              zfile ";

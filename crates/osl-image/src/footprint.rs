@@ -19,7 +19,7 @@ pub struct Footprint {
 }
 
 impl Footprint {
-    /// The size of an image of which each texel would be one pixel, as whole numbers.
+    /// The image size at which one texel covers one pixel, as whole numbers.
     pub(crate) fn natural_size(&self) -> (usize, usize) {
         // The cast is 0 for what is no number.
         let texels = |x: f32, y: f32| (1.0 / x.abs().max(y.abs()).max(SHORTEST as f32)) as usize;

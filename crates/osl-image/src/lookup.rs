@@ -141,7 +141,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         self.level(index, (0, natural_rows))
     }
 
-    /// What a probe reads of one level. `natural` is the size of an image of which each texel would be a pixel.
+    /// What a probe reads from one level. `natural` is the image size at which one texel covers one pixel.
     fn level(&self, index: usize, natural: (usize, usize)) -> LevelSource<'_> {
         let options = self.options;
         let n_stored = self.texture.channels().len();

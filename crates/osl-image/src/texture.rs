@@ -254,7 +254,7 @@ impl Texture {
     /// The sizes of the levels that are made, coarser and coarser.
     fn sizes_below(&self) -> impl Iterator<Item = (usize, usize)> {
         let (width, height) = self.finest.full;
-        // A file may claim any size for an image of which it stores a corner. Levels of it would not fit.
+        // A file may store only a corner of an image of any size. The levels of the whole would not fit.
         let texels = (width as u64).saturating_mul(height as u64);
         let fits = texels.saturating_mul(self.channels.len() as u64) <= MAX_SAMPLES;
         let mut size = (width, height);

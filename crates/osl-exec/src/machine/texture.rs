@@ -25,7 +25,7 @@ struct Options {
 }
 
 impl Options {
-    /// Color and alpha where there is no file; the alpha is the channel behind those that are wanted.
+    /// Color and alpha where there is no file; the alpha is the channel after the requested ones.
     fn instead(&self, channels: usize) -> ([f32; 3], f32) {
         let [r, g, b, a] =
             self.missing.unwrap_or_default().map(|channel| channel.unwrap_or(self.lookup.fill));
@@ -150,7 +150,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Lookups in volumes, none of which can be read.
+    /// Lookups in volumes. No volume format can be read.
     pub(super) fn volume(&mut self, options: &[TextureOption], quiet: bool, step: &KernelStep, mask: &Mask) {
         let [name, values @ ..] = &step.args[..] else { return };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
@@ -284,7 +284,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                     let [r, g, b] = self.singles(*value, lane).map(Some);
                     given.missing = Some([r, g, b, alpha.or(Some(0.0))]);
                 }
-                // It takes the place of the channel behind those that are wanted.
+                // It takes the place of the channel after the requested ones.
                 TextureOption::MissingAlpha => {
                     let missing = given.missing.get_or_insert_default();
                     missing[if channels == 1 { 1 } else { 3 }] = Some(number);

@@ -124,7 +124,7 @@ fn header(texture: &Texture, datum: &str, kind: Kind, count: usize) -> Option<Ve
     in_form(values, kind, count)
 }
 
-/// Channels as floats, or as a triple; those that are missing are 0.
+/// Channels as floats, or as a triple. Missing channels are 0.
 fn color(channels: &[f32], kind: Kind, count: usize) -> Option<Vec<Const>> {
     let channel = |c: usize| channels.get(c).copied().unwrap_or(0.0);
     match kind {
