@@ -2,6 +2,7 @@
 
 use super::explain::ExplainArgs;
 use super::levels::LintArgs;
+use super::limits::LimitArgs;
 use super::on::OnArgs;
 use super::sampling::SampleArgs;
 use super::stability::StabilityArgs;
@@ -66,6 +67,9 @@ pub(super) struct ReadArgs {
     /// How errors and warnings are printed.
     #[arg(long, value_enum, default_value_t)]
     pub(super) message_format: MessageFormat,
+    /// What the command may take.
+    #[command(flatten)]
+    pub(super) limits: LimitArgs,
 }
 
 /// How errors and warnings are printed.

@@ -15,7 +15,7 @@ pub(super) fn read(user: &[(String, String)], attributes: Option<&Path>) -> Resu
     }
     let Some(path) = attributes else { return Ok(data) };
     let wrong = |why: &dyn std::fmt::Display| Failure::new(format!("attributes {}: {why}", path.display()));
-    let text = input::read_text(path).map_err(|e| wrong(&e))?;
+    let text = input::read_text(path, &osl_limits::Limits::default()).map_err(|e| wrong(&e))?;
     let value: Value = serde_json::from_str(&text).map_err(|e| wrong(&e))?;
     let Value::Object(list) = value else {
         return Err(wrong(&"the file is to hold an object: {\"name\": value, …}"));

@@ -167,7 +167,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     let mut file = "<group>".to_string();
     let mut folder = PathBuf::new();
     if let Some(path) = request.file.filter(|_| is_group) {
-        text = input::read_text(path)
+        text = input::read_text(path, &osl_limits::Limits::default())
             .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
         file = path.display().to_string();
         folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -297,7 +297,8 @@ impl<'a> Folders<'a> {
 
     /// A shader's file as it is read: its name and text.
     fn open(&self, path: &Path) -> Result<(String, String), String> {
-        let (name, text) = (path.display().to_string(), input::read_text(path)?);
+        let (name, text) =
+            (path.display().to_string(), input::read_text(path, &osl_limits::Limits::default())?);
         let Some(edits) = &self.repair else { return Ok((name, text)) };
         let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut input = input::input(name, text, main, self.read);

@@ -18,6 +18,7 @@ mod info;
 mod input;
 mod ir;
 mod levels;
+mod limits;
 mod load;
 mod on;
 mod output;

@@ -352,7 +352,8 @@ fn mesh(name: &str) -> Result<Mesh, Failure> {
         let names = names.join(", ");
         return Err(Failure::new(format!("`{name}` is no surface; there are {names}, and files *.obj")));
     }
-    let text = input::read_text(path).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    let text = input::read_text(path, &osl_limits::Limits::default())
+        .map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
     read_obj(&text).map_err(|e| Failure::new(format!("{name}: {e}")))
 }
 

@@ -53,7 +53,7 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
 
 /// Reads a scene and builds its world; the samples that it asks for.
 fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> Result<(World, u32), Failure> {
-    let text = input::read_text(&args.file)
+    let text = input::read_text(&args.file, args.read.limits.limits())
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
     let files = Includes { folders: &args.search_path, anywhere: args.allow_files };
     let mut messages = Messages::default();
@@ -205,7 +205,7 @@ impl SceneFiles for Includes<'_> {
         let beside = Path::new(from).parent().map(Path::to_path_buf).unwrap_or_default();
         let folders = std::iter::once(beside).chain(self.folders.iter().cloned());
         let found = folders.map(|f| f.join(path)).find(|p| p.is_file()).ok_or("no such file")?;
-        Ok((found.display().to_string(), input::read_text(&found)?))
+        Ok((found.display().to_string(), input::read_text(&found, &osl_limits::Limits::default())?))
     }
 }
 

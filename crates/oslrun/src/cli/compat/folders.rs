@@ -32,7 +32,10 @@ impl ShaderFiles for Folders {
             for folder in &self.path {
                 let path = folder.join(format!("{stem}.{ending}"));
                 if path.is_file() {
-                    return Ok((path.display().to_string(), input::read_text(&path)?));
+                    return Ok((
+                        path.display().to_string(),
+                        input::read_text(&path, &osl_limits::Limits::default())?,
+                    ));
                 }
             }
         }

@@ -153,7 +153,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     // What is no file is the scene itself.
     let path = Path::new(file);
     let text = match file.ends_with(".xml") && path.is_file() {
-        true => input::read_text(path)?,
+        true => input::read_text(path, &osl_limits::Limits::default())?,
         false => file.clone(),
     };
     let scene = scene::read(&text).map_err(|why| format!("SEVERE ERROR: {why}"))?;

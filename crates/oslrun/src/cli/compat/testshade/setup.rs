@@ -48,7 +48,11 @@ pub(super) fn group<'a>(
                 groups += 1;
                 builder.restart(&name(groups));
                 let path = Path::new(given);
-                let text = if path.is_file() { input::read_text(path)? } else { given.clone() };
+                let text = if path.is_file() {
+                    input::read_text(path, &osl_limits::Limits::default())?
+                } else {
+                    given.clone()
+                };
                 if job.verbose {
                     let _ = write!(console.out, "Processing group specification:\n---\n{text}\n---\n");
                 }

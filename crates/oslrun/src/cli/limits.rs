@@ -1,0 +1,102 @@
+//! What the command line says about limits, and the watch that holds the process to its time and memory.
+//!
+//! The limits themselves are those of `osl-limits`. The watch looks at the clock and at the memory of the process every
+//! few milliseconds, tells all stages to end when one of them is used up, and ends the process where they do not: a library
+//! that decodes an image cannot be asked to stop.
+
+use clap::Args;
+use osl_limits::{Halt, Limits};
+use std::io::Write;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+/// How long the stages have to end by themselves once they were told to.
+const GRACE: Duration = Duration::from_secs(2);
+/// How often the watch looks.
+const EVERY: Duration = Duration::from_millis(5);
+
+/// What a command may take.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct LimitArgs {
+    /// A limit to set, by its name in docs/limits.md: running.point_steps=100M; may be repeated.
+    #[arg(long, value_name = "NAME=N", value_parser = limit, help_heading = "Limits")]
+    limit: Vec<(String, String)>,
+    /// Seconds that the command may take (default: no bound).
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, env = "OSLRUN_MAX_TIME", hide_env = true, help_heading = "Limits")]
+    max_time: Option<f64>,
+    /// Memory that the command may take (default: three quarters of what the machine has).
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..), env = "OSLRUN_MAX_MEMORY", hide_env = true, help_heading = "Limits")]
+    max_memory: Option<u64>,
+    /// The limits, made when they are first asked for.
+    #[arg(skip)]
+    made: OnceLock<Limits>,
+}
+
+impl LimitArgs {
+    /// The limits. From the first call on the process is watched.
+    pub(super) fn limits(&self) -> &Limits {
+        self.made.get_or_init(|| {
+            let mut limits = Limits::default();
+            for (name, value) in &self.limit {
+                // Checked when the command line was read.
+                let _ = limits.set(name, value);
+            }
+            let seconds = self.max_time.map(Duration::from_secs_f64);
+            watch(&limits, seconds, self.max_memory.map_or_else(sensible, |mib| mib.saturating_mul(1 << 20)));
+            limits
+        })
+    }
+}
+
+fn limit(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or_else(|| format!("`{text}` is not of the form NAME=N"))?;
+    Limits::default().set(name, value).map_err(|why| why.to_string())?;
+    Ok((name.to_string(), value.to_string()))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|s: &f64| *s > 0.0 && *s < 1e9);
+    found.ok_or_else(|| format!("a number of seconds above 0, not `{text}`"))
+}
+
+/// Three quarters of the memory of the machine, or of the part of it that the process may use.
+fn sensible() -> u64 {
+    let read = |path: &str| std::fs::read_to_string(path).ok();
+    let machine = read("/proc/meminfo").and_then(|text| {
+        let line = text.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+        line.trim().strip_suffix(" kB")?.parse::<u64>().ok()?.checked_mul(1024)
+    });
+    let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
+    // Where nothing says: what is common.
+    let all = machine.unwrap_or(8 << 30).min(group.unwrap_or(u64::MAX));
+    all / 4 * 3
+}
+
+/// Tells all stages to end, and ends the process if they do not, when its time or memory are used up. It goes on as long
+/// as somebody holds the limits.
+fn watch(limits: &Limits, time: Option<Duration>, memory: u64) {
+    let start = Instant::now();
+    let limits = limits.clone();
+    let work = move || {
+        let mut told: Option<Instant> = None;
+        while limits.is_shared() {
+            let used = memory_stats::memory_stats().map_or(0, |now| now.physical_mem as u64);
+            if time.is_some_and(|time| start.elapsed() >= time) {
+                limits.halt(Halt::Time);
+            }
+            if used > memory {
+                limits.halt(Halt::Memory);
+            }
+            if let Some(why) = limits.halted() {
+                let told = *told.get_or_insert_with(Instant::now);
+                if told.elapsed() > GRACE || used > memory.saturating_add(memory / 4) {
+                    let _ = writeln!(std::io::stderr(), "error: {why}");
+                    std::process::exit(1);
+                }
+            }
+            std::thread::sleep(EVERY);
+        }
+    };
+    // A process that may make no thread has other bounds.
+    let _ = std::thread::Builder::new().name("watch".to_string()).spawn(work);
+}

@@ -1,0 +1,5 @@
+//! The limits of `images`.
+
+use crate::Tripped;
+
+pub(crate) const TRIPPED: Tripped = &[];

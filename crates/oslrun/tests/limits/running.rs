@@ -1,0 +1,5 @@
+//! The limits of `running`.
+
+use crate::Tripped;
+
+pub(crate) const TRIPPED: Tripped = &[];

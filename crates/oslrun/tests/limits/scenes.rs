@@ -1,0 +1,5 @@
+//! The limits of `scenes`.
+
+use crate::Tripped;
+
+pub(crate) const TRIPPED: Tripped = &[];
