@@ -11,9 +11,10 @@ use std::sync::{Arc, PoisonError, RwLock};
 use crate::budget::{Budget, Slot};
 use crate::error::ImageError;
 use crate::read::{SubImage, read_part};
-use crate::search::{Refusal, Search};
+use crate::search::Search;
 use crate::texture::Texture;
 use crate::udim::{self, Square};
+use osl_files::FileError;
 
 /// Why a texture is not there.
 #[derive(Debug)]
@@ -141,15 +142,19 @@ impl TextureCache {
     /// its levels, made or not. Beyond that, textures that nobody holds are dropped, those first that were
     /// asked for longest ago; what is in use stays, even if it exceeds the budget alone.
     pub fn with_budget(search: Vec<PathBuf>, bytes: u64) -> Self {
-        let search = Search { folders: search, anywhere: false };
-        Self { search, budget: Budget::new(bytes), slots: RwLock::default(), tiles: RwLock::default() }
+        Self {
+            search: Search::new(search),
+            budget: Budget::new(bytes),
+            slots: RwLock::default(),
+            tiles: RwLock::default(),
+        }
     }
 
     /// Whether names may also lead to files that lie neither below the working directory nor below a search
     /// path, by being absolute, by `..` or by a symbolic link. They may not by default.
     #[must_use]
     pub fn allow_files(mut self, allowed: bool) -> Self {
-        self.search.anywhere = allowed;
+        self.search = self.search.or_anywhere(allowed);
         self
     }
 
@@ -199,12 +204,11 @@ impl TextureCache {
     /// **Errors**: there is no such file, it may not be read, it is too long, or it is not UTF-8: one line.
     pub fn read_text(&self, name: &str, limit: u64) -> Result<String, String> {
         let shown = name.escape_debug();
-        let path = self.search.find(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
-        let length = std::fs::metadata(&path).map_or(0, |meta| meta.len());
-        if length > limit {
+        let file = self.search.open(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
+        if file.length() > limit {
             return Err(format!("the file \"{shown}\" is longer than {limit} bytes"));
         }
-        let bytes = crate::file::read(&path).map_err(|e| e.to_string())?;
+        let bytes = file.bytes(limit).map_err(|e| format!("the file \"{shown}\": {e}"))?;
         String::from_utf8(bytes).map_err(|_| format!("the file \"{shown}\" is not text"))
     }
 
@@ -214,7 +218,7 @@ impl TextureCache {
         if Self::is_tiled(name) {
             return !self.tiles(name).is_empty();
         }
-        self.search.find(name).is_ok()
+        self.search.open(name).is_ok()
     }
 
     /// Why no file of this name can be opened; `None` where there is one, which may still be no image.
@@ -222,15 +226,15 @@ impl TextureCache {
         if self.exists(name) {
             return None;
         }
-        Some(match self.search.find(name) {
-            Err(Refusal::Outside) => Missing::Outside,
+        Some(match self.search.open(name) {
+            Err(FileError::Outside) => Missing::Outside,
             _ => Missing::NotFound,
         })
     }
 
     /// The folders in which names are looked for after the working directory.
     pub fn folders(&self) -> &[PathBuf] {
-        &self.search.folders
+        self.search.folders()
     }
 
     /// The files that a name of many files stands for, of the squares of the first ten rows. They are looked for once.
@@ -241,7 +245,7 @@ impl TextureCache {
         }
         drop(known);
         let names = Square::usual().filter_map(|square| square.name(name));
-        let tiles: Arc<[String]> = names.filter(|name| self.search.find(name).is_ok()).collect();
+        let tiles: Arc<[String]> = names.filter(|name| self.search.open(name).is_ok()).collect();
         let mut known = self.tiles.write().unwrap_or_else(PoisonError::into_inner);
         Arc::clone(known.entry(name.to_owned()).or_insert(tiles))
     }
@@ -271,14 +275,21 @@ impl TextureCache {
     }
 
     fn load(&self, name: &str, part: SubImage<'_>) -> Loaded {
-        let path = self.search.find(name).map_err(|refusal| {
-            let reason = match refusal {
-                Refusal::NotFound => "",
-                Refusal::Outside => ": it is neither below the working directory nor below a search path",
-            };
-            failure(format!("Could not open file \"{}\"{reason}", name.escape_debug()), Some(name))
+        let file = self.search.open(name).map_err(|error| match error {
+            FileError::Io { .. } => {
+                failure(format!("Could not read file {}: {error}", name.escape_debug()), None)
+            }
+            error => {
+                let reason = match error {
+                    FileError::Outside => {
+                        ": it is neither below the working directory nor below a search path"
+                    }
+                    _ => "",
+                };
+                failure(format!("Could not open file \"{}\"{reason}", name.escape_debug()), Some(name))
+            }
         })?;
-        let image = read_part(&path, part).map_err(|error| failure(message(error), None))?;
+        let image = read_part(file, part).map_err(|error| failure(message(error), None))?;
         Ok(Arc::new(Texture::new(image)))
     }
 }

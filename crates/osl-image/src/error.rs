@@ -3,6 +3,7 @@
 //! Every error names the path and the reason, so that a caller can print it as it stands. It must not know
 //! which format a file has beyond the text that a decoder gave.
 
+use osl_files::{FileError, SaveError};
 use std::path::{Path, PathBuf};
 
 /// Why an image could not be written or read. Its text is one line: the path, then the reason.
@@ -51,12 +52,27 @@ impl ImageError {
         Self::Io { path: path.to_owned(), action: action.into(), source }
     }
 
+    /// What the door for files answered.
+    pub(crate) fn file(path: &Path, error: FileError) -> Self {
+        match error {
+            FileError::Io { step, source } => Self::io(path, step, source),
+            FileError::NotFound => Self::io(path, "open the file", std::io::ErrorKind::NotFound.into()),
+            other => Self::input(path, other.to_string()),
+        }
+    }
+
     pub(crate) fn format(path: &Path, reason: impl ToString) -> Self {
         Self::Format { path: path.to_owned(), reason: one_line(&reason.to_string()) }
     }
 
     pub(crate) fn input(path: &Path, reason: impl Into<String>) -> Self {
         Self::Input { path: path.to_owned(), reason: reason.into() }
+    }
+}
+
+impl From<SaveError> for ImageError {
+    fn from(SaveError { path, error }: SaveError) -> Self {
+        Self::file(&path, error)
     }
 }
 

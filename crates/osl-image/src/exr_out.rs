@@ -18,7 +18,8 @@ use rayon::prelude::*;
 
 use crate::error::ImageError;
 use crate::exr_zip;
-use crate::file::Unsaved;
+use crate::file;
+use osl_files::Unsaved;
 
 /// What the planes of a layer mean, which decides the names of its channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,7 +148,8 @@ pub fn write_exr(
         check_planes(path, layer, width * height)?;
     }
     let mut planes = Some(layers.iter().flat_map(|l| l.planes.iter().copied()).collect::<Vec<&[f32]>>());
-    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))?.save()
+    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))?.save()?;
+    Ok(())
 }
 
 /// Rows that a piece of [`write_exr_rows`] must have a multiple of, unless it is the last.
@@ -167,7 +169,7 @@ pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>
 ) -> Result<Unsaved, E> {
     check_size(path, width, height)?;
     let (header, order) = header(path, (width, height), layers, options)?;
-    let mut file = Unsaved::new(path)?;
+    let mut file = file::unsaved(path)?;
     let mut stopped: Option<E> = None;
     let headers = smallvec::smallvec![header];
     let written = exr::block::writer::write_chunks_with(file.sink(), headers, true, |meta, chunks| {

@@ -42,12 +42,10 @@ pub use error::ImageError;
 pub use exr_out::{
     ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,
 };
-pub use file::Unsaved;
-pub use file::replace as replace_file;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
 pub use lookup::{LookupOptions, lookup, lookup_values};
-pub use png_out::{BitDepth, PngOptions, write_png};
+pub use png_out::{BitDepth, PngOptions, png_bytes, write_png};
 pub use read::{Header, ImageData, MAX_SAMPLES, StoredType, SubImage, decode_image, decode_part, read_image};
 pub use texture::Texture;
 pub use transfer::Transfer;

@@ -48,6 +48,19 @@ pub fn write_png(
     planes: &[&[f32]],
     options: PngOptions,
 ) -> Result<(), ImageError> {
+    file::replace(path, &png_bytes(path, width, height, planes, options)?)
+}
+
+/// The bytes of the file that [`write_png`] writes. `path` serves the error text alone.
+///
+/// **Errors**: those of [`write_png`], except for the disk's.
+pub fn png_bytes(
+    path: &Path,
+    width: usize,
+    height: usize,
+    planes: &[&[f32]],
+    options: PngOptions,
+) -> Result<Vec<u8>, ImageError> {
     check_size(path, width, height)?;
     if !matches!(planes.len(), 1..=4) {
         return Err(ImageError::input(path, format!("a PNG takes 1 to 4 planes, not {}", planes.len())));
@@ -72,7 +85,7 @@ pub fn write_png(
     let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
     let encoded = encoder.write_image(&stored, width as u32, height as u32, color_type);
     encoded.map_err(|error| ImageError::format(path, format!("cannot encode PNG: {error}")))?;
-    file::replace(path, &bytes)
+    Ok(bytes)
 }
 
 /// The samples pixel by pixel, in the byte order of this machine, as the encoder wants them.

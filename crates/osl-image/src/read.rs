@@ -12,6 +12,7 @@ use crate::error::ImageError;
 use crate::file;
 use crate::wrap::Wrap;
 use crate::{exr_in, image_in, tiff_in};
+use osl_files::Opened;
 
 /// The most samples (width times height times channels) that [`read_image`] takes: one gibibyte of `f32`.
 pub const MAX_SAMPLES: u64 = 1 << 28;
@@ -125,12 +126,13 @@ impl ImageData {
 ///
 /// **Errors**: what the disk refuses, formats that are not among these, damaged files, too large images.
 pub fn read_image(path: &Path) -> Result<ImageData, ImageError> {
-    read_part(path, SubImage::default())
+    decode_image(path, &file::read_named(path)?, MAX_SAMPLES)
 }
 
-/// Reads one image of a file. **Errors**: as for [`read_image`], and a file without that image.
-pub(crate) fn read_part(path: &Path, part: SubImage<'_>) -> Result<ImageData, ImageError> {
-    decode_part(path, &file::read(path)?, MAX_SAMPLES, part)
+/// Reads one image of an opened file. **Errors**: as for [`read_image`], and a file without that image.
+pub(crate) fn read_part(file: Opened, part: SubImage<'_>) -> Result<ImageData, ImageError> {
+    let path = file.path().to_owned();
+    decode_part(&path, &file::read(file)?, MAX_SAMPLES, part)
 }
 
 /// Decodes the bytes of a file. `path` serves the error text alone; `limit` is in samples.

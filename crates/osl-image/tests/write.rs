@@ -208,11 +208,9 @@ fn places_that_cannot_be_written_are_named() {
         assert!(text.starts_with(&format!("{}: ", path.display())) && !text.contains('\n'), "{text}");
         text
     };
-    assert!(reason(dir.path()).ends_with("is a directory, not a file"));
+    assert!(reason(dir.path()).ends_with("it is a folder, not a file"));
     let missing = dir.path().join("none");
-    assert!(
-        reason(&missing.join("a.png")).ends_with(&format!("there is no directory {}", missing.display()))
-    );
+    assert!(reason(&missing.join("a.png")).ends_with(&format!("there is no folder {}", missing.display())));
     fs::write(dir.path().join("plain"), "").unwrap();
     reason(&dir.path().join("plain").join("a.png"));
     assert_eq!(names_in(dir.path()), ["plain"]);

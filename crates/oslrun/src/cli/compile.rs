@@ -33,7 +33,7 @@ pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Wri
     if args.output.is_none() && path == args.file {
         return Err(Failure::new("this would write the file that is read: name another one with -o"));
     }
-    osl_image::replace_file(&path, text.as_bytes()).map_err(Failure::new)?;
+    osl_files::replace(&path, text.as_bytes()).map_err(Failure::new)?;
     let _ = writeln!(out, "wrote {}", path.display());
     Ok(())
 }

@@ -3,9 +3,10 @@
 use super::Failure;
 use super::args::RunArgs;
 use osl_exec::{Frame, Plane, Printed, Run, Stop};
+use osl_files::Unsaved;
 use osl_image::{
     BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
-    Unsaved, write_exr, write_exr_rows, write_png,
+    write_exr, write_exr_rows, write_png,
 };
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};

@@ -25,7 +25,7 @@ pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write
         input.text = found.text;
     }
     if let Some(path) = write {
-        osl_image::replace_file(path, input.text.as_bytes()).map_err(Failure::new)?;
+        osl_files::replace(path, input.text.as_bytes()).map_err(Failure::new)?;
     }
     Ok(())
 }

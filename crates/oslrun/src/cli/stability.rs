@@ -83,7 +83,7 @@ pub(super) fn stability(
 fn files(args: &StabilityArgs, examined: &Examined, grid: &Grid, out: &mut dyn Write) -> Result<(), Failure> {
     if let Some(path) = &args.html {
         let html = stability::html::html(examined, grid.width, grid.height);
-        osl_image::replace_file(path, html.as_bytes()).map_err(Failure::new)?;
+        osl_files::replace(path, html.as_bytes()).map_err(Failure::new)?;
         let _ = writeln!(out, "wrote {}", path.display());
     }
     if let Some(path) = &args.error_map {

@@ -165,7 +165,7 @@ impl Rule {
                 return Ok(());
             }
         };
-        osl_image::replace_file(&path, text.as_bytes()).map_err(|e| format!("{}: {e}", path.display()))
+        osl_files::replace(&path, text.as_bytes()).map_err(|e| e.to_string())
     }
 }
 
@@ -215,7 +215,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
         told(&list, &sources, job, console);
         String::new()
     })?;
-    osl_image::replace_file(&output, text.as_bytes()).map_err(|e| format!("{}: {e}", output.display()))?;
+    osl_files::replace(&output, text.as_bytes()).map_err(|e| e.to_string())?;
     if job.rule.wanted {
         job.rule.write(file, job, &sources, console)?;
     }

@@ -1,0 +1,102 @@
+//! Why a file was not read or written, as values.
+//!
+//! The text of an error is one line without the name of the file: the caller knows what it asked for, and some
+//! callers must not show it. Nothing here knows what is in a file.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What stands where a file was expected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A folder.
+    Folder,
+    /// A named pipe. Opening it would wait for its other end.
+    Pipe,
+    /// A device, which may have no end.
+    Device,
+    /// A socket.
+    Socket,
+}
+
+impl Kind {
+    /// The word for it, with its article.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Folder => "a folder",
+            Kind::Pipe => "a pipe",
+            Kind::Device => "a device",
+            Kind::Socket => "a socket",
+        }
+    }
+}
+
+/// Why a file was not read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// There is no file of this name.
+    #[error("no such file")]
+    NotFound,
+    /// The name leads out of the folders that may be used, whether or not something is there.
+    #[error("it lies outside of the folders that may be used")]
+    Outside,
+    /// The name belongs to something other than a file.
+    #[error("it is {}, not a file", .0.name())]
+    NotAFile(Kind),
+    /// The file is longer than the limit, in bytes.
+    #[error("it has more than {0} bytes")]
+    TooLong(u64),
+    /// The byte at this offset is not UTF-8.
+    #[error("it is not text (byte {0} is not UTF-8)")]
+    NotUtf8(usize),
+    /// The byte at this offset is zero.
+    #[error("it is not text (byte {0} is zero)")]
+    Zero(usize),
+    /// There is no such folder.
+    #[error("there is no folder {}", .0.display())]
+    NoFolder(PathBuf),
+    /// The name of an output holds something that no file name should.
+    #[error("a file name cannot be made of `{0}`")]
+    Name(String),
+    /// The system refused a step, such as "open the file".
+    #[error("cannot {step}: {source}")]
+    Io {
+        /// The step.
+        step: &'static str,
+        /// The reason of the system.
+        source: io::Error,
+    },
+}
+
+impl FileError {
+    pub(crate) fn io(step: &'static str) -> impl FnOnce(io::Error) -> FileError {
+        move |source| match source.kind() {
+            io::ErrorKind::NotFound if step == OPEN => FileError::NotFound,
+            _ => FileError::Io { step, source },
+        }
+    }
+
+    /// Whether nothing is there, rather than something that is refused.
+    pub fn is_missing(&self) -> bool {
+        matches!(self, FileError::NotFound)
+    }
+}
+
+/// The step that finds no file.
+pub(crate) const OPEN: &str = "open the file";
+
+/// Why an output file was not written, with its path.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {error}", .path.display())]
+pub struct SaveError {
+    /// The path that was asked for.
+    pub path: PathBuf,
+    /// Why.
+    pub error: FileError,
+}
+
+impl SaveError {
+    pub(crate) fn of(path: &Path) -> impl FnOnce(FileError) -> SaveError {
+        move |error| SaveError { path: path.to_owned(), error }
+    }
+}

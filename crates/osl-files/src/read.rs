@@ -1,0 +1,111 @@
+//! Reading an opened file, with a bound; and opening what the user named.
+//!
+//! Which files may be opened is the business of `roots`.
+
+use crate::error::{FileError, Kind};
+use crate::open;
+use std::fs::File;
+use std::io::{IsTerminal, Read};
+use std::path::{Path, PathBuf};
+
+/// A file that was opened and passed all checks.
+#[derive(Debug)]
+pub struct Opened {
+    file: File,
+    path: PathBuf,
+    length: u64,
+}
+
+impl Opened {
+    pub(crate) fn new(file: File, path: PathBuf) -> Result<Opened, FileError> {
+        let length = file.metadata().map_err(FileError::io("look at the file"))?.len();
+        Ok(Opened { file, path, length })
+    }
+
+    /// The path by which it was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Its length in bytes when it was opened.
+    pub fn length(&self) -> u64 {
+        self.length
+    }
+
+    /// All bytes.
+    ///
+    /// # Errors
+    /// It has more than `limit` bytes; the system refuses.
+    pub fn bytes(self, limit: u64) -> Result<Vec<u8>, FileError> {
+        if self.length > limit {
+            return Err(FileError::TooLong(limit));
+        }
+        bytes(self.file, limit, self.length)
+    }
+
+    /// All of it as text.
+    ///
+    /// # Errors
+    /// As for [`Opened::bytes`]; it is not UTF-8, or has a zero byte.
+    pub fn text(self, limit: u64) -> Result<String, FileError> {
+        text(self.bytes(limit)?)
+    }
+}
+
+/// Opens what the user named: a file wherever it lies, and `/dev/stdin` or `/dev/fd/N` with whatever is behind.
+///
+/// # Errors
+/// There is nothing, or a folder, a named pipe, a socket or a device, except a terminal.
+pub fn open_named(path: &Path) -> Result<Opened, FileError> {
+    let file = open::any_kind(path)?;
+    match open::kind(&file)? {
+        None => {}
+        // A shell's `<(command)` is a pipe too, but one without a name of its own. A named one may have no writer, and
+        // then reading would never end.
+        Some(Kind::Pipe) if is_handle(path) => {
+            open::wait_for_data(&file).map_err(FileError::io("read the pipe"))?;
+        }
+        Some(Kind::Device) if file.is_terminal() => {
+            open::wait_for_data(&file).map_err(FileError::io("read the terminal"))?;
+        }
+        Some(kind) => return Err(FileError::NotAFile(kind)),
+    }
+    Opened::new(file, path.to_owned())
+}
+
+/// Whether a path is one of the names that the system has for what a process has open.
+fn is_handle(path: &Path) -> bool {
+    path.starts_with("/dev") || path.starts_with("/proc")
+}
+
+/// All that a stream yields, as text.
+///
+/// # Errors
+/// As for [`Opened::text`].
+pub fn read_stream(from: impl Read, limit: u64) -> Result<String, FileError> {
+    text(bytes(from, limit, 0)?)
+}
+
+/// Bytes as text.
+///
+/// # Errors
+/// They are not UTF-8, or one is zero.
+pub fn text(bytes: Vec<u8>) -> Result<String, FileError> {
+    let text = String::from_utf8(bytes).map_err(|e| FileError::NotUtf8(e.utf8_error().valid_up_to()))?;
+    match text.find('\0') {
+        Some(at) => Err(FileError::Zero(at)),
+        None => Ok(text),
+    }
+}
+
+fn bytes(from: impl Read, limit: u64, length: u64) -> Result<Vec<u8>, FileError> {
+    let cannot = FileError::io("read the file");
+    let mut bytes = Vec::new();
+    let room = usize::try_from(length.min(limit)).ok().map(|n| bytes.try_reserve_exact(n));
+    if !matches!(room, Some(Ok(()))) {
+        return Err(cannot(std::io::ErrorKind::OutOfMemory.into()));
+    }
+    // The file may grow while it is read, so one byte more than allowed is asked for.
+    from.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(cannot)?;
+    if bytes.len() as u64 > limit { Err(FileError::TooLong(limit)) } else { Ok(bytes) }
+}

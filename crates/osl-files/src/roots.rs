@@ -1,0 +1,157 @@
+//! Folders below which files may be opened, and how a name is held to them.
+//!
+//! A shader may come from anywhere, and so may a group, scene or header. What they name is opened only if it lies below a
+//! root after all links are resolved. Names are judged by their text first, so that no answer tells what lies outside.
+//! This module must not know what a file is for.
+
+use crate::error::FileError;
+use crate::open::{self, For};
+use crate::read::Opened;
+use std::fs;
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
+
+/// Links that lead to links, before the answer is no.
+const MAX_LINKS: usize = 40;
+
+/// The folders below which files may be opened.
+#[derive(Clone, Debug, Default)]
+pub struct Roots {
+    /// As they are written, made absolute.
+    written: Vec<PathBuf>,
+    /// Behind all links. A folder that does not exist is left out.
+    real: Vec<PathBuf>,
+    anywhere: bool,
+}
+
+impl Roots {
+    /// These folders; the empty path is the working directory. They are looked up here, once.
+    pub fn new<P: AsRef<Path>>(folders: impl IntoIterator<Item = P>) -> Roots {
+        let mut roots = Roots::default();
+        for folder in folders {
+            let folder = folder.as_ref();
+            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            if let (Some(written), Ok(real)) = (written_out(folder), fs::canonicalize(folder)) {
+                roots.written.push(written);
+                roots.real.push(real);
+            }
+        }
+        roots
+    }
+
+    /// The same, or all folders: files may then lie anywhere, but still have to be files.
+    #[must_use]
+    pub fn or_anywhere(mut self, anywhere: bool) -> Roots {
+        self.anywhere = anywhere;
+        self
+    }
+
+    /// Opens the file at a path for reading.
+    ///
+    /// # Errors
+    /// There is none, it lies elsewhere, it is no file, or the system refuses.
+    pub fn open(&self, path: &Path) -> Result<Opened, FileError> {
+        let file = match self.anywhere {
+            true => open::anywhere(path, For::Reading)?,
+            false => {
+                let real = self.real(path)?;
+                let (root, below) = self.below(&real).ok_or(FileError::Outside)?;
+                open::beneath(root, below, For::Reading)?
+            }
+        };
+        Opened::new(file, path.to_owned())
+    }
+
+    /// Opens the first of some paths where there is something.
+    ///
+    /// # Errors
+    /// Those of [`Roots::open`]. If no path leads to anything and one leads outside, that is the answer.
+    pub fn first(&self, paths: impl IntoIterator<Item = PathBuf>) -> Result<Opened, FileError> {
+        let mut answer = FileError::NotFound;
+        for path in paths {
+            match self.open(&path) {
+                Err(FileError::NotFound | FileError::NotAFile(crate::Kind::Folder)) => {}
+                Err(FileError::Outside) => answer = FileError::Outside,
+                other => return other,
+            }
+        }
+        Err(answer)
+    }
+
+    /// Appends to the file at a path, which is made if it is not there.
+    ///
+    /// # Errors
+    /// As for [`Roots::open`]; also if a name on the way begins with a dot, which is where programs keep their settings,
+    /// unless files may lie anywhere.
+    pub fn append(&self, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+        let mut file =
+            if self.anywhere { open::anywhere(path, For::Creating)? } else { self.open_to_append(path)? };
+        file.write_all(bytes).map_err(FileError::io("write the file"))
+    }
+
+    fn open_to_append(&self, path: &Path) -> Result<fs::File, FileError> {
+        let (real, what) = match self.real(path) {
+            Ok(real) => (real, For::Appending),
+            Err(FileError::NotFound) => {
+                let name = path.file_name().ok_or(FileError::NotFound)?;
+                // Only the file itself may be missing. If the name belongs to a link to nowhere, opening it fails.
+                let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty());
+                (self.real(folder.unwrap_or(Path::new(".")))?.join(name), For::Creating)
+            }
+            Err(other) => return Err(other),
+        };
+        let (root, below) = self.below(&real).ok_or(FileError::Outside)?;
+        if below.components().any(|name| name.as_os_str().as_encoded_bytes().starts_with(b".")) {
+            return Err(FileError::Outside);
+        }
+        open::beneath(root, below, what)
+    }
+
+    /// The path behind all links.
+    fn real(&self, path: &Path) -> Result<PathBuf, FileError> {
+        let written = written_out(path).ok_or(FileError::NotFound)?;
+        if !self.written.iter().chain(&self.real).any(|root| written.starts_with(root)) {
+            return Err(FileError::Outside);
+        }
+        let real = fs::canonicalize(path);
+        real.map_err(|_| self.missing(path, MAX_LINKS))
+    }
+
+    /// Why there is nothing at a path: the answer depends on where its existing part leads, not on what is there.
+    fn missing(&self, path: &Path, links: usize) -> FileError {
+        let Ok(path) = std::path::absolute(path) else { return FileError::NotFound };
+        for part in path.ancestors() {
+            if let Ok(real) = fs::canonicalize(part) {
+                return if self.below(&real).is_some() { FileError::NotFound } else { FileError::Outside };
+            }
+            if let Ok(target) = fs::read_link(part) {
+                let from = part.parent().unwrap_or(Path::new("/"));
+                return match links.checked_sub(1) {
+                    Some(links) => self.missing(&from.join(target), links),
+                    None => FileError::Outside,
+                };
+            }
+        }
+        FileError::NotFound
+    }
+
+    /// The root above a real path, and the rest of the path.
+    fn below<'a>(&'a self, real: &'a Path) -> Option<(&'a Path, &'a Path)> {
+        self.real.iter().find_map(|root| Some((root.as_path(), real.strip_prefix(root).ok()?)))
+    }
+}
+
+/// An absolute path without `.` and `..`, by its text alone.
+fn written_out(path: &Path) -> Option<PathBuf> {
+    let mut written = PathBuf::new();
+    for component in std::path::absolute(path).ok()?.components() {
+        match component {
+            Component::ParentDir => {
+                written.pop();
+            }
+            Component::CurDir => {}
+            other => written.push(other),
+        }
+    }
+    Some(written)
+}

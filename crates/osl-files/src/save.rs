@@ -1,0 +1,249 @@
+//! Whole files out: an output is written beside its place and renamed when it is complete.
+//!
+//! So a reader sees the old bytes or the new ones, and a failed or killed run leaves the old file as it was. This module
+//! must not know formats.
+
+use crate::error::{FileError, Kind, SaveError};
+use crate::open;
+use crate::parts::{self, Part};
+use std::fs;
+use std::io::{self, BufWriter, Cursor, Seek, Write};
+use std::path::{Path, PathBuf};
+
+/// Replaces the file at `path` by one of these bytes, or leaves it untouched.
+///
+/// # Errors
+/// As for [`Unsaved::new`] and [`Unsaved::save`].
+pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
+    Unsaved::new(path)?.with(bytes)?.save()
+}
+
+/// A file that is written but not yet in its place: [`Unsaved::save`] puts it there. If it is dropped, all is as it was
+/// before.
+///
+/// An existing file keeps its permissions; a new one gets those the process gives to any new file. A symbolic link
+/// stays, and its target is replaced. A device or pipe is written to directly, since renaming over it would destroy it.
+#[derive(Debug)]
+pub struct Unsaved {
+    path: PathBuf,
+    target: PathBuf,
+    content: Content,
+}
+
+#[derive(Debug)]
+enum Content {
+    Part(BufWriter<Part>, Option<fs::Permissions>),
+    /// For a pipe or device.
+    Bytes(Cursor<Vec<u8>>),
+}
+
+/// A file that is being written.
+pub trait Sink: Write + Seek + Send {}
+impl<T: Write + Seek + Send> Sink for T {}
+
+impl Write for Part {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file()?.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file()?.flush()
+    }
+}
+
+impl Seek for Part {
+    fn seek(&mut self, to: io::SeekFrom) -> io::Result<u64> {
+        self.file()?.seek(to)
+    }
+}
+
+impl Unsaved {
+    /// An empty file for a path that the user named. Links are followed.
+    ///
+    /// # Errors
+    /// The path belongs to a folder, a socket or a disk, its folder does not exist, or the system refuses.
+    pub fn new(path: &Path) -> Result<Unsaved, SaveError> {
+        let target = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        Unsaved::at(path, target).map_err(SaveError::of(path))
+    }
+
+    /// An empty file in a folder that the user named, with a name that is not the user's: it was made of names in a shader.
+    /// Such a file has to lie in the folder even if there is a link of that name.
+    ///
+    /// # Errors
+    /// As for [`Unsaved::new`]; the file would lie elsewhere, or its name is not plain, see [`is_plain_name`].
+    pub fn derived(folder: &Path, name: &str) -> Result<Unsaved, SaveError> {
+        let path = folder.join(name);
+        let target = || {
+            if !is_plain_name(name) {
+                return Err(FileError::Name(name.escape_debug().to_string()));
+            }
+            let real = fs::canonicalize(folder_of(&path)).map_err(FileError::io("find the folder"))?;
+            match fs::canonicalize(&path) {
+                Ok(target) if !target.starts_with(&real) => Err(FileError::Outside),
+                Ok(target) => Ok(target),
+                Err(_) => Ok(path.clone()),
+            }
+        };
+        target().and_then(|target| Unsaved::at(&path, target)).map_err(SaveError::of(&path))
+    }
+
+    fn at(path: &Path, target: PathBuf) -> Result<Unsaved, FileError> {
+        let look = FileError::io("look at the file");
+        let content = match fs::metadata(&target) {
+            Ok(old) => match open::kind_of(old.file_type()) {
+                None => part_beside(&target, Some(old.permissions()))?,
+                Some(kind @ (Kind::Folder | Kind::Socket)) => return Err(FileError::NotAFile(kind)),
+                Some(Kind::Device) if is_disk(&old) => return Err(FileError::NotAFile(Kind::Device)),
+                Some(Kind::Pipe | Kind::Device) => Content::Bytes(Cursor::new(Vec::new())),
+            },
+            Err(error) if error.kind() == io::ErrorKind::NotFound => part_beside(&target, None)?,
+            Err(error) => return Err(look(error)),
+        };
+        Ok(Unsaved { path: path.to_owned(), target, content })
+    }
+
+    /// The path that was asked for.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The same file with these bytes at the place where writing has come to.
+    ///
+    /// # Errors
+    /// What the disk refuses.
+    pub fn with(mut self, bytes: &[u8]) -> Result<Unsaved, SaveError> {
+        let written = self.sink().write_all(bytes).map_err(FileError::io("write the file"));
+        written.map_err(SaveError::of(&self.path))?;
+        Ok(self)
+    }
+
+    /// Where to write.
+    pub fn sink(&mut self) -> &mut dyn Sink {
+        match &mut self.content {
+            Content::Part(file, _) => file,
+            Content::Bytes(bytes) => bytes,
+        }
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// What the disk refuses. What was there before is then there still.
+    pub fn save(self) -> Result<(), SaveError> {
+        save_all(vec![self])
+    }
+
+    /// Writes out what is still in memory, so that only renaming is left to do.
+    fn complete(self) -> (PathBuf, Result<Ready, FileError>) {
+        let Unsaved { path, target, content } = self;
+        let ready = match content {
+            Content::Bytes(bytes) => {
+                write_through(&target, bytes.get_ref()).map(|()| Ready { target, part: None })
+            }
+            Content::Part(file, permissions) => {
+                completed(file, permissions).map(|part| Ready { target, part: Some(part) })
+            }
+        };
+        (path, ready)
+    }
+}
+
+/// A file that only has to be renamed; nothing if it has been written to a pipe or device.
+struct Ready {
+    target: PathBuf,
+    part: Option<Part>,
+}
+
+fn completed(file: BufWriter<Part>, permissions: Option<fs::Permissions>) -> Result<Part, FileError> {
+    let mut part = file.into_inner().map_err(|e| FileError::io("write the file")(e.into_error()))?;
+    let handle = part.file().map_err(FileError::io("write the file"))?;
+    if let Some(permissions) = permissions {
+        handle.set_permissions(permissions).map_err(FileError::io("set the permissions of the file"))?;
+    }
+    Ok(part)
+}
+
+/// Puts all files in their places, or none as far as the file system allows that: an old file that has lost its place
+/// gets it back if one of the others cannot take its own.
+///
+/// # Errors
+/// The first file that could not be put in its place, and why.
+pub fn save_all(files: Vec<Unsaved>) -> Result<(), SaveError> {
+    let several = files.len() > 1;
+    let mut ready = Vec::new();
+    for file in files {
+        let (path, one) = file.complete();
+        ready.push((one.map_err(SaveError::of(&path))?, path));
+    }
+    // A signal that ends the process waits until all files are in place.
+    let mut parts =
+        parts::parts().map_err(FileError::io(REPLACE)).map_err(SaveError::of(Path::new("output")))?;
+    // What has been put in its place, and the other name of the file that was there.
+    let mut done: Vec<(PathBuf, Option<PathBuf>)> = Vec::new();
+    let mut result = Ok(());
+    for (one, path) in &mut ready {
+        let Some(part) = &mut one.part else { continue };
+        let old = if several { parts::second_name(&one.target) } else { None };
+        let moved = part.persist(&one.target, &mut parts);
+        if moved.is_ok() {
+            done.push((one.target.clone(), old));
+            continue;
+        }
+        old.map(fs::remove_file);
+        result = moved.map_err(FileError::io(REPLACE)).map_err(SaveError::of(path));
+        break;
+    }
+    for (target, old) in done {
+        let _ = match (&result, old) {
+            (Ok(()), Some(old)) => fs::remove_file(old),
+            (Ok(()), None) => Ok(()),
+            (Err(_), Some(old)) => fs::rename(old, target),
+            (Err(_), None) => fs::remove_file(target),
+        };
+    }
+    // Part files that are left are removed when they are dropped, which takes the same lock.
+    drop(parts);
+    result
+}
+
+/// The step that puts a file in its place.
+const REPLACE: &str = "replace the file";
+
+/// Whether a text can be a part of a file name: it is not empty, leads nowhere else and has no control characters.
+pub fn is_plain_name(name: &str) -> bool {
+    let plain = |c: char| !c.is_control() && !matches!(c, '/' | '\\');
+    !name.is_empty() && !matches!(name, "." | "..") && name.chars().all(plain)
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn part_beside(target: &Path, permissions: Option<fs::Permissions>) -> Result<Content, FileError> {
+    let folder = folder_of(target);
+    if !folder.is_dir() {
+        return Err(FileError::NoFolder(folder.to_owned()));
+    }
+    let part = Part::new(folder).map_err(FileError::io("create a file in its folder"))?;
+    Ok(Content::Part(BufWriter::new(part), permissions))
+}
+
+fn write_through(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    // A pipe that nobody reads is an error of the system here, rather than a wait without end.
+    let mut file = open::to_write_through(target).map_err(FileError::io("write to it"))?;
+    open::wait_for_data(&file).map_err(FileError::io("write to it"))?;
+    file.write_all(bytes).map_err(FileError::io("write to it"))
+}
+
+/// Whether a file is a disk: writing an image to one would destroy all that is on it.
+#[cfg(unix)]
+fn is_disk(meta: &fs::Metadata) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    meta.file_type().is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_disk(_: &fs::Metadata) -> bool {
+    false
+}
