@@ -72,6 +72,7 @@ impl FileError {
     pub(crate) fn io(step: &'static str) -> impl FnOnce(io::Error) -> FileError {
         move |source| match source.kind() {
             io::ErrorKind::NotFound if step == OPEN => FileError::NotFound,
+            io::ErrorKind::IsADirectory => FileError::NotAFile(Kind::Folder),
             _ => FileError::Io { step, source },
         }
     }

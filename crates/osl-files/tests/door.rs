@@ -138,8 +138,10 @@ fn appending_stays_below_the_root_and_never_waits() {
     for name in ["a", "good", "sub/new", "sub/../a"] {
         append(name).unwrap();
     }
-    for name in ["dangling", "near", "up/new", "../new", "/tmp/new", "pipe", "sub", "none/new", ".hidden", ".git/x", "", "n\0"]
-    {
+    for name in [
+        "dangling", "near", "up/new", "../new", "/tmp/new", "pipe", "sub", "none/new", ".hidden", ".git/x",
+        "", "n\0",
+    ] {
         append(name).unwrap_err();
     }
     assert_eq!(fs::read_to_string(inside.join("a")).unwrap(), "a+++");
@@ -182,7 +184,9 @@ fn names_made_of_a_shader_cannot_climb() {
     fs::create_dir(&folder).unwrap();
     fs::write(dir.path().join("old"), "old").unwrap();
     symlink("../old", folder.join("link")).unwrap();
-    for name in ["../x", "a/../../x", "/tmp/x", "..", ".", "", "a\0", "a\nb", "a\\b", "link", &"y".repeat(300)] {
+    for name in
+        ["../x", "a/../../x", "/tmp/x", "..", ".", "", "a\0", "a\nb", "a\\b", "link", &"y".repeat(300)]
+    {
         assert!(Unsaved::derived(&folder, name).is_err(), "{name:?}");
     }
     Unsaved::derived(&folder, "..x").unwrap().with(b"1").unwrap().save().unwrap();

@@ -91,6 +91,7 @@ fn watch(limits: &Limits, time: Option<Duration>, memory: u64) {
                 let told = *told.get_or_insert_with(Instant::now);
                 if told.elapsed() > GRACE || used > memory.saturating_add(memory / 4) {
                     let _ = writeln!(std::io::stderr(), "error: {why}");
+                    osl_files::abandon();
                     std::process::exit(1);
                 }
             }
