@@ -1,6 +1,8 @@
 //! What the end-to-end tests share: reference data and the way from a shader's text to its values.
 
 pub mod agree;
+pub mod doors;
+pub mod fuzz;
 pub mod generate;
 pub mod golden;
 pub mod host;

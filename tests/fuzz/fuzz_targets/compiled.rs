@@ -1,0 +1,4 @@
+//! The door `compiled`: the same choices: the program, written as a compiled shader and loaded, yields the same bits.
+#![no_main]
+
+osl_fuzz::target!(compiled);

@@ -1,0 +1,237 @@
+//! The doors: every way by which text or bytes from outside come in, each as one function of bytes.
+//!
+//! A door does with its bytes what the product does with such input, and checks what must hold afterwards. It panics where
+//! that does not hold. Fuzz targets (`tests/fuzz`), the plain fuzzer ([`crate::fuzz`]) and ordinary tests call the same
+//! functions. A door must not know who calls it, nor write outside a temporary folder.
+
+mod arguments;
+mod data;
+mod programs;
+mod scenes;
+mod shaders;
+mod source;
+mod textures;
+
+pub use arguments::arguments;
+pub use data::attributes;
+pub use programs::{compiled, generate, told};
+pub use scenes::{scene, testrender};
+pub use shaders::{group, oso};
+pub use source::{fmt, mutate, parse};
+pub use textures::textures;
+
+use std::path::{Path, PathBuf};
+
+/// A door.
+#[derive(Debug)]
+pub struct Door {
+    /// Its name.
+    pub name: &'static str,
+    /// What comes in.
+    pub what: &'static str,
+    /// Takes bytes. The number tells kinds of outcomes apart: an input with a new one is worth changing further.
+    pub enter: fn(&[u8]) -> u64,
+    /// Inputs to start from.
+    pub seeds: fn() -> Vec<Vec<u8>>,
+    /// Words of the format.
+    pub words: &'static [&'static str],
+    /// Bytes of an input at most.
+    pub max_len: usize,
+    /// Whether the bytes are choices of a generator, for which any bytes are as good as others.
+    pub is_choices: bool,
+    /// Executions in the ordinary tests: what takes about four seconds in a build for tests.
+    pub runs: u64,
+}
+
+/// All doors.
+pub const ALL: &[Door] = &[
+    Door {
+        name: "parse",
+        what: "any text, to the preprocessor and the parser with its recovery",
+        enter: parse,
+        seeds: source::seeds,
+        words: source::WORDS,
+        max_len: 1500,
+        is_choices: false,
+        runs: 3000,
+    },
+    Door {
+        name: "mutate",
+        what: "texts near real shaders: checked, linted, compiled and run",
+        enter: mutate,
+        seeds: source::seeds,
+        words: source::WORDS,
+        max_len: 4000,
+        is_choices: false,
+        runs: 800,
+    },
+    Door {
+        name: "fmt",
+        what: "texts near real shaders, to the formatter",
+        enter: fmt,
+        seeds: source::seeds,
+        words: source::WORDS,
+        max_len: 4000,
+        is_choices: false,
+        runs: 1500,
+    },
+    Door {
+        name: "generate",
+        what: "choices of the generator of valid programs: every way to compile and run yields the same bits",
+        enter: generate,
+        seeds: Vec::new,
+        words: &[],
+        max_len: 600,
+        is_choices: true,
+        runs: 300,
+    },
+    Door {
+        name: "compiled",
+        what: "the same choices: the program, written as a compiled shader and loaded, yields the same bits",
+        enter: compiled,
+        seeds: Vec::new,
+        words: &[],
+        max_len: 600,
+        is_choices: true,
+        runs: 300,
+    },
+    Door {
+        name: "told",
+        what: "the same choices: what `explain` and `stability` say of the program",
+        enter: told,
+        seeds: Vec::new,
+        words: &[],
+        max_len: 300,
+        is_choices: true,
+        runs: 60,
+    },
+    Door {
+        name: "oso",
+        what: "the text of a compiled shader: read, compiled, run, written again",
+        enter: oso,
+        seeds: shaders::compiled_seeds,
+        words: shaders::OSO_WORDS,
+        max_len: 6000,
+        is_choices: false,
+        runs: 800,
+    },
+    Door {
+        name: "group",
+        what: "the text of a group, with a few shaders at hand",
+        enter: group,
+        seeds: shaders::group_seeds,
+        words: shaders::GROUP_WORDS,
+        max_len: 1500,
+        is_choices: false,
+        runs: 1500,
+    },
+    Door {
+        name: "attributes",
+        what: "the JSON of `--attributes`",
+        enter: attributes,
+        seeds: data::seeds,
+        words: data::WORDS,
+        max_len: 1000,
+        is_choices: false,
+        runs: 600,
+    },
+    Door {
+        name: "textures",
+        what: "the bytes of a texture: EXR, PNG, JPEG, TIFF, HDR",
+        enter: textures,
+        seeds: textures::seeds,
+        words: textures::WORDS,
+        max_len: 13_000,
+        is_choices: false,
+        runs: 1500,
+    },
+    Door {
+        name: "scene",
+        what: "the text of a scene: read, built, and rendered in a few pixels",
+        enter: scene,
+        seeds: scenes::seeds,
+        words: scenes::WORDS,
+        max_len: 3000,
+        is_choices: false,
+        runs: 600,
+    },
+    Door {
+        name: "testrender",
+        what: "the XML of a scene of `testrender`",
+        enter: testrender,
+        seeds: scenes::xml_seeds,
+        words: scenes::XML_WORDS,
+        max_len: 2000,
+        is_choices: false,
+        runs: 300,
+    },
+    Door {
+        name: "arguments",
+        what: "a command line, a word a line",
+        enter: arguments,
+        seeds: arguments::seeds,
+        words: arguments::WORDS,
+        max_len: 600,
+        is_choices: false,
+        runs: 500,
+    },
+];
+
+/// A door by its name.
+pub fn find(name: &str) -> Option<&'static Door> {
+    ALL.iter().find(|door| door.name == name)
+}
+
+/// A number for bytes: FNV-1a (Fowler, Noll and Vo).
+pub fn hash(bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
+}
+
+/// The number of an outcome: which codes or words it has, whatever their order and number.
+fn outcome<'a>(words: impl IntoIterator<Item = &'a str>) -> u64 {
+    let all: std::collections::BTreeSet<&str> = words.into_iter().collect();
+    all.into_iter().fold(0, |sum: u64, word| sum.rotate_left(7) ^ hash(word.as_bytes()))
+}
+
+/// The number of a message: its words without numbers and names, which differ from input to input.
+fn message(text: &str) -> u64 {
+    let word = |w: &&str| w.len() > 1 && w.bytes().all(|b| b.is_ascii_lowercase());
+    outcome(text.split_whitespace().filter(word).take(6))
+}
+
+/// The files of a folder of the repository and of those below it that have one of these extensions, in order.
+fn files(folder: &str, extensions: &[&str]) -> Vec<PathBuf> {
+    fn list(folder: &Path, extensions: &[&str], found: &mut Vec<PathBuf>) {
+        let Ok(entries) = std::fs::read_dir(folder) else { return };
+        let mut paths: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
+        paths.sort();
+        for path in paths {
+            if path.is_dir() {
+                list(&path, extensions, found);
+            } else if path.extension().is_some_and(|e| extensions.iter().any(|have| e == *have)) {
+                found.push(path);
+            }
+        }
+    }
+    let mut found = Vec::new();
+    list(&crate::run::root().join(folder), extensions, &mut found);
+    found
+}
+
+/// What those files hold.
+fn contents(folder: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
+    files(folder, extensions).iter().filter_map(|path| std::fs::read(path).ok()).collect()
+}
+
+/// The budgets under which doors run what they have compiled: small, so that they are often met.
+fn tight() -> osl_exec::RunOptions {
+    osl_exec::RunOptions { batch: Some(16), max_steps: 1 << 12, ..osl_exec::RunOptions::default() }
+}
+
+/// Says what does not hold, and for which input.
+#[expect(clippy::panic, reason = "who calls a door expects a panic where something is wrong")]
+fn broken(input: &str, what: &str) -> ! {
+    panic!("{input}\n{what}")
+}

@@ -1,0 +1,128 @@
+//! Valid programs of the generator, of which the bytes are the choices.
+
+use super::{broken, hash, outcome, tight};
+use crate::generate as generator;
+use crate::laws::{self, Shown, Way};
+use osl_ir::ir::Body;
+use osl_ir::params::ParamValues;
+use osl_ir::passes;
+use osl_measure::explain::{self, text as words};
+use osl_measure::stability::{self, Base, Knob, Subject};
+use osl_measure::trace::{self, OnePoint};
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use oslrun::pipeline;
+use std::sync::OnceLock;
+
+/// What tells programs apart: how many values of which operations they have, roughly.
+fn kind(body: &Body) -> u64 {
+    let words: Vec<String> = body
+        .blocks
+        .iter()
+        .flat_map(|block| &block.insts)
+        .map(|inst| format!("{:?}", inst.op).split(['(', ' ']).next().unwrap_or("").to_string())
+        .collect();
+    outcome(words.iter().map(String::as_str)).wrapping_add(u64::from(body.values.len().max(1).ilog2()))
+}
+
+/// Every way of compiling and running yields the same bits.
+pub fn generate(bytes: &[u8]) -> u64 {
+    static WAYS: OnceLock<Vec<Way>> = OnceLock::new();
+    let ways = WAYS.get_or_init(laws::ways);
+    let text = generator::program(bytes);
+    // The few programs that the generator gets wrong still must not panic.
+    let Ok(body) = laws::lower(&text) else { return 0 };
+    // One other way each time: compiling takes longer than all the rest.
+    let at = hash(bytes) as usize % ways.len();
+    if let Err(law) = laws::hold_body(&body, &ways[at..=at]) {
+        broken(&text, &format!("breaks {law}"));
+    }
+    kind(&body)
+}
+
+/// A program, the compiled shader that is written from it, and that text read again: both run with the same bits.
+pub fn compiled(bytes: &[u8]) -> u64 {
+    let text = generator::program(bytes);
+    let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
+    let Some(program) = &checked.program else { return 0 };
+    let Ok(body) = osl_ir::lower::lower(program, &ParamValues::default()) else { return 1 };
+    let written = match osl_ir::oso::write(program, &checked.sources) {
+        Ok(written) => written,
+        Err(why) => broken(&text, &format!("it cannot be written: {why:?}")),
+    };
+    let loaded = pipeline::check("generated.oso", &written, &NoFiles, &Options::default());
+    let Some(loaded) = &loaded.program else {
+        broken(&text, &format!("{written}\nwhat is written cannot be read: {:?}", loaded.diagnostics))
+    };
+    let again = match osl_ir::lower::lower(loaded, &ParamValues::default()) {
+        Ok(again) => again,
+        Err(why) => broken(&text, &format!("{written}\nwhat is read cannot be compiled: {why:?}")),
+    };
+    let [first, second] = [&body, &again].map(|body| match laws::shown(body, &laws::plain()) {
+        Ok(shown) => comparable(&shown),
+        Err(why) => broken(&text, &why),
+    });
+    if first != second {
+        let line = first.iter().zip(&second).find(|(a, b)| a != b);
+        broken(&text, &format!("{written}\ndiffers: {line:#?}"));
+    }
+    kind(&body)
+}
+
+/// What of a run must be the same through a compiled shader, which knows no columns and, of closures that only a
+/// renderer knows, not where keywords begin: values and text.
+fn comparable(shown: &Shown) -> Vec<String> {
+    if shown.values.starts_with("stopped") {
+        return vec!["stopped".to_string()];
+    }
+    let values =
+        shown.values.lines().filter(|line| !line.contains("Component {") && !line.contains("Printed {"));
+    values.map(str::to_string).collect()
+}
+
+/// What `explain` says of one point and `stability` of a few, with pages for both: within their budgets, without a panic.
+pub fn told(bytes: &[u8]) -> u64 {
+    let text = generator::program(bytes);
+    let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
+    let Some(program) = &checked.program else { return 0 };
+    let (Ok(body), Ok(noted)) = (pipeline::lower(program, &[]), pipeline::lower_noted(program, &[])) else {
+        return 1;
+    };
+    // Sweeps run a program some fifty times, under the budgets of the command: what takes long once takes minutes then.
+    let compiled = pipeline::finish(body.clone(), &passes::Options::default());
+    let once = osl_exec::run(&compiled.program, laws::services(), &Grid::new(2, 2), &tight(), &|_| ());
+    let points = Grid::new(4, 4);
+    let options = passes::Options {
+        varying: osl_exec::PointSource::varying(&points).to_vec(),
+        slopes: osl_exec::PointSource::varying_slopes(&points).to_vec(),
+        ..passes::Options::default()
+    };
+    explain::table(&explain::cost(&body, &options));
+    let followed = trace::prepare(noted.clone(), &options.varying, &options.slopes);
+    let Some(point) = OnePoint::at_pixel(&points, 4, 4, 1, 2) else { return 2 };
+    let one = OnePoint { source: &points, point };
+    let traced = trace::follow(&followed, laws::services(), one, 20_000);
+    let needed = explain::only_needed(body.clone(), &options);
+    let explanation = explain::explain(&traced, &followed, &needed, &checked.sources);
+    words::text(&explanation, "a point", true);
+    if once.is_err() || !hash(bytes).is_multiple_of(4) {
+        return kind(&body);
+    }
+    let base = Base::new(body.clone(), noted.clone(), None);
+    let subject = Subject { services: laws::services(), base };
+    let knob = Knob { name: "none".to_string(), values: vec!["nan".to_string()] };
+    let variant = |_: &str, _: &str| Some(Base::new(body.clone(), noted.clone(), None));
+    let examined = stability::examine(
+        &subject,
+        &Grid::new(2, 2),
+        0.01,
+        &[knob],
+        &variant,
+        &checked.sources,
+        "<svg onload=x>\u{1b}[31m",
+    );
+    stability::text::text(&examined.report, true);
+    let page = stability::html::html(&examined, 2, 2);
+    assert!(!page.contains("<svg onload"), "the page holds the name of the shader as it is");
+    kind(&body)
+}

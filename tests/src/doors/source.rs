@@ -1,0 +1,230 @@
+//! Texts of shaders: the parser, the compiler and the formatter.
+
+use super::{contents, files, outcome, tight};
+use crate::laws;
+use osl_ir::ir::validate;
+use osl_ir::params::ParamValues;
+use osl_ir::passes;
+use osl_scene::Grid;
+use osl_syntax::render::{RenderStyle, render};
+use osl_syntax::source::SourceProvider;
+use osl_syntax::{NoFiles, Options, parse as parse_text, print, repair};
+use oslrun::pipeline;
+use std::sync::Arc;
+
+/// Words of the language and of its preprocessor.
+pub(super) const WORDS: &[&str] = &[
+    "shader",
+    "surface",
+    "struct",
+    "output",
+    "int",
+    "float",
+    "color",
+    "point",
+    "vector",
+    "closure color",
+    "string",
+    "matrix",
+    "void",
+    "return",
+    "if",
+    "else",
+    "for",
+    "while",
+    "do",
+    "break",
+    "continue",
+    "and",
+    "not",
+    "[[",
+    "]]",
+    "{",
+    "}",
+    "(",
+    ")",
+    "[",
+    "]",
+    "++",
+    "<<=",
+    "&&",
+    "?",
+    ":",
+    ",",
+    ";",
+    "0x",
+    "1e9",
+    "2147483647",
+    "\"\\\"\"",
+    "\"%s\"",
+    "/*",
+    "*/",
+    "//",
+    "\\\n",
+    "\n#define M(x) x x\n",
+    "\n#define A B\n",
+    "\n#undef A\n",
+    "\n#include \"a\"\n",
+    "\n#if 1\n",
+    "\n#elif 0\n",
+    "\n#else\n",
+    "\n#endif\n",
+    "\n#ifndef A\n",
+    "\n#pragma once\n",
+    "\n#pragma osl nowarn\n",
+    "\n#line 7\n",
+    "__VA_ARGS__",
+    "__LINE__",
+    "##",
+    "...",
+    "defined(A)",
+    "noise",
+    "texture",
+    "format",
+    "concat",
+    "regex_search",
+    "split",
+    "Dx",
+    "spline",
+    "setmessage",
+    "getmessage",
+    "dict_find",
+    "diffuse(N)",
+    "P",
+    "u",
+    "v",
+    "[2147483647]",
+    "int i = 0; i < 9; i++",
+    "#",
+    "\u{feff}",
+    "é",
+];
+
+/// Shaders of the repository.
+pub(super) fn seeds() -> Vec<Vec<u8>> {
+    let mut seeds = contents("osl", &["osl"]);
+    seeds.retain(|text| text.len() < 4000);
+    for folder in ["text", "reject", "accept_with_warning", "accept_silently"] {
+        seeds.extend(contents(&format!("tests/data/{folder}"), &["osl"]));
+    }
+    let values = files("tests/data/values", &["osl"]);
+    seeds.extend(values.iter().step_by(7).filter_map(|path| std::fs::read(path).ok()));
+    seeds
+}
+
+/// Every file that is asked for is the text itself, so that inclusion is fuzzed too.
+struct Itself<'a>(&'a str);
+
+impl SourceProvider for Itself<'_> {
+    fn include(&self, name: &str, _: bool, _: &str) -> Result<(String, Arc<str>), String> {
+        if name.len() > 8 { Err("no such file".to_owned()) } else { Ok((name.to_owned(), self.0.into())) }
+    }
+}
+
+/// Any text: the preprocessor, the lexer, the parser with its recovery, and what prints their results. What repair
+/// returns must parse, and a tree without errors must print the same when its file is read again.
+pub fn parse(bytes: &[u8]) -> u64 {
+    let text = String::from_utf8_lossy(bytes);
+    let strict = bytes.len().is_multiple_of(2);
+    // Small budgets are met more often.
+    let options = Options {
+        strict,
+        keep_tokens: true,
+        max_include_depth: 6,
+        max_includes: 20,
+        max_expansion: 2000,
+        max_tokens: 20_000,
+        max_nesting: 48,
+        max_diagnostics: 12,
+        max_repair_work: 1 << 12,
+        ..Options::default()
+    };
+    let provider = Itself(&text);
+    let parsed = parse_text("fuzz.osl", &text, &provider, &options);
+    assert!(parsed.diagnostics.len() <= 2 * options.max_diagnostics + 1);
+    let tree = print::ast(&parsed.ast);
+    // Drawing takes longer than all the rest, so it has its turn now and then.
+    if bytes.len() % 16 < 2 {
+        print::tokens(&parsed.tokens, &parsed.sources);
+        render(&parsed.diagnostics, &parsed.sources, RenderStyle { color: strict });
+    }
+    for d in &parsed.diagnostics {
+        assert!(d.span.start <= d.span.end && parsed.sources.place(d.span).is_some(), "{d:?}");
+    }
+    if !parsed.has_errors() {
+        assert_eq!(print::ast(&parse_text("fuzz.osl", &text, &provider, &options).ast), tree);
+    } else if bytes.len() < 400
+        && let Some(found) = repair::repair("fuzz.osl", &text, &provider, &options)
+    {
+        // The provider must see the repaired text as well, or includes would bring back what was lost.
+        if !text.contains("include") {
+            assert!(!parse_text("fuzz.osl", &found.text, &provider, &options).has_errors());
+        }
+    }
+    outcome(parsed.diagnostics.iter().map(|d| d.code.id))
+}
+
+/// Values of a body that is run; larger ones are compiled alone.
+const MAX_VALUES: usize = 20_000;
+
+/// Texts near real shaders: what parses is checked, linted, lowered, compiled in two ways, and run under tight budgets.
+pub fn mutate(bytes: &[u8]) -> u64 {
+    let text = String::from_utf8_lossy(bytes);
+    let options = Options {
+        max_expansion: 2000,
+        max_tokens: 20_000,
+        max_diagnostics: 12,
+        max_repair_work: 1 << 10,
+        ..Options::default()
+    };
+    let checked = pipeline::check("fuzz.osl", &text, &NoFiles, &options);
+    let lints = pipeline::lint(&checked, &osl_ir::lint::Options::default());
+    let codes = || checked.diagnostics.iter().chain(&lints).map(|d| d.code.id);
+    let Some(program) = &checked.program else { return outcome(codes()) };
+    let Ok(body) = osl_ir::lower::lower(program, &ParamValues::default()) else { return outcome(codes()) };
+    if let Err(wrong) = validate::validate(&body) {
+        super::broken(&text, &wrong);
+    }
+    let elements: u64 = body.slots.iter().filter_map(|slot| slot.len).map(u64::from).sum();
+    if body.values.len() > MAX_VALUES || elements > 1 << 14 {
+        return outcome(codes());
+    }
+    let without = if bytes.len().is_multiple_of(2) { Vec::new() } else { laws::SWITCHABLE.to_vec() };
+    let compiled = pipeline::finish(body, &passes::Options { without, ..passes::Options::default() });
+    let run = osl_exec::run(&compiled.program, laws::services(), &Grid::new(3, 2), &tight(), &|_| ());
+    outcome(codes().chain([if run.is_ok() { "ran" } else { "stopped" }]))
+}
+
+/// The formatter: formatting again changes nothing, tokens and tree stay the same, and so does the compiled program.
+pub fn fmt(bytes: &[u8]) -> u64 {
+    let text = String::from_utf8_lossy(bytes);
+    let once = match osl_syntax::format::format("fuzz.osl", &text) {
+        Ok(once) => once,
+        Err(errors) => return outcome(errors.iter().map(|d| d.code.id)),
+    };
+    match osl_syntax::format::format("fuzz.osl", &once) {
+        Ok(twice) => assert_eq!(twice, once, "formatting again changes\n{text}"),
+        Err(errors) => super::broken(&text, &format!("formatted it cannot be formatted: {errors:?}")),
+    }
+    // Formatting moves lines, and the number of a line is what these make of it.
+    if text.contains("__LINE__") || text.contains("#line") || text.contains("# ") {
+        return 1;
+    }
+    let options = Options { keep_tokens: true, ..Options::default() };
+    let [before, after] = [&*text, &once].map(|text| parse_text("fuzz.osl", text, &NoFiles, &options));
+    let tokens = |parsed: &osl_syntax::Parsed| -> Vec<String> {
+        parsed.tokens.iter().map(|(token, _)| format!("{token:?}")).collect()
+    };
+    assert_eq!(tokens(&before), tokens(&after), "other tokens\n{text}\n{once}");
+    let codes = |parsed: &osl_syntax::Parsed| outcome(parsed.diagnostics.iter().map(|d| d.code.id));
+    if before.has_errors() {
+        return codes(&before);
+    }
+    assert_eq!(print::ast(&before.ast), print::ast(&after.ast), "another tree\n{text}\n{once}");
+    // The tree is the meaning; that nothing else of the text counts is checked now and then.
+    if bytes.len().is_multiple_of(8) {
+        let [before, after] = [&*text, &once].map(|text| Some(osl_ir::ir::print(&laws::lower(text).ok()?)));
+        assert_eq!(before, after, "another program\n{text}\n{once}");
+    }
+    codes(&before)
+}
