@@ -40,6 +40,9 @@ pub enum FileError {
     /// The name leads out of the folders that may be used, whether or not something is there.
     #[error("it lies outside of the folders that may be used")]
     Outside,
+    /// The file would be hidden: a name on the way begins with a dot.
+    #[error("names that begin with a dot are not written")]
+    Hidden,
     /// The name belongs to something other than a file.
     #[error("it is {}, not a file", .0.name())]
     NotAFile(Kind),

@@ -28,15 +28,19 @@ impl Roots {
     /// These folders; the empty path is the working directory. They are looked up here, once.
     pub fn new<P: AsRef<Path>>(folders: impl IntoIterator<Item = P>) -> Roots {
         let mut roots = Roots::default();
-        for folder in folders {
-            let folder = folder.as_ref();
-            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-            if let (Some(written), Ok(real)) = (written_out(folder), fs::canonicalize(folder)) {
-                roots.written.push(written);
-                roots.real.push(real);
-            }
-        }
+        folders.into_iter().for_each(|folder| roots.add(folder.as_ref()));
         roots
+    }
+
+    /// One folder more. A folder that does not exist is left out.
+    pub fn add(&mut self, folder: &Path) {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        if let (Some(written), Ok(real)) = (written_out(folder), fs::canonicalize(folder))
+            && !self.written.contains(&written)
+        {
+            self.written.push(written);
+            self.real.push(real);
+        }
     }
 
     /// The same, or all folders: files may then lie anywhere, but still have to be files.
@@ -102,7 +106,7 @@ impl Roots {
         };
         let (root, below) = self.below(&real).ok_or(FileError::Outside)?;
         if below.components().any(|name| name.as_os_str().as_encoded_bytes().starts_with(b".")) {
-            return Err(FileError::Outside);
+            return Err(FileError::Hidden);
         }
         open::beneath(root, below, what)
     }

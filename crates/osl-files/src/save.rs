@@ -6,6 +6,7 @@
 use crate::error::{FileError, Kind, SaveError};
 use crate::open;
 use crate::parts::{self, Part};
+use std::ffi::OsStr;
 use std::fs;
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -72,11 +73,12 @@ impl Unsaved {
     ///
     /// # Errors
     /// As for [`Unsaved::new`]; the file would lie elsewhere, or its name is not plain, see [`is_plain_name`].
-    pub fn derived(folder: &Path, name: &str) -> Result<Unsaved, SaveError> {
-        let path = folder.join(name);
+    pub fn derived(folder: &Path, name: impl AsRef<OsStr>) -> Result<Unsaved, SaveError> {
+        let path = folder.join(name.as_ref());
         let target = || {
-            if !is_plain_name(name) {
-                return Err(FileError::Name(name.escape_debug().to_string()));
+            let shown = name.as_ref().to_string_lossy();
+            if !is_plain_name(&shown) {
+                return Err(FileError::Name(shown.escape_debug().to_string()));
             }
             let real = fs::canonicalize(folder_of(&path)).map_err(FileError::io("find the folder"))?;
             match fs::canonicalize(&path) {

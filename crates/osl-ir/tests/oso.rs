@@ -126,3 +126,23 @@ fn operations_know_the_lines_of_their_source() {
     assert_eq!((place.file.as_str(), place.line, place.column), ("far.osl", 7, 5));
     assert_eq!(read.sources.text(program.shader.body[0].span), "r = u / 0;");
 }
+
+/// The reference takes numbers that are not whole as metadata of ints, and so do sources here: what is written is read.
+#[test]
+fn numbers_of_metadata_need_not_suit_their_type() {
+    let meta = |hint: &str| {
+        let text = format!("{HEAD}param\tint\tp\t0\t\t{hint}\ncode ___main___\n\tend\n");
+        let read = oso::read("meta.oso", &text);
+        let program = read.program.unwrap_or_else(|| panic!("{hint}: {:?}", read.diagnostics));
+        let written = oso::write(&program, &read.sources).unwrap();
+        assert!(written.contains(hint), "{written}");
+    };
+    for hint in [
+        "%meta{int,connectable,0.5}",
+        "%meta{int,big,-16777217}",
+        "%meta{int[2],pair,1,2.25}",
+        "%meta{int,x,inf}",
+    ] {
+        meta(hint);
+    }
+}

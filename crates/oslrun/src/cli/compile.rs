@@ -3,6 +3,7 @@
 use super::args::CompileArgs;
 use super::{Failure, input, levels, report};
 use crate::pipeline;
+use osl_files::Unsaved;
 use osl_ir::lint::Level;
 use osl_ir::oso;
 use std::io::Write;
@@ -22,18 +23,23 @@ pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Wri
             return Err(Failure::said());
         }
     };
-    let path = match &args.output {
+    let file = match &args.output {
         Some(path) if path == Path::new("-") => {
             let _ = out.write_all(text.as_bytes());
             return Ok(());
         }
-        Some(path) => path.clone(),
-        None => PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso"),
+        Some(path) => Unsaved::new(path),
+        None => {
+            let path = PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso");
+            if path == args.file {
+                return Err(Failure::new("this would write the file that is read: name another one with -o"));
+            }
+            Unsaved::derived(Path::new(""), &path)
+        }
     };
-    if args.output.is_none() && path == args.file {
-        return Err(Failure::new("this would write the file that is read: name another one with -o"));
-    }
-    osl_files::replace(&path, text.as_bytes()).map_err(Failure::new)?;
+    let file = file.and_then(|file| file.with(text.as_bytes())).map_err(Failure::new)?;
+    let path = file.path().to_path_buf();
+    file.save().map_err(Failure::new)?;
     let _ = writeln!(out, "wrote {}", path.display());
     Ok(())
 }

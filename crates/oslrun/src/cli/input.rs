@@ -2,33 +2,64 @@
 
 use super::Failure;
 use super::args::ReadArgs;
+use osl_files::{FileError, Roots};
 use osl_limits::Limits;
 use osl_syntax::Options;
 use osl_syntax::source::SourceProvider;
-use std::io::Read;
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Finds included files beside the including file, then beside the main file, then in the folders of `-I`.
+/// Finds included files beside the including file, then beside the main file, then in the folders of `-I`. They have to
+/// lie below one of these, below the working directory, or below a folder that [`Files::also`] adds.
 pub(super) struct Files {
     main: PathBuf,
     folders: Vec<PathBuf>,
+    roots: RefCell<Roots>,
     limits: Limits,
+}
+
+impl Files {
+    /// Adds a folder that files may lie below.
+    pub(super) fn also(&self, folder: &Path) {
+        self.roots.borrow_mut().add(folder);
+    }
+
+    /// The same files, or files anywhere.
+    pub(super) fn or_anywhere(self, anywhere: bool) -> Files {
+        Files { roots: RefCell::new(self.roots.into_inner().or_anywhere(anywhere)), ..self }
+    }
+
+    /// The name and text of the first file there is.
+    fn first(&self, places: impl IntoIterator<Item = PathBuf>) -> Result<(String, Arc<str>), FileError> {
+        let found = self.roots.borrow().first(places)?;
+        let name = found.path().display().to_string();
+        Ok((name, found.text(self.limits.reading.file_bytes)?.into()))
+    }
 }
 
 impl SourceProvider for Files {
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String> {
         let beside = Path::new(from).parent().filter(|_| quoted).map(Path::to_path_buf);
         let folders = beside.into_iter().chain([self.main.clone()]).chain(self.folders.iter().cloned());
-        let found = folders.map(|f| f.join(name)).find(|p| p.is_file()).ok_or("no such file")?;
-        let text = read_text(&found, &self.limits)?;
-        Ok((found.display().to_string(), text.into()))
+        self.first(folders.map(|folder| folder.join(name))).map_err(include_error)
     }
 
     /// The first `stdosl.h` in the folders of `-I`: vendors extend it.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
-        let found = self.folders.iter().map(|f| f.join("stdosl.h")).find(|p| p.is_file())?;
-        Some(read_text(&found, &self.limits).map(|text| (found.display().to_string(), text.into())))
+        match self.first(self.folders.iter().map(|folder| folder.join("stdosl.h"))) {
+            Err(FileError::NotFound) => None,
+            found => Some(found.map_err(include_error)),
+        }
+    }
+}
+
+fn include_error(error: FileError) -> String {
+    match error {
+        FileError::Outside => {
+            "it lies outside of the folders that may be read, links followed; -I DIR adds one".to_string()
+        }
+        error => error.to_string(),
     }
 }
 
@@ -55,7 +86,8 @@ pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
 /// Reads a main file from the standard input; its includes are looked for in the current folder.
 pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
     let name = "<standard input>";
-    let text = read_stream(std::io::stdin().lock(), args.limits.limits());
+    let most = args.limits.limits().reading.file_bytes;
+    let text = osl_files::read_stream(std::io::stdin().lock(), most);
     let text = text.map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
     Ok(input(name.to_string(), text, PathBuf::new(), args))
 }
@@ -67,7 +99,10 @@ pub(super) fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) 
 
 /// Where the includes of a file in a folder come from.
 pub(super) fn includes(main: &Path, args: &ReadArgs) -> Files {
-    Files { main: main.to_path_buf(), folders: args.include.clone(), limits: args.limits.limits().clone() }
+    let roots = [main, Path::new("")].into_iter().chain(args.include.iter().map(PathBuf::as_path));
+    let roots = RefCell::new(Roots::new(roots));
+    let limits = args.limits.limits().clone();
+    Files { main: main.to_path_buf(), folders: args.include.clone(), roots, limits }
 }
 
 /// How files are read.
@@ -79,34 +114,8 @@ pub(super) fn options(args: &ReadArgs) -> Options {
     Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() }
 }
 
-/// The text of a file; why there is none, in words for the user.
+/// The text of a file that the user named; why there is none, in words for the user.
 pub(super) fn read_text(path: &Path, limits: &Limits) -> Result<String, String> {
-    let most = limits.reading.file_bytes;
-    let meta = std::fs::metadata(path).map_err(|e| e.to_string())?;
-    if meta.is_dir() {
-        return Err("it is a folder".to_string());
-    }
-    if meta.len() > most {
-        return Err(format!("it has more than {most} bytes"));
-    }
-    text(std::fs::read(path).map_err(|e| e.to_string())?)
-}
-
-fn read_stream(from: impl Read, limits: &Limits) -> Result<String, String> {
-    let most = limits.reading.file_bytes;
-    let mut bytes = Vec::new();
-    from.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(|e| e.to_string())?;
-    if bytes.len() as u64 > most {
-        return Err(format!("it has more than {most} bytes"));
-    }
-    text(bytes)
-}
-
-fn text(bytes: Vec<u8>) -> Result<String, String> {
-    let text = String::from_utf8(bytes)
-        .map_err(|e| format!("it is not text (byte {} is not UTF-8)", e.utf8_error().valid_up_to()))?;
-    match text.find('\0') {
-        Some(at) => Err(format!("it is not text (byte {at} is zero)")),
-        None => Ok(text),
-    }
+    let opened = osl_files::open_named(path);
+    opened.and_then(|file| file.text(limits.reading.file_bytes)).map_err(|error| error.to_string())
 }

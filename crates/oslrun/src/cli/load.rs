@@ -4,6 +4,7 @@ use super::args::{NetworkArgs, ReadArgs, RunArgs};
 use super::{Failure, input, levels, repair, report};
 use crate::nodes;
 use crate::pipeline::{self, CompileError, ShaderFiles};
+use osl_files::{FileError, Opened, Roots};
 use osl_ir::group::Group;
 use osl_ir::hir;
 use osl_ir::ir::Body;
@@ -15,7 +16,7 @@ use osl_syntax::source::{SourceMap, SourceProvider};
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::io::Write;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Endings of files that hold the text of a group.
@@ -95,6 +96,7 @@ fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Lo
 
 fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let mut input = input::read(path, request.read)?;
+    input.files = input.files.or_anywhere(request.allow_files);
     if let Some(write) = request.repair {
         repair::apply(&mut input, write, err)?;
     }
@@ -186,19 +188,15 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     for (from, to) in &network.connect {
         let _ = write!(text, "\nconnect {from} {to} ;");
     }
-    let mut folders = vec![folder.clone(), PathBuf::new()];
-    folders.extend(network.shader_path.iter().cloned());
     if request.repair.flatten().is_some() {
         return Err(Failure::new("--write is for a single shader, not for a group"));
     }
-    let own: Vec<PathBuf> = request.file.into_iter().map(Path::to_path_buf).collect();
+    let own = request.file.filter(|_| !is_group).map(Path::to_path_buf);
+    let repair = request.repair.map(|_| RefCell::default());
     let files = Folders {
         own,
-        includes: input::includes(&folder, request.read),
-        folders,
-        anywhere: request.allow_files,
-        read: request.read,
-        repair: request.repair.map(|_| RefCell::default()),
+        repair,
+        ..Folders::of(&folder, &network.shader_path, request.allow_files, false, request.read)
     };
     let options = input::options(request.read);
     let checked = pipeline::check_group(&file, &text, &network.group_name, &files, &options);
@@ -269,11 +267,11 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
 
 /// The folders in which shaders of a group are looked for; then among those that are built in.
 pub(super) struct Folders<'a> {
-    /// Files that the user named, which may lie anywhere.
-    own: Vec<PathBuf>,
+    /// The file that the user named as the last shader, which may lie anywhere.
+    own: Option<PathBuf>,
     folders: Vec<PathBuf>,
+    roots: Roots,
     includes: input::Files,
-    anywhere: bool,
     read: &'a ReadArgs,
     /// Insert missing brackets; the edits as they are shown.
     repair: Option<RefCell<Vec<u8>>>,
@@ -290,15 +288,17 @@ impl<'a> Folders<'a> {
     ) -> Folders<'a> {
         let mut folders = vec![folder.to_path_buf(), PathBuf::new()];
         folders.extend(more.iter().cloned());
-        let includes = input::includes(folder, read);
-        let repair = repair.then(RefCell::default);
-        Folders { own: Vec::new(), folders, includes, anywhere, read, repair }
+        let includes = input::includes(folder, read).or_anywhere(anywhere);
+        more.iter().for_each(|folder| includes.also(folder));
+        let roots = Roots::new(&folders).or_anywhere(anywhere);
+        Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
     }
 
     /// A shader's file as it is read: its name and text.
-    fn open(&self, path: &Path) -> Result<(String, String), String> {
-        let (name, text) =
-            (path.display().to_string(), input::read_text(path, &osl_limits::Limits::default())?);
+    fn open(&self, file: Opened) -> Result<(String, String), String> {
+        let path = file.path().to_path_buf();
+        let most = self.read.limits.limits().reading.file_bytes;
+        let (name, text) = (path.display().to_string(), file.text(most).map_err(|error| error.to_string())?);
         let Some(edits) = &self.repair else { return Ok((name, text)) };
         let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut input = input::input(name, text, main, self.read);
@@ -310,10 +310,10 @@ impl<'a> Folders<'a> {
 impl ShaderFiles for Folders<'_> {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         let name = Path::new(shader);
-        let inside = name.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-        let own = self.own.iter().any(|path| path == name);
-        if !inside && !own && !self.anywhere {
-            return Err("it lies outside of the shader paths; --allow-files lets it".to_string());
+        if self.own.as_deref() == Some(name) {
+            // The user trusts this file, and so the folder that its includes lie in.
+            self.includes.also(name.parent().unwrap_or(Path::new("")));
+            return self.open(osl_files::open_named(name).map_err(|error| error.to_string())?);
         }
         let names = if name.extension().is_some_and(|e| e == "osl" || e == "oso") {
             vec![name.to_path_buf()]
@@ -321,12 +321,16 @@ impl ShaderFiles for Folders<'_> {
             ["osl", "oso"].map(|ending| PathBuf::from(format!("{shader}.{ending}"))).into()
         };
         let places = self.folders.iter().flat_map(|folder| names.iter().map(move |name| folder.join(name)));
-        match places.into_iter().find(|path| path.is_file()) {
-            Some(path) => self.open(&path),
-            None => match nodes::find(shader) {
+        match self.roots.first(places) {
+            Ok(file) => self.open(file),
+            Err(FileError::NotFound) => match nodes::find(shader) {
                 Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
                 None => Err("there is no such file in the shader paths, nor is it built in".to_string()),
             },
+            Err(FileError::Outside) => {
+                Err("it lies outside of the shader paths; --allow-files lets it".to_string())
+            }
+            Err(error) => Err(error.to_string()),
         }
     }
 

@@ -9,6 +9,7 @@ mod check;
 mod closures;
 mod compat;
 mod compile;
+mod console;
 mod data;
 mod doc;
 mod explain;
@@ -55,6 +56,23 @@ impl Failure {
 
 /// Runs the command and yields its exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+    let mut out = console::Checked::new(out);
+    let code = command(args, &mut out, err);
+    match out.finish() {
+        Ok(()) => code,
+        Err(error) => {
+            let _ = writeln!(err, "error: cannot write to the standard output: {error}");
+            code.max(1)
+        }
+    }
+}
+
+/// Fails if something of the standard output was lost: then no file is put in its place. What was lost is reported at the end.
+fn flushed(out: &mut dyn Write) -> Result<(), Failure> {
+    out.flush().map_err(|_| Failure::said())
+}
+
+fn command(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
     if let Some(code) = compat::run(&args, out, err) {
         return code;

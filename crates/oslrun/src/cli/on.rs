@@ -10,7 +10,6 @@ use super::{Failure, data, input, output, run};
 use crate::pipeline::{self, Compiled};
 use clap::Args;
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
-use osl_image::{BitDepth, PngOptions, Transfer, write_png};
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
@@ -424,20 +423,14 @@ fn pngs(frame: &Frame, alpha: &[f32], path: &Path, args: &RunArgs) -> Result<Vec
     if groups.is_empty() {
         return Err(Failure::new(output::EMPTY));
     }
-    let several = groups.len() > 1;
-    let mut written = Vec::new();
+    let mut set = output::PngSet::new(path, args.grid, groups.len() > 1);
     for mut group in groups {
-        let ty = group.first.ty;
-        let file = if several { output::beside(path, &group.first.output) } else { path.to_path_buf() };
-        if ty == Type::NORMAL {
+        if group.first.ty == Type::NORMAL {
             group.values.iter_mut().flatten().for_each(|x| *x = 0.5 + 0.5 * *x);
         }
-        let transfer = if ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
         let mut planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
         planes.push(alpha);
-        let options = PngOptions { transfer, depth: BitDepth::Eight };
-        write_png(&file, args.grid.0, args.grid.1, &planes, options).map_err(Failure::new)?;
-        written.push(file);
+        set.add(group.first, &planes)?;
     }
-    Ok(written)
+    set.save()
 }

@@ -3,17 +3,17 @@
 use super::Failure;
 use super::args::RunArgs;
 use osl_exec::{Frame, Plane, Printed, Run, Stop};
-use osl_files::Unsaved;
+use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
     BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
-    write_exr, write_exr_rows, write_png,
+    png_bytes, write_exr, write_exr_rows,
 };
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -34,32 +34,24 @@ pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<Pa
 /// Prints what the shader printed, and appends what it printed to files. Unless any file is allowed, these have to lie
 /// below the working directory.
 pub(super) fn printed(list: &[Printed], anywhere: bool, out: &mut dyn Write) -> Result<(), Failure> {
+    let roots = Roots::new([""]).or_anywhere(anywhere);
     for printed in list {
-        match &printed.file {
-            None => {
-                let _ = write!(out, "{}", printed.text);
-            }
-            Some(name) => append(name, &printed.text, anywhere)?,
-        }
+        let Some(name) = &printed.file else {
+            let _ = write!(out, "{}", printed.text);
+            continue;
+        };
+        roots.append(Path::new(&**name), printed.text.as_bytes()).map_err(|error| {
+            let why = match error {
+                FileError::Outside => {
+                    "it is not below the working directory; --allow-files lifts this".to_string()
+                }
+                FileError::Hidden => format!("{error}; --allow-files lifts this"),
+                error => error.to_string(),
+            };
+            Failure::new(format!("cannot append to \"{}\": {why}", name.escape_debug()))
+        })?;
     }
     Ok(())
-}
-
-fn append(name: &str, text: &str, anywhere: bool) -> Result<(), Failure> {
-    let cannot = |why: &str| Failure::new(format!("cannot append to \"{}\": {why}", name.escape_debug()));
-    let path = Path::new(name);
-    let plain = path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
-    // A link may lead elsewhere, so what counts is where the folder and the file really are.
-    let here =
-        std::env::current_dir().and_then(|dir| dir.canonicalize()).map_err(|e| cannot(&e.to_string()))?;
-    let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let below = |path: &Path| path.canonicalize().map_or(true, |real| real.starts_with(&here));
-    let inside = plain && below(folder) && below(path);
-    if !anywhere && !inside {
-        return Err(cannot("it is not below the working directory; --allow-files lifts this"));
-    }
-    let file = std::fs::OpenOptions::new().append(true).create(true).open(path);
-    file.and_then(|mut file| file.write_all(text.as_bytes())).map_err(|e| cannot(&e.to_string()))
 }
 
 /// The planes of one output, with their values as floats.
@@ -291,21 +283,52 @@ pub(super) fn stream(
 fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let mut groups = groups(planes);
     groups.retain(|group| matches!(group.values.len(), 1 | 3));
-    let several = groups.len() > 1;
-    let mut written = Vec::new();
+    let mut set = PngSet::new(path, args.grid, groups.len() > 1);
     for group in groups {
-        let file = if several { beside(path, &group.first.output) } else { path.to_path_buf() };
-        let transfer = if group.first.ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
         let planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
-        let options = PngOptions { transfer, depth: BitDepth::Eight };
-        write_png(&file, args.grid.0, args.grid.1, &planes, options).map_err(Failure::new)?;
-        written.push(file);
+        set.add(group.first, &planes)?;
     }
-    Ok(written)
+    set.save()
 }
 
-/// `out.png` for the output `mask` is `out.mask.png`.
-pub(super) fn beside(path: &Path, output: &str) -> PathBuf {
-    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("out");
-    path.with_file_name(format!("{stem}.{output}.png"))
+/// PNG files, one for each output, that come into their places together.
+pub(super) struct PngSet<'a> {
+    path: &'a Path,
+    size: (usize, usize),
+    several: bool,
+    files: Vec<Unsaved>,
+}
+
+impl PngSet<'_> {
+    /// No file yet. With `several`, each has the name of its output: `out.png` for the output `mask` is `out.mask.png`.
+    pub(super) fn new(path: &Path, size: (usize, usize), several: bool) -> PngSet<'_> {
+        PngSet { path, size, several, files: Vec::new() }
+    }
+
+    /// Writes the file of an output, beside its place.
+    pub(super) fn add(&mut self, output: &Plane, planes: &[&[f32]]) -> Result<(), Failure> {
+        let file = if self.several {
+            // The user chose the folder, and the shader the name.
+            let folder = self.path.parent().unwrap_or(Path::new(""));
+            let mut name = self.path.file_stem().unwrap_or_default().to_owned();
+            name.push(format!(".{}.png", output.output));
+            Unsaved::derived(folder, name)
+        } else {
+            Unsaved::new(self.path)
+        };
+        let file = file.map_err(Failure::new)?;
+        let transfer = if output.ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
+        let options = PngOptions { transfer, depth: BitDepth::Eight };
+        let bytes =
+            png_bytes(file.path(), self.size.0, self.size.1, planes, options).map_err(Failure::new)?;
+        self.files.push(file.with(&bytes).map_err(Failure::new)?);
+        Ok(())
+    }
+
+    /// Puts all files into their places, or none.
+    pub(super) fn save(self) -> Result<Vec<PathBuf>, Failure> {
+        let paths = self.files.iter().map(|file| file.path().to_path_buf()).collect();
+        save_all(self.files).map_err(Failure::new)?;
+        Ok(paths)
+    }
 }

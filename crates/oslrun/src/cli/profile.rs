@@ -106,5 +106,5 @@ pub(super) fn write(
     } else {
         (lines.join("\n") + "\n").into_bytes()
     };
-    std::fs::write(path, bytes).map_err(|e| failed(e.to_string()))
+    osl_files::replace(path, &bytes).map_err(|e| failed(e.error.to_string()))
 }

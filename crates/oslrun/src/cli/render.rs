@@ -7,17 +7,19 @@ use super::{Failure, input, report};
 use crate::pipeline::{self, ShaderFiles};
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::Services;
+use osl_files::{FileError, Roots};
 use osl_image::{BitDepth, ExrOptions, Layer, LayerKind, PngOptions, SampleType, TextureCache, Transfer};
 use osl_ir::group::text::Shaders;
 use osl_ir::hir;
 use osl_ir::types::Type;
+use osl_limits::Limits;
 use osl_scene::render::{self, Picture, RenderOptions, World};
 use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use std::collections::HashMap;
 use std::io::{IsTerminal, Write};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -55,7 +57,7 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
 fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> Result<(World, u32), Failure> {
     let text = input::read_text(&args.file, args.read.limits.limits())
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
-    let files = Includes { folders: &args.search_path, anywhere: args.allow_files };
+    let files = Includes::new(args);
     let mut messages = Messages::default();
     let name = args.file.display().to_string();
     let description = scene::read(&name, &text, &files, &mut messages);
@@ -192,20 +194,33 @@ fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], 
 /// Files that scenes include: beside the one that includes them, or in a search path.
 struct Includes<'a> {
     folders: &'a [PathBuf],
-    anywhere: bool,
+    roots: Roots,
+    limits: &'a Limits,
+}
+
+impl<'a> Includes<'a> {
+    fn new(args: &'a RenderArgs) -> Includes<'a> {
+        let main = args.file.parent().unwrap_or(Path::new(""));
+        let folders = args.search_path.iter().map(PathBuf::as_path);
+        let roots = Roots::new([main, Path::new("")].into_iter().chain(folders));
+        let roots = roots.or_anywhere(args.allow_files);
+        Includes { folders: &args.search_path, roots, limits: args.read.limits.limits() }
+    }
 }
 
 impl SceneFiles for Includes<'_> {
     fn include(&self, name: &str, from: &str) -> Result<(String, String), String> {
-        let path = Path::new(name);
-        let inside = path.components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir));
-        if !inside && !self.anywhere {
-            return Err("it lies outside of the search paths; --allow-files lets it".to_string());
-        }
         let beside = Path::new(from).parent().map(Path::to_path_buf).unwrap_or_default();
         let folders = std::iter::once(beside).chain(self.folders.iter().cloned());
-        let found = folders.map(|f| f.join(path)).find(|p| p.is_file()).ok_or("no such file")?;
-        Ok((found.display().to_string(), input::read_text(&found, &osl_limits::Limits::default())?))
+        let found =
+            self.roots.first(folders.map(|folder| folder.join(name))).map_err(|error| match error {
+                FileError::Outside => {
+                    "it lies outside of the search paths; --allow-files lets it".to_string()
+                }
+                error => error.to_string(),
+            })?;
+        let name = found.path().display().to_string();
+        Ok((name, found.text(self.limits.reading.file_bytes).map_err(|error| error.to_string())?))
     }
 }
 

@@ -93,6 +93,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     shading.judge(args.lints.denies_errors())?;
     rounded.warn(args, err);
 
+    super::flushed(out)?;
     let started = Instant::now();
     let written = match (&args.output, file) {
         (Some(path), None) => output::write(&frame, path, args)?,

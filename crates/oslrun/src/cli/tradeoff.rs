@@ -9,7 +9,7 @@ use crate::pipeline::{self, Compiled};
 use base64::Engine;
 use clap::Args;
 use osl_exec::{PointSource, RunOptions, Services};
-use osl_image::{BitDepth, PngOptions, Transfer, write_png};
+use osl_image::{BitDepth, PngOptions, Transfer, png_bytes};
 use osl_ir::ir::Body;
 use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
@@ -73,7 +73,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     }
     if let Some(path) = &args.html {
         let page = tradeoff::html(&trade, &|width, height, planes| encoded(width, height, planes).ok());
-        save(path, page.as_bytes())?;
+        osl_files::replace(path, page.as_bytes()).map_err(Failure::new)?;
         let _ = writeln!(err, "wrote {}", path.display());
     }
     let text = match (args.json, args.csv) {
@@ -188,20 +188,8 @@ impl Bench<'_> {
 
 /// A picture as the text of a URL.
 fn encoded(width: usize, height: usize, planes: &[Vec<f32>]) -> Result<String, Failure> {
-    let folder = tempfile::tempdir().map_err(Failure::new)?;
-    let path = folder.path().join("picture.png");
     let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
     let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
-    write_png(&path, width, height, &planes, options).map_err(Failure::new)?;
-    let bytes = std::fs::read(&path).map_err(Failure::new)?;
+    let bytes = png_bytes(Path::new("picture"), width, height, &planes, options).map_err(Failure::new)?;
     Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
-}
-
-/// Writes a file as a whole: beside its place first.
-fn save(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let cannot = |e: &dyn std::fmt::Display| Failure::new(format!("cannot write {}: {e}", path.display()));
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(|e| cannot(&e))?;
-    file.write_all(bytes).map_err(|e| cannot(&e))?;
-    file.persist(path).map_err(|e| cannot(&e)).map(|_| ())
 }

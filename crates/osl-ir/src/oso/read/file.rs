@@ -333,8 +333,11 @@ fn meta_value(ty: &str, values: &[&Token<'_>]) -> Option<MetaValue> {
             _ => Some(MetaValue::Texts(texts.collect::<Option<_>>()?)),
         };
     }
-    let numbers = values.iter().map(|t| t.word()?.parse::<f32>().ok().map(f64::from));
-    let ints = values.iter().map(|t| t.word()?.parse::<i32>().ok().map(f64::from));
-    let all: Option<Vec<f64>> = if ty.base == Base::Int { ints.collect() } else { numbers.collect() };
+    // The reference takes `int connectable = 0.5` and writes it so: an int need not be whole here.
+    let number = |word: &str| {
+        let whole = if ty.base == Base::Int { word.parse::<i32>().ok().map(f64::from) } else { None };
+        whole.or_else(|| word.parse::<f32>().ok().map(f64::from))
+    };
+    let all: Option<Vec<f64>> = values.iter().map(|t| number(t.word()?)).collect();
     Some(MetaValue::Numbers(all?))
 }

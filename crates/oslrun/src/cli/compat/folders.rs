@@ -22,6 +22,10 @@ impl Folders {
     }
 }
 
+fn folder_of(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new(""))
+}
+
 impl ShaderFiles for Folders {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         if let Some((_, text)) = self.written.iter().find(|(name, _)| name == shader) {
@@ -32,10 +36,10 @@ impl ShaderFiles for Folders {
             for folder in &self.path {
                 let path = folder.join(format!("{stem}.{ending}"));
                 if path.is_file() {
-                    return Ok((
-                        path.display().to_string(),
-                        input::read_text(&path, &osl_limits::Limits::default())?,
-                    ));
+                    // The user's own script names the shader, so it may lie anywhere, and its includes beside it.
+                    self.includes.also(folder_of(&path));
+                    let text = input::read_text(&path, &osl_limits::Limits::default())?;
+                    return Ok((path.display().to_string(), text));
                 }
             }
         }

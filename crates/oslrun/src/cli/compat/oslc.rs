@@ -7,6 +7,7 @@ use super::Console;
 use crate::cli::args::ReadArgs;
 use crate::cli::input;
 use crate::pipeline::{self, Checked};
+use osl_files::{SaveError, Unsaved};
 use osl_ir::oso;
 use osl_syntax::Reports;
 use osl_syntax::diagnostic::Diagnostic;
@@ -157,16 +158,21 @@ impl Rule {
         let names = sources.files().iter().map(|f| Path::new(&f.name)).filter(is_wanted);
         let names: Vec<String> = names.map(|path| escaped(&path.display().to_string())).collect();
         let text = format!("{target}: {}\n", names.join(" \\\n  "));
-        let path = match (&self.file, self.to_file) {
-            (Some(path), _) => path.clone(),
-            (None, true) => source.with_extension("d"),
+        let file = match (&self.file, self.to_file) {
+            (Some(path), _) => Unsaved::new(path),
+            (None, true) => derived(&source.with_extension("d")),
             (None, false) => {
                 let _ = write!(console.out, "{text}");
                 return Ok(());
             }
         };
-        osl_files::replace(&path, text.as_bytes()).map_err(|e| e.to_string())
+        file.and_then(|file| file.with(text.as_bytes())?.save()).map_err(|e| e.to_string())
     }
+}
+
+/// A file whose name follows from that of the source.
+fn derived(path: &Path) -> Result<Unsaved, SaveError> {
+    Unsaved::derived(path.parent().unwrap_or(Path::new("")), path.file_name().unwrap_or_default())
 }
 
 /// A name as make reads it.
@@ -209,17 +215,21 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
         pipeline::check(&input.name, &input.text, &input.files, &input.options);
     let bad = told(&diagnostics, &sources, job, console);
     let program = program.filter(|_| !bad).ok_or_else(String::new)?;
-    let by_name = || PathBuf::from(format!("{}.oso", program.shader.name));
-    let output = job.output.clone().unwrap_or_else(by_name);
+    let output = match &job.output {
+        Some(path) => Unsaved::new(path),
+        None => Unsaved::derived(Path::new(""), format!("{}.oso", program.shader.name)),
+    };
+    let output = output.map_err(|e| e.to_string())?;
+    let path = output.path().to_path_buf();
     let text = oso::write(&program, &sources).map_err(|list| {
         told(&list, &sources, job, console);
         String::new()
     })?;
-    osl_files::replace(&output, text.as_bytes()).map_err(|e| e.to_string())?;
+    output.with(text.as_bytes()).and_then(Unsaved::save).map_err(|e| e.to_string())?;
     if job.rule.wanted {
         job.rule.write(file, job, &sources, console)?;
     }
-    Ok(Some(output))
+    Ok(Some(path))
 }
 
 /// Prints diagnostics as the tool does; whether one is an error.

@@ -81,8 +81,8 @@ pub(super) fn group<'a>(
         describe(&group, job.query, console);
     }
     if let Some(file) = &job.archive {
-        std::fs::write(file, group::serialized(&group))
-            .map_err(|why| format!("ERROR: cannot write {file}: {why}"))?;
+        osl_files::replace(Path::new(file), group::serialized(&group).as_bytes())
+            .map_err(|why| format!("ERROR: cannot write {file}: {}", why.error))?;
     }
     Ok((group, sources))
 }

@@ -1,0 +1,94 @@
+//! The standard output, held to account: a program that reads it is told the truth about how much it got.
+//!
+//! Commands print without looking at the result. The first error is kept here and ends the command with exit code 1, except
+//! that a reader who has seen enough (`| head`) is no error. This module must not know what is printed.
+
+use std::io::{self, ErrorKind, Write};
+
+/// A writer that remembers its first error.
+pub(super) struct Checked<'a> {
+    inner: &'a mut dyn Write,
+    state: State,
+}
+
+enum State {
+    Open,
+    /// The reader has closed its end: what follows is dropped.
+    Closed,
+    Failed(io::Error),
+}
+
+impl<'a> Checked<'a> {
+    pub(super) fn new(inner: &'a mut dyn Write) -> Checked<'a> {
+        Checked { inner, state: State::Open }
+    }
+
+    /// Writes out what is left. Yields the first error of all that was written.
+    pub(super) fn finish(mut self) -> io::Result<()> {
+        let _ = self.flush();
+        match self.state {
+            State::Failed(error) => Err(error),
+            State::Open | State::Closed => Ok(()),
+        }
+    }
+
+    fn failed(&mut self, error: io::Error) {
+        self.state = match error.kind() {
+            ErrorKind::BrokenPipe => State::Closed,
+            _ => State::Failed(error),
+        };
+    }
+}
+
+impl Write for Checked<'_> {
+    /// Never fails, so that no command has to know.
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if matches!(self.state, State::Open)
+            && let Err(error) = self.inner.write_all(bytes)
+        {
+            self.failed(error);
+        }
+        Ok(bytes.len())
+    }
+
+    /// Fails if anything was lost, for commands that are about to do what cannot be undone.
+    fn flush(&mut self) -> io::Result<()> {
+        if matches!(self.state, State::Open)
+            && let Err(error) = self.inner.flush()
+        {
+            self.failed(error);
+        }
+        match &self.state {
+            State::Failed(error) => Err(error.kind().into()),
+            State::Open | State::Closed => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Fails(ErrorKind);
+
+    impl Write for Fails {
+        fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+            Err(self.0.into())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_error_is_kept_and_a_closed_pipe_is_none() {
+        for (kind, lost) in [(ErrorKind::StorageFull, true), (ErrorKind::BrokenPipe, false)] {
+            let mut inner = Fails(kind);
+            let mut out = Checked::new(&mut inner);
+            assert!(writeln!(out, "a").and_then(|()| writeln!(out, "b")).is_ok());
+            assert_eq!(out.flush().is_err(), lost);
+            assert_eq!(out.finish().is_err(), lost);
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! What happens on Ctrl-C: half-written files are removed, and the process ends as if nobody had looked.
+//!
+//! Only the command does this, never the library: a program has one way to treat signals, and it is not ours to choose.
+
+#[cfg(unix)]
+mod unix {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    use signal_hook::low_level::emulate_default_handler;
+
+    /// Waits for a signal in a thread of its own, where any call is allowed.
+    pub(crate) fn watch() {
+        let heard: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal)).collect();
+        let work = move || {
+            let Ok(mut signals) = Signals::new(heard) else { return };
+            if let Some(signal) = signals.forever().next() {
+                osl_files::abandon();
+                let _ = emulate_default_handler(signal);
+            }
+        };
+        // Without a thread signals do what they always do, and the next run removes the files.
+        let _ = std::thread::Builder::new().name("signals".to_string()).spawn(work);
+    }
+
+    /// Whether whoever started the process wants it to ignore a signal, as shells do for commands in the background.
+    fn is_ignored(signal: i32) -> bool {
+        let status = osl_files::open_named(std::path::Path::new("/proc/self/status"));
+        let Ok(text) = status.and_then(|file| file.text(1 << 16)) else { return false };
+        let mask = text.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+        mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+            .is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+    }
+}
+
+#[cfg(unix)]
+pub(crate) use unix::watch;
+
+/// Nothing to hear.
+#[cfg(not(unix))]
+pub(crate) fn watch() {}

@@ -1,0 +1,162 @@
+//! What a shader, group, scene or texture names is opened only below the folders that the user gave, and an output file is
+//! old or new, never torn. One table of tricks is tried at every door.
+//!
+//! `reads` and `writes` hold the doors; `killed` ends runs at random moments.
+
+#![cfg(unix)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+mod killed;
+mod reads;
+mod writes;
+
+use std::ffi::OsStr;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+/// What no answer may contain: it stands in every file outside.
+const SECRET: &str = "sesame";
+
+/// No command here may take longer, even on a busy machine without optimisation.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A folder to work in, with files of one ending, and a folder beside it that must not be reached.
+struct Place {
+    dir: tempfile::TempDir,
+    ending: &'static str,
+}
+
+impl Place {
+    /// `secret` is the content of the file outside, `good` that of a file that may be opened.
+    fn new(ending: &'static str, secret: &[u8], good: &[u8]) -> Place {
+        let place = Place { dir: tempfile::tempdir().unwrap(), ending };
+        std::fs::create_dir_all(place.work().join("sub")).unwrap();
+        std::fs::create_dir(place.outside()).unwrap();
+        std::fs::write(place.outside().join(format!("secret.{ending}")), secret).unwrap();
+        let work = |name: &str| place.work().join(format!("{name}.{ending}"));
+        std::fs::write(work("good"), good).unwrap();
+        symlink(place.outside().join(format!("secret.{ending}")), work("link")).unwrap();
+        symlink(place.outside().join(format!("none.{ending}")), work("dangling")).unwrap();
+        symlink(place.outside(), place.work().join("folder")).unwrap();
+        symlink(format!("loop.{ending}"), work("loop")).unwrap();
+        std::fs::create_dir(work("dir")).unwrap();
+        assert!(Command::new("mkfifo").arg(work("pipe")).status().unwrap().success());
+        place
+    }
+
+    fn work(&self) -> PathBuf {
+        self.dir.path().join("work")
+    }
+
+    fn outside(&self) -> PathBuf {
+        self.dir.path().join("outside")
+    }
+
+    /// Names that lead out, to what is no file, or to nothing.
+    fn tricks(&self) -> Vec<String> {
+        let end = self.ending;
+        let mut names: Vec<String> = [
+            "../outside/secret.E",
+            "../outside/none.E",
+            "sub/../../outside/secret.E",
+            "./.././outside/secret.E",
+            "link.E",
+            "folder/secret.E",
+            "folder/none.E",
+            "folder/../outside/secret.E",
+            "dangling.E",
+            "loop.E",
+            "dir.E",
+            "pipe.E",
+            "GOOD.E",
+            "good.E.",
+            "good.E/",
+            "good.E/x.E",
+            "",
+            ".",
+            "..",
+            "/",
+            "/dev/zero",
+            "/dev/stdin",
+            "/proc/self/fd/0",
+            "/proc/self/environ",
+            "/etc/passwd",
+        ]
+        .map(|name| name.replace(".E", &format!(".{end}")))
+        .into();
+        names.push(self.outside().join(format!("secret.{end}")).display().to_string());
+        names.push("x".repeat(300) + "." + end);
+        names.push("x/".repeat(3000) + "a." + end);
+        names
+    }
+
+    fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        std::fs::write(self.work().join(name), text).unwrap();
+    }
+
+    /// Runs a command that must end by itself, without the secret.
+    fn run<S: AsRef<OsStr>>(&self, args: &[S]) -> Said {
+        let said = Said::of(oslrun().args(args).current_dir(self.work()));
+        assert!(!said.text.contains(SECRET), "{}", said.text);
+        assert!(matches!(said.status.code(), Some(0 | 1)), "{:?} {}", said.status, said.text);
+        said
+    }
+
+    /// What lies outside is as it was.
+    fn outside_is_untouched(&self, why: &str) {
+        let names = names(&self.outside());
+        assert_eq!(names, [format!("secret.{}", self.ending)], "{why}");
+    }
+}
+
+fn oslrun() -> Command {
+    Command::new(env!("CARGO_BIN_EXE_oslrun"))
+}
+
+/// What a command said, on both streams.
+struct Said {
+    status: ExitStatus,
+    text: String,
+}
+
+impl Said {
+    /// Runs a command to its end, which has to come.
+    fn of(command: &mut Command) -> Said {
+        let streams = tempfile::tempdir().unwrap();
+        let file = |name: &str| std::fs::File::create(streams.path().join(name)).unwrap();
+        let mut child = command.stdin(Stdio::null()).stdout(file("out")).stderr(file("err")).spawn().unwrap();
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if start.elapsed() > PATIENCE {
+                child.kill().unwrap();
+                panic!("it does not end: {command:?}");
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        };
+        let text = |name: &str| {
+            String::from_utf8_lossy(&std::fs::read(streams.path().join(name)).unwrap()).into_owned()
+        };
+        Said { status, text: text("out") + &text("err") }
+    }
+}
+
+/// The names in a folder.
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
