@@ -1,6 +1,6 @@
 //! Parameter values from text: `radius=0.3`, `tint=1,0.5,0`, `spacename=object`.
 
-use crate::hir::{Expr, ExprKind, Init, Param, Program};
+use crate::hir::{Expr, ExprKind, Init, Program};
 use crate::ir::Const;
 use crate::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
 use osl_syntax::spelling::closest;
@@ -71,8 +71,7 @@ impl ParamValues {
     pub fn given<'a>(&'a self, program: &Program) -> Vec<(&'a str, &'a [Const])> {
         let place = |name: &str| {
             let first = name.split('.').next().unwrap_or(name);
-            let named = |p: &Param| &*program.vars[p.var.0 as usize].name == first;
-            program.shader.params.iter().position(named)
+            program.param(first)
         };
         let mut list: Vec<(&str, &[Const])> = self.values.iter().map(|(n, v)| (&**n, &v[..])).collect();
         list.sort_by_key(|(name, _)| (place(name), *name));
@@ -209,15 +208,13 @@ fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
 pub fn type_of(program: &Program, name: &str) -> Option<Type> {
     let mut parts = name.split('.');
     let first = parts.next()?;
-    let of = |p: &&Param| &*program.vars[p.var.0 as usize].name == first;
-    let param = program.shader.params.iter().find(of)?;
+    let param = program.shader.params.get(program.param(first)?)?;
     let mut ty = program.vars[param.var.0 as usize].ty;
     if param.open {
         ty.extent = Extent::Unsized;
     }
     for part in parts {
-        let fields = &program.structs.get(ty.as_struct()?).fields;
-        ty = fields.iter().find(|f| &*f.name == part)?.ty;
+        ty = program.structs.field(ty.as_struct()?, part)?.1.ty;
     }
     Some(ty)
 }
