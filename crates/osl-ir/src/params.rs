@@ -113,7 +113,7 @@ pub fn set_typed(
     name: &str,
     text: &str,
 ) -> Result<(), ParamError> {
-    set_parsed(program, values, given, name, text, parse(given, text))
+    set_parsed(program, values, given, name, text, || parse(given, text))
 }
 
 /// Adds a value whose type is given, as the words of it: numbers one by one, or strings. What is missing is 0, or empty.
@@ -127,7 +127,7 @@ pub fn set_words(
     name: &str,
     words: &[Arc<str>],
 ) -> Result<(), ParamError> {
-    set_parsed(program, values, given, name, &words.join(" "), from_words(given, words))
+    set_parsed(program, values, given, name, &words.join(" "), || from_words(given, words))
 }
 
 fn set_parsed(
@@ -136,7 +136,7 @@ fn set_parsed(
     given: Type,
     name: &str,
     text: &str,
-    value: Option<Vec<Const>>,
+    value: impl FnOnce() -> Option<Vec<Const>>,
 ) -> Result<(), ParamError> {
     let ty = find(program, name)?;
     let error = || mismatch(program, ty, name, text);
@@ -151,7 +151,7 @@ fn set_parsed(
     if !same || !extent {
         return Err(wrong());
     }
-    let value = value.ok_or_else(error)?;
+    let value = value().ok_or_else(error)?;
     let spread = |v: Const| match v {
         Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
         v => v,
@@ -235,7 +235,9 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
     if words.len() > len * each || words.is_empty() {
         return None;
     }
-    let missing = len * each - words.len();
+    // Elements of an array that no word gives are zero without being kept: a text may name many long arrays.
+    let whole = if ty.extent == Extent::One { each } else { words.len().next_multiple_of(each) };
+    let missing = whole.saturating_sub(words.len());
     match ty.base {
         Base::String => {
             let rest = std::iter::repeat_n(Arc::from(""), missing);
@@ -247,7 +249,7 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
         }
         _ => {
             let mut numbers: Vec<f32> = words.iter().map(|w| w.parse().ok()).collect::<Option<_>>()?;
-            numbers.resize(len * each, 0.0);
+            numbers.resize(whole, 0.0);
             Some(numbers.chunks_exact(each).filter_map(|c| constant(each, c)).collect())
         }
     }

@@ -91,8 +91,6 @@ limits! {
         nesting = 256, "levels", "E0113";
         /// Errors, and as many warnings, that reading a file reports.
         diagnostics = 64, "messages", "E0120";
-        /// Findings of the lints that are reported.
-        findings = 200, "messages", "the first in the order of the text are reported";
         /// Tokens that the parser reads again to go on behind errors.
         recovery = 4 << 20, "tokens", "errors behind the last one reported stay unsaid";
         /// Tokens that the search for lost brackets reads.

@@ -9,6 +9,7 @@ mod brackets;
 mod builder;
 pub mod diagnostic;
 pub mod errors;
+pub mod escape;
 pub mod format;
 mod lexer;
 mod parser;

@@ -20,7 +20,7 @@ mod wiring;
 use crate::builtins::Names;
 use crate::group::{Group, Layer, Rules};
 use crate::hir::{Init, Program, VarId, VarKind};
-use crate::ir::{Body, Builder, Const, Excess, Kind, SlotId, ValueId};
+use crate::ir::{Body, Builder, Const, Excess, Kind, Slot, SlotId, ValueId};
 use crate::params::ParamValues;
 use crate::types::{Base, Extent, Type};
 use osl_limits::{Compiling, Limits};
@@ -232,6 +232,8 @@ impl<'a> Lowerer<'a> {
             for (part, field) in parts.iter().zip(&program.structs.get(id).fields) {
                 let name = format!("{name}.{}", field.name);
                 if params.get(&name).is_some() {
+                    // What the values leave out is zero, not the default.
+                    self.clear(part);
                     self.param(part, field.ty, &name, &Init::List(Vec::new()), params);
                 }
             }
@@ -240,6 +242,19 @@ impl<'a> Lowerer<'a> {
         match (storage, params.get(name)) {
             (Storage::Leaf(slot), Some(values)) => self.store_constants(*slot, ty, values),
             _ => self.store_init(storage, ty, init),
+        }
+    }
+
+    /// Makes the elements of an array zero.
+    fn clear(&mut self, storage: &Storage) {
+        let Storage::Leaf(slot) = storage else { return };
+        let Slot { kind, len, .. } = self.b.body.slot(*slot).clone();
+        for index in 0..len.unwrap_or(0) {
+            if !self.has_room() {
+                return;
+            }
+            let (index, zero) = (self.b.int(index as i32), self.b.constant(Const::zero(kind)));
+            self.b.store_element(*slot, index, zero);
         }
     }
 
