@@ -88,7 +88,7 @@ fn values(row: &Row) {
 }
 
 fn variables(row: &Row) {
-    run(row, &body("float x = u; float y = v; o = x + y;"), 20);
+    run(row, &body("float x = u; float y = v; o = x + y;"), 10);
 }
 
 fn name_bytes(row: &Row) {

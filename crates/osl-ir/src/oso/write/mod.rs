@@ -105,6 +105,8 @@ impl Writer<'_> {
     fn emit(&mut self, name: impl Into<Cow<'static, str>>, args: &[Sym], access: &str) -> usize {
         if self.ops.len() as u64 >= self.limits.written_operations {
             self.full.get_or_insert(self.span);
+        }
+        if !self.has_room() {
             return self.ops.len().saturating_sub(1);
         }
         self.ops.push(Op {
