@@ -83,7 +83,6 @@ fn messages_hold_text() {
         vec!["check", NAME, "--message-format", "json"],
         vec!["info", NAME],
         vec!["compile", NAME],
-        vec!["fmt", NAME],
         vec!["explain", NAME],
         vec!["check", "there is none \u{1b}[2J\u{202e}"],
         vec!["--no-such-\u{1b}[2J\u{202e}"],

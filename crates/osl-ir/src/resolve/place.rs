@@ -138,11 +138,11 @@ impl Resolver<'_> {
 
     fn member(&mut self, base: Place, field: &ast::Name) -> Place {
         let span = base.span.to(field.span);
-        if let Some(id) = base.ty.as_struct() {
-            if let Some((index, f)) = self.structs.field(id, &field.text) {
-                let ty = f.ty;
-                return extend(base, Step::Field(index as u32), ty, span);
-            }
+        if let Some(id) = base.ty.as_struct()
+            && let Some((index, f)) = self.structs.field(id, &field.text)
+        {
+            let ty = f.ty;
+            return extend(base, Step::Field(index as u32), ty, span);
         }
         let component = match (base.ty, &*field.text) {
             (Type::COLOR, "r") | (Type::POINT | Type::VECTOR | Type::NORMAL, "x") => Some(0),

@@ -212,7 +212,7 @@ impl Preprocessor<'_> {
         let params = made.params.as_ref()?;
         let hash = |w: &[PpToken]| w.first().is_some_and(|t| t.kind == Raw::Hash);
         let lone =
-            made.body.windows(2).any(|w| hash(w) && !w.get(1).is_some_and(|t| params.place(t.sym).is_some()));
+            made.body.windows(2).any(|w| hash(w) && w.get(1).is_none_or(|t| params.place(t.sym).is_none()));
         (lone || made.body.last().is_some_and(|t| t.kind == Raw::Hash))
             .then_some("`#` needs a parameter behind it")
     }
