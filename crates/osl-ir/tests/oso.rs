@@ -133,9 +133,9 @@ fn operations_know_the_lines_of_their_source() {
 fn numbers_of_metadata_need_not_suit_their_type() {
     let meta = |hint: &str| {
         let text = format!("{HEAD}param\tint\tp\t0\t\t{hint}\ncode ___main___\n\tend\n");
-        let read = oso::read("meta.oso", &text);
+        let read = oso::read("meta.oso", &text, &Default::default());
         let program = read.program.unwrap_or_else(|| panic!("{hint}: {:?}", read.diagnostics));
-        let written = oso::write(&program, &read.sources).unwrap();
+        let written = oso::write(&program, &read.sources, &Default::default()).unwrap();
         assert!(written.contains(hint), "{written}");
     };
     for hint in [
