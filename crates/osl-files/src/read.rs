@@ -32,6 +32,11 @@ impl Opened {
         self.length
     }
 
+    /// The file itself, to be read piece by piece.
+    pub fn into_file(self) -> File {
+        self.file
+    }
+
     /// All bytes.
     ///
     /// # Errors

@@ -103,7 +103,11 @@ fn names(c: &mut Criterion) {
     };
     write("a.png");
     write("a.1001.png");
-    let cache = |bytes| TextureCache::with_budget(vec![Path::to_owned(dir.path())], bytes);
+    let cache = |bytes| {
+        let mut limits = osl_limits::Limits::default();
+        limits.images.texture_memory = bytes;
+        TextureCache::within(vec![Path::to_owned(dir.path())], &limits)
+    };
     let mut group = c.benchmark_group("cache");
     for (kind, cache) in [("unbounded", cache(u64::MAX)), ("bounded", cache(1 << 20))] {
         group.bench_function(format!("get/{kind}"), |b| b.iter(|| cache.get(black_box("a.png")).unwrap()));

@@ -2,11 +2,7 @@
 //!
 //! A file may hold any number of them, so both their number and their size are bounded. It must not know formats.
 
-/// The most attributes that are kept of a file.
-const MAX_ATTRIBUTES: usize = 1024;
-
-/// The longest text, and the most numbers, that are kept of an attribute.
-const MAX_LENGTH: usize = 1 << 16;
+use osl_limits::Images;
 
 /// The value of an attribute.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,12 +20,39 @@ pub enum Attribute {
 }
 
 /// The attributes of an image.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Attributes {
     list: Vec<(String, Attribute)>,
+    /// How many there may be, and how long each.
+    most: (u64, u64),
+}
+
+impl Default for Attributes {
+    fn default() -> Self {
+        Self::within(&Images::default())
+    }
 }
 
 impl Attributes {
+    /// No attributes, of which there may be as many as the limits say.
+    pub(crate) fn within(limits: &Images) -> Self {
+        Self { list: Vec::new(), most: (limits.attributes, limits.attribute_length) }
+    }
+
+    /// The bytes that they take, roughly.
+    pub(crate) fn bytes(&self) -> u64 {
+        let of = |(name, value): &(String, Attribute)| {
+            let own = match value {
+                Attribute::Ints(list) => list.len() * 4,
+                Attribute::Floats(list) => list.len() * 4,
+                Attribute::Text(text) => text.len(),
+                Attribute::Triple(_) | Attribute::Matrix(_) => 0,
+            };
+            (name.len() + own + size_of::<(String, Attribute)>()) as u64
+        };
+        self.list.iter().map(of).sum()
+    }
+
     /// The attribute of a name, in capitals or not.
     pub fn get(&self, name: &str) -> Option<&Attribute> {
         self.list.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| value)
@@ -61,12 +84,12 @@ impl Attributes {
             Attribute::Text(text) => text.len(),
             Attribute::Triple(_) | Attribute::Matrix(_) => 0,
         };
-        if length > MAX_LENGTH || name.len() > MAX_LENGTH {
+        if length.max(name.len()) as u64 > self.most.1 {
             return;
         }
         if let Some((_, old)) = self.list.iter_mut().find(|(known, _)| known.eq_ignore_ascii_case(&name)) {
             *old = value;
-        } else if self.list.len() < MAX_ATTRIBUTES {
+        } else if (self.list.len() as u64) < self.most.0 {
             self.list.push((name, value));
         }
     }
@@ -134,8 +157,8 @@ mod tests {
             attributes.set_int(&format!("a{i}"), i);
         }
         attributes.set_text("A5", "again");
-        attributes.set_text("a6", "x".repeat(MAX_LENGTH + 1));
-        assert_eq!(attributes.list.len(), MAX_ATTRIBUTES);
+        attributes.set_text("a6", "x".repeat((1 << 16) + 1));
+        assert_eq!(attributes.list.len(), 1024);
         assert_eq!(attributes.text("a5"), Some("again"));
         assert_eq!(attributes.get("a6"), Some(&Attribute::Ints(vec![6])));
     }

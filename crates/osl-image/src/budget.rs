@@ -1,13 +1,17 @@
 //! Slots that hold one texture each, and the bound on what all of them hold together.
 //!
-//! A slot can be emptied and filled again, so whoever knows the slot needs to know nothing of the bound. A
-//! texture that somebody still holds is never dropped, since that would free nothing: the bound is therefore
-//! exceeded by what is in use at one time, and by no more. It must not know files or names.
+//! A slot can be emptied and filled again, so whoever knows the slot needs to know nothing of the bound. A texture that
+//! somebody still holds is never dropped, since that would free nothing: the bound is exceeded by what is in use at one
+//! time, and by no more. Decoding reserves its memory first and waits while others decode, so that many threads that read
+//! large files at once take no more memory than one. It must not know files or names.
 
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::cache::Loaded;
+
+/// What a texture takes beside its samples, roughly: it bounds how many tiny ones are kept.
+const OVERHEAD: u64 = 1024;
 
 /// The place of one texture.
 #[derive(Debug, Default)]
@@ -35,9 +39,16 @@ impl Slot {
 /// The bound on the bytes of all textures.
 #[derive(Debug)]
 pub(crate) struct Budget {
+    /// Bytes that textures may hold.
     limit: u64,
+    /// Bytes that decoding may take beyond that.
+    working: u64,
+    /// Textures that may be held.
+    count: usize,
     clock: AtomicU64,
     ledger: Mutex<Ledger>,
+    /// Told when a reservation ends.
+    ended: Condvar,
 }
 
 #[derive(Debug, Default)]
@@ -45,12 +56,35 @@ struct Ledger {
     /// The filled slots, with their bytes.
     filled: Vec<(Arc<Slot>, u64)>,
     held: u64,
+    /// Bytes that decoders have reserved.
+    reserved: u64,
+}
+
+/// Memory that a decoder may take until this is dropped.
+#[derive(Debug)]
+pub(crate) struct Reservation<'a> {
+    budget: &'a Budget,
+    bytes: u64,
+}
+
+impl Drop for Reservation<'_> {
+    fn drop(&mut self) {
+        lock(&self.budget.ledger).reserved -= self.bytes;
+        self.budget.ended.notify_all();
+    }
 }
 
 impl Budget {
-    /// A bound in bytes; `u64::MAX` for none.
-    pub(crate) fn new(limit: u64) -> Self {
-        Self { limit, clock: AtomicU64::new(0), ledger: Mutex::default() }
+    /// A bound on what textures hold and on what decoding takes beyond it, in bytes, and on the number of textures.
+    pub(crate) fn new(limit: u64, working: u64, count: u64) -> Self {
+        Self {
+            limit,
+            working,
+            count: usize::try_from(count).unwrap_or(usize::MAX).max(1),
+            clock: AtomicU64::new(0),
+            ledger: Mutex::default(),
+            ended: Condvar::new(),
+        }
     }
 
     /// The bytes of all textures that slots hold.
@@ -58,39 +92,70 @@ impl Budget {
         lock(&self.ledger).held
     }
 
-    /// The texture of a slot, loaded if the slot is empty.
-    pub(crate) fn get(&self, slot: &Arc<Slot>, load: impl FnOnce() -> Loaded) -> Loaded {
-        if self.limit < u64::MAX {
-            slot.last_used.store(self.clock.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
-        }
+    /// The texture of a slot, loaded if the slot is empty. What loading reserved is free again then.
+    pub(crate) fn get<'a>(
+        &'a self,
+        slot: &Arc<Slot>,
+        load: impl FnOnce() -> (Loaded, Option<Reservation<'a>>),
+    ) -> Loaded {
+        slot.last_used.store(self.clock.fetch_add(1, Ordering::Relaxed), Ordering::Relaxed);
         let cell = Arc::clone(&lock(&slot.cell));
         let mut is_new = false;
+        let mut reserved = None;
         let loaded = cell.get_or_init(|| {
             is_new = true;
-            load()
+            let (loaded, reservation) = load();
+            reserved = reservation;
+            loaded
         });
+        // What was reserved now counts as held, not as both.
+        drop(reserved);
         if is_new && let Ok(texture) = loaded {
-            self.charge(slot, texture.bytes());
+            self.charge(slot, texture.bytes().saturating_add(OVERHEAD));
         }
         loaded.clone()
     }
 
-    /// Enters a slot that was just filled, and drops the textures that were asked for longest ago.
+    /// Reserves memory for decoding. Waits while others decode, if there is no room for both: whoever decodes waits for
+    /// nobody, so this ends.
+    pub(crate) fn reserve(&self, bytes: u64) -> Reservation<'_> {
+        let most = self.limit.saturating_add(self.working);
+        let mut ledger = lock(&self.ledger);
+        while ledger.reserved > 0 && ledger.reserved.saturating_add(bytes) > most {
+            ledger = self.ended.wait(ledger).unwrap_or_else(PoisonError::into_inner);
+        }
+        ledger.reserved = ledger.reserved.saturating_add(bytes);
+        self.make_room(&mut ledger);
+        Reservation { budget: self, bytes }
+    }
+
+    /// Enters a slot that was just filled.
     fn charge(&self, slot: &Arc<Slot>, bytes: u64) {
         let mut ledger = lock(&self.ledger);
         ledger.filled.push((Arc::clone(slot), bytes));
         ledger.held = ledger.held.saturating_add(bytes);
-        if ledger.held <= self.limit {
+        self.make_room(&mut ledger);
+    }
+
+    /// Drops the textures that were asked for longest ago until the rest fits, together with what is being decoded.
+    fn make_room(&self, ledger: &mut Ledger) {
+        let most = self.limit.saturating_add(self.working);
+        let is_over = |held: u64, reserved: u64, count: usize| {
+            held > self.limit || held.saturating_add(reserved) > most || count > self.count
+        };
+        let Ledger { filled, held, reserved } = ledger;
+        let mut count = filled.len();
+        if !is_over(*held, *reserved, count) {
             return;
         }
         // Oldest first; the times are read once each, since other threads go on changing them. The new one is in
         // use by this call, so it stays.
-        ledger.filled.sort_by_cached_key(|(slot, _)| slot.last_used.load(Ordering::Relaxed));
-        let Ledger { filled, held } = &mut *ledger;
+        filled.sort_by_cached_key(|(slot, _)| slot.last_used.load(Ordering::Relaxed));
         filled.retain(|(slot, bytes)| {
-            let stays = *held <= self.limit || !slot.drop_unused();
+            let stays = !is_over(*held, *reserved, count) || !slot.drop_unused();
             if !stays {
                 *held -= bytes;
+                count -= 1;
             }
             stays
         });

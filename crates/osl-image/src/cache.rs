@@ -3,18 +3,22 @@
 //! A file that cannot be read is remembered too: it is tried once, and its failure is handed out for reporting
 //! once. It must not know how textures are looked up.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
 
-use crate::budget::{Budget, Slot};
+use osl_files::FileError;
+use osl_limits::Limits;
+
+use crate::budget::{Budget, Reservation, Slot};
+use crate::decoded::{Admission, Decoded};
 use crate::error::ImageError;
+use crate::file;
 use crate::read::{SubImage, read_part};
 use crate::search::Search;
 use crate::texture::Texture;
 use crate::udim::{self, Square};
-use osl_files::FileError;
 
 /// Why a texture is not there.
 #[derive(Debug)]
@@ -86,19 +90,27 @@ pub enum Missing {
 /// A texture, or why there is none.
 pub type Loaded = Result<Arc<Texture>, Arc<LoadFailure>>;
 
-/// All textures of a run.
+/// All textures of a run. Copies share what they hold.
 ///
 /// A texture stays in memory while somebody holds it or the budget has room for it; when it is asked for
 /// again it is read again. Nobody sees a difference, as long as the files stay what they are.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct TextureCache {
+    shared: Arc<Shared>,
+}
+
+#[derive(Debug)]
+struct Shared {
     search: Search,
+    limits: Limits,
     budget: Budget,
     /// The lock is held to find a slot, never while a file is read: threads that want different files do not
     /// wait for each other, and those that want the same one wait for a single read.
     slots: RwLock<Slots>,
     /// The files that names of many files stand for.
     tiles: RwLock<HashMap<String, Arc<[String]>>>,
+    /// The names of the files in a folder, in small letters; none where they are too many.
+    folders: RwLock<HashMap<PathBuf, Option<Arc<HashSet<String>>>>>,
 }
 
 #[derive(Debug, Default)]
@@ -106,6 +118,19 @@ struct Slots {
     /// The first image of each file; apart, since looking one up takes no copy of the name.
     first: HashMap<String, Arc<Slot>>,
     others: HashMap<(String, Part), Arc<Slot>>,
+}
+
+impl Slots {
+    /// Forgets names, when there are too many, of which nobody holds the slot: they have no texture, or failed.
+    fn make_room(&mut self, most: u64) {
+        let is_full = |count: usize| count as u64 >= most;
+        if is_full(self.first.len()) {
+            self.first.retain(|_, slot| Arc::strong_count(slot) > 1);
+        }
+        if is_full(self.others.len()) {
+            self.others.retain(|_, slot| Arc::strong_count(slot) > 1);
+        }
+    }
 }
 
 /// An image other than the first.
@@ -132,30 +157,39 @@ impl Default for TextureCache {
 }
 
 impl TextureCache {
-    /// A cache that looks for names in the working directory, then in `search`, in order, and keeps all that
-    /// it has read. Files elsewhere are refused, see [`TextureCache::allow_files`].
+    /// A cache that looks for names in the working directory, then in `search`, in order, with the usual limits. Files
+    /// elsewhere are refused, see [`TextureCache::allow_files`].
     pub fn new(search: Vec<PathBuf>) -> Self {
-        Self::with_budget(search, u64::MAX)
+        Self::within(search, &Limits::default())
     }
 
-    /// A cache like [`TextureCache::new`] that keeps up to `bytes` of samples. Each texture counts with all of
-    /// its levels, made or not. Beyond that, textures that nobody holds are dropped, those first that were
-    /// asked for longest ago; what is in use stays, even if it exceeds the budget alone.
-    pub fn with_budget(search: Vec<PathBuf>, bytes: u64) -> Self {
-        Self {
-            search: Search::new(search),
-            budget: Budget::new(bytes),
+    /// A cache like [`TextureCache::new`] that keeps as much as the limits of images permit. Each texture counts with
+    /// all of its levels, made or not. Beyond that, textures that nobody holds are dropped, those first that were asked for
+    /// longest ago; what is in use stays, even if it exceeds the budget alone.
+    pub fn within(search: Vec<PathBuf>, limits: &Limits) -> Self {
+        Self::of(Search::new(search), limits)
+    }
+
+    fn of(search: Search, limits: &Limits) -> Self {
+        let images = &limits.images;
+        let budget = Budget::new(images.texture_memory, images.working_memory, images.names);
+        let shared = Shared {
+            search,
+            limits: limits.clone(),
+            budget,
             slots: RwLock::default(),
             tiles: RwLock::default(),
-        }
+            folders: RwLock::default(),
+        };
+        Self { shared: Arc::new(shared) }
     }
 
     /// Whether names may also lead to files that lie neither below the working directory nor below a search
-    /// path, by being absolute, by `..` or by a symbolic link. They may not by default.
+    /// path, by being absolute, by `..` or by a symbolic link. They may not by default. What was read is forgotten.
     #[must_use]
-    pub fn allow_files(mut self, allowed: bool) -> Self {
-        self.search = self.search.or_anywhere(allowed);
-        self
+    pub fn allow_files(self, allowed: bool) -> Self {
+        let search = Search::new(self.folders().to_vec()).or_anywhere(allowed);
+        Self::of(search, &self.shared.limits)
     }
 
     /// The first image of the file of this name, read if it is not at hand.
@@ -169,7 +203,7 @@ impl TextureCache {
     ///
     /// **Errors**: as for [`TextureCache::get`], and a file without that image.
     pub fn get_part(&self, name: &str, part: SubImage<'_>) -> Loaded {
-        self.budget.get(&self.slot(name, part), || self.load(name, part))
+        self.shared.budget.get(&self.slot(name, part), || self.load(name, part))
     }
 
     /// The texture at a point, and the point's coordinates in it.
@@ -204,7 +238,7 @@ impl TextureCache {
     /// **Errors**: there is no such file, it may not be read, it is too long, or it is not UTF-8: one line.
     pub fn read_text(&self, name: &str, limit: u64) -> Result<String, String> {
         let shown = name.escape_debug();
-        let file = self.search.open(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
+        let file = self.shared.search.open(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
         if file.length() > limit {
             return Err(format!("the file \"{shown}\" is longer than {limit} bytes"));
         }
@@ -218,7 +252,7 @@ impl TextureCache {
         if Self::is_tiled(name) {
             return !self.tiles(name).is_empty();
         }
-        self.search.open(name).is_ok()
+        self.shared.search.open(name).is_ok()
     }
 
     /// Why no file of this name can be opened; `None` where there is one, which may still be no image.
@@ -226,7 +260,7 @@ impl TextureCache {
         if self.exists(name) {
             return None;
         }
-        Some(match self.search.open(name) {
+        Some(match self.shared.search.open(name) {
             Err(FileError::Outside) => Missing::Outside,
             _ => Missing::NotFound,
         })
@@ -234,31 +268,76 @@ impl TextureCache {
 
     /// The folders in which names are looked for after the working directory.
     pub fn folders(&self) -> &[PathBuf] {
-        self.search.folders()
+        self.shared.search.folders()
     }
 
     /// The files that a name of many files stands for, of the squares of the first ten rows. They are looked for once.
     pub fn tiles(&self, name: &str) -> Arc<[String]> {
-        let known = self.tiles.read().unwrap_or_else(PoisonError::into_inner);
+        let known = self.shared.tiles.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(tiles) = known.get(name) {
             return Arc::clone(tiles);
         }
         drop(known);
-        let names = Square::usual().filter_map(|square| square.name(name));
-        let tiles: Arc<[String]> = names.filter(|name| self.search.open(name).is_ok()).collect();
-        let mut known = self.tiles.write().unwrap_or_else(PoisonError::into_inner);
+        let listed = self.listed(name);
+        // Names of files are compared without capitals, since some systems do; whether a file is there is asked below.
+        let may_be = |name: &String| {
+            let file = name.rsplit_once('/').map_or(name.as_str(), |(_, file)| file).to_lowercase();
+            listed.as_ref().is_none_or(|folders| folders.iter().any(|folder| folder.contains(&file)))
+        };
+        let names = Square::usual().filter_map(|square| square.name(name)).filter(may_be);
+        let tiles: Arc<[String]> = names.filter(|name| self.shared.search.open(name).is_ok()).collect();
+        let mut known = self.shared.tiles.write().unwrap_or_else(PoisonError::into_inner);
+        if known.len() as u64 >= self.shared.limits.images.patterns {
+            known.clear();
+        }
         Arc::clone(known.entry(name.to_owned()).or_insert(tiles))
     }
 
-    /// The bytes of samples that the cache holds, counted as for [`TextureCache::with_budget`].
+    /// What lies in the folders in which the files of a name of many files are looked for, so that not every file has to
+    /// be asked for. `None` where only asking tells.
+    fn listed(&self, name: &str) -> Option<Vec<Arc<HashSet<String>>>> {
+        let (folder, _) = name.rsplit_once('/').unwrap_or((".", ""));
+        if Self::is_tiled(folder) || cfg!(not(unix)) {
+            return None;
+        }
+        let first = Square::usual().next().and_then(|square| square.name(name))?;
+        if matches!(self.shared.search.open(&first), Err(FileError::Outside)) {
+            return None;
+        }
+        let folders = self.folders().iter().map(|root| root.join(folder));
+        std::iter::once(PathBuf::from(folder)).chain(folders).map(|folder| self.names_in(folder)).collect()
+    }
+
+    /// The names of the files in a folder, in small letters; `None` if they are too many.
+    fn names_in(&self, folder: PathBuf) -> Option<Arc<HashSet<String>>> {
+        let known = self.shared.folders.read().unwrap_or_else(PoisonError::into_inner);
+        if let Some(names) = known.get(&folder) {
+            return names.clone();
+        }
+        drop(known);
+        let limits = &self.shared.limits.images;
+        let most = usize::try_from(limits.names).unwrap_or(usize::MAX);
+        let mut names = HashSet::new();
+        for entry in std::fs::read_dir(&folder).into_iter().flatten().flatten().take(most.saturating_add(1)) {
+            names.insert(entry.file_name().to_string_lossy().to_lowercase());
+        }
+        let names = (names.len() <= most).then(|| Arc::new(names));
+        let mut known = self.shared.folders.write().unwrap_or_else(PoisonError::into_inner);
+        if known.len() as u64 >= limits.patterns {
+            known.clear();
+        }
+        known.entry(folder).or_insert(names).clone()
+    }
+
+    /// The bytes of samples that the cache holds, counted as for [`TextureCache::within`].
     pub fn held_bytes(&self) -> u64 {
-        self.budget.held()
+        self.shared.budget.held()
     }
 
     fn slot(&self, name: &str, part: SubImage<'_>) -> Arc<Slot> {
         let part = Part::other_than_first(part).map(|part| (name.to_owned(), part));
         // The maps are never left half-changed, so a panic elsewhere does not spoil them.
-        let slots = self.slots.read().unwrap_or_else(PoisonError::into_inner);
+        let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
         let known = match &part {
             None => slots.first.get(name),
             Some(key) => slots.others.get(key),
@@ -267,15 +346,30 @@ impl TextureCache {
             return Arc::clone(slot);
         }
         drop(slots);
-        let mut slots = self.slots.write().unwrap_or_else(PoisonError::into_inner);
+        let mut slots = self.shared.slots.write().unwrap_or_else(PoisonError::into_inner);
+        slots.make_room(self.shared.limits.images.names);
         Arc::clone(match part {
             None => slots.first.entry(name.to_owned()).or_default(),
             Some(key) => slots.others.entry(key).or_default(),
         })
     }
 
-    fn load(&self, name: &str, part: SubImage<'_>) -> Loaded {
-        let file = self.search.open(name).map_err(|error| match error {
+    /// Reads a texture. With it comes the memory that was reserved for reading.
+    fn load(&self, name: &str, part: SubImage<'_>) -> (Loaded, Option<Reservation<'_>>) {
+        let Shared { limits, budget, .. } = &*self.shared;
+        let admission = Admission::by_budget(limits, budget);
+        let loaded = self.read(name, part, &admission);
+        let loaded = loaded.map(|image| Arc::new(Texture::of(image, limits)));
+        (loaded, admission.into_reserved())
+    }
+
+    fn read(
+        &self,
+        name: &str,
+        part: SubImage<'_>,
+        admission: &Admission<'_>,
+    ) -> Result<Decoded, Arc<LoadFailure>> {
+        let file = self.shared.search.open(name).map_err(|error| match error {
             FileError::Io { .. } => {
                 failure(format!("Could not read file {}: {error}", name.escape_debug()), None)
             }
@@ -289,8 +383,9 @@ impl TextureCache {
                 failure(format!("Could not open file \"{}\"{reason}", name.escape_debug()), Some(name))
             }
         })?;
-        let image = read_part(file, part).map_err(|error| failure(message(error), None))?;
-        Ok(Arc::new(Texture::new(image)))
+        let unreadable = |error| failure(message(error), None);
+        let file = file::to_read(file, &self.shared.limits).map_err(unreadable)?;
+        read_part(file, part, admission).map_err(unreadable)
     }
 }
 

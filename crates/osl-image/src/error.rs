@@ -28,7 +28,7 @@ pub enum ImageError {
         reason: String,
     },
     /// The image has more samples than the limit allows; nothing was allocated for it.
-    #[error("{}: {samples} samples are more than the limit of {limit}", .path.display())]
+    #[error("{}: {samples} samples are more than the limit of {limit} (--limit images.samples=COUNT)", .path.display())]
     TooLarge {
         /// The file that the caller named.
         path: PathBuf,
@@ -36,6 +36,23 @@ pub enum ImageError {
         samples: u64,
         /// The limit in force.
         limit: u64,
+    },
+    /// What would be read takes more memory than a limit allows; nothing was allocated for it.
+    #[error(
+        "{}: {what} takes {}, and the limit is {} (--limit images.{limit}=BYTES)",
+        .path.display(), mebibytes(*.needed), mebibytes(*.most)
+    )]
+    Memory {
+        /// The file that the caller named.
+        path: PathBuf,
+        /// What takes the memory.
+        what: String,
+        /// The bytes that it takes.
+        needed: u64,
+        /// The bytes that it may take.
+        most: u64,
+        /// The limit, by its name among those of images.
+        limit: &'static str,
     },
     /// The caller's planes or names do not make an image.
     #[error("{}: {reason}", .path.display())]
@@ -65,6 +82,16 @@ impl ImageError {
         Self::Format { path: path.to_owned(), reason: one_line(&reason.to_string()) }
     }
 
+    pub(crate) fn memory(
+        path: &Path,
+        what: impl Into<String>,
+        needed: u64,
+        most: u64,
+        limit: &'static str,
+    ) -> Self {
+        Self::Memory { path: path.to_owned(), what: what.into(), needed, most, limit }
+    }
+
     pub(crate) fn input(path: &Path, reason: impl Into<String>) -> Self {
         Self::Input { path: path.to_owned(), reason: reason.into() }
     }
@@ -74,6 +101,11 @@ impl From<SaveError> for ImageError {
     fn from(SaveError { path, error }: SaveError) -> Self {
         Self::file(&path, error)
     }
+}
+
+/// Bytes as a reader wants them: below a mebibyte as they are, else in mebibytes, rounded up.
+fn mebibytes(bytes: u64) -> String {
+    if bytes < 1 << 20 { format!("{bytes} bytes") } else { format!("{} MiB", bytes.div_ceil(1 << 20)) }
 }
 
 /// Joins the lines of a message from elsewhere.

@@ -3,6 +3,8 @@
 //! The attributes are read from the bytes of the header, which are a list of name, type, size and value. It must not
 //! know pixels.
 
+use osl_limits::Images;
+
 use crate::attributes::{Attribute, Attributes};
 
 /// The longest name of an attribute or of its type.
@@ -32,8 +34,8 @@ const NAMES: [(&str, &str); 13] = [
 ];
 
 /// The attributes of one part of a file; those before any damage.
-pub(crate) fn attributes(bytes: &[u8], part: usize) -> Attributes {
-    let mut attributes = Attributes::default();
+pub(crate) fn attributes(bytes: &[u8], part: usize, limits: &Images) -> Attributes {
+    let mut attributes = Attributes::within(limits);
     let multipart = bytes.get(5).is_some_and(|flags| flags & 0x10 != 0);
     let mut rest = bytes.get(8..).unwrap_or_default();
     for index in 0..=part {
@@ -135,13 +137,13 @@ mod tests {
         bytes.extend(entry("envmap", "envmap", &[0]));
         bytes.extend(entry("broken", "string", b"x"));
         bytes.pop();
-        let first = attributes(&bytes, 0);
+        let first = attributes(&bytes, 0, &Images::default());
         assert_eq!(first.text("DateTime"), Some("now"));
         assert_eq!(first.get("frames"), Some(&Attribute::Ints(vec![1, -1])));
-        let second = attributes(&bytes, 1);
+        let second = attributes(&bytes, 1, &Images::default());
         assert_eq!(second.text("compression"), Some("zip"));
         assert_eq!(second.text("textureformat"), Some("LatLong Environment"));
         assert_eq!((second.get("broken"), second.get("DateTime")), (None, None));
-        assert_eq!(attributes(&bytes, 7).get("compression"), None);
+        assert_eq!(attributes(&bytes, 7, &Images::default()).get("compression"), None);
     }
 }

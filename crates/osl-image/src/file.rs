@@ -4,30 +4,36 @@
 
 use crate::error::ImageError;
 use osl_files::{Opened, Unsaved};
-use std::path::Path;
+use osl_limits::Limits;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
 
-/// The largest file that is taken into memory, in bytes.
-const MAX_FILE_BYTES: u64 = 1 << 31;
-
-/// All bytes of an opened file.
-pub(crate) fn read(file: Opened) -> Result<Vec<u8>, ImageError> {
-    let path = file.path().to_owned();
-    file.bytes(MAX_FILE_BYTES).map_err(|error| ImageError::file(&path, error))
+/// An opened file to read from, with its path and length.
+pub(crate) struct File {
+    pub(crate) path: PathBuf,
+    pub(crate) length: u64,
+    pub(crate) source: BufReader<std::fs::File>,
 }
 
-/// All bytes of a file that the user named.
-pub(crate) fn read_named(path: &Path) -> Result<Vec<u8>, ImageError> {
-    read(osl_files::open_named(path).map_err(|error| ImageError::file(path, error))?)
+/// A file that was opened, if it is not too long.
+pub(crate) fn to_read(file: Opened, limits: &Limits) -> Result<File, ImageError> {
+    let (path, length) = (file.path().to_owned(), file.length());
+    let most = limits.images.file_bytes;
+    if length > most {
+        let reason = format!("is longer than {most} bytes (--limit images.file_bytes=N)");
+        return Err(ImageError::format(&path, reason));
+    }
+    Ok(File { path, length, source: BufReader::new(file.into_file()) })
+}
+
+/// A file that the user named.
+pub(crate) fn open_named(path: &Path, limits: &Limits) -> Result<File, ImageError> {
+    to_read(osl_files::open_named(path).map_err(|error| ImageError::file(path, error))?, limits)
 }
 
 /// An empty file that is to replace the one at a path.
 pub(crate) fn unsaved(path: &Path) -> Result<Unsaved, ImageError> {
     Ok(Unsaved::new(path)?)
-}
-
-/// A file of these bytes that is to replace the one at a path.
-pub(crate) fn with(path: &Path, bytes: &[u8]) -> Result<Unsaved, ImageError> {
-    Ok(Unsaved::new(path)?.with(bytes)?)
 }
 
 /// Replaces a file by one of these bytes, or leaves it untouched.

@@ -2,6 +2,9 @@
 //!
 //! It must not know which level or how many samples a lookup needs.
 
+use half::f16;
+
+use crate::texels::{Texel, Texels};
 use crate::texture::Level;
 use crate::wrap::Wrap;
 
@@ -204,10 +207,10 @@ fn joined<const K: usize, const DERIVS: bool>(
 ) -> Sample {
     let mut sum = match source.n_read {
         0 => Sample::default(),
-        1 => accumulate::<K, 1, DERIVS>(source, columns, rows),
-        2 => accumulate::<K, 2, DERIVS>(source, columns, rows),
-        3 => accumulate::<K, 3, DERIVS>(source, columns, rows),
-        _ => accumulate::<K, 4, DERIVS>(source, columns, rows),
+        1 => summed::<K, 1, DERIVS>(source, columns, rows),
+        2 => summed::<K, 2, DERIVS>(source, columns, rows),
+        3 => summed::<K, 3, DERIVS>(source, columns, rows),
+        _ => summed::<K, 4, DERIVS>(source, columns, rows),
     };
     if source.n_read < source.n_wanted && source.fill != 0.0 {
         // Black outside is black in the missing channels too.
@@ -217,10 +220,25 @@ fn joined<const K: usize, const DERIVS: bool>(
     sum
 }
 
-/// The weighted sum of the texels under the taps, over `N` channels.
+/// The weighted sum of the texels under the taps, over `N` channels, whatever type they are kept in.
 #[inline]
-fn accumulate<const K: usize, const N: usize, const DERIVS: bool>(
+fn summed<const K: usize, const N: usize, const DERIVS: bool>(
     source: &Source<'_>,
+    columns: &Taps<K>,
+    rows: &Taps<K>,
+) -> Sample {
+    match &source.level.texels {
+        Texels::U8(list) => accumulate::<u8, K, N, DERIVS>(source, list, columns, rows),
+        Texels::U16(list) => accumulate::<u16, K, N, DERIVS>(source, list, columns, rows),
+        Texels::Half(list) => accumulate::<f16, K, N, DERIVS>(source, list, columns, rows),
+        Texels::Float(list) => accumulate::<f32, K, N, DERIVS>(source, list, columns, rows),
+    }
+}
+
+#[inline]
+fn accumulate<T: Texel, const K: usize, const N: usize, const DERIVS: bool>(
+    source: &Source<'_>,
+    texels: &[T],
     columns: &Taps<K>,
     rows: &Taps<K>,
 ) -> Sample {
@@ -229,10 +247,11 @@ fn accumulate<const K: usize, const N: usize, const DERIVS: bool>(
     for (y, weight_t, slope_t) in rows.iter() {
         for (x, weight_s, slope_s) in columns.iter() {
             let start = (y * level.width + x) * n_stored + first;
-            let Some(texel) = level.samples.get(start..).and_then(|rest| rest.first_chunk::<N>()) else {
+            let Some(texel) = texels.get(start..).and_then(|rest| rest.first_chunk::<N>()) else {
                 continue;
             };
-            for (channel, &value) in texel.iter().enumerate() {
+            for (channel, value) in texel.iter().enumerate() {
+                let value = value.float();
                 sum.value[channel] += weight_s * weight_t * value;
                 if DERIVS {
                     sum.d_ds[channel] += slope_s * weight_t * value;

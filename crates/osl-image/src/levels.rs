@@ -2,9 +2,8 @@
 //!
 //! It must not know files or lookups.
 
-use half::f16;
-
 use crate::read::StoredType;
+use crate::texels::Texels;
 use crate::texture::Level;
 
 /// The texels of an axis of `n` in the next coarser level.
@@ -32,9 +31,9 @@ fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
     let (width, height) = (half_size(level.full.0), half_size(level.full.1));
     let columns = pairs(level.full.0, width);
     let rows = pairs(level.full.1, height);
-    let mut samples = Vec::with_capacity(width * height * n_channels);
+    let mut texels = Texels::with_capacity(&level.texels, width * height * n_channels);
     let texel = |x: usize, y: usize, channel: usize| {
-        in_stored_units(level.texel(x, y).and_then(|t| t.get(channel)).copied().unwrap_or(0.0), stored)
+        level.texel(x, y).map_or(0.0, |start| level.texels.in_stored_units(start + channel, stored))
     };
     for row in &rows {
         for column in &columns {
@@ -44,11 +43,11 @@ fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
                         + column.share * texel(column.texels.1, y, channel)
                 };
                 let mean = (1.0 - row.share) * across(row.texels.0) + row.share * across(row.texels.1);
-                samples.push(rounded_as_stored(mean, stored));
+                texels.push_rounded(mean, stored);
             }
         }
     }
-    Level::new(width, height, n_channels, samples)
+    Level::new(width, height, n_channels, texels)
 }
 
 /// Two neighbouring texels of an axis, and the share of the second.
@@ -69,26 +68,19 @@ fn pairs(n: usize, n_half: usize) -> Vec<Pair> {
         .collect()
 }
 
-/// Integers are averaged as integers, so that ties are exact.
-fn in_stored_units(sample: f32, stored: StoredType) -> f64 {
-    match stored {
-        StoredType::U8 => (f64::from(sample) * 255.0).round(),
-        StoredType::U16 => (f64::from(sample) * 65535.0).round(),
-        StoredType::I8 => (f64::from(sample) * 127.0).round(),
-        StoredType::I16 => (f64::from(sample) * 32767.0).round(),
-        StoredType::U32 | StoredType::I32 | StoredType::Half | StoredType::Float => f64::from(sample),
-    }
+/// The sizes of the levels below the finest, coarser and coarser, down to a single texel.
+pub(crate) fn sizes_below(full: (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
+    std::iter::successors(Some(full), |(width, height)| {
+        (*width > 1 || *height > 1).then(|| (half_size(*width), half_size(*height)))
+    })
+    .skip(1)
 }
 
-fn rounded_as_stored(mean: f64, stored: StoredType) -> f32 {
-    match stored {
-        StoredType::U8 => (mean + 0.5).floor() as f32 * (1.0 / 255.0),
-        StoredType::U16 => (mean + 0.5).floor() as f32 * (1.0 / 65535.0),
-        StoredType::U32 => (mean + 0.5).floor() as f32,
-        StoredType::Half => f16::from_f64(mean).to_f32(),
-        StoredType::I8 => mean.round() as f32 * (1.0 / 127.0),
-        StoredType::I16 => mean.round() as f32 * (1.0 / 32767.0),
-        // A float holds fewer digits than these integers have.
-        StoredType::I32 | StoredType::Float => mean as f32,
-    }
+/// The values of all levels below the finest. Of an image of which a file stores a corner, the levels may be far larger
+/// than what is stored.
+pub(crate) fn samples_below(full: (usize, usize), n_channels: usize) -> u64 {
+    let samples = |(width, height): (usize, usize)| {
+        (width as u64).saturating_mul(height as u64).saturating_mul(n_channels as u64)
+    };
+    sizes_below(full).map(samples).fold(0, u64::saturating_add)
 }

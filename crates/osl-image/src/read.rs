@@ -4,18 +4,18 @@
 //! memory is taken for them, and damage becomes an error value. No color conversion happens: an 8-bit value is
 //! its byte over 255. It must not know how textures are looked up, nor what the formats look like inside.
 
+use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use osl_limits::Limits;
+
 use crate::attributes::Attributes;
+use crate::decoded::{Admission, Decoded};
 use crate::error::ImageError;
 use crate::file;
 use crate::wrap::Wrap;
 use crate::{exr_in, image_in, tiff_in};
-use osl_files::Opened;
-
-/// The most samples (width times height times channels) that [`read_image`] takes: one gibibyte of `f32`.
-pub const MAX_SAMPLES: u64 = 1 << 28;
 
 /// Which image of a file that holds several: a part of an EXR, a page of a TIFF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -112,6 +112,18 @@ pub struct Header {
     pub attributes: Attributes,
 }
 
+impl Header {
+    /// Width and height of the whole image, if the file says.
+    pub(crate) fn whole_size(&self) -> Option<(usize, usize)> {
+        let [x0, y0, x1, y1] = self.display_window?;
+        let texels = |first: i32, last: i32| usize::try_from(i64::from(last) - i64::from(first) + 1);
+        match (texels(x0, x1), texels(y0, y1)) {
+            (Ok(columns @ 1..), Ok(rows @ 1..)) => Some((columns, rows)),
+            _ => None,
+        }
+    }
+}
+
 impl ImageData {
     /// The values of one channel, row 0 first; empty if there is no such channel.
     pub fn plane(&self, channel: usize) -> Vec<f32> {
@@ -120,82 +132,82 @@ impl ImageData {
     }
 }
 
-/// Reads the first image of an EXR, PNG, JPEG, TIFF or Radiance HDR file, of up to [`MAX_SAMPLES`] samples.
+/// The bytes of a file, wherever they are.
+pub(crate) trait Source: BufRead + Seek {}
+impl<T: BufRead + Seek> Source for T {}
+
+/// What is known of a file before a decoder reads it. Its path serves the error text alone.
+pub(crate) struct Opened<'a> {
+    pub(crate) path: &'a Path,
+    /// Its first bytes, as many as a header may have.
+    pub(crate) head: Vec<u8>,
+    /// The bytes that it has.
+    pub(crate) length: u64,
+    pub(crate) source: &'a mut dyn Source,
+}
+
+/// Reads the first image of an EXR, PNG, JPEG, TIFF or Radiance HDR file, within the usual limits.
 ///
 /// Of an EXR the first part of plain pixels is taken, at its full resolution.
 ///
 /// **Errors**: what the disk refuses, formats that are not among these, damaged files, too large images.
 pub fn read_image(path: &Path) -> Result<ImageData, ImageError> {
-    decode_image(path, &file::read_named(path)?, MAX_SAMPLES)
+    let limits = Limits::default();
+    let file = file::open_named(path, &limits)?;
+    read_part(file, SubImage::default(), &Admission::by_limits(&limits)).map(Decoded::into_image)
 }
 
 /// Reads one image of an opened file. **Errors**: as for [`read_image`], and a file without that image.
-pub(crate) fn read_part(file: Opened, part: SubImage<'_>) -> Result<ImageData, ImageError> {
-    let path = file.path().to_owned();
-    decode_part(&path, &file::read(file)?, MAX_SAMPLES, part)
+pub(crate) fn read_part(
+    mut file: file::File,
+    part: SubImage<'_>,
+    admission: &Admission<'_>,
+) -> Result<Decoded, ImageError> {
+    decode(&file.path, &mut file.source, file.length, part, admission)
 }
 
-/// Decodes the bytes of a file. `path` serves the error text alone; `limit` is in samples.
-///
-/// **Errors**: as for [`read_image`].
-pub fn decode_image(path: &Path, bytes: &[u8], limit: u64) -> Result<ImageData, ImageError> {
-    decode_part(path, bytes, limit, SubImage::default())
-}
-
-/// Decodes one image of the bytes of a file, as [`decode_image`] does.
+/// Decodes one image of the bytes of a file. `path` serves the error text alone.
 ///
 /// **Errors**: as for [`read_image`], and a file without that image.
 pub fn decode_part(
     path: &Path,
     bytes: &[u8],
-    limit: u64,
+    limits: &Limits,
     part: SubImage<'_>,
 ) -> Result<ImageData, ImageError> {
+    let length = bytes.len() as u64;
+    decode(path, &mut Cursor::new(bytes), length, part, &Admission::by_limits(limits))
+        .map(Decoded::into_image)
+}
+
+/// Decodes one image of a file, if its memory is admitted.
+pub(crate) fn decode(
+    path: &Path,
+    source: &mut dyn Source,
+    length: u64,
+    part: SubImage<'_>,
+    admission: &Admission<'_>,
+) -> Result<Decoded, ImageError> {
+    let unreadable = |error: std::io::Error| ImageError::io(path, "read the file", error);
+    let mut head = Vec::new();
+    let most = admission.limits.images.header_bytes;
+    (&mut *source).take(most).read_to_end(&mut head).map_err(unreadable)?;
+    source.seek(SeekFrom::Start(0)).map_err(unreadable)?;
+    let file = Opened { path, head, length, source };
     let decoded = catch_unwind(AssertUnwindSafe(|| {
-        if exr_in::is_exr(bytes) {
-            exr_in::decode(path, bytes, limit, part)
-        } else if tiff_in::is_tiff(bytes) {
-            tiff_in::decode(path, bytes, limit, part)
+        if exr_in::is_exr(&file.head) {
+            exr_in::decode(file, admission, part)
+        } else if tiff_in::is_tiff(&file.head) {
+            tiff_in::decode(file, admission, part)
         } else if part.among([None].into_iter()) == Some(0) {
-            image_in::decode(path, bytes, limit)
+            image_in::decode(file, admission)
         } else {
             Err(part.absent(path, 1))
         }
     }));
-    // A texture must not be able to end the process. This barrier is needed: where overflow is checked, a
-    // damaged file that claims B44 compression makes exr 1.74.2 panic (a subtraction in `b44::decompress`).
-    // Nothing outside the closure is half-changed then.
+    // A texture must not be able to end the process, whatever the decoders of others do. Nothing outside the closure is
+    // half-changed then.
     decoded.unwrap_or_else(|_| Err(ImageError::format(path, "the decoder failed on a damaged file")))
-}
-
-/// Refuses images without pixels and those of more than `limit` samples.
-pub(crate) fn check_samples(
-    path: &Path,
-    width: usize,
-    height: usize,
-    channels: usize,
-    limit: u64,
-) -> Result<(), ImageError> {
-    let pixels = (width as u64).saturating_mul(height as u64);
-    let samples = pixels.saturating_mul(channels as u64);
-    if samples > limit {
-        return Err(ImageError::TooLarge { path: path.to_owned(), samples, limit });
-    }
-    if samples == 0 {
-        return Err(ImageError::format(path, "the image has no pixels"));
-    }
-    Ok(())
-}
-
-/// Fractions as the reference computes them (measured): times a rounded 1/255, which differs from a division
-/// in the last bit of some bytes and still gives exactly 1 for 255.
-pub(crate) fn from_bytes(bytes: &[u8]) -> Vec<f32> {
-    bytes.iter().map(|&byte| f32::from(byte) * (1.0 / 255.0)).collect()
-}
-
-/// Fractions of 65535, computed as those of bytes.
-pub(crate) fn from_words(words: &[u16]) -> Vec<f32> {
-    words.iter().map(|&word| f32::from(word) * (1.0 / 65535.0)).collect()
 }
 
 /// The names of the channels of an image that has no names for them: grey up to two, colors from three on.

@@ -6,9 +6,12 @@
 use std::sync::OnceLock;
 
 use crate::attributes::Attributes;
-use crate::levels::{half_size, made};
-use crate::read::{Header, ImageData, MAX_SAMPLES, StoredType};
+use crate::decoded::Decoded;
+use crate::levels::{made, samples_below, sizes_below};
+use crate::read::{Header, ImageData, StoredType};
+use crate::texels::Texels;
 use crate::wrap::Wrap;
+use osl_limits::Limits;
 
 /// An image ready for lookups, with its mip-maps. Shared between threads as it is.
 #[derive(Debug)]
@@ -16,6 +19,8 @@ pub struct Texture {
     finest: Level,
     /// The levels of the file, or those that were made.
     coarser: OnceLock<Vec<Level>>,
+    /// Whether levels are made where the file has none.
+    has_levels: bool,
     /// The color of all texels, if the file says that they are alike.
     constant: Option<[f32; 4]>,
     channels: Vec<String>,
@@ -42,19 +47,19 @@ pub(crate) struct Level {
     /// The means of the first and the last row, a value for each channel.
     poles: OnceLock<[Vec<f32>; 2]>,
     /// `width * height * n_channels` values, pixel by pixel, row 0 first.
-    pub(crate) samples: Vec<f32>,
+    pub(crate) texels: Texels,
 }
 
 impl Level {
     /// A level that stores all of its texels; none if the samples do not fit the size.
-    fn whole(width: usize, height: usize, n_channels: usize, samples: Vec<f32>) -> Option<Self> {
+    fn whole(width: usize, height: usize, n_channels: usize, texels: Texels) -> Option<Self> {
         let expected = width.checked_mul(height).and_then(|n| n.checked_mul(n_channels));
-        let fits = expected == Some(samples.len()) && !samples.is_empty();
-        fits.then(|| Self::new(width, height, n_channels, samples))
+        let fits = expected == Some(texels.len()) && texels.len() > 0;
+        fits.then(|| Self::new(width, height, n_channels, texels))
     }
 
     /// A level of samples that fit its size.
-    pub(crate) fn new(width: usize, height: usize, n_channels: usize, samples: Vec<f32>) -> Self {
+    pub(crate) fn new(width: usize, height: usize, n_channels: usize, texels: Texels) -> Self {
         let poles = OnceLock::new();
         Self {
             width,
@@ -64,7 +69,7 @@ impl Level {
             n_channels,
             one_tile: true,
             poles,
-            samples,
+            texels,
         }
     }
 
@@ -75,20 +80,21 @@ impl Level {
 
     fn mean_of_row(&self, row: usize) -> Vec<f32> {
         let length = self.width * self.n_channels;
-        let texels = self.samples.get(row * length..(row + 1) * length).unwrap_or_default();
-        let channel =
-            |c: usize| texels.iter().skip(c).step_by(self.n_channels).map(|v| f64::from(*v)).sum::<f64>();
+        let places = row * length..(row + 1) * length;
+        let channel = |c: usize| {
+            let column = places.clone().skip(c).step_by(self.n_channels);
+            column.map(|at| f64::from(self.texels.get(at))).sum::<f64>()
+        };
         (0..self.n_channels).map(|c| (channel(c) / self.width.max(1) as f64) as f32).collect()
     }
 
-    /// The channels of the texel at a place in the full image; none where the file stores nothing.
-    pub(crate) fn texel(&self, x: usize, y: usize) -> Option<&[f32]> {
+    /// Where the channels of the texel at a place in the full image begin; none where the file stores nothing.
+    pub(crate) fn texel(&self, x: usize, y: usize) -> Option<usize> {
         let place = |at: usize, origin: i64, n: usize| {
             usize::try_from(i64::try_from(at).ok()?.checked_sub(origin)?).ok().filter(|at| *at < n)
         };
         let (x, y) = (place(x, self.origin.0, self.width)?, place(y, self.origin.1, self.height)?);
-        let start = (y * self.width + x) * self.n_channels;
-        self.samples.get(start..start + self.n_channels)
+        Some((y * self.width + x) * self.n_channels)
     }
 
     fn is_whole(&self) -> bool {
@@ -100,22 +106,27 @@ impl Texture {
     /// Takes over the pixels of an image. An image whose sample count does not fit its sizes becomes one
     /// without pixels, which is black everywhere.
     pub fn new(image: ImageData) -> Self {
-        let ImageData { width, height, channels, stored, wraps, n_parts, header, samples } = image;
-        let Header { data_origin, display_window, tile, coarser, attributes } = header;
+        Self::of(Decoded::from(image), &Limits::default())
+    }
+
+    /// Takes over what was read from a file.
+    pub(crate) fn of(image: Decoded, limits: &Limits) -> Self {
+        let has_levels = image.makes_levels(limits);
+        let Decoded { width, height, channels, stored, wraps, n_parts, header, texels, coarser } = image;
+        let whole_size = header.whole_size();
+        let Header { data_origin, display_window, tile, attributes, .. } = header;
         let n_channels = channels.len();
-        let whole = Level::whole(width, height, n_channels, samples);
-        let mut finest = whole.unwrap_or_else(|| Level::new(0, 0, n_channels, Vec::new()));
+        let whole = Level::whole(width, height, n_channels, texels);
+        let nothing = || Level::new(0, 0, n_channels, Texels::Float(Vec::new()));
+        let mut finest = whole.unwrap_or_else(nothing);
         let last = |first: i32, n: usize| {
             first.saturating_add(i32::try_from(n).unwrap_or(i32::MAX).saturating_sub(1))
         };
         let (x, y) = data_origin;
         let data_window = [x, y, last(x, finest.width), last(y, finest.height)];
-        if let Some([x0, y0, x1, y1]) = display_window {
-            let texels = |first: i32, last: i32| usize::try_from(i64::from(last) - i64::from(first) + 1);
-            if let (Ok(columns @ 1..), Ok(rows @ 1..)) = (texels(x0, x1), texels(y0, y1)) {
-                finest.full = (columns, rows);
-                finest.origin = (i64::from(x) - i64::from(x0), i64::from(y) - i64::from(y0));
-            }
+        if let (Some([x0, y0, ..]), Some(whole)) = (display_window, whole_size) {
+            finest.full = whole;
+            finest.origin = (i64::from(x) - i64::from(x0), i64::from(y) - i64::from(y0));
         }
         let one_tile =
             |level: &Level| tile.is_none_or(|(width, height)| level.width <= width && level.height <= height);
@@ -125,7 +136,7 @@ impl Texture {
             // Damage in one level does not spoil those before it.
             let levels = coarser
                 .into_iter()
-                .map_while(|(width, height, samples)| Level::whole(width, height, n_channels, samples));
+                .map_while(|(width, height, texels)| Level::whole(width, height, n_channels, texels));
             stored_levels.extend(levels);
             stored_levels.iter_mut().for_each(|level| level.one_tile = one_tile(level));
         }
@@ -144,6 +155,7 @@ impl Texture {
         Self {
             finest,
             coarser,
+            has_levels,
             constant,
             channels,
             stored,
@@ -189,7 +201,8 @@ impl Texture {
     pub fn n_levels(&self) -> usize {
         match self.coarser.get() {
             Some(levels) => levels.len() + 1,
-            None => self.sizes_below().count() + 1,
+            None if self.has_levels => sizes_below(self.finest.full).count() + 1,
+            None => 1,
         }
     }
 
@@ -228,7 +241,8 @@ impl Texture {
             return Some(vec![0.0; self.channels.len()]);
         }
         let coarsest = self.coarser().last().unwrap_or(&self.finest);
-        (coarsest.full == (1, 1)).then(|| coarsest.samples.clone())
+        let channels = 0..coarsest.texels.len();
+        (coarsest.full == (1, 1)).then(|| channels.map(|at| coarsest.texels.get(at)).collect())
     }
 
     /// The color of all texels, a value for each channel, if the file says that they are alike.
@@ -243,28 +257,15 @@ impl Texture {
 
     /// The bytes of all samples, of all levels whether made or not.
     pub(crate) fn bytes(&self) -> u64 {
-        let texels = match self.coarser.get() {
-            Some(levels) => levels.iter().map(|level| (level.width * level.height) as u64).sum::<u64>(),
-            None => self.sizes_below().map(|(width, height)| (width * height) as u64).sum(),
-        };
-        let texels = texels + (self.finest.width * self.finest.height) as u64;
-        texels.saturating_mul((self.channels.len() * size_of::<f32>()) as u64)
-    }
-
-    /// The sizes of the levels that are made, coarser and coarser.
-    fn sizes_below(&self) -> impl Iterator<Item = (usize, usize)> {
-        let (width, height) = self.finest.full;
-        // A file may store only a corner of an image of any size. The levels of the whole would not fit.
-        let texels = (width as u64).saturating_mul(height as u64);
-        let fits = texels.saturating_mul(self.channels.len() as u64) <= MAX_SAMPLES;
-        let mut size = (width, height);
-        std::iter::from_fn(move || {
-            if !fits || (size.0 <= 1 && size.1 <= 1) {
-                return None;
+        let below = match self.coarser.get() {
+            Some(levels) => levels.iter().map(|level| level.texels.bytes()).sum(),
+            None if self.has_levels => {
+                let each = self.finest.texels.bytes() / (self.finest.texels.len() as u64).max(1);
+                samples_below(self.finest.full, self.channels.len()).saturating_mul(each)
             }
-            size = (half_size(size.0), half_size(size.1));
-            Some(size)
-        })
+            None => 0,
+        };
+        below.saturating_add(self.finest.texels.bytes()).saturating_add(self.attributes.bytes())
     }
 
     pub(crate) fn finest(&self) -> &Level {
@@ -273,9 +274,9 @@ impl Texture {
 
     /// The levels below the finest: those of the file, or each half as large as the one before, down to a single pixel.
     pub(crate) fn coarser(&self) -> &[Level] {
-        self.coarser.get_or_init(|| match self.sizes_below().next() {
-            Some(_) => made(&self.finest, self.channels.len(), self.stored),
-            None => Vec::new(),
+        self.coarser.get_or_init(|| match self.has_levels {
+            true => made(&self.finest, self.channels.len(), self.stored),
+            false => Vec::new(),
         })
     }
 }
@@ -308,8 +309,8 @@ mod tests {
         let sizes: Vec<_> = texture.coarser().iter().map(|l| (l.width, l.height)).collect();
         assert_eq!(sizes, [(2, 1), (1, 1)]);
         // The centers lie at texels 0.75 and 3.25, and then in the middle.
-        assert_eq!(texture.coarser()[0].samples, [1.75, 4.5]);
-        assert_eq!(texture.coarser()[1].samples, [3.125]);
+        assert_eq!(texture.coarser()[0].texels.clone().into_floats(), [1.75, 4.5]);
+        assert_eq!(texture.coarser()[1].texels.clone().into_floats(), [3.125]);
         assert_eq!(texture.average(), Some(vec![3.125]));
         assert_eq!(texture.n_levels(), 3);
     }
@@ -327,7 +328,7 @@ mod tests {
         let texture = part([0, 0, 3, 1]);
         assert_eq!((texture.data_window(), texture.display_window()), ([1, 1, 2, 1], [0, 0, 3, 1]));
         assert_eq!((texture.n_levels(), texture.bytes()), (3, (2 + 2 + 1) * 4));
-        assert_eq!(texture.coarser()[0].samples, [1.0, 2.0]);
+        assert_eq!(texture.coarser()[0].texels.clone().into_floats(), [1.0, 2.0]);
         assert_eq!(texture.average(), Some(vec![0.0]));
     }
 
@@ -346,7 +347,7 @@ mod tests {
         image.header.coarser = vec![(2, 1, vec![5.0, 6.0]), (1, 1, vec![7.0]), (1, 1, vec![])];
         let texture = Texture::new(image);
         assert_eq!((texture.n_levels(), texture.bytes()), (3, 28));
-        assert_eq!(texture.coarser()[0].samples, [5.0, 6.0]);
+        assert_eq!(texture.coarser()[0].texels.clone().into_floats(), [5.0, 6.0]);
         assert_eq!(texture.average(), Some(vec![7.0]));
     }
 
@@ -354,7 +355,7 @@ mod tests {
     fn bytes_are_averaged_to_bytes_with_halves_up() {
         let of = |bytes: [u8; 4]| {
             let samples = bytes.iter().map(|&b| f32::from(b) / 255.0).collect();
-            (texture(2, 2, StoredType::U8, samples).coarser()[0].samples[0] * 255.0).round()
+            (texture(2, 2, StoredType::U8, samples).coarser()[0].texels.get(0) * 255.0).round()
         };
         assert_eq!(of([0, 0, 1, 1]), 1.0);
         assert_eq!(of([0, 0, 0, 1]), 0.0);
@@ -367,7 +368,7 @@ mod tests {
         for (width, height) in [(5, 1), (1, 1), (7, 12), (16, 16)] {
             let texture = texture(width, height, StoredType::Float, vec![0.0; width * height]);
             let levels = std::iter::once(texture.finest()).chain(texture.coarser());
-            assert_eq!(texture.bytes(), levels.map(|level| level.samples.len() as u64 * 4).sum::<u64>());
+            assert_eq!(texture.bytes(), levels.map(|level| level.texels.len() as u64 * 4).sum::<u64>());
         }
     }
 

@@ -2,14 +2,13 @@
 //!
 //! It must not know pixels.
 
-use std::io::Cursor;
-
+use osl_limits::Images;
 use tiff::decoder::Decoder;
 use tiff::decoder::ifd::Value;
 use tiff::tags::Tag;
 
 use crate::attributes::{Attribute, Attributes};
-use crate::read::Header;
+use crate::read::{Header, Source};
 
 /// How the value of a tag is told.
 #[derive(Clone, Copy)]
@@ -57,7 +56,7 @@ const FULL_HEIGHT: Tag = Tag::Unknown(33301);
 /// The tag in which texture tools say what the file is for. Where it is, all pages are one image, coarser and coarser.
 const TEXTURE_FORMAT: Tag = Tag::Unknown(33302);
 
-type Tiff<'a> = Decoder<Cursor<&'a [u8]>>;
+type Tiff<'a> = Decoder<&'a mut dyn Source>;
 
 /// Whether the pages of a file are the levels of one texture. The decoder is at the first.
 pub(crate) fn is_texture(decoder: &mut Tiff<'_>) -> bool {
@@ -65,8 +64,8 @@ pub(crate) fn is_texture(decoder: &mut Tiff<'_>) -> bool {
 }
 
 /// What the page that the decoder is at says, but for its coarser levels.
-pub(crate) fn header(decoder: &mut Tiff<'_>, (width, height): (usize, usize)) -> Header {
-    let mut attributes = Attributes::default();
+pub(crate) fn header(decoder: &mut Tiff<'_>, (width, height): (usize, usize), limits: &Images) -> Header {
+    let mut attributes = Attributes::within(limits);
     for (number, name, form) in TAGS {
         if let Some(value) = tag(decoder, Tag::from_u16_exhaustive(number))
             && let Some(value) = told(value, form)

@@ -10,6 +10,7 @@ use osl_image::{
     BitDepth, Footprint, LookupOptions, PngOptions, SubImage, TextureCache, Transfer, lookup_values,
     write_png,
 };
+use osl_limits::Limits;
 
 fn write(path: &Path, value: f32) {
     write_png(path, 1, 1, &[&[value]], PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight })
@@ -73,8 +74,8 @@ fn directories_are_searched_in_order() {
     assert_eq!(cache.get(absolute.to_str().unwrap()).unwrap().average().unwrap()[0], 0.0);
 }
 
-/// The bytes of a 16 x 16 texture of one channel: 256 + 64 + 16 + 4 + 1 texels.
-const BYTES: u64 = 341 * 4;
+/// The bytes of a 16 x 16 texture of one channel of bytes: 256 + 64 + 16 + 4 + 1 texels, and what each texture takes.
+const BYTES: u64 = 341 + 1024;
 
 fn write_squares(dir: &Path, n: usize) {
     for i in 0..n {
@@ -85,7 +86,9 @@ fn write_squares(dir: &Path, n: usize) {
 }
 
 fn cache_of(dir: &Path, bytes: u64) -> TextureCache {
-    TextureCache::with_budget(vec![dir.to_owned()], bytes)
+    let mut limits = Limits::default();
+    limits.images.texture_memory = bytes;
+    TextureCache::within(vec![dir.to_owned()], &limits)
 }
 
 #[test]
@@ -116,16 +119,47 @@ fn textures_in_use_stay() {
     assert_eq!(cache.held_bytes(), 2 * BYTES);
 }
 
+/// A texture that can never be kept is refused, with a word about the limit.
 #[test]
-fn a_texture_larger_than_the_budget_is_kept_until_the_next() {
+fn a_texture_larger_than_the_budget_is_refused() {
     let dir = tempfile::tempdir().unwrap();
+    write_squares(dir.path(), 1);
+    let failure = cache_of(dir.path(), 300).get("0.png").unwrap_err();
+    let expected = "16 x 16 pixels of 1 channels, with coarser levels, takes 341 bytes, and the limit is 300 bytes \
+                    (--limit images.texture_memory=BYTES)";
+    assert!(failure.message().ends_with(expected), "{}", failure.message());
+    // One that just fits is dropped for the next.
     write_squares(dir.path(), 2);
-    let cache = cache_of(dir.path(), 10);
+    let cache = cache_of(dir.path(), 341);
     let first = Arc::downgrade(&cache.get("0.png").unwrap());
-    assert!(Arc::ptr_eq(&first.upgrade().unwrap(), &cache.get("0.png").unwrap()));
     cache.get("1.png").unwrap();
     assert!(first.upgrade().is_none());
-    assert_eq!(cache.held_bytes(), BYTES);
+}
+
+/// Copies of a cache are one cache.
+#[test]
+fn copies_share_their_textures() {
+    let dir = tempfile::tempdir().unwrap();
+    write_squares(dir.path(), 1);
+    let cache = cache_of(dir.path(), u64::MAX);
+    assert!(Arc::ptr_eq(&cache.get("0.png").unwrap(), &cache.clone().get("0.png").unwrap()));
+}
+
+/// Ever new names take no ever growing memory, and are answered as the first was.
+#[test]
+fn few_names_are_remembered() {
+    let dir = tempfile::tempdir().unwrap();
+    write(&dir.path().join("a.1001.png"), 1.0);
+    let mut limits = Limits::default();
+    (limits.images.names, limits.images.patterns) = (2, 2);
+    let cache = TextureCache::within(vec![dir.path().to_owned()], &limits);
+    for i in 0..9 {
+        assert!(cache.get(&format!("{i}.png")).is_err());
+        assert!(cache.get("a.1001.png").is_ok());
+        assert!(!cache.exists(&format!("{i}.<UDIM>.png")));
+        assert!(cache.exists("a.<UDIM>.png") && cache.exists("./a.<UDIM>.png"));
+        assert!(!cache.exists(&format!("no{i}/a.<UDIM>.png")));
+    }
 }
 
 /// Many threads over more textures than fit see what one thread sees that keeps all.

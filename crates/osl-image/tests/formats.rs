@@ -5,7 +5,8 @@ use std::io::Cursor;
 use std::path::Path;
 use std::sync::LazyLock;
 
-use osl_image::{ImageData, ImageError, StoredType, SubImage, Texture, Wrap, decode_image, decode_part};
+use osl_image::{ImageData, ImageError, StoredType, SubImage, Texture, Wrap, decode_part};
+use osl_limits::Limits;
 use proptest::prelude::*;
 use tiff::encoder::colortype::{self, ColorType};
 use tiff::encoder::{Compression, TiffEncoder, TiffValue};
@@ -13,12 +14,18 @@ use tiff::tags::Tag;
 
 const LIMIT: u64 = 1 << 20;
 
+fn limits(samples: u64) -> Limits {
+    let mut limits = Limits::default();
+    limits.images.samples = samples;
+    limits
+}
+
 fn decode(bytes: &[u8]) -> Result<ImageData, ImageError> {
-    decode_image(Path::new("in memory"), bytes, LIMIT)
+    decode_part(Path::new("in memory"), bytes, &limits(LIMIT), SubImage::default())
 }
 
 fn decode_nth(bytes: &[u8], n: usize) -> Result<ImageData, ImageError> {
-    decode_part(Path::new("in memory"), bytes, LIMIT, SubImage::Index(n))
+    decode_part(Path::new("in memory"), bytes, &limits(LIMIT), SubImage::Index(n))
 }
 
 /// One page: its pixels, and its tags of numbers and of text.
@@ -227,7 +234,7 @@ fn pages_of_a_tiff_by_place_and_name() {
     assert_eq!(second.n_parts, 2, "the reduced copy is not counted");
     assert_eq!(second.samples, [30.0, 40.0].map(|v: f32| v * (1.0 / 255.0)));
     let path = Path::new("a.tif");
-    let named = |name| decode_part(path, &file, LIMIT, SubImage::Name(name));
+    let named = |name| decode_part(path, &file, &limits(LIMIT), SubImage::Name(name));
     assert_eq!(named("second").unwrap(), second);
     assert_eq!(named("").unwrap(), decode(&file).unwrap());
     assert_eq!(named("none").unwrap_err().to_string(), "a.tif: there is no subimage named \"none\"");
@@ -242,7 +249,7 @@ fn parts_of_an_exr_by_place_and_name() {
     let right = decode_nth(&file, 1).unwrap();
     assert_eq!((left.width, left.height, left.samples.as_slice()), (2, 1, [1.0, 2.0].as_slice()));
     assert_eq!((right.width, right.height, right.samples.as_slice()), (1, 2, [3.0, 4.0].as_slice()));
-    let named = decode_part(Path::new("a.exr"), &file, LIMIT, SubImage::Name("right")).unwrap();
+    let named = decode_part(Path::new("a.exr"), &file, &limits(LIMIT), SubImage::Name("right")).unwrap();
     assert_eq!(named, right);
     assert_eq!(Texture::new(named).n_parts(), 2);
     assert!(decode_nth(&file, 2).is_err());

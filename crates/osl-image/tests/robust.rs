@@ -6,15 +6,23 @@ use std::sync::LazyLock;
 
 use osl_image::{
     ExrCompression, ExrOptions, Footprint, ImageData, ImageError, Interp, Layer, LayerKind, LookupOptions,
-    SampleType, StoredType, Texture, Wrap, decode_image, lookup, lookup_values, read_image, write_exr,
+    SampleType, StoredType, SubImage, Texture, Wrap, decode_part, lookup, lookup_values, read_image,
+    write_exr,
 };
+use osl_limits::Limits;
 use proptest::prelude::*;
 
 /// Small enough for damaged headers to ask for no more than a few megabytes.
 const LIMIT: u64 = 1 << 20;
 
+fn limits(samples: u64) -> Limits {
+    let mut limits = Limits::default();
+    limits.images.samples = samples;
+    limits
+}
+
 fn decode(bytes: &[u8]) -> Result<ImageData, ImageError> {
-    decode_image(Path::new("in memory"), bytes, LIMIT)
+    decode_part(Path::new("in memory"), bytes, &limits(LIMIT), SubImage::default())
 }
 
 fn textures() -> Vec<Vec<u8>> {
@@ -81,9 +89,93 @@ fn a_wrong_compression_is_refused_or_read() {
 #[test]
 fn too_large_images_are_refused_by_their_header() {
     for file in textures() {
-        let error = decode_image(Path::new("big.exr"), &file, 5).unwrap_err();
+        let error = decode_part(Path::new("big.exr"), &file, &limits(5), SubImage::default()).unwrap_err();
         assert!(matches!(error, ImageError::TooLarge { limit: 5, .. }), "{error}");
     }
+}
+
+/// A PNG of one chunk before the pixels, whose data inflate to this many bytes.
+fn png(side: u32, chunk: &[u8; 4], inflated: usize, n_pixel_bytes: usize) -> Vec<u8> {
+    let packed = |n: usize| miniz_oxide::deflate::compress_to_vec_zlib(&vec![0; n], 6);
+    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+    let head = [&side.to_be_bytes()[..], &side.to_be_bytes(), &[8, 0, 0, 0, 0]].concat();
+    let profile = [b"x\0\0".as_slice(), &packed(inflated)].concat();
+    for (kind, data) in
+        [(b"IHDR", head), (chunk, profile), (b"IDAT", packed(n_pixel_bytes)), (b"IEND", Vec::new())]
+    {
+        file.extend((data.len() as u32).to_be_bytes());
+        let start = file.len();
+        file.extend(kind);
+        file.extend(data);
+        let sum = crc(&file[start..]);
+        file.extend(sum.to_be_bytes());
+    }
+    file
+}
+
+fn crc(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(!0_u32, |sum, byte| {
+        (0..8).fold(sum ^ u32::from(*byte), |sum, _| (sum >> 1) ^ (0xedb8_8320 * (sum & 1)))
+    })
+}
+
+/// A small file that stands for a huge image is refused by its header, with a word about the limit.
+#[test]
+fn bombs_are_refused_by_their_headers() {
+    let mut limits = Limits::default();
+    limits.images.texture_memory = 16 << 20;
+    let decode = |file: &[u8]| decode_part(Path::new("b.png"), file, &limits, SubImage::default());
+    let error = decode(&png(16384, b"gAMA", 4, 1000)).unwrap_err();
+    assert!(error.to_string().contains("takes 342 MiB, and the limit is 16 MiB"), "{error}");
+    assert!(matches!(error, ImageError::Memory { limit: "texture_memory", .. }));
+    assert_eq!(decode(&png(64, b"gAMA", 4, 65 * 64)).unwrap().samples.len(), 64 * 64);
+}
+
+/// What no one asks for is not unpacked: a color profile, a text.
+#[test]
+fn profiles_and_texts_are_passed_over() {
+    for chunk in [b"iCCP", b"zTXt", b"iTXt"] {
+        let image = decode(&png(8, chunk, 32 << 20, 9 * 8)).unwrap();
+        assert_eq!(image.samples, vec![0.0; 64]);
+    }
+}
+
+/// Damage in a B44 block is an error if it can be told from pixels, and never a NaN.
+#[test]
+fn damaged_b44_is_no_picture() {
+    let file = {
+        use exr::prelude::*;
+        let plane = |n: usize| {
+            let value = |i: usize| f16::from_f32(((i + n) as f32 * 0.37).sin() * 100.0);
+            AnyChannel::new(["B", "G", "R"][n], FlatSamples::F16((0..64 * 64).map(value).collect()))
+        };
+        let encoding = Encoding {
+            compression: Compression::B44,
+            blocks: Blocks::ScanLines,
+            line_order: LineOrder::Increasing,
+        };
+        let channels = AnyChannels::sort((0..3).map(plane).collect());
+        let layer = exr::prelude::Layer::new((64, 64), LayerAttributes::default(), encoding, channels);
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
+        bytes.into_inner()
+    };
+    assert!(decode(&file).is_ok());
+    let mut refused = 0;
+    for at in (500..file.len()).step_by(31) {
+        for damage in [0xff, 0x80] {
+            let mut damaged = file.clone();
+            damaged[at] ^= damage;
+            match decode(&damaged) {
+                Ok(image) => assert!(image.samples.iter().all(|v| v.is_finite()), "byte {at}"),
+                Err(error) => {
+                    assert!(!error.to_string().contains("the decoder failed"), "byte {at}: {error}");
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(refused > 5, "{refused}");
 }
 
 #[test]

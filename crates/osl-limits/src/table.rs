@@ -71,85 +71,70 @@ limits! {
     reading: Reading {
         /// Size of one file of text.
         file_bytes = 64 << 20, "bytes", "it has more than";
-        /// Text of one source file.
-        source_bytes = 16 << 20, "bytes", "E0017";
-        /// Text of all files of a program, each counted as often as it is included.
-        included_bytes = 64 << 20, "bytes", "E0017";
-        /// Files within files.
-        include_depth = 64, "files", "E0002";
-        /// Inclusions in all.
-        includes = 4096, "files", "E0003";
-        /// Tokens that macros make, and their text, 16 bytes for a token.
-        expansion = 1 << 20, "tokens", "E0014";
-        /// Parentheses and operators within one another in a condition of the preprocessor.
-        condition_depth = 100, "levels", "E0010";
-        /// Tokens after preprocessing.
-        tokens = 1 << 20, "tokens", "E0016";
-        /// Text of all tokens after preprocessing: macros can repeat a long name or string.
-        token_bytes = 64 << 20, "bytes", "E0016";
-        /// Constructs within constructs, and calls of macros within their arguments.
-        nesting = 256, "levels", "E0113";
-        /// Errors, and as many warnings, that reading a file reports.
-        diagnostics = 64, "messages", "E0120";
-        /// Tokens that the parser reads again to go on behind errors.
-        recovery = 4 << 20, "tokens", "errors behind the last one reported stay unsaid";
-        /// Tokens that the search for lost brackets reads.
-        repair = 2 << 20, "tokens", "no repair is offered";
-        /// Words in the text of a group.
-        group_words = 2 << 20, "words", "E0801";
-        /// Layers of a group.
-        layers = 4096, "layers", "E0803";
-        /// Symbols, and as many operations, of a compiled shader.
-        oso_lines = 1 << 20, "lines", "E0601";
-        /// Blocks within blocks in a compiled shader.
-        oso_depth = 512, "levels", "E0601";
-        /// Structs within structs in a compiled shader.
-        oso_structs = 32, "levels", "E0601";
-        /// Elements of constant arrays in a compiled shader, each array counted for every section that uses it.
-        oso_elements = 1 << 20, "elements", "E0601";
-        /// Lines of the sources that a compiled shader quotes.
-        oso_quoted = 1 << 20, "lines", "messages name the line of the compiled shader";
     }
     /// From the syntax tree to a program.
     compiling: Compiling {
-        /// Functions of one name in one scope: each call looks at all of them.
-        overloads = 256, "functions", "E0208";
-        /// Structs within structs.
-        struct_depth = 256, "levels", "E0310";
-        /// Indices within indices: some are evaluated twice, with all that is in them.
-        index_depth = 8, "levels", "E0308";
-        /// Calls within calls.
-        call_depth = 128, "calls", "E0601";
-        /// Jumps of one list of statements that open blocks within one another.
-        nested_jumps = 64, "blocks", "what follows starts anew beside these blocks";
-        /// Blocks around a list of statements from which on its jumps open no blocks within one another.
-        jump_depth = 192, "blocks", "what follows a jump tests a flag instead";
-        /// Values of a program once its functions are inlined.
-        values = 500_000, "values", "E0601";
-        /// Variables of a program once its functions are inlined, each part of a struct by itself.
-        variables = 500_000, "variables", "E0601";
-        /// Names of the variables of a program once its functions are inlined.
-        name_bytes = 64 << 20, "bytes", "E0601";
-        /// Words of arrays that a program has for each point.
-        array_words = 1 << 20, "words", "E0601";
-        /// Values that branches and loops hand on: one for each of them and each variable that is written inside.
-        joins = 2_000_000, "values", "E0601";
-        /// Text of the strings that are computed while compiling.
-        folded_bytes = 4 << 20, "bytes", "the rest is computed when the shader runs";
-        /// Operations of a compiled shader that is written.
-        written_operations = 400_000, "operations", "E0601";
-        /// Symbols of a compiled shader that is written.
-        written_symbols = 500_000, "symbols", "E0601";
     }
     /// What a program does.
     running: Running {
-        /// Instructions of one point that `explain` and `stability` follow.
-        trace = 500_000, "instructions", "too long to be followed to its end";
     }
     /// Textures and other images.
     images: Images {
+        /// Size of one file.
+        file_bytes = 2 << 30, "bytes", "--limit images.file_bytes";
+        /// Size of the header of an EXR or HDR file.
+        header_bytes = 1 << 20, "bytes", "--limit images.header_bytes";
+        /// Values of one image: width times height times channels.
+        samples = 1 << 30, "values", "--limit images.samples";
+        /// Memory for textures, with their coarser levels, in the type that their files store. A single texture that is larger
+        /// cannot be read; of several, those that were not used for longest are read again when they are wanted.
+        texture_memory = 1 << 30, "bytes", "--limit images.texture_memory";
+        /// Memory that decoding may take beyond that. Where several threads decode, they wait for each other.
+        working_memory = 64 << 20, "bytes", "--limit images.working_memory";
+        /// Values of an image of which a file stores a part. Coarser levels of larger ones are not made.
+        partial_samples = 1 << 28, "values", "the finest level is used";
+        /// Pages of a TIFF file that are looked at.
+        pages = 1 << 10, "pages", "there is no subimage";
+        /// Attributes of an image that are kept.
+        attributes = 1 << 10, "attributes", "the attribute is not there";
+        /// Length of the name of an attribute, and of its text, and numbers that it has.
+        attribute_length = 1 << 16, "bytes", "the attribute is not there";
+        /// Names of textures that are remembered. Beyond, those that are not in use are looked for again.
+        names = 1 << 16, "names", "the file is looked for again";
+        /// Names that stand for many files (`<UDIM>`), and folders, that are remembered. Beyond, they are looked for again.
+        patterns = 1 << 10, "names", "the files are looked for again";
     }
     /// Scenes, meshes and pictures.
     scenes: Scenes {
+        /// Files of a scene, with those that it includes.
+        files = 256, "files", "too many files include each other";
+        /// Files within files.
+        file_depth = 16, "files", "too many files include each other";
+        /// Size of all files of a scene together.
+        bytes = 64 << 20, "bytes", "a scene has at most";
+        /// Elements of an array in a scene, counting the components of points.
+        elements = 1 << 24, "numbers", "--limit scenes.elements";
+        /// Surfaces, lights, skies and shader nodes of a scene: each ray may ask each of them.
+        nodes = 1 << 14, "nodes", "--limit scenes.nodes";
+        /// Shader nodes on the way from a node to one that it needs.
+        node_depth = 128, "nodes", "needs itself, or too many others";
+        /// Messages that are kept about a scene.
+        messages = 100, "messages", "later messages are not shown";
+        /// Corners, and vertices, of a mesh before it is subdivided.
+        corners = 1 << 24, "corners", "--limit scenes.corners";
+        /// Times that a mesh of a scene is subdivided at most.
+        subdivisions = 9, "times", "subdivisions are too many";
+        /// Triangles of all surfaces together, some 200 bytes each.
+        triangles = 1 << 22, "triangles", "--limit scenes.triangles";
+        /// Triangles that a surface is cut into for the sake of pixels.
+        pixel_triangles = 1 << 21, "triangles", "it is cut less finely";
+        /// Pixels of a picture, some 60 bytes each.
+        pixels = 1 << 24, "pixels", "--limit scenes.pixels";
+        /// Spheres and quads of a scene of testrender: each ray asks them all.
+        shapes = 1 << 14, "shapes", "shapes";
+        /// Elements of XML that contain each other.
+        xml_depth = 256, "elements", "Elements are nested too deeply";
+        /// Side of the table by which testrender chooses directions of a background.
+        background = 1 << 11, "cells", "the table has this side";
     }
 }

@@ -174,11 +174,10 @@ pub(super) struct RunArgs {
     /// Folder to look for textures in, after the working directory and the shader's own; may be repeated.
     #[arg(long, value_name = "DIR")]
     pub(super) texture_path: Vec<PathBuf>,
-    /// Memory for textures.
-    #[arg(long, value_name = "MIB", default_value_t = 1024)]
-    pub(super) texture_memory: u64,
-    /// Let the shader include, open and append to any file, not only those below the working directory, the shader's own folder,
-    /// and the folders of -I and the paths.
+    /// Memory for textures (default: 1024); the same as `--limit images.texture_memory`.
+    #[arg(long, value_name = "MIB")]
+    pub(super) texture_memory: Option<u64>,
+    /// Let the shader open and append to any file, not only those below the working directory and the texture paths.
     #[arg(long)]
     pub(super) allow_files: bool,
     /// Steps that a batch of points may take before a loop of it has to end.

@@ -48,7 +48,6 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         without: args.without_pass.clone(),
         arithmetic: args.arithmetic.unwrap_or_default(),
         prefilter: args.sampling.prefilter(plan),
-        limits: args.read.limits.limits().clone(),
     };
     if !args.closures {
         output::drop_closures(&mut body, options.outputs.as_deref());
@@ -155,8 +154,11 @@ pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> S
     }
     let mut folders = vec![folder];
     folders.extend(args.texture_path.iter().cloned());
-    let bytes = args.texture_memory.saturating_mul(1 << 20);
-    let textures = TextureCache::with_budget(folders, bytes).allow_files(args.allow_files);
+    let mut limits = args.read.limits.limits().clone();
+    if let Some(mebibytes) = args.texture_memory {
+        limits.images.texture_memory = mebibytes.saturating_mul(1 << 20);
+    }
+    let textures = TextureCache::within(folders, &limits).allow_files(args.allow_files);
     Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
 }
 
