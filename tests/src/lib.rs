@@ -1,6 +1,7 @@
 //! What the end-to-end tests share: reference data and the way from a shader's text to its values.
 
 pub mod agree;
+mod dice;
 pub mod doors;
 pub mod fuzz;
 pub mod generate;
@@ -9,5 +10,7 @@ pub mod host;
 pub mod laws;
 pub mod points;
 pub mod run;
+pub mod scenes;
+pub mod textures;
 pub mod walker;
 pub mod ways;

@@ -1,6 +1,6 @@
 //! Parameter values from text: `radius=0.3`, `tint=1,0.5,0`, `spacename=object`.
 
-use crate::hir::{Expr, ExprKind, Init, Program};
+use crate::hir::{Expr, ExprKind, Init, Param, Program};
 use crate::ir::Const;
 use crate::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
 use osl_syntax::spelling::closest;
@@ -71,7 +71,8 @@ impl ParamValues {
     pub fn given<'a>(&'a self, program: &Program) -> Vec<(&'a str, &'a [Const])> {
         let place = |name: &str| {
             let first = name.split('.').next().unwrap_or(name);
-            program.param(first)
+            let named = |p: &Param| &*program.vars[p.var.0 as usize].name == first;
+            program.shader.params.iter().position(named)
         };
         let mut list: Vec<(&str, &[Const])> = self.values.iter().map(|(n, v)| (&**n, &v[..])).collect();
         list.sort_by_key(|(name, _)| (place(name), *name));
@@ -113,7 +114,7 @@ pub fn set_typed(
     name: &str,
     text: &str,
 ) -> Result<(), ParamError> {
-    set_parsed(program, values, given, name, text, || parse(given, text))
+    set_parsed(program, values, given, name, text, parse(given, text))
 }
 
 /// Adds a value whose type is given, as the words of it: numbers one by one, or strings. What is missing is 0, or empty.
@@ -127,7 +128,7 @@ pub fn set_words(
     name: &str,
     words: &[Arc<str>],
 ) -> Result<(), ParamError> {
-    set_parsed(program, values, given, name, &words.join(" "), || from_words(given, words))
+    set_parsed(program, values, given, name, &words.join(" "), from_words(given, words))
 }
 
 fn set_parsed(
@@ -136,7 +137,7 @@ fn set_parsed(
     given: Type,
     name: &str,
     text: &str,
-    value: impl FnOnce() -> Option<Vec<Const>>,
+    value: Option<Vec<Const>>,
 ) -> Result<(), ParamError> {
     let ty = find(program, name)?;
     let error = || mismatch(program, ty, name, text);
@@ -151,7 +152,7 @@ fn set_parsed(
     if !same || !extent {
         return Err(wrong());
     }
-    let value = value().ok_or_else(error)?;
+    let value = value.ok_or_else(error)?;
     let spread = |v: Const| match v {
         Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
         v => v,
@@ -208,13 +209,15 @@ fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
 pub fn type_of(program: &Program, name: &str) -> Option<Type> {
     let mut parts = name.split('.');
     let first = parts.next()?;
-    let param = program.shader.params.get(program.param(first)?)?;
+    let of = |p: &&Param| &*program.vars[p.var.0 as usize].name == first;
+    let param = program.shader.params.iter().find(of)?;
     let mut ty = program.vars[param.var.0 as usize].ty;
     if param.open {
         ty.extent = Extent::Unsized;
     }
     for part in parts {
-        ty = program.structs.field(ty.as_struct()?, part)?.1.ty;
+        let fields = &program.structs.get(ty.as_struct()?).fields;
+        ty = fields.iter().find(|f| &*f.name == part)?.ty;
     }
     Some(ty)
 }
@@ -235,9 +238,7 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
     if words.len() > len * each || words.is_empty() {
         return None;
     }
-    // Elements of an array that no word gives are zero without being kept: a text may name many long arrays.
-    let whole = if ty.extent == Extent::One { each } else { words.len().next_multiple_of(each) };
-    let missing = whole.saturating_sub(words.len());
+    let missing = len * each - words.len();
     match ty.base {
         Base::String => {
             let rest = std::iter::repeat_n(Arc::from(""), missing);
@@ -249,7 +250,7 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
         }
         _ => {
             let mut numbers: Vec<f32> = words.iter().map(|w| w.parse().ok()).collect::<Option<_>>()?;
-            numbers.resize(whole, 0.0);
+            numbers.resize(len * each, 0.0);
             Some(numbers.chunks_exact(each).filter_map(|c| constant(each, c)).collect())
         }
     }

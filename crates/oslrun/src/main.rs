@@ -1,12 +1,11 @@
 //! The `oslrun` command.
 
 mod signals;
-mod terminal;
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     signals::watch();
-    let code = oslrun::cli::main(std::env::args_os(), &mut *terminal::stdout(), &mut *terminal::stderr());
+    let code = oslrun::cli::main(std::env::args_os(), &mut anstream::stdout(), &mut anstream::stderr());
     ExitCode::from(code)
 }

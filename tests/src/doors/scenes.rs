@@ -218,7 +218,7 @@ const MAX_COUNT: i32 = 4;
 /// A scene of `testrender` through its command line, in a few pixels.
 pub fn testrender(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
-    let read = match osl_scene::testrender::scene::read(&text) {
+    let read = match osl_scene::testrender::scene::read(&text, &osl_limits::Limits::default()) {
         Ok(read) => read,
         Err(why) => return message(&why.to_string()),
     };

@@ -7,6 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use osl_exec::{Program, RunOptions, Services};
 use osl_image::TextureCache;
 use osl_ir::passes;
+use osl_limits::Limits;
 use osl_scene::Grid;
 use oslrun::pipeline;
 use std::sync::LazyLock;
@@ -103,7 +104,9 @@ static PROGRAM: LazyLock<Program> = LazyLock::new(|| {
 pub fn textures(bytes: &[u8]) -> u64 {
     let place = Place::get();
     place.file("t.img", bytes);
-    let textures = TextureCache::with_budget(vec![place.path().to_path_buf()], 1 << 24);
+    let mut limits = Limits::default();
+    (limits.images.texture_memory, limits.images.working_memory) = (1 << 24, 1 << 24);
+    let textures = TextureCache::within(vec![place.path().to_path_buf()], &limits);
     let services = Services { textures, ..Services::default() };
     let options = RunOptions { batch: Some(16), ..RunOptions::default() };
     match osl_exec::run(&PROGRAM, &services, &Grid::new(5, 3), &options, &|_| ()) {

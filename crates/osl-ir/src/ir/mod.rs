@@ -16,7 +16,6 @@ mod print;
 pub mod validate;
 
 pub use build::Builder;
-pub(crate) use build::Excess;
 pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
 };

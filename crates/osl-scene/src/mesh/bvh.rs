@@ -1,14 +1,14 @@
 //! Which triangle a ray hits first.
 
+use super::tree::tree;
 use super::{Bounds, FARTHEST, Triangles};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray;
 use obvhs::ray::RayHit;
-use obvhs::{Boundable, BvhBuildParams, ray};
+use std::hash::{Hash, Hasher};
 use std::ops::Range;
-use std::time::Duration;
 
 /// How much larger than a triangle its box is, for coordinates of 1.
 const SLACK: f32 = 1e-6;
@@ -33,16 +33,19 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Sorts triangles. Those with a coordinate that is not finite, or beyond [`FARTHEST`], are never hit.
+    /// Sorts triangles. Those with a coordinate that is not finite, or beyond [`FARTHEST`], are never hit, nor are all but
+    /// the first of those that lie in the same place.
     pub fn new(mesh: &Triangles) -> Bvh {
         let near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
-        let kept: Vec<usize> =
+        let mut kept: Vec<usize> =
             (0..mesh.indices.len()).filter(|at| mesh.corners(*at).iter().all(near)).collect();
-        let list: Vec<Around> = kept.iter().map(|at| Around::new(mesh.corners(*at))).collect();
+        leave_out_copies(&mut kept, mesh);
+        let list: Vec<Aabb> = kept.iter().map(|at| around(mesh.corners(*at))).collect();
         if list.is_empty() {
             return Bvh { tree: None, corners: Vec::new(), numbers: Vec::new() };
         }
-        let tree = build_cwbvh(&list, BvhBuildParams::fast_build(), &mut Duration::default());
+        let tree = tree(&list);
+        drop(list);
         let order = tree.primitive_indices.iter().filter_map(|at| kept.get(*at as usize));
         let numbers: Vec<u32> = order.map(|at| *at as u32).collect();
         let corners = numbers.iter().map(|at| mesh.corners(*at as usize)).collect();
@@ -89,19 +92,32 @@ impl Bvh {
 }
 
 /// The box around a triangle, a little larger, so that rounding loses no ray that meets it.
-struct Around(Aabb);
-
-impl Around {
-    fn new(corners: [Vec3; 3]) -> Around {
-        let bounds = Bounds::of(corners);
-        let slack = bounds.min.abs().max(bounds.max.abs()).max_element() * SLACK + f32::MIN_POSITIVE;
-        Around(Aabb::new(Vec3A::from(bounds.min) - slack, Vec3A::from(bounds.max) + slack))
-    }
+fn around(corners: [Vec3; 3]) -> Aabb {
+    let bounds = Bounds::of(corners);
+    let slack = bounds.min.abs().max(bounds.max.abs()).max_element() * SLACK + f32::MIN_POSITIVE;
+    Aabb::new(Vec3A::from(bounds.min) - slack, Vec3A::from(bounds.max) + slack)
 }
 
-impl Boundable for Around {
-    fn aabb(&self) -> Aabb {
-        self.0
+/// Leaves out triangles whose corners are those of one before: a ray would have to ask all of a pile.
+fn leave_out_copies(kept: &mut Vec<usize>, mesh: &Triangles) {
+    let bits = |at: usize| mesh.corners(at).map(|p| p.to_array().map(f32::to_bits));
+    let hash = |at: usize| {
+        let mut hasher = rustc_hash::FxHasher::default();
+        bits(at).hash(&mut hasher);
+        hasher.finish()
+    };
+    let mut hashes: Vec<(u64, usize)> = kept.iter().map(|at| (hash(*at), *at)).collect();
+    hashes.sort_unstable();
+    // Those with one hash are nearly always copies; where they are not, the first of a run stands for the comparison.
+    let mut copies: Vec<usize> = Vec::new();
+    for run in hashes.chunk_by(|a, b| a.0 == b.0) {
+        let [(_, first), others @ ..] = run else { continue };
+        let own = bits(*first);
+        copies.extend(others.iter().map(|(_, at)| *at).filter(|at| bits(*at) == own));
+    }
+    if !copies.is_empty() {
+        copies.sort_unstable();
+        kept.retain(|at| copies.binary_search(at).is_err());
     }
 }
 

@@ -6,13 +6,15 @@
 mod bvh;
 mod normals;
 mod obj;
+mod tree;
 mod triangles;
 
 pub use bvh::{Bvh, MeshHit};
-pub use obj::{ObjError, read_obj};
+pub use obj::{ObjError, read_obj, read_obj_within};
 pub use triangles::{Bounds, SurfacePoint, Triangles};
 
 use glam::{Mat4, Vec2, Vec3};
+use osl_limits::Limits;
 use std::fmt;
 
 /// A mesh of polygons.
@@ -36,8 +38,6 @@ pub struct Mesh {
     pub creases: Vec<([u32; 2], f32)>,
 }
 
-/// Vertices and corners that a mesh may have: places are numbered with 32 bits, and a level multiplies them by four.
-pub const MAX_CORNERS: usize = 1 << 28;
 /// The largest coordinate of a vertex: sums of areas of boxes around such ones still fit a single float.
 pub const FARTHEST: f32 = 1e12;
 
@@ -90,8 +90,17 @@ pub enum MeshError {
     #[error("the mesh has no faces")]
     Empty,
     /// More than can be numbered.
-    #[error("the mesh has more than {MAX_CORNERS} corners")]
-    TooLarge,
+    #[error("the mesh has more than {most} corners or vertices (--limit scenes.corners=N)")]
+    TooLarge {
+        /// How many it may have.
+        most: u64,
+    },
+    /// Cut so finely it would have too many triangles.
+    #[error("there would be more than {most} triangles (--limit scenes.triangles=N)")]
+    TooFine {
+        /// How many there may be.
+        most: u64,
+    },
 }
 
 /// What was odd about a mesh and survived.
@@ -132,9 +141,18 @@ impl Mesh {
     /// # Errors
     /// What is wrong.
     pub fn check(&self) -> Result<(), MeshError> {
+        self.check_within(Limits::default().scenes.corners)
+    }
+
+    /// As [`Mesh::check`], for a mesh of so many corners and vertices at most.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub fn check_within(&self, most: u64) -> Result<(), MeshError> {
         let corners = self.corners.len();
-        if corners > MAX_CORNERS || self.positions.len() > MAX_CORNERS {
-            return Err(MeshError::TooLarge);
+        // Places are numbered with 32 bits, and a level multiplies them by four.
+        if corners.max(self.positions.len()) as u64 > most.min(1 << 28) {
+            return Err(MeshError::TooLarge { most });
         }
         let sizes: u64 = self.face_sizes.iter().map(|n| u64::from(*n)).sum();
         if sizes != corners as u64 {

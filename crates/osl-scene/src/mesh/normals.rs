@@ -6,6 +6,9 @@ use glam::Vec3;
 /// Normals of one place that differ by less than this angle's cosine are one smooth normal.
 const SAME_NORMAL: f32 = 0.9999;
 
+/// Vertices of one place whose normals are compared with that of another.
+const COMPARED: usize = 256;
+
 impl Triangles {
     /// The smooth normal of each place: the sum of the normals around, each by the angle that its triangle has there,
     /// so that it does not depend on how faces were cut into triangles. G. Thürmer and C. A. Wüthrich, "Computing Vertex
@@ -43,7 +46,9 @@ impl Triangles {
         for (vertex, place) in self.places.iter().enumerate() {
             let Some(head) = first.get_mut(*place as usize) else { continue };
             let mut other = *head;
-            while let Some(normal) = self.normals.get(other as usize) {
+            // Those of one normal lie side by side: at a place of very many normals not all are compared.
+            for _ in 0..COMPARED {
+                let Some(normal) = self.normals.get(other as usize) else { break };
                 if self.normals.get(vertex).is_some_and(|n| n.dot(*normal) > SAME_NORMAL) {
                     groups[vertex] = groups[other as usize];
                     break;

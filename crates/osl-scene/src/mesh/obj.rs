@@ -1,7 +1,8 @@
 //! Meshes from the text of OBJ files.
 
-use super::{MAX_CORNERS, Mesh, MeshError};
+use super::{Mesh, MeshError};
 use glam::{Vec2, Vec3};
+use osl_limits::Limits;
 use std::collections::HashMap;
 
 /// What is wrong with an OBJ file.
@@ -32,7 +33,16 @@ const MAX_DIGITS: usize = 9;
 /// # Errors
 /// A line that is wrong, or a mesh that is.
 pub fn read_obj(text: &str) -> Result<Mesh, ObjError> {
-    numbers_are_sane(text)?;
+    read_obj_within(text, &Limits::default())
+}
+
+/// As [`read_obj`], with limits of its own.
+///
+/// # Errors
+/// A line that is wrong, or a mesh that is.
+pub fn read_obj_within(text: &str, limits: &Limits) -> Result<Mesh, ObjError> {
+    let most = limits.scenes.corners;
+    numbers_are_sane(text, most)?;
     let options =
         tobj::LoadOptions { ignore_points: true, ignore_lines: true, ..tobj::LoadOptions::default() };
     let no_materials = |_: &std::path::Path| Ok((Vec::new(), std::collections::HashMap::default()));
@@ -40,19 +50,24 @@ pub fn read_obj(text: &str) -> Result<Mesh, ObjError> {
         .map_err(|e| ObjError::Text(e.to_string()))?;
     let mut joined = Joined::default();
     for model in models {
-        joined.add(model.mesh)?;
+        joined.add(model.mesh, most)?;
     }
     let mesh = joined.finish();
-    mesh.check()?;
+    mesh.check_within(most)?;
     Ok(mesh)
 }
 
-/// The library multiplies indices before it looks whether they exist.
-fn numbers_are_sane(text: &str) -> Result<(), ObjError> {
+/// The library multiplies indices before it looks whether they exist, and reads all faces before it says how many there are.
+fn numbers_are_sane(text: &str, most: u64) -> Result<(), ObjError> {
+    let mut corners = 0;
     for (line, content) in text.lines().enumerate() {
         let mut words = content.split_whitespace();
         if !matches!(words.next(), Some("f" | "l")) {
             continue;
+        }
+        corners += words.clone().count() as u64;
+        if corners > most {
+            return Err(MeshError::TooLarge { most }.into());
         }
         if let Some(token) = words.find(|word| word.split('/').any(|n| n.len() > MAX_DIGITS)) {
             let token = token.chars().take(40).collect();
@@ -73,10 +88,10 @@ struct Joined {
 }
 
 impl Joined {
-    fn add(&mut self, piece: tobj::Mesh) -> Result<(), MeshError> {
+    fn add(&mut self, piece: tobj::Mesh, most: u64) -> Result<(), MeshError> {
         let mesh = &mut self.mesh;
-        if mesh.corners.len() + piece.indices.len() > MAX_CORNERS {
-            return Err(MeshError::TooLarge);
+        if (mesh.corners.len() + piece.indices.len()) as u64 > most {
+            return Err(MeshError::TooLarge { most });
         }
         if piece.indices.is_empty() {
             return Ok(());

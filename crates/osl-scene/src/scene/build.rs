@@ -41,6 +41,13 @@ pub fn build(
     };
     let (width, height) = scene.settings.size;
     camera.resolution = around.size.unwrap_or([width as usize, height as usize]);
+    let most = messages.limits().scenes.pixels;
+    if (camera.resolution[0] as u64).saturating_mul(camera.resolution[1] as u64) > most {
+        let [width, height] = camera.resolution;
+        let text = format!("{width} x {height} pixels are more than {most} (--limit scenes.pixels=N)");
+        messages.error(&scene.place, text);
+        return None;
+    }
     let view = match camera.view() {
         Ok(view) => view,
         Err(why) => {
@@ -63,6 +70,10 @@ pub fn build(
         messages.warning(&scene.place, "there is no surface to be seen");
     }
     for surface in &scene.surfaces {
+        if let Some(why) = messages.limits().halted() {
+            messages.error(&surface.place, why.to_string());
+            return None;
+        }
         add_surface(surface, &mut world, networks, around, messages);
     }
     add_sky(scene, &mut world, networks, around, messages);
@@ -114,6 +125,10 @@ fn form(
     messages: &mut Messages,
 ) -> Option<Made> {
     let matrix = surface.matrix;
+    // All surfaces share the triangles that there may be.
+    let mut limits = messages.limits().scenes;
+    let used: usize = world.objects.iter().map(|object| object.body.triangles()).sum();
+    limits.triangles = limits.triangles.saturating_sub(used as u64);
     let (shape, own) = match &surface.form {
         Form::Plane { point, normal } => {
             let for_normals = matrix.inverse().transpose();
@@ -131,7 +146,7 @@ fn form(
             (Shape::Cylinder { radius: *radius, height }, matrix * place)
         }
         Form::Mesh(polygons) => {
-            let mut triangles = tessellate(surface, polygons, &matrix, messages)?;
+            let mut triangles = tessellate(surface, polygons, &matrix, &limits, messages)?;
             displaced(surface, &mut triangles, networks, services, messages)?;
             return Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))));
         }
@@ -140,8 +155,10 @@ fn form(
         return Some(Made::Object(Box::new(Body::Shape(Placed::new(shape, own)?))));
     }
     let detail = Detail::Pixels { view: &world.view, edge: EDGE };
-    let (mut triangles, _, _) =
-        shape.triangles(&own, &detail).map_err(|why| messages.error(&surface.place, why.to_string())).ok()?;
+    let (mut triangles, _, _) = shape
+        .triangles_within(&own, &detail, &limits)
+        .map_err(|why| messages.error(&surface.place, why.to_string()))
+        .ok()?;
     displaced(surface, &mut triangles, networks, services, messages)?;
     Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))))
 }

@@ -141,11 +141,10 @@ pub(super) fn describe(place: Place, nodes: Vec<Node>, messages: &mut Messages) 
     scene
 }
 
-/// Pixels along a side of a picture.
-const MAX_SIDE: u32 = 1 << 15;
-
 fn settings(fields: &mut Fields<'_>) -> Settings {
     let default = Settings::default();
+    // The number of pixels is checked when the size of the picture is known.
+    const MAX_SIDE: u32 = 1 << 15;
     let size = (
         fields.int("xres", default.size.0, (1, MAX_SIDE)),
         fields.int("yres", default.size.1, (1, MAX_SIDE)),

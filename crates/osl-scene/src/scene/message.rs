@@ -1,5 +1,6 @@
 //! What there is to say about a scene file, with the line that it is about.
 
+use osl_limits::Limits;
 use std::fmt;
 use std::sync::Arc;
 
@@ -34,17 +35,25 @@ impl fmt::Display for Message {
     }
 }
 
-/// Messages that a scene keeps; a file of noise says no more than that.
-const MAX_MESSAGES: usize = 100;
-
-/// All that there is to say, in the order of the file.
+/// All that there is to say, in the order of the file, and the limits that the scene is read and built under.
 #[derive(Clone, Debug, Default)]
 pub struct Messages {
     list: Vec<Message>,
     errors: usize,
+    limits: Limits,
 }
 
 impl Messages {
+    /// No messages so far, about a scene that has these limits.
+    pub fn within(limits: &Limits) -> Messages {
+        Messages { limits: limits.clone(), ..Messages::default() }
+    }
+
+    /// The limits of the scene.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
     /// Adds an error.
     pub fn error(&mut self, place: &Place, text: impl Into<String>) {
         self.errors += 1;
@@ -58,7 +67,7 @@ impl Messages {
 
     fn add(&mut self, error: bool, place: &Place, text: String) {
         // The first error is kept whatever was said before it.
-        if self.list.len() < MAX_MESSAGES || (error && self.errors == 1) {
+        if (self.list.len() as u64) < self.limits.scenes.messages || (error && self.errors == 1) {
             self.list.push(Message { error, place: place.clone(), text });
         }
     }

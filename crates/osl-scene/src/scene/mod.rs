@@ -23,13 +23,6 @@ pub use text::{Node, Param, Value, Word};
 use std::sync::Arc;
 use text::Item;
 
-/// Files within files.
-const MAX_DEPTH: usize = 16;
-/// Files in all.
-const MAX_FILES: usize = 256;
-/// Bytes of all files together.
-const MAX_BYTES: usize = 64 << 20;
-
 /// Where included files come from.
 pub trait SceneFiles {
     /// The text of a file that another one includes, and its own name.
@@ -62,18 +55,31 @@ impl Reading<'_> {
     fn file(&mut self, file: &Arc<str>, text: &str, depth: usize) {
         self.bytes += text.len();
         self.count += 1;
-        if self.bytes > MAX_BYTES {
+        let limits = self.messages.limits().scenes;
+        if self.bytes as u64 > limits.bytes {
             let place = Place { file: file.clone(), line: 1 };
-            self.messages.error(&place, format!("a scene has at most {MAX_BYTES} bytes"));
+            let most = limits.bytes;
+            let text = format!("a scene has at most {most} bytes (--limit scenes.bytes=N)");
+            self.messages.error(&place, text);
             return;
         }
         for item in text::read(file, text, self.messages) {
             match item {
-                Item::Node(node) => self.nodes.push(node),
-                Item::Include(name, place) if depth >= MAX_DEPTH || self.count >= MAX_FILES => {
-                    self.messages.error(&place, format!("`{name}`: too many files include each other"));
+                Item::Node(node) if self.nodes.len() as u64 >= limits.nodes => {
+                    let text = format!("a scene has at most {} nodes (--limit scenes.nodes=N)", limits.nodes);
+                    self.messages.error(&node.place, text);
                     return;
                 }
+                Item::Node(node) => self.nodes.push(node),
+                Item::Include(name, place)
+                    if depth as u64 >= limits.file_depth || self.count as u64 >= limits.files =>
+                {
+                    let text =
+                        "too many files include each other (--limit scenes.files=N, scenes.file_depth=N)";
+                    self.messages.error(&place, format!("`{name}`: {text}"));
+                    return;
+                }
+                Item::Include(..) if self.messages.limits().halted().is_some() => return,
                 Item::Include(name, place) => match self.files.include(&name, &place.file) {
                     Ok((name, text)) => self.file(&name.into(), &text, depth + 1),
                     Err(why) => self.messages.error(&place, format!("cannot include `{name}`: {why}")),

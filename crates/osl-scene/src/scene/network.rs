@@ -17,9 +17,6 @@ use osl_ir::{lower, passes};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// Nodes on the way from a node to one that it needs.
-const MAX_DEPTH: usize = 128;
-
 /// What a network is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Use {
@@ -209,7 +206,7 @@ impl Building<'_, '_> {
         if let Some(program) = self.done.get(&name) {
             return Some(program.clone());
         }
-        if self.open.contains(&name) || self.open.len() >= MAX_DEPTH {
+        if self.open.contains(&name) || self.open.len() as u64 >= self.messages.limits().scenes.node_depth {
             self.messages.error(&node.place, format!("node `{name}` needs itself, or too many others"));
             return None;
         }

@@ -5,9 +5,6 @@ use crate::mesh::Mesh;
 use crate::subdivide::Scheme;
 use glam::{Vec2, Vec3};
 
-/// Times that a mesh may be subdivided: a cube then has 1.5 million faces.
-const MAX_ITERATIONS: u32 = 9;
-
 /// A `polymesh`.
 #[derive(Clone, Debug, Default)]
 pub struct Polygons {
@@ -52,7 +49,7 @@ pub(super) fn polygons(fields: &mut Fields<'_>) -> Option<Polygons> {
         normal_corners,
         creases: Vec::new(),
     };
-    match mesh.check() {
+    match mesh.check_within(fields.messages.limits().scenes.corners) {
         Err(why) => {
             fields.messages.error(place, format!("the mesh cannot be used: {why}"));
             None
@@ -88,11 +85,12 @@ fn indices(
 fn subdivision(fields: &mut Fields<'_>) -> (Scheme, u32) {
     let wanted = fields.int("subdiv_iterations", 1, (0, 64));
     let place = fields.place();
-    if wanted > MAX_ITERATIONS {
-        let text = format!("{wanted} subdivisions are too many; it is subdivided {MAX_ITERATIONS} times");
+    let most = u32::try_from(fields.messages.limits().scenes.subdivisions).unwrap_or(u32::MAX);
+    if wanted > most {
+        let text = format!("{wanted} subdivisions are too many; it is subdivided {most} times");
         fields.messages.warning(place, text);
     }
-    let times = wanted.min(MAX_ITERATIONS);
+    let times = wanted.min(most);
     match fields.word("subdiv_type").map(|w| w.text.as_str()) {
         None | Some("none") => (Scheme::Linear, 0),
         Some("catclark") => (Scheme::CatmullClark, times),

@@ -11,18 +11,21 @@ use crate::subdivide::{self, Detail, Scheme};
 use crate::surface_points::SurfacePoints;
 use glam::{Mat4, Vec3};
 use osl_exec::{Frame, RunOptions, Services, Stop};
+use osl_limits::Scenes;
 
 /// The triangles of polygons, moved by a matrix; `None` after an error.
 pub(super) fn tessellate(
     surface: &Surface,
     polygons: &Polygons,
     matrix: &Mat4,
+    limits: &Scenes,
     messages: &mut Messages,
 ) -> Option<Triangles> {
     let mut mesh = polygons.mesh.clone();
     mesh.transform(matrix);
     let flat = polygons.smooth && polygons.scheme == Scheme::Linear && mesh.normals.is_empty();
-    match subdivide::tessellate(&mesh, polygons.scheme, &Detail::Level(polygons.iterations)) {
+    let detail = Detail::Level(polygons.iterations);
+    match subdivide::tessellate_within(&mesh, polygons.scheme, &detail, limits) {
         Ok(mut found) => {
             if !found.oddities.is_empty() {
                 messages.warning(&surface.place, format!("mesh `{}`: {}", surface.name, found.oddities));

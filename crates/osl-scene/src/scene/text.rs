@@ -10,9 +10,6 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use std::sync::Arc;
 
-/// Elements that an array may have, counting the components of points.
-const MAX_ELEMENTS: usize = 1 << 24;
-
 /// A node as it is written.
 #[derive(Clone, Debug)]
 pub struct Node {
@@ -201,6 +198,11 @@ impl Reader<'_> {
         if self.peek().is_some_and(wanted) { self.next() } else { None }
     }
 
+    /// Elements that an array may have.
+    fn most(&self) -> u64 {
+        self.messages.limits().scenes.elements
+    }
+
     /// Goes on behind the end of the node.
     fn skip(&mut self) {
         while self.next().is_some_and(|t| !t.is("}")) {}
@@ -249,8 +251,8 @@ impl Reader<'_> {
             if let (true, [count, keys]) = (array, &words[..]) {
                 return self.array(&count.text, &keys.text, &token.text);
             }
-            if words.len() >= MAX_ELEMENTS {
-                return Err(format!("it has more than {MAX_ELEMENTS} words"));
+            if words.len() as u64 >= self.most() {
+                return Err(format!("it has more than {} words ({HINT})", self.most()));
             }
             words.push(Word { text: token.text, quoted: token.quoted });
         }
@@ -263,8 +265,9 @@ impl Reader<'_> {
         let (count, keys) = (number(count)?, number(keys)?);
         let Element { components, packed, texts } = element(ty).unwrap_or(Element::NUMBER);
         let total = count.checked_mul(keys.max(1)).and_then(|n| n.checked_mul(components));
-        let total = total.filter(|n| *n <= MAX_ELEMENTS).ok_or_else(|| {
-            format!("an array has at most {MAX_ELEMENTS} numbers, and {count} of type {ty} are more")
+        let most = self.most();
+        let total = total.filter(|n| *n as u64 <= most).ok_or_else(|| {
+            format!("an array has at most {most} numbers, and {count} of type {ty} are more ({HINT})")
         })?;
         if texts {
             let items = std::iter::from_fn(|| self.next_if(|t| t.quoted)).take(total).map(|t| t.text);
@@ -319,6 +322,9 @@ impl Reader<'_> {
         Ok(floats.iter().map(|b| f64::from(f32::from_le_bytes(*b))).collect())
     }
 }
+
+/// How to permit more elements.
+const HINT: &str = "--limit scenes.elements=N";
 
 fn short(found: usize, total: usize) -> String {
     format!("the array ends after {found} of {total} elements")

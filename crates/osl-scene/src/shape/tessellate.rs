@@ -2,8 +2,9 @@
 
 use super::Shape;
 use crate::mesh::{Mesh, MeshError, Triangles};
-use crate::subdivide::{Detail, MAX_BY_PIXELS, MAX_TRIANGLES, Scheme, choose, tessellate};
+use crate::subdivide::{Detail, Scheme, choose, tessellate_within};
 use glam::{Mat4, Vec2, Vec3};
+use osl_limits::Scenes;
 
 impl Shape {
     /// The shape as triangles, moved by a matrix, with the normals and tangents of the shape itself; the level, and
@@ -17,10 +18,23 @@ impl Shape {
         to_common: &Mat4,
         detail: &Detail<'_>,
     ) -> Result<(Triangles, u32, bool), MeshError> {
+        self.triangles_within(to_common, detail, &Scenes::default())
+    }
+
+    /// As [`Shape::triangles`], with limits of its own.
+    ///
+    /// # Errors
+    /// A level has too many triangles.
+    pub fn triangles_within(
+        &self,
+        to_common: &Mat4,
+        detail: &Detail<'_>,
+        limits: &Scenes,
+    ) -> Result<(Triangles, u32, bool), MeshError> {
         if let Shape::Cube { size } = *self {
             let mut mesh = cube(size);
             mesh.transform(to_common);
-            let found = tessellate(&mesh, Scheme::Linear, detail)?;
+            let found = tessellate_within(&mesh, Scheme::Linear, detail, limits)?;
             return Ok((found.triangles, found.level, found.fine));
         }
         let at = |level: u32| {
@@ -29,13 +43,18 @@ impl Shape {
             triangles
         };
         let [across, up] = self.steps(0);
-        let most = |triangles| {
-            (0..16).take_while(|l| (2 * across * up) << (2 * (l + 1)) <= triangles).count() as u32
+        let most = |triangles: u64| {
+            let finer = |l: &u32| ((2 * across * up) as u64) << (2 * (l + 1)) <= triangles;
+            (0..16).take_while(finer).count() as u32
         };
         match *detail {
-            Detail::Level(level) if level > most(MAX_TRIANGLES) => Err(MeshError::TooLarge),
+            Detail::Level(level) if level > most(limits.triangles) => {
+                Err(MeshError::TooFine { most: limits.triangles })
+            }
             Detail::Level(level) => Ok((at(level), level, true)),
-            Detail::Pixels { view, edge } => Ok(choose(at, most(MAX_BY_PIXELS), view, edge)),
+            Detail::Pixels { view, edge } => {
+                Ok(choose(at, most(limits.pixel_triangles.min(limits.triangles)), view, edge))
+            }
         }
     }
 

@@ -15,6 +15,7 @@ pub use adaptive::longest_edge;
 
 use crate::camera::View;
 use crate::mesh::{Mesh, MeshError, Oddities, Triangles};
+use osl_limits::Scenes;
 use topology::Level;
 
 /// What a mesh stands for.
@@ -56,38 +57,56 @@ pub struct Tessellated {
     pub oddities: Oddities,
 }
 
-/// Triangles that a surface may become at a level that was asked for: some 50 bytes each.
-pub(crate) const MAX_TRIANGLES: usize = 1 << 24;
-/// Triangles that it may become for the sake of pixels.
-pub(crate) const MAX_BY_PIXELS: usize = 1 << 21;
-
 /// Cuts a mesh into triangles: all faces into four, as often as the detail asks, so that there are no cracks. Vertices of
 /// a Catmull-Clark surface lie on the limit surface, with its normals.
 ///
 /// # Errors
 /// The mesh is wrong, or a level has too many triangles. Pixels only go as far as there may be triangles.
 pub fn tessellate(mesh: &Mesh, scheme: Scheme, detail: &Detail<'_>) -> Result<Tessellated, MeshError> {
-    mesh.check()?;
+    tessellate_within(mesh, scheme, detail, &Scenes::default())
+}
+
+/// As [`tessellate`], with limits of its own.
+///
+/// # Errors
+/// As those of [`tessellate`].
+pub fn tessellate_within(
+    mesh: &Mesh,
+    scheme: Scheme,
+    detail: &Detail<'_>,
+    limits: &Scenes,
+) -> Result<Tessellated, MeshError> {
+    mesh.check_within(limits.corners)?;
+    // Known before anything is made.
+    if let Detail::Level(level) = *detail
+        && (level > most_level(mesh.corners.len(), limits.triangles)
+            || mesh.corners.len() as u64 > limits.triangles)
+    {
+        return Err(MeshError::TooFine { most: limits.triangles });
+    }
     let (base, oddities) = Level::new(mesh, scheme)?;
     let most = |triangles| most_level(base.corners.len(), triangles);
     match *detail {
-        Detail::Level(level) if level > most(MAX_TRIANGLES) => Err(MeshError::TooLarge),
         Detail::Level(level) => {
             let triangles = at_level(&base, level, scheme);
             Ok(Tessellated { triangles, level, fine: true, oddities })
         }
         Detail::Pixels { view, edge } => {
-            let (triangles, level, fine) =
-                choose(|level| at_level(&base, level, scheme), most(MAX_BY_PIXELS), view, edge);
+            let (triangles, level, fine) = choose(
+                |level| at_level(&base, level, scheme),
+                most(limits.pixel_triangles.min(limits.triangles)),
+                view,
+                edge,
+            );
             Ok(Tessellated { triangles, level, fine, oddities })
         }
     }
 }
 
 /// The finest level at which a mesh with so many corners has no more triangles than it may.
-fn most_level(corners: usize, triangles: usize) -> u32 {
+fn most_level(corners: usize, triangles: u64) -> u32 {
     // The first level has a quad for each corner, each further one four times as many.
-    (0..30).take_while(|level| corners.saturating_mul(2 << (2 * level)) <= triangles).count() as u32
+    (0..30).take_while(|level| (corners as u64).saturating_mul(2 << (2 * level)) <= triangles).count() as u32
 }
 
 fn at_level(base: &Level, level: u32, scheme: Scheme) -> Triangles {

@@ -196,9 +196,11 @@ fn sound_faces(mesh: &Mesh, oddities: &mut Oddities) -> Kept {
                 kept.from.push((first + at) as u32);
             }
         }
-        let own: Vec<u32> = kept.from[start..].iter().map(|at| mesh.corners[*at as usize]).collect();
-        let different = own.iter().enumerate().filter(|(at, v)| !own[..*at].contains(v)).take(3).count();
-        if different < 3 {
+        let mut others = kept.from[start..].iter().map(|at| mesh.corners[*at as usize]);
+        let first = others.next();
+        let second = others.find(|v| Some(*v) != first);
+        let is_face = second.is_some() && others.any(|v| Some(v) != first && Some(v) != second);
+        if !is_face {
             kept.from.truncate(start);
             oddities.degenerate_faces += 1;
         } else {

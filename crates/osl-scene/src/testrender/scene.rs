@@ -8,6 +8,7 @@ use glam::Vec3;
 use osl_ir::Span;
 use osl_ir::group::text::{Statement, Word};
 use osl_ir::types::{Base, Type};
+use osl_limits::Limits;
 
 /// A shader group as a scene describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,21 +64,20 @@ pub enum SceneError {
     #[error("Error reading scene: Root element <World> is missing")]
     NoWorld,
     /// It has too many shapes.
-    #[error("Error reading scene: more than {MAX_SHAPES} shapes")]
-    TooManyShapes,
+    #[error("Error reading scene: more than {most} shapes")]
+    TooManyShapes {
+        /// As many as it may have.
+        most: u64,
+    },
 }
-
-/// Shapes that a scene may have: each ray asks them all.
-const MAX_SHAPES: usize = 1 << 14;
-/// Side of the largest table of a background.
-const MAX_RESOLUTION: usize = 2048;
 
 /// Reads a scene.
 ///
 /// # Errors
 /// Why it cannot be read.
-pub fn read(text: &str) -> Result<Scene, SceneError> {
-    let document = xml::read(text)?;
+pub fn read(text: &str, limits: &Limits) -> Result<Scene, SceneError> {
+    let limits = &limits.scenes;
+    let document = xml::read(text, limits.xml_depth)?;
     let world = document.children.iter().find(|e| e.name == "World").ok_or(SceneError::NoWorld)?;
     let mut scene = Scene::default();
     let (mut spheres, mut quads) = (Vec::new(), Vec::new());
@@ -109,12 +109,13 @@ pub fn read(text: &str) -> Result<Scene, SceneError> {
             }
             "Background" => {
                 let resolution = element.attribute("resolution").map_or(1024.0, number).max(0.0) as usize;
-                scene.background = Some(Background { group, resolution: resolution.min(MAX_RESOLUTION) });
+                scene.background =
+                    Some(Background { group, resolution: resolution.min(limits.background as usize) });
             }
             _ => {}
         }
-        if spheres.len() + quads.len() > MAX_SHAPES {
-            return Err(SceneError::TooManyShapes);
+        if (spheres.len() + quads.len()) as u64 > limits.shapes {
+            return Err(SceneError::TooManyShapes { most: limits.shapes });
         }
     }
     scene.shapes = spheres;
@@ -226,6 +227,7 @@ mod tests {
                    <ConnectShaders srclayer="a" srcparam="b" dstlayer="c" dstparam="d"/></ShaderGroup>
                  <Background resolution="64"/>
                </World>"#,
+            &Limits::default(),
         )
         .expect("a scene");
         assert_eq!(scene.camera.dir, Vec3::NEG_Z);
@@ -246,7 +248,8 @@ mod tests {
 
     #[test]
     fn what_is_no_scene() {
-        let error = |text: &str| read(text).map_or_else(|e| e.to_string(), |_| String::new());
+        let error =
+            |text: &str| read(text, &Limits::default()).map_or_else(|e| e.to_string(), |_| String::new());
         assert_eq!(error("<Scene/>"), "Error reading scene: Root element <World> is missing");
         assert!(error("scene").starts_with("XML parsed with errors: No document element"));
     }

@@ -34,9 +34,6 @@ pub struct XmlError {
     pub offset: usize,
 }
 
-/// Elements that may contain each other.
-const MAX_DEPTH: usize = 256;
-
 const TAG: &str = "Could not determine tag type";
 const DECLARATION: &str = "Error parsing document declaration/processing instruction";
 const COMMENT: &str = "Error parsing comment";
@@ -49,13 +46,14 @@ const MISMATCH: &str = "Start-end tags mismatch";
 const NOTHING: &str = "No document element found";
 const DEPTH: &str = "Elements are nested too deeply";
 
-/// Reads a text. The result is a nameless element with the elements at the top.
+/// Reads a text, in which so many elements may contain each other. The result is a nameless element with the elements at the
+/// top.
 ///
 /// # Errors
 /// The first thing that is wrong.
-pub fn read(text: &str) -> Result<Element, XmlError> {
+pub fn read(text: &str, depth: u64) -> Result<Element, XmlError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = Reader { text, at: 0, open: vec![Element::default()] };
+    let mut reader = Reader { text, at: 0, open: vec![Element::default()], depth };
     while reader.at < text.len() {
         reader.next()?;
     }
@@ -72,6 +70,8 @@ struct Reader<'a> {
     at: usize,
     /// The elements that have begun, from the document on.
     open: Vec<Element>,
+    /// How many elements may contain each other.
+    depth: u64,
 }
 
 fn begins_name(c: char) -> bool {
@@ -174,7 +174,7 @@ impl<'a> Reader<'a> {
                 return self.close(element);
             }
             if self.takes(">") {
-                if self.open.len() > MAX_DEPTH {
+                if self.open.len() as u64 > self.depth {
                     return self.error(DEPTH);
                 }
                 self.open.push(element);
@@ -270,7 +270,7 @@ mod tests {
     fn elements_attributes_and_text() {
         let text = "<?xml version='1.0'?><!-- a > b --><a x=\"1 &lt; 2&#65;\" y='\"'>\n  one &amp; &what; two\n \
                     <b/><c>text</c><![CDATA[more]]></a>";
-        let root = read(text).expect("a document");
+        let root = read(text, 256).expect("a document");
         let a = &root.children[0];
         assert_eq!(a.attribute("x"), Some("1 < 2A"));
         assert_eq!(a.attribute("y"), Some("\""));
@@ -282,7 +282,7 @@ mod tests {
 
     #[test]
     fn what_is_wrong_and_where() {
-        let error = |text: &str| read(text).map_or_else(|e| e.to_string(), |_| "fine".to_string());
+        let error = |text: &str| read(text, 256).map_or_else(|e| e.to_string(), |_| "fine".to_string());
         assert_eq!(error("<World><Camera\n"), "Error parsing start element tag at offset 14");
         assert_eq!(error("nosuch.xml"), "No document element found at offset 10");
         assert_eq!(error("<a><b></a>"), "Start-end tags mismatch at offset 8");
@@ -295,6 +295,6 @@ mod tests {
 
     #[test]
     fn deep_nesting_is_an_error() {
-        assert!(read(&"<a>".repeat(100_000)).is_err_and(|e| e.what == DEPTH));
+        assert!(read(&"<a>".repeat(100_000), 256).is_err_and(|e| e.what == DEPTH));
     }
 }

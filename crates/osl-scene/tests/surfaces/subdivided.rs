@@ -244,7 +244,7 @@ fn wrong_meshes_are_errors() {
     let mesh = Mesh { face_sizes: vec![2], corners: vec![0, 1], ..cube() };
     assert_eq!(wrong(mesh), MeshError::Empty, "nothing is left");
     let deep = tessellate(&cube(), Scheme::CatmullClark, &Detail::Level(30));
-    assert_eq!(deep.unwrap_err(), MeshError::TooLarge);
+    assert_eq!(deep.unwrap_err(), MeshError::TooFine { most: 1 << 22 });
 }
 
 proptest! {

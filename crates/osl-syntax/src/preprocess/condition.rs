@@ -5,6 +5,9 @@ use crate::errors;
 use crate::lexer::{PpToken, Raw};
 use crate::span::Span;
 
+/// Parentheses and operators within one another, at most.
+const MAX_DEPTH: u32 = 100;
+
 impl Preprocessor<'_> {
     /// Whether the condition holds; false, with a message, when it has no value.
     pub(super) fn condition(&mut self, at: Span, tokens: &[PpToken]) -> bool {
@@ -73,7 +76,7 @@ struct Eval<'e, 'a> {
     pp: &'e Preprocessor<'a>,
     tokens: &'e [PpToken],
     at: usize,
-    depth: u64,
+    depth: u32,
 }
 
 type Value = Result<i64, Fault>;
@@ -96,7 +99,7 @@ impl Eval<'_, '_> {
     /// `live` tells whether the value counts: division by zero in a branch that does not is no fault.
     fn ternary(&mut self, live: bool) -> Value {
         self.depth += 1;
-        if self.depth > self.pp.options.limits.reading.condition_depth {
+        if self.depth > MAX_DEPTH {
             return Err(self.fault("nested too deep"));
         }
         let mut value = self.binary(0, live)?;
@@ -167,7 +170,7 @@ impl Eval<'_, '_> {
             _ => return Err(self.fault_before("not a value")),
         };
         self.depth += 1;
-        if self.depth > self.pp.options.limits.reading.condition_depth {
+        if self.depth > MAX_DEPTH {
             return Err(self.fault("nested too deep"));
         }
         let value = self.unary(live)?;

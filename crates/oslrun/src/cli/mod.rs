@@ -35,7 +35,6 @@ mod tradeoff;
 
 use args::{Cli, Command};
 use clap::Parser;
-use osl_syntax::escape::shown;
 use std::ffi::OsString;
 use std::io::Write;
 
@@ -84,7 +83,7 @@ fn command(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &
             let text = usage.render();
             // Help and version are answers, not errors.
             if usage.use_stderr() {
-                let _ = write!(err, "{}", shown(&text.to_string()));
+                let _ = write!(err, "{text}");
                 return 2;
             }
             let _ = write!(out, "{text}");
@@ -109,7 +108,7 @@ fn command(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &
         Ok(()) => 0,
         Err(Failure(text)) => {
             if !text.is_empty() {
-                let _ = writeln!(err, "error: {}", shown(&text));
+                let _ = writeln!(err, "error: {text}");
             }
             1
         }

@@ -58,10 +58,13 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     let text = input::read_text(&args.file, args.read.limits.limits())
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
     let files = Includes::new(args);
-    let mut messages = Messages::default();
+    let mut messages = Messages::within(args.read.limits.limits());
     let name = args.file.display().to_string();
     let description = scene::read(&name, &text, &files, &mut messages);
-    let services = || Services { ray: "camera".to_string(), textures: textures(args), ..Services::default() };
+    // All materials share what is read.
+    let textures = textures(args);
+    let services =
+        || Services { ray: "camera".to_string(), textures: textures.clone(), ..Services::default() };
     let around = Surroundings { size: args.size.map(|(w, h)| [w, h]), services: &services };
     let world = (!messages.failed()).then(|| {
         let mut networks = Networks::new(&description, library, &mut messages);
@@ -80,7 +83,7 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
 fn textures(args: &RenderArgs) -> TextureCache {
     let mut folders = vec![args.file.parent().map(Path::to_path_buf).unwrap_or_default()];
     folders.extend(args.search_path.iter().cloned());
-    TextureCache::with_budget(folders, 1 << 30).allow_files(args.allow_files)
+    TextureCache::within(folders, args.read.limits.limits()).allow_files(args.allow_files)
 }
 
 fn picture(args: &RenderArgs, world: &World, samples: u32, sources: &SourceMap) -> Result<Picture, Failure> {

@@ -124,7 +124,6 @@ impl Programs {
                 without: args.without_pass.clone(),
                 arithmetic,
                 prefilter,
-                limits: args.read.limits.limits().clone(),
             };
             let compiled = pipeline::finish(body.clone(), &passes);
             Form { compiled, options: RunOptions { arithmetic, ..options(args) } }

@@ -8,10 +8,13 @@ use osl_syntax::span::Span;
 use std::ops::Range;
 use std::sync::Arc;
 
+/// Blocks within blocks, at most.
+const MAX_DEPTH: u32 = 512;
+
 /// What is around a block.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Around {
-    depth: u64,
+    depth: u32,
     /// Whether a loop is, within the function.
     in_loop: bool,
 }
@@ -29,9 +32,8 @@ impl Builder<'_, '_> {
         let mut list = Vec::new();
         let mut at = range.start;
         while let Some(op) = file.ops.get(at).filter(|_| at < range.end) {
-            let deepest = self.limits.oso_depth;
-            if around.depth > deepest {
-                let message = format!("blocks within blocks, more than {deepest} deep");
+            if around.depth > MAX_DEPTH {
+                let message = format!("blocks within blocks, more than {MAX_DEPTH} deep");
                 return Err(errors::too_large(op.span, message));
             }
             let span = self.spans.get(at).copied().unwrap_or(op.span);

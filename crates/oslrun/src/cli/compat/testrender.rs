@@ -156,7 +156,8 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
         true => input::read_text(path, &osl_limits::Limits::default())?,
         false => file.clone(),
     };
-    let scene = scene::read(&text).map_err(|why| format!("SEVERE ERROR: {why}"))?;
+    let scene =
+        scene::read(&text, &osl_limits::Limits::default()).map_err(|why| format!("SEVERE ERROR: {why}"))?;
     if scene.groups.is_empty() {
         return Err("SEVERE ERROR: No shaders in scene".to_string());
     }
@@ -176,7 +177,6 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     }
     let planes: Vec<&[f32]> = picture.planes.iter().map(Vec::as_slice).collect();
     write_channels(Path::new(image), (job.size[0], job.size[1]), &planes, Some(Samples::Half))
-        .and_then(|file| Ok(file.save()?))
         .map_err(|why| format!("ERROR: {why}"))?;
     if job.stats {
         let total = started.elapsed();
