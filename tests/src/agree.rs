@@ -142,9 +142,9 @@ pub fn hold(text: &str, through_oso: bool) -> Result<Verdict, String> {
     }
     let mut programs = vec![("source", program.clone())];
     if through_oso {
-        let written = osl_ir::oso::write(&program, &checked.sources)
+        let written = osl_ir::oso::write(&program, &checked.sources, &Default::default())
             .map_err(|d| format!("cannot be written to .oso: {d:?}"))?;
-        let read = osl_ir::oso::read("generated.oso", &written);
+        let read = osl_ir::oso::read("generated.oso", &written, &Default::default());
         let program =
             read.program.ok_or_else(|| format!("cannot be read from .oso: {:?}", read.diagnostics))?;
         programs.push((".oso", program));

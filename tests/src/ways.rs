@@ -17,7 +17,8 @@ use oslrun::pipeline;
 pub fn prints(text: &str, expected: &str) {
     let checked = pipeline::check("s.osl", text, &NoFiles, &Options::default());
     let program = checked.program.unwrap_or_else(|| panic!("{text}: {:#?}", checked.diagnostics));
-    let written = osl_ir::oso::write(&program, &checked.sources).unwrap_or_else(|e| panic!("{text}: {e:#?}"));
+    let written = osl_ir::oso::write(&program, &checked.sources, &Default::default())
+        .unwrap_or_else(|e| panic!("{text}: {e:#?}"));
     let grid = Grid::new(1, 1);
     let none = passes::Options { without: passes::Pass::ALL.to_vec(), ..passes::Options::default() };
     for (name, text, options) in [

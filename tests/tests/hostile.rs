@@ -44,6 +44,8 @@ fn real_runs() {
         long_lines,
         large_declarations,
         overloads,
+        multiplied,
+        squares,
         runs_that_would_not_end,
     ] {
         test();
@@ -293,6 +295,67 @@ fn overloads() {
     ends("doubling calls", &calls, &["E0601"]);
     let operators = "float __operator__add__(float a, float b) { return a - b; }";
     errors("operators", &format!("{operators} {}", shader(&format!("r = u{};", " + v".repeat(200)))));
+}
+
+/// A short text that stands for a very long one.
+#[test]
+fn multiplied() {
+    let structs = lines(16, |i| format!("struct S{} {{ S{i} a; S{i} b; }};", i + 1));
+    let structs = format!("struct S0 {{ float x; }};\n{structs}S16 f(S16 x) {{ return x; }}\n");
+    let calls = shader(&format!("S16 y; y = {}y{}; r = u;", "f(".repeat(40), ")".repeat(40)));
+    ends("nested calls of large structs", &format!("{structs}{calls}"), &["E0601"]);
+    let long = "n".repeat(60_000);
+    let names = lines(12, |i| format!("struct S{} {{ S{i} a, {long}; }};", i + 1));
+    let names = format!("struct S0 {{ float x; }};\n{names}{}", shader("S12 a; r = u;"));
+    ends("long names of fields", &names, &["E0601"]);
+    let chain = lines(100_000, |i| format!("struct S{} {{ S{i} x; }};", i + 1));
+    let chain = format!("struct S0 {{ float x; }};\n{chain}{}", shader("S100000 a; r = 1;"));
+    assert!(errors("a chain of structs", &chain).contains("E0310"));
+    ends("a message of a long array", &shader("float k[1000000]; setmessage(\"a\", k);"), &["E0601"]);
+    let (declared, written) =
+        (lines(30_000, |i| format!("float a{i};")), lines(30_000, |i| format!("a{i} = u;")));
+    let deep = format!("{declared}{}{written}{}", "if (u > r) {".repeat(90), "}".repeat(90));
+    ends("variables in deep branches", &shader(&deep), &["E0601"]);
+    let name = "x".repeat(1_000_000);
+    ends("a long name, repeated", &format!("#define N {name}\n{}", shader(&"N; ".repeat(100))), &["E0016"]);
+    let text = shader(&format!("r = 1; {}", "printf(S);".repeat(100)));
+    ends("a long string, repeated", &format!("#define S \"{name}\"\n{text}"), &["E0016"]);
+    ends(
+        "a long string, joined",
+        &format!("#define S \"{name}\"\n{}", shader(&"S ".repeat(100))),
+        &["E0016"],
+    );
+    let file = format!("#line 1 \"{name}\"\n{}", shader(&"printf(__FILE__); ".repeat(10_000)));
+    ends("a long name of a file", &file, &["E0014"]);
+    let fold = "s = concat(substr(s, 1), \"b\");".repeat(1_000);
+    let fold =
+        shader(&format!("string s = \"aaaaaaaa\"; {} {fold} r = strlen(s);", "s = concat(s, s);".repeat(17)));
+    ends("strings computed while compiling", &fold, &[]);
+}
+
+/// Inputs of which a step could take the square.
+#[test]
+fn squares() {
+    let n = 100_000;
+    assert!(!errors("quotes", &shader(&"'\\".repeat(n))).is_empty());
+    assert!(!errors("open lists", &shader(&format!("float a[2] = {}", "{".repeat(n)))).is_empty());
+    let open = format!("{} {{ {} }}", "( ".repeat(n), "; ".repeat(n));
+    assert!(!errors("semicolons among open parentheses", &shader(&open)).is_empty());
+    let parameters: Vec<String> = (0..n).map(|i| format!("p{i}")).collect();
+    ends("macro parameters", &format!("#define F({}) p0\n{}", parameters.join(","), shader("r = u;")), &[]);
+    let counted = "r = L(\n__LINE__);\n".repeat(n / 10);
+    ends("line numbers", &format!("#define L(x) __LINE__ + x\n{}", shader(&counted)), &[]);
+    ends("findings on one line", &shader(&"r = r; ".repeat(n / 4)), &[]);
+    ends("silenced findings", &shader(&"#pragma osl nowarn\nr = r;\n".repeat(n / 4)), &[]);
+    let fields: String = (0..n / 4).map(|i| format!("float f{i};")).collect();
+    let read: String = (0..n / 4).map(|i| format!("r = s.f{i};")).collect();
+    ends(
+        "fields of a wide struct",
+        &format!("struct S {{ {fields} }};\n{}", shader(&format!("S s; {read}"))),
+        &[],
+    );
+    let messages = lines(n / 4, |i| format!("setmessage(\"m{i}\", u);"));
+    ends("messages", &shader(&messages), &[]);
 }
 
 /// Sources that compile, and would run on and on or fill the memory. What the program says of them is in its own tests.

@@ -179,7 +179,7 @@ fn round_trip_text(name: &str, text: &str) -> Option<Vec<String>> {
 fn round_trip_by(name: &str, text: &str, plain: &dyn Fn(&mut Outcome)) -> Option<Vec<String>> {
     let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
     let program = checked.program?;
-    let written = match osl_ir::oso::write(&program, &checked.sources) {
+    let written = match osl_ir::oso::write(&program, &checked.sources, &Default::default()) {
         Ok(written) => written,
         Err(list) => return Some(vec![format!("{list:?}")]),
     };
@@ -235,7 +235,7 @@ fn what_is_written_comes_back() {
 fn written(name: &str, text: &str) -> String {
     let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
     let program = checked.program.unwrap_or_else(|| panic!("{name}: {:#?}", checked.diagnostics));
-    osl_ir::oso::write(&program, &checked.sources).unwrap()
+    osl_ir::oso::write(&program, &checked.sources, &Default::default()).unwrap()
 }
 
 /// Class, type, name, value, metadata and place in a struct of each parameter's line.
@@ -439,13 +439,13 @@ fn nothing_upsets_the_reader() {
                     }
                 }
             }
-            let read = osl_ir::oso::read("changed.oso", &changed.join("\n"));
+            let read = osl_ir::oso::read("changed.oso", &changed.join("\n"), &Default::default());
             assert_eq!(read.program.is_some(), read.diagnostics.is_empty());
             if let Some(program) = read.program {
                 // A loop may have lost its end: it is compiled, not run.
                 let _ = osl_ir::lower::lower(&program, &osl_ir::params::ParamValues::default());
-                let again = osl_ir::oso::write(&program, &read.sources).unwrap();
-                let third = osl_ir::oso::read("again.oso", &again);
+                let again = osl_ir::oso::write(&program, &read.sources, &Default::default()).unwrap();
+                let third = osl_ir::oso::read("again.oso", &again, &Default::default());
                 assert!(third.diagnostics.is_empty(), "{:#?}\n{again}", third.diagnostics);
             }
         }

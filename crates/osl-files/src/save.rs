@@ -25,6 +25,7 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
 /// An existing file keeps its permissions; a new one gets those the process gives to any new file. A symbolic link
 /// stays, and its target is replaced. A device or pipe is written to directly, since renaming over it would destroy it.
 #[derive(Debug)]
+#[must_use = "the file is in its place once it is saved"]
 pub struct Unsaved {
     path: PathBuf,
     target: PathBuf,

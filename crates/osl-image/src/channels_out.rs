@@ -9,11 +9,12 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 
 use crate::error::ImageError;
-use crate::exr_out::{ExrOptions, Layer, LayerKind, SampleType, check_plane, check_size, write_exr};
+use crate::exr_out::{ExrOptions, Layer, LayerKind, SampleType, check_plane, check_size, exr_file};
 use crate::file;
-use crate::png_out::{BitDepth, PngOptions, write_png};
+use crate::png_out::{BitDepth, PngOptions, png_bytes};
 use crate::tiff_out::{self, Stored};
 use crate::transfer::Transfer;
+use osl_files::Unsaved;
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +42,7 @@ impl Samples {
     }
 }
 
-/// Writes planes of ints as the channels of a file. A TIFF without samples of a kind holds them as they are; anywhere else
+/// Writes planes of ints as the channels of a file, which is in its place once the result is saved. A TIFF without samples of a kind holds them as they are; anywhere else
 /// the range of an int, −2147483647 to 2147483647, becomes that of the samples, and an EXR has half floats by default.
 ///
 /// **Shape** and **Errors**: as for [`write_channels`].
@@ -50,7 +51,7 @@ pub fn write_ints(
     size: (usize, usize),
     planes: &[&[i32]],
     samples: Option<Samples>,
-) -> Result<(), ImageError> {
+) -> Result<Unsaved, ImageError> {
     check_size(path, size.0, size.1)?;
     let ending = ending(path);
     if samples.is_none() && matches!(ending.as_str(), "tif" | "tiff") {
@@ -71,7 +72,7 @@ fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
 }
 
-/// Writes planes as the channels of a file: .exr, .tif, .png or .jpg. What the format cannot store is stored as the nearest
+/// Writes planes as the channels of a file, which is in its place once the result is saved: .exr, .tif, .png or .jpg. What the format cannot store is stored as the nearest
 /// that it can: floats by default, bytes in PNG and JPEG, which take their values through the sRGB curve.
 ///
 /// **Shape**: each plane has `width * height` values, row 0 first.
@@ -82,7 +83,7 @@ pub fn write_channels(
     (width, height): (usize, usize),
     planes: &[&[f32]],
     samples: Option<Samples>,
-) -> Result<(), ImageError> {
+) -> Result<Unsaved, ImageError> {
     check_size(path, width, height)?;
     for (i, plane) in planes.iter().enumerate() {
         check_plane(path, &format!("plane {i}"), plane, width * height)?;
@@ -92,7 +93,10 @@ pub fn write_channels(
         "tif" | "tiff" => tiff(path, (width, height), planes, samples.unwrap_or(Samples::Float)),
         "png" => {
             let depth = if samples == Some(Samples::Short) { BitDepth::Sixteen } else { BitDepth::Eight };
-            write_png(path, width, height, planes, PngOptions { transfer: Transfer::Srgb, depth })
+            {
+                let options = PngOptions { transfer: Transfer::Srgb, depth };
+                file::with(path, &png_bytes(path, width, height, planes, options)?)
+            }
         }
         "jpg" | "jpeg" => jpeg(path, (width, height), planes),
         _ => Err(ImageError::input(path, "the name must end in .exr, .tif, .png or .jpg")),
@@ -112,7 +116,7 @@ fn exr(
     (width, height): (usize, usize),
     planes: &[&[f32]],
     samples: Option<Samples>,
-) -> Result<(), ImageError> {
+) -> Result<Unsaved, ImageError> {
     let names: Vec<String> = (0..planes.len()).map(|i| channel(i, planes.len())).collect();
     let layers: Vec<Layer<'_>> = names
         .iter()
@@ -122,7 +126,7 @@ fn exr(
     // EXR has no bytes or shorts: OpenImageIO stores halves for both.
     let samples =
         if matches!(samples, None | Some(Samples::Float)) { SampleType::Float } else { SampleType::Half };
-    write_exr(path, width, height, &layers, ExrOptions { samples, ..ExrOptions::default() })
+    exr_file(path, width, height, &layers, ExrOptions { samples, ..ExrOptions::default() })
 }
 
 /// The samples pixel by pixel.
@@ -130,7 +134,7 @@ fn pixels<S: Copy, T>(planes: &[&[S]], n_pixels: usize, convert: impl Fn(S) -> T
     (0..n_pixels).flat_map(|at| planes.iter().map(move |plane| plane[at])).map(convert).collect()
 }
 
-fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Result<(), ImageError> {
+fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Result<Unsaved, ImageError> {
     let color = match planes.len() {
         1 => image::ExtendedColorType::L8,
         3 => image::ExtendedColorType::Rgb8,
@@ -145,10 +149,15 @@ fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Resu
         color,
     );
     encoded.map_err(|e| ImageError::format(path, format!("cannot encode JPEG: {e}")))?;
-    file::replace(path, &bytes)
+    file::with(path, &bytes)
 }
 
-fn tiff(path: &Path, size: (usize, usize), planes: &[&[f32]], samples: Samples) -> Result<(), ImageError> {
+fn tiff(
+    path: &Path,
+    size: (usize, usize),
+    planes: &[&[f32]],
+    samples: Samples,
+) -> Result<Unsaved, ImageError> {
     let n = size.0 * size.1;
     let write = |stored, bytes: &[u8]| tiff_out::write(path, size, planes.len(), stored, bytes);
     match samples {
@@ -183,7 +192,7 @@ mod tests {
             for count in [1, 2, 3] {
                 let path = dir.path().join(name);
                 let slices: Vec<&[f32]> = planes.iter().take(count).map(Vec::as_slice).collect();
-                write_channels(&path, (3, 2), &slices, samples).expect(name);
+                write_channels(&path, (3, 2), &slices, samples).expect(name).save().expect("saved");
                 let read = read_image(&path).expect(name);
                 assert_eq!((read.width, read.height), (3, 2), "{name}");
                 for (c, plane) in slices.iter().enumerate() {
@@ -195,7 +204,7 @@ mod tests {
         }
         let gray: Vec<&[f32]> = planes.iter().take(1).map(Vec::as_slice).collect();
         for name in ["a.png", "a.jpg"] {
-            write_channels(&dir.path().join(name), (3, 2), &gray, None).expect(name);
+            write_channels(&dir.path().join(name), (3, 2), &gray, None).expect(name).save().expect("saved");
         }
         assert!(write_channels(&dir.path().join("a.gif"), (3, 2), &gray, None).is_err());
     }
@@ -205,7 +214,7 @@ mod tests {
         let dir = tempfile::tempdir().expect("a folder");
         let plane = [0, 1, -1, 16_777_217, i32::MAX, i32::MIN];
         let path = dir.path().join("a.tif");
-        write_ints(&path, (3, 2), &[&plane], None).expect("a TIFF");
+        write_ints(&path, (3, 2), &[&plane], None).expect("a TIFF").save().expect("saved");
         let bytes = std::fs::read(&path).expect("a file");
         let stored: Vec<i32> = bytes
             .get(8..32)
@@ -220,7 +229,7 @@ mod tests {
             ("b.tif", Some(Samples::Byte), [0.0, 0.0, 0.0, 2.0 / 255.0, 1.0, 0.0]),
         ] {
             let path = dir.path().join(name);
-            write_ints(&path, (3, 2), &[&plane], samples).expect(name);
+            write_ints(&path, (3, 2), &[&plane], samples).expect(name).save().expect("saved");
             let read = read_image(&path).expect(name);
             for (got, wanted) in read.plane(0).iter().zip(expected) {
                 assert!((got - wanted).abs() <= 1e-6 * f32::abs(wanted), "{name}: {got} for {wanted}");

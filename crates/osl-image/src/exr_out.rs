@@ -142,14 +142,24 @@ pub fn write_exr(
     layers: &[Layer<'_>],
     options: ExrOptions,
 ) -> Result<(), ImageError> {
+    Ok(exr_file(path, width, height, layers, options)?.save()?)
+}
+
+/// The file that [`write_exr`] writes, which is in its place once it is saved.
+pub(crate) fn exr_file(
+    path: &Path,
+    width: usize,
+    height: usize,
+    layers: &[Layer<'_>],
+    options: ExrOptions,
+) -> Result<Unsaved, ImageError> {
     check_size(path, width, height)?;
     let shapes: Vec<(&str, LayerKind)> = layers.iter().map(|l| (l.name, l.kind)).collect();
     for layer in layers {
         check_planes(path, layer, width * height)?;
     }
     let mut planes = Some(layers.iter().flat_map(|l| l.planes.iter().copied()).collect::<Vec<&[f32]>>());
-    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))?.save()?;
-    Ok(())
+    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))
 }
 
 /// Rows that a piece of [`write_exr_rows`] must have a multiple of, unless it is the last.

@@ -36,6 +36,11 @@ pub(crate) fn unsaved(path: &Path) -> Result<Unsaved, ImageError> {
     Ok(Unsaved::new(path)?)
 }
 
+/// A file of these bytes that is to replace the one at a path.
+pub(crate) fn with(path: &Path, bytes: &[u8]) -> Result<Unsaved, ImageError> {
+    Ok(Unsaved::new(path)?.with(bytes)?)
+}
+
 /// Replaces a file by one of these bytes, or leaves it untouched.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     Ok(osl_files::replace(path, bytes)?)

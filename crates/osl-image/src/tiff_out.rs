@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::error::ImageError;
 use crate::file;
+use osl_files::Unsaved;
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +51,7 @@ pub(crate) fn write(
     channels: usize,
     stored: Stored,
     samples: &[u8],
-) -> Result<(), ImageError> {
+) -> Result<Unsaved, ImageError> {
     let expected = width * height * channels * usize::from(stored.bits() / 8);
     if samples.len() != expected {
         return Err(ImageError::input(path, format!("{} bytes of samples, not {expected}", samples.len())));
@@ -90,7 +91,7 @@ pub(crate) fn write(
     bytes.extend(samples);
     bytes.resize(at as usize, 0);
     bytes.extend(rest);
-    file::replace(path, &bytes)
+    file::with(path, &bytes)
 }
 
 /// Bytes before the samples.

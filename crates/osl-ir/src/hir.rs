@@ -7,7 +7,8 @@ use crate::builtins::Builtin;
 use crate::types::{StructTable, Type};
 use osl_syntax::ast::{BinaryOp, ShaderKind, UnaryOp};
 use osl_syntax::span::Span;
-use std::sync::Arc;
+use rustc_hash::FxHashMap;
+use std::sync::{Arc, OnceLock};
 
 /// Index of a variable in [`Program::vars`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -28,6 +29,29 @@ pub struct Program {
     pub functions: Vec<Function>,
     /// The shader.
     pub shader: Shader,
+    /// The places of the parameters, by name.
+    pub(crate) places: ParamPlaces,
+}
+
+/// Where each parameter stands in the list, by name. Found at the first question, since a shader may have very many
+/// parameters, and a group as many values for them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ParamPlaces(OnceLock<FxHashMap<Arc<str>, usize>>);
+
+impl Program {
+    /// The index of a parameter of the shader.
+    pub fn param(&self, name: &str) -> Option<usize> {
+        let places = self.places.0.get_or_init(|| {
+            let mut places = FxHashMap::default();
+            for (at, param) in self.shader.params.iter().enumerate() {
+                if let Some(var) = self.vars.get(param.var.0 as usize) {
+                    places.entry(var.name.clone()).or_insert(at);
+                }
+            }
+            places
+        });
+        places.get(name).copied()
+    }
 }
 
 /// Shader globals, in the order of [`GLOBALS`], and what calls ask of the point.

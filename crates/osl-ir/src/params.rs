@@ -1,6 +1,6 @@
 //! Parameter values from text: `radius=0.3`, `tint=1,0.5,0`, `spacename=object`.
 
-use crate::hir::{Expr, ExprKind, Init, Param, Program};
+use crate::hir::{Expr, ExprKind, Init, Program};
 use crate::ir::Const;
 use crate::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
 use osl_syntax::spelling::closest;
@@ -71,8 +71,7 @@ impl ParamValues {
     pub fn given<'a>(&'a self, program: &Program) -> Vec<(&'a str, &'a [Const])> {
         let place = |name: &str| {
             let first = name.split('.').next().unwrap_or(name);
-            let named = |p: &Param| &*program.vars[p.var.0 as usize].name == first;
-            program.shader.params.iter().position(named)
+            program.param(first)
         };
         let mut list: Vec<(&str, &[Const])> = self.values.iter().map(|(n, v)| (&**n, &v[..])).collect();
         list.sort_by_key(|(name, _)| (place(name), *name));
@@ -114,7 +113,7 @@ pub fn set_typed(
     name: &str,
     text: &str,
 ) -> Result<(), ParamError> {
-    set_parsed(program, values, given, name, text, parse(given, text))
+    set_parsed(program, values, given, name, text, || parse(given, text))
 }
 
 /// Adds a value whose type is given, as the words of it: numbers one by one, or strings. What is missing is 0, or empty.
@@ -128,7 +127,7 @@ pub fn set_words(
     name: &str,
     words: &[Arc<str>],
 ) -> Result<(), ParamError> {
-    set_parsed(program, values, given, name, &words.join(" "), from_words(given, words))
+    set_parsed(program, values, given, name, &words.join(" "), || from_words(given, words))
 }
 
 fn set_parsed(
@@ -137,7 +136,7 @@ fn set_parsed(
     given: Type,
     name: &str,
     text: &str,
-    value: Option<Vec<Const>>,
+    value: impl FnOnce() -> Option<Vec<Const>>,
 ) -> Result<(), ParamError> {
     let ty = find(program, name)?;
     let error = || mismatch(program, ty, name, text);
@@ -152,7 +151,7 @@ fn set_parsed(
     if !same || !extent {
         return Err(wrong());
     }
-    let value = value.ok_or_else(error)?;
+    let value = value().ok_or_else(error)?;
     let spread = |v: Const| match v {
         Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
         v => v,
@@ -209,15 +208,13 @@ fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
 pub fn type_of(program: &Program, name: &str) -> Option<Type> {
     let mut parts = name.split('.');
     let first = parts.next()?;
-    let of = |p: &&Param| &*program.vars[p.var.0 as usize].name == first;
-    let param = program.shader.params.iter().find(of)?;
+    let param = program.shader.params.get(program.param(first)?)?;
     let mut ty = program.vars[param.var.0 as usize].ty;
     if param.open {
         ty.extent = Extent::Unsized;
     }
     for part in parts {
-        let fields = &program.structs.get(ty.as_struct()?).fields;
-        ty = fields.iter().find(|f| &*f.name == part)?.ty;
+        ty = program.structs.field(ty.as_struct()?, part)?.1.ty;
     }
     Some(ty)
 }
@@ -238,7 +235,9 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
     if words.len() > len * each || words.is_empty() {
         return None;
     }
-    let missing = len * each - words.len();
+    // Elements of an array that no word gives are zero without being kept: a text may name many long arrays.
+    let whole = if ty.extent == Extent::One { each } else { words.len().next_multiple_of(each) };
+    let missing = whole.saturating_sub(words.len());
     match ty.base {
         Base::String => {
             let rest = std::iter::repeat_n(Arc::from(""), missing);
@@ -250,7 +249,7 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
         }
         _ => {
             let mut numbers: Vec<f32> = words.iter().map(|w| w.parse().ok()).collect::<Option<_>>()?;
-            numbers.resize(len * each, 0.0);
+            numbers.resize(whole, 0.0);
             Some(numbers.chunks_exact(each).filter_map(|c| constant(each, c)).collect())
         }
     }

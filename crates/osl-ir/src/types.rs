@@ -5,7 +5,7 @@
 
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The longest array.
 pub const MAX_ARRAY_LENGTH: i32 = 1 << 20;
@@ -176,6 +176,8 @@ pub struct Struct {
 pub struct StructTable {
     structs: Vec<Struct>,
     by_name: FxHashMap<Arc<str>, StructId>,
+    /// The places of the fields of each struct, found at the first question.
+    places: Vec<OnceLock<FxHashMap<Arc<str>, usize>>>,
 }
 
 impl StructTable {
@@ -184,12 +186,27 @@ impl StructTable {
         let id = StructId(self.structs.len() as u32);
         self.by_name.insert(decl.name.clone(), id);
         self.structs.push(decl);
+        self.places.push(OnceLock::new());
         id
     }
 
     /// The struct of an id of this table.
     pub fn get(&self, id: StructId) -> &Struct {
         &self.structs[id.0 as usize]
+    }
+
+    /// The field of a name, with its place among the fields.
+    pub fn field(&self, id: StructId, name: &str) -> Option<(usize, &Field)> {
+        let fields = &self.get(id).fields;
+        let places = self.places.get(id.0 as usize)?.get_or_init(|| {
+            let mut places = FxHashMap::default();
+            for (at, field) in fields.iter().enumerate() {
+                places.entry(field.name.clone()).or_insert(at);
+            }
+            places
+        });
+        let at = *places.get(name)?;
+        Some((at, fields.get(at)?))
     }
 
     /// The id of a name; the newest declaration wins.

@@ -55,7 +55,7 @@ fn what_is_refused() {
     let mut seen = BTreeSet::new();
     for (name, symbols, code) in CASES {
         let text = format!("{HEAD}{SYMBOLS}{symbols}code ___main___\n{code}\tend\n");
-        let read = oso::read("case.oso", &text);
+        let read = oso::read("case.oso", &text, &Default::default());
         assert!(read.program.is_none(), "{name}");
         seen.extend(read.diagnostics.iter().map(|d| d.code.id));
         let _ =
@@ -75,7 +75,7 @@ fn a_file_of_another_kind() {
         "OpenShadingLanguage 1.00\n",
         "\u{1f600}",
     ] {
-        let read = oso::read("other.oso", text);
+        let read = oso::read("other.oso", text, &Default::default());
         assert!(read.program.is_none() && read.diagnostics.len() == 1, "{text}: {:?}", read.diagnostics);
     }
 }
@@ -95,7 +95,7 @@ fn hostile_files() {
         name += ".p";
     }
     for text in [nested, structs] {
-        let read = oso::read("deep.oso", &text);
+        let read = oso::read("deep.oso", &text, &Default::default());
         assert_eq!(read.diagnostics.len(), 1, "{:?}", read.diagnostics);
         assert_eq!(read.diagnostics[0].code.id, "E0601");
     }
@@ -105,14 +105,15 @@ fn hostile_files() {
         let op = if at % 2 == 0 { "if\ti 501 501" } else { "functioncall\tt 501" };
         let _ = writeln!(deep, "\t{op}");
     }
-    let read = oso::read("deep.oso", &format!("{deep}\tassign\tr u\n\tend\n"));
+    let read = oso::read("deep.oso", &format!("{deep}\tassign\tr u\n\tend\n"), &Default::default());
     let program = read.program.unwrap_or_else(|| panic!("{:?}", read.diagnostics));
     let _ = lower(&program, &ParamValues::default());
-    let _ = oso::write(&program, &read.sources);
+    let _ = oso::write(&program, &read.sources, &Default::default());
 
     let far =
         "\tassign\tr u %filename{\"a.osl\"} %line{4294967295}\n\tassign\tr u %filename{\"b.osl\"} %line{9}\n";
-    let read = oso::read("far.oso", &format!("{HEAD}{SYMBOLS}code ___main___\n{far}\tend\n"));
+    let read =
+        oso::read("far.oso", &format!("{HEAD}{SYMBOLS}code ___main___\n{far}\tend\n"), &Default::default());
     assert!(read.program.is_some());
     assert!(read.sources.files().iter().all(|f| f.text.len() < 4096));
 }
@@ -120,7 +121,7 @@ fn hostile_files() {
 #[test]
 fn operations_know_the_lines_of_their_source() {
     let code = "# far.osl:7\n#     r = u / 0;\n\tdiv\tr u i %filename{\"far.osl\"} %line{7}\n\tend\n";
-    let read = oso::read("near.oso", &format!("{HEAD}{SYMBOLS}code ___main___\n{code}"));
+    let read = oso::read("near.oso", &format!("{HEAD}{SYMBOLS}code ___main___\n{code}"), &Default::default());
     let program = read.program.unwrap();
     let place = read.sources.place(program.shader.body[0].span).unwrap();
     assert_eq!((place.file.as_str(), place.line, place.column), ("far.osl", 7, 5));
@@ -132,9 +133,9 @@ fn operations_know_the_lines_of_their_source() {
 fn numbers_of_metadata_need_not_suit_their_type() {
     let meta = |hint: &str| {
         let text = format!("{HEAD}param\tint\tp\t0\t\t{hint}\ncode ___main___\n\tend\n");
-        let read = oso::read("meta.oso", &text);
+        let read = oso::read("meta.oso", &text, &Default::default());
         let program = read.program.unwrap_or_else(|| panic!("{hint}: {:?}", read.diagnostics));
-        let written = oso::write(&program, &read.sources).unwrap();
+        let written = oso::write(&program, &read.sources, &Default::default()).unwrap();
         assert!(written.contains(hint), "{written}");
     };
     for hint in [

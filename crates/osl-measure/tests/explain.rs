@@ -11,6 +11,7 @@
 use osl::pipeline;
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes;
+use osl_limits::Limits;
 use osl_measure::explain::{cost, explain, only_needed, text};
 use osl_measure::trace::{OnePoint, follow, prepare};
 use osl_scene::Grid;
@@ -52,7 +53,7 @@ fn explained(source: &str, outputs: Option<&[&str]>, at: (usize, usize), exact: 
     }
     let point = OnePoint::at_pixel(&grid, 16, 16, at.0, at.1).unwrap();
     let services = Services::default();
-    let trace = follow(&body, &services, OnePoint { source: &grid, point }, 100_000);
+    let trace = follow(&body, &services, OnePoint { source: &grid, point }, &Limits::default());
     let needed = only_needed(plain, &options);
     text::text(&explain(&trace, &body, &needed, &checked.sources), "a pixel", exact)
 }
@@ -92,7 +93,7 @@ fn what_is_traced_is_what_a_run_computes() {
         let body = prepare(pipeline::lower_noted(&program, &[]).unwrap(), &options.varying, &[]);
         for pixel in [0, 11, 17, 34] {
             let point = OnePoint::at_pixel(&grid, 7, 5, pixel % 7, pixel / 7).unwrap();
-            let trace = follow(&body, &services, OnePoint { source: &grid, point }, 100_000);
+            let trace = follow(&body, &services, OnePoint { source: &grid, point }, &Limits::default());
             for plane in &frame.planes {
                 let (_, _, nodes) = trace.outputs.iter().find(|(n, ..)| *n == plane.output).unwrap();
                 let value = osl_measure::trace::Exact::widen(trace.node(nodes[0]).strict.as_ref().unwrap());

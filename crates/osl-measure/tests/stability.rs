@@ -10,6 +10,7 @@
 
 use osl::pipeline;
 use osl_exec::Services;
+use osl_limits::Limits;
 use osl_measure::stability::{self, Base, Examined, Knob, Subject};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
@@ -28,7 +29,8 @@ fn examine(name: &str, text: &str, knobs: &[Knob]) -> Examined {
         Some(Base::new(plain, noted, None))
     };
     let services = Services::default();
-    let subject = Subject { services: &services, base: base(&[]).expect("it lowers") };
+    let subject =
+        Subject { services: &services, limits: &Limits::default(), base: base(&[]).expect("it lowers") };
     let variant = |name: &str, value: &str| base(&[(name.to_string(), value.to_string())]);
     let grid = Grid::new(64, 64);
     stability::examine(&subject, &grid, 0.01, knobs, &variant, &checked.sources, name)

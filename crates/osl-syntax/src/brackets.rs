@@ -12,6 +12,8 @@ pub(crate) struct Brackets {
     parent: Vec<Option<u32>>,
     /// For each opener its closer.
     partner: Vec<Option<u32>>,
+    /// For each token the innermost `{` around it: among many open parentheses the way up to it is long.
+    block: Vec<Option<u32>>,
     /// Brackets without a partner.
     pub(crate) n_lonely: usize,
 }
@@ -32,6 +34,12 @@ impl Open {
             of_kind.push(self.all.len());
         }
         self.all.push(at);
+    }
+
+    /// The innermost `{`.
+    fn block(&self) -> Option<u32> {
+        let [.., braces] = &self.by_kind;
+        self.all.get(*braces.last()?).copied()
     }
 
     /// Closes the opener that a closer of this kind belongs to, with all that is open inside it. Returns that opener,
@@ -58,10 +66,12 @@ impl Brackets {
     pub(crate) fn of(tokens: &[Token]) -> Self {
         let mut parent = Vec::with_capacity(tokens.len() + 1);
         let mut partner = vec![None; tokens.len()];
+        let mut block = Vec::with_capacity(tokens.len());
         let mut open = Open::default();
         let mut n_lonely = 0;
         for (at, token) in tokens.iter().enumerate() {
             parent.push(open.all.last().copied());
+            block.push(open.block());
             let at = at as u32;
             let Some((kind, is_opener)) = kind(token) else { continue };
             if is_opener {
@@ -80,7 +90,7 @@ impl Brackets {
             }
         }
         parent.push(open.all.last().copied());
-        Self { parent, partner, n_lonely: n_lonely + open.all.len() }
+        Self { parent, partner, block, n_lonely: n_lonely + open.all.len() }
     }
 
     /// The innermost opener around token `at`.
@@ -91,6 +101,11 @@ impl Brackets {
     /// The closer of an opener.
     pub(crate) fn partner(&self, opener: usize) -> Option<usize> {
         self.partner.get(opener).copied().flatten().map(|p| p as usize)
+    }
+
+    /// The innermost `{` around token `at`.
+    pub(crate) fn block(&self, at: usize) -> Option<usize> {
+        self.block.get(at).copied().flatten().map(|p| p as usize)
     }
 
     /// The openers around token `at`, innermost first.

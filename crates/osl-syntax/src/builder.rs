@@ -36,7 +36,7 @@ impl<'a> Builder<'a> {
             spans,
             options,
             ast: Ast::default(),
-            diagnostics: Sink::new(options.max_diagnostics),
+            diagnostics: Sink::new(options.limits.reading.diagnostics),
             expr_depths: Vec::new(),
             stmt_depths: Vec::new(),
             too_deep: false,
@@ -68,7 +68,7 @@ impl<'a> Builder<'a> {
 
     fn expr_at(&mut self, span: Span, kind: ExprKind) -> ExprId {
         let depth = 1 + self.children_depth(&kind);
-        if depth > self.options.max_nesting {
+        if u64::from(depth) > self.options.limits.reading.nesting {
             self.deep(span);
             self.expr_depths.push(0);
             return self.ast.expr(span, ExprKind::Error);
@@ -81,7 +81,7 @@ impl<'a> Builder<'a> {
     pub(crate) fn stmt(&mut self, l: u32, r: u32, kind: StmtKind) -> StmtId {
         let span = self.span(l, r);
         let depth = 1 + self.stmt_children_depth(&kind);
-        if depth > self.options.max_nesting {
+        if u64::from(depth) > self.options.limits.reading.nesting {
             self.deep(span);
             self.stmt_depths.push(0);
             return self.ast.stmt(span, StmtKind::Error);
@@ -93,7 +93,7 @@ impl<'a> Builder<'a> {
     fn deep(&mut self, span: Span) {
         // Constructs around it would only say the same again.
         if !std::mem::replace(&mut self.too_deep, true) {
-            self.report(errors::nesting(span, self.options.max_nesting));
+            self.report(errors::nesting(span, self.options.limits.reading.nesting));
         }
     }
 
@@ -165,12 +165,9 @@ impl<'a> Builder<'a> {
         Name { text, span: self.span(l, r) }
     }
 
-    fn get(&self, id: ExprId) -> Expr {
-        self.ast
-            .exprs
-            .get(id.0 as usize)
-            .cloned()
-            .unwrap_or(Expr { span: Span::default(), kind: ExprKind::Error })
+    fn get(&self, id: ExprId) -> &Expr {
+        const NONE: &Expr = &Expr { span: Span::new(0, 0), kind: ExprKind::Error };
+        self.ast.exprs.get(id.0 as usize).unwrap_or(NONE)
     }
 
     /// A comma behind the last argument or initialiser.

@@ -130,15 +130,15 @@ impl Diagnostic {
 #[derive(Clone, Debug)]
 pub(crate) struct Sink {
     pub(crate) list: Vec<Diagnostic>,
-    limit: usize,
-    n_errors: usize,
-    n_warnings: usize,
+    limit: u64,
+    n_errors: u64,
+    n_warnings: u64,
     /// Where the first error was dropped.
     pub(crate) dropped: Option<Span>,
 }
 
 impl Sink {
-    pub(crate) fn new(limit: usize) -> Self {
+    pub(crate) fn new(limit: u64) -> Self {
         Self { list: Vec::new(), limit, n_errors: 0, n_warnings: 0, dropped: None }
     }
 

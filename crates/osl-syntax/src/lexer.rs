@@ -33,10 +33,10 @@ pub(crate) enum Raw {
     /// A `"` whose line holds no closing one.
     #[regex(r#""([^"\\\n]|\\\r?\n|\\[^\n])*\\?"#)]
     OpenStr,
-    #[regex(r"'([^'\\\n]|\\[^\n])+'")]
+    /// Text between two `'`, which only conditions of the preprocessor know.
+    #[token("'", character)]
     Char,
-    /// A `'` without a partner on its line.
-    #[token("'")]
+    /// A `'` without a partner nearby.
     OpenChar,
     #[token("#")]
     Hash,
@@ -143,12 +143,35 @@ fn block_comment(lexer: &mut logos::Lexer<Raw>) {
     lexer.bump(rest.find("*/").map_or(rest.len(), |n| n + 2));
 }
 
+/// Bytes between two `'`, at most. A search to the end of the line, begun anew behind each `'`, would take the square of
+/// its length.
+const MAX_CHARACTER: usize = 128;
+
+/// Takes the text behind a `'` up to its partner on the line; false where there is none, or nothing before it.
+fn character(lexer: &mut logos::Lexer<Raw>) -> bool {
+    let rest = lexer.remainder().as_bytes();
+    let mut at = 0;
+    while at < MAX_CHARACTER {
+        match rest.get(at) {
+            Some(b'\'') if at > 0 => {
+                lexer.bump(at + 1);
+                return true;
+            }
+            Some(b'\\') if rest.get(at + 1).is_some_and(|b| *b != b'\n') => at += 2,
+            None | Some(b'\'' | b'\\' | b'\n') => return false,
+            Some(_) => at += 1,
+        }
+    }
+    false
+}
+
 /// The next piece of `text` at or behind `at`, white space and comments included: its kind and its end.
 pub(crate) fn scan(text: &str, at: usize) -> Option<(Raw, usize)> {
     let rest = text.get(at..)?;
     let mut lexer = Raw::lexer(rest);
     match lexer.next()? {
         Ok(raw) => Some((raw, at + lexer.span().end)),
+        Err(()) if rest.starts_with('\'') => Some((Raw::OpenChar, at + 1)),
         // Nothing matched here: exactly one character is to blame.
         Err(()) => rest.chars().next().map(|c| (Raw::Other, at + c.len_utf8())),
     }

@@ -9,6 +9,7 @@ mod brackets;
 mod builder;
 pub mod diagnostic;
 pub mod errors;
+pub mod escape;
 pub mod format;
 mod lexer;
 mod parser;
@@ -23,6 +24,7 @@ pub mod token;
 
 use ast::Ast;
 use diagnostic::Diagnostic;
+use osl_limits::Limits;
 use parser::Stream;
 use source::{SourceMap, SourceProvider};
 use span::Span;
@@ -40,7 +42,7 @@ pub enum Reports {
 }
 
 /// How to read a file, and how much of it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Accept exactly what `oslc` accepts: quirks are errors.
     pub strict: bool,
@@ -48,44 +50,10 @@ pub struct Options {
     pub reports: Reports,
     /// Macros to define first, as `-Dname=value` does.
     pub defines: Vec<(String, String)>,
-    /// Files within files, at most.
-    pub max_include_depth: usize,
-    /// Inclusions in all, at most.
-    pub max_includes: usize,
-    /// Tokens that macros may make in all.
-    pub max_expansion: usize,
-    /// Tokens of the file after preprocessing, at most.
-    pub max_tokens: usize,
-    /// Bytes of one file, at most.
-    pub max_file: usize,
     /// Whether [`Parsed::tokens`] is wanted.
     pub keep_tokens: bool,
-    /// Constructs within constructs, at most: what visits the tree may recurse.
-    pub max_nesting: u32,
-    /// Errors, at most, and warnings, at most. One more error says that there are more.
-    pub max_diagnostics: usize,
-    /// Tokens that the search for lost brackets may read, at most. Counted, not timed: the answer is the same on
-    /// every machine. The default takes some tenths of a second.
-    pub max_repair_work: usize,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            strict: false,
-            reports: Reports::Once,
-            defines: Vec::new(),
-            max_include_depth: 64,
-            max_includes: 4096,
-            max_expansion: 1 << 20,
-            max_tokens: 1 << 20,
-            max_file: 1 << 24,
-            keep_tokens: false,
-            max_nesting: 256,
-            max_diagnostics: 64,
-            max_repair_work: 1 << 21,
-        }
-    }
+    /// What reading may cost. All of it is counted, not timed: the answer is the same on every machine.
+    pub limits: Limits,
 }
 
 /// What became of a file. With an error among the diagnostics the tree may have holes.
@@ -172,7 +140,9 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         preprocessed,
     };
     if !found.list.iter().any(|d| d.code == errors::TOO_MANY_ERRORS) {
-        found.list.extend(found.dropped.map(|span| errors::too_many_errors(span, options.max_diagnostics)));
+        found.list.extend(
+            found.dropped.map(|span| errors::too_many_errors(span, options.limits.reading.diagnostics)),
+        );
     }
     found.list.retain(|d| !parsed.is_silenced(d));
     found.list.sort_by_key(|d| d.span.start);

@@ -78,9 +78,6 @@ fn run(stream: &Stream, options: &Options) -> (Ast, Sink, Option<Failure>) {
     (builder.ast, builder.diagnostics, failure)
 }
 
-/// Tokens that recovery may read over and over, in all. Small files never come near it.
-const RECOVERY_WORK: usize = 1 << 22;
-
 /// Parses with recovery: every error is reported, and the tree holds what is sound. The second tree is what stands
 /// before the first failure.
 pub(crate) fn parse(
@@ -91,12 +88,14 @@ pub(crate) fn parse(
     let mut reported = Vec::new();
     let mut before_failure = None;
     let mut furthest = None;
-    let mut work = 0;
+    let mut work: u64 = 0;
     loop {
         let (ast, found, failure) = run(&stream, options);
         let Some(failure) = failure else {
             reported.extend(found.list);
-            reported.extend(found.dropped.map(|at| errors::too_many_errors(at, options.max_diagnostics)));
+            reported.extend(
+                found.dropped.map(|at| errors::too_many_errors(at, options.limits.reading.diagnostics)),
+            );
             return (ast, before_failure, reported);
         };
         before_failure.get_or_insert(ast);
@@ -108,10 +107,10 @@ pub(crate) fn parse(
             reported.push(expected::message(&stream, &failure, sources));
         }
         furthest = furthest.max(Some(place.start));
-        work += stream.tokens.len();
-        if reported.len() >= options.max_diagnostics {
-            reported.push(errors::too_many_errors(place, options.max_diagnostics));
-        } else if work < RECOVERY_WORK && recover::cut(&mut stream, failure.at) {
+        work += stream.tokens.len() as u64;
+        if reported.len() as u64 >= options.limits.reading.diagnostics {
+            reported.push(errors::too_many_errors(place, options.limits.reading.diagnostics));
+        } else if work < options.limits.reading.recovery && recover::cut(&mut stream, failure.at) {
             continue;
         }
         reported.extend(found.list);

@@ -85,7 +85,11 @@ struct Preprocessor<'a> {
     files: Vec<FileCursor>,
     known: FxHashMap<String, Known>,
     once: FxHashSet<String>,
-    n_includes: usize,
+    n_includes: u64,
+    /// Bytes of the files that were entered so far, again and again the same ones too.
+    n_included: u64,
+    /// Bytes of the tokens in the output.
+    n_bytes: u64,
     /// Whether files within files have met the limit.
     too_deep: bool,
     contexts: Vec<Context>,
@@ -94,9 +98,9 @@ struct Preprocessor<'a> {
     /// Whether tokens come from the contexts alone, not from the files.
     isolated: bool,
     /// Tokens that expansion has made so far.
-    n_expanded: usize,
+    n_expanded: u64,
     /// Macro calls within arguments of macro calls.
-    depth: usize,
+    depth: u64,
     /// Set when a budget is used up: the stream ends here.
     stopped: bool,
     special: Special,
@@ -124,7 +128,7 @@ impl<'a> Preprocessor<'a> {
             options,
             sources: SourceMap::default(),
             names,
-            diagnostics: Sink::new(options.max_diagnostics),
+            diagnostics: Sink::new(options.limits.reading.diagnostics),
             nowarn: Vec::new(),
             output: Vec::new(),
             macros: FxHashMap::default(),
@@ -132,6 +136,8 @@ impl<'a> Preprocessor<'a> {
             known: FxHashMap::default(),
             once: FxHashSet::default(),
             n_includes: 0,
+            n_included: 0,
+            n_bytes: 0,
             too_deep: false,
             contexts: Vec::new(),
             floor: 0,
@@ -144,8 +150,12 @@ impl<'a> Preprocessor<'a> {
     }
 
     fn run(&mut self, name: &str, text: &str) {
-        if text.len() > self.options.max_file {
-            self.diagnostics.push(errors::file_too_large(Span::default(), name, self.options.max_file));
+        if text.len() as u64 > self.options.limits.reading.source_bytes {
+            self.diagnostics.push(errors::file_too_large(
+                Span::default(),
+                name,
+                self.options.limits.reading.source_bytes,
+            ));
             self.stopped = true;
             return;
         }
@@ -159,8 +169,15 @@ impl<'a> Preprocessor<'a> {
         self.files.push(FileCursor::new(name, text, 0));
         self.enter_standard();
         while let Some(token) = self.next_expanded() {
-            if self.output.len() >= self.options.max_tokens {
-                self.diagnostics.push(errors::token_budget(token.span, self.options.max_tokens));
+            if self.output.len() as u64 >= self.options.limits.reading.tokens {
+                self.diagnostics.push(errors::token_budget(token.span, self.options.limits.reading.tokens));
+                self.stopped = true;
+                break;
+            }
+            self.n_bytes += self.names.str(token.sym).len() as u64;
+            if self.n_bytes > self.options.limits.reading.token_bytes {
+                let limit = self.options.limits.reading.token_bytes;
+                self.diagnostics.push(errors::token_bytes(token.span, limit));
                 self.stopped = true;
                 break;
             }
@@ -214,11 +231,21 @@ impl<'a> Preprocessor<'a> {
 
     /// Goes on with the text of a file; `at` is where it was asked for.
     fn enter_text(&mut self, name: &str, text: Arc<str>, at: Span) {
+        self.n_included += text.len() as u64;
+        if self.n_included > self.options.limits.reading.included_bytes {
+            self.diagnostics.push(errors::included_bytes(at, self.options.limits.reading.included_bytes));
+            self.stopped = true;
+            return;
+        }
         let known = match self.known.get(name) {
             Some(known) => known.clone(),
             None => {
-                if text.len() > self.options.max_file {
-                    self.diagnostics.push(errors::file_too_large(at, name, self.options.max_file));
+                if text.len() as u64 > self.options.limits.reading.source_bytes {
+                    self.diagnostics.push(errors::file_too_large(
+                        at,
+                        name,
+                        self.options.limits.reading.source_bytes,
+                    ));
                     return;
                 }
                 if self.sources.add(name, text.clone()).is_none() {
@@ -280,6 +307,13 @@ impl<'a> Preprocessor<'a> {
             }
             return Some(token);
         }
+    }
+
+    /// The line, from 1, of an offset in the file that is being read; of one before it the first.
+    fn line_of(&self, offset: u32) -> u32 {
+        let base = self.files.last().map_or(0, |file| file.base);
+        let file = self.sources.file_at(base);
+        file.map_or(1, |file| file.line_at((offset.saturating_sub(base) as usize).min(file.text.len())))
     }
 
     fn leave_file(&mut self) {

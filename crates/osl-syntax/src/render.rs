@@ -3,6 +3,7 @@
 //! Drawing is annotate-snippets' business. Only the caller knows whether its reader sees color.
 
 use crate::diagnostic::{Diagnostic, Edit, Severity};
+use crate::escape::{same_places, shown};
 use crate::source::{Place, SourceFile, SourceMap};
 use crate::span::Span;
 use annotate_snippets::renderer::{DecorStyle, Renderer};
@@ -52,7 +53,7 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
         let Some(window) = Window::around(file, &ranges) else {
             let at = primary.or_else(|| ranges.first().cloned()).unwrap_or_default().start as u32 + file.base;
             if let Some(place) = sources.place(Span::new(at, at)) {
-                let origin = Origin::path(&file.name).line(place.line as usize);
+                let origin = Origin::path(shown(&file.name)).line(place.line as usize);
                 main = main.element(origin.char_column(place.column as usize));
             }
             continue;
@@ -81,7 +82,7 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
         let Some(window) = Window::around(file, &ranges) else { continue };
         let patches: Vec<_> = fix.edits.iter().filter_map(|e| patch(file, &window, e)).collect();
         let snippet = window.snippet(file).patches(patches);
-        groups.push(Group::with_title(Level::HELP.secondary_title(&*fix.title)).element(snippet));
+        groups.push(Group::with_title(Level::HELP.secondary_title(clipped(&fix.title))).element(snippet));
     }
     groups
 }
@@ -111,10 +112,9 @@ impl Window {
 
     fn snippet<'a, T: Clone>(&self, file: &'a SourceFile) -> Snippet<'a, T> {
         let text = file.text.get(self.range.clone()).unwrap_or_default();
-        // A carriage return would be drawn as a picture of itself; a blank at the end of the line keeps all places.
-        let text: Cow<'_, str> =
-            if text.contains('\r') { text.replace('\r', " ").into() } else { text.into() };
-        Snippet::source(text).path(&file.name).line_start(self.first_line).fold(true)
+        // A carriage return at the end of a line becomes a blank.
+        let text = same_places(text);
+        Snippet::source(text).path(shown(&file.name)).line_start(self.first_line).fold(true)
     }
 
     fn within(&self, range: Range<usize>) -> Range<usize> {
@@ -122,10 +122,14 @@ impl Window {
     }
 }
 
-/// The text, cut where it is too long to be read.
+/// The text as it is shown, cut where it is too long to be read.
 fn clipped(text: &str) -> Cow<'_, str> {
+    let text = match shown(text) {
+        Cow::Borrowed(text) if text.len() <= MAX_MESSAGE => return text.into(),
+        text => text,
+    };
     if text.len() <= MAX_MESSAGE {
-        return text.into();
+        return text;
     }
     let mut end = MAX_MESSAGE;
     while !text.is_char_boundary(end) {
@@ -134,12 +138,12 @@ fn clipped(text: &str) -> Cow<'_, str> {
     format!("{}…", &text[..end]).into()
 }
 
-fn label(text: &str) -> Option<&str> {
-    (!text.is_empty()).then_some(text)
+fn label(text: &str) -> Option<Cow<'_, str>> {
+    (!text.is_empty()).then(|| clipped(text))
 }
 
 fn patch<'a>(file: &SourceFile, window: &Window, edit: &'a Edit) -> Option<Patch<'a>> {
-    Some(Patch::new(window.within(range_in(file, edit.span)?), edit.text.as_str()))
+    Some(Patch::new(window.within(range_in(file, edit.span)?), shown(&edit.text)))
 }
 
 /// The files that a diagnostic speaks of, that of its main place first.

@@ -21,7 +21,7 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// The part of the budget that a search for the sake of a better message may use.
-const MESSAGE_PART: usize = 4;
+const MESSAGE_PART: u64 = 4;
 
 /// Insertions, at most.
 const MAX_INSERTIONS: usize = 24;
@@ -54,7 +54,7 @@ pub fn repair(name: &str, text: &str, provider: &dyn SourceProvider, options: &O
     }
     let end = text.len() as u32;
     let stream = Stream { tokens, spans, end: Span::new(end, end) };
-    let found = search(&stream, text, options, options.max_repair_work)?;
+    let found = search(&stream, text, options, options.limits.reading.repair)?;
     let edits = place::edits(&stream, text, &found.insertions);
     let text = apply(text, &edits)?;
     let parsed = crate::parse(name, &text, provider, options);
@@ -139,7 +139,7 @@ pub(crate) fn explain(
     sources: &SourceMap,
 ) -> Option<(Ast, Vec<Diagnostic>)> {
     let Found { insertions, ast, mut diagnostics } =
-        search(stream, text, options, options.max_repair_work / MESSAGE_PART)?;
+        search(stream, text, options, options.limits.reading.repair / MESSAGE_PART)?;
     let mut sorted = insertions.clone();
     sorted.sort_by_key(|i| i.before);
     let mut errors = Vec::new();
@@ -163,11 +163,11 @@ pub(crate) fn explain(
 }
 
 /// The fewest insertions that make a stream parse; `None` when it does as it is, or when none are found.
-fn search(stream: &Stream, text: &str, options: &Options, budget: usize) -> Option<Found> {
+fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option<Found> {
     let mut states = vec![Some(State { insertions: Vec::new(), cost: 0 })];
     let mut queue = BinaryHeap::from([(Reverse(0), 0, Reverse(0))]);
     let mut seen = FxHashSet::default();
-    let mut work = 0;
+    let mut work: u64 = 0;
     while let Some((_, _, Reverse(id))) = queue.pop() {
         let Some(state) = states.get_mut(id).and_then(Option::take) else { continue };
         let patched = Patched::new(stream, &state.insertions);
@@ -190,7 +190,7 @@ fn search(stream: &Stream, text: &str, options: &Options, budget: usize) -> Opti
             continue;
         }
         for (at, token, cost) in steps(&patched.stream, &failure, &around, text) {
-            work += stream.tokens.len() + 1;
+            work += stream.tokens.len() as u64 + 1;
             let Some(before) = patched.origin.get(at).copied().filter(|_| work <= budget) else { continue };
             let mut next = State { insertions: state.insertions.clone(), cost: state.cost + cost };
             next.insertions.push(Insertion { before, token });

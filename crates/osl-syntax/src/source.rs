@@ -3,7 +3,7 @@
 //! Files arrive through a [`SourceProvider`]; this crate never opens one itself.
 
 use crate::span::Span;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Index of a file in the [`SourceMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,6 +18,36 @@ pub struct SourceFile {
     pub text: Arc<str>,
     /// Global offset of its first byte.
     pub base: u32,
+    /// Where its lines start, found at the first question: a file of which nothing is said needs none.
+    lines: OnceLock<Arc<[u32]>>,
+}
+
+impl SourceFile {
+    fn lines(&self) -> &[u32] {
+        self.lines.get_or_init(|| {
+            let breaks = self.text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+            std::iter::once(0).chain(breaks.map(|(at, _)| at as u32 + 1)).collect()
+        })
+    }
+
+    /// The line, from 1, that holds an offset of the text. It takes a search among the lines, not a walk through the text.
+    pub fn line_at(&self, offset: usize) -> u32 {
+        self.lines().partition_point(|start| *start as usize <= offset) as u32
+    }
+
+    /// Where a line, from 1, starts in the text.
+    pub fn line_start(&self, line: u32) -> Option<usize> {
+        self.lines().get(line.checked_sub(1)? as usize).map(|start| *start as usize)
+    }
+
+    /// The text of a line, from 1, without its end.
+    pub fn line(&self, line: u32) -> Option<&str> {
+        let start = self.line_start(line)?;
+        let end = self.line_start(line + 1).unwrap_or(self.text.len());
+        let text = self.text.get(start..end)?;
+        let text = text.strip_suffix('\n').unwrap_or(text);
+        Some(text.strip_suffix('\r').unwrap_or(text))
+    }
 }
 
 /// All files of a translation unit. The first one added is the main file.
@@ -46,7 +76,7 @@ impl SourceMap {
             Some(f) => f.base.checked_add(u32::try_from(f.text.len()).ok()?)?.checked_add(1)?,
         };
         base.checked_add(u32::try_from(text.len()).ok()?)?;
-        self.files.push(SourceFile { name: name.into(), text, base });
+        self.files.push(SourceFile { name: name.into(), text, base, lines: OnceLock::new() });
         Some(FileId(self.files.len() as u32 - 1))
     }
 
@@ -84,13 +114,17 @@ impl SourceMap {
     /// Line and column of the start of a span.
     pub fn place(&self, span: Span) -> Option<Place> {
         let file = self.file_at(span.start)?;
-        let before = file.text.get(..(span.start - file.base) as usize)?;
-        let line_start = before.rfind('\n').map_or(0, |n| n + 1);
-        Some(Place {
-            file: file.name.clone(),
-            line: before.bytes().filter(|b| *b == b'\n').count() as u32 + 1,
-            column: before.get(line_start..)?.chars().count() as u32 + 1,
-        })
+        let at = (span.start - file.base) as usize;
+        let line = file.line_at(at);
+        let before = file.text.get(file.line_start(line)?..at)?;
+        Some(Place { file: file.name.clone(), line, column: before.chars().count() as u32 + 1 })
+    }
+
+    /// The file and the line, from 1, of the start of a span.
+    pub fn line(&self, span: Span) -> Option<(&SourceFile, u32)> {
+        let file = self.file_at(span.start)?;
+        let at = (span.start - file.base) as usize;
+        (at <= file.text.len()).then(|| (file, file.line_at(at)))
     }
 }
 

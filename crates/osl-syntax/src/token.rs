@@ -6,9 +6,9 @@
 use crate::ast::{BinaryOp, ShaderKind, TypeName, UnaryOp};
 use crate::diagnostic::Sink;
 use crate::errors;
-use crate::lexer::{Interner, PpToken, Raw};
+use crate::lexer::{Interner, PpToken, Raw, Sym};
 use crate::span::Span;
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// A token of the grammar.
@@ -91,6 +91,7 @@ pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (
         out,
         tokens: Vec::with_capacity(tokens.len()),
         spans: Vec::with_capacity(tokens.len()),
+        strings: FxHashMap::default(),
     };
     let mut rest = tokens;
     while let Some((t, tail)) = rest.split_first() {
@@ -113,6 +114,8 @@ struct Converter<'a> {
     out: &'a mut Sink,
     tokens: Vec<Token>,
     spans: Vec<Span>,
+    /// The values of the string literals so far: each is kept once, however often macros repeat it.
+    strings: FxHashMap<Sym, Arc<str>>,
 }
 
 impl Converter<'_> {
@@ -149,14 +152,24 @@ impl Converter<'_> {
 
     /// A string literal with those that follow it: they are one.
     fn strings(&mut self, first: PpToken, more: &[PpToken]) {
-        let mut value = unescape(self.names.str(first.sym));
+        let mut value = self.string(first);
         let mut span = first.span;
-        for t in more {
-            value.push_str(&unescape(self.names.str(t.sym)));
-            span = span.to(t.span);
+        if !more.is_empty() {
+            let mut joined = value.to_string();
+            for t in more {
+                joined.push_str(&self.string(*t));
+                span = span.to(t.span);
+            }
+            value = joined.into();
         }
-        self.tokens.push(Token::Str(value.into()));
+        self.tokens.push(Token::Str(value));
         self.spans.push(span);
+    }
+
+    /// The value of one string literal.
+    fn string(&mut self, t: PpToken) -> Arc<str> {
+        let names = self.names;
+        self.strings.entry(t.sym).or_insert_with(|| unescape(names.str(t.sym)).into()).clone()
     }
 
     fn number(&mut self, t: PpToken, text: &str) -> Token {

@@ -69,15 +69,11 @@ const CASES: &[(&str, &str, &str)] = &[
 ];
 
 fn options() -> Options {
-    Options {
-        max_include_depth: 8,
-        max_includes: 100,
-        max_expansion: 40,
-        max_tokens: 60,
-        max_nesting: 12,
-        max_diagnostics: 6,
-        ..Options::default()
-    }
+    let mut options = Options::default();
+    let reading = &mut options.limits.reading;
+    (reading.include_depth, reading.includes, reading.expansion) = (8, 100, 40);
+    (reading.tokens, reading.nesting, reading.diagnostics) = (60, 12, 6);
+    options
 }
 
 #[test]

@@ -103,13 +103,14 @@ fn include_loops() {
 
 #[test]
 fn a_file_of_too_many_tokens() {
-    let options = Options { max_tokens: 1000, ..Options::default() };
+    let mut options = Options::default();
+    options.limits.reading.tokens = 1000;
     assert!(codes(&parse_with(&"a ".repeat(2000), &[], &options)).contains(&"E0016"));
 }
 
 #[test]
 fn diagnostics_are_bounded() {
-    let limit = Options::default().max_diagnostics;
+    let limit = Options::default().limits.reading.diagnostics as usize;
     for line in ["a = * ;\n", "@\n", "f(a,);\n", "\"\n", "a[0] = (1;\n", "/* /* */\n", "#foo\n", "(a) = 1;\n"]
     {
         let parsed = lenient(&format!("shader s() {{ {} }}", line.repeat(DEEP)));

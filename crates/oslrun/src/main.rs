@@ -1,11 +1,12 @@
 //! The `oslrun` command.
 
 mod signals;
+mod terminal;
 
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     signals::watch();
-    let code = oslrun::cli::main(std::env::args_os(), &mut anstream::stdout(), &mut anstream::stderr());
+    let code = oslrun::cli::main(std::env::args_os(), &mut *terminal::stdout(), &mut *terminal::stderr());
     ExitCode::from(code)
 }

@@ -31,9 +31,9 @@ const UNREACHABLE: &[(&str, &str)] = &[
 fn limits(code: &str) -> Options {
     let mut options = Options::default();
     match code {
-        "E0015" | "E0113" => options.max_nesting = 12,
-        "E0016" => options.max_tokens = 60,
-        "E0120" => options.max_diagnostics = 6,
+        "E0015" | "E0113" => options.limits.reading.nesting = 12,
+        "E0016" => options.limits.reading.tokens = 60,
+        "E0120" => options.limits.reading.diagnostics = 6,
         _ => {}
     }
     options

@@ -6,6 +6,7 @@ use crate::laws::{self, Shown, Way};
 use osl_ir::ir::Body;
 use osl_ir::params::ParamValues;
 use osl_ir::passes;
+use osl_limits::Limits;
 use osl_measure::explain::{self, text as words};
 use osl_measure::stability::{self, Base, Knob, Subject};
 use osl_measure::trace::{self, OnePoint};
@@ -46,7 +47,7 @@ pub fn compiled(bytes: &[u8]) -> u64 {
     let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
     let Some(program) = &checked.program else { return 0 };
     let Ok(body) = osl_ir::lower::lower(program, &ParamValues::default()) else { return 1 };
-    let written = match osl_ir::oso::write(program, &checked.sources) {
+    let written = match osl_ir::oso::write(program, &checked.sources, &Limits::default()) {
         Ok(written) => written,
         Err(why) => broken(&text, &format!("it cannot be written: {why:?}")),
     };
@@ -101,7 +102,9 @@ pub fn told(bytes: &[u8]) -> u64 {
     let followed = trace::prepare(noted.clone(), &options.varying, &options.slopes);
     let Some(point) = OnePoint::at_pixel(&points, 4, 4, 1, 2) else { return 2 };
     let one = OnePoint { source: &points, point };
-    let traced = trace::follow(&followed, laws::services(), one, 20_000);
+    let mut limits = Limits::default();
+    limits.running.trace = 20_000;
+    let traced = trace::follow(&followed, laws::services(), one, &limits);
     let needed = explain::only_needed(body.clone(), &options);
     let explanation = explain::explain(&traced, &followed, &needed, &checked.sources);
     words::text(&explanation, "a point", true);
@@ -109,7 +112,7 @@ pub fn told(bytes: &[u8]) -> u64 {
         return kind(&body);
     }
     let base = Base::new(body.clone(), noted.clone(), None);
-    let subject = Subject { services: laws::services(), base };
+    let subject = Subject { services: laws::services(), limits: &limits, base };
     let knob = Knob { name: "none".to_string(), values: vec!["nan".to_string()] };
     let variant = |_: &str, _: &str| Some(Base::new(body.clone(), noted.clone(), None));
     let examined = stability::examine(

@@ -113,7 +113,7 @@ pub fn oso(bytes: &[u8]) -> u64 {
         return outcome(codes().chain(["large"]));
     }
     if bytes.len().is_multiple_of(4)
-        && let Ok(written) = osl_ir::oso::write(program, &checked.sources)
+        && let Ok(written) = osl_ir::oso::write(program, &checked.sources, &Default::default())
     {
         let again = pipeline::check("fuzz.oso", &written, &NoFiles, &Options::default());
         if again.program.is_none() {

@@ -127,21 +127,14 @@ pub fn parse(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let strict = bytes.len().is_multiple_of(2);
     // Small budgets are met more often.
-    let options = Options {
-        strict,
-        keep_tokens: true,
-        max_include_depth: 6,
-        max_includes: 20,
-        max_expansion: 2000,
-        max_tokens: 20_000,
-        max_nesting: 48,
-        max_diagnostics: 12,
-        max_repair_work: 1 << 12,
-        ..Options::default()
-    };
+    let mut options = Options { strict, keep_tokens: true, ..Options::default() };
+    let reading = &mut options.limits.reading;
+    (reading.include_depth, reading.includes, reading.nesting) = (6, 20, 48);
+    (reading.expansion, reading.tokens) = (2000, 20_000);
+    (reading.diagnostics, reading.repair) = (12, 1 << 12);
     let provider = Itself(&text);
     let parsed = parse_text("fuzz.osl", &text, &provider, &options);
-    assert!(parsed.diagnostics.len() <= 2 * options.max_diagnostics + 1);
+    assert!(parsed.diagnostics.len() <= 2 * options.limits.reading.diagnostics as usize + 1);
     let tree = print::ast(&parsed.ast);
     // Drawing takes longer than all the rest, so it has its turn now and then.
     if bytes.len() % 16 < 2 {
@@ -170,13 +163,10 @@ const MAX_VALUES: usize = 20_000;
 /// Texts near real shaders: what parses is checked, linted, lowered, compiled in two ways, and run under tight budgets.
 pub fn mutate(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
-    let options = Options {
-        max_expansion: 2000,
-        max_tokens: 20_000,
-        max_diagnostics: 12,
-        max_repair_work: 1 << 10,
-        ..Options::default()
-    };
+    let mut options = Options::default();
+    let reading = &mut options.limits.reading;
+    (reading.expansion, reading.tokens) = (2000, 20_000);
+    (reading.diagnostics, reading.repair) = (12, 1 << 10);
     let checked = pipeline::check("fuzz.osl", &text, &NoFiles, &options);
     let lints = pipeline::lint(&checked, &osl_ir::lint::Options::default());
     let codes = || checked.diagnostics.iter().chain(&lints).map(|d| d.code.id);

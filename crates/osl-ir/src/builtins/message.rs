@@ -115,11 +115,12 @@ pub(crate) fn carry(b: &mut Builder, from: &[Message]) {
 
 /// The message of a name, made where it is new.
 fn message(b: &mut Builder, name: &Arc<str>) -> usize {
-    if let Some(at) = b.messages.iter().position(|m| m.name == *name) {
-        return at;
+    if let Some(at) = b.message_places.get(name) {
+        return *at;
     }
     let state = b.slot(Kind::Int, None, format!("message {name}").into());
     let (set, asked) = (First::default(), First::default());
+    b.message_places.insert(name.clone(), b.messages.len());
     b.messages.push(Message { name: name.clone(), state, values: Vec::new(), set, asked });
     b.messages.len() - 1
 }
@@ -199,6 +200,9 @@ fn form(b: &Builder, array: Option<Array>, shown: String) -> MessageForm {
 fn copy(b: &mut Builder, to: SlotId, array: Option<Array>, value: ValueId) {
     let Some(array) = array else { return b.store(to, value) };
     for element in 0..array.len {
+        if b.excess().is_some() {
+            return;
+        }
         let at = b.int(element as i32);
         let value = b.load_element(array.slot, at);
         b.store_element(to, at, value);
@@ -287,6 +291,9 @@ fn get_by_name(b: &mut Builder, s: &Site<'_>, kind: Kind, array: Option<Array>, 
 
 fn copy_array(b: &mut Builder, from: SlotId, to: Array) {
     for element in 0..to.len {
+        if b.excess().is_some() {
+            return;
+        }
         let at = b.int(element as i32);
         let value = b.load_element(from, at);
         let value = still(b, value);

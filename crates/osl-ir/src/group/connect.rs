@@ -4,7 +4,7 @@
 //! of triples and fields of structs may be ends, elements of arrays may not.
 
 use super::{Connection, End, Group};
-use crate::hir::{MetaValue, Param, Program};
+use crate::hir::{MetaValue, Program};
 use crate::types::{Base, Extent, Type};
 use osl_syntax::spelling::closest;
 use std::sync::Arc;
@@ -102,8 +102,7 @@ impl Group {
         let no_part = || ConnectError::NoPart(format!("{layer}.{path}"));
         let mut parts = path.split('.');
         let name = parts.next().unwrap_or("");
-        let named = |p: &Param| &*program.vars[p.var.0 as usize].name == name;
-        let param = program.shader.params.iter().position(named).ok_or_else(|| {
+        let param = program.param(name).ok_or_else(|| {
             let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
             let close = closest(name, names).map(str::to_string);
             ConnectError::NoParameter { layer: layer.to_string(), name: name.to_string(), close }
@@ -114,9 +113,9 @@ impl Group {
         }
         let mut fields = Vec::new();
         for part in parts {
-            let list = &program.structs.get(ty.as_struct().ok_or_else(no_part)?).fields;
-            let at = list.iter().position(|f| &*f.name == part).ok_or_else(no_part)?;
-            ty = list[at].ty;
+            let of = ty.as_struct().ok_or_else(no_part)?;
+            let (at, field) = program.structs.field(of, part).ok_or_else(no_part)?;
+            ty = field.ty;
             fields.push(at);
         }
         let component = match component {

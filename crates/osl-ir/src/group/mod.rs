@@ -13,10 +13,9 @@ pub use rules::{Checks, Rules};
 
 use crate::hir::Program;
 use crate::params::ParamValues;
+use osl_limits::Limits;
+use rustc_hash::FxHashMap;
 use std::sync::Arc;
-
-/// Layers of one group, at most.
-pub const MAX_LAYERS: usize = 4096;
 
 /// A shader of a group, with its instance values.
 #[derive(Clone, Debug)]
@@ -62,12 +61,21 @@ pub struct Group {
     pub rules: Rules,
     pub(crate) layers: Vec<Layer>,
     pub(crate) connections: Vec<Connection>,
+    /// The place of each layer, by name.
+    by_name: FxHashMap<Arc<str>, usize>,
+    /// How large it may become.
+    limits: Limits,
 }
 
 impl Group {
     /// A group without layers.
     pub fn new(name: impl Into<Arc<str>>) -> Group {
-        Group { name: name.into(), rules: Rules::default(), layers: Vec::new(), connections: Vec::new() }
+        Group { name: name.into(), ..Group::default() }
+    }
+
+    /// The same group with other limits.
+    pub fn with_limits(self, limits: &Limits) -> Group {
+        Group { limits: limits.clone(), ..self }
     }
 
     /// The layers in order.
@@ -85,9 +93,10 @@ impl Group {
     /// # Errors
     /// The layer, which was not added.
     pub fn add(&mut self, layer: Layer) -> Result<usize, Box<Layer>> {
-        if self.layers.len() >= MAX_LAYERS || self.find(&layer.name).is_some() {
+        if self.layers.len() as u64 >= self.limits.reading.layers || self.find(&layer.name).is_some() {
             return Err(Box::new(layer));
         }
+        self.by_name.insert(layer.name.clone(), self.layers.len());
         self.layers.push(layer);
         Ok(self.layers.len() - 1)
     }
@@ -119,6 +128,6 @@ impl Group {
 
     /// The layer of a name.
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.layers.iter().position(|l| &*l.name == name)
+        self.by_name.get(name).copied()
     }
 }

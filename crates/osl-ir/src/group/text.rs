@@ -15,6 +15,7 @@ use super::{ConnectError, Group, Layer};
 use crate::hir::Program;
 use crate::params::{self, ParamError, ParamValues};
 use crate::types::Type;
+use osl_limits::{Limits, Reading};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
 use std::sync::Arc;
@@ -32,9 +33,6 @@ pub const UNUSED_VALUE: Code = Code { id: "W0805", name: "unused-value" };
 
 /// The codes of this module.
 pub const CODES: [Code; 5] = [GROUP_SYNTAX, NO_SHADER, BAD_LAYER, BAD_CONNECTION, UNUSED_VALUE];
-
-/// Errors that one text earns, at most.
-const MAX_ERRORS: usize = 64;
 
 /// A word of the text, and where it stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,10 +78,11 @@ pub enum Statement {
 }
 
 /// Reads a text whose first byte has the offset `base`.
-pub fn parse(text: &str, base: u32) -> (Vec<Statement>, Vec<Diagnostic>) {
-    let mut reader = Reader { text, base: base as usize, at: 0 };
+pub fn parse(text: &str, base: u32, limits: &Limits) -> (Vec<Statement>, Vec<Diagnostic>) {
+    let Reading { group_words: words, diagnostics: most, .. } = limits.reading;
+    let mut reader = Reader { text, base: base as usize, at: 0, words };
     let (mut statements, mut diagnostics) = (Vec::new(), Vec::new());
-    while !reader.is_done() && diagnostics.len() < MAX_ERRORS {
+    while !reader.is_done() && (diagnostics.len() as u64) < most {
         match reader.statement() {
             Ok(statement) => statements.push(statement),
             Err(diagnostic) => {
@@ -105,6 +104,8 @@ struct Reader<'a> {
     text: &'a str,
     base: usize,
     at: usize,
+    /// Words that may still come.
+    words: u64,
 }
 
 impl<'a> Reader<'a> {
@@ -160,6 +161,17 @@ impl<'a> Reader<'a> {
     fn word(&mut self, what: &str) -> Result<Word> {
         self.blank();
         let start = self.at;
+        let Some(left) = self.words.checked_sub(1) else {
+            let here = self.here();
+            // Nothing behind it is looked at.
+            self.at = self.text.len();
+            return error(
+                here,
+                "the text of the group has too many words",
+                "put shaders for its long arrays",
+            );
+        };
+        self.words = left;
         if self.rest().starts_with('"') {
             return self.quoted();
         }
@@ -314,8 +326,13 @@ pub trait Shaders {
 }
 
 /// Builds a group of statements. With an error among the diagnostics it lacks what they are about.
-pub fn build(name: &str, statements: &[Statement], shaders: &mut dyn Shaders) -> (Group, Vec<Diagnostic>) {
-    let mut group = Group::new(name);
+pub fn build(
+    name: &str,
+    statements: &[Statement],
+    shaders: &mut dyn Shaders,
+    limits: &Limits,
+) -> (Group, Vec<Diagnostic>) {
+    let mut group = Group::new(name).with_limits(limits);
     let mut diagnostics = Vec::new();
     let mut pending: Vec<&Statement> = Vec::new();
     for statement in statements {
@@ -340,7 +357,7 @@ pub fn build(name: &str, statements: &[Statement], shaders: &mut dyn Shaders) ->
                 }
             }
         }
-        if diagnostics.len() >= MAX_ERRORS {
+        if diagnostics.len() as u64 >= limits.reading.diagnostics {
             break;
         }
     }

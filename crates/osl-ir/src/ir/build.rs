@@ -4,7 +4,9 @@ use super::{
     Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId, Values,
 };
 use crate::numeric::known::Known;
+use osl_limits::Compiling;
 use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
 use smallvec::smallvec;
 use std::sync::Arc;
 
@@ -21,8 +23,27 @@ pub struct Builder {
     pub(crate) messages: Vec<crate::builtins::Message>,
     /// Whether messages are found by name when running, since the name of at least one is not written out.
     pub(crate) messages_by_name: bool,
+    /// The place of each message in the list: a program may hold as many as it has statements.
+    pub(crate) message_places: FxHashMap<Arc<str>, usize>,
     /// Whether to note what the source does.
     pub(crate) notes: bool,
+    /// How large the body may become.
+    pub(crate) limits: Compiling,
+    /// Words of the arrays so far.
+    array_words: u64,
+    /// Bytes of the names of variables so far.
+    name_bytes: u64,
+}
+
+/// What a body has too much of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Excess {
+    /// Values or variables.
+    Size,
+    /// Words of arrays.
+    Arrays,
+    /// Bytes of names.
+    Names,
 }
 
 impl Builder {
@@ -43,8 +64,25 @@ impl Builder {
             span: Span::default(),
             messages: Vec::new(),
             messages_by_name: false,
+            message_places: FxHashMap::default(),
             notes: false,
+            limits: Compiling::default(),
+            array_words: 0,
+            name_bytes: 0,
         }
+    }
+
+    /// What the body has too much of, if anything. Whoever writes in proportion to a length of the input asks now and then,
+    /// and stops; lowering reports it.
+    pub(crate) fn excess(&self) -> Option<Excess> {
+        let Compiling { values, variables, array_words, name_bytes, .. } = self.limits;
+        if self.body.values.len() as u64 > values || self.body.slots.len() as u64 > variables {
+            return Some(Excess::Size);
+        }
+        if self.array_words > array_words {
+            return Some(Excess::Arrays);
+        }
+        (self.name_bytes > name_bytes).then_some(Excess::Names)
     }
 
     /// A new value without definition yet.
@@ -55,6 +93,8 @@ impl Builder {
 
     /// A new scalar slot, or an array.
     pub fn slot(&mut self, kind: Kind, len: Option<u32>, name: Arc<str>) -> SlotId {
+        self.array_words += u64::from(len.unwrap_or(0)) * u64::from(kind.words());
+        self.name_bytes += name.len() as u64;
         self.body.slots.push(Slot { kind, len, name, rate: Rate::Varying });
         SlotId(self.body.slots.len() as u32 - 1)
     }

@@ -16,6 +16,7 @@ mod print;
 pub mod validate;
 
 pub use build::Builder;
+pub(crate) use build::Excess;
 pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
 };

@@ -60,6 +60,9 @@ pub struct Options {
 /// Findings, at most; a file that earns more will not be read to the end either.
 const MAX_FINDINGS: usize = 200;
 
+/// Bytes before a statement that may be its indent.
+const MAX_INDENT: usize = 1000;
+
 /// The lint of a code; `None` for codes of other stages.
 pub fn find(code: Code) -> Option<&'static Lint> {
     LINTS.iter().find(|lint| lint.code == code)
@@ -79,7 +82,9 @@ pub fn once_a_name(list: &mut Vec<Diagnostic>) {
 
 /// Everything that the lints find in a program that has no errors, in source order, whatever its level.
 pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options) -> Vec<Diagnostic> {
-    let mut found = Findings { sources, silenced: &options.silenced, list: Vec::new() };
+    let mut silenced = options.silenced.clone();
+    silenced.sort_unstable_by_key(|line| line.start);
+    let mut found = Findings { sources, silenced, list: Vec::new() };
     let walk = walk::Walk::new(program);
     usage::run(ast, &walk, &mut found);
     flow::run(&walk, &mut found);
@@ -88,16 +93,15 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
     scopes::run(ast, &mut found);
     spaces::run(&walk, options, &mut found);
     queries::run(&walk, &mut found);
-    let mut list = found.list;
-    list.sort_by_key(|d| (d.span.start, d.span.end, d.code));
-    list.truncate(MAX_FINDINGS);
-    list
+    found.keep_first();
+    found.list
 }
 
 /// Where lints report to.
 struct Findings<'a> {
     sources: &'a SourceMap,
-    silenced: &'a [Span],
+    /// Whole lines, in the order of their files.
+    silenced: Vec<Span>,
     list: Vec<Diagnostic>,
 }
 
@@ -106,12 +110,24 @@ impl Findings<'_> {
     fn report(&mut self, diagnostic: Diagnostic) {
         if self.in_main_file(diagnostic.span) && !self.is_silenced(diagnostic.span) {
             self.list.push(diagnostic);
+            // A file may earn one for each of its statements.
+            if self.list.len() > 16 * MAX_FINDINGS {
+                self.keep_first();
+            }
         }
+    }
+
+    /// Keeps those that stand first in the text.
+    fn keep_first(&mut self) {
+        self.list.sort_by_key(|d| (d.span.start, d.span.end, d.code));
+        self.list.truncate(MAX_FINDINGS);
     }
 
     /// Whether the file silences warnings there.
     fn is_silenced(&self, span: Span) -> bool {
-        self.silenced.iter().any(|line| line.start <= span.start && span.start < line.end)
+        let before = self.silenced.partition_point(|line| line.start <= span.start);
+        let line = before.checked_sub(1).and_then(|at| self.silenced.get(at));
+        line.is_some_and(|line| span.start < line.end)
     }
 
     fn in_main_file(&self, span: Span) -> bool {
@@ -134,9 +150,9 @@ impl Findings<'_> {
 fn removal(sources: &SourceMap, span: Span) -> Edit {
     let whole = |file: &osl_syntax::source::SourceFile| {
         let (start, end) = ((span.start - file.base) as usize, (span.end - file.base) as usize);
-        let before = file.text.get(..start)?;
-        let line = before.rfind('\n').map_or(0, |n| n + 1);
-        let blank = before.get(line..)?.trim().is_empty();
+        let line = file.line_start(file.line_at(start))?;
+        let before = file.text.get(line..start)?;
+        let blank = before.len() < MAX_INDENT && before.trim().is_empty();
         let newline = file.text.get(end..)?.starts_with('\n');
         (blank && newline).then(|| Span::new(file.base + line as u32, span.end + 1))
     };

@@ -15,6 +15,9 @@ use osl_syntax::ast::{BinaryOp, UnaryOp};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
 
+/// Bytes between two operands, with a comment there.
+const MAX_BETWEEN: u32 = 1000;
+
 /// The functions behind `==` and `!=` of structs.
 const EQUALITIES: &[&str] = &["__operator__eq__", "__operator__neq__"];
 
@@ -71,7 +74,8 @@ fn self_assignment(e: &Expr, stmt: &Stmt, found: &mut Findings<'_>) {
 fn removal_or_empty(found: &Findings<'_>, span: Span) -> Edit {
     let edit = removal(found.sources, span);
     let before = found.sources.file_at(span.start).and_then(|f| f.text.get(..(span.start - f.base) as usize));
-    let in_block = before.is_some_and(|t| t.trim_end().ends_with([';', '{', '}']));
+    let last = before.and_then(|t| t.chars().rev().take(MAX_BETWEEN as usize).find(|c| !c.is_whitespace()));
+    let in_block = matches!(last, Some(';' | '{' | '}'));
     if in_block { edit } else { Edit { span, text: ";".to_owned() } }
 }
 
@@ -104,7 +108,9 @@ fn equality(e: &Expr, found: &mut Findings<'_>) {
     let triple = a.ty.is_triple() || b.ty.is_triple();
     let literal = [a, b].into_iter().find(|e| matches!(e.kind, ExprKind::Float(_))).map(|e| e.span);
     let between = Span::new(a.span.end, b.span.start.max(a.span.end));
-    let token = found.text(between).find(symbol).map(|at| between.start + at as u32);
+    // Where macros have made it, the operands may stand far apart.
+    let near = (between.end - between.start < MAX_BETWEEN).then_some(between);
+    let token = near.and_then(|between| found.text(between).find(symbol)).map(|at| between.start + at as u32);
     let span = token.map_or(e.span, |start| Span::new(start, start + 2));
     found.report(codes::float_equality(span, symbol, literal, triple));
 }

@@ -11,17 +11,16 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
-/// Calls within calls. Functions cannot recurse, so this bounds only how deep a chain of them goes.
-const MAX_CALL_DEPTH: usize = 128;
-
 impl Lowerer<'_> {
     /// Inlines a call.
     pub(super) fn call(&mut self, id: FunctionId, args: &[Arg], span: Span) -> Val {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
-        if self.frames.len() > MAX_CALL_DEPTH {
+        // Functions cannot recurse, so this bounds only how deep a chain of them goes.
+        let deepest = self.b.limits.call_depth;
+        if self.frames.len() as u64 > deepest {
             self.at(span);
-            self.too_large(&format!("a chain of more than {MAX_CALL_DEPTH} calls"));
+            self.too_large(&format!("a chain of more than {deepest} calls"));
         }
         if !self.has_room() {
             return Val::Void;

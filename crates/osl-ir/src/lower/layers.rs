@@ -7,7 +7,8 @@
 use super::checks::Checking;
 use super::first_use::{self, Spot};
 use super::flow::Flow;
-use super::wiring::{Asked, Joint, Wiring};
+use super::joins;
+use super::wiring::{Asked, Joint, Joints, Wiring};
 use super::{Frame, Lowerer, Requests, Storage, View, kind_of};
 use crate::builtins::carry_messages;
 use crate::group::{Connection, Rules};
@@ -31,14 +32,14 @@ pub(super) fn lower(
     let wiring = Wiring::new(views, connections, rules, requests);
     let notes = requests.notes;
     let mut first = Builder::new(wiring.name.clone());
-    first.notes = notes;
+    (first.notes, first.limits) = (notes, requests.limits.compiling);
     let (mut b, mut diagnostics) = write(views, &wiring, first);
     if !b.messages.is_empty() && (b.messages_by_name || views.len() > 1) {
         // Found by name where one is computed, those before the first would be variables of the body; and a layer may
         // speak of the place in a later one where a message was set first. So it is written again with what is known now.
         let mut again = Builder::new(wiring.name.clone());
         again.messages_by_name = b.messages_by_name;
-        again.notes = notes;
+        (again.notes, again.limits) = (notes, requests.limits.compiling);
         if !b.messages_by_name {
             carry_messages(&mut again, &b.messages);
         }
@@ -69,7 +70,6 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         vars: Vec::new(),
         frames: Vec::new(),
         diagnostics: Vec::new(),
-        array_words: 0,
         full: false,
         exits: 0,
         depth: 0,
@@ -127,6 +127,13 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
             }
         }
     }
+    // What the last statement has written is no smaller than the rest.
+    if l.has_room() {
+        let limit = l.b.limits.joins;
+        if joins::count(&l.b.body, entry, limit) > limit {
+            l.too_large(&format!("branches and loops hand on more than {limit} values of variables"));
+        }
+    }
     l.b.body.layers = views.iter().map(|v| (v.base, v.names.clone())).collect();
     (l.b, l.diagnostics)
 }
@@ -167,7 +174,7 @@ impl<'a> Lowerer<'a> {
     fn layer(
         &mut self,
         to: &FxHashMap<usize, Vec<&Connection>>,
-        ends: &[Joint],
+        ends: &Joints,
         start: Spot,
         done: &[Option<Lowered>],
     ) -> Lowered {
@@ -203,7 +210,7 @@ impl<'a> Lowerer<'a> {
         });
         // From the last on, since a default may read parameters before its own.
         for (index, block) in links.into_iter().rev() {
-            let handed_on = ends.iter().any(|end| end.param == index && end.bit == 2);
+            let handed_on = ends.get(&index).is_some_and(|ends| ends.iter().any(|end| end.bit == 2));
             let spot = if handed_on || program.shader.params[index].output {
                 Some(start)
             } else {
@@ -289,6 +296,9 @@ impl<'a> Lowerer<'a> {
             }
         };
         for connection in sources {
+            if !self.has_room() {
+                return;
+            }
             let from = done.get(connection.from.layer).and_then(Option::as_ref);
             let end = &connection.from;
             let from = from.and_then(|lowered| part(lowered.params.get(end.param)?, &end.fields));
@@ -301,7 +311,11 @@ impl<'a> Lowerer<'a> {
     fn connect(&mut self, to: &Storage, component: Option<u8>, from: &Storage, from_component: Option<u8>) {
         let (to, from) = match (to, from) {
             (Storage::Struct(to), Storage::Struct(from)) => {
-                to.iter().zip(from).for_each(|(to, from)| self.connect(to, None, from, None));
+                for (to, from) in to.iter().zip(from.iter()) {
+                    if self.has_room() {
+                        self.connect(to, None, from, None);
+                    }
+                }
                 return;
             }
             (Storage::Leaf(to), Storage::Leaf(from)) => (*to, *from),
@@ -364,11 +378,11 @@ impl<'a> Lowerer<'a> {
     }
 
     /// Notes how the parts of a parameter are connected.
-    fn join(&mut self, storage: &Storage, index: usize, param: &Param, ends: &[Joint]) {
+    fn join(&mut self, storage: &Storage, index: usize, param: &Param, ends: &Joints) {
         if self.rules.userdata_connected && self.takes_user_data(param) {
             self.connected.extend(leaves(storage).into_iter().map(|slot| (slot, 1)));
         }
-        for Joint { fields, bit, .. } in ends.iter().filter(|end| end.param == index) {
+        for Joint { fields, bit } in ends.get(&index).into_iter().flatten() {
             for slot in part(storage, fields).iter().flat_map(leaves) {
                 *self.connected.entry(slot).or_default() |= bit;
             }

@@ -10,6 +10,7 @@ mod checks;
 mod expr;
 mod first_use;
 mod flow;
+mod joins;
 mod layers;
 mod place;
 mod placement;
@@ -19,23 +20,20 @@ mod wiring;
 use crate::builtins::Names;
 use crate::group::{Group, Layer, Rules};
 use crate::hir::{Init, Program, VarId, VarKind};
-use crate::ir::{Body, Builder, Const, Kind, SlotId, ValueId};
+use crate::ir::{Body, Builder, Const, Excess, Kind, Slot, SlotId, ValueId};
 use crate::params::ParamValues;
 use crate::types::{Base, Extent, Type};
+use osl_limits::{Compiling, Limits};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
+use std::rc::Rc;
 use std::sync::Arc;
 
 /// The program grows beyond its budget when functions are inlined.
 pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
 /// A call of an operation that only another renderer knows.
 pub const NO_OPERATION: Code = Code { id: "E0602", name: "no-operation" };
-
-/// Values that a program may have: far above any shader that people write, and some 150 megabytes.
-const MAX_VALUES: usize = 500_000;
-/// Words of arrays that a program may have, for each point: 4 MiB. Sixteen points are the least that run together.
-const MAX_ARRAY_WORDS: u64 = 1 << 20;
 
 /// What a group is called that has no name.
 const UNNAMED: &str = "unnamed_group_1";
@@ -50,6 +48,8 @@ pub struct Requests {
     pub last: Last,
     /// Whether the body gets [`Note`](crate::ir::Note)s of what its source does.
     pub notes: bool,
+    /// How large the body may become.
+    pub limits: Limits,
 }
 
 /// Which outputs of the last layer a renderer takes: they count as connected.
@@ -129,7 +129,8 @@ struct View<'a> {
 #[derive(Clone, Debug)]
 enum Storage {
     Leaf(SlotId),
-    Struct(Vec<Storage>),
+    /// Shared: each use of a variable asks for its storage, and a struct may have very many parts.
+    Struct(Rc<[Storage]>),
 }
 
 impl Storage {
@@ -180,7 +181,6 @@ struct Lowerer<'a> {
     vars: Vec<Option<Storage>>,
     frames: Vec<Frame>,
     diagnostics: Vec<Diagnostic>,
-    array_words: u64,
     /// Set once the budget is used up: nothing more is lowered.
     full: bool,
     /// Calls of `exit` so far.
@@ -207,16 +207,18 @@ impl<'a> Lowerer<'a> {
 
     /// Whether there is room for more; reports once where there is not.
     fn has_room(&mut self) -> bool {
-        if !self.full && (self.b.body.values.len() > MAX_VALUES || self.array_words > MAX_ARRAY_WORDS) {
+        if !self.full
+            && let Some(excess) = self.b.excess()
+        {
             self.full = true;
-            let d = Diagnostic::error(
-                TOO_LARGE,
-                self.b.span,
-                "the program is too large once its functions are inlined",
-            )
-            .note(format!(
-                "it may have {MAX_VALUES} values and {MAX_ARRAY_WORDS} words of arrays for each point"
-            ));
+            let Compiling { values, variables, array_words, name_bytes, .. } = self.b.limits;
+            let may = match excess {
+                Excess::Size => format!("{values} values and {variables} variables"),
+                Excess::Arrays => format!("{array_words} words of arrays for each point"),
+                Excess::Names => format!("{name_bytes} bytes of names of variables"),
+            };
+            let message = "the program is too large once its functions are inlined";
+            let d = Diagnostic::error(TOO_LARGE, self.b.span, message).note(format!("it may have {may}"));
             self.diagnostics.push(d);
         }
         !self.full
@@ -226,10 +228,12 @@ impl<'a> Lowerer<'a> {
     fn param(&mut self, storage: &Storage, ty: Type, name: &str, init: &Init, params: &ParamValues) {
         if let (Storage::Struct(parts), Base::Struct(id)) = (storage, ty.base) {
             self.store_init(storage, ty, init);
-            let fields = self.program.structs.get(id).fields.clone();
-            for (part, field) in parts.iter().zip(&fields) {
+            let program = self.program;
+            for (part, field) in parts.iter().zip(&program.structs.get(id).fields) {
                 let name = format!("{name}.{}", field.name);
                 if params.get(&name).is_some() {
+                    // What the values leave out is zero, not the default.
+                    self.clear(part);
                     self.param(part, field.ty, &name, &Init::List(Vec::new()), params);
                 }
             }
@@ -241,8 +245,24 @@ impl<'a> Lowerer<'a> {
         }
     }
 
+    /// Makes the elements of an array zero.
+    fn clear(&mut self, storage: &Storage) {
+        let Storage::Leaf(slot) = storage else { return };
+        let Slot { kind, len, .. } = self.b.body.slot(*slot).clone();
+        for index in 0..len.unwrap_or(0) {
+            if !self.has_room() {
+                return;
+            }
+            let (index, zero) = (self.b.int(index as i32), self.b.constant(Const::zero(kind)));
+            self.b.store_element(*slot, index, zero);
+        }
+    }
+
     fn store_constants(&mut self, slot: SlotId, ty: Type, values: &[Const]) {
         for (index, value) in values.iter().enumerate() {
+            if !self.has_room() {
+                return;
+            }
             let value = self.b.constant(value.clone());
             let element = ty.is_array().then(|| self.b.int(index as i32));
             match element {
@@ -295,17 +315,21 @@ impl<'a> Lowerer<'a> {
 
     fn allocate_base(&mut self, base: Base, len: Option<u32>, name: &str) -> Storage {
         if let Base::Struct(id) = base {
-            let fields = self.program.structs.get(id).fields.clone();
-            let part = |l: &mut Self, f: &crate::types::Field| {
-                let inner = match f.ty.extent {
+            let program = self.program;
+            let mut parts = Vec::new();
+            for field in &program.structs.get(id).fields {
+                // Nothing more is lowered, so that nobody misses the parts that are left out.
+                if !self.has_room() {
+                    break;
+                }
+                let inner = match field.ty.extent {
                     Extent::Array(n) => Some(n),
                     _ => len,
                 };
-                l.allocate_base(f.ty.base, inner, &format!("{name}.{}", f.name))
-            };
-            return Storage::Struct(fields.iter().map(|f| part(self, f)).collect());
+                parts.push(self.allocate_base(field.ty.base, inner, &format!("{name}.{}", field.name)));
+            }
+            return Storage::Struct(parts.into());
         }
-        self.array_words += u64::from(len.unwrap_or(0)) * u64::from(kind_of(base).words());
         Storage::Leaf(self.b.slot(kind_of(base), len, name.into()))
     }
 }

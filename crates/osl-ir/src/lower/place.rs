@@ -206,7 +206,10 @@ impl Lowerer<'_> {
     ) {
         match (to, from) {
             (Storage::Struct(to), Storage::Struct(from)) => {
-                for (to, from) in to.iter().zip(from) {
+                for (to, from) in to.iter().zip(from.iter()) {
+                    if !self.has_room() {
+                        return;
+                    }
                     self.copy(to, to_element, from, from_element);
                 }
             }
@@ -236,7 +239,14 @@ impl Lowerer<'_> {
     /// Zero, empty or null for every scalar part. Arrays are zero when a point starts and stay as they are.
     pub(super) fn store_zero(&mut self, storage: &Storage) {
         match storage {
-            Storage::Struct(parts) => parts.iter().for_each(|part| self.store_zero(part)),
+            Storage::Struct(parts) => {
+                for part in parts.iter() {
+                    if !self.has_room() {
+                        return;
+                    }
+                    self.store_zero(part);
+                }
+            }
             Storage::Leaf(slot) => {
                 let slot_of = self.b.body.slot(*slot);
                 if slot_of.len.is_none() {

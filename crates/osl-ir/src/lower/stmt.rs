@@ -4,19 +4,14 @@ use super::flow::{self, Flow};
 use super::{LoopFlags, Lowerer};
 use crate::hir::{Expr, Stmt, StmtKind};
 use crate::ir::{BlockId, Kind, LaneOp, Note, Op, SlotId, ValueId, Values};
+use osl_limits::Compiling;
 use osl_syntax::span::Span;
-
-/// So many jumps of a list of statements open a block within the block of the one before. What follows more of them
-/// starts anew beside these blocks, so that no list nests deeply, however long it is.
-const MAX_NESTED_JUMPS: u32 = 64;
-
-/// Blocks around a list of statements from which on its jumps open no blocks within one another.
-const DEEP: u32 = 192;
 
 impl Lowerer<'_> {
     /// Lowers statements in order. What follows one that may leave runs only where it did not.
     pub(super) fn stmts(&mut self, list: &[Stmt]) {
-        let max_nested = if self.depth < DEEP { MAX_NESTED_JUMPS } else { 0 };
+        let Compiling { nested_jumps, jump_depth, .. } = self.b.limits;
+        let max_nested = if u64::from(self.depth) < jump_depth { nested_jumps } else { 0 };
         let mut left = Flow::default();
         let mut rest = list;
         while !rest.is_empty() {
@@ -39,7 +34,7 @@ impl Lowerer<'_> {
 
     /// Lowers statements in order, what follows a jump in a block of its own, until so many blocks lie within each
     /// other. Returns how many statements are done with: lowered, or never reached.
-    fn nested(&mut self, list: &[Stmt], max_nested: u32) -> usize {
+    fn nested(&mut self, list: &[Stmt], max_nested: u64) -> usize {
         for (index, stmt) in list.iter().enumerate() {
             if !self.has_room() {
                 break;
@@ -73,7 +68,7 @@ impl Lowerer<'_> {
 
     /// `if (c) { …; return } rest` is `if (c) { …; return } else { rest }`: no flag is tested. Returns how many
     /// statements of the rest are done with, if the statement was of that form, and then lowered.
-    fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt], max_nested: u32) -> Option<usize> {
+    fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt], max_nested: u64) -> Option<usize> {
         let StmtKind::If(cond, then, otherwise) = &stmt.kind else { return None };
         let (first, second) = (flow::of_list(then), flow::of_list(otherwise));
         let mut n_of_rest = 0;

@@ -3,7 +3,7 @@
 use super::{Last, Requests, View};
 use crate::group::{Connection, End, Rules};
 use crate::hir::{Param, Program};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// Which layers are needed, and how their parameters are connected.
@@ -11,25 +11,27 @@ pub(super) struct Wiring<'a> {
     /// Name of the last layer's shader.
     pub(super) name: Arc<str>,
     pub(super) rules: &'a Rules,
-    connections: &'a [Connection],
+    /// Whether a connection leaves each layer.
+    left: Vec<bool>,
     /// The layers that run in any case, in order.
     pub(super) entries: Vec<usize>,
     pub(super) needed: Vec<bool>,
     /// For each layer and parameter, the connections to it, those of components first.
     pub(super) to: Vec<FxHashMap<usize, Vec<&'a Connection>>>,
     /// For each layer, what of its parameters is connected.
-    pub(super) ends: Vec<Vec<Joint>>,
+    pub(super) ends: Vec<Joints>,
     /// Which parameters of the last layer are outputs of the body.
     pub(super) delivered: Vec<bool>,
     /// Outputs of layers before the last that are asked for.
     pub(super) asked: Vec<Asked>,
 }
 
+/// What of each parameter is connected, by the index of the parameter; each part once, however many connections it has.
+pub(super) type Joints = FxHashMap<usize, FxHashSet<Joint>>;
+
 /// A parameter, or a field of one, that is connected.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Joint {
-    /// The parameter, by index.
-    pub(super) param: usize,
     /// The fields that lead to the part.
     pub(super) fields: Vec<usize>,
     /// 1 from upstream; 2 downstream, or to the renderer.
@@ -55,23 +57,27 @@ impl<'a> Wiring<'a> {
         let mut wiring = Wiring {
             name,
             rules,
-            connections,
             entries: rules
                 .entries
                 .clone()
                 .unwrap_or_else(|| views.len().checked_sub(1).into_iter().collect()),
             needed: vec![rules.is_eager(); views.len()],
             to: vec![FxHashMap::default(); views.len()],
-            ends: vec![Vec::new(); views.len()],
+            ends: vec![Joints::default(); views.len()],
+            left: vec![false; views.len()],
             delivered: Vec::new(),
             asked: Vec::new(),
         };
         for connection in connections {
             for (End { layer, param, fields, .. }, bit) in [(&connection.to, 1), (&connection.from, 2)] {
-                wiring.ends[*layer].push(Joint { param: *param, fields: fields.clone(), bit });
+                let joints = wiring.ends[*layer].entry(*param).or_default();
+                joints.insert(Joint { fields: fields.clone(), bit });
             }
+            wiring.left[connection.from.layer] = true;
             let list = wiring.to[connection.to.layer].entry(connection.to.param).or_default();
             list.push(connection);
+        }
+        for list in wiring.to.iter_mut().flat_map(FxHashMap::values_mut) {
             list.sort_by_key(|c| c.to.component.is_none());
         }
         let before = views.split_last().map_or(&[][..], |(_, before)| before);
@@ -80,24 +86,28 @@ impl<'a> Wiring<'a> {
                 name.split_once('.').map_or((None, &**name), |(of, output)| (Some(of), output));
             for (layer, View { program, names, .. }) in before.iter().enumerate() {
                 if of.is_none_or(|of| of == &*names.layer) {
-                    let named = |p: &Param| &*program.vars[p.var.0 as usize].name == output;
-                    let found = program.shader.params.iter().position(|p| p.output && named(p));
+                    let found = program.param(output);
+                    let found = found.filter(|at| program.shader.params.get(*at).is_some_and(|p| p.output));
                     wiring.asked.extend(found.map(|param| Asked { layer, param, deliver: of.is_some() }));
                 }
             }
         }
         for Asked { layer, param, .. } in &wiring.asked {
-            wiring.ends[*layer].push(Joint { param: *param, fields: Vec::new(), bit: 2 });
+            let joints = wiring.ends[*layer].entry(*param).or_default();
+            joints.insert(Joint { fields: Vec::new(), bit: 2 });
             // Among entries it runs only if it is one or is needed by one.
             wiring.needed[*layer] |= rules.entries.is_none();
         }
         if let ([.., view], [.., ends]) = (views, &mut wiring.ends[..]) {
             let requested = requested(view, requests);
-            let named = |index: usize| requested.iter().any(|joint| joint.param == index);
+            let named: FxHashSet<usize> = requested.iter().map(|(param, _)| *param).collect();
+            let named = |index: usize| named.contains(&index);
             let every = !matches!(requests.last, Last::Named(_));
             let params = view.program.shader.params.iter().enumerate();
             wiring.delivered = params.map(|(index, p)| p.output && (every || named(index))).collect();
-            ends.extend(requested);
+            for (param, joint) in requested {
+                ends.entry(param).or_default().insert(joint);
+            }
         }
         for entry in &wiring.entries {
             wiring.needed.get_mut(*entry).into_iter().for_each(|needed| *needed = true);
@@ -115,7 +125,7 @@ impl<'a> Wiring<'a> {
 
     /// Whether a connection leaves a layer.
     pub(super) fn leaves(&self, layer: usize) -> bool {
-        self.connections.iter().any(|c| c.from.layer == layer)
+        self.left.get(layer).is_some_and(|left| *left)
     }
 
     /// Marks what a layer reads, however far up.
@@ -133,20 +143,20 @@ impl<'a> Wiring<'a> {
 }
 
 /// What of the last layer the renderer takes.
-fn requested(view: &View<'_>, requests: &Requests) -> Vec<Joint> {
+fn requested(view: &View<'_>, requests: &Requests) -> Vec<(usize, Joint)> {
     let View { program, names, .. } = view;
     let outputs = program.shader.params.iter().enumerate().filter(|(_, p)| p.output);
     let mut found = Vec::new();
     for (param, of) in outputs {
         match &requests.last {
-            Last::All => found.push(Joint { param, fields: Vec::new(), bit: 2 }),
+            Last::All => found.push((param, Joint { fields: Vec::new(), bit: 2 })),
             Last::None => {}
             Last::Named(list) => {
                 let parts = list.iter().filter_map(|name| {
                     let own = name.strip_prefix(&*names.layer).and_then(|rest| rest.strip_prefix('.'));
                     [Some(&**name), own].into_iter().flatten().find_map(|path| fields(program, of, path))
                 });
-                found.extend(parts.map(|fields| Joint { param, fields, bit: 2 }));
+                found.extend(parts.map(|fields| (param, Joint { fields, bit: 2 })));
             }
         }
     }
@@ -163,10 +173,9 @@ fn fields(program: &Program, param: &Param, path: &str) -> Option<Vec<usize>> {
     let mut ty = var.ty;
     let mut fields = Vec::new();
     for name in names {
-        let of = &program.structs.get(ty.as_struct()?).fields;
-        let index = of.iter().position(|field| &*field.name == name)?;
+        let (index, field) = program.structs.field(ty.as_struct()?, name)?;
         fields.push(index);
-        ty = of.get(index)?.ty;
+        ty = field.ty;
     }
     Some(fields)
 }

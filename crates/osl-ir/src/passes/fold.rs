@@ -11,24 +11,26 @@ use crate::ir::{
 use meaning::Meaning;
 pub(super) use meaning::{only_meaning, settle};
 use smallvec::smallvec;
+use std::cell::Cell;
 
-/// Runs the pass.
-pub(super) fn run(body: &mut Body) {
-    let _ = fold(body, false, false);
+/// Runs the pass. `text`: bytes of strings that may still be computed while compiling; what is not remains for the run.
+pub(super) fn run(body: &mut Body, text: &mut u64) {
+    let _ = fold(body, false, false, text);
 }
 
 /// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it. `exact`: only
 /// results that double precision has too are constants.
-pub(super) fn again(body: &mut Body, exact: bool) {
-    let _ = fold(body, true, exact);
+pub(super) fn again(body: &mut Body, exact: bool, text: &mut u64) {
+    let _ = fold(body, true, exact, text);
 }
 
 /// Yields what was found out that changes the meaning.
-fn fold(body: &mut Body, settled: bool, exact: bool) -> Meaning {
+fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut u64) -> Meaning {
     let values = body.values.len();
     let mut fold = Fold {
         settled,
         exact,
+        text: Cell::new(*text),
         renaming: Renaming::default(),
         known: vec![None; values],
         lanes: vec![None; values],
@@ -36,6 +38,7 @@ fn fold(body: &mut Body, settled: bool, exact: bool) -> Meaning {
     };
     fold.block(body, body.entry);
     rename_outputs(body, &fold.renaming);
+    *text = fold.text.get();
     fold.meaning
 }
 
@@ -53,6 +56,8 @@ struct Fold {
     settled: bool,
     /// Whether only results that double precision has too are constants.
     exact: bool,
+    /// Bytes of strings that may still be read and made.
+    text: Cell<u64>,
     renaming: Renaming,
     /// The constant that a value is.
     known: Vec<Option<Const>>,
@@ -204,6 +209,7 @@ impl Fold {
     ) -> Outcome {
         let constants: Vec<Option<&Const>> = args.iter().map(|a| self.constant(*a)).collect();
         if let Some(all) = constants.iter().map(|c| c.cloned()).collect::<Option<Vec<Const>>>()
+            && spend(&self.text, &all)
             && let Some(result) = if self.exact { op.eval_exactly(&all) } else { op.eval(&all) }
         {
             return Outcome::Constant(result);
@@ -323,8 +329,12 @@ impl Fold {
             Kernel::Text(function) => {
                 let all: Option<Vec<Const>> = args.iter().map(|a| self.constant(*a).cloned()).collect();
                 match all {
-                    Some(all) => Outcome::Constant(function.eval(&all)),
-                    None => Outcome::Keep(Op::Kernel(kernel, args)),
+                    Some(all) if spend(&self.text, &all) => {
+                        let result = function.eval(&all);
+                        spend(&self.text, std::slice::from_ref(&result));
+                        Outcome::Constant(result)
+                    }
+                    _ => Outcome::Keep(Op::Kernel(kernel, args)),
                 }
             }
             kernel => Outcome::Keep(Op::Kernel(kernel, args)),
@@ -472,6 +482,15 @@ impl Fold {
             self.renaming.set(*result, last);
         }
     }
+}
+
+/// Takes the bytes of the strings among some constants from what is left; false where it is used up.
+fn spend(left: &Cell<u64>, constants: &[Const]) -> bool {
+    let text = |c: &Const| if let Const::Str(text) = c { text.len() as u64 } else { 0 };
+    let bytes: u64 = constants.iter().map(text).sum();
+    let enough = bytes == 0 || bytes <= left.get();
+    left.set(left.get().saturating_sub(bytes));
+    enough
 }
 
 /// Whether a constant divisor is other than zero, in any component: the reference then divides without a guard.

@@ -24,6 +24,7 @@ use crate::hir::Global;
 use crate::ir::Body;
 use crate::ir::validate;
 use crate::numeric::Arithmetic;
+use osl_limits::Limits;
 use std::sync::Arc;
 
 /// The passes, in the order in which they run.
@@ -117,6 +118,8 @@ pub struct Options {
     pub traces: bool,
     /// Widen steps by so many times the footprint of a pixel, which changes values: see `prefilter`.
     pub prefilter: Option<f32>,
+    /// What compiling may cost.
+    pub limits: Limits,
 }
 
 impl Default for Options {
@@ -130,6 +133,7 @@ impl Default for Options {
             arithmetic: Arithmetic::Strict,
             traces: false,
             prefilter: None,
+            limits: Limits::default(),
         }
     }
 }
@@ -156,17 +160,24 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         rays::run(body);
     }
     let mut count = body.count();
+    let mut text = options.limits.compiling.folded_bytes;
     for pass in Pass::ALL {
         match pass {
             Pass::Ssa | Pass::Derive => {}
             Pass::Fold if without(pass) && !derive::asks(body) => {
-                fold::only_meaning(body);
+                fold::only_meaning(body, &mut text);
                 fold::settle(body);
                 count = body.count();
                 continue;
             }
             Pass::Fold => {}
             pass if without(pass) => continue,
+            // Nobody waits for a fast program any more.
+            Pass::Unroll | Pass::Cse | Pass::Flatten | Pass::Algebra | Pass::Share | Pass::Fuse
+                if options.limits.halted().is_some() =>
+            {
+                continue;
+            }
             _ => {}
         }
         match pass {
@@ -174,7 +185,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             Pass::Slice => slice(body, options.outputs.as_deref()),
             Pass::Unroll => {
                 if unroll::run(body, exact) && !without(Pass::Fold) {
-                    fold::again(body, exact);
+                    fold::again(body, exact, &mut text);
                 }
             }
             Pass::Derive => {
@@ -187,16 +198,16 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                     dce::run(body);
                 }
                 if derive::run(body) && !without(Pass::Fold) {
-                    fold::again(body, exact);
+                    fold::again(body, exact, &mut text);
                 }
             }
             Pass::Fold => {
                 if exact {
                     // What the strict program finds constant decides what it means.
-                    fold::only_meaning(body);
-                    fold::again(body, true);
+                    fold::only_meaning(body, &mut text);
+                    fold::again(body, true, &mut text);
                 } else {
-                    fold::run(body);
+                    fold::run(body, &mut text);
                 }
                 fold::settle(body);
             }

@@ -72,8 +72,9 @@ impl Unroll {
     fn round(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
         let Op::Loop { init, params, body: inner, next, .. } = &inst.op else { return };
         let size = size(body, *inner);
-        let rounds = self.rounds(body, &inst).filter(|rounds| size * rounds <= self.left);
-        let Some(rounds) = rounds else {
+        // A loop whose rounds would not fit is not run through either.
+        let most = self.left / size.max(1);
+        let Some(rounds) = self.rounds(body, &inst, most.min(MAX_ROUNDS)) else {
             kept.push(inst);
             return;
         };
@@ -97,12 +98,12 @@ impl Unroll {
         }
     }
 
-    /// How many rounds a loop runs; `None` if constants do not tell, or too many.
-    fn rounds(&self, body: &Body, inst: &Inst) -> Option<usize> {
+    /// How many rounds a loop runs; `None` if constants do not tell, or more than `most`.
+    fn rounds(&self, body: &Body, inst: &Inst, most: usize) -> Option<usize> {
         let Op::Loop { init, params, body: inner, cond, next } = &inst.op else { return None };
         let first = |v: &ValueId| self.known.get(&self.renaming.get(*v)).cloned();
         let mut current: Vec<Option<Const>> = init.iter().map(first).collect();
-        for round in 1..=MAX_ROUNDS {
+        for round in 1..=most {
             let mut values: FxHashMap<ValueId, Const> = FxHashMap::default();
             for (param, value) in params.iter().zip(current) {
                 value.into_iter().for_each(|value| {

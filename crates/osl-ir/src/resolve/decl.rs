@@ -1,7 +1,7 @@
 //! Declarations: structs, functions, shaders, parameters.
 
 use super::errors;
-use super::{Contents, Context, FunctionSymbol, MAX_DIAGNOSTICS, MAX_OVERLOADS, Resolver, Symbol};
+use super::{Contents, Context, FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, ParamType, Signature, Tail};
 use crate::hir::{self, Init, VarId, VarKind};
 use crate::types::{Base, Extent, Field, Struct, Type};
@@ -87,9 +87,18 @@ impl Resolver<'_> {
             let inner = self.contents(field.ty);
             contents.values = contents.values.saturating_add(inner.values);
             contents.array |= inner.array;
+            contents.depth = contents.depth.max(inner.depth);
         }
+        contents.depth += 1;
         if contents.values > MAX_ARRAY_LENGTH as u64 {
             let message = format!("a struct of more than {MAX_ARRAY_LENGTH} values");
+            self.report(Diagnostic::error(errors::BAD_STRUCT, decl.name.span, message));
+            fields.clear();
+            contents = Contents::default();
+        }
+        let deepest = self.limits.compiling.struct_depth;
+        if contents.depth > deepest {
+            let message = format!("structs within structs, more than {deepest} deep");
             self.report(Diagnostic::error(errors::BAD_STRUCT, decl.name.span, message));
             fields.clear();
             contents = Contents::default();
@@ -112,10 +121,12 @@ impl Resolver<'_> {
     fn contents(&self, ty: Type) -> Contents {
         let one = match ty.base {
             Base::Struct(id) => self.contents.get(id.0 as usize).copied().unwrap_or_default(),
-            _ => Contents { values: 1, array: false },
+            _ => Contents { values: 1, array: false, depth: 0 },
         };
         match ty.extent {
-            Extent::Array(n) => Contents { values: one.values.saturating_mul(u64::from(n)), array: true },
+            Extent::Array(n) => {
+                Contents { values: one.values.saturating_mul(u64::from(n)), array: true, ..one }
+            }
             _ => one,
         }
     }
@@ -290,6 +301,7 @@ impl Resolver<'_> {
         let name = symbol.name.clone();
         let mut redefined = None;
         let mut full = false;
+        let most = self.limits.compiling.overloads;
         let clash = match self.scope().symbols.get_mut(&name) {
             Some(Symbol::Var(id)) => Some(*id),
             Some(Symbol::Functions(list)) => {
@@ -300,7 +312,7 @@ impl Resolver<'_> {
                     let with_body = earlier.filter(|f| f.id.is_some() && symbol.id.is_some());
                     redefined = with_body.map(|f| f.span);
                     list.retain(|f| !same(f));
-                    full = list.len() >= MAX_OVERLOADS;
+                    full = list.len() as u64 >= most;
                     if !full {
                         list.push(symbol.clone());
                     }
@@ -317,7 +329,7 @@ impl Resolver<'_> {
             self.report(errors::redeclared(symbol.span, &name, Some(span)));
         }
         if full {
-            self.report(errors::too_many_overloads(symbol.span, &name, MAX_OVERLOADS));
+            self.report(errors::too_many_overloads(symbol.span, &name, self.limits.compiling.overloads));
         }
         let takes_place = redefined.is_none() && symbol.id.is_some() && self.scopes.len() == 1;
         if takes_place && !symbol.operation && redefines_builtin(&symbol) {
@@ -400,7 +412,7 @@ impl Resolver<'_> {
     /// Reports an unknown variable or function.
     pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str) {
         let functions = what == "function";
-        if self.n_errors >= MAX_DIAGNOSTICS {
+        if self.n_errors >= self.max_diagnostics() {
             return self.report(errors::unknown_name(span, what, name, None));
         }
         let close = {

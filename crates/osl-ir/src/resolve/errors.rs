@@ -131,7 +131,7 @@ pub(super) fn redeclared(span: Span, name: &str, earlier: Option<Span>) -> Diagn
 }
 
 /// E0208: the name has as many functions as it may have.
-pub(super) fn too_many_overloads(span: Span, name: &str, limit: usize) -> Diagnostic {
+pub(super) fn too_many_overloads(span: Span, name: &str, limit: u64) -> Diagnostic {
     Diagnostic::error(TOO_MANY_OVERLOADS, span, format!("more than {limit} functions `{name}` in one scope"))
         .help("give some of them names of their own")
 }

@@ -2,8 +2,8 @@
 //!
 //! OSL language specification, chapter on printing. What a conversion prints is none of this module's business.
 
+use super::Resolver;
 use super::errors;
-use super::{MAX_DIAGNOSTICS, Resolver};
 use crate::hir::{Expr, ExprKind};
 use crate::types::{Base, Type};
 use osl_syntax::Reports;
@@ -39,7 +39,7 @@ impl Resolver<'_> {
         let conversions = conversions(text);
         let n_errors = self.n_errors;
         for (conversion, value) in conversions.iter().zip(values) {
-            if self.n_errors > MAX_DIAGNOSTICS {
+            if self.n_errors > self.max_diagnostics() {
                 return;
             }
             self.check_conversion(format.span, text, conversion, value);

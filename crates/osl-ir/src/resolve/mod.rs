@@ -26,6 +26,7 @@ pub(crate) use init::convert_to;
 use crate::builtins::{Param, ParamType, Signature, Tail};
 use crate::hir::{self, Function, GLOBALS, Program, Var, VarId, VarKind};
 use crate::types::{StructTable, Type};
+use osl_limits::Limits;
 use osl_syntax::Reports;
 use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::Diagnostic;
@@ -33,13 +34,6 @@ use osl_syntax::errors::too_many_errors;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
-
-/// Errors, at most, and warnings, at most: as many as parsing reports.
-const MAX_DIAGNOSTICS: usize = 64;
-/// Functions of one name in one scope, at most: each call looks at all of them.
-const MAX_OVERLOADS: usize = 256;
-/// Indices within indices, at most: `op=` and outputs evaluate an index twice, and so everything within it.
-const MAX_INDEX_NESTING: u32 = 8;
 
 /// What resolution yields: the program, unless the file has no shader, and what there is to say.
 #[derive(Debug)]
@@ -52,17 +46,18 @@ pub struct Resolved {
 
 /// Resolves a translation unit, and reports every mistake once.
 pub fn resolve(ast: &Ast) -> Resolved {
-    resolve_with(ast, Reports::Once)
+    resolve_with(ast, Reports::Once, &Limits::default())
 }
 
 /// Resolves a translation unit.
-pub fn resolve_with(ast: &Ast, reports: Reports) -> Resolved {
-    let mut resolver = Resolver::new(ast, reports);
+pub fn resolve_with(ast: &Ast, reports: Reports, limits: &Limits) -> Resolved {
+    let mut resolver = Resolver::new(ast, reports, limits);
     let shader = resolver.items();
     let Resolver { structs, vars, functions, mut diagnostics, dropped, .. } = resolver;
-    diagnostics.extend(dropped.map(|span| too_many_errors(span, MAX_DIAGNOSTICS)));
+    diagnostics.extend(dropped.map(|span| too_many_errors(span, limits.reading.diagnostics)));
     diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
-    let program = shader.map(|shader| Program { structs, vars, functions, shader });
+    let program =
+        shader.map(|shader| Program { structs, vars, functions, shader, places: Default::default() });
     Resolved { program, diagnostics }
 }
 
@@ -119,11 +114,14 @@ struct Context {
 struct Contents {
     values: u64,
     array: bool,
+    /// Structs within it, one in another, and itself.
+    depth: u64,
 }
 
 struct Resolver<'a> {
     ast: &'a Ast,
     reports: Reports,
+    limits: &'a Limits,
     structs: StructTable,
     vars: Vec<Var>,
     functions: Vec<Function>,
@@ -135,17 +133,18 @@ struct Resolver<'a> {
     /// Values in one struct of each id, and whether there is an array among its fields.
     contents: Vec<Contents>,
     /// Indices around the current expression.
-    index_depth: u32,
+    index_depth: u64,
     context: Context,
     /// Whether any statement of the current function returns.
     returns: bool,
 }
 
 impl<'a> Resolver<'a> {
-    fn new(ast: &'a Ast, reports: Reports) -> Self {
+    fn new(ast: &'a Ast, reports: Reports, limits: &'a Limits) -> Self {
         let mut resolver = Resolver {
             ast,
             reports,
+            limits,
             structs: StructTable::default(),
             vars: Vec::new(),
             functions: Vec::new(),
@@ -168,7 +167,7 @@ impl<'a> Resolver<'a> {
     fn report(&mut self, diagnostic: Diagnostic) {
         if diagnostic.is_error() {
             self.n_errors += 1;
-            if self.n_errors > MAX_DIAGNOSTICS {
+            if self.n_errors > self.max_diagnostics() {
                 self.dropped.get_or_insert(diagnostic.span);
                 return;
             }
@@ -196,7 +195,13 @@ impl<'a> Resolver<'a> {
 
     /// Whether a further warning would be dropped. Errors have a limit of their own.
     fn is_full(&self) -> bool {
-        self.diagnostics.len() >= MAX_DIAGNOSTICS + self.n_errors.min(MAX_DIAGNOSTICS)
+        self.diagnostics.len()
+            >= self.max_diagnostics().saturating_add(self.n_errors.min(self.max_diagnostics()))
+    }
+
+    /// Errors, at most, and warnings, at most.
+    fn max_diagnostics(&self) -> usize {
+        usize::try_from(self.limits.reading.diagnostics).unwrap_or(usize::MAX)
     }
 
     fn scope(&mut self) -> &mut Scope {

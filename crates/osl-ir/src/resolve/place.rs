@@ -1,8 +1,8 @@
 //! Places: what may stand left of `=`, be stepped, or be bound to an output.
 
+use super::Resolver;
 use super::errors;
 use super::init::is_operand;
-use super::{MAX_INDEX_NESTING, Resolver};
 use crate::hir::{Expr, ExprKind, GLOBALS, Place, Step, VarId, VarKind};
 use crate::types::{Base, Extent, Type};
 use osl_syntax::Reports;
@@ -72,8 +72,10 @@ impl Resolver<'_> {
     }
 
     fn index(&mut self, id: ExprId) -> Expr {
-        if self.index_depth >= MAX_INDEX_NESTING {
-            let message = format!("indices within indices, more than {MAX_INDEX_NESTING} deep");
+        // `op=` and outputs evaluate an index twice, and so everything within it.
+        let deepest = self.limits.compiling.index_depth;
+        if self.index_depth >= deepest {
+            let message = format!("indices within indices, more than {deepest} deep");
             let span = self.ast[id].span;
             self.report(
                 Diagnostic::error(errors::BAD_INDEX, span, message)
@@ -136,12 +138,11 @@ impl Resolver<'_> {
 
     fn member(&mut self, base: Place, field: &ast::Name) -> Place {
         let span = base.span.to(field.span);
-        if let Some(id) = base.ty.as_struct() {
-            let found = self.structs.get(id).fields.iter().enumerate().find(|(_, f)| f.name == field.text);
-            if let Some((index, f)) = found {
-                let ty = f.ty;
-                return extend(base, Step::Field(index as u32), ty, span);
-            }
+        if let Some(id) = base.ty.as_struct()
+            && let Some((index, f)) = self.structs.field(id, &field.text)
+        {
+            let ty = f.ty;
+            return extend(base, Step::Field(index as u32), ty, span);
         }
         let component = match (base.ty, &*field.text) {
             (Type::COLOR, "r") | (Type::POINT | Type::VECTOR | Type::NORMAL, "x") => Some(0),

@@ -6,6 +6,7 @@ use osl_ir::Span;
 use osl_ir::hir::GLOBALS;
 use osl_ir::ir::{Body, Const, Kernel, Note, Op};
 use osl_syntax::source::SourceMap;
+use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A line, by where its file starts and its number.
@@ -92,12 +93,12 @@ fn line_at(span: Span, sources: &SourceMap) -> Option<At> {
     if span == Span::default() {
         return None;
     }
-    Some((sources.file_at(span.start)?.base, sources.place(span)?.line))
+    sources.line(span).map(|(file, line)| (file.base, line))
 }
 
 fn text_of((base, number): At, sources: &SourceMap) -> Option<(String, String)> {
     let file = sources.file_at(base)?;
-    let text = file.text.lines().nth(number.checked_sub(1)? as usize)?;
+    let text = file.line(number)?;
     Some((file.name.clone(), text.trim().chars().take(200).collect()))
 }
 
@@ -105,12 +106,30 @@ fn text_of((base, number): At, sources: &SourceMap) -> Option<(String, String)> 
 #[derive(Default)]
 struct Facts {
     list: Vec<Fact>,
+    /// Where in the list each thing is: a line may set each element of a long array.
+    places: FxHashMap<Thing, usize>,
+}
+
+/// What a fact is about.
+#[derive(PartialEq, Eq, Hash)]
+enum Thing {
+    Set(String),
+    Branch,
+    Rounds,
+    Call(String),
 }
 
 /// Values of one thing that are kept: the first and the last of them are shown.
 const MAX_VALUES: usize = 10_000;
 
 impl Facts {
+    /// What is known of a thing so far. Where there is nothing yet, the caller adds it at the end of the list.
+    fn known(&mut self, thing: Thing) -> Option<&mut Fact> {
+        let next = self.list.len();
+        let at = *self.places.entry(thing).or_insert(next);
+        self.list.get_mut(at)
+    }
+
     fn add(&mut self, note: &Note, node: &Node, trace: &Trace) {
         let args: Vec<&Node> = node.args.iter().map(|id| trace.node(*id)).collect();
         match note {
@@ -121,59 +140,42 @@ impl Facts {
                     _ => return,
                 };
                 let value = Shown::of(value);
-                for fact in &mut self.list {
-                    if let Fact::Set { name: known, values } = fact
-                        && *known == name
-                    {
-                        if values.len() < MAX_VALUES {
-                            values.push(value);
-                        }
-                        return;
-                    }
+                match self.known(Thing::Set(name.clone())) {
+                    Some(Fact::Set { values, .. }) if values.len() < MAX_VALUES => values.push(value),
+                    Some(_) => {}
+                    None => self.list.push(Fact::Set { name, values: vec![value] }),
                 }
-                self.list.push(Fact::Set { name, values: vec![value] });
             }
             Note::Branch => {
                 let Some(cond) = args.first() else { return };
                 let truth = matches!(cond.strict, Some(Const::Int(n)) if n != 0);
                 let flip = cond.exact.as_ref().is_some_and(|e| cond.strict.is_some() && e.truth() != truth);
-                for fact in &mut self.list {
-                    if let Fact::Branch { taken, flips } = fact {
+                match self.known(Thing::Branch) {
+                    Some(Fact::Branch { taken, flips }) => {
                         taken.push(truth);
                         *flips += usize::from(flip);
-                        return;
                     }
+                    Some(_) => {}
+                    None => self.list.push(Fact::Branch { taken: vec![truth], flips: flip.into() }),
                 }
-                self.list.push(Fact::Branch { taken: vec![truth], flips: flip.into() });
             }
-            Note::Round => {
-                for fact in &mut self.list {
-                    if let Fact::Rounds { count } = fact {
-                        *count += 1;
-                        return;
-                    }
-                }
-                self.list.push(Fact::Rounds { count: 1 });
-            }
+            Note::Round => match self.known(Thing::Rounds) {
+                Some(Fact::Rounds { count }) => *count += 1,
+                Some(_) => {}
+                None => self.list.push(Fact::Rounds { count: 1 }),
+            },
             Note::Call { form, why, args: count } => {
                 let (given, result) = args.split_at(usize::from(*count).min(args.len()));
                 let call =
                     (given.iter().map(|n| Shown::of(n)).collect(), result.first().map(|n| Shown::of(n)));
-                for fact in &mut self.list {
-                    if let Fact::Call { form: known, calls, .. } = fact
-                        && **known == **form
-                    {
-                        if calls.len() < MAX_VALUES {
-                            calls.push(call);
-                        }
-                        return;
+                match self.known(Thing::Call(form.to_string())) {
+                    Some(Fact::Call { calls, .. }) if calls.len() < MAX_VALUES => calls.push(call),
+                    Some(_) => {}
+                    None => {
+                        let (form, why) = (form.to_string(), why.to_string());
+                        self.list.push(Fact::Call { form, why, calls: vec![call] });
                     }
                 }
-                self.list.push(Fact::Call {
-                    form: form.to_string(),
-                    why: why.to_string(),
-                    calls: vec![call],
-                });
             }
         }
     }

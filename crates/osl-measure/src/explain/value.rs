@@ -58,10 +58,21 @@ pub fn digits(strict: f64, exact: f64) -> Option<f64> {
     Some((-(error / size).log10()).max(0.0))
 }
 
+/// Characters of a string that are shown.
+const MAX_TEXT: usize = 200;
+
+/// A string in quotes, cut where it is too long to be read.
+fn quoted(text: &str) -> String {
+    match text.char_indices().nth(MAX_TEXT) {
+        Some((end, _)) => format!("{:?}…", &text[..end]),
+        None => format!("{text:?}"),
+    }
+}
+
 fn show(value: &Const) -> String {
     match value {
         Const::Int(n) => n.to_string(),
-        Const::Str(s) => format!("{s:?}"),
+        Const::Str(s) => quoted(s),
         Const::Null => "null".to_string(),
         Const::Float(x) => short(f64::from(*x), 6),
         Const::Triple(t) => format!("({})", t.map(|x| short(f64::from(x), 6)).join(" ")),
@@ -72,7 +83,7 @@ fn show(value: &Const) -> String {
 fn show_exact(value: &Exact) -> String {
     match value {
         Exact::Int(n) => n.to_string(),
-        Exact::Str(s) => format!("{s:?}"),
+        Exact::Str(s) => quoted(s),
         Exact::Closure(some) => if *some { "closure" } else { "null" }.to_string(),
         Exact::Float(x) => short(*x, 10),
         Exact::Triple(t) => format!("({})", t.map(|x| short(x, 10)).join(" ")),

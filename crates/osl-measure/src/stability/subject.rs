@@ -6,6 +6,7 @@ use osl_exec::{Arithmetic, Datum, PointSource, RunOptions, Services, Stop};
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Body};
 use osl_ir::passes;
+use osl_limits::Limits;
 use osl_scene::Grid;
 use std::sync::Arc;
 
@@ -89,6 +90,8 @@ pub struct Planes {
 pub struct Subject<'a> {
     /// Files, spaces.
     pub services: &'a Services,
+    /// What following a point may cost.
+    pub limits: &'a Limits,
     /// The shader at the parameter values that were given.
     pub base: Base,
 }
@@ -121,12 +124,9 @@ impl Subject<'_> {
     pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
         let source = OnePoint { source: points, point };
-        Some(trace::follow(&base.noted, self.services, source, MAX_NODES))
+        Some(trace::follow(&base.noted, self.services, source, self.limits))
     }
 }
-
-/// Instructions of a point that are followed.
-const MAX_NODES: usize = 400_000;
 
 /// Decimal digits that the strict value has lost against what single precision can hold: 0 where it is right, 7.2 where
 /// nothing of it is.

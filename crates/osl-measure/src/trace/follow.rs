@@ -5,6 +5,7 @@ use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
 use osl_exec::Services;
 use osl_ir::Span;
 use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, SlotId, Source, ValueId};
+use osl_limits::Limits;
 use std::sync::Arc;
 
 /// Which arithmetics go a way.
@@ -31,11 +32,13 @@ struct Full;
 /// No node: what is not defined on the way taken.
 const NONE: NodeId = NodeId::MAX;
 
-/// Follows a point through a body that [`super::prepare`] made, for at most `max_nodes` instructions.
-pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, max_nodes: usize) -> Trace {
+/// Follows a point through a body that [`super::prepare`] made, for at most as many instructions as `limits` say.
+pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Limits) -> Trace {
+    let max_nodes = usize::try_from(limits.running.trace).unwrap_or(usize::MAX);
     let elements = |slot: &osl_ir::ir::Slot| vec![NONE; slot.len.unwrap_or(0) as usize];
     let mut follower = Follower {
         body,
+        limits,
         kernels: Kernels { services, point },
         values: vec![NONE; body.values.len()],
         arrays: [0, 1].map(|_| body.slots.iter().map(elements).collect()),
@@ -51,6 +54,7 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, max_nodes: 
 
 struct Follower<'a> {
     body: &'a Body,
+    limits: &'a Limits,
     kernels: Kernels<'a>,
     /// The node of each value.
     values: Vec<NodeId>,
@@ -65,6 +69,13 @@ struct Follower<'a> {
 
 /// Nodes that a run of the interpreter for one call counts for: it takes about that of their time.
 const KERNEL: usize = 100;
+
+/// Nodes that each element of an array counts for that a kernel reads or writes: it is written out as instructions of the
+/// program of that one call.
+const ELEMENT: usize = 8;
+
+/// Bytes of strings that count for a node.
+const BYTES: usize = 64;
 
 impl Follower<'_> {
     fn outputs(&mut self) -> Vec<(Arc<str>, osl_ir::types::Type, Vec<NodeId>)> {
@@ -119,8 +130,17 @@ impl Follower<'_> {
 
     /// Counts work that leaves no nodes.
     fn spend(&mut self, work: usize) -> Result<(), Full> {
-        self.spent += work;
-        if self.nodes.len() + self.spent >= self.max_nodes { Err(Full) } else { Ok(()) }
+        self.spent = self.spent.saturating_add(work);
+        if self.nodes.len().saturating_add(self.spent) >= self.max_nodes || self.limits.halted().is_some() {
+            return Err(Full);
+        }
+        Ok(())
+    }
+
+    /// Counts strings that are read or made: each is kept.
+    fn spend_text(&mut self, values: &[Const]) -> Result<(), Full> {
+        let text = |c: &Const| if let Const::Str(text) = c { text.len() } else { 0 };
+        self.spend(values.iter().map(text).sum::<usize>() / BYTES)
     }
 
     fn set(&mut self, result: Option<&ValueId>, node: NodeId) {
@@ -254,7 +274,11 @@ impl Follower<'_> {
                 way.exact().then(|| call.exact(&exact_args, &kinds)),
             ),
             None => {
-                self.spend(KERNEL)?;
+                let length =
+                    |slot: Option<SlotId>| slot.and_then(|slot| body.slot(slot).len).unwrap_or(0) as usize;
+                let elements = length(kernel.reads()).saturating_add(length(kernel.writes()));
+                self.spend(elements.saturating_mul(ELEMENT).saturating_add(KERNEL))?;
+                self.spend_text(&strict_args)?;
                 let arrays = [0, 1].map(|half| self.array_of(kernel, half));
                 let strict =
                     way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
@@ -268,6 +292,9 @@ impl Follower<'_> {
                     if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
                         self.refill(slot, half, elements, inst.span)?;
                     }
+                }
+                for (values, _) in [&strict, &exact].into_iter().flatten() {
+                    self.spend_text(values)?;
                 }
                 let widen = |values: Vec<Const>| values.iter().map(Exact::widen).collect::<Vec<_>>();
                 (strict.map(|(values, _)| values), exact.map(|(values, _)| widen(values)))

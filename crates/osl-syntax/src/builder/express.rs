@@ -143,7 +143,7 @@ impl Builder<'_> {
                 ExprKind::Unary(_, a) | ExprKind::Cast(_, a) => a,
                 _ => break,
             };
-            around.push((e.span, e.kind));
+            around.push((e.span, e.kind.clone()));
         }
         (!around.is_empty()).then_some((around, at))
     }

@@ -35,7 +35,7 @@ pub(crate) fn include_not_found(span: Span, name: &str, reason: &str) -> Diagnos
 }
 
 /// E0002: files that include each other without end.
-pub(crate) fn include_depth(span: Span, name: &str, limit: usize) -> Diagnostic {
+pub(crate) fn include_depth(span: Span, name: &str, limit: u64) -> Diagnostic {
     Diagnostic::error(INCLUDE_DEPTH, span, format!("\"{name}\" is included more than {limit} levels deep"))
         .label("this level is not read")
         .note("a file that includes itself, directly or through others, never ends")
@@ -43,7 +43,7 @@ pub(crate) fn include_depth(span: Span, name: &str, limit: usize) -> Diagnostic 
 }
 
 /// E0003: too many inclusions in all.
-pub(crate) fn include_count(span: Span, limit: usize) -> Diagnostic {
+pub(crate) fn include_count(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(INCLUDE_COUNT, span, format!("more than {limit} inclusions"))
         .label("no further file is read")
         .help("guard the files with `#pragma once` or with `#ifndef NAME` … `#endif`")
@@ -136,26 +136,42 @@ pub(crate) fn error_directive(span: Span, text: &str) -> Diagnostic {
 }
 
 /// E0014: macros that grow without end.
-pub(crate) fn expansion_budget(span: Span, limit: usize) -> Diagnostic {
+pub(crate) fn expansion_budget(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(EXPANSION_BUDGET, span, format!("macro expansion makes more than {limit} tokens"))
         .label("given up here")
         .note("macros that double each other grow without bound")
 }
 
 /// E0015: macro arguments within macro arguments, too deep.
-pub(crate) fn expansion_depth(span: Span, limit: usize) -> Diagnostic {
+pub(crate) fn expansion_depth(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(EXPANSION_DEPTH, span, format!("macro calls nested more than {limit} levels deep"))
         .label("not expanded any further")
 }
 
 /// E0016: a translation unit of too many tokens.
-pub(crate) fn token_budget(span: Span, limit: usize) -> Diagnostic {
+pub(crate) fn token_budget(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(
         TOKEN_BUDGET,
         span,
         format!("the file has more than {limit} tokens after preprocessing"),
     )
     .label("nothing from here on is read")
+}
+
+/// E0016: a translation unit of which the tokens are too long.
+pub(crate) fn token_bytes(span: Span, limit: u64) -> Diagnostic {
+    let message = format!("the tokens of the file have more than {limit} bytes after preprocessing");
+    Diagnostic::error(TOKEN_BUDGET, span, message)
+        .label("nothing from here on is read")
+        .note("a macro repeats a long name or string at each of its uses")
+}
+
+/// E0017: files that are included too often, or are too large together.
+pub(crate) fn included_bytes(span: Span, limit: u64) -> Diagnostic {
+    Diagnostic::error(TOO_LARGE, span, format!("all included files together may hold {limit} bytes"))
+        .label("no further file is read")
+        .note("a file counts as often as it is included")
+        .help("guard the files with `#pragma once`")
 }
 
 /// E0017: the sources together exceed 4 GiB.
@@ -165,8 +181,11 @@ pub(crate) fn too_large(span: Span, name: &str) -> Diagnostic {
 }
 
 /// E0017: a file that is too large by itself.
-pub(crate) fn file_too_large(span: Span, name: &str, limit: usize) -> Diagnostic {
-    let text = format!("{name} does not fit: a file may hold {} MiB", limit >> 20);
+pub(crate) fn file_too_large(span: Span, name: &str, limit: u64) -> Diagnostic {
+    let text = match limit >> 20 {
+        0 => format!("{name} does not fit: a file may hold {limit} bytes"),
+        mib => format!("{name} does not fit: a file may hold {mib} MiB"),
+    };
     Diagnostic::error(TOO_LARGE, span, text).label("not read")
 }
 

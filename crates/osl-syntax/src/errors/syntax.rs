@@ -34,7 +34,7 @@ pub(crate) fn stray_closer(span: Span, bracket: &str) -> Diagnostic {
 }
 
 /// E0113: constructs within constructs, too deep.
-pub(crate) fn nesting(span: Span, limit: u32) -> Diagnostic {
+pub(crate) fn nesting(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(NESTING, span, format!("nested more than {limit} levels deep"))
         .label("this part nests too deep")
         .help("split it: give parts of it names of their own")
@@ -84,7 +84,7 @@ pub(crate) fn empty_initializer(span: Span) -> Diagnostic {
 }
 
 /// E0120: the limit of reported errors.
-pub fn too_many_errors(span: Span, limit: usize) -> Diagnostic {
+pub fn too_many_errors(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(TOO_MANY_ERRORS, span, format!("more than {limit} problems: the rest is not reported"))
         .label("given up here")
 }

@@ -111,7 +111,7 @@ pub(super) fn split(text: &str) -> Result<Vec<Piece<'_>>, Vec<Diagnostic>> {
         macros: FxHashSet::default(),
         includes: false,
         conditionals: Vec::new(),
-        found: Sink::new(Options::default().max_diagnostics),
+        found: Sink::new(Options::default().limits.reading.diagnostics),
         pieces: Vec::new(),
     };
     s.line = s.at;

@@ -5,7 +5,7 @@ use super::Stream;
 use crate::brackets::{Brackets, closer};
 use crate::span::Span;
 use crate::token::Token;
-use std::ops::Range;
+use std::ops::{Range, RangeInclusive};
 
 /// Replaces the smallest construct around token `at` by a stand-in. False when nothing is left to cut.
 pub(super) fn cut(stream: &mut Stream, at: usize) -> bool {
@@ -13,9 +13,10 @@ pub(super) fn cut(stream: &mut Stream, at: usize) -> bool {
     if matches!(stream.tokens.get(at), None | Some(Token::ShaderKind(_))) && brackets.parent(at).is_some() {
         return close_all(stream, &brackets, at);
     }
+    let mut lists = None;
     for opener in brackets.around(at) {
         let Some(token) = stream.tokens.get(opener) else { return false };
-        let is_list = *token != Token::LBrace || is_init_list(&stream.tokens, opener);
+        let is_list = *token != Token::LBrace || is_init_list(&stream.tokens, opener, &mut lists);
         match brackets.partner(opener) {
             Some(end) if is_list => {
                 if replace_in_list(stream, &brackets, opener, end, at) {
@@ -52,15 +53,20 @@ fn close_all(stream: &mut Stream, brackets: &Brackets, at: usize) -> bool {
     true
 }
 
-/// Whether a `{` opens a list of initialisers rather than a block.
-fn is_init_list(tokens: &[Token], mut opener: usize) -> bool {
-    loop {
-        match opener.checked_sub(1).and_then(|n| tokens.get(n)) {
-            Some(Token::Assign | Token::Comma | Token::LParen | Token::Return) => return true,
-            Some(Token::LBrace) => opener -= 1,
-            _ => return false,
-        }
+/// Whether a `{` opens a list of initialisers rather than a block. What stands before the first `{` of a row decides for
+/// all of them; `known` holds the last row that was looked at, from its first `{` on, and the answer.
+fn is_init_list(tokens: &[Token], opener: usize, known: &mut Option<(RangeInclusive<usize>, bool)>) -> bool {
+    if let Some((_, is_list)) = known.as_ref().filter(|(row, _)| row.contains(&opener)) {
+        return *is_list;
     }
+    let before = tokens.get(..opener).unwrap_or_default();
+    let first = opener - before.iter().rev().take_while(|t| **t == Token::LBrace).count();
+    let is_list = matches!(
+        first.checked_sub(1).and_then(|n| tokens.get(n)),
+        Some(Token::Assign | Token::Comma | Token::LParen | Token::Return)
+    );
+    *known = Some((first..=opener, is_list));
+    is_list
 }
 
 fn is_stand_in(token: &Token) -> bool {
@@ -119,8 +125,7 @@ fn replace_statement(
     let mut behind = (block.start..at).rev().filter(ends);
     let start = if again { behind.nth(1) } else { behind.next() }.map_or(block.start, |n| n + 1);
     // A `;` in parentheses counts too: they may lack their end.
-    let in_block =
-        |n: usize| brackets.around(n).find(|o| stream.tokens.get(*o) == Some(&Token::LBrace)) == opener;
+    let in_block = |n: usize| brackets.block(n) == opener;
     let stop = |n: &usize| match stream.tokens.get(*n) {
         Some(Token::Semi) => in_block(*n),
         Some(Token::ShaderKind(_)) => opener.is_none() && *n > at,

@@ -5,9 +5,6 @@ use crate::errors;
 use crate::lexer::{PpToken, Raw};
 use crate::span::Span;
 
-/// Parentheses and operators within one another, at most.
-const MAX_DEPTH: u32 = 100;
-
 impl Preprocessor<'_> {
     /// Whether the condition holds; false, with a message, when it has no value.
     pub(super) fn condition(&mut self, at: Span, tokens: &[PpToken]) -> bool {
@@ -76,7 +73,7 @@ struct Eval<'e, 'a> {
     pp: &'e Preprocessor<'a>,
     tokens: &'e [PpToken],
     at: usize,
-    depth: u32,
+    depth: u64,
 }
 
 type Value = Result<i64, Fault>;
@@ -99,7 +96,7 @@ impl Eval<'_, '_> {
     /// `live` tells whether the value counts: division by zero in a branch that does not is no fault.
     fn ternary(&mut self, live: bool) -> Value {
         self.depth += 1;
-        if self.depth > MAX_DEPTH {
+        if self.depth > self.pp.options.limits.reading.condition_depth {
             return Err(self.fault("nested too deep"));
         }
         let mut value = self.binary(0, live)?;
@@ -170,7 +167,7 @@ impl Eval<'_, '_> {
             _ => return Err(self.fault_before("not a value")),
         };
         self.depth += 1;
-        if self.depth > MAX_DEPTH {
+        if self.depth > self.pp.options.limits.reading.condition_depth {
             return Err(self.fault("nested too deep"));
         }
         let value = self.unary(live)?;

@@ -1,6 +1,6 @@
 //! Directives: the lines that begin with `#`.
 
-use super::expand::Macro;
+use super::expand::{Macro, Params};
 use super::{Conditional, Preprocessor};
 use crate::errors;
 use crate::lexer::{PpToken, Raw, Sym};
@@ -107,16 +107,20 @@ impl Preprocessor<'_> {
     }
 
     fn include_file(&mut self, name: &str, quoted: bool, span: Span) {
-        if self.files.len() >= self.options.max_include_depth {
+        if self.files.len() as u64 >= self.options.limits.reading.include_depth {
             // Once says it: files that include themselves twice would say it without end.
             if !std::mem::replace(&mut self.too_deep, true) {
-                self.diagnostics.push(errors::include_depth(span, name, self.options.max_include_depth));
+                self.diagnostics.push(errors::include_depth(
+                    span,
+                    name,
+                    self.options.limits.reading.include_depth,
+                ));
             }
             return;
         }
         self.n_includes += 1;
-        if self.n_includes > self.options.max_includes {
-            self.diagnostics.push(errors::include_count(span, self.options.max_includes));
+        if self.n_includes > self.options.limits.reading.includes {
+            self.diagnostics.push(errors::include_count(span, self.options.limits.reading.includes));
             self.stopped = true;
             return;
         }
@@ -170,11 +174,11 @@ impl Preprocessor<'_> {
     }
 
     /// The parameters of `(a, b, ...)`, whether the last takes all the rest, and how many tokens the list has.
-    fn parameters(&self, tokens: &[PpToken]) -> Option<(Rc<[Sym]>, bool, usize)> {
-        let mut params = Vec::new();
+    fn parameters(&self, tokens: &[PpToken]) -> Option<(Rc<Params>, bool, usize)> {
+        let mut params = Params::default();
         let mut at = 1;
         if tokens.get(at)?.kind == Raw::RParen {
-            return Some((params.into(), false, 2));
+            return Some((Rc::new(params), false, 2));
         }
         loop {
             let token = tokens.get(at)?;
@@ -182,19 +186,19 @@ impl Preprocessor<'_> {
             match (token.kind, next.kind) {
                 (Raw::Ellipsis, Raw::RParen) => {
                     params.push(self.special.va_args);
-                    return Some((params.into(), true, at + 2));
+                    return Some((Rc::new(params), true, at + 2));
                 }
-                (Raw::Ident, Raw::RParen | Raw::Comma) if !params.contains(&token.sym) => {
+                (Raw::Ident, Raw::RParen | Raw::Comma) if params.place(token.sym).is_none() => {
                     params.push(token.sym)
                 }
                 (Raw::Ident, Raw::Ellipsis) if tokens.get(at + 2)?.kind == Raw::RParen => {
                     params.push(token.sym);
-                    return Some((params.into(), true, at + 3));
+                    return Some((Rc::new(params), true, at + 3));
                 }
                 _ => return None,
             }
             if next.kind == Raw::RParen {
-                return Some((params.into(), false, at + 2));
+                return Some((Rc::new(params), false, at + 2));
             }
             at += 2;
         }
@@ -208,7 +212,7 @@ impl Preprocessor<'_> {
         let params = made.params.as_ref()?;
         let hash = |w: &[PpToken]| w.first().is_some_and(|t| t.kind == Raw::Hash);
         let lone =
-            made.body.windows(2).any(|w| hash(w) && !w.get(1).is_some_and(|t| params.contains(&t.sym)));
+            made.body.windows(2).any(|w| hash(w) && w.get(1).is_none_or(|t| params.place(t.sym).is_none()));
         (lone || made.body.last().is_some_and(|t| t.kind == Raw::Hash))
             .then_some("`#` needs a parameter behind it")
     }
@@ -309,8 +313,8 @@ impl Preprocessor<'_> {
             _ => return self.malformed(span, "line", "NUMBER \"file\""),
         };
         let Some(line) = line else { return self.malformed(span, "line", "NUMBER \"file\"") };
+        let here = self.line_of(span.start);
         let Some(file) = self.files.last_mut() else { return };
-        let here = file.line_of(span.start);
         file.line_shift = i64::from(line) - i64::from(here) - 1;
         file.line_file = name.or(file.line_file.take());
     }

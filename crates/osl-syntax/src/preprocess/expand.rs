@@ -4,6 +4,7 @@ use super::Preprocessor;
 use crate::errors;
 use crate::lexer::{PpToken, Raw, Sym, scan};
 use crate::span::Span;
+use rustc_hash::FxHashMap;
 use std::rc::Rc;
 
 /// Bytes that `#` and `##` may make for each token of the budget.
@@ -13,7 +14,7 @@ const BYTES_A_TOKEN: usize = 16;
 #[derive(Clone)]
 pub(super) struct Macro {
     /// Parameters; `None` for an object-like macro.
-    pub(super) params: Option<Rc<[Sym]>>,
+    pub(super) params: Option<Rc<Params>>,
     /// Whether the last parameter takes all arguments that are left.
     pub(super) variadic: bool,
     pub(super) body: Rc<[PpToken]>,
@@ -21,6 +22,24 @@ pub(super) struct Macro {
     pub(super) span: Span,
     /// How many of its expansions are being read; while there is one, its name does not expand.
     pub(super) active: u32,
+}
+
+/// The parameters of a macro: their names with their places, the first of a name. A macro may have as many as its line holds.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub(super) struct Params {
+    places: FxHashMap<Sym, usize>,
+    count: usize,
+}
+
+impl Params {
+    pub(super) fn push(&mut self, name: Sym) {
+        self.places.entry(name).or_insert(self.count);
+        self.count += 1;
+    }
+
+    pub(super) fn place(&self, name: Sym) -> Option<usize> {
+        self.places.get(&name).copied()
+    }
 }
 
 /// Tokens that expansion has put before the rest of the input.
@@ -71,7 +90,7 @@ impl Preprocessor<'_> {
                     self.push_context(Rc::new([open]), None);
                     return Outcome::Plain(token);
                 }
-                let Some(call) = self.arguments(token, open, params.len(), found.variadic) else {
+                let Some(call) = self.arguments(token, open, params.count, found.variadic) else {
                     return Outcome::Plain(token);
                 };
                 let Some(args) = self.check_arguments(token, call.args, &found, call.span) else {
@@ -92,10 +111,10 @@ impl Preprocessor<'_> {
 
     /// Counts tokens that expansion makes; false when there are too many.
     fn charge(&mut self, n: usize, span: Span) -> bool {
-        self.n_expanded += n + 1;
-        if self.n_expanded > self.options.max_expansion {
+        self.n_expanded += n as u64 + 1;
+        if self.n_expanded > self.options.limits.reading.expansion {
             if !self.stopped {
-                self.diagnostics.push(errors::expansion_budget(span, self.options.max_expansion));
+                self.diagnostics.push(errors::expansion_budget(span, self.options.limits.reading.expansion));
             }
             self.stopped = true;
             return false;
@@ -106,8 +125,7 @@ impl Preprocessor<'_> {
     /// `__LINE__` and `__FILE__`.
     fn dynamic_macro(&mut self, token: PpToken) -> Option<PpToken> {
         let (kind, text) = if token.sym == self.special.line {
-            let file = self.files.last_mut()?;
-            let line = i64::from(file.line_of(token.span.start)) + file.line_shift;
+            let line = i64::from(self.line_of(token.span.start)) + self.files.last()?.line_shift;
             (Raw::Number, line.to_string())
         } else if token.sym == self.special.file {
             let file = self.files.last()?;
@@ -115,6 +133,8 @@ impl Preprocessor<'_> {
         } else {
             return None;
         };
+        // A name that `#line` gives may be long, and asked for often.
+        self.charge(text.len() / BYTES_A_TOKEN, token.span);
         let sym = self.names.intern(&text);
         Some(PpToken { kind, sym, ..token })
     }
@@ -155,7 +175,7 @@ impl Preprocessor<'_> {
         found: &Macro,
         span: Span,
     ) -> Option<Vec<Vec<PpToken>>> {
-        let wanted = found.params.as_ref().map_or(0, |p| p.len());
+        let wanted = found.params.as_ref().map_or(0, |p| p.count);
         if wanted == 0 && args.iter().all(Vec::is_empty) && args.len() == 1 {
             args.clear();
         }
@@ -179,8 +199,7 @@ impl Preprocessor<'_> {
     /// The body of a macro with its arguments in place. Tokens of the body stand at the call.
     fn substitute(&mut self, found: &Macro, args: &[Vec<PpToken>], call: Span) -> Vec<PpToken> {
         let param = |t: &PpToken| {
-            let params = found.params.as_deref().unwrap_or_default();
-            (t.kind == Raw::Ident).then(|| params.iter().position(|p| *p == t.sym)).flatten()
+            found.params.as_ref().filter(|_| t.kind == Raw::Ident).and_then(|params| params.place(t.sym))
         };
         let mut expanded: Vec<Option<Rc<[PpToken]>>> = vec![None; args.len()];
         let mut out: Vec<PpToken> = Vec::with_capacity(found.body.len());
@@ -309,11 +328,11 @@ impl Preprocessor<'_> {
         if tokens.iter().all(|t| t.kind != Raw::Ident) {
             return tokens.to_vec();
         }
-        if self.depth >= self.options.max_nesting as usize {
+        if self.depth >= self.options.limits.reading.nesting {
             if let Some(t) = tokens.first()
                 && !self.stopped
             {
-                self.diagnostics.push(errors::expansion_depth(t.span, self.options.max_nesting as usize));
+                self.diagnostics.push(errors::expansion_depth(t.span, self.options.limits.reading.nesting));
             }
             self.stopped = true;
             return Vec::new();

@@ -22,8 +22,6 @@ pub(super) struct FileCursor {
     pub(super) line_shift: i64,
     /// The name that `#line` has given.
     pub(super) line_file: Option<Arc<str>>,
-    /// Line breaks up to an offset, so that counting goes on from there.
-    counted: (usize, u32),
 }
 
 impl FileCursor {
@@ -39,7 +37,6 @@ impl FileCursor {
             conditionals: Vec::new(),
             line_shift: 0,
             line_file: None,
-            counted: (0, 1),
         }
     }
 
@@ -52,14 +49,10 @@ impl FileCursor {
         Span::new(self.base + from as u32, self.base + to as u32)
     }
 
-    /// The physical line, from 1, of a global offset in this file.
-    pub(super) fn line_of(&mut self, offset: u32) -> u32 {
-        let at = (offset.saturating_sub(self.base) as usize).min(self.text.len());
-        let (from, line) = if self.counted.0 <= at { self.counted } else { (0, 1) };
-        let breaks =
-            self.text.as_bytes().get(from..at).unwrap_or_default().iter().filter(|b| **b == b'\n').count();
-        self.counted = (at, line + breaks as u32);
-        self.counted.1
+    /// Goes on behind line breaks that follow one another: a file may hold millions of them.
+    fn skip_empty_lines(&mut self) {
+        let rest = self.text.as_bytes().get(self.at..).unwrap_or_default();
+        self.at += rest.iter().take_while(|b| **b == b'\n').count();
     }
 }
 
@@ -69,7 +62,7 @@ impl Preprocessor<'_> {
         loop {
             match self.piece(true)? {
                 Piece::Token(t) => return Some(t),
-                Piece::LineEnd => {}
+                Piece::LineEnd => self.files.last_mut()?.skip_empty_lines(),
             }
         }
     }

@@ -46,7 +46,7 @@ pub fn check_group(
 ) -> CheckedGroup {
     let mut sources = SourceMap::default();
     sources.add(file, text.into());
-    let (statements, mut diagnostics) = text::parse(text, 0);
+    let (statements, mut diagnostics) = text::parse(text, 0, &options.limits);
     let mut linked = link(sources, &statements, name, files, options);
     diagnostics.append(&mut linked.diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
@@ -62,7 +62,7 @@ pub fn link(
     options: &Options,
 ) -> CheckedGroup {
     let mut library = Library::new(sources, files, options);
-    let (group, mut diagnostics) = text::build(name, statements, &mut library);
+    let (group, mut diagnostics) = text::build(name, statements, &mut library, &options.limits);
     diagnostics.append(&mut library.diagnostics);
     let failed = diagnostics.iter().any(Diagnostic::is_error);
     CheckedGroup { sources: library.sources, diagnostics, group: Some(group).filter(|_| !failed) }

@@ -14,6 +14,7 @@ use osl_ir::lower::{self, Last, Requests};
 use osl_ir::oso::{self, Read};
 use osl_ir::params::{self, ParamValues};
 use osl_ir::passes::{self, Report};
+use osl_limits::Limits;
 use osl_syntax::ast::{Ast, Item};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
@@ -44,7 +45,7 @@ pub fn is_compiled(name: &str) -> bool {
 /// Reads and resolves a file: a source, or a compiled shader if its name ends in `.oso`.
 pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Checked {
     if is_compiled(name) {
-        let Read { sources, program, diagnostics } = oso::read(name, text);
+        let Read { sources, program, diagnostics } = oso::read(name, text, &options.limits);
         return Checked {
             sources,
             diagnostics,
@@ -55,7 +56,7 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         };
     }
     let parsed = osl_syntax::parse(name, text, provider, options);
-    let (program, more) = resolve(&parsed, options.reports);
+    let (program, more) = resolve(&parsed, options.reports, &options.limits);
     let Parsed { sources, mut diagnostics, ast, nowarn, .. } = parsed;
     let ordered = diagnostics.iter().any(Diagnostic::is_error) && !more.is_empty();
     diagnostics.extend(more);
@@ -67,7 +68,7 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
 }
 
 /// Resolves what parsing could make sense of. An error of syntax does not hide those of types.
-fn resolve(parsed: &Parsed, reports: Reports) -> (Option<hir::Program>, Vec<Diagnostic>) {
+fn resolve(parsed: &Parsed, reports: Reports, limits: &Limits) -> (Option<hir::Program>, Vec<Diagnostic>) {
     let Some((ast, mut whole)) = parsed.sound() else { return (None, Vec::new()) };
     let stop = match reports {
         Reports::AsReference => parsed.diagnostics.iter().find(|d| osl_syntax::errors::is_of_syntax(d)),
@@ -81,9 +82,9 @@ fn resolve(parsed: &Parsed, reports: Reports) -> (Option<hir::Program>, Vec<Diag
             whole = false;
             let mut before = ast.clone();
             before.items.truncate(n);
-            osl_ir::resolve::resolve_with(&before, reports)
+            osl_ir::resolve::resolve_with(&before, reports, limits)
         }
-        None => osl_ir::resolve::resolve_with(ast, reports),
+        None => osl_ir::resolve::resolve_with(ast, reports, limits),
     };
     let said = |d: &Diagnostic| {
         let at = |e: &&Diagnostic| e.is_error() && e.span.start < d.span.end && d.span.start < e.span.end;

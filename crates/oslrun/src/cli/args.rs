@@ -177,7 +177,8 @@ pub(super) struct RunArgs {
     /// Memory for textures (default: 1024); the same as `--limit images.texture_memory`.
     #[arg(long, value_name = "MIB")]
     pub(super) texture_memory: Option<u64>,
-    /// Let the shader open and append to any file, not only those below the working directory and the texture paths.
+    /// Let the shader include, open and append to any file, not only those below the working directory, the shader's own folder,
+    /// and the folders of -I and the paths.
     #[arg(long)]
     pub(super) allow_files: bool,
     /// Steps that a batch of points may take before a loop of it has to end.

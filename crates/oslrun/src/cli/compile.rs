@@ -16,7 +16,7 @@ pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Wri
     let list = levels::judge(&checked, Level::Always, &args.lints);
     report::diagnostics(&list, &checked.sources, &args.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
-    let text = match oso::write(&program, &checked.sources) {
+    let text = match oso::write(&program, &checked.sources, args.read.limits.limits()) {
         Ok(text) => text,
         Err(list) => {
             report::diagnostics(&list, &checked.sources, &args.read, err)?;

@@ -41,9 +41,6 @@ fn pixel(text: &str) -> Result<(usize, usize), String> {
     Ok((number(x)?, number(y)?))
 }
 
-/// Instructions that are followed.
-const MAX_NODES: usize = 500_000;
-
 /// Explains a point.
 pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
@@ -54,6 +51,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
         outputs,
         varying: points.varying().to_vec(),
         slopes: points.varying_slopes().to_vec(),
+        limits: run.read.limits.limits().clone(),
         ..passes::Options::default()
     };
     if args.cost {
@@ -78,7 +76,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     if let Some(wanted) = &options.outputs {
         followed.outputs.retain(|o| wanted.contains(&o.name));
     }
-    let trace = trace::follow(&followed, &services, OnePoint { source: &points, point }, MAX_NODES);
+    let trace = trace::follow(&followed, &services, OnePoint { source: &points, point }, &options.limits);
     let needed = explain::only_needed(body, &options);
     let explanation = explain::explain(&trace, &followed, &needed, &sources);
     let text = if args.json {

@@ -7,6 +7,7 @@ use super::input::Input;
 use super::{Failure, input, report};
 use crate::pipeline;
 use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use similar::TextDiff;
 use std::io::Write;
@@ -24,7 +25,7 @@ pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
             Err(Failure(text)) => {
                 failed = true;
                 if !text.is_empty() {
-                    let _ = writeln!(err, "error: {text}");
+                    let _ = writeln!(err, "error: {}", shown(&text));
                 }
             }
         }

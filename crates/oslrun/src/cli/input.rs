@@ -111,7 +111,12 @@ pub(super) fn options(args: &ReadArgs) -> Options {
         Some((name, value)) => (name.to_string(), value.to_string()),
         None => (d.clone(), "1".to_string()),
     });
-    Options { strict: args.strict_syntax, defines: defines.collect(), ..Options::default() }
+    Options {
+        strict: args.strict_syntax,
+        defines: defines.collect(),
+        limits: args.limits.limits().clone(),
+        ..Options::default()
+    }
 }
 
 /// The text of a file that the user named; why there is none, in words for the user.

@@ -28,8 +28,15 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
         let varying = osl_exec::PointSource::varying(&osl_scene::Grid::new(1, 1)).to_vec();
         let without = args.without_pass.clone();
-        let options =
-            passes::Options { outputs, varying, slopes: Vec::new(), without, ..passes::Options::default() };
+        let limits = args.read.limits.limits().clone();
+        let options = passes::Options {
+            outputs,
+            varying,
+            slopes: Vec::new(),
+            without,
+            limits,
+            ..passes::Options::default()
+        };
         let compiled = pipeline::finish(body, &options);
         let _ = write!(out, "# after the passes\n{}", osl_ir::ir::print(&compiled.body));
     }

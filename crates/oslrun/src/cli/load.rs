@@ -135,7 +135,8 @@ fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
             Last::Named(names.map(Arc::from).collect())
         }
     };
-    Requests { outputs: others, last, ..Requests::default() }
+    let limits = request.read.limits.limits().clone();
+    Requests { outputs: others, last, limits, ..Requests::default() }
 }
 
 /// Reports what stopped the lowering.
@@ -169,7 +170,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     let mut file = "<group>".to_string();
     let mut folder = PathBuf::new();
     if let Some(path) = request.file.filter(|_| is_group) {
-        text = input::read_text(path, &osl_limits::Limits::default())
+        text = input::read_text(path, request.read.limits.limits())
             .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
         file = path.display().to_string();
         folder = path.parent().map(Path::to_path_buf).unwrap_or_default();

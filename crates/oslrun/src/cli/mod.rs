@@ -35,6 +35,7 @@ mod tradeoff;
 
 use args::{Cli, Command};
 use clap::Parser;
+use osl_syntax::escape::shown;
 use std::ffi::OsString;
 use std::io::Write;
 
@@ -83,7 +84,7 @@ fn command(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &
             let text = usage.render();
             // Help and version are answers, not errors.
             if usage.use_stderr() {
-                let _ = write!(err, "{text}");
+                let _ = write!(err, "{}", shown(&text.to_string()));
                 return 2;
             }
             let _ = write!(out, "{text}");
@@ -108,7 +109,7 @@ fn command(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &
         Ok(()) => 0,
         Err(Failure(text)) => {
             if !text.is_empty() {
-                let _ = writeln!(err, "error: {text}");
+                let _ = writeln!(err, "error: {}", shown(&text));
             }
             1
         }

@@ -194,6 +194,7 @@ impl<'a> Job<'a> {
             slopes: points.varying_slopes().to_vec(),
             without: self.args.without_pass.clone(),
             arithmetic: self.args.arithmetic.unwrap_or_default(),
+            limits: self.args.read.limits.limits().clone(),
             ..passes::Options::default()
         };
         Ok(pipeline::finish(body.clone(), &options))

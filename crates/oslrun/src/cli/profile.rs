@@ -3,6 +3,7 @@
 use super::Failure;
 use osl_exec::ProfileEntry;
 use osl_ir::Span;
+use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -71,7 +72,8 @@ fn table(what: &str, rows: Vec<(String, Sum)>, total: Duration, err: &mut dyn Wr
 }
 
 fn line(span: Span, sources: &SourceMap) -> String {
-    sources.place(span).map_or_else(|| "no line".to_string(), |p| format!("{}:{}", p.file, p.line))
+    let place = |p: osl_syntax::source::Place| format!("{}:{}", shown(&p.file), p.line);
+    sources.place(span).map_or_else(|| "no line".to_string(), place)
 }
 
 /// Writes a flame graph: an image if the file is named `.svg`, else its folded stacks. Frames are the branches and
@@ -82,7 +84,7 @@ pub(super) fn write(
     sources: &SourceMap,
     path: &Path,
 ) -> Result<(), Failure> {
-    let plain = |text: &str| text.replace([';', ' '], "_");
+    let plain = |text: &str| shown(text).replace([';', ' ', '\n', '\t'], "_");
     let mut folded: BTreeMap<String, u128> = BTreeMap::new();
     for entry in profile.iter().filter(|entry| entry.runs > 0) {
         let mut stack = vec![plain(shader)];

@@ -48,6 +48,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         without: args.without_pass.clone(),
         arithmetic: args.arithmetic.unwrap_or_default(),
         prefilter: args.sampling.prefilter(plan),
+        limits: args.read.limits.limits().clone(),
     };
     if !args.closures {
         output::drop_closures(&mut body, options.outputs.as_deref());

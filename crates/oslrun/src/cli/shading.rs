@@ -9,6 +9,7 @@ use super::args::MessageFormat;
 use osl_exec::{Keeping, Message, Said};
 use osl_image::{Missing, TextureCache};
 use osl_ir::Span;
+use osl_syntax::escape::shown;
 use osl_syntax::source::{Place, SourceMap};
 use serde::Serialize;
 use std::collections::HashMap;
@@ -154,7 +155,7 @@ impl Report<'_> {
         let message = message.replace('\n', "\n    ");
         let first = pixel.map_or_else(String::new, |[x, y]| format!(", first at pixel ({x}, {y})"));
         let help = help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
-        format!("{severity}: {place}{message}{count}{first}{help}")
+        shown(&format!("{severity}: {place}{message}{count}{first}{help}")).into_owned()
     }
 
     /// The lines: of each file one, of each place one for each text, up to a limit.

@@ -124,6 +124,7 @@ impl Programs {
                 without: args.without_pass.clone(),
                 arithmetic,
                 prefilter,
+                limits: args.read.limits.limits().clone(),
             };
             let compiled = pipeline::finish(body.clone(), &passes);
             Form { compiled, options: RunOptions { arithmetic, ..options(args) } }

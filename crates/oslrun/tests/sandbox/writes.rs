@@ -72,6 +72,8 @@ fn a_set_of_images_is_all_or_none() {
     assert_eq!(fs::read(place.work().join("a.x.png")).unwrap(), b"old");
     place.write("a.osl", "shader a(output float x = 0, output float y = 0) { x = u; y = v; }");
     fs::create_dir(place.work().join("a.y.png")).unwrap();
+    let tool = place.run(&["testshade", "-g", "2", "2", "-o", "x", "a.x.png", "-o", "y", "a.y.png", "a"]);
+    assert_eq!(tool.status.code(), Some(1), "{}", tool.text);
     assert_eq!(place.run(&["a.osl", "-g", "4x4", "-o", "a.png"]).status.code(), Some(1));
     assert_eq!(fs::read(place.work().join("a.x.png")).unwrap(), b"old");
     fs::remove_dir(place.work().join("a.y.png")).unwrap();

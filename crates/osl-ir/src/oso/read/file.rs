@@ -5,15 +5,11 @@ use crate::hir::MetaValue;
 use crate::oso::errors::{self, Wrong};
 use crate::oso::text;
 use crate::types::{Base, Extent, Type};
+use osl_limits::{Limits, Reading};
 use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 use std::sync::Arc;
-
-/// Symbols, and operations, at most.
-const MAX_LINES: usize = 1 << 20;
-/// Errors, at most.
-const MAX_ERRORS: usize = 64;
 
 /// A metadatum: type, name, value.
 pub(super) type Metadatum = (String, Arc<str>, MetaValue);
@@ -88,8 +84,9 @@ pub(super) struct Op<'a> {
 }
 
 /// Reads all lines. What is wrong is reported; the rest is kept.
-pub(super) fn parse<'a>(source: &'a str, errors: &mut Vec<Diagnostic>) -> File<'a> {
-    let mut reader = Reader { file: File::default(), place: (None, None), header: false };
+pub(super) fn parse<'a>(source: &'a str, limits: &Limits, errors: &mut Vec<Diagnostic>) -> File<'a> {
+    let Reading { oso_lines: most, diagnostics: most_errors, .. } = limits.reading;
+    let mut reader = Reader { most, file: File::default(), place: (None, None), header: false };
     let mut base = 0u32;
     let mut quoting: Option<(&str, u32)> = None;
     for line in source.split_inclusive('\n') {
@@ -107,7 +104,7 @@ pub(super) fn parse<'a>(source: &'a str, errors: &mut Vec<Diagnostic>) -> File<'
             if let Err(error) = lex::tokens(words, base, false).and_then(|tokens| reader.line(&tokens)) {
                 let fatal = error.code == crate::lower::TOO_LARGE || error.message == NO_HEADER;
                 errors.push(*error);
-                if fatal || errors.len() >= MAX_ERRORS {
+                if fatal || errors.len() as u64 >= most_errors {
                     break;
                 }
             }
@@ -135,6 +132,8 @@ fn source_place(comment: &str) -> Option<(&str, u32)> {
 }
 
 struct Reader<'a> {
+    /// Symbols, and operations, at most.
+    most: u64,
     file: File<'a>,
     /// File and line of the source that the next operation belongs to.
     place: (Option<&'a str>, Option<u32>),
@@ -173,8 +172,8 @@ impl<'a> Reader<'a> {
                 return Err(errors::syntax(first.span, message));
             }
         };
-        if self.file.symbols.len() >= MAX_LINES {
-            return Err(errors::too_large(span, format!("more than {MAX_LINES} symbols")));
+        if self.file.symbols.len() as u64 >= self.most {
+            return Err(errors::too_large(span, format!("more than {} symbols", self.most)));
         }
         self.file.symbols.push(symbol(class, rest, span)?);
         Ok(())
@@ -211,8 +210,8 @@ impl<'a> Reader<'a> {
     }
 
     fn op(&mut self, name: &'a str, rest: &[Token<'a>], span: Span) -> Result<(), Wrong> {
-        if self.file.ops.len() >= MAX_LINES {
-            return Err(errors::too_large(span, format!("more than {MAX_LINES} operations")));
+        if self.file.ops.len() as u64 >= self.most {
+            return Err(errors::too_large(span, format!("more than {} operations", self.most)));
         }
         let mut op = Op { name, args: Vec::new(), jumps: Vec::new(), span, place: None };
         for token in rest {

@@ -8,13 +8,10 @@ use osl_syntax::span::Span;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Blocks within blocks, at most.
-const MAX_DEPTH: u32 = 512;
-
 /// What is around a block.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Around {
-    depth: u32,
+    depth: u64,
     /// Whether a loop is, within the function.
     in_loop: bool,
 }
@@ -32,8 +29,9 @@ impl Builder<'_, '_> {
         let mut list = Vec::new();
         let mut at = range.start;
         while let Some(op) = file.ops.get(at).filter(|_| at < range.end) {
-            if around.depth > MAX_DEPTH {
-                let message = format!("blocks within blocks, more than {MAX_DEPTH} deep");
+            let deepest = self.limits.oso_depth;
+            if around.depth > deepest {
+                let message = format!("blocks within blocks, more than {deepest} deep");
                 return Err(errors::too_large(op.span, message));
             }
             let span = self.spans.get(at).copied().unwrap_or(op.span);

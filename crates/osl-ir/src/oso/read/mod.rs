@@ -17,6 +17,7 @@ use super::{errors, text};
 use crate::hir::{self, Function, Program, Var};
 use crate::types::StructTable;
 use file::File;
+use osl_limits::{Limits, Reading};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;
@@ -34,17 +35,17 @@ pub struct Read {
 }
 
 /// Reads a compiled shader. `name` is what diagnostics call the file.
-pub fn read(name: &str, text: &str) -> Read {
+pub fn read(name: &str, text: &str, limits: &Limits) -> Read {
     let mut sources = SourceMap::default();
     let mut diagnostics = Vec::new();
     if sources.add(name, text.into()).is_none() {
         diagnostics.push(*errors::too_large(Span::default(), "a compiled shader may have 4 GiB"));
         return Read { sources, program: None, diagnostics };
     }
-    let file = file::parse(text, &mut diagnostics);
+    let file = file::parse(text, limits, &mut diagnostics);
     let program = if diagnostics.is_empty() {
-        let spans = sources::places(&file, &mut sources);
-        build(&file, &spans).map_err(|error| diagnostics.push(*error)).ok()
+        let spans = sources::places(&file, &mut sources, limits.reading.oso_quoted);
+        build(&file, &spans, limits).map_err(|error| diagnostics.push(*error)).ok()
     } else {
         None
     };
@@ -60,12 +61,13 @@ struct Builder<'f, 'a> {
     vars: Vec<Var>,
     functions: Vec<Function>,
     symbols: Symbols<'a>,
+    limits: Reading,
 }
 
 type Result<T> = std::result::Result<T, errors::Wrong>;
 
 /// Makes the program of a file. The first thing that is wrong ends it: what follows from it would be wrong too.
-fn build<'a>(file: &File<'a>, spans: &[Span]) -> Result<Program> {
+fn build<'a>(file: &File<'a>, spans: &[Span], limits: &Limits) -> Result<Program> {
     let mut b = Builder {
         file,
         spans,
@@ -73,6 +75,7 @@ fn build<'a>(file: &File<'a>, spans: &[Span]) -> Result<Program> {
         vars: symbols::globals(),
         functions: Vec::new(),
         symbols: Symbols::default(),
+        limits: limits.reading,
     };
     let params = b.declare()?;
     let params = b.defaults(params)?;
@@ -91,5 +94,11 @@ fn build<'a>(file: &File<'a>, spans: &[Span]) -> Result<Program> {
         params,
         body,
     };
-    Ok(Program { structs: b.structs, vars: b.vars, functions: b.functions, shader })
+    Ok(Program {
+        structs: b.structs,
+        vars: b.vars,
+        functions: b.functions,
+        shader,
+        places: Default::default(),
+    })
 }

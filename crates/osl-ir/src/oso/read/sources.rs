@@ -10,21 +10,19 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Lines of all sources together, at most; what lies behind them keeps its place in the compiled shader.
-const MAX_LINES: u32 = 1 << 20;
-
-/// The span of each operation, in the source where that is known.
-pub(super) fn places(file: &File<'_>, sources: &mut SourceMap) -> Vec<Span> {
+/// The span of each operation, in the source where that is known. Sources have `most` lines together; what lies behind them
+/// keeps its place in the compiled shader.
+pub(super) fn places(file: &File<'_>, sources: &mut SourceMap, most: u64) -> Vec<Span> {
     let mut last: FxHashMap<&str, u32> = FxHashMap::default();
     let mut order: Vec<&str> = Vec::new();
-    let mut total = 0u32;
+    let mut total = 0u64;
     for (name, line) in file.ops.iter().filter_map(|op| op.place) {
         let reached = last.entry(name).or_insert_with(|| {
             order.push(name);
             0
         });
-        let more = line.saturating_sub(*reached);
-        if more <= MAX_LINES - total {
+        let more = u64::from(line.saturating_sub(*reached));
+        if more <= most.saturating_sub(total) {
             total += more;
             *reached = (*reached).max(line);
         }

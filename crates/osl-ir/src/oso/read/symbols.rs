@@ -10,12 +10,6 @@ use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
-/// Structs within structs, at most.
-const MAX_STRUCT_DEPTH: usize = 32;
-
-/// Elements of constant arrays, at most, each array counted for every section that uses it.
-const MAX_ELEMENTS: usize = 1 << 20;
-
 /// What a name stands for.
 #[derive(Clone, Debug)]
 pub(super) enum Meaning {
@@ -35,7 +29,7 @@ pub(super) struct Symbols<'a> {
     tables: Vec<(VarId, Init)>,
     used: FxHashSet<VarId>,
     /// Elements of constant arrays in all sections so far.
-    elements: usize,
+    elements: u64,
     /// A parameter that is being computed, and the variable that stands for it meanwhile.
     stands_for: Option<(VarId, VarId)>,
 }
@@ -168,10 +162,11 @@ impl<'a> Builder<'_, 'a> {
         name: &str,
         symbol: &Symbol<'a>,
         fields: &FxHashMap<&'a str, Vec<usize>>,
-        depth: usize,
+        depth: u64,
     ) -> Result<(Type, Init)> {
-        if depth >= MAX_STRUCT_DEPTH {
-            let message = format!("structs within structs, more than {MAX_STRUCT_DEPTH} deep");
+        let deepest = self.limits.oso_structs;
+        if depth >= deepest {
+            let message = format!("structs within structs, more than {deepest} deep");
             return Err(errors::too_large(symbol.span, message));
         }
         let file = self.file;
@@ -269,8 +264,9 @@ impl<'a> Builder<'_, 'a> {
 
     /// The statements of a section, constant arrays set first.
     pub(super) fn section(&mut self, section: &Section<'a>) -> Result<Vec<Stmt>> {
-        self.symbols.tables.clear();
-        self.symbols.used.clear();
+        // Anew, for clearing a set takes the time of the most that it ever held, and there may be many sections.
+        self.symbols.tables = Vec::new();
+        self.symbols.used = FxHashSet::default();
         let body = self.block(section.start..section.end, super::flow::Around::default())?;
         let set = |(var, init)| Stmt { kind: StmtKind::Declare(var, Some(init)), span: section.span };
         let mut all: Vec<Stmt> = self.symbols.tables.drain(..).map(set).collect();
@@ -297,8 +293,8 @@ impl<'a> Builder<'_, 'a> {
             Meaning::Table { var, init } => {
                 let var = *var;
                 if self.symbols.used.insert(var) {
-                    self.symbols.elements += if let Init::List(list) = init { list.len() } else { 1 };
-                    if self.symbols.elements > MAX_ELEMENTS {
+                    self.symbols.elements += if let Init::List(list) = init { list.len() as u64 } else { 1 };
+                    if self.symbols.elements > self.limits.oso_elements {
                         return Err(errors::too_large(at, "the constant arrays of all parts are too large"));
                     }
                     self.symbols.tables.push((var, init.clone()));

@@ -7,16 +7,13 @@ use super::{Storage, Val, Writer};
 use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCall, Place};
 use crate::types::{Extent, Type};
 
-/// Calls within calls; functions cannot recurse.
-const MAX_CALL_DEPTH: usize = 128;
-
 impl Writer<'_> {
     /// Puts a function in the place of its call.
     pub(super) fn call(&mut self, id: FunctionId, args: &[Arg]) -> Val {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
         let span = self.span;
-        if self.returns.len() > MAX_CALL_DEPTH {
+        if self.returns.len() as u64 > self.limits.call_depth {
             self.full.get_or_insert(span);
         }
         if self.is_full() {

@@ -19,22 +19,22 @@ mod table;
 use super::errors;
 use crate::hir::{Program, VarId};
 use crate::types::Type;
+use osl_limits::{Compiling, Limits};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;
 use std::borrow::Cow;
+use std::rc::Rc;
 use table::{Op, Sym, Table};
-
-/// Operations, at most.
-const MAX_OPS: usize = 400_000;
 
 /// Writes a program. `sources` tells its files and lines.
 ///
 /// # Errors
 /// The program is too large once its functions are put in place.
-pub fn write(program: &Program, sources: &SourceMap) -> Result<String, Vec<Diagnostic>> {
+pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let mut writer = Writer {
         program,
+        limits: limits.compiling,
         table: Table::new(),
         ops: Vec::new(),
         vars: vec![None; program.vars.len()],
@@ -68,7 +68,8 @@ enum Storage {
     /// A global that no operation has named yet.
     Global(usize),
     Leaf(Sym),
-    Struct(Vec<Storage>),
+    /// Shared: each use of a variable asks for its storage, and a struct may have very many parts.
+    Struct(Rc<[Storage]>),
 }
 
 /// The value of an expression.
@@ -84,6 +85,7 @@ enum Val {
 
 struct Writer<'a> {
     program: &'a Program,
+    limits: Compiling,
     table: Table,
     ops: Vec<Op>,
     vars: Vec<Option<Storage>>,
@@ -101,8 +103,10 @@ struct Writer<'a> {
 impl Writer<'_> {
     /// Adds an operation; `access` has `r`, `w` or `W` (both) for each argument.
     fn emit(&mut self, name: impl Into<Cow<'static, str>>, args: &[Sym], access: &str) -> usize {
-        if self.ops.len() >= MAX_OPS {
+        if self.ops.len() as u64 >= self.limits.written_operations {
             self.full.get_or_insert(self.span);
+        }
+        if !self.has_room() {
             return self.ops.len().saturating_sub(1);
         }
         self.ops.push(Op {
@@ -143,6 +147,15 @@ impl Writer<'_> {
 
     fn is_full(&self) -> bool {
         self.full.is_some()
+    }
+
+    /// Whether there is room for another symbol.
+    fn has_room(&mut self) -> bool {
+        let Compiling { written_symbols, name_bytes, .. } = self.limits;
+        if self.table.symbols.len() as u64 >= written_symbols || self.table.name_bytes > name_bytes {
+            self.full.get_or_insert(self.span);
+        }
+        !self.is_full()
     }
 
     fn bind(&mut self, var: VarId, storage: Storage) {

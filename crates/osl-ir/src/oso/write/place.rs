@@ -124,7 +124,10 @@ impl Writer<'_> {
     /// Copies part by part; arrays whole where both have the same length, else element by element.
     fn copy(&mut self, to: &Storage, to_element: Option<Sym>, from: &Storage, from_element: Option<Sym>) {
         if let (Storage::Struct(to), Storage::Struct(from)) = (to, from) {
-            for (to, from) in to.iter().zip(from) {
+            for (to, from) in to.iter().zip(from.iter()) {
+                if self.is_full() {
+                    return;
+                }
                 self.copy(to, to_element, from, from_element);
             }
             return;
@@ -174,7 +177,12 @@ impl Writer<'_> {
     /// Zero, empty or null for every scalar part. Arrays stay as they are.
     pub(super) fn store_zero(&mut self, storage: &Storage) {
         if let Storage::Struct(parts) = storage {
-            parts.iter().for_each(|part| self.store_zero(part));
+            for part in parts.iter() {
+                if self.is_full() {
+                    return;
+                }
+                self.store_zero(part);
+            }
         } else if let Some(leaf) = self.leaf(storage) {
             let ty = self.table.ty(leaf);
             if !ty.is_array() {
@@ -255,9 +263,13 @@ impl Writer<'_> {
 
     fn allocate_as(&mut self, class: Class, base: Base, len: Option<u32>, name: String) -> Storage {
         if let Base::Struct(id) = base {
-            let fields = self.program.structs.get(id).fields.clone();
+            let program = self.program;
             let mut parts = Vec::new();
-            for (at, field) in fields.iter().enumerate() {
+            for (at, field) in program.structs.get(id).fields.iter().enumerate() {
+                // Nothing more is written, so that nobody misses the parts that are left out.
+                if !self.has_room() {
+                    break;
+                }
                 let inner = length(field.ty).or(len);
                 let part = self.allocate_as(class, field.ty.base, inner, format!("{name}.{}", field.name));
                 if let Storage::Leaf(sym) = part
@@ -267,7 +279,7 @@ impl Writer<'_> {
                 }
                 parts.push(part);
             }
-            return Storage::Struct(parts);
+            return Storage::Struct(parts.into());
         }
         let extent = len.map_or(Extent::One, Extent::Array);
         Storage::Leaf(self.table.add(class, Type { base, extent }, name))

@@ -41,7 +41,7 @@ pub(super) fn print(writer: &Writer<'_>, sources: &SourceMap) -> String {
     for (index, symbol) in order {
         line_of(writer, symbol, usages.get(index), &mut out);
     }
-    let mut lines = Lines { sources, starts: Vec::new(), file: None, line: 0 };
+    let mut lines = Lines { sources, file: None, line: 0 };
     for (index, (name, start)) in writer.sections.iter().enumerate() {
         let end = writer.sections.get(index + 1).map_or(writer.ops.len(), |(_, next)| *next);
         let _ = writeln!(out, "code {name}");
@@ -177,37 +177,35 @@ fn metadata(list: &[(String, Arc<str>, MetaValue)], out: &mut String) {
 /// Where the operations come from, as far as it has been said.
 struct Lines<'a> {
     sources: &'a SourceMap,
-    /// Of each file the offsets at which lines start.
-    starts: Vec<Vec<u32>>,
     file: Option<usize>,
     line: usize,
 }
 
 impl<'a> Lines<'a> {
-    /// File, line from 1, and text of the line.
-    fn place(&mut self, span: Span) -> Option<(usize, &'a SourceFile, usize, &'a str)> {
+    /// The file and the line, from 1, with their places in the list of files and in the file.
+    fn place(&self, span: Span) -> Option<(usize, &'a SourceFile, usize)> {
         let sources = self.sources;
-        let files = sources.files();
-        let index = files.partition_point(|f| f.base <= span.start).checked_sub(1)?;
-        while let Some(file) = files.get(self.starts.len()) {
-            let breaks = file.text.bytes().zip(1..).filter(|(byte, _)| *byte == b'\n').map(|(_, at)| at);
-            self.starts.push(std::iter::once(0).chain(breaks).collect());
-        }
-        let (file, starts) = (files.get(index)?, self.starts.get(index)?);
-        let at = span.start - file.base;
-        let line = starts.partition_point(|start| *start <= at);
-        let start = *starts.get(line.checked_sub(1)?)? as usize;
-        let text = file.text.get(start..)?.lines().next().unwrap_or_default();
-        Some((index, file, line, text))
+        let index = sources.files().partition_point(|f| f.base <= span.start).checked_sub(1)?;
+        let (file, line) = sources.line(span)?;
+        Some((index, file, line as usize))
     }
+}
+
+/// Characters of a line that are quoted: operations of two long lines may take turns.
+const MAX_QUOTED: usize = 200;
+
+/// The text of a line, as far as it is quoted.
+fn quoted(file: &SourceFile, line: usize) -> &str {
+    let text = file.line(line as u32).unwrap_or_default();
+    text.char_indices().nth(MAX_QUOTED).map_or(text, |(end, _)| &text[..end])
 }
 
 fn operation(writer: &Writer<'_>, op: &Op, lines: &mut Lines<'_>, out: &mut String) {
     let mut hints = String::new();
-    if let Some((index, file, line, text)) = lines.place(op.span).filter(|_| op.name != "end")
+    if let Some((index, file, line)) = lines.place(op.span).filter(|_| op.name != "end")
         && (lines.file, lines.line) != (Some(index), line)
     {
-        let _ = writeln!(out, "# {}:{line}\n# {text}", file.name);
+        let _ = writeln!(out, "# {}:{line}\n# {}", file.name, quoted(file, line));
         if lines.file != Some(index) {
             let _ = write!(hints, " %filename{{\"{}\"}}", file.name);
         }

@@ -74,6 +74,8 @@ pub(super) struct Table {
     constants: FxHashMap<Key, Sym>,
     globals: FxHashMap<usize, Sym>,
     names: FxHashSet<String>,
+    /// Bytes of the names of all symbols.
+    pub(super) name_bytes: u64,
     n_constants: usize,
     n_temps: usize,
     n_scopes: usize,
@@ -111,6 +113,7 @@ impl Table {
     /// Adds a symbol under a name that is free.
     pub(super) fn add(&mut self, class: Class, ty: Type, name: String) -> Sym {
         self.names.insert(name.clone());
+        self.name_bytes += name.len() as u64;
         self.symbols.push(Symbol {
             class,
             ty,

@@ -27,9 +27,9 @@ pub(in crate::passes) fn settle(body: &mut Body) {
 /// Only what changes a meaning: which operations divide by a constant (they have no guard), which colors are converted
 /// from a space to itself, and what `isconstant` finds. All is found out as the pass would find it, and nothing else of
 /// the body changes.
-pub(in crate::passes) fn only_meaning(body: &mut Body) {
+pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut u64) {
     let mut folded = body.clone();
-    let Meaning { divided, unconverted } = fold(&mut folded, false, false);
+    let Meaning { divided, unconverted } = fold(&mut folded, false, false, text);
     let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
     for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
         if let Some(result) = inst.results.first()

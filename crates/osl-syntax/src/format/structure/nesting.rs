@@ -90,9 +90,9 @@ impl Builder<'_, '_> {
     /// Refuses what is nested deeper than anything that compiles: each way through a conditional may have to leave
     /// all of it, so that the time would grow with the square of the text.
     pub(super) fn check_nesting(&self) -> Result<(), Box<Diagnostic>> {
-        let limit = 2 * Options::default().max_nesting;
+        let limit = 2 * Options::default().limits.reading.nesting;
         match self.top() {
-            Some(node) if node.below >= limit => {
+            Some(node) if u64::from(node.below) >= limit => {
                 let span = self.piece(node.opener).map(Piece::span).unwrap_or_default();
                 Err(Box::new(errors::nesting(span, limit)))
             }

@@ -12,6 +12,7 @@ use osl_ir::group::{ConnectError, Connection, Group, Layer};
 use osl_ir::hir::Program;
 use osl_ir::ir::Const;
 use osl_ir::params::{self, ParamError, ParamValues};
+use osl_limits::Limits;
 use osl_syntax::Options;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
@@ -22,6 +23,7 @@ use std::sync::Arc;
 pub(super) struct GroupBuilder<'a> {
     group: Group,
     library: Library<'a>,
+    limits: Limits,
     /// Values for the next shader.
     waiting: Vec<Statement>,
     connection_error: bool,
@@ -36,7 +38,8 @@ impl<'a> GroupBuilder<'a> {
         settings: &Settings,
     ) -> GroupBuilder<'a> {
         GroupBuilder {
-            group: Group::new(name),
+            group: Group::new(name).with_limits(&options.limits),
+            limits: options.limits.clone(),
             library: Library::new(SourceMap::default(), files, options),
             waiting: Vec::new(),
             connection_error: settings.connection_error,
@@ -45,14 +48,14 @@ impl<'a> GroupBuilder<'a> {
 
     /// Starts another group. The shaders that were read stay known.
     pub(super) fn restart(&mut self, name: &str) {
-        self.group = Group::new(name);
+        self.group = Group::new(name).with_limits(&self.limits);
         self.waiting.clear();
     }
 
     /// The group so far; what follows belongs to another one without a name.
     pub(super) fn take(&mut self) -> Group {
         self.waiting.clear();
-        std::mem::replace(&mut self.group, Group::new(""))
+        std::mem::replace(&mut self.group, Group::new("").with_limits(&self.limits))
     }
 
     /// The group, and the files of its layers.
@@ -243,7 +246,7 @@ impl<'a> GroupBuilder<'a> {
 
     /// Adds what the text of a group describes, up to its first error. False if there is one.
     pub(super) fn text(&mut self, text: &str, console: &mut Console<'_>) -> bool {
-        let (statements, diagnostics) = text::parse(text, 0);
+        let (statements, diagnostics) = text::parse(text, 0, &self.limits);
         let broken = diagnostics.iter().find(|d| d.is_error());
         let end = broken.map_or(u32::MAX, |d| d.span.start);
         for statement in statements {

@@ -221,7 +221,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     };
     let output = output.map_err(|e| e.to_string())?;
     let path = output.path().to_path_buf();
-    let text = oso::write(&program, &sources).map_err(|list| {
+    let text = oso::write(&program, &sources, job.read.limits.limits()).map_err(|list| {
         told(&list, &sources, job, console);
         String::new()
     })?;

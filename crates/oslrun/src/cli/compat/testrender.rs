@@ -177,6 +177,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     }
     let planes: Vec<&[f32]> = picture.planes.iter().map(Vec::as_slice).collect();
     write_channels(Path::new(image), (job.size[0], job.size[1]), &planes, Some(Samples::Half))
+        .and_then(|file| Ok(file.save()?))
         .map_err(|why| format!("ERROR: {why}"))?;
     if job.stats {
         let total = started.elapsed();

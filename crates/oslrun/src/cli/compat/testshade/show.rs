@@ -106,9 +106,10 @@ pub(super) fn points(frame: &Frame, outputs: &[Output], width: usize, console: &
     }
 }
 
-/// Writes each output to its file.
+/// Writes each output to its file: all of them or none.
 pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), String> {
     let size = (job.grid.width, job.grid.height);
+    let mut files = Vec::new();
     for output in outputs {
         let Some(file) = &output.file else { continue };
         let planes = planes(frame, output);
@@ -130,7 +131,7 @@ pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), 
             let slices: Vec<&[f32]> = values.iter().map(Vec::as_slice).collect();
             write_channels(file, size, &slices, job.samples)
         };
-        written.map_err(|e| format!("ERROR: {e}"))?;
+        files.push(written.map_err(|e| format!("ERROR: {e}"))?);
     }
-    Ok(())
+    osl_files::save_all(files).map_err(|e| format!("ERROR: {e}"))
 }

@@ -1,0 +1,48 @@
+//! How many values branches and loops will hand on once variables are values: at the end of each, one for every variable
+//! that is written inside.
+//!
+//! Deep nesting multiplies them: two hundred branches within one another around a hundred thousand assignments make twenty million. It must not
+//! know what instructions compute.
+
+use crate::ir::{BlockId, Body, Op, SlotId};
+use rustc_hash::FxHashSet;
+
+/// The number of values that `block`, with all that is in it, hands on; counting ends above `limit`.
+pub(super) fn count(body: &Body, block: BlockId, limit: u64) -> u64 {
+    let mut joins = 0;
+    written(body, block, limit, &mut joins);
+    joins
+}
+
+/// The scalar variables that a block writes.
+fn written(body: &Body, block: BlockId, limit: u64, joins: &mut u64) -> FxHashSet<SlotId> {
+    let mut all = FxHashSet::default();
+    for inst in &body.block(block).insts {
+        if *joins > limit {
+            break;
+        }
+        let (inner, values) = match &inst.op {
+            Op::Store(slot, _) if body.slot(*slot).len.is_none() => {
+                all.insert(*slot);
+                continue;
+            }
+            Op::If { then, otherwise, .. } => {
+                let (a, b) = (written(body, *then, limit, joins), written(body, *otherwise, limit, joins));
+                (union(a, b), 1)
+            }
+            // What goes into a round, and what comes out of the last.
+            Op::Loop { body: round, .. } => (written(body, *round, limit, joins), 2),
+            _ => continue,
+        };
+        *joins += values * inner.len() as u64;
+        all = union(all, inner);
+    }
+    all
+}
+
+/// The smaller one goes into the larger one.
+fn union(a: FxHashSet<SlotId>, b: FxHashSet<SlotId>) -> FxHashSet<SlotId> {
+    let (mut large, small) = if a.len() < b.len() { (b, a) } else { (a, b) };
+    large.extend(small);
+    large
+}
