@@ -32,14 +32,20 @@ const FIRST_MASK: usize = VECTORS + 1;
 /// Stands for the value of a register that an instruction works with.
 const TAKEN: u32 = u32::MAX;
 
-/// Code and how many slots it needs.
-pub(crate) struct Assembled {
-    pub(crate) bytes: Vec<u8>,
-    pub(crate) slots: usize,
+/// Code as bytes, and how many slots it needs.
+#[derive(Clone, Debug)]
+pub struct Assembled {
+    /// Instructions, and the constants that they read behind them.
+    pub bytes: Vec<u8>,
+    /// Vectors of working memory.
+    pub slots: usize,
 }
 
-/// The code of a block.
-pub(crate) fn assemble(block: &Block) -> Assembled {
+/// The code of a block, whether or not this machine can run it: to be looked at, or emulated.
+///
+/// It is called with the addresses of the pointers to the arrays and of its slots, the byte of the first lane and that behind
+/// the last, in the registers of the first four arguments.
+pub fn assemble(block: &Block) -> Assembled {
     let mut allocator = Allocator::new(block);
     for (slot, array) in allocator.bases.into_iter().enumerate() {
         if let Some(array) = array {

@@ -60,6 +60,14 @@ pub fn is_supported() -> bool {
     false
 }
 
+/// Memory that holds bytes from a place on, and can be run; nothing where the system refuses. Each call takes pages of its
+/// own, which are written first and run afterwards: they are never both, and never written again.
+fn executable(start: usize, bytes: &[u8]) -> Option<Mmap> {
+    let mut memory = MmapMut::map_anon(start + bytes.len()).ok()?;
+    memory.get_mut(start..)?.copy_from_slice(bytes);
+    memory.make_exec().ok()
+}
+
 impl Code {
     /// The code of a block; nothing where the machine cannot run it, or does not let new code be run, or where the block
     /// is too large.
@@ -71,10 +79,7 @@ impl Code {
         let assembled = assemble(block);
         let size = assembled.bytes.len();
         let start = NEXT.fetch_add(size.next_multiple_of(LINE), Ordering::Relaxed) % PAGE;
-        let mut memory = MmapMut::map_anon(start + size).ok()?;
-        memory.get_mut(start..)?.copy_from_slice(&assembled.bytes);
-        // From here on it can be run and not written.
-        let memory = memory.make_exec().ok()?;
+        let memory = executable(start, &assembled.bytes)?;
         Some(Code { memory, start, arrays: block.arrays.clone(), slots: assembled.slots })
     }
 
@@ -139,4 +144,87 @@ impl Code {
 
     #[cfg(not(target_arch = "x86_64"))]
     fn call(&self, _: &[usize], _: &mut [u32], _: Range<usize>) {}
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout, reason = "a test says what must hold")]
+
+    use super::executable;
+    use std::process::Command;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    /// The rights of all pages of this process, as `rwxp`, with where they are.
+    fn pages() -> Vec<(std::ops::Range<usize>, String)> {
+        let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
+        let page = |line: &str| {
+            let mut words = line.split_whitespace();
+            let (from, to) = words.next()?.split_once('-')?;
+            let number = |text| usize::from_str_radix(text, 16).ok();
+            Some((number(from)?..number(to)?, words.next()?.to_string()))
+        };
+        maps.lines().filter_map(page).collect()
+    }
+
+    #[test]
+    fn no_page_is_ever_writable_and_executable() {
+        let done = AtomicBool::new(false);
+        let looks = std::thread::scope(|scope| {
+            let watcher = scope.spawn(|| {
+                let mut looks = 0;
+                while !done.load(Ordering::Relaxed) {
+                    let wrong = pages().into_iter().find(|(_, r)| r.contains('w') && r.contains('x'));
+                    assert_eq!(wrong, None);
+                    looks += 1;
+                }
+                looks
+            });
+            let mut kept = Vec::new();
+            for number in 0..300_usize {
+                let bytes = vec![0xC3; 1 + number * 97 % 9000];
+                let memory = executable(number * 64 % 4096, &bytes).unwrap();
+                let at = memory.as_ptr().addr();
+                let rights = pages().into_iter().find(|(range, _)| range.contains(&at)).unwrap().1;
+                assert!(rights.starts_with("r-x"), "{rights}");
+                assert_eq!(memory[number * 64 % 4096..], bytes);
+                kept.push(memory);
+                if number % 3 == 0 {
+                    kept.remove(0);
+                }
+            }
+            done.store(true, Ordering::Relaxed);
+            watcher.join().unwrap()
+        });
+        assert!(looks > 0);
+    }
+
+    /// Set in a process that asks for executable memory where the system refuses it.
+    const REFUSED: &str = "OSL_NATIVE_TEST_REFUSED";
+
+    #[test]
+    fn a_system_that_refuses_is_no_error() {
+        if std::env::var_os(REFUSED).is_some() {
+            assert!(executable(64, &[0xC3]).is_none(), "the system does not refuse");
+            return;
+        }
+        // `prctl(PR_SET_MDWE, PR_MDWE_REFUSE_EXEC_GAIN)` of Linux 6.3: from then on no page becomes executable. It lasts through
+        // the start of another program.
+        let script = "import ctypes, os, sys\n\
+            if ctypes.CDLL(None).prctl(65, 1, 0, 0, 0): sys.exit(77)\n\
+            os.execv(sys.argv[1], sys.argv[1:])";
+        let name = "code::tests::a_system_that_refuses_is_no_error";
+        let this = std::env::current_exe().unwrap();
+        let mut command = Command::new("python3");
+        command.args(["-c", script]).arg(this).args(["--exact", name]).env(REFUSED, "1");
+        match command.output() {
+            Err(_) => println!("left out: no python3 to call prctl"),
+            Ok(output) if output.status.code() == Some(77) => {
+                println!("left out: this system knows no PR_SET_MDWE")
+            }
+            Ok(output) => {
+                let said = String::from_utf8_lossy(&output.stdout);
+                assert!(output.status.success() && said.contains("1 passed"), "{said}");
+            }
+        }
+    }
 }

@@ -15,5 +15,6 @@ mod code;
 mod encode;
 mod rare;
 
+pub use allocate::{Assembled, assemble};
 pub use block::{Array, Binary, Block, Compare, IntCompare, Truth, Unary, Value};
 pub use code::{Code, Scratch, Words, is_supported};

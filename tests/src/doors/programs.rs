@@ -1,6 +1,6 @@
 //! Valid programs of the generator, of which the bytes are the choices.
 
-use super::{broken, hash, outcome, tight};
+use super::{broken, hash, tight};
 use crate::generate as generator;
 use crate::laws::{self, Shown, Way};
 use osl_ir::ir::Body;
@@ -15,15 +15,12 @@ use osl_syntax::{NoFiles, Options};
 use oslrun::pipeline;
 use std::sync::OnceLock;
 
-/// What tells programs apart: how many values of which operations they have, roughly.
+/// What tells programs apart: how many different operations, values and blocks they have, roughly.
 fn kind(body: &Body) -> u64 {
-    let words: Vec<String> = body
-        .blocks
-        .iter()
-        .flat_map(|block| &block.insts)
-        .map(|inst| format!("{:?}", inst.op).split(['(', ' ']).next().unwrap_or("").to_string())
-        .collect();
-    outcome(words.iter().map(String::as_str)).wrapping_add(u64::from(body.values.len().max(1).ilog2()))
+    let insts = body.blocks.iter().flat_map(|block| &block.insts);
+    let ops: std::collections::HashSet<_> = insts.map(|inst| std::mem::discriminant(&inst.op)).collect();
+    let roughly = |n: usize| u64::from(n.max(1).ilog2());
+    (ops.len() as u64) << 16 | roughly(body.values.len()) << 8 | roughly(body.blocks.len())
 }
 
 /// Every way of compiling and running yields the same bits.

@@ -6,6 +6,7 @@
 use super::color::{ColorSystem, SYSTEMS};
 use super::geometry::Triple;
 use super::{Real, strict};
+use pxfm::f_pow;
 use std::sync::OnceLock;
 
 /// Temperatures below are a faint red, above are computed; between, a table is interpolated. Kelvin.
@@ -83,7 +84,7 @@ fn table(system: i32) -> &'static [Triple<f32>] {
             .map(|i| {
                 let root = f32::sqrt(i as f32);
                 planck_rgb(root * root * root * 2.0 + COLDEST, system)
-                    .map(|x| f64::from(x).powf(f64::from(0.2_f32)) as f32)
+                    .map(|x| f_pow(f64::from(x), f64::from(0.2_f32)) as f32)
             })
             .collect()
     })

@@ -2,6 +2,7 @@
 
 use crate::trace::{Exact, Node};
 use osl_ir::ir::Const;
+use pxfm::f_log10;
 use serde::Serialize;
 
 /// A value as it is shown.
@@ -55,7 +56,7 @@ pub fn digits(strict: f64, exact: f64) -> Option<f64> {
     if error <= size * f64::from(f32::EPSILON) / 2.0 {
         return None;
     }
-    Some((-(error / size).log10()).max(0.0))
+    Some((-f_log10(error / size)).max(0.0))
 }
 
 /// Characters of a string that are shown.
@@ -96,7 +97,7 @@ pub(crate) fn short(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");
     }
-    let power = x.abs().log10().floor();
+    let power = f_log10(x.abs()).floor();
     if !(-5.0..f64::from(digits as u32)).contains(&power) {
         let text = format!("{x:.*e}", digits.saturating_sub(1));
         let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));

@@ -4,6 +4,7 @@
 //! that all samples of a pixel count alike, no pixel needs those of another, and where one is refined its neighbours stay as
 //! they are. Where a filter is negative, so is the sample's weight.
 
+use pxfm::{f_cos, f_exp};
 use std::fmt;
 
 /// The shape of a filter. All are products of one function along x and along y.
@@ -54,10 +55,11 @@ impl FilterKind {
     fn value(self, t: f64) -> f64 {
         match self {
             FilterKind::Box => 1.0,
-            FilterKind::Gaussian => (-2.0 * t * t).exp() - (-2.0_f64).exp(),
+            FilterKind::Gaussian => f_exp(-2.0 * t * t) - f_exp(-2.0),
             FilterKind::BlackmanHarris => {
                 let turn = std::f64::consts::PI * (t + 1.0);
-                0.35875 - 0.48829 * turn.cos() + 0.14128 * (2.0 * turn).cos() - 0.01168 * (3.0 * turn).cos()
+                let [one, two, three] = [1.0, 2.0, 3.0].map(|times| f_cos(times * turn));
+                0.35875 - 0.48829 * one + 0.14128 * two - 0.01168 * three
             }
             FilterKind::Mitchell => {
                 let x = 2.0 * t.abs();

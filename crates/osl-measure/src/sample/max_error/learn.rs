@@ -7,6 +7,7 @@
 use super::above;
 use super::peek::{NEVER, Tried};
 use super::scaled::Scaled;
+use pxfm::{f_expm1f, f_log1pf};
 use rayon::prelude::*;
 
 /// A number of samples and what it was worth for each pixel of the pilot. Estimates that are no numbers are of pixels that were
@@ -73,7 +74,7 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
         rungs.last().map_or(1.0, |r| r.samples as f32) * rungs.first().map_or(1, |r| r.tried.len()) as f32;
     // From 0 to 1 the price grows, from 1 to 2 limits shrink.
     let limits = |rungs: &[Sorted], care: f32| {
-        let price = (care.min(1.0) * most.ln_1p()).exp_m1();
+        let price = f_expm1f(care.min(1.0) * f_log1pf(most));
         priced(rungs, price).shrunk((2.0 - care).min(1.0))
     };
     let judged = |care: f32| {

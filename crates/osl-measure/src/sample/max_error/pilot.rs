@@ -7,6 +7,7 @@ use super::{BOLD, CAREFUL, DROPPED, NEARLY, PILOT, PROMISED, THRIFT, WITNESSES, 
 use crate::sample::adapt::Refiner;
 use crate::sample::oracle::some_pixels;
 use osl_exec::Stop;
+use pxfm::{f_hypotf, f_log2f, f_powf};
 use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
@@ -138,7 +139,7 @@ impl<'a> Pilot<'a> {
     /// A number of samples that has not been tried, from the one before, if that was all but good enough.
     fn next(&self, rungs: &[Rung]) -> Option<Rung> {
         let before = rungs.last()?;
-        let less = 0.5_f32.powf(0.5 * self.convergence());
+        let less = f_powf(0.5, 0.5 * self.convergence());
         let last = self.rounds.last()?;
         let tried =
             before.tried.iter().zip(&last.estimates).map(|((_, error), e)| (*e, less * error)).collect();
@@ -153,7 +154,7 @@ impl<'a> Pilot<'a> {
             let error = |slot: usize| {
                 let share = round.samples as f32 / self.refiner.each[slot] as f32;
                 // The truth contains these samples; without them it would be further away.
-                if share < 1.0 { moved(round, last, slot) / (1.0 - share.powf(power)).sqrt() } else { 0.0 }
+                if share < 1.0 { moved(round, last, slot) / (1.0 - f_powf(share, power)).sqrt() } else { 0.0 }
             };
             let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
             Rung::new(round.samples, tried, self.bound)
@@ -172,7 +173,7 @@ impl<'a> Pilot<'a> {
             moves.get((LARGE * moves.len() as f32) as usize).copied().unwrap_or(0.0)
         };
         let ratio = large(first, second) / large(second, third);
-        if ratio.is_finite() { (2.0 * ratio.log2()).clamp(SLOWEST, FASTEST) } else { SLOWEST }
+        if ratio.is_finite() { (2.0 * f_log2f(ratio)).clamp(SLOWEST, FASTEST) } else { SLOWEST }
     }
 
     /// Leaves pixels as they are of which more samples would not say more.
@@ -195,6 +196,6 @@ fn moved(from: &Round, to: &Round, slot: usize) -> f32 {
 /// The error of a pixel with samples: their standard error and how far the later half of them moved it, and an `n`th of what
 /// the lattice around it says, for what may hide between them.
 pub(super) fn estimate(refiner: &Refiner<'_>, slot: usize, bend: f32) -> f32 {
-    let error = refiner.error(slot).hypot(refiner.moved[slot]);
+    let error = f_hypotf(refiner.error(slot), refiner.moved[slot]);
     if bend.is_finite() { error.max(bend / refiner.samples as f32) } else { error }
 }

@@ -1,0 +1,373 @@
+//! The few instructions that blocks are made of, as the Intel 64 manual (volume 2) says what they do: so that blocks can be
+//! tried on machines without AVX-512.
+//!
+//! A decoder that is not the project's reads the code back, and every access to memory is checked: code that reads or writes a
+//! word beyond the arrays and slots that it was promised fails here. This module must not know how code is made.
+
+use iced_x86::{Decoder, DecoderOptions, Instruction, Mnemonic, OpKind, Register, RoundingControl};
+use osl_native::{Assembled, Words};
+use std::collections::HashMap;
+use std::ops::Range;
+
+/// 16 words.
+type Vector = [u32; 16];
+
+/// Where the code, the pointers and the slots stand, and the first array; each further one stands this much behind.
+const CODE: u64 = 0x10_0000;
+const POINTERS: u64 = 0x1000_0000;
+const SLOTS: u64 = 0x2000_0000;
+const ARRAYS: u64 = 0x1_0000_0000;
+/// Instructions of a call at most.
+const MAX_STEPS: usize = 100_000_000;
+
+struct Machine<'a, 'w> {
+    vectors: [Vector; 32],
+    masks: [u16; 8],
+    general: [u64; 16],
+    /// Of the last comparison: equal, and below.
+    flags: (bool, bool),
+    code: &'a [u8],
+    pointers: Vec<u64>,
+    slots: Vec<u32>,
+    arrays: Vec<Words<'w>>,
+    /// For the estimate of inverse roots, which is as far off as it may be.
+    noise: u32,
+}
+
+/// Runs the code on lanes of arrays as `Code::run` does, which has checked that the arrays suit.
+pub(crate) fn run(code: &Assembled, arrays: Vec<Words<'_>>, lanes: Range<usize>) {
+    let pointers = (0..arrays.len() as u64).map(|at| ARRAYS * (at + 1)).collect();
+    let mut machine = Machine {
+        vectors: [[0xDEAD_BEEF; 16]; 32],
+        masks: [0xA5A5; 8],
+        general: [0xBAD_BAD_BAD; 16],
+        flags: (false, false),
+        code: &code.bytes,
+        pointers,
+        slots: vec![0xDEAD_BEEF; code.slots * 16],
+        arrays,
+        noise: 1,
+    };
+    let registers = [(Register::RDI, POINTERS), (Register::RSI, SLOTS)];
+    let bounds = [(Register::RDX, lanes.start as u64 * 4), (Register::RCX, lanes.end as u64 * 4)];
+    for (register, value) in registers.into_iter().chain(bounds) {
+        machine.general[register.number()] = value;
+    }
+    let mut known: HashMap<u64, Instruction> = HashMap::new();
+    let mut at = CODE;
+    for _ in 0..MAX_STEPS {
+        let inst = *known.entry(at).or_insert_with(|| {
+            let bytes = &code.bytes[(at - CODE) as usize..];
+            Decoder::with_ip(64, bytes, at, DecoderOptions::NONE).decode()
+        });
+        match machine.step(&inst) {
+            Some(next) => at = next,
+            None => return,
+        }
+    }
+    panic!("the code does not end");
+}
+
+impl Machine<'_, '_> {
+    /// Does what an instruction says; where the next one is, or nothing where the call ends.
+    fn step(&mut self, inst: &Instruction) -> Option<u64> {
+        let next = inst.next_ip();
+        match inst.mnemonic() {
+            Mnemonic::Ret => return None,
+            Mnemonic::Vzeroupper => {}
+            Mnemonic::Jmp => return Some(inst.near_branch_target()),
+            Mnemonic::Je => return Some(if self.flags.0 { inst.near_branch_target() } else { next }),
+            Mnemonic::Jne => return Some(if self.flags.0 { next } else { inst.near_branch_target() }),
+            Mnemonic::Jb => return Some(if self.flags.1 { inst.near_branch_target() } else { next }),
+            Mnemonic::Add => {
+                let to = inst.op0_register().number();
+                self.general[to] = self.general[to].wrapping_add(inst.immediate8to64() as u64);
+            }
+            Mnemonic::Cmp => {
+                let [a, b] = [inst.op0_register(), inst.op1_register()].map(|r| self.general[r.number()]);
+                self.flags = (a == b, a < b);
+            }
+            Mnemonic::Mov => {
+                let address = self.address(inst);
+                let pointer = ((address - POINTERS) / 8) as usize;
+                assert!((address - POINTERS).is_multiple_of(8) && inst.op1_kind() == OpKind::Memory);
+                self.general[inst.op0_register().number()] = self.pointers[pointer];
+            }
+            Mnemonic::Kandw | Mnemonic::Korw | Mnemonic::Knotw | Mnemonic::Kortestw | Mnemonic::Kmovw => {
+                self.of_masks(inst);
+            }
+            _ => self.of_vectors(inst),
+        }
+        Some(next)
+    }
+
+    fn of_masks(&mut self, inst: &Instruction) {
+        let mask = |machine: &Self, at: u32| machine.masks[inst.op_register(at).number()];
+        match inst.mnemonic() {
+            Mnemonic::Kortestw => {
+                let either = mask(self, 0) | mask(self, 1);
+                self.flags = (either == 0, either == 0xFFFF);
+                return;
+            }
+            Mnemonic::Kmovw if inst.op0_kind() == OpKind::Memory => {
+                let word = u32::from(mask(self, 1));
+                let address = self.address(inst);
+                // Half a word; slots hold nothing else in the other half.
+                self.write(address, word);
+                return;
+            }
+            _ => {}
+        }
+        let value = match inst.mnemonic() {
+            Mnemonic::Kandw => mask(self, 1) & mask(self, 2),
+            Mnemonic::Korw => mask(self, 1) | mask(self, 2),
+            Mnemonic::Knotw => !mask(self, 1),
+            _ => {
+                let address = self.address(inst);
+                self.read(address) as u16
+            }
+        };
+        self.masks[inst.op0_register().number()] = value;
+    }
+
+    fn of_vectors(&mut self, inst: &Instruction) {
+        use Mnemonic as M;
+        if inst.op0_kind() == OpKind::Memory {
+            assert_eq!(inst.mnemonic(), M::Vmovdqu32, "{inst:?}");
+            let address = self.address(inst);
+            let from = self.vectors[inst.op1_register().number()];
+            (0..16).for_each(|lane| self.write(address + 4 * lane as u64, from[lane]));
+            return;
+        }
+        // Behind the result there are one or two operands, and a byte for some.
+        let has_byte = (0..inst.op_count()).any(|at| inst.op_kind(at) == OpKind::Immediate8);
+        let last = inst.op_count() - 1 - u32::from(has_byte);
+        let b = self.operand(inst, last);
+        let a = if last == 2 { self.operand(inst, 1) } else { [0; 16] };
+        let byte = if has_byte { inst.immediate8() } else { 0 };
+        let mask = match inst.op_mask() {
+            Register::None => 0xFFFF,
+            register => self.masks[register.number()],
+        };
+        let to = inst.op0_register();
+        if to.is_k() {
+            let bits = (0..16).map(|lane| u16::from(truth(inst.mnemonic(), byte, a[lane], b[lane])) << lane);
+            self.masks[to.number()] = bits.sum::<u16>() & mask;
+            return;
+        }
+        let old = self.vectors[to.number()];
+        let up = inst.rounding_control() == RoundingControl::RoundUp;
+        let mut result = [0; 16];
+        for lane in 0..16 {
+            let (p, q) = (a[lane], b[lane]);
+            let value = match inst.mnemonic() {
+                M::Vpermd => b[p as usize & 15],
+                M::Vrsqrt14ps => self.estimate(q),
+                M::Vfmadd213ps => fused(p, old[lane], q, up),
+                M::Vfmadd231ps => fused(p, q, old[lane], up),
+                M::Vfnmadd231ps => fused(p ^ 0x8000_0000, q, old[lane], up),
+                M::Vpblendmd if mask >> lane & 1 == 0 => p,
+                M::Vpblendmd => q,
+                other => number(other, byte, p, q),
+            };
+            let kept = mask >> lane & 1 == 1 || inst.mnemonic() == M::Vpblendmd;
+            result[lane] = match (kept, inst.zeroing_masking()) {
+                (true, _) => value,
+                (false, true) => 0,
+                (false, false) => old[lane],
+            };
+        }
+        self.vectors[to.number()] = result;
+    }
+
+    /// An operand: a register, 16 words of memory, or one for all lanes.
+    fn operand(&mut self, inst: &Instruction, at: u32) -> Vector {
+        if inst.op_kind(at) == OpKind::Register {
+            return self.vectors[inst.op_register(at).number()];
+        }
+        let address = self.address(inst);
+        let single = inst.is_broadcast() || inst.mnemonic() == Mnemonic::Vbroadcastss;
+        std::array::from_fn(|lane| self.read(if single { address } else { address + 4 * lane as u64 }))
+    }
+
+    fn address(&self, inst: &Instruction) -> u64 {
+        if inst.is_ip_rel_memory_operand() {
+            return inst.ip_rel_memory_address();
+        }
+        let index = match inst.memory_index() {
+            Register::None => 0,
+            register => self.general[register.number()] * u64::from(inst.memory_index_scale()),
+        };
+        let base = self.general[inst.memory_base().number()];
+        base.wrapping_add(index).wrapping_add(inst.memory_displacement64())
+    }
+
+    fn read(&mut self, address: u64) -> u32 {
+        assert!(address.is_multiple_of(4) || (CODE..POINTERS).contains(&address), "{address:x}");
+        match self.place(address) {
+            Place::Code(at) => u32::from_le_bytes(self.code[at..at + 4].try_into().unwrap()),
+            Place::Slot(at) => self.slots[at],
+            Place::Array(array, at) => match &self.arrays[array] {
+                Words::Write(words) => words[at],
+                Words::Read(words) => words[at],
+            },
+        }
+    }
+
+    fn write(&mut self, address: u64, word: u32) {
+        assert!(address.is_multiple_of(4), "{address:x}");
+        match self.place(address) {
+            Place::Slot(at) => self.slots[at] = word,
+            Place::Array(array, at) => match &mut self.arrays[array] {
+                Words::Write(words) => words[at] = word,
+                Words::Read(_) => panic!("array {array} may only be read"),
+            },
+            Place::Code(_) => panic!("the code writes itself"),
+        }
+    }
+
+    fn place(&self, address: u64) -> Place {
+        if (CODE..POINTERS).contains(&address) {
+            Place::Code((address - CODE) as usize)
+        } else if (SLOTS..ARRAYS).contains(&address) {
+            Place::Slot(((address - SLOTS) / 4) as usize)
+        } else {
+            assert!(address >= ARRAYS, "{address:x} is no memory for words");
+            Place::Array((address / ARRAYS - 1) as usize, (address % ARRAYS / 4) as usize)
+        }
+    }
+
+    /// The inverse root of a float above zero, off by up to `2^-14` of it.
+    fn estimate(&mut self, x: u32) -> u32 {
+        self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let off = f64::from(self.noise >> 8) / f64::from(1 << 23) - 1.0;
+        let x = f64::from(f32::from_bits(x));
+        (((1.0 + off / f64::from(1 << 14)) / x.sqrt()) as f32).to_bits()
+    }
+}
+
+/// Where a word stands.
+enum Place {
+    Code(usize),
+    Slot(usize),
+    /// The array, and the word in it.
+    Array(usize, usize),
+}
+
+/// One lane of an instruction that yields words.
+fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
+    use Mnemonic as M;
+    let (x, y) = (f32::from_bits(p), f32::from_bits(q));
+    let (i, j) = (p as i32, q as i32);
+    match mnemonic {
+        M::Vaddps => (x + y).to_bits(),
+        M::Vsubps => (x - y).to_bits(),
+        M::Vmulps => (x * y).to_bits(),
+        M::Vdivps => (x / y).to_bits(),
+        M::Vminps => {
+            if x < y {
+                p
+            } else {
+                q
+            }
+        }
+        M::Vsqrtps => y.sqrt().to_bits(),
+        M::Vcvtdq2ps => (j as f32).to_bits(),
+        M::Vcvttps2dq => {
+            let whole = y.trunc();
+            let fits = (-2_147_483_648.0..2_147_483_648.0).contains(&whole);
+            if fits { whole as i32 as u32 } else { 0x8000_0000 }
+        }
+        // Rounding to whole numbers without a scale.
+        M::Vrndscaleps => match byte {
+            9 => y.floor().to_bits(),
+            10 => y.ceil().to_bits(),
+            11 => y.trunc().to_bits(),
+            _ => panic!("rounding {byte:x}"),
+        },
+        M::Vpaddd => i.wrapping_add(j) as u32,
+        M::Vpsubd => i.wrapping_sub(j) as u32,
+        M::Vpmulld => i.wrapping_mul(j) as u32,
+        M::Vpminsd => i.min(j) as u32,
+        M::Vpmaxsd => i.max(j) as u32,
+        M::Vpabsd => j.unsigned_abs(),
+        M::Vpandd => p & q,
+        M::Vpord => p | q,
+        M::Vpxord => p ^ q,
+        M::Vpsllvd => {
+            if q < 32 {
+                p << q
+            } else {
+                0
+            }
+        }
+        M::Vpsravd => (i >> q.min(31)) as u32,
+        M::Vmovdqu32 | M::Vbroadcastss => q,
+        other => panic!("{other:?} is no instruction of blocks"),
+    }
+}
+
+/// One lane of an instruction that yields a mask.
+fn truth(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> bool {
+    let (x, y) = (f32::from_bits(p), f32::from_bits(q));
+    let (i, j) = (p as i32, q as i32);
+    let unordered = x.is_nan() || y.is_nan();
+    match (mnemonic, byte) {
+        (Mnemonic::Vptestmd, _) => p & q != 0,
+        (Mnemonic::Vcmpps, 0x00) => x == y,
+        (Mnemonic::Vcmpps, 0x01) => x < y,
+        (Mnemonic::Vcmpps, 0x02) => x <= y,
+        (Mnemonic::Vcmpps, 0x04) => unordered || x != y,
+        (Mnemonic::Vcmpps, 0x05) => unordered || x >= y,
+        (Mnemonic::Vcmpps, 0x06) => unordered || x > y,
+        (Mnemonic::Vcmpps, 0x08) => unordered || x == y,
+        (Mnemonic::Vcmpps, 0x09) => unordered || x < y,
+        (Mnemonic::Vcmpps, 0x0A) => unordered || x <= y,
+        (Mnemonic::Vcmpps, 0x0D) => x >= y,
+        (Mnemonic::Vcmpps, 0x0E) => x > y,
+        (Mnemonic::Vpcmpd, 0) => i == j,
+        (Mnemonic::Vpcmpd, 1) => i < j,
+        (Mnemonic::Vpcmpd, 2) => i <= j,
+        (Mnemonic::Vpcmpd, 4) => i != j,
+        (Mnemonic::Vpcmpd, 5) => i >= j,
+        (Mnemonic::Vfpclassps, classes) => {
+            let quiet = y.is_nan() && q & 0x40_0000 != 0;
+            let is = [
+                quiet,
+                q == 0,
+                q == 0x8000_0000,
+                q == 0x7F80_0000,
+                q == 0xFF80_0000,
+                y.is_subnormal(),
+                y.is_finite() && y.is_sign_negative() && y != 0.0,
+                y.is_nan() && !quiet,
+            ];
+            is.iter().enumerate().any(|(at, is)| *is && classes >> at & 1 == 1)
+        }
+        other => panic!("{other:?} is no comparison of blocks"),
+    }
+}
+
+/// `a b + c` rounded once: to the nearest, or up.
+fn fused(a: u32, b: u32, c: u32, up: bool) -> u32 {
+    let [x, y, z] = [a, b, c].map(f32::from_bits);
+    let nearest = x.mul_add(y, z);
+    if !up || !nearest.is_finite() {
+        return nearest.to_bits();
+    }
+    // The product is exact in double precision, and the sum is with its rest (Knuth, volume 2, 4.2.2).
+    let (p, z) = (f64::from(x) * f64::from(y), f64::from(z));
+    let sum = p + z;
+    let part = sum - p;
+    let rest = (p - (sum - part)) + (z - part);
+    // How far the exact value is above a float near it.
+    let above = |float: f32| (sum - f64::from(float)) + rest;
+    let mut result = nearest;
+    while above(result) > 0.0 {
+        result = result.next_up();
+    }
+    while above(result.next_down()) <= 0.0 {
+        result = result.next_down();
+    }
+    result.to_bits()
+}

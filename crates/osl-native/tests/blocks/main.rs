@@ -1,0 +1,283 @@
+//! Blocks compute what they say: each operation on extremes, and long random blocks against one lane at a time, run by the
+//! machine where it can, and by an emulator everywhere.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+mod emulate;
+mod model;
+mod random;
+
+use model::{BINARY, COMPARE, INT_COMPARE, UNARY, alike, binary, compare, compare_ints, unary};
+use osl_native::{Binary, Block, Code, Scratch, Unary, Words, assemble};
+use proptest::prelude::*;
+use random::{Both, PLACES};
+use std::ops::Range;
+
+/// An array that a block gets.
+#[derive(Clone, Debug, PartialEq)]
+enum Held {
+    Read(Vec<u32>),
+    Write(Vec<u32>),
+}
+
+impl Held {
+    fn words(&self) -> &[u32] {
+        let (Held::Read(words) | Held::Write(words)) = self;
+        words
+    }
+
+    fn lend(&mut self) -> Words<'_> {
+        match self {
+            Held::Read(words) => Words::Read(words),
+            Held::Write(words) => Words::Write(words),
+        }
+    }
+}
+
+/// What arrays hold after a block has run on ranges of lanes, by each way to run it.
+fn each_way(block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)> {
+    let code = assemble(block);
+    let mut held = arrays.to_vec();
+    for range in ranges {
+        emulate::run(&code, held.iter_mut().map(Held::lend).collect(), range.clone());
+    }
+    let mut ways = vec![("emulated", held)];
+    if osl_native::is_supported() {
+        let (code, mut scratch) = (Code::new(block).unwrap(), Scratch::default());
+        let mut held = arrays.to_vec();
+        for range in ranges {
+            assert!(code.run(held.iter_mut().map(Held::lend), range.clone(), &mut scratch));
+        }
+        ways.push(("machine", held));
+    } else {
+        println!("left out: this machine has no AVX-512, so that blocks are only emulated");
+    }
+    ways
+}
+
+fn extremes() -> Vec<u32> {
+    let floats = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        0.5,
+        -0.5,
+        1.5,
+        2.5,
+        0.49999997,
+        3.7,
+        -3.7,
+        8388607.5,
+        -8388607.5,
+        16777216.0,
+        2147483520.0,
+        2147483648.0,
+        -2147483648.0,
+        -2147483904.0,
+        1e-40,
+        f32::MIN_POSITIVE,
+        f32::MAX,
+        f32::MIN,
+        f32::INFINITY,
+        f32::NEG_INFINITY,
+        f32::NAN,
+    ];
+    floats.iter().map(|x| x.to_bits()).chain([1, 2, 31, 32, 33, 0x7FFF_FFFF, 0x8000_0000, u32::MAX]).collect()
+}
+
+#[test]
+fn every_operation_holds_at_the_extremes() {
+    let list = extremes();
+    let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
+    let lanes = pairs.len().next_multiple_of(16);
+    let mut inputs = vec![0; 2 * lanes];
+    for (at, (a, b)) in pairs.iter().enumerate() {
+        (inputs[at], inputs[lanes + at]) = (*a, *b);
+    }
+    let mut block = Block::new();
+    let (from, to) = (block.array(), block.array());
+    let (a, b) = (block.lanes(from, 0), block.lanes(from, lanes as u32));
+    let mut models: Vec<Box<dyn Fn(u32, u32) -> u32>> = Vec::new();
+    let mut results = Vec::new();
+    for op in BINARY {
+        results.push(block.binary(op, a, b));
+        models.push(Box::new(move |a, b| binary(op, a, b)));
+    }
+    for op in UNARY {
+        results.push(block.unary(op, a));
+        models.push(Box::new(move |a, _| unary(op, a)));
+    }
+    for how in COMPARE {
+        let truth = block.compare(how, a, b);
+        results.push(block.number(truth));
+        models.push(Box::new(move |a, b| u32::from(compare(how, a, b))));
+    }
+    for how in INT_COMPARE {
+        let truth = block.compare_ints(how, a, b);
+        results.push(block.number(truth));
+        models.push(Box::new(move |a, b| u32::from(compare_ints(how, a, b))));
+    }
+    for (at, result) in results.iter().enumerate() {
+        block.store(to, (at * lanes) as u32, *result, true);
+    }
+    let out = vec![0; results.len() * lanes];
+    for (way, held) in
+        each_way(&block, &[Held::Read(inputs), Held::Write(out)], std::slice::from_ref(&(0..lanes)))
+    {
+        let out = held[1].words();
+        for (at, model) in models.iter().enumerate() {
+            for (lane, (a, b)) in pairs.iter().enumerate() {
+                let (found, expected) = (out[at * lanes + lane], model(*a, *b));
+                let inverse = UNARY.get(at.wrapping_sub(BINARY.len())) == Some(&Unary::InverseRoot);
+                assert!(
+                    *a << 1 == 0 && inverse || alike(found, expected),
+                    "{way}: operation {at} of {a:x} and {b:x}: {found:x}, not {expected:x}"
+                );
+            }
+        }
+    }
+}
+
+/// Roots of floats, and 1 by them, against the processor's.
+fn check_roots(floats: impl Iterator<Item = u32>) {
+    let lanes = 1 << 12;
+    let mut block = Block::new();
+    let (from, to) = (block.array(), block.array());
+    let x = block.lanes(from, 0);
+    let (root, inverse) = (block.unary(Unary::Sqrt, x), block.unary(Unary::InverseRoot, x));
+    block.store(to, 0, root, true);
+    block.store(to, lanes as u32, inverse, true);
+    let mut floats = floats.peekable();
+    while floats.peek().is_some() {
+        let mut list: Vec<u32> = floats.by_ref().take(lanes).collect();
+        list.resize(lanes, 0x3F80_0000);
+        let arrays = [Held::Read(list.clone()), Held::Write(vec![0; 2 * lanes])];
+        for (way, held) in each_way(&block, &arrays, std::slice::from_ref(&(0..lanes))) {
+            let out = held[1].words();
+            for (lane, x) in list.iter().enumerate() {
+                let (root, inverse) = (unary(Unary::Sqrt, *x), unary(Unary::InverseRoot, *x));
+                let found = (out[lane], if f32::from_bits(*x) == 0.0 { inverse } else { out[lanes + lane] });
+                assert!(alike(found.0, root) && alike(found.1, inverse), "{way}: {x:x}: {found:x?}");
+            }
+        }
+    }
+}
+
+/// Every how many mantissas are tried: an emulator takes longer than the machine.
+fn step() -> usize {
+    if osl_native::is_supported() { 1 } else { 331 }
+}
+
+/// Within the range of the usual way a factor of four changes exponents only, so that two binades stand for all.
+#[test]
+fn roots_are_exact_for_every_mantissa() {
+    let one = 1.0_f32.to_bits();
+    check_roots((one..one + (2 << 23)).step_by(step()));
+    // The last mantissas of a binade are those whose inverse is close to a tie.
+    check_roots(one + (1 << 23) - 2000..one + (1 << 23) + 2000);
+    check_roots([0, 0x8000_0000].into_iter());
+    for edge in [27_u32, 227] {
+        check_roots((edge << 23) - 1000..(edge << 23) + 1000);
+    }
+}
+
+/// `cargo test --release -p osl-native --test blocks roots -- --ignored`: a few minutes.
+#[test]
+#[ignore = "all floats"]
+fn roots_are_exact_for_every_float() {
+    check_roots(0..=u32::MAX);
+}
+
+#[test]
+fn arrays_that_do_not_suit_are_refused() {
+    if !osl_native::is_supported() {
+        return;
+    }
+    let mut block = Block::new();
+    let (from, to) = (block.array(), block.array());
+    let (a, k) = (block.lanes(from, 32), block.word(from, 100));
+    let sum = block.binary(Binary::Add, a, k);
+    block.store(to, 16, sum, true);
+    let code = Code::new(&block).unwrap();
+    assert!(code.size() > 0);
+    let mut scratch = Scratch::default();
+    let (read, mut write) = (vec![0; 101], vec![7; 48]);
+    let short = vec![0; 63];
+    assert!(!code.run([Words::Read(&read)], 0..32, &mut scratch));
+    assert!(!code.run([Words::Read(&read[..100]), Words::Write(&mut write)], 0..32, &mut scratch));
+    assert!(!code.run([Words::Read(&short), Words::Write(&mut write)], 0..32, &mut scratch));
+    assert!(!code.run([Words::Read(&read), Words::Write(&mut write[..47])], 0..32, &mut scratch));
+    assert!(!code.run([Words::Read(&read), Words::Read(&short)], 0..32, &mut scratch));
+    assert!(!code.run([Words::Read(&read), Words::Write(&mut write)], 0..31, &mut scratch));
+    assert!(!code.run([Words::Read(&read), Words::Write(&mut write)], 8..24, &mut scratch));
+    assert!(code.run([Words::Read(&read), Words::Write(&mut write)], 16..16, &mut scratch));
+    assert_eq!(write, [7; 48]);
+    assert!(code.run([Words::Read(&read), Words::Write(&mut write)], 16..32, &mut scratch));
+    assert_eq!(write, [[7; 32].as_slice(), &[0; 16]].concat());
+}
+
+#[test]
+fn blocks_that_name_far_words_have_no_code() {
+    let mut block = Block::new();
+    let array = block.array();
+    let a = block.lanes(array, u32::MAX - 3);
+    block.store(array, 0, a, true);
+    assert!(Code::new(&block).is_none());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn random_blocks_compute_what_they_say(
+        steps in prop::collection::vec(prop::array::uniform5(0usize..1 << 20), 1..260),
+        seed in any::<u32>(),
+        vectors in 1usize..6,
+        cut in 0usize..8,
+    ) {
+        let (lanes, list) = (16 * vectors, extremes());
+        let mut state = seed | 1;
+        let mut next = || {
+            state ^= state << 13;
+            state ^= state >> 17;
+            state ^= state << 5;
+            if state % 3 == 0 { list[state as usize / 3 % list.len()] } else { (state as f32 / 1e9 - 2.0).to_bits() }
+        };
+        let start: Vec<u32> = (0..PLACES * lanes).map(|_| next()).collect();
+        let words: Vec<u32> = (0..40).map(|_| next()).collect();
+        let mut both = Both::new(&start, &words, lanes);
+        steps.iter().for_each(|step| both.add(*step));
+        // What is left over is wanted, too, so that much lives at once.
+        let array = both.block.array();
+        let values = both.values.clone();
+        for (at, (value, _)) in values.iter().enumerate() {
+            both.block.store(array, (at * lanes) as u32, *value, true);
+        }
+        let arrays = [Held::Write(start), Held::Read(words), Held::Write(vec![0; values.len() * lanes])];
+        // All lanes in two calls, of sizes that are no powers of two; one of them may be empty.
+        let cut = 16 * (cut % (vectors + 1));
+        let ranges: Vec<_> = [0..cut, cut..lanes].into_iter().filter(|range| !range.is_empty()).collect();
+        for (way, held) in each_way(&both.block, &arrays, &ranges) {
+            let (memory, rest) = (held[0].words(), held[2].words());
+            for (at, (_, model)) in values.iter().enumerate() {
+                for lane in 0..lanes {
+                    let found = rest[at * lanes + lane];
+                    prop_assert!(model[lane].is_none_or(|x| x == found), "{way}: value {at}, lane {lane}: {found:x} {:x?}", model[lane]);
+                }
+            }
+            for place in (0..PLACES).filter(|place| !both.loose[*place]) {
+                let words = place * lanes..(place + 1) * lanes;
+                for (model, found) in both.memory[words.clone()].iter().zip(&memory[words]) {
+                    prop_assert!(model.is_none_or(|x| x == *found), "{way}: place {place}");
+                }
+            }
+        }
+    }
+}
