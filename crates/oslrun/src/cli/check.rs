@@ -4,6 +4,7 @@ use super::args::CheckArgs;
 use super::{Failure, input, levels, report};
 use crate::pipeline;
 use osl_ir::lint::Level;
+use osl_syntax::escape::shown;
 use std::io::Write;
 
 /// Reports what is wrong with each file; a failure if any has an error.
@@ -17,7 +18,7 @@ pub(super) fn check(args: &CheckArgs, err: &mut dyn Write) -> Result<(), Failure
         });
         if let Err(Failure(text)) = one {
             if !text.is_empty() {
-                let _ = writeln!(err, "error: {text}");
+                let _ = writeln!(err, "error: {}", shown(&text));
             }
             result = Err(Failure::said());
         }

@@ -79,7 +79,7 @@ pub(super) fn run(
     let (seen, mut frame) = run::on_threads(args, || job.picture(displace.as_ref(), program.as_ref()))??;
     let time = started.elapsed();
     job.notes.iter().for_each(|note| {
-        let _ = writeln!(err, "{note}");
+        let _ = writeln!(err, "{}", osl_syntax::escape::shown(&note.to_string()));
     });
     output::printed(&frame.printed, args.allow_files, out)?;
     let textures = run::services(args, loaded.folder.clone(), Spaces::default()).textures;

@@ -16,6 +16,7 @@ use osl_limits::Limits;
 use osl_scene::render::{self, Picture, RenderOptions, World};
 use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
 use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use std::collections::HashMap;
 use std::io::{IsTerminal, Write};
@@ -73,7 +74,7 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     // What is wrong with a shader is told; the scene does without it.
     let _ = report::diagnostics(&library.diagnostics, &library.sources, &args.read, err);
     for message in messages.list() {
-        let _ = writeln!(err, "{message}");
+        let _ = writeln!(err, "{}", shown(&message.to_string()));
     }
     let world = world.flatten().ok_or_else(Failure::said)?;
     Ok((world, description.settings.samples))
@@ -134,7 +135,7 @@ fn said(picture: &Picture, sources: &SourceMap, args: &RenderArgs, err: &mut dyn
     };
     let tally = report.print(&picture.messages, err);
     for name in &picture.unknown {
-        let _ = writeln!(err, "warning: closure `{name}` is not rendered");
+        let _ = writeln!(err, "warning: closure `{}` is not rendered", shown(name));
     }
     tally
 }

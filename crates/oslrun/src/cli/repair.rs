@@ -3,6 +3,7 @@
 use super::Failure;
 use super::input::Input;
 use crate::pipeline;
+use osl_syntax::escape::shown;
 use osl_syntax::repair::repair;
 use similar::TextDiff;
 use std::io::Write;
@@ -21,7 +22,8 @@ pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write
         };
         let repaired = format!("{} (repaired)", input.name);
         let diff = TextDiff::from_lines(input.text.as_str(), found.text.as_str());
-        let _ = write!(err, "{}", diff.unified_diff().context_radius(2).header(&input.name, &repaired));
+        let diff = diff.unified_diff().context_radius(2).header(&input.name, &repaired).to_string();
+        let _ = write!(err, "{}", shown(&diff));
         input.text = found.text;
     }
     if let Some(path) = write {

@@ -16,6 +16,7 @@ use osl_ir::passes;
 use osl_measure::sample::{Filter, Shading, Surface};
 use osl_measure::tradeoff::{self, Setting, Trade, Variant};
 use osl_scene::WithData;
+use osl_syntax::escape::shown;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -74,7 +75,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     if let Some(path) = &args.html {
         let page = tradeoff::html(&trade, &|width, height, planes| encoded(width, height, planes).ok());
         osl_files::replace(path, page.as_bytes()).map_err(Failure::new)?;
-        let _ = writeln!(err, "wrote {}", path.display());
+        let _ = writeln!(err, "wrote {}", shown(&path.display().to_string()));
     }
     let text = match (args.json, args.csv) {
         (true, _) => serde_json::to_string_pretty(&trade).map_err(Failure::new)? + "\n",
