@@ -1,8 +1,8 @@
 //! The law between the product and the walker: at every point a program yields the same outputs, to the bit, prints the
 //! same text and says the same errors and warnings, compiled from its source or from the `.oso` that is written from it.
 
-use crate::laws;
 use crate::walker::{self, Outcome, Point};
+use crate::{laws, run};
 use osl_exec::{Frame, RunOptions};
 use osl_ir::hir::Program;
 use osl_ir::ir::Kind;
@@ -53,7 +53,7 @@ fn walked(outcome: &Outcome) -> Seen {
 fn run(program: &Program, grid: &Grid) -> Result<(Vec<Seen>, BTreeSet<String>), String> {
     let body = osl_ir::lower::lower(program, &ParamValues::default()).map_err(|e| format!("{e:?}"))?;
     let compiled = pipeline::finish(body, &passes::Options::default());
-    let options = RunOptions { max_steps: 1 << 26, ..RunOptions::default() };
+    let options = RunOptions { limits: run::steps(1 << 26), ..RunOptions::default() };
     let frame = osl_exec::run(&compiled.program, laws::services(), grid, &options, &|_| ());
     let frame = frame.map_err(|stop| format!("stopped: {stop}"))?;
     Ok((seen(&frame, grid.width * grid.height), said(&frame)))

@@ -109,3 +109,10 @@ fn column(plane: &osl_exec::Plane) -> String {
     };
     format!("{}{}", plane.output, letters[plane.component])
 }
+
+/// The usual limits, except for the steps of a point.
+pub fn steps(n: u64) -> osl_limits::Limits {
+    let mut limits = osl_limits::Limits::default();
+    limits.running.point_steps = n;
+    limits
+}

@@ -247,6 +247,8 @@ fn message_names_may_differ_from_point_to_point() {
 #[test]
 fn too_many_messages_are_an_error() {
     let text = "shader s() { for (int k = 0; k < 70000; ++k) setmessage(format(\"m%d\", k), k); }";
-    let stop = run::run("s.osl", text, &[], &Grid::new(1, 1), &RunOptions::default()).unwrap_err();
-    assert_eq!(stop, "the shader keeps too many messages under computed names");
+    let mut options = RunOptions { limits: run::steps(1 << 30), ..RunOptions::default() };
+    options.limits.running.point_memory = 4 << 20;
+    let stop = run::run("s.osl", text, &[], &Grid::new(1, 1), &options).unwrap_err();
+    assert_eq!(stop, "the strings, messages and closures of point 0 take more than 4194304 bytes");
 }

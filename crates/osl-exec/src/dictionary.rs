@@ -1,292 +1,252 @@
 //! Dictionaries: XML that a shader searches.
 //!
-//! A document is parsed once a thread and kept as a plain tree. Paths are a subset of XPath: steps over children (`/`)
+//! A document is parsed once a run and kept as a flat tree. Paths are a subset of XPath: steps over children (`/`)
 //! and descendants (`//`), names and `*`, and predicates `[2]`, `[last()]`, `[@a]`, `[@a='x']`, `[a]`, `[a='x']`. Numbers of nodes are
-//! hashes of document, path and place, so that they do not depend on which point asked first. This module must not know
-//! lanes or files.
+//! hashes of document, path and place, so that they do not depend on which point asked first; and a point knows
+//! the nodes that it found itself. This module must not know lanes or files.
 
-use rustc_hash::{FxHashMap, FxHasher};
+mod path;
+mod tree;
+
+use osl_limits::Limits;
+use path::steps;
+use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
+use std::collections::VecDeque;
 use std::hash::{Hash, Hasher};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+use tree::Tree;
 
-/// Documents that a thread keeps.
-const MAX_DOCUMENTS: usize = 256;
-/// Nodes that a thread has numbered.
-const MAX_NODES: usize = 1 << 16;
-/// Nodes that one path may find.
-const MAX_FOUND: usize = 1 << 14;
+/// Steps for each byte of a document that is parsed, and bytes of text that one step searches or copies.
+const PARSING: u64 = 2;
+const BYTES_A_STEP: u64 = 16;
+/// Bytes that count for a node that a point knows.
+const NODE_BYTES: u64 = 64;
 
-#[derive(Debug, Default)]
-struct Element {
-    name: String,
-    attributes: Vec<(String, String)>,
-    /// Text of the element and all in it.
-    text: String,
-    children: Vec<usize>,
+/// A parsed document, or why it is none.
+type Parsed = Result<Arc<Tree>, Arc<str>>;
+
+/// The documents of all threads of a run: those that were used last, as many as there is room for. Which they are decides how
+/// long a search takes, and not what it counts.
+#[derive(Debug)]
+pub(crate) struct Documents {
+    limits: Limits,
+    kept: Mutex<Kept>,
 }
 
-/// A parsed document; element 0 is above the root.
-#[derive(Debug)]
-struct Tree {
-    elements: Vec<Element>,
+#[derive(Debug, Default)]
+struct Kept {
+    list: FxHashMap<Arc<str>, Parsed>,
+    /// The keys of the list, the oldest first.
+    order: VecDeque<Arc<str>>,
+    bytes: u64,
+}
+
+impl Documents {
+    /// None yet.
+    pub(crate) fn new(limits: &Limits) -> Documents {
+        Documents { limits: limits.clone(), kept: Mutex::default() }
+    }
+
+    /// A document by a key, parsed if need be from the text that `read` yields. One at a time: parsing takes many times the
+    /// memory of the text.
+    fn get(&self, key: &str, read: impl FnOnce() -> Result<Arc<str>, String>) -> Parsed {
+        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = kept.list.get(key) {
+            return known.clone();
+        }
+        let parsed: Parsed = match read().and_then(|text| Tree::parse(&text, &self.limits)) {
+            Ok(tree) => Ok(Arc::new(tree)),
+            Err(why) => Err(why.into()),
+        };
+        let bytes = |key: &str, parsed: &Parsed| {
+            key.len() as u64 + NODE_BYTES + parsed.as_ref().map_or(0, |tree| tree.bytes())
+        };
+        let key: Arc<str> = key.into();
+        kept.bytes += bytes(&key, &parsed);
+        kept.list.insert(key.clone(), parsed.clone());
+        kept.order.push_back(key);
+        while kept.bytes > self.limits.running.xml_cache_bytes && kept.order.len() > 1 {
+            let Some(oldest) = kept.order.pop_front() else { break };
+            if let Some(gone) = kept.list.remove(&oldest) {
+                kept.bytes = kept.bytes.saturating_sub(bytes(&oldest, &gone));
+            }
+        }
+        parsed
+    }
 }
 
 /// A node that a path found: one of a list.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct Found {
     tree: Arc<Tree>,
-    element: usize,
-    next: i32,
+    list: Arc<[u32]>,
+    index: usize,
+    /// What its number is made from, with its place in the list.
+    hasher: FxHasher,
 }
 
 /// Where a search starts.
 pub(crate) enum Start<'a> {
     /// The root of a document.
     Document(&'a str),
+    /// The root of a file by name, which a function reads.
+    File(&'a str, &'a dyn Fn(u64) -> Result<String, String>),
     /// A node that an earlier search found.
     Node(i32),
 }
 
-/// The documents and numbered nodes of a thread.
-#[derive(Debug, Default)]
-pub(crate) struct Dictionaries {
-    documents: FxHashMap<Arc<str>, Result<Arc<Tree>, String>>,
-    nodes: FxHashMap<i32, Found>,
+/// What a lookup takes of the point that does it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Cost {
+    /// Steps.
+    pub(crate) steps: u64,
+    /// Bytes that are kept as long as the point runs.
+    pub(crate) bytes: u64,
 }
 
-impl Dictionaries {
-    /// The first match of a path: its number, or 0 where there is none.
+/// The nodes that the points of a batch know: each those that it found, and all those that were found for all.
+pub(crate) struct Dictionaries<'a> {
+    documents: &'a Documents,
+    nodes: FxHashMap<(Option<usize>, i32), Found>,
+    /// Texts whose documents the batch holds, by their hashes.
+    held: FxHashSet<u64>,
+}
+
+impl<'a> Dictionaries<'a> {
+    /// No nodes.
+    pub(crate) fn new(documents: &'a Documents) -> Self {
+        Dictionaries { documents, nodes: FxHashMap::default(), held: FxHashSet::default() }
+    }
+
+    /// Forgets all nodes.
+    pub(crate) fn clear(&mut self) {
+        self.nodes.clear();
+        self.held.clear();
+    }
+
+    /// A node by its number, for a point or for all.
+    fn node(&self, of: Option<usize>, number: i32) -> Option<&Found> {
+        self.nodes.get(&(of, number)).or_else(|| self.nodes.get(&(None, number)))
+    }
+
+    /// The first match of a path: its number, or 0 where there is none. It is known to a point, or to all. `affords` is told the
+    /// steps of what is next, and whether to go on is what it says.
     ///
     /// # Errors
-    /// The document or the path is malformed; a node number is none.
-    pub(crate) fn find(&mut self, start: &Start<'_>, path: &str) -> Result<i32, String> {
+    /// The document or the path is malformed.
+    pub(crate) fn find(
+        &mut self,
+        of: Option<usize>,
+        start: &Start<'_>,
+        path: &str,
+        affords: &mut dyn FnMut(Cost) -> bool,
+    ) -> Result<i32, String> {
         let mut hasher = FxHasher::default();
+        let mut document = None;
         let (tree, element) = match start {
             Start::Document(text) => {
+                if text.len() as u64 > self.documents.limits.running.xml_bytes {
+                    return Err(too_long(self.documents.limits.running.xml_bytes));
+                }
+                let steps = PARSING * text.len() as u64;
+                if !affords(Cost { steps, bytes: 0 }) {
+                    return Ok(0);
+                }
                 text.hash(&mut hasher);
-                (self.document(text)?, 0)
+                document = Some(hasher.finish());
+                (self.documents.get(text, || Ok((*text).into())).map_err(|why| why.to_string())?, 0)
+            }
+            Start::File(name, read) => {
+                let most = self.documents.limits.running.xml_bytes;
+                name.hash(&mut hasher);
+                // No text is a document and the name of a file.
+                let tree = self.documents.get(name, || read(most).map(Into::into));
+                (tree.map_err(|why| why.to_string())?, 0)
             }
             Start::Node(number) => {
                 number.hash(&mut hasher);
-                let Some(found) = self.nodes.get(number) else { return Ok(0) };
-                (found.tree.clone(), found.element)
+                let Some(found) = self.node(of, *number) else { return Ok(0) };
+                let Some(element) = found.list.get(found.index) else { return Ok(0) };
+                (found.tree.clone(), *element as usize)
             }
         };
         path.hash(&mut hasher);
         let steps = steps(path).ok_or_else(|| format!("unsupported path \"{}\"", path.escape_debug()))?;
-        let found = tree.search(element, &steps);
-        if self.nodes.len() + found.len() > MAX_NODES {
-            self.nodes.clear();
+        if !affords(Cost { steps: path.len() as u64, bytes: 0 }) {
+            return Ok(0);
         }
-        let number = |index: usize| {
-            let mut hasher = hasher.clone();
-            index.hash(&mut hasher);
-            (hasher.finish() >> 33) as i32 | 1
-        };
-        for (index, element) in found.iter().enumerate() {
-            let next = if index + 1 < found.len() { number(index + 1) } else { 0 };
-            self.nodes.insert(number(index), Found { tree: tree.clone(), element: *element, next });
+        let most = self.documents.limits.running.xml_found as usize;
+        let mut visit = |steps| affords(Cost { steps, bytes: 0 });
+        let Some(list) = tree.search(element, &steps, most, &mut visit) else { return Ok(0) };
+        if list.is_empty() {
+            return Ok(0);
         }
-        Ok(if found.is_empty() { 0 } else { number(0) })
+        if let Some(key) = document
+            && self.held.insert(key)
+            && !affords(Cost { steps: 0, bytes: tree.bytes() })
+        {
+            return Ok(0);
+        }
+        Ok(self.know(of, Found { tree, list: list.into(), index: 0, hasher }, affords))
+    }
+
+    /// Gives a node its number.
+    fn know(&mut self, of: Option<usize>, found: Found, affords: &mut dyn FnMut(Cost) -> bool) -> i32 {
+        let mut hasher = found.hasher.clone();
+        found.index.hash(&mut hasher);
+        let number = (hasher.finish() >> 33) as i32 | 1;
+        if self.nodes.contains_key(&(of, number)) {
+            return number;
+        }
+        let list = if found.index == 0 { 4 * found.list.len() as u64 } else { 0 };
+        if !affords(Cost { steps: 4, bytes: NODE_BYTES + list }) {
+            return 0;
+        }
+        self.nodes.insert((of, number), found);
+        number
     }
 
     /// The match behind a node, 0 if it is the last.
-    pub(crate) fn next(&self, node: i32) -> i32 {
-        self.nodes.get(&node).map_or(0, |found| found.next)
+    pub(crate) fn next(
+        &mut self,
+        of: Option<usize>,
+        node: i32,
+        affords: &mut dyn FnMut(Cost) -> bool,
+    ) -> i32 {
+        let Some(found) = self.node(of, node) else { return 0 };
+        let next = Found { index: found.index + 1, ..found.clone() };
+        if next.index < next.list.len() { self.know(of, next, affords) } else { 0 }
     }
 
     /// An attribute of a node, or its text where the name is empty.
-    pub(crate) fn value(&self, node: i32, name: &str) -> Option<&str> {
-        let found = self.nodes.get(&node)?;
-        let element = found.tree.elements.get(found.element)?;
-        if name.is_empty() {
-            return Some(&element.text);
-        }
-        element.attributes.iter().find(|(n, _)| n == name).map(|(_, value)| value.as_str())
-    }
-
-    fn document(&mut self, text: &str) -> Result<Arc<Tree>, String> {
-        if let Some(known) = self.documents.get(text) {
-            return known.clone();
-        }
-        if self.documents.len() >= MAX_DOCUMENTS {
-            self.documents.clear();
-        }
-        let tree = Tree::parse(text).map(Arc::new);
-        self.documents.insert(text.into(), tree.clone());
-        tree
+    pub(crate) fn value(&self, of: Option<usize>, node: i32, name: &str) -> Option<&str> {
+        let found = self.node(of, node)?;
+        let element = *found.list.get(found.index)? as usize;
+        if name.is_empty() { Some(found.tree.text(element)) } else { found.tree.attribute(element, name) }
     }
 }
 
-impl Tree {
-    fn parse(text: &str) -> Result<Tree, String> {
-        let document = roxmltree::Document::parse(text).map_err(|e| format!("XML parse error: {e}"))?;
-        let mut tree = Tree { elements: vec![Element::default()] };
-        let mut open = vec![(document.root_element(), 0)];
-        while let Some((node, parent)) = open.pop() {
-            let at = tree.elements.len();
-            tree.elements.push(Element {
-                name: node.tag_name().name().to_string(),
-                attributes: node
-                    .attributes()
-                    .map(|a| (a.name().to_string(), a.value().to_string()))
-                    .collect(),
-                text: node.descendants().filter_map(|n| n.text().filter(|_| n.is_text())).collect(),
-                children: Vec::new(),
-            });
-            tree.elements[parent].children.push(at);
-            let children: Vec<_> = node.children().filter(roxmltree::Node::is_element).collect();
-            open.extend(children.into_iter().rev().map(|child| (child, at)));
-        }
-        Ok(tree)
-    }
-
-    fn children(&self, element: usize) -> &[usize] {
-        self.elements.get(element).map_or(&[], |e| &e.children)
-    }
-
-    /// Elements below one, in the order of the document.
-    fn descendants(&self, element: usize) -> Vec<usize> {
-        let mut found = Vec::new();
-        let mut open: Vec<usize> = self.children(element).iter().rev().copied().collect();
-        while let Some(at) = open.pop() {
-            found.push(at);
-            open.extend(self.children(at).iter().rev());
-        }
-        found
-    }
-
-    fn search(&self, from: usize, steps: &[Step]) -> Vec<usize> {
-        let mut here = vec![from];
-        for step in steps {
-            let mut next = Vec::new();
-            for element in here {
-                let candidates =
-                    if step.deep { self.descendants(element) } else { self.children(element).to_vec() };
-                let mut kept: Vec<usize> = candidates
-                    .into_iter()
-                    .filter(|e| step.name == "*" || self.elements[*e].name == step.name)
-                    .collect();
-                for test in &step.tests {
-                    kept = self.kept(kept, test);
-                }
-                next.append(&mut kept);
-            }
-            next.sort_unstable();
-            next.dedup();
-            next.truncate(MAX_FOUND);
-            here = next;
-        }
-        here
-    }
-
-    fn kept(&self, list: Vec<usize>, test: &Test) -> Vec<usize> {
-        let equal = |value: &str, wanted: &Option<String>| wanted.as_ref().is_none_or(|w| w == value);
-        match test {
-            Test::Place(n) => list.get(n.wrapping_sub(1)).copied().into_iter().collect(),
-            Test::Last => list.last().copied().into_iter().collect(),
-            Test::Attribute(name, wanted) => list
-                .into_iter()
-                .filter(|e| self.elements[*e].attributes.iter().any(|(n, v)| n == name && equal(v, wanted)))
-                .collect(),
-            Test::Child(name, wanted) => list
-                .into_iter()
-                .filter(|e| {
-                    let children = self.children(*e).iter().filter_map(|c| self.elements.get(*c));
-                    children.into_iter().any(|c| c.name == *name && equal(&c.text, wanted))
-                })
-                .collect(),
-        }
-    }
-}
-
-/// One step of a path.
-struct Step {
-    /// Whether it goes to descendants rather than children.
-    deep: bool,
-    name: String,
-    tests: Vec<Test>,
-}
-
-enum Test {
-    Place(usize),
-    Last,
-    Attribute(String, Option<String>),
-    Child(String, Option<String>),
-}
-
-/// The steps of a path; `None` where it is beyond the subset.
-fn steps(path: &str) -> Option<Vec<Step>> {
-    let mut rest = path.trim();
-    let mut steps = Vec::new();
-    let mut first = true;
-    while !rest.is_empty() {
-        let deep = rest.starts_with("//");
-        let slashes = if deep { 2 } else { usize::from(rest.starts_with('/')) };
-        if slashes == 0 && !first {
-            return None;
-        }
-        first = false;
-        rest = &rest[slashes..];
-        let end = rest.find(['/', '[']).unwrap_or(rest.len());
-        let name = rest[..end].trim();
-        let plain = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ':');
-        if name != "*" && (name.is_empty() || !name.chars().all(plain)) {
-            return None;
-        }
-        rest = &rest[end..];
-        let mut tests = Vec::new();
-        while let Some(inner) = rest.strip_prefix('[') {
-            let (text, after) = inner.split_once(']')?;
-            tests.push(test(text.trim())?);
-            rest = after;
-        }
-        if name != "." {
-            steps.push(Step { deep, name: name.to_string(), tests });
-        }
-    }
-    Some(steps)
-}
-
-fn test(text: &str) -> Option<Test> {
-    if let Ok(place) = text.parse() {
-        return Some(Test::Place(place));
-    }
-    if text == "last()" {
-        return Some(Test::Last);
-    }
-    let (name, wanted) = match text.split_once('=') {
-        None => (text, None),
-        Some((name, value)) => {
-            let value = value.trim();
-            let quote = value.chars().next().filter(|c| matches!(c, '\'' | '"'))?;
-            let inner = value.strip_prefix(quote)?.strip_suffix(quote)?;
-            (name.trim(), Some(inner.to_string()))
-        }
-    };
-    let plain = |n: &str| {
-        !n.is_empty() && n.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ':'))
-    };
-    match name.strip_prefix('@') {
-        Some(name) => plain(name).then(|| Test::Attribute(name.to_string(), wanted)),
-        None => plain(name).then(|| Test::Child(name.to_string(), wanted)),
-    }
+/// What is said of a document with more bytes than one may have.
+fn too_long(most: u64) -> String {
+    format!("the XML text has more than {most} bytes")
 }
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test says what must hold")]
     use super::*;
 
     const TEXT: &str =
         "<a><b name=\"n1\" k=\"3\">hi<c>deep</c></b><b name=\"n2\">yo</b><d><b name=\"n3\"/></d></a>";
 
     fn names(path: &str) -> Vec<String> {
-        let mut all = Dictionaries::default();
-        let mut node = all.find(&Start::Document(TEXT), path).unwrap_or(-1);
+        let documents = Documents::new(&Limits::default());
+        let mut all = Dictionaries::new(&documents);
+        let mut node = all.find(None, &Start::Document(TEXT), path, &mut |_| true).unwrap_or(-1);
         let mut names = Vec::new();
         while node > 0 {
-            names.push(all.value(node, "name").unwrap_or("?").to_string());
-            node = all.next(node);
+            names.push(all.value(None, node, "name").unwrap_or("?").to_string());
+            node = all.next(None, node, &mut |_| true);
         }
         names
     }
@@ -306,14 +266,38 @@ mod tests {
 
     #[test]
     fn text_and_nodes_below() {
-        let mut all = Dictionaries::default();
-        let b = all.find(&Start::Document(TEXT), "/a/b").unwrap_or(0);
-        assert_eq!(all.value(b, ""), Some("hideep"));
-        assert_eq!(all.value(b, "none"), None);
-        let c = all.find(&Start::Node(b), "c").unwrap_or(0);
-        assert_eq!(all.value(c, ""), Some("deep"));
-        assert!(all.find(&Start::Document("<a"), "/a").is_err());
-        assert!(all.find(&Start::Document(TEXT), "//b[position()<2]").is_err());
-        assert_eq!(all.find(&Start::Node(12345), "b"), Ok(0));
+        let documents = Documents::new(&Limits::default());
+        let mut all = Dictionaries::new(&documents);
+        let mut find = |start: &Start<'_>, path: &str| all.find(Some(3), start, path, &mut |_| true);
+        let b = find(&Start::Document(TEXT), "/a/b").unwrap_or(0);
+        let c = find(&Start::Node(b), "c").unwrap_or(0);
+        assert!(find(&Start::Document("<a"), "/a").is_err());
+        assert!(find(&Start::Document(TEXT), "//b[position()<2]").is_err());
+        assert_eq!(find(&Start::Node(12345), "b"), Ok(0));
+        assert_eq!(all.value(Some(3), b, ""), Some("hideep"));
+        assert_eq!(all.value(Some(3), b, "none"), None);
+        assert_eq!(all.value(Some(3), c, ""), Some("deep"));
+        // What one point found is its own.
+        assert_eq!(all.value(Some(4), c, ""), None);
+    }
+
+    #[test]
+    fn deep_and_knotty_documents_are_no_harm() {
+        let n = 50_000;
+        let deep = format!("<r>{}{}t{}</r>", "<a>".repeat(n), "t".repeat(n), "</a>".repeat(n));
+        let limits = Limits::default();
+        let tree = Tree::parse(&deep, &limits).unwrap();
+        assert!(tree.bytes() < 3_000_000);
+        let attributes: String = (0..n).map(|i| format!(" a{i}=''")).collect();
+        assert!(Tree::parse(&format!("<r{attributes}/>"), &limits).is_err());
+        assert!(Tree::parse(&"<a xmlns:b='c'>".repeat(n), &limits).is_err());
+        // Each step of a search counts what it looks at, whatever it finds.
+        let steps = steps("//a//a//a").unwrap();
+        let mut left = 200_000_u64;
+        let mut affords = |steps: u64| {
+            left = left.saturating_sub(steps);
+            left > 0
+        };
+        assert!(tree.search(0, &steps, 1 << 14, &mut affords).is_none());
     }
 }

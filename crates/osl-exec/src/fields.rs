@@ -27,8 +27,8 @@ pub(crate) struct FieldCall<'a> {
 #[derive(Clone, Copy)]
 pub(crate) enum Field<'a> {
     Lattice(Kind),
-    /// Options for each lane, or one for all.
-    Gabor(&'a [Options]),
+    /// Lanes, and options for each of them or one for all. Other lanes are left as they are.
+    Gabor(&'a [usize], &'a [Options]),
 }
 
 /// Calls `field` with lanes as floats of the same size.
@@ -49,7 +49,7 @@ pub(crate) fn cast<W: Pod, F: Pod>(
 pub(crate) fn single(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f32]], outs: &mut [&mut [f32]]) {
     match call.field {
         Field::Lattice(kind) => lattice(isa, call, kind, inputs, outs),
-        Field::Gabor(options) => gabor(isa, call, options, inputs, outs),
+        Field::Gabor(lanes, options) => gabor(isa, call, (lanes, options), inputs, outs),
     }
 }
 
@@ -57,13 +57,13 @@ pub(crate) fn single(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f32]], outs: &m
 pub(crate) fn double(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f64]], outs: &mut [&mut [f64]]) {
     match call.field {
         Field::Lattice(kind) => lattice(isa, call, kind, inputs, outs),
-        Field::Gabor(options) => {
+        Field::Gabor(lanes, options) => {
             let singles: Vec<Vec<f32>> =
                 inputs.iter().map(|lanes| lanes.iter().map(|x| *x as f32).collect()).collect();
             let singles: Vec<&[f32]> = singles.iter().map(Vec::as_slice).collect();
             let mut results: Vec<Vec<f32>> = outs.iter().map(|lanes| vec![0.0; lanes.len()]).collect();
-            let mut lanes: Vec<&mut [f32]> = results.iter_mut().map(Vec::as_mut_slice).collect();
-            gabor(isa, call, options, &singles, &mut lanes);
+            let mut singles_out: Vec<&mut [f32]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+            gabor(isa, call, (lanes, options), &singles, &mut singles_out);
             for (to, from) in outs.iter_mut().zip(results) {
                 to.iter_mut().zip(from).for_each(|(to, from)| *to = f64::from(from));
             }
@@ -107,8 +107,40 @@ fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]]
     }
 }
 
-/// Gabor noise, whose options may differ between lanes.
-fn gabor(isa: Isa, call: &FieldCall<'_>, options: &[Options], inputs: &[&[f32]], outs: &mut [&mut [f32]]) {
+/// Gabor noise, whose options may differ between lanes. It is computed lane by lane, so only where it is wanted.
+fn gabor(
+    isa: Isa,
+    call: &FieldCall<'_>,
+    (lanes, options): (&[usize], &[Options]),
+    inputs: &[&[f32]],
+    outs: &mut [&mut [f32]],
+) {
+    let all = outs.first().map_or(0, |out| out.len());
+    if lanes.len() == all {
+        return gabor_all(isa, call, options, inputs, outs);
+    }
+    let gather = |from: &&[f32]| lanes.iter().map(|lane| from.get(*lane).copied().unwrap_or(0.0)).collect();
+    let gathered: Vec<Vec<f32>> = inputs.iter().map(gather).collect();
+    let gathered: Vec<&[f32]> = gathered.iter().map(Vec::as_slice).collect();
+    let mut results = vec![vec![0.0; lanes.len()]; outs.len()];
+    let mut targets: Vec<&mut [f32]> = results.iter_mut().map(Vec::as_mut_slice).collect();
+    gabor_all(isa, call, options, &gathered, &mut targets);
+    for (out, result) in outs.iter_mut().zip(&results) {
+        for (lane, value) in lanes.iter().zip(result) {
+            if let Some(place) = out.get_mut(*lane) {
+                *place = *value;
+            }
+        }
+    }
+}
+
+fn gabor_all(
+    isa: Isa,
+    call: &FieldCall<'_>,
+    options: &[Options],
+    inputs: &[&[f32]],
+    outs: &mut [&mut [f32]],
+) {
     let (plain, partials) = inputs.split_at(inputs.len() - (2 * call.dims).min(inputs.len()));
     let (coords, periods) = plain.split_at(call.dims.min(plain.len()));
     let points = gabor::Points { coords, partials, periods };

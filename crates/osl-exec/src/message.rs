@@ -106,12 +106,12 @@ impl std::fmt::Debug for Keeping {
     }
 }
 
-/// Different messages that a tile keeps.
+/// Different messages that are kept of a tile, and of a run.
 const MAX_MESSAGES: usize = 1000;
-/// Bytes of the messages that a tile keeps, if it has more than one.
+/// Bytes of the messages that are kept of a tile, and of a run, if it has more than one.
 const MAX_BYTES: usize = 1 << 20;
-/// A tile keeps this many messages, repeats included; after that it keeps new ones only.
-const MAX_EVENTS: usize = 1 << 17;
+/// Bytes that count for a printed text or a message beside its own.
+const BESIDE: u64 = 64;
 
 /// Position of the point that says a message, and how many were said before.
 type Order = (usize, usize);
@@ -144,6 +144,26 @@ impl Points {
     }
 }
 
+/// The messages that are kept once.
+#[derive(Clone, Debug, Default)]
+struct Known {
+    list: FxHashMap<Message, Points>,
+    sorted: BTreeMap<Order, Message>,
+    /// The first that there was no room for: nothing behind it is kept.
+    end: Option<Order>,
+    bytes: usize,
+}
+
+/// What had been said when a batch began.
+#[derive(Clone, Debug, Default)]
+struct Before {
+    /// What was known, once the batch has changed it.
+    known: Option<Box<Known>>,
+    said: usize,
+    printed: usize,
+    events: usize,
+}
+
 /// What one thread has said. Messages are kept once, with the first of their points, and those of the first points where
 /// there are too many: who comes to say one first depends on how many points run together.
 #[derive(Clone, Debug, Default)]
@@ -153,13 +173,12 @@ pub(crate) struct Messages {
     keeping: Keeping,
     /// The first point of the batch that runs.
     batch: usize,
-    known: FxHashMap<Message, Points>,
-    sorted: BTreeMap<Order, Message>,
-    /// The first that there was no room for: nothing behind it is kept.
-    end: Option<Order>,
+    known: Known,
+    before: Before,
     said: usize,
     printed: Vec<Printed>,
-    bytes: usize,
+    /// Bytes of what the batch has printed.
+    bytes: u64,
     /// What is kept each time, and the messages in it.
     events: Vec<(Order, Event)>,
     shared: FxHashSet<Arc<Message>>,
@@ -182,6 +201,31 @@ impl Messages {
     /// Begins a batch.
     pub(crate) fn begin(&mut self, first: usize) {
         self.batch = first;
+        self.bytes = 0;
+        let (printed, events) = (self.printed.len(), self.events.len());
+        self.before = Before { known: None, said: self.said, printed, events };
+    }
+
+    /// Forgets what the batch has said.
+    pub(crate) fn roll_back(&mut self) {
+        if let Some(known) = self.before.known.take() {
+            self.known = *known;
+        }
+        self.said = self.before.said;
+        self.printed.truncate(self.before.printed);
+        self.events.truncate(self.before.events);
+        self.bytes = 0;
+    }
+
+    /// Bytes of what the batch has printed, and of messages that are kept each time.
+    pub(crate) fn printed_bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Forgets what was printed: there is too much of it.
+    pub(crate) fn drop_printed(&mut self) {
+        self.printed = Vec::new();
+        self.events = Vec::new();
     }
 
     /// Whether each message is kept each time.
@@ -218,47 +262,53 @@ impl Messages {
 
     /// Adds a message unless a point before has said it or there are too many of those before.
     fn add_one(&mut self, here: Order, point: usize, message: &Message) {
-        if let Some(known) = self.known.get_mut(message) {
-            known.count(self.batch, point);
-            if here.0 < known.first.0 {
-                self.sorted.remove(&known.first);
-                known.first = here;
-                self.sorted.insert(here, message.clone());
+        if self.before.known.is_none() {
+            self.before.known = Some(Box::new(self.known.clone()));
+        }
+        let batch = self.batch;
+        let known = &mut self.known;
+        if let Some(points) = known.list.get_mut(message) {
+            points.count(batch, point);
+            if here.0 < points.first.0 {
+                known.sorted.remove(&points.first);
+                points.first = here;
+                known.sorted.insert(here, message.clone());
             }
             return;
         }
-        if self.end.is_some_and(|end| here > end) {
+        if known.end.is_some_and(|end| here > end) {
             return;
         }
-        self.bytes += message.text.len();
-        let mut points = Points { first: here, count: 0, batch: self.batch, lanes: Vec::new() };
-        points.count(self.batch, point);
-        self.known.insert(message.clone(), points);
-        self.sorted.insert(here, message.clone());
-        while self.sorted.len() > MAX_MESSAGES || self.bytes > MAX_BYTES && self.sorted.len() > 1 {
-            let Some((order, message)) = self.sorted.pop_last() else { break };
-            self.known.remove(&message);
-            self.bytes -= message.text.len();
-            self.end = Some(order);
+        known.bytes += message.text.len();
+        let mut points = Points { first: here, count: 0, batch, lanes: Vec::new() };
+        points.count(batch, point);
+        known.list.insert(message.clone(), points);
+        known.sorted.insert(here, message.clone());
+        while known.sorted.len() > MAX_MESSAGES || known.bytes > MAX_BYTES && known.sorted.len() > 1 {
+            let Some((order, message)) = known.sorted.pop_last() else { break };
+            known.list.remove(&message);
+            known.bytes -= message.text.len();
+            known.end = Some(order);
         }
     }
 
     /// Keeps a message as an event.
     fn note(&mut self, here: Order, message: &Message) {
         let known = self.shared.get(message).cloned();
-        if self.events.len() >= MAX_EVENTS && known.is_some() {
-            return;
-        }
         let message = known.unwrap_or_else(|| {
             let message = Arc::new(message.clone());
             self.shared.insert(message.clone());
             message
         });
+        // As if each had a text of its own: which share one depends on the tiles.
+        self.bytes += message.text.len() as u64 + BESIDE;
         self.events.push((here, Event::Said(message)));
     }
 
-    /// Adds printed text.
-    pub(crate) fn print(&mut self, mut printed: Printed) {
+    /// Adds printed text. Yields the bytes that it takes.
+    pub(crate) fn print(&mut self, mut printed: Printed) -> u64 {
+        let bytes = printed.text.len() as u64 + BESIDE;
+        self.bytes += bytes;
         printed.point = self.position(printed.point);
         if self.keeping.each {
             let here = (printed.point, self.said);
@@ -267,15 +317,16 @@ impl Messages {
         } else {
             self.printed.push(printed);
         }
+        bytes
     }
 
     /// All of several threads in the order of their points: each message once, printed text, events.
     pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Said>, Vec<Printed>, Vec<Event>) {
         let (mut list, mut printed, mut events) = (Vec::new(), Vec::new(), Vec::new());
         for mut one in all {
-            let counted = one.end.is_none();
-            for (order, message) in one.sorted {
-                let count = one.known.get(&message).map(|points| points.count).filter(|_| counted);
+            let Known { list: known, sorted, end, .. } = one.known;
+            for (order, message) in sorted {
+                let count = known.get(&message).map(|points| points.count).filter(|_| end.is_none());
                 list.push((order, Said { message, points: count, first: order.0 }));
             }
             printed.append(&mut one.printed);
@@ -290,7 +341,7 @@ impl Messages {
     }
 }
 
-/// Adds messages to a list that has each once.
+/// Adds messages to a list that has each once, as long as there is room for them. `more` begins with what is said first.
 pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>) {
     let mut known: FxHashMap<Message, usize> =
         list.iter().enumerate().map(|(at, said)| (said.message.clone(), at)).collect();
@@ -305,6 +356,17 @@ pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>) {
                 list.push(said);
             }
         }
+    }
+    let mut bytes = 0;
+    let fits = |said: &&Said| {
+        bytes += said.message.text.len();
+        bytes <= MAX_BYTES
+    };
+    let fit = list.iter().take(MAX_MESSAGES).take_while(fits).count().max(1);
+    // Where some are left out, or were before, it is not known which points say those that are left.
+    if list.len() > fit || list.iter().any(|said| said.points.is_none()) {
+        list.truncate(fit);
+        list.iter_mut().for_each(|said| said.points = None);
     }
 }
 

@@ -24,11 +24,6 @@ pub(crate) use step::{
     OutputSource, Place, Seed, Step, Steps,
 };
 
-/// Bytes that the registers and arrays of all threads may take, where a batch of one cache line allows it.
-const MAX_BYTES: u64 = 96 << 20;
-/// Bytes that those of a thread may always take.
-const MIN_BYTES: u64 = 8 << 20;
-
 /// Sums up what steps count.
 fn weigh(steps: &mut Steps) {
     for step in &mut steps.list {
@@ -68,6 +63,8 @@ pub struct Program {
     pub(crate) groups: usize,
     /// Whether all points share all that it does: one run is enough.
     pub(crate) shared: bool,
+    /// Steps that count for each point before anything runs.
+    pub(crate) base: u64,
 }
 
 /// Points of a batch where nothing speaks for more.
@@ -126,6 +123,7 @@ impl Program {
         Program {
             error_messages,
             shared,
+            base: weight::of_arrays(&arrays),
             steps,
             marks,
             registers: registers.list,
@@ -181,12 +179,44 @@ impl Program {
         }
     }
 
-    /// The widest batch for which the registers and arrays of so many threads fit the budget.
-    pub(crate) fn widest(&self, threads: usize) -> usize {
+    /// Bytes that the registers and arrays of a point take, for words of so many bytes.
+    fn point_bytes(&self, word: usize) -> u64 {
         let arrays = self.arrays.iter().filter(|a| a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
-        let words = arrays.chain(self.registers.iter().map(|words| u64::from(*words))).sum::<u64>().max(1);
-        let room = (MAX_BYTES / threads.max(1) as u64).max(MIN_BYTES) / 4;
-        usize::try_from(room / words).unwrap_or(usize::MAX).max(LINE)
+        let words = arrays.chain(self.registers.iter().map(|words| u64::from(*words)));
+        words.fold(0, u64::saturating_add).saturating_mul(word as u64).max(1)
+    }
+
+    /// Bytes that arrays take that all points share, for words of so many bytes.
+    fn shared_bytes(&self, word: usize) -> u64 {
+        let arrays = self.arrays.iter().filter(|a| !a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
+        arrays.fold(0, u64::saturating_add).saturating_mul(word as u64)
+    }
+
+    /// Threads and points of a batch, at most as many as given, for which the registers and arrays of all threads fit so many
+    /// bytes; batches become narrow first, then threads few, and last a batch is one point.
+    ///
+    /// # Errors
+    /// The bytes that one point takes: more than there are.
+    pub(crate) fn fit(
+        &self,
+        (threads, batch): (usize, usize),
+        bytes: u64,
+        word: usize,
+    ) -> Result<(usize, usize), u64> {
+        let (point, shared) = (self.point_bytes(word), self.shared_bytes(word));
+        let least = point.saturating_add(shared);
+        if least > bytes {
+            return Err(least);
+        }
+        let line = point.saturating_mul(LINE as u64).saturating_add(shared);
+        let most = usize::try_from(bytes / line).unwrap_or(usize::MAX);
+        if most == 0 {
+            return Ok((1, 1));
+        }
+        let threads = threads.clamp(1, most);
+        let room = (bytes / threads as u64).saturating_sub(shared);
+        let lanes = usize::try_from(room / point).unwrap_or(usize::MAX);
+        Ok((threads, batch.min(lanes / LINE * LINE).max(LINE.min(batch))))
     }
 }
 

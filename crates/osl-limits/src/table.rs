@@ -145,6 +145,30 @@ limits! {
     running: Running {
         /// Instructions of one point that `explain` and `stability` follow.
         trace = 500_000, "instructions", "too long to be followed to its end";
+        /// Steps of a point, see below; `--max-steps` sets it as well.
+        point_steps = 1 << 20, "steps", "takes more than";
+        /// What a point makes: strings, messages, closures, nodes of dictionaries, printed text.
+        point_memory = 16 << 20, "bytes", "strings, messages and closures";
+        /// Registers and arrays of all threads; batches become small, and threads few, to fit it.
+        memory = 128 << 20, "bytes", "the arrays of a point take";
+        /// The outputs of the points that are in memory at a time: rows of an image for EXR, the whole of it otherwise.
+        frame_bytes = 256 << 20, "bytes", "take more than";
+        /// What all points print.
+        printed_bytes = 128 << 20, "bytes", "all points together print more than";
+        /// The closures of all points, where they are kept.
+        closure_bytes = 256 << 20, "bytes", "all points together yield closures of more than";
+        /// An XML text or file that is searched.
+        xml_bytes = 4 << 20, "bytes", "the XML text has more than";
+        /// Attributes of an XML element, and namespaces of a document.
+        xml_attributes = 256, "", "an XML element has more than";
+        /// Elements that one search of an XML text finds.
+        xml_found = 1 << 14, "elements", "the rest is not found";
+        /// Instructions that `stability` follows at all points together.
+        traces = 2_000_000, "instructions", "other points are not followed";
+        /// Steps of a point at each of the many settings that `stability` tries besides the given one.
+        tried_steps = 64 << 10, "steps", "takes more than";
+        /// XML documents that are kept for other points.
+        xml_cache_bytes = 32 << 20, "bytes", "the oldest are parsed again";
     }
     /// Textures and other images.
     images: Images {

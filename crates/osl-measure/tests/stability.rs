@@ -29,8 +29,8 @@ fn examine(name: &str, text: &str, knobs: &[Knob]) -> Examined {
         Some(Base::new(plain, noted, None))
     };
     let services = Services::default();
-    let subject =
-        Subject { services: &services, limits: &Limits::default(), base: base(&[]).expect("it lowers") };
+    let limits = Limits::default();
+    let subject = Subject::new(&services, base(&[]).expect("it lowers"), &limits);
     let variant = |name: &str, value: &str| base(&[(name.to_string(), value.to_string())]);
     let grid = Grid::new(64, 64);
     stability::examine(&subject, &grid, 0.01, knobs, &variant, &checked.sources, name)

@@ -232,7 +232,11 @@ fn contents(folder: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
 
 /// The budgets under which doors run what they have compiled: small, so that they are often met.
 fn tight() -> osl_exec::RunOptions {
-    osl_exec::RunOptions { batch: Some(16), max_steps: 1 << 12, ..osl_exec::RunOptions::default() }
+    osl_exec::RunOptions {
+        batch: Some(16),
+        limits: crate::run::steps(1 << 14),
+        ..osl_exec::RunOptions::default()
+    }
 }
 
 /// Says what does not hold, and for which input.

@@ -109,7 +109,7 @@ pub fn told(bytes: &[u8]) -> u64 {
         return kind(&body);
     }
     let base = Base::new(body.clone(), noted.clone(), None);
-    let subject = Subject { services: laws::services(), limits: &limits, base };
+    let subject = Subject::new(laws::services(), base, &limits);
     let knob = Knob { name: "none".to_string(), values: vec!["nan".to_string()] };
     let variant = |_: &str, _: &str| Some(Base::new(body.clone(), noted.clone(), None));
     let examined = stability::examine(

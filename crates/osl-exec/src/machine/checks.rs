@@ -36,11 +36,13 @@ impl<A: Arithmetic> Machine<'_, A> {
         for lane in self.active(mask) {
             let value = self.value(*arg, *kind, lane);
             let Some(x) = floats(&value).iter().find(|x| !x.is_finite()) else { continue };
-            self.spend_report();
             let sign = if x.is_sign_negative() { "-" } else { "" };
             let shown = if x.is_nan() { "nan" } else { "inf" };
             let text = format!("Detected {sign}{shown} value in {name} at {{0}} (op {op})");
             self.report(step, lane, mask, Message::error_at(text, vec![step.span]));
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -51,7 +53,6 @@ impl<A: Arithmetic> Machine<'_, A> {
             let value = self.value(*arg, *kind, lane);
             let mended = mended(&value);
             if !mended.same_bits(&value) {
-                self.spend_report();
                 let names = self.program.names(step.span);
                 let layer = names.map_or_else(String::new, |(index, names)| {
                     format!("group {}, layer {index} {}, shader {}, ", names.group, names.layer, names.shader)
@@ -62,6 +63,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 self.report(step, lane, mask, Message::error_at(text, vec![step.span]));
             }
             self.set_value(*out, lane, &mended);
+            if !self.work.close() {
+                return;
+            }
         }
     }
 }

@@ -1,13 +1,12 @@
 //! Closures while running: a tree for each value, in an arena that lasts as long as the batch.
 
+use super::Machine;
 use super::mask::Mask;
-use super::{Machine, Stop};
 use crate::arithmetic::Arithmetic;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// A component of a closure: a way to scatter or emit light, with its weight.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,49 +41,43 @@ enum Form {
 struct Node {
     form: Form,
     /// Bytes that it takes written out, about: what nodes share, as often as it is met.
-    written: usize,
+    written: u64,
 }
 
 /// The closures of a batch. Number 0 is the null closure; others are one above their node.
 #[derive(Debug, Default)]
 pub(super) struct Closures {
     nodes: Vec<Node>,
-    /// Bytes of the nodes, about.
-    bytes: usize,
 }
 
-/// Bytes of closures that a batch may make.
-const MAX_BYTES: usize = 64 << 20;
-/// Bytes of closures that a run may keep for whom it runs for.
-const MAX_KEPT: usize = 512 << 20;
-/// Bytes of one closure written out.
-const MAX_WRITTEN: usize = 8 << 20;
-/// Bytes that count for a node beside what its parameters take: a step of writing it out has its time too.
-const NODE_BYTES: usize = 512;
+/// Bytes that count for a node or a component beside what its parameters hold.
+const NODE_BYTES: u64 = 512;
+/// Bytes that count for a parameter, and for a value of it.
+const PARAM_BYTES: u64 = 64;
+/// Bytes of a closure that is gone through in a step.
+const BYTES_A_STEP: u64 = 16;
 
 impl Component {
-    /// Bytes that it takes, about, with what its parameters hold.
-    fn bytes(&self) -> usize {
+    /// Bytes that it takes, about, with what its parameters hold: the same on every machine.
+    fn bytes(&self) -> u64 {
         let of_param = |param: &Param| {
-            size_of::<Param>()
-                + size_of_val(&param.values[..])
-                + param.closure.iter().map(Component::bytes).sum::<usize>()
+            let values = param.values.len() as u64 * PARAM_BYTES;
+            PARAM_BYTES + values + param.closure.iter().map(Component::bytes).sum::<u64>()
         };
-        size_of::<Component>() + self.params.iter().map(of_param).sum::<usize>()
+        NODE_BYTES + self.params.iter().map(of_param).sum::<u64>()
     }
 }
 
 impl Closures {
     pub(super) fn clear(&mut self) {
         self.nodes.clear();
-        self.bytes = 0;
     }
 
     fn node(&self, closure: u32) -> Option<&Node> {
         self.nodes.get(closure.checked_sub(1)? as usize)
     }
 
-    fn written(&self, closure: u32) -> usize {
+    fn written(&self, closure: u32) -> u64 {
         self.node(closure).map_or(0, |node| node.written)
     }
 
@@ -106,39 +99,42 @@ impl Closures {
 
 impl<A: Arithmetic> Machine<'_, A> {
     fn new_node(&mut self, form: Form) -> u32 {
-        let written = match &form {
-            Form::Component(component) => component.bytes(),
-            Form::Sum(a, b) => self.closures.written(*a).saturating_add(self.closures.written(*b)),
-            Form::Scale(of, _) => self.closures.written(*of),
+        let (written, kept) = match &form {
+            Form::Component(component) => (component.bytes(), component.bytes()),
+            Form::Sum(a, b) => (self.closures.written(*a).saturating_add(self.closures.written(*b)), 0),
+            Form::Scale(of, _) => (self.closures.written(*of), 0),
         };
-        let kept = if let Form::Component(_) = form { written } else { 0 };
-        self.closures.bytes += kept + size_of::<Node>();
         let written = written.saturating_add(NODE_BYTES);
-        if self.closures.bytes > MAX_BYTES || written > MAX_WRITTEN {
-            self.exhaust("the shader makes too many closures");
+        self.work.pay(kept / BYTES_A_STEP);
+        // What is written out in one go has to fit as well.
+        if !self.work.keep(kept + NODE_BYTES) || !self.work.holds(written) {
             return 0;
         }
         self.closures.nodes.push(Node { form, written });
         self.closures.nodes.len() as u32
     }
 
-    /// The components of a closure value, kept for whom the run is for.
-    ///
-    /// # Errors
-    /// More of them than a run keeps.
-    pub(crate) fn keep_components(&self, closure: u32) -> Result<Vec<Component>, Stop> {
+    /// The components of a closure value, for whom the run is for, and the bytes that they take.
+    pub(crate) fn components(&self, closure: u32) -> (Vec<Component>, u64) {
         let found = self.closures.components(closure);
-        let bytes = size_of_val(&found) + found.iter().map(Component::bytes).sum::<usize>();
-        if self.totals.closures.fetch_add(bytes, Ordering::Relaxed) + bytes > MAX_KEPT {
-            let what = format!("the closures of all points take more than {} MiB", MAX_KEPT >> 20);
-            return Err(Stop::Exhausted { what, span: None });
-        }
-        Ok(found)
+        let bytes = found.iter().map(Component::bytes).sum();
+        (found, bytes)
+    }
+
+    /// Counts that a closure is written out. Tells whether the point can afford it.
+    fn pay_closure(&mut self, closure: u32) -> bool {
+        self.work.pay(self.closures.written(closure) / BYTES_A_STEP);
+        self.work.affords(0)
     }
 
     pub(super) fn component_of(&mut self, name: &Arc<str>, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
         let [out] = &step.outs[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
+            for arg in step.args.iter().filter(|arg| arg.kind == Kind::Closure) {
+                if !self.pay_closure(self.bits(*arg, lane)) {
+                    return;
+                }
+            }
             let mut args = step.args.iter();
             let params = shapes.iter().map(|shape| {
                 let own: Vec<_> = args.by_ref().take(shape.count as usize).collect();
@@ -159,6 +155,9 @@ impl<A: Arithmetic> Machine<'_, A> {
             let form = Form::Component(Component { weight: [1.0; 3], name: name.clone(), params });
             let number = self.new_node(form);
             self.set_bits(*out, lane, number);
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -170,6 +169,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 (a, b) => self.new_node(Form::Sum(a, b)),
             };
             self.set_bits(*out, lane, number);
+            if !self.work.goes_on() {
+                return;
+            }
         }
     }
 
@@ -187,11 +189,18 @@ impl<A: Arithmetic> Machine<'_, A> {
                 of => self.new_node(Form::Scale(of, by)),
             };
             self.set_bits(*out, lane, number);
+            if !self.work.goes_on() {
+                return;
+            }
         }
     }
 
     /// A closure as `printf` shows it.
-    pub(super) fn closure_text(&self, closure: u32) -> String {
+    pub(super) fn closure_text(&mut self, closure: u32) -> String {
+        // Numbers become text, which takes twice as long as to copy them.
+        if !self.pay_closure(closure) || !self.pay_closure(closure) {
+            return String::new();
+        }
         self.closures.components(closure).iter().map(show).collect::<Vec<_>>().join("\n\t+ ")
     }
 }

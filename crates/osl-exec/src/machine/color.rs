@@ -54,6 +54,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 self.report(step, lane, mask, message);
             }
             self.set_words(*out, lane, &matrix.map(A::Real::store));
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -68,6 +71,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 self.report(step, lane, mask, message);
             }
             self.set_words(*out, lane, &matrix.map(A::Real::store));
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -96,6 +102,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 }
             }
             self.set_words(*out, lane, &words);
+            if !self.work.close() {
+                return;
+            }
         }
     }
 }

@@ -2,14 +2,12 @@
 
 use super::Machine;
 use super::mask::Mask;
+use super::text::BYTES_A_STEP;
 use crate::arithmetic::Arithmetic;
-use crate::dictionary::Start;
+use crate::dictionary::{Cost, Start};
 use crate::message::Message;
-use crate::program::KernelStep;
+use crate::program::{KernelStep, Place};
 use osl_ir::ir::{Const, Kind};
-
-/// Bytes of a dictionary that is a file.
-const MAX_FILE: u64 = 1 << 24;
 
 impl<A: Arithmetic> Machine<'_, A> {
     /// The first node that a path finds in a text or below a node.
@@ -17,33 +15,56 @@ impl<A: Arithmetic> Machine<'_, A> {
         let Some(out) = step.outs.first() else { return };
         for lane in self.lanes(&step.outs, mask) {
             let args = self.values(&step.args, &step.kinds, lane);
-            let found = match &args[..] {
+            let textures = &self.services.textures;
+            let mut is_file = None;
+            let (start, path) = match &args[..] {
                 [Const::Str(name), Const::Str(path)] if name.ends_with(".xml") => {
-                    let text = self.services.textures.read_text(name, MAX_FILE);
-                    text.and_then(|text| self.dictionaries.find(&Start::Document(&text), path))
+                    is_file = Some(name.clone());
+                    (Start::File(name, &|most| textures.read_text(name, most)), path)
                 }
-                [Const::Str(text), Const::Str(path)] => self.dictionaries.find(&Start::Document(text), path),
-                [Const::Int(node), Const::Str(path)] => self.dictionaries.find(&Start::Node(*node), path),
-                _ => Ok(0),
+                [Const::Str(text), Const::Str(path)] => (Start::Document(text), path),
+                [Const::Int(node), Const::Str(path)] => (Start::Node(*node), path),
+                _ => return,
             };
+            let of = self.own(step, lane);
+            let work = &mut self.work;
+            let mut affords = |cost: Cost| {
+                work.pay(cost.steps);
+                work.affords(0) && work.keep(cost.bytes)
+            };
+            let found = self.dictionaries.find(of, &start, path, &mut affords);
             let node = found.unwrap_or_else(|why| {
                 let message = Message::error(format!("dict_find: {why}"));
-                let file = match args.first() {
-                    Some(Const::Str(name)) if name.ends_with(".xml") => Some(name.clone()),
-                    _ => None,
-                };
-                self.report(step, lane, mask, Message { file, ..message });
+                self.report(step, lane, mask, Message { file: is_file, ..message });
                 -1
             });
             self.set_bits(*out, lane, node as u32);
+            if !self.work.close() {
+                return;
+            }
         }
+    }
+
+    /// Whose node a step finds: that of a lane, or of all.
+    fn own(&self, step: &KernelStep, lane: usize) -> Option<usize> {
+        let shared = !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.place, Place::Words(_)));
+        (!shared).then_some(lane)
     }
 
     pub(super) fn dict_next(&mut self, step: &KernelStep, mask: &Mask) {
         let ([node], [out]) = (&step.args[..], &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
-            let next = self.dictionaries.next(self.bits(*node, lane) as i32);
+            let (node, of) = (self.bits(*node, lane) as i32, self.own(step, lane));
+            let work = &mut self.work;
+            let mut affords = |cost: Cost| {
+                work.pay(cost.steps);
+                work.keep(cost.bytes)
+            };
+            let next = self.dictionaries.next(of, node, &mut affords);
             self.set_bits(*out, lane, next as u32);
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -54,11 +75,19 @@ impl<A: Arithmetic> Machine<'_, A> {
             let [Const::Int(node), Const::Str(name)] = &self.values(&step.args, &step.kinds, lane)[..] else {
                 return;
             };
-            let values =
-                self.dictionaries.value(*node, name).and_then(|text| values(text, kind, count.max(1)));
+            let of = self.own(step, lane);
+            let text = self.dictionaries.value(of, *node, name);
+            self.work.pay(text.map_or(0, str::len) as u64 / BYTES_A_STEP * 4);
+            if !self.work.affords(0) {
+                return;
+            }
+            let values = text.and_then(|text| values(text, kind, count.max(1)));
             self.set_bits(*found, lane, values.is_some().into());
             for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
                 self.set_value(*out, lane, &value);
+            }
+            if !self.work.close() {
+                return;
             }
         }
     }

@@ -52,8 +52,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         let mut active = mask.clone();
         loop {
             // Masks and what the loop carries.
-            self.spent += 4 + params.len() as u64;
-            self.within_budget(span)?;
+            self.spend(4 + params.len() as u64, &active);
+            self.next_round(span)?;
             self.steps(body, &active)?;
             // Results first: a next value may itself be a parameter.
             for p in params {

@@ -4,15 +4,13 @@ use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::Arithmetic;
 use crate::message::Message;
-use crate::program::{KernelStep, Place};
+use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kernel};
 
 impl<A: Arithmetic> Machine<'_, A> {
     /// Runs a kernel over the lanes that need it, or once where the result is shared.
     pub(super) fn kernel(&mut self, step: &KernelStep, mask: &Mask) {
         let KernelStep { args, outs, .. } = step;
-        let shared = !outs.is_empty() && outs.iter().all(|o| matches!(o.place, Place::Words(_)));
-        self.spend_kernel(step, if shared { 1 } else { mask.count().min(self.points) });
         match &step.kernel {
             Kernel::Noise { field, dims, tangents, .. } => {
                 self.noise(*field, usize::from(*dims), *tangents, args, outs);
@@ -71,12 +69,18 @@ impl<A: Arithmetic> Machine<'_, A> {
         let mut last: Option<(Vec<Const>, Const)> = None;
         for lane in self.lanes(&step.outs, mask) {
             let args = self.values(&step.args, &step.kinds, lane);
+            // As if each lane computed it.
+            let text = |arg: &Const| if let Const::Str(text) = arg { text.len() } else { 0 };
+            self.pay_text(args.iter().map(text).sum());
             let result = match last.take() {
                 Some((before, result)) if before == args => result,
                 _ => f(&args),
             };
             self.set_value(*out, lane, &result);
             last = Some((args, result));
+            if !self.work.close() {
+                return;
+            }
         }
     }
 }

@@ -97,15 +97,6 @@ impl Mask {
         }
     }
 
-    /// How many lanes the set has.
-    pub(super) fn count(&self) -> usize {
-        match self {
-            Mask::All(width) => *width,
-            Mask::None => 0,
-            Mask::Some(bits) => bits.iter().map(|b| (*b & 1) as usize).sum(),
-        }
-    }
-
     /// The first lane of the set.
     pub(super) fn first(&self) -> Option<usize> {
         match self {

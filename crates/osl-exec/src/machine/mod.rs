@@ -23,11 +23,11 @@ mod texture_info;
 mod work;
 
 use crate::arithmetic::{Arithmetic, Word};
-use crate::dictionary::Dictionaries;
+use crate::dictionary::{Dictionaries, Documents};
 use crate::frame::RunOptions;
 use crate::lanes::{Arg, Ready};
 use crate::message::{Message, Messages};
-use crate::native::{self, Native};
+use crate::native;
 use crate::profile::Profile;
 use crate::program::{Array, KernelStep, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
@@ -37,28 +37,43 @@ pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kind};
+use osl_limits::{Halt, Limits};
 use osl_noise::Isa;
-pub(crate) use work::Totals;
 
 /// Why a run stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Stop {
-    /// A loop went on beyond the budget of its batch.
-    #[error("a loop took more than {steps} steps")]
+    /// A point takes more steps than it may.
+    #[error("point {point} takes more than {steps} steps")]
     TooManySteps {
-        /// The budget.
+        /// The first such point, by its pixel.
+        point: usize,
+        /// The limit.
         steps: u64,
-        /// The loop.
-        span: Span,
-    },
-    /// What a batch makes, or the run prints, does not fit its budget.
-    #[error("{what}")]
-    Exhausted {
-        /// The budget in words.
-        what: String,
-        /// The call, if it was one.
+        /// Where it was found out, if that is a loop or a call.
         span: Option<Span>,
     },
+    /// A point makes more than it may.
+    #[error("the strings, messages and closures of point {point} take more than {bytes} bytes")]
+    TooMuchMemory {
+        /// The first such point, by its pixel.
+        point: usize,
+        /// The limit.
+        bytes: u64,
+        /// The call that was one too many, if it was one.
+        span: Option<Span>,
+    },
+    /// What the points of a run need together is more than it may be.
+    #[error("{what}")]
+    TooMuch {
+        /// The limit in words.
+        what: String,
+        /// The name of the limit.
+        limit: &'static str,
+    },
+    /// The command has used up its time or its memory.
+    #[error("{0}")]
+    Halted(Halt),
 }
 
 /// The registers and working memory of one thread.
@@ -83,11 +98,9 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     ready: Vec<Ready>,
     /// Runs of them that have come up, unless all are to run without machine code.
     native: Option<native::Known>,
-    max_steps: u64,
-    /// Steps of the batch so far.
-    spent: u64,
-    /// A budget that the kernel which runs has used up.
-    exhausted: Option<String>,
+    limits: &'a Limits,
+    /// What the points of the batch have taken.
+    work: work::Work,
     /// Whether a batch has been run.
     ran: bool,
     /// Where the points come from.
@@ -97,9 +110,10 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     points: usize,
     texts: text::Texts,
     closures: closure::Closures,
-    dictionaries: Dictionaries,
+    dictionaries: Dictionaries<'a>,
     named: named::Named<A::Word>,
-    totals: &'a Totals,
+    /// The pattern that each lane used last, and behind them the one that any did.
+    patterns: Vec<u32>,
     /// Which blocks of each array hold more than zeros.
     dirty: Vec<Vec<bool>>,
     pub(crate) messages: Messages,
@@ -108,17 +122,17 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
 }
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
-    /// A machine for batches of up to `width` points, whose lane operations may become machine code.
+    /// A machine for batches of up to `width` points.
     pub(crate) fn new(
         program: &'a Program,
         services: &'a Services,
         source: &'a dyn PointSource,
-        isa: Isa,
-        (width, native): (usize, Native),
-        options: &RunOptions,
-        totals: &'a Totals,
+        width: usize,
+        options: &'a RunOptions,
+        documents: &'a Documents,
     ) -> Self {
-        let width = width.max(1).next_multiple_of(LINE);
+        let (isa, native) = (options.isa, options.native);
+        let width = if width <= 1 { 1 } else { width.next_multiple_of(LINE) };
         let array = |a: &Array| Lanes::new((a.words * a.len) as usize * if a.varying { width } else { 1 });
         Machine {
             program,
@@ -135,40 +149,54 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             queue: lane::Queue::default(),
             ready: Vec::new(),
             native: native::Known::new(native).filter(|_| A::NATIVE.is_some() && isa.name() == "avx512"),
-            max_steps: options.max_steps,
-            spent: 0,
-            exhausted: None,
+            limits: &options.limits,
+            work: work::Work::default(),
             ran: false,
             source,
             first: 0,
             points: 0,
             texts: text::Texts::default(),
             closures: closure::Closures::default(),
-            dictionaries: Dictionaries::default(),
+            dictionaries: Dictionaries::new(documents),
             named: named::Named::default(),
-            totals,
+            patterns: Vec::new(),
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
             messages: Messages::new(source.blocks(), options.keeping.clone()),
             profile: None,
         }
     }
 
-    /// Runs the program for `points` points from `first` on, at most as many as the batch is wide.
-    pub(crate) fn run(&mut self, first: usize, points: usize) -> Result<(), Stop> {
+    /// How many lanes there are.
+    pub(crate) fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Runs the program for `points` points from `first` on, at most as many as the batch is wide. `each`: whether every
+    /// point counts for itself what it takes.
+    ///
+    /// # Errors
+    /// A single point is beyond its limits; or several points, where it is not known which of them are.
+    pub(crate) fn run(&mut self, first: usize, points: usize, each: bool) -> Result<(), Stop> {
         let source = self.source;
-        if self.program.shared && std::mem::replace(&mut self.ran, true) && !self.messages.keeps_each() {
+        if let Some(why) = self.limits.halted() {
+            return Err(Stop::Halted(why));
+        }
+        if self.program.shared && self.ran && !self.messages.keeps_each() {
             // It holds the results of every point.
             return Ok(());
         }
         self.messages.begin(first);
-        self.spent = 0;
+        let program = self.program;
+        self.work.begin(self.limits, (points, program.base), each);
         self.queue.clear();
+        self.shared.clear();
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
         self.named.clear();
+        self.dictionaries.clear();
+        self.patterns.clear();
         self.clear_arrays();
-        let program = self.program;
         for (global, operand) in &program.globals {
             match operand.place {
                 Place::Lanes { reg, .. } if source.varying().contains(global) => {
@@ -191,7 +219,10 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
                 _ => self.spread(source.slope(*global, *axis), *operand),
             }
         }
-        self.steps(&program.steps, &Mask::start(points, self.width))
+        self.steps(&program.steps, &Mask::start(points, self.width))?;
+        self.within_limits(None)?;
+        self.ran = true;
+        Ok(())
     }
 
     /// Sets a place to values that all points share.
@@ -258,7 +289,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     }
 
     fn steps(&mut self, steps: &'a Steps, mask: &Mask) -> Result<(), Stop> {
-        self.spent += steps.weight;
+        self.spend(steps.weight, mask);
         if self.profile.is_some() {
             return self.profiled(steps, mask);
         }
@@ -276,9 +307,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             }
             Step::Kernel(step) => {
                 self.kernel(step, mask);
-                if let Some(what) = self.exhausted.take() {
-                    return Err(Stop::Exhausted { what, span: Some(step.span) });
-                }
+                self.spend_kernel(0, mask);
+                self.within_limits(Some(step.span))?;
             }
             Step::Load { array, index, out } => self.load(*array, *index, *out),
             Step::Store { array, index, value } => self.store(*array, *index, *value, mask),
@@ -426,6 +456,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Reports a message of a lane; of all active lanes where these share what the step yields.
     fn report(&mut self, step: &KernelStep, lane: usize, mask: &Mask, message: Message) {
         let message = Message { at: Some(step.span), ..message };
+        self.pay_text(8 * message.text.len());
+        self.work.pay(REPORT);
         let shared = !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.place, Place::Words(_)));
         if shared {
             self.report_all(mask, message);
@@ -497,6 +529,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         self.put(to, target);
     }
 }
+
+/// Steps of a report, beside its text.
+const REPORT: u64 = 40;
 
 /// The words of a result while they are written.
 enum Target<W> {

@@ -13,16 +13,17 @@ use osl_ir::ir::MessageForm;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Messages that a batch may keep.
-const MAX_MESSAGES: usize = 1 << 16;
-/// Words of values that a batch may keep.
-const MAX_WORDS: usize = 1 << 20;
+/// Bytes that count for a message beside its value.
+const MESSAGE_BYTES: u64 = 96;
+/// Bytes that count for a word of a value: those of the widest arithmetic.
+const WORD_BYTES: u64 = 8;
+/// Words that are copied in a step.
+const WORDS_A_STEP: usize = 4;
 
 /// The messages of a batch by lane and number of the name.
 #[derive(Debug)]
 pub(super) struct Named<W> {
     list: FxHashMap<(usize, u32), Entry<W>>,
-    words: usize,
 }
 
 /// A message that was set, or asked for in vain.
@@ -36,14 +37,13 @@ struct Entry<W> {
 
 impl<W> Default for Named<W> {
     fn default() -> Self {
-        Named { list: FxHashMap::default(), words: 0 }
+        Named { list: FxHashMap::default() }
     }
 }
 
 impl<W> Named<W> {
     pub(super) fn clear(&mut self) {
         self.list.clear();
-        self.words = 0;
     }
 }
 
@@ -64,6 +64,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                     self.report(step, lane, mask, message);
                 }
             }
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -83,6 +86,10 @@ impl<A: Arithmetic> Machine<'_, A> {
                 }
             }
             self.set_bits(*found, lane, value.is_some().into());
+            self.work.pay((value.as_ref().map_or(0, Vec::len) / WORDS_A_STEP) as u64);
+            if !self.work.close() {
+                return;
+            }
             let Some(words) = value else { continue };
             match (rest.first(), form.array) {
                 (Some(out), _) => self.set_words(*out, lane, &words),
@@ -94,12 +101,10 @@ impl<A: Arithmetic> Machine<'_, A> {
 
     fn keep(&mut self, key: (usize, u32), form: &MessageForm, value: Option<Vec<A::Word>>) {
         let words = value.as_ref().map_or(0, Vec::len);
-        if self.named.list.len() >= MAX_MESSAGES || self.named.words + words > MAX_WORDS {
-            self.exhaust("the shader keeps too many messages under computed names");
-            return;
+        self.work.pay((words / WORDS_A_STEP) as u64);
+        if self.work.keep(MESSAGE_BYTES + WORD_BYTES * words as u64) {
+            self.named.list.insert(key, Entry { ty: form.ty.clone(), place: form.place, value });
         }
-        self.named.words += words;
-        self.named.list.insert(key, Entry { ty: form.ty.clone(), place: form.place, value });
     }
 
     /// The words of the value that a call sets.

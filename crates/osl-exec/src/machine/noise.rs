@@ -27,11 +27,28 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     /// Gabor noise, whose options may differ between lanes.
-    fn gabor(&mut self, dims: usize, given: &[(GaborOption, Operand)], args: &[Operand], outs: &[Operand]) {
+    fn gabor(
+        &mut self,
+        (dims, triple): (usize, bool),
+        given: &[(GaborOption, Operand)],
+        args: &[Operand],
+        outs: &[Operand],
+        mask: &Mask,
+    ) {
+        let once = matches!(outs.first(), Some(Operand { place: Place::Words(_), .. }));
+        let lanes = if once { vec![0] } else { self.active(mask) };
         let shared = given.iter().all(|(_, value)| matches!(self.arg(*value), Arg::Same(_)));
-        let count = if shared { 1 } else { self.width };
-        let options: Vec<gabor::Options> = (0..count).map(|lane| self.gabor_options(given, lane)).collect();
-        let field = Field::Gabor(&options);
+        let of = if shared { &lanes[..lanes.len().min(1)] } else { &lanes };
+        let options: Vec<gabor::Options> = of.iter().map(|lane| self.gabor_options(given, *lane)).collect();
+        for at in 0..lanes.len() {
+            let impulses = options.get(if shared { 0 } else { at }).map_or(0.0, |options| options.impulses);
+            let fields = if triple { 3 } else { 1 };
+            self.work.pay(fields * (GABOR + IMPULSE * impulses.clamp(0.0, MAX_IMPULSES) as u64));
+            if !self.work.close() {
+                return;
+            }
+        }
+        let field = Field::Gabor(&lanes, &options);
         self.fields(&FieldCall { field, dims, tangents: true, dual: outs.len() == 3 }, args, outs);
     }
 
@@ -112,7 +129,12 @@ impl<A: Arithmetic> Machine<'_, A> {
             step.outs.iter().map(|out| Lanes::new(out.words as usize * self.width)).collect();
         for (text, lanes) in self.groups(*name, mask) {
             let (here, _) = mask.split(self.isa, &lanes);
+            // The others wait meanwhile, which none of them does alone.
+            self.work.delay(NAME);
             self.noise_by_name(&text, step, &here);
+            if !self.work.goes_on() {
+                return;
+            }
             for (out, result) in step.outs.iter().zip(&mut results) {
                 let Arg::Each(values) = self.arg(*out) else { continue };
                 for (to, from) in result.words_mut().chunks_mut(self.width).zip(values.chunks(self.width)) {
@@ -130,7 +152,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     fn noise_by_name(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
-        let Kernel::NamedNoise { dims, periodic, options, tangents, .. } = &step.kernel else { return };
+        let Kernel::NamedNoise { dims, triple, periodic, options, tangents } = &step.kernel else { return };
         let dims = usize::from(*dims);
         let coordinates = step.kernel.coordinates().len() * if *periodic { 2 } else { 1 };
         let (plain, rest) = step.args[1..].split_at(coordinates.min(step.args.len() - 1));
@@ -141,7 +163,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
         if name == "gabor" {
             let given: Vec<_> = options.iter().copied().zip(values.iter().copied()).collect();
-            return self.gabor(dims, &given, &args, &step.outs);
+            return self.gabor((dims, *triple), &given, &args, &step.outs, mask);
         }
         let value = match name {
             "unull" => 0.5_f32,
@@ -162,6 +184,14 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 }
+
+/// Steps of a field that some lanes wait for while others are computed.
+const NAME: u64 = 200;
+/// Steps of a field of Gabor noise: finding the impulses near a point.
+const GABOR: u64 = 100;
+/// Steps of an impulse that overlaps a point, on average. At most so many do.
+const IMPULSE: u64 = 12;
+const MAX_IMPULSES: f32 = 32.0;
 
 /// Results at most: a value and its tangents along two axes.
 const MAX_RESULTS: usize = 3;

@@ -11,6 +11,9 @@ use osl_ir::numeric::{Number, spline};
 use osl_ir::types::{Base, Extent, Type};
 use osl_noise::hash::NAN_WORD;
 
+/// Steps of a knot that an inverse spline searches.
+const KNOT: u64 = 4;
+
 impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn hash(&mut self, step: &KernelStep, mask: &Mask) {
         let Some(out) = step.outs.first() else { return };
@@ -60,6 +63,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 let slope = datum.as_ref().map_or(0.0, |d| d.slopes[axis]);
                 self.set_floats(*out, lane, &[slope]);
             }
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -106,6 +112,11 @@ impl<A: Arithmetic> Machine<'_, A> {
         let [basis, y, count, changes @ ..] = &step.args[..] else { return };
         let mut list = vec![A::Real::lit(0.0); len];
         for lane in self.lanes(&step.outs, mask) {
+            let searched = KNOT * (len * (1 + tangents.len())) as u64;
+            self.work.pay(searched);
+            if !self.work.affords(0) {
+                return;
+            }
             for (index, knot) in list.iter_mut().enumerate() {
                 *knot = A::Real::load(self.element(knots, index, 0, lane));
             }
@@ -118,6 +129,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 let change = A::Real::load(self.word(*change, lane));
                 let tangent = spline::inverse_tangent(basis, y, change, &list, count);
                 self.set_words(*out, lane, &[tangent.store()]);
+            }
+            if !self.work.close() {
+                return;
             }
         }
     }
@@ -136,9 +150,11 @@ impl<A: Arithmetic> Machine<'_, A> {
         for lane in self.active(mask) {
             let (i, n) = (self.bits(*index, lane) as i32, self.bits(*len, lane) as i32);
             if i < 0 || i >= n {
-                self.spend_report();
                 let text = format!("Index [{i}] out of range {name}[0..{}]: {{0}}", n - 1);
                 self.report(step, lane, mask, Message::error_at(text, vec![step.span]));
+            }
+            if !self.work.close() {
+                return;
             }
         }
     }

@@ -42,6 +42,11 @@ impl<W: Word> Shared<'_, W> {
         }
     }
 
+    /// Forgets what waits: a batch may have ended early.
+    pub(super) fn clear(&mut self) {
+        self.queue.clear();
+    }
+
     /// The words of a shared value where all lanes of the batch are in one cell.
     pub(super) fn by_all(&self, cells: CellPlace) -> Option<&[W]> {
         if self.is_one(cells.group) { self.narrow.get(cells.reg as usize).map(Lanes::words) } else { None }
@@ -155,7 +160,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             if self.profile.is_some() {
                 return self.steps(steps, mask);
             }
-            self.spent += steps.weight;
+            self.spend(steps.weight, mask);
             return self.follow(&steps.list, mask);
         }
         let (width, room) = (self.width, room(count));

@@ -10,28 +10,29 @@ use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// The strings of a batch beside those of the program. They are numbered behind those, and forgotten when the batch ends.
 #[derive(Debug, Default)]
 pub(super) struct Texts {
     list: Vec<Arc<str>>,
     numbers: FxHashMap<Arc<str>, u32>,
-    bytes: usize,
 }
 
-/// Bytes that a run may print, each text with what is kept beside it.
-const MAX_PRINTED: usize = 3 << 25;
-/// What is kept beside a printed text.
-const PRINTED_BESIDE: usize = 128;
-/// Bytes of strings that a batch may make.
-const MAX_TEXTS: usize = 1 << 25;
+/// Bytes of text that are made, compared or searched in a step.
+pub(super) const BYTES_A_STEP: u64 = 16;
+/// Bytes that count for a string beside its own.
+const STRING_BYTES: u64 = 64;
+/// Steps of a value that is written as text, beside its bytes.
+const VALUE: u64 = 16;
+/// Steps of a piece of a string that was split: it becomes a string of its own.
+const PIECE: u64 = 8;
+/// Groups of a pattern whose places are looked up.
+const PLACE: u64 = 1;
 
 impl Texts {
     pub(super) fn clear(&mut self) {
         self.list.clear();
         self.numbers.clear();
-        self.bytes = 0;
     }
 }
 
@@ -44,16 +45,18 @@ impl<A: Arithmetic> Machine<'_, A> {
         known.get(number).or_else(made).cloned().unwrap_or_else(|| "".into())
     }
 
-    /// The number of a string; that of the empty string, and the end of the run, where the batch has made too much
-    /// text.
+    /// Counts text that is made, compared or searched.
+    pub(super) fn pay_text(&mut self, bytes: usize) {
+        self.work.pay(bytes as u64 / BYTES_A_STEP);
+    }
+
+    /// The number of a string; that of the empty string where there is no room for it.
     pub(super) fn intern(&mut self, text: &Arc<str>) -> u32 {
-        self.spend_text(text.len());
+        self.pay_text(2 * text.len());
         if let Some(number) = self.program.numbers.get(text).or_else(|| self.texts.numbers.get(text)) {
             return *number;
         }
-        self.texts.bytes += text.len();
-        if self.texts.bytes > MAX_TEXTS {
-            self.exhaust(format!("the shader makes more than {} MiB of strings", MAX_TEXTS >> 20));
+        if !self.work.keep(text.len() as u64 + STRING_BYTES) {
             return 0;
         }
         let number = (self.program.strings.len() + self.texts.list.len()) as u32;
@@ -92,7 +95,8 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     /// The values behind a format string, grouped by their shapes.
-    fn shaped(&self, shapes: &[Shape], args: &[Operand], lane: usize) -> Vec<Value> {
+    fn shaped(&mut self, shapes: &[Shape], args: &[Operand], lane: usize) -> Vec<Value> {
+        self.work.pay(args.len() as u64 * VALUE);
         let mut args = args.iter();
         let mut values = Vec::new();
         for shape in shapes {
@@ -106,12 +110,23 @@ impl<A: Arithmetic> Machine<'_, A> {
         values
     }
 
+    /// The text of a format string and values, counted.
+    fn formatted(&mut self, format: &str, values: &[Value], flavour: Flavour) -> String {
+        let text = text::format(format, values, flavour);
+        self.pay_text(format.len() + 4 * text.len());
+        text
+    }
+
     pub(super) fn format(&mut self, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
         let (Some((format, rest)), [out]) = (step.args.split_first(), &step.outs[..]) else { return };
         for lane in self.lanes(&step.outs, mask) {
             let format = self.text(self.bits(*format, lane));
-            let text = text::format(&format, &self.shaped(shapes, rest, lane), Flavour::Format);
+            let values = self.shaped(shapes, rest, lane);
+            let text = self.formatted(&format, &values, Flavour::Format);
             self.set_value(*out, lane, &Const::Str(text.into()));
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -122,8 +137,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         let shader = self.program.shader(step.span);
         for lane in self.active(mask) {
             let format = self.text(self.bits(*format, lane));
-            let text = text::format(&format, &self.shaped(shapes, rest, lane), Flavour::Print);
-            self.spend_text(text.len());
+            let values = self.shaped(shapes, rest, lane);
+            let text = self.formatted(&format, &values, Flavour::Print);
             let point = self.first + lane;
             match sink {
                 Sink::Print => self.say(Printed { point, file: None, text }),
@@ -140,17 +155,16 @@ impl<A: Arithmetic> Machine<'_, A> {
                     self.report(step, lane, mask, Message::warning(text));
                 }
             }
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
-    /// Keeps printed text; the end of the run where there is too much.
+    /// Keeps printed text as long as the batch lasts, which is what a point has to have room for; the run counts it then.
     fn say(&mut self, printed: Printed) {
-        let bytes = printed.text.len() + PRINTED_BESIDE;
-        if self.totals.said.fetch_add(bytes, Ordering::Relaxed) + bytes > MAX_PRINTED {
-            self.exhaust(format!("the shader prints more than {} MiB", MAX_PRINTED >> 20));
-        } else {
-            self.messages.print(printed);
-        }
+        let bytes = self.messages.print(printed);
+        self.work.keep(bytes);
     }
 
     pub(super) fn split(&mut self, pieces: u32, step: &KernelStep, mask: &Mask) {
@@ -167,13 +181,22 @@ impl<A: Arithmetic> Machine<'_, A> {
                 return;
             };
             let most = usize::try_from(*most).unwrap_or(0).min(room);
-            let found: Vec<Arc<str>> = text::split(s, separator, most).into_iter().map(Into::into).collect();
-            for (index, piece) in found.iter().enumerate() {
-                let number = self.intern(piece);
+            self.pay_text(4 * s.len());
+            let mut count = 0;
+            for (index, piece) in text::split(s, separator, most).into_iter().enumerate() {
+                self.work.pay(PIECE);
+                let number = self.intern(&piece.into());
                 self.set_element(pieces, index, 0, lane, A::Word::of(number));
+                count = index + 1;
+                if index % 1024 == 1023 && !self.work.affords(0) {
+                    return;
+                }
             }
             if let Some(out) = step.outs.first() {
-                self.set_bits(*out, lane, found.len() as u32);
+                self.set_bits(*out, lane, count as u32);
+            }
+            if !self.work.close() {
+                return;
             }
         }
     }
@@ -181,25 +204,38 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn regex(&mut self, whole: bool, places: Option<u32>, step: &KernelStep, mask: &Mask) {
         let array = places.and_then(|p| self.program.arrays.get(p as usize).copied());
         let mut lanes = self.active(mask);
-        if array.is_none_or(|a| !a.varying)
-            && step.outs.iter().all(|o| matches!(o.place, crate::program::Place::Words(_)))
-        {
+        let shared = array.is_none_or(|a| !a.varying)
+            && step.outs.iter().all(|o| matches!(o.place, crate::program::Place::Words(_)));
+        if shared {
             lanes.truncate(1);
         }
-        let mut last: Option<Arc<str>> = None;
+        let [subject, pattern] = &step.args[..] else { return };
         for lane in lanes {
-            let [Const::Str(s), Const::Str(pattern)] = &self.values(&step.args, &step.kinds, lane)[..] else {
+            let (s, number) = (self.text(self.bits(*subject, lane)), self.bits(*pattern, lane));
+            let pattern = self.text(number);
+            if !self.pay_pattern(&pattern, number, (!shared).then_some(lane)) {
                 return;
-            };
-            self.spend_pattern(pattern, last.as_ref() != Some(pattern));
-            last = Some(pattern.clone());
-            let search = if whole { text::whole } else { text::find };
-            let found = search(s, pattern).unwrap_or_else(|()| {
-                let text = format!("malformed regular expression \"{}\"", pattern.escape_debug());
-                self.report(step, lane, mask, Message::error(text));
-                None
+            }
+            let search = if whole { text::Pattern::whole } else { text::Pattern::find };
+            let found = text::Pattern::with(&pattern, whole, |pattern| {
+                // What a search may take depends on both: it is counted before.
+                let steps = pattern.cost(s.len());
+                self.work.affords(steps).then(|| {
+                    self.work.pay(steps);
+                    search(pattern, &s)
+                })
             });
+            let found = match found {
+                Ok(Some(found)) => found,
+                Ok(None) => return,
+                Err(()) => {
+                    let text = format!("malformed regular expression \"{}\"", pattern.escape_debug());
+                    self.report(step, lane, mask, Message::error(text));
+                    None
+                }
+            };
             if let (Some(array), Some(places)) = (array, places) {
+                self.work.pay(u64::from(array.len) * PLACE);
                 for index in 0..array.len as usize {
                     let group = found.as_ref().and_then(|g| *g.get(index / 2)?);
                     // Groups without a match have the length of the pattern, as in the reference.
@@ -210,6 +246,32 @@ impl<A: Arithmetic> Machine<'_, A> {
             if let Some(out) = step.outs.first() {
                 self.set_bits(*out, lane, found.is_some().into());
             }
+            if !self.work.close() {
+                return;
+            }
         }
+    }
+
+    /// Counts the pattern that a lane uses, or all: it is compiled anew where it is another than the last one. Tells whether the
+    /// point can afford it.
+    fn pay_pattern(&mut self, pattern: &str, number: u32, lane: Option<usize>) -> bool {
+        // Behind those of the lanes are that which all used last, and that of the machine.
+        let (all, machine) = (self.width, self.width + 1);
+        self.patterns.resize(machine + 1, u32::MAX);
+        let mut is_new = |at: usize| {
+            let known = self.patterns.get_mut(at).map(|known| std::mem::replace(known, number));
+            known != Some(number)
+        };
+        let steps = text::Pattern::making(pattern);
+        if is_new(machine) {
+            self.work.delay(steps);
+        }
+        match lane {
+            Some(lane) if is_new(lane) => self.work.pay(steps),
+            // Which of the points came first depends on the batch.
+            None if is_new(all) => self.work.add_all(steps),
+            _ => {}
+        }
+        self.work.affords(0)
     }
 }

@@ -72,6 +72,28 @@ struct Failure {
     hole: bool,
 }
 
+/// Steps of a probe of a lookup: it blends some texels of two levels.
+const PROBE: u64 = 6;
+/// Probes of a lookup at most.
+const MAX_PROBES: u64 = 64;
+/// Probes of a lookup by direction, about.
+const DIRECTIONS: u64 = 16;
+
+/// Probes that a lookup with this footprint takes at most: twice the ratio of its axes, which is no more than the sum of their
+/// squares by the area between them.
+fn probes([ds_dx, dt_dx, ds_dy, dt_dy]: [f32; 4]) -> u64 {
+    let squares = ds_dx * ds_dx + dt_dx * dt_dx + ds_dy * ds_dy + dt_dy * dt_dy;
+    let area = (ds_dx * dt_dy - dt_dx * ds_dy).abs();
+    if squares == 0.0 {
+        return 1;
+    }
+    // Of NaN this is 0, and the most is taken.
+    match (2.0 * squares / area) as u64 {
+        0 => MAX_PROBES,
+        ratio => ratio.min(MAX_PROBES),
+    }
+}
+
 impl<A: Arithmetic> Machine<'_, A> {
     /// Lookups in the plane: the lanes differ in coordinates and options, and mostly share the file.
     pub(super) fn texture(
@@ -90,9 +112,14 @@ impl<A: Arithmetic> Machine<'_, A> {
             let given = self.lookup_options(options, values, channels, lane);
             let float = |m: &Self, o: &Operand| m.single(*o, lane);
             let at = (float(self, s), float(self, t));
-            let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
             let mut slope = [0.0; 4];
             slope.iter_mut().zip(slopes).for_each(|(to, from)| *to = float(self, from));
+            self.work.pay(PROBE * probes(slope));
+            let number = self.bits(*name, lane);
+            if !self.pay_file(number, &self.text(number)) {
+                return;
+            }
+            let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
             let [ds_dx, dt_dx, ds_dy, dt_dy] = slope;
             let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
             let sample = opened.map(|texture| {
@@ -118,6 +145,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                     self.set_floats(*alpha, lane, &change[behind..]);
                 }
             }
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -140,13 +170,21 @@ impl<A: Arithmetic> Machine<'_, A> {
             let change =
                 |m: &Self, index: usize| changes.get(index).map_or([0.0; 3], |o| m.singles(*o, lane));
             let (d_dx, d_dy) = (change(self, 0), change(self, 1));
-            let name = (self.bits(*name, lane), &given.part);
+            let number = self.bits(*name, lane);
+            self.work.pay(PROBE * DIRECTIONS);
+            if !self.pay_file(number, &self.text(number)) {
+                return;
+            }
+            let name = (number, &given.part);
             let (opened, ..) = self.opened(&mut opened, name, (0.0, 0.0));
             let sample = opened.map(|texture| {
                 let value = environment(texture, towards, d_dx, d_dy, channels + 1, &given.lookup);
                 Sample { value, ..Sample::default() }
             });
             self.deliver(step, (lane, mask), &sample, (quiet, "environment"), &given);
+            if !self.work.close() {
+                return;
+            }
         }
     }
 
@@ -158,6 +196,9 @@ impl<A: Arithmetic> Machine<'_, A> {
         for lane in self.lanes(&step.outs, mask) {
             let given = self.lookup_options(options, values, channels, lane);
             let number = self.bits(*name, lane);
+            if !self.pay_file(number, &self.text(number)) {
+                return;
+            }
             let (file, ..) = self.opened(&mut opened, (number, &given.part), (0.0, 0.0));
             let unread = || Failure {
                 name: self.text(number),
@@ -166,6 +207,9 @@ impl<A: Arithmetic> Machine<'_, A> {
             };
             let failure = file.err().cloned().unwrap_or_else(unread);
             self.deliver(step, (lane, mask), &Err(&failure), (quiet, "texture3d"), &given);
+            if !self.work.close() {
+                return;
+            }
         }
     }
 

@@ -12,6 +12,11 @@ use std::sync::Arc;
 /// The value of a datum, or the file that cannot be read.
 type Answer = Result<Option<Vec<Const>>, Arc<LoadFailure>>;
 
+/// Steps of looking for a file.
+const FILE: u64 = 500;
+/// Files that a name may stand for.
+const SQUARES: u64 = 100;
+
 impl<A: Arithmetic> Machine<'_, A> {
     /// A datum of a texture's header.
     pub(super) fn texture_info(&mut self, kind: Kind, count: usize, step: &KernelStep, mask: &Mask) {
@@ -19,6 +24,9 @@ impl<A: Arithmetic> Machine<'_, A> {
         let [file, datum, at @ ..] = &step.args[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
             let (name, word) = (self.text(self.bits(*file, lane)), self.text(self.bits(*datum, lane)));
+            if !self.pay_file(self.bits(*file, lane), &name) {
+                return;
+            }
             let at = match at {
                 [s, t] => Some((self.single(*s, lane), self.single(*t, lane))),
                 _ => None,
@@ -34,7 +42,19 @@ impl<A: Arithmetic> Machine<'_, A> {
             for (out, value) in outs.iter().zip(values.into_iter().flatten()) {
                 self.set_value(*out, lane, &value);
             }
+            if !self.work.close() {
+                return;
+            }
         }
+    }
+
+    /// Counts that a file is looked for, in one place or in all squares: names of the program are known after the first time, but
+    /// a point can make any number of others. Tells whether the point can afford it.
+    pub(super) fn pay_file(&mut self, number: u32, name: &str) -> bool {
+        if number as usize >= self.program.strings.len() {
+            self.work.pay(if TextureCache::is_tiled(name) { SQUARES * FILE } else { FILE });
+        }
+        self.work.affords(0)
     }
 
     /// A datum of a texture, of that at (s, t) if the name stands for many.

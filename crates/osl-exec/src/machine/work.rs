@@ -1,85 +1,197 @@
-//! How much a batch may do: steps, counted by what they take, and the memory of what it makes.
+//! What a point may take: steps of work, and the memory of what it makes.
 //!
-//! The count knows no clock, so that a program ends at the same place on every machine.
+//! The count knows no clock, so that a program ends at the same place on every machine. A batch counts for all of its points
+//! at once: each block and each kernel counts what the most expensive of its points takes. So the count of a batch
+//! is never below that of any of its points, and a batch within the limits holds no point beyond them. A batch beyond them says
+//! nothing of its points; the caller runs it again, in smaller batches, down to single points: for one point the count
+//! is exact. This module must not know which kernel takes what.
 
+use super::mask::Mask;
 use super::{Machine, Stop};
 use crate::arithmetic::Arithmetic;
-use crate::program::KernelStep;
 use osl_ir::Span;
-use osl_ir::ir::Kernel;
-use std::sync::atomic::AtomicUsize;
+use osl_limits::Limits;
 
-/// Bytes of text for each step that is counted for it.
-const BYTES_A_STEP: usize = 128;
-/// Steps that are counted for a report of a bad index.
-const REPORT: u64 = 16;
-/// Steps that are counted for a pattern that has to be compiled.
-const PATTERN: u64 = 2000;
-/// Steps that are counted for a match that may go back and try again, as often as matches may.
-const RETRIES: u64 = 8000;
+/// Rounds of loops after which a machine asks whether the command has to end.
+const ROUNDS: u64 = 1 << 12;
+/// Share of the steps of all points of a batch that kernels may take lane by lane before the batch is run again in smaller ones.
+const SHARE: u64 = 8;
 
-/// What the batches of a run have made together, in bytes.
-#[derive(Debug, Default)]
-pub(crate) struct Totals {
-    /// Printed and reported.
-    pub(super) said: AtomicUsize,
-    /// Closures that are kept.
-    pub(super) closures: AtomicUsize,
+/// A limit that the batch has passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Over {
+    Steps,
+    Memory,
 }
 
-/// What a kernel counts for each lane, in sixteenths of a step.
-fn of_kernel(kernel: &Kernel) -> u64 {
-    match kernel {
-        Kernel::Noise { triple, .. } => 4 << u32::from(*triple),
-        Kernel::NamedNoise { .. } => 1600,
-        Kernel::Texture { .. }
-        | Kernel::Environment { .. }
-        | Kernel::Volume { .. }
-        | Kernel::TextureInfo { .. } => 160,
-        Kernel::Regex { .. } => 200,
-        Kernel::DictFind => 1600,
-        Kernel::Print { .. } => 400,
-        Kernel::Format(_) | Kernel::Split { .. } => 200,
-        Kernel::Note(_) => 0,
-        Kernel::Report { .. } | Kernel::CheckIndex { .. } | Kernel::Hash => 4,
-        Kernel::ClosureSum | Kernel::ClosureScale => 16,
-        _ => 100,
+/// What the points of a batch have taken.
+#[derive(Debug, Default)]
+pub(super) struct Work {
+    /// Steps that a point may take.
+    limit: u64,
+    /// Steps that no point of the batch is above.
+    pub(super) spent: u64,
+    /// Steps that each lane is not above, where the lanes count for themselves.
+    lanes: Vec<u64>,
+    /// Steps that kernels have taken lane by lane, and how many they may.
+    taken: u64,
+    may_take: u64,
+    /// Bytes of what the batch has made, and how many there may be.
+    memory: u64,
+    may_keep: u64,
+    /// Steps of the lane that a kernel works on, and the most that it has taken for a lane.
+    lane: u64,
+    most: u64,
+    over: Option<Over>,
+    /// Rounds of loops.
+    rounds: u64,
+}
+
+impl Work {
+    /// Starts a batch of some points, each of which begins with `base` steps. `each`: whether lanes count for themselves.
+    pub(super) fn begin(&mut self, limits: &Limits, (points, base): (usize, u64), each: bool) {
+        let running = &limits.running;
+        let single = points <= 1;
+        self.limit = running.point_steps;
+        self.spent = base;
+        self.lanes.clear();
+        if each && !single {
+            self.lanes.resize(points, base);
+        }
+        let all = running.point_steps.saturating_mul(points as u64);
+        (self.taken, self.may_take) = (0, if single { u64::MAX } else { all / SHARE });
+        (self.memory, self.may_keep) = (0, running.point_memory);
+        (self.lane, self.most, self.over) = (0, 0, None);
+    }
+
+    /// Counts for all points.
+    pub(super) fn add_all(&mut self, steps: u64) {
+        self.spent = self.spent.saturating_add(steps);
+        self.lanes.iter_mut().for_each(|lane| *lane = lane.saturating_add(steps));
+    }
+
+    /// Counts for the points of a mask.
+    #[cold]
+    fn add_lanes(&mut self, steps: u64, mask: &Mask) {
+        mask.for_each(|lane| {
+            if let Some(lane) = self.lanes.get_mut(lane) {
+                *lane = lane.saturating_add(steps);
+            }
+        });
+    }
+
+    /// Steps that no point of the batch is above, as well as they are known.
+    fn highest(&self) -> u64 {
+        self.lanes.iter().max().map_or(self.spent, |lane| self.spent.min(*lane))
+    }
+
+    /// Whether a point may be beyond the limit of steps.
+    fn is_beyond(&self) -> bool {
+        self.spent > self.limit && self.highest() > self.limit
+    }
+
+    /// Counts steps of the lane that a kernel works on.
+    pub(super) fn pay(&mut self, steps: u64) {
+        self.lane = self.lane.saturating_add(steps);
+    }
+
+    /// Counts time that a kernel takes though a point alone would not.
+    pub(super) fn delay(&mut self, steps: u64) {
+        self.taken = self.taken.saturating_add(steps);
+    }
+
+    /// Whether the lane that a kernel works on could still take so many steps.
+    pub(super) fn affords(&mut self, steps: u64) -> bool {
+        let lane = self.most.max(self.lane.saturating_add(steps));
+        let fits = self.highest().saturating_add(lane) <= self.limit;
+        if !fits {
+            self.over.get_or_insert(Over::Steps);
+        }
+        fits
+    }
+
+    /// Ends the work of a kernel on a lane. Tells whether the kernel may go on.
+    pub(super) fn close(&mut self) -> bool {
+        let lane = std::mem::take(&mut self.lane);
+        self.most = self.most.max(lane);
+        self.taken = self.taken.saturating_add(lane);
+        if self.taken > self.may_take || self.highest().saturating_add(self.most) > self.limit {
+            self.over.get_or_insert(Over::Steps);
+        }
+        self.over.is_none()
+    }
+
+    /// Counts the memory of what the batch makes. Tells whether there is room for it.
+    pub(super) fn keep(&mut self, bytes: u64) -> bool {
+        self.memory = self.memory.saturating_add(bytes);
+        let fits = self.memory <= self.may_keep;
+        if !fits {
+            self.over.get_or_insert(Over::Memory);
+        }
+        fits
+    }
+
+    /// Whether something of this size may be made by a point, though it is not kept.
+    pub(super) fn holds(&mut self, bytes: u64) -> bool {
+        let fits = bytes <= self.may_keep;
+        if !fits {
+            self.over.get_or_insert(Over::Memory);
+        }
+        fits
+    }
+
+    /// Whether the batch is within its limits as far as is known.
+    pub(super) fn goes_on(&self) -> bool {
+        self.over.is_none()
     }
 }
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// Counts a kernel that runs at `lanes` lanes.
-    pub(super) fn spend_kernel(&mut self, step: &KernelStep, lanes: usize) {
-        self.spent += (of_kernel(&step.kernel) * lanes as u64).div_ceil(16);
+    /// Counts what a block takes for the points of a mask.
+    #[inline]
+    pub(super) fn spend(&mut self, steps: u64, mask: &Mask) {
+        self.work.spent += steps;
+        if !self.work.lanes.is_empty() {
+            if self.shared.is_running() {
+                // The lanes of the mask are cells.
+                self.work.lanes.iter_mut().for_each(|lane| *lane += steps);
+            } else {
+                self.work.add_lanes(steps, mask);
+            }
+        }
     }
 
-    /// Counts the making of a text.
-    pub(super) fn spend_text(&mut self, bytes: usize) {
-        self.spent += (bytes / BYTES_A_STEP) as u64;
+    /// Counts what a kernel took for the points of a mask, `steps` for each and what it paid lane by lane.
+    pub(super) fn spend_kernel(&mut self, steps: u64, mask: &Mask) {
+        self.work.close();
+        let most = std::mem::take(&mut self.work.most);
+        self.spend(steps.saturating_add(most), mask);
     }
 
-    /// Counts a report of a bad index.
-    pub(super) fn spend_report(&mut self) {
-        self.spent += REPORT;
-    }
-
-    /// Counts what a pattern takes beyond a plain match: it is `new`, or looks around or back.
-    pub(super) fn spend_pattern(&mut self, pattern: &str, new: bool) {
-        let refers = |pair: &[u8]| pair[0] == b'\\' && pair[1].is_ascii_digit();
-        let retries = pattern.contains("(?") || pattern.as_bytes().windows(2).any(refers);
-        self.spent += PATTERN * u64::from(new) + RETRIES * u64::from(retries);
-    }
-
-    /// An error once the batch has done too much.
-    pub(super) fn within_budget(&self, span: Span) -> Result<(), Stop> {
-        if self.spent > self.max_steps {
-            return Err(Stop::TooManySteps { steps: self.max_steps, span });
+    /// An error once a point may have taken too much.
+    ///
+    /// # Errors
+    /// A limit of a point; for a batch of more than one, it only tells that smaller ones have to be tried.
+    pub(super) fn within_limits(&self, span: Option<Span>) -> Result<(), Stop> {
+        let position = self.source.blocks().map_or(self.first, |blocks| blocks.position(self.first));
+        let point = self.source.pixel(position);
+        if let Some(Over::Memory) = self.work.over {
+            return Err(Stop::TooMuchMemory { point, bytes: self.work.may_keep, span });
+        }
+        if self.work.over.is_some() || self.work.is_beyond() {
+            return Err(Stop::TooManySteps { point, steps: self.work.limit, span });
         }
         Ok(())
     }
 
-    /// Ends the run behind the kernel that is running.
-    pub(super) fn exhaust(&mut self, what: impl Into<String>) {
-        self.exhausted.get_or_insert_with(|| what.into());
+    /// The same at a round of a loop, where the command may also have to end.
+    pub(super) fn next_round(&mut self, span: Span) -> Result<(), Stop> {
+        self.work.rounds = self.work.rounds.wrapping_add(1);
+        if self.work.rounds.is_multiple_of(ROUNDS)
+            && let Some(why) = self.limits.halted()
+        {
+            return Err(Stop::Halted(why));
+        }
+        if self.work.spent > self.work.limit { self.within_limits(Some(span)) } else { Ok(()) }
     }
 }

@@ -1,29 +1,68 @@
-//! What steps count against the budget of a batch.
+//! What steps count against the limit of a point.
+//!
+//! A step of the limit is what one operation on a float takes where a point runs alone: the interpreter's work for it, some tens of
+//! nanoseconds. Where hundreds of points go the same way, an operation takes a hundredth of that for each of them. So
+//! what works on vectors counts by its operations, and what works lane by lane by its time: a step for 16 nanoseconds.
 
-use super::Step;
-use osl_ir::ir::LaneOp;
+use super::{Array, Step};
+use osl_ir::ir::{Kernel, LaneOp};
 
-/// What a step counts: about one for 50 ns over a batch of 256 lanes.
+/// What a step counts, without what is nested in it and without what depends on the values.
 pub(crate) fn weight(step: &Step) -> u64 {
     match step {
         Step::Lane(step) => of_op(step.op) * u64::from(step.out.words.min(3)),
-        Step::Load { .. } | Step::Store { .. } => 6,
-        Step::Kernel(_) | Step::If { .. } => 2,
+        Step::Load { .. } | Step::Store { .. } => 4,
+        Step::Kernel(step) => of_kernel(&step.kernel) + step.outs.len() as u64,
+        Step::If { results, .. } => 4 + results.len() as u64,
         Step::FindCells { roots, .. } => 4 * roots.len() as u64,
         // Counted as they run.
         Step::Loop { .. } | Step::Shared { .. } => 0,
     }
 }
 
+/// What arrays count before anything runs: each word of them is cleared for each point.
+pub(crate) fn of_arrays(arrays: &[Array]) -> u64 {
+    arrays.iter().map(|a| u64::from(a.words) * u64::from(a.len)).fold(0, u64::saturating_add)
+}
+
 fn of_op(op: LaneOp) -> u64 {
     use LaneOp as L;
     match op {
-        L::Blackbody | L::Wavelength | L::BlackbodyIn | L::WavelengthIn => 500,
-        L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn => 100,
-        L::MInverse | L::MMul | L::MDet => 30,
-        L::Sin | L::Cos | L::Tan | L::Asin | L::Acos | L::Atan | L::Atan2 => 10,
-        L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc | L::Fmod | L::FmodExact => 10,
-        L::Pow | L::Exp | L::Exp2 | L::Expm1 | L::Log | L::Log2 | L::Log10 => 10,
+        L::Blackbody | L::Wavelength | L::BlackbodyIn | L::WavelengthIn => 300,
+        L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn => 60,
+        L::MInverse | L::MMul | L::MDet => 20,
+        L::Sin | L::Cos | L::Tan | L::Asin | L::Acos | L::Atan | L::Atan2 => 4,
+        L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc | L::Fmod | L::FmodExact => 4,
+        L::Pow | L::Exp | L::Exp2 | L::Expm1 | L::Log | L::Log2 | L::Log10 => 4,
         _ => 1,
+    }
+}
+
+/// What a kernel counts whatever its values are.
+fn of_kernel(kernel: &Kernel) -> u64 {
+    let noise = |dims: u8, triple: bool, tangents: bool| {
+        (2 << dims.min(4)) * if triple { 3 } else { 1 } * if tangents { 2 } else { 1 }
+    };
+    match kernel {
+        Kernel::Noise { dims, triple, tangents, .. } => noise(*dims, *triple, *tangents),
+        Kernel::NamedNoise { dims, triple, tangents, .. } => 10 + noise(*dims, *triple, *tangents),
+        Kernel::Texture { options, .. } | Kernel::Environment { options, .. } => {
+            30 + 2 * options.len() as u64
+        }
+        Kernel::Volume { options, .. } => 10 + 2 * options.len() as u64,
+        Kernel::TextureInfo { count, .. } => 20 + u64::from(*count),
+        Kernel::SpaceMatrix { .. } | Kernel::FindSpace | Kernel::ColorBetween => 40,
+        Kernel::Regex { .. } | Kernel::DictFind => 40,
+        Kernel::Print { .. } | Kernel::Format(_) | Kernel::Split { .. } => 20,
+        Kernel::Attribute { .. } | Kernel::SourceMessage { .. } | Kernel::Trace => 20,
+        Kernel::SetMessage(_) | Kernel::GetMessage(_) => 20,
+        Kernel::DictNext | Kernel::DictValue { .. } => 10,
+        Kernel::Text(_) | Kernel::RayType | Kernel::IsConstant | Kernel::SplineInverse { .. } => 10,
+        Kernel::Component { shapes, .. } => 10 + shapes.len() as u64,
+        Kernel::ClosureSum | Kernel::ClosureScale => 4,
+        Kernel::Report { .. } => 20,
+        Kernel::CheckIndex { .. } | Kernel::CheckFinite { .. } | Kernel::CheckSet { .. } => 2,
+        Kernel::Hash => 2,
+        Kernel::Note(_) => 0,
     }
 }

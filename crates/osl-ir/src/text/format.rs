@@ -45,6 +45,10 @@ pub fn format(text: &str, values: &[Value], flavour: Flavour) -> String {
             Some(Value::Consts(consts)) => {
                 let mut first = true;
                 for value in consts {
+                    // The rest is cut off anyway.
+                    if out.len() > MAX_STRING {
+                        break;
+                    }
                     spec.value(value, flavour, &mut first, &mut out);
                 }
             }

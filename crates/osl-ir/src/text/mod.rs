@@ -11,7 +11,7 @@ mod regex;
 
 pub use format::{Flavour, Value, format};
 pub use hash::hash;
-pub use regex::{find, whole};
+pub use regex::{Groups, Pattern};
 
 use crate::ir::{Const, Kind};
 use std::sync::Arc;

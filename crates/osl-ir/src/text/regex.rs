@@ -2,62 +2,117 @@
 //!
 //! The reference takes the ECMAScript grammar; here it is that of the `fancy-regex` crate, which agrees on what
 //! shaders use (classes, groups, repetition, anchors, look-around, back-references) and bounds how long a match may
-//! take: one that would backtrack without end counts as none.
+//! take: one that would backtrack without end counts as none. What a search may take is known before it runs, see
+//! [`Pattern::cost`].
 
 use fancy_regex::{Regex, RegexBuilder};
 use std::cell::RefCell;
 
-/// Steps that a match may take.
+/// Steps that a match may go back and try again.
 const MAX_STEPS: usize = 4_000;
-/// Bytes of a compiled pattern.
-const MAX_SIZE: usize = 1 << 20;
+/// Bytes that a compiled pattern may have, in classes: a pattern is of the first that it fits.
+const SIZES: [usize; 3] = [1 << 14, 1 << 17, 1 << 20];
+/// Bytes of a compiled pattern that count for a place in it.
+const PLACE: u64 = 256;
+/// Bytes of a string that a place meets in one of the steps that the caller counts.
+const BYTES_A_STEP: u64 = 16;
+/// Steps of a search whatever it searches.
+const SEARCH: u64 = 10;
 
 /// Begin and end of each group of the first match, the whole first; `None` for a group that took no part.
-pub(super) type Groups = Vec<Option<(usize, usize)>>;
+pub type Groups = Vec<Option<(usize, usize)>>;
 
 thread_local! {
     /// The pattern that this thread used last: a shader asks for the same one at every point.
-    static LAST: RefCell<(String, Option<Regex>)> = const { RefCell::new((String::new(), None)) };
+    static LAST: RefCell<(String, Option<Pattern>)> = const { RefCell::new((String::new(), None)) };
 }
 
-fn with<T>(pattern: &str, f: impl FnOnce(&Regex) -> Option<T>) -> Result<Option<T>, ()> {
-    LAST.with_borrow_mut(|(text, compiled)| {
-        if compiled.is_none() || text != pattern {
-            *compiled = RegexBuilder::new(pattern)
-                .backtrack_limit(MAX_STEPS)
-                .delegate_size_limit(MAX_SIZE)
-                .build()
-                .ok();
-            *text = pattern.to_string();
-        }
-        compiled.as_ref().map(f).ok_or(())
-    })
+/// A compiled pattern.
+#[derive(Debug)]
+pub struct Pattern {
+    regex: Regex,
+    /// Bytes that it may have.
+    size: usize,
+    /// Whether a search may go back and try again.
+    retries: bool,
 }
 
-/// Where a pattern is first found.
-///
-/// # Errors
-/// The pattern is malformed.
-#[expect(clippy::result_unit_err, reason = "there is one way to fail, and callers word it")]
-pub fn find(s: &str, pattern: &str) -> Result<Option<Groups>, ()> {
-    with(pattern, |regex| {
-        let found = regex.captures(s).ok()??;
+impl Pattern {
+    /// Does something with a pattern, compiled; `whole`: with one that is to match a whole string.
+    ///
+    /// # Errors
+    /// The pattern is malformed.
+    #[expect(clippy::result_unit_err, reason = "there is one way to fail, and callers word it")]
+    pub fn with<T>(pattern: &str, whole: bool, f: impl FnOnce(&Pattern) -> T) -> Result<T, ()> {
+        let wrapped;
+        let text = if whole {
+            wrapped = format!("^(?:{pattern})$");
+            &wrapped
+        } else {
+            pattern
+        };
+        LAST.with_borrow_mut(|(last, compiled)| {
+            if compiled.is_none() || last != text {
+                *compiled = SIZES.into_iter().find_map(|size| {
+                    let mut builder = RegexBuilder::new(text);
+                    let regex = builder.backtrack_limit(MAX_STEPS).delegate_size_limit(size).build().ok()?;
+                    Some(Pattern { regex, size, retries: retries(pattern) })
+                });
+                *last = text.to_string();
+            }
+            compiled.as_ref().map(f).ok_or(())
+        })
+    }
+
+    /// Steps that it takes to compile a pattern, about, as the caller counts them.
+    pub fn making(pattern: &str) -> u64 {
+        // A repeated part is compiled as often as it is repeated.
+        let repeats = if pattern.contains('{') { 20 } else { 1 };
+        let classes = pattern.bytes().filter(|b| matches!(b, b'\\' | b'[' | b'.')).count() as u64;
+        (500 + 40 * pattern.len() as u64 + 1000 * classes) * repeats
+    }
+
+    /// Steps that a search of so many bytes may take, as the caller counts them: every place of the pattern meets every byte.
+    pub fn cost(&self, bytes: usize) -> u64 {
+        let (places, bytes) = (self.size as u64 / PLACE, bytes as u64);
+        let once = SEARCH + (places * bytes).div_ceil(BYTES_A_STEP);
+        if self.retries { once + MAX_STEPS as u64 * (1 + bytes / 64) } else { once }
+    }
+
+    /// Where it is first found.
+    pub fn find(&self, s: &str) -> Option<Groups> {
+        let found = self.regex.captures(s).ok()??;
         Some(found.iter().map(|group| group.map(|g| (g.start(), g.end()))).collect())
-    })
+    }
+
+    /// Its match with the whole of a string.
+    pub fn whole(&self, s: &str) -> Option<Groups> {
+        self.find(s).filter(|g| g.first() == Some(&Some((0, s.len()))))
+    }
 }
 
-/// The match of a pattern with the whole of a string.
-///
-/// # Errors
-/// The pattern is malformed.
-#[expect(clippy::result_unit_err, reason = "there is one way to fail, and callers word it")]
-pub fn whole(s: &str, pattern: &str) -> Result<Option<Groups>, ()> {
-    find(s, &format!("^(?:{pattern})$")).map(|found| found.filter(|g| g.first() == Some(&Some((0, s.len())))))
+/// Whether a search for a pattern may go back and try again: it looks around or back, or has what is like that.
+fn retries(pattern: &str) -> bool {
+    let pairs = |pair: &[u8]| match pair {
+        [b'\\', next] => next.is_ascii_digit() || b"kgKGzZ".contains(next),
+        [b'(', b'?'] => true,
+        [b'*' | b'+' | b'?' | b'}', b'+'] => true,
+        _ => false,
+    };
+    pattern.as_bytes().windows(2).any(pairs)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn find(s: &str, pattern: &str) -> Result<Option<Groups>, ()> {
+        Pattern::with(pattern, false, |p| p.find(s))
+    }
+
+    fn whole(s: &str, pattern: &str) -> Result<Option<Groups>, ()> {
+        Pattern::with(pattern, true, |p| p.whole(s))
+    }
 
     #[test]
     fn search_and_match() {
@@ -71,5 +126,14 @@ mod tests {
     #[test]
     fn endless_backtracking_ends() {
         assert_eq!(find(&"a".repeat(40), "^(a|aa|a*)*\\1b$"), Ok(None));
+    }
+
+    #[test]
+    fn large_patterns_and_long_strings_cost_more() {
+        let cost = |pattern: &str, bytes| Pattern::with(pattern, false, |p| p.cost(bytes)).unwrap_or(0);
+        assert!(cost("a+b", 10) < 100);
+        assert!(cost("\\pL{1,20}", 1000) > 4 * cost("a+b", 1000));
+        assert!(cost("(a)\\1", 10) > 4000);
+        assert!(cost("a+b", 1 << 20) > 1 << 20);
     }
 }

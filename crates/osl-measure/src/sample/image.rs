@@ -126,10 +126,20 @@ pub(super) struct Batch {
 }
 
 impl<'a> Shading<'a> {
-    /// The planes of an image, without their words.
+    /// Whether the planes of so many pixels may be in memory.
+    ///
+    /// # Errors
+    /// They may not.
+    pub fn fits(&self, pixels: usize) -> Result<(), Stop> {
+        let none = SamplePoints::centres(self.surface, &[], (&self.pattern, &self.filter));
+        Run::new(self.program, self.services, &none, self.options).fits(pixels)
+    }
+
+    /// The planes of an image, without their words; none where there are more than a run yields.
     pub fn planes(&self) -> Vec<Plane> {
         let pixels = SamplePoints::centres(self.surface, &[], (&self.pattern, &self.filter));
-        let mut planes = Run::new(self.program, self.services, &pixels, self.options).planes();
+        let planes = Run::new(self.program, self.services, &pixels, self.options).planes();
+        let mut planes = planes.unwrap_or_default();
         planes.iter_mut().for_each(|plane| plane.kind = Kind::Float);
         planes
     }

@@ -9,6 +9,7 @@ use osl_ir::passes;
 use osl_limits::Limits;
 use osl_scene::Grid;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Points of a grid with another footprint: what derivatives see of it.
 #[derive(Clone, Debug)]
@@ -90,20 +91,31 @@ pub struct Planes {
 pub struct Subject<'a> {
     /// Files, spaces.
     pub services: &'a Services,
-    /// What following a point may cost.
+    /// What points may take, and following them may cost.
     pub limits: &'a Limits,
     /// The shader at the parameter values that were given.
     pub base: Base,
+    /// Instructions that have been followed.
+    followed: AtomicU64,
 }
 
-impl Subject<'_> {
-    /// Runs points in both arithmetics.
+impl<'a> Subject<'a> {
+    /// A shader at the parameter values that were given, of which nothing is known yet.
+    pub fn new(services: &'a Services, base: Base, limits: &'a Limits) -> Subject<'a> {
+        Subject { services, base, limits, followed: AtomicU64::new(0) }
+    }
+
+    /// Runs points in both arithmetics; `tries`: at one of many settings, where points may take less.
     ///
     /// # Errors
     /// A budget of the run is used up.
-    pub fn run(&self, base: &Base, points: &Swept) -> Result<Planes, Stop> {
-        let strict = RunOptions::default();
-        let exact = RunOptions { arithmetic: Arithmetic::Double, ..RunOptions::default() };
+    pub fn run(&self, base: &Base, points: &Swept, tries: bool) -> Result<Planes, Stop> {
+        let mut limits = self.limits.clone();
+        if tries {
+            limits.running.point_steps = limits.running.point_steps.min(limits.running.tried_steps);
+        }
+        let strict = RunOptions { limits, ..RunOptions::default() };
+        let exact = RunOptions { arithmetic: Arithmetic::Double, ..strict.clone() };
         let strict = osl_exec::run(&base.strict, self.services, points, &strict, &|_| ())?;
         let exact = osl_exec::run(&base.exact, self.services, points, &exact, &|_| ())?;
         let mut planes = Planes::default();
@@ -120,11 +132,18 @@ impl Subject<'_> {
         Ok(planes)
     }
 
-    /// Follows one point, by column and row.
+    /// Follows one point, by column and row, as long as not too much has been followed.
     pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
         let source = OnePoint { source: points, point };
-        Some(trace::follow(&base.noted, self.services, source, self.limits))
+        let running = &self.limits.running;
+        let left = running.traces.saturating_sub(self.followed.load(Ordering::Relaxed));
+        if left == 0 {
+            return None;
+        }
+        let trace = trace::follow(&base.noted, self.services, source, self.limits);
+        self.followed.fetch_add(trace.nodes.len() as u64, Ordering::Relaxed);
+        Some(trace)
     }
 }
 

@@ -138,7 +138,7 @@ pub fn measure(
     setting: Setting,
     tolerance: f64,
 ) -> (Trial, Planes) {
-    match subject.run(base, &setting.points(grid)) {
+    match subject.run(base, &setting.points(grid), setting != Setting::AsGiven) {
         Ok(planes) => {
             let outcomes = outcomes(&planes, tolerance);
             (Trial { setting, outcomes, stopped: None }, planes)

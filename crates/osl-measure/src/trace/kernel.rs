@@ -122,6 +122,9 @@ fn type_of(kind: Kind, len: Option<u32>) -> Type {
     Type { base, extent: len.map_or(Extent::One, Extent::Array) }
 }
 
+/// Steps that a call may take: what follows a point calls kernels many times.
+const STEPS: u64 = 1 << 15;
+
 /// Runs kernels for a point.
 pub(super) struct Kernels<'a> {
     pub(super) services: &'a Services,
@@ -181,8 +184,9 @@ impl Kernels<'_> {
         let slot = written.map(|slot| b.body.slot(slot).clone());
         // No passes: there are no scalar slots, all is varying as it stands, and tangents have been written out before.
         let program = Program::new(&b.body);
-        let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &RunOptions::default(), &|_| ())
-        else {
+        let mut options = RunOptions::default();
+        options.limits.running.point_steps = STEPS;
+        let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &options, &|_| ()) else {
             return (zeros, Vec::new());
         };
         let mut planes = frame.planes.iter().map(|p| p.words.first().copied().unwrap_or(0));

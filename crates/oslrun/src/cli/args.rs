@@ -181,9 +181,9 @@ pub(super) struct RunArgs {
     /// and the folders of -I and the paths.
     #[arg(long)]
     pub(super) allow_files: bool,
-    /// Steps that a batch of points may take before a loop of it has to end.
-    #[arg(long, value_name = "N", default_value_t = 1 << 23)]
-    pub(super) max_steps: u64,
+    /// Steps that a point may take: --limit running.point_steps=N.
+    #[arg(long, value_name = "N")]
+    pub(super) max_steps: Option<u64>,
     /// Pass to leave out; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,

@@ -203,7 +203,10 @@ fn is_exr(path: &Path) -> bool {
 /// An image that comes some rows at a time, from the first on.
 pub(super) trait Rows {
     /// The planes that its pieces have, without their words.
-    fn planes(&self) -> Vec<Plane>;
+    fn planes(&self) -> Result<Vec<Plane>, Stop>;
+
+    /// Whether the planes of so many points may be in memory.
+    fn fits(&self, points: usize) -> Result<(), Stop>;
 
     /// Its next rows.
     fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop>;
@@ -222,8 +225,12 @@ pub(super) struct Points<'a, 'b> {
 }
 
 impl Rows for Points<'_, '_> {
-    fn planes(&self) -> Vec<Plane> {
+    fn planes(&self) -> Result<Vec<Plane>, Stop> {
         self.run.planes()
+    }
+
+    fn fits(&self, points: usize) -> Result<(), Stop> {
+        self.run.fits(points)
     }
 
     fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop> {
@@ -239,7 +246,9 @@ fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
 
 /// Computes a whole image.
 pub(super) fn whole(image: &mut dyn Rows, (width, height): (usize, usize)) -> Result<Frame, Broken> {
-    let step = together(image, width, image.planes().len());
+    let planes = image.planes().map_err(Broken::Stop)?.len();
+    image.fits(width * height).map_err(Broken::Stop)?;
+    let step = together(image, width, planes);
     let mut frame = Frame::default();
     for row in (0..height).step_by(step) {
         frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Stop)?);
@@ -255,7 +264,7 @@ pub(super) fn stream(
     args: &RunArgs,
 ) -> Result<(Frame, Duration, Unsaved, Rounded), Broken> {
     let (width, height) = args.grid;
-    let planes = image.planes();
+    let planes = image.planes().map_err(Broken::Stop)?;
     if planes.is_empty() {
         return Err(Broken::Empty);
     }

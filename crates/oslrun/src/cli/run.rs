@@ -219,10 +219,14 @@ fn shade(
 
 /// How the command line says that points are run.
 pub(super) fn options(args: &RunArgs) -> RunOptions {
+    let mut limits = args.read.limits.limits().clone();
+    if let Some(steps) = args.max_steps {
+        limits.running.point_steps = steps;
+    }
     RunOptions {
+        limits,
         batch: args.batch.map(|n| n as usize),
         isa: args.isa.unwrap_or_else(Isa::detect),
-        max_steps: args.max_steps,
         closures: args.closures,
         profile: args.profile.is_some(),
         arithmetic: args.arithmetic.unwrap_or_default(),
@@ -266,8 +270,12 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
 /// A run that ended early, in words.
 pub(super) fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
     let (span, hint) = match stop {
-        Stop::TooManySteps { span, .. } => (Some(*span), "; --max-steps sets the limit"),
-        Stop::Exhausted { span, .. } => (*span, ""),
+        Stop::TooManySteps { span, .. } => (*span, "; --max-steps sets the limit".to_string()),
+        Stop::TooMuchMemory { span, .. } => {
+            (*span, "; --limit running.point_memory=N sets the limit".to_string())
+        }
+        Stop::TooMuch { limit, .. } => (None, format!("; --limit {limit}=N sets the limit")),
+        Stop::Halted(_) => (None, String::new()),
     };
     let place = span
         .and_then(|span| sources.place(span))

@@ -216,8 +216,13 @@ impl<'a, 'b> Sampled<'a, 'b> {
 }
 
 impl Rows for Sampled<'_, '_> {
-    fn planes(&self) -> Vec<Plane> {
-        self.shading.planes()
+    fn planes(&self) -> Result<Vec<Plane>, Stop> {
+        self.shading.fits(1)?;
+        Ok(self.shading.planes())
+    }
+
+    fn fits(&self, points: usize) -> Result<(), Stop> {
+        self.shading.fits(points)
     }
 
     fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop> {

@@ -59,7 +59,8 @@ pub(super) fn stability(
         run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let services = services(run, folder, super::run::grid_spaces(run));
     let base = Base::new(body, noted, outputs.clone());
-    let subject = Subject { services: &services, limits: run.read.limits.limits(), base };
+    let limits = super::run::options(run).limits;
+    let subject = Subject::new(&services, base, &limits);
     let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };
     let knobs: Vec<Knob> = if args.no_params {
         Vec::new()

@@ -1,9 +1,167 @@
-//! The limits of `running`.
+//! The limits of `running`, and that whether they are reached depends on the point alone.
 
-use crate::{Tripped, shader};
+use crate::{Folder, Said, Tripped, shader};
 use osl_limits::Row;
 
-pub(crate) const TRIPPED: Tripped = &[("running.trace", trace)];
+pub(crate) const TRIPPED: Tripped = &[
+    ("running.point_steps", point_steps),
+    ("running.point_memory", point_memory),
+    ("running.memory", memory),
+    ("running.frame_bytes", frame_bytes),
+    ("running.printed_bytes", printed_bytes),
+    ("running.closure_bytes", closure_bytes),
+    ("running.xml_bytes", xml_bytes),
+    ("running.xml_attributes", xml_attributes),
+    ("running.xml_found", xml_found),
+    ("running.trace", trace),
+    ("running.traces", traces),
+    ("running.tried_steps", tried_steps),
+    ("running.xml_cache_bytes", xml_cache_bytes),
+];
+
+/// A shader with one output.
+fn body(text: &str) -> Folder {
+    shader(&format!("shader a(output float o = 0) {{ {text} }}\n"))
+}
+
+/// Runs `a.osl` on 4 × 4 points.
+fn run(folder: &Folder, more: &[&str]) -> Said {
+    folder.run(&[&["a.osl", "-g", "4x4"], more].concat())
+}
+
+const LOOP: &str = "for (int i = 0; i < 100000000; i++)";
+
+fn point_steps(row: &Row) {
+    let few = body("for (int i = 0; i < 100; i++) o += sin(u * i);");
+    run(&few, &[]).succeeds();
+    run(&few, &["--limit", "running.point_steps=500"]).fails_with(row);
+    run(&few, &["--max-steps", "500"]).fails_with(row);
+    // Each of these does much in a step of the shader, and pays for it; a point that counted steps alone would take minutes.
+    let knots = "float k[2000]; k[int(u * 9)] = v;";
+    for text in [
+        &format!("{LOOP} o += sin(u * i);") as &str,
+        &format!("{knots} {LOOP} o += splineinverse(\"linear\", u * i, k);"),
+        &format!(
+            "string r[2000]; string s = format(\"%g\", u); for (int i = 0; i < 9; i++) s = concat(s, \"a\", s); {LOOP} o += split(s, r, \"a\") + i * u;"
+        ),
+        &format!("int e; {LOOP} {{ gettextureinfo(format(\"a%d<UDIM>\", i), \"exists\", e); o += e + u; }}"),
+        &format!(
+            "string x = \"<b>\"; string y = \"</b>\"; for (int i = 0; i < 6; i++) {{ x = concat(x, x); y = concat(y, y); }} int d = dict_find(concat(\"<a>\", x, y, \"</a>\"), \"/a\"); {LOOP} o += dict_find(d, \"//b//b//b//b\") + i * u;"
+        ),
+        &format!("int r[2000]; {LOOP} o += regex_search(format(\"%g\", u + i), r, \"(a)\");"),
+        &format!("{LOOP} o += regex_search(\"abc\", format(\"\\\\pL{{1,20}}%d%g\", i, u));"),
+        &format!(
+            "closure color c = diffuse(N); for (int j = 0; j < 20; j++) c = c + u * diffuse(N); {LOOP} o += strlen(format(\"%s\", c));"
+        ),
+        &format!(
+            "float k[400]; float q[400]; k[int(u * 9)] = v; {LOOP} {{ setmessage(format(\"a%d\", 0 * i), k); getmessage(format(\"a%d\", 0 * i), q); o += q[int(u * 9)]; }}"
+        ),
+        "float x[30000]; x[int(u * 9)] = u; o = x[int(v * 9)];",
+    ] {
+        run(&body(text), &["--limit", "running.point_steps=20000"]).fails_with(row);
+    }
+    // Code without a loop counts as well.
+    let mut straight = String::new();
+    (0..200).for_each(|_| straight += "o += noise(\"gabor\", P * o, \"bandwidth\", 8.0);\n");
+    run(&body(&straight), &["--limit", "running.point_steps=20000"]).fails_with(row);
+    // A shader that takes much and ends has room by default.
+    run(&body("float x = 0; float y = 0; for (int i = 0; i < 10000; i++) { float t = x * x - y * y + u; y = 2 * x * y + v; x = t; if (x > 2) x = 0; } o = x;"), &[]).succeeds();
+}
+
+fn point_memory(row: &Row) {
+    let low = ["--limit", "running.point_memory=100k"];
+    for text in [
+        "string s = format(\"%g\", u); for (int i = 0; i < 16; i++) s = concat(s, s); o = strlen(s);",
+        "for (int i = 0; i < 5000; i++) setmessage(format(\"m%d\", i), u);",
+        "for (int i = 0; i < 5000; i++) printf(\"%g\\n\", u);",
+        "closure color c = diffuse(N); for (int i = 0; i < 500; i++) c = c + u * diffuse(N); o = !c;",
+        // A sum of itself, which would be long written out.
+        "closure color c = u * diffuse(N); for (int i = 0; i < 40; i++) c = c + c; o = !c;",
+        "string x = \"<b/>\"; for (int i = 0; i < 12; i++) x = concat(x, x); o = dict_find(concat(\"<r>\", x, format(\"%g\", u), \"</r>\"), \"/r\");",
+    ] {
+        run(&body(text), &low).fails_with(row);
+    }
+}
+
+fn memory(row: &Row) {
+    let arrays = body("float x[50000]; x[int(u * 9)] = u; o = x[int(v * 9)];");
+    for threads in ["1", "16"] {
+        run(&arrays, &["--threads", threads]).succeeds();
+        // Points run one by one where it has to be.
+        let one = ["--threads", threads, "--limit", "running.memory=300k"];
+        run(&arrays, &[&one[..], &["--arithmetic", "strict"]].concat()).succeeds();
+        run(&arrays, &[&one[..], &["--arithmetic", "f64"]].concat()).fails_with(row);
+    }
+}
+
+fn frame_bytes(row: &Row) {
+    let array = shader("shader a(output float o[1000] = {0}) { o[int(u * 9)] = u; }");
+    run(&array, &[]).succeeds();
+    run(&array, &["--limit", "running.frame_bytes=100k"]).fails_with(row);
+    array.run(&["a.osl"]).fails_with(row);
+    let big = shader("shader a(output float o[100000] = {0}) { o[int(u * 9)] = u; }");
+    big.run(&["a.osl", "-g", "128x128", "-o", "a.exr"]).fails_with(row);
+    assert!(!big.path().join("a.exr").exists());
+}
+
+fn printed_bytes(row: &Row) {
+    let prints = body("for (int i = 0; i < 10; i++) printf(\"%g\\n\", u);");
+    // A million points would print too much, a few of them do.
+    for batch in ["1", "16", "64"] {
+        for threads in ["1", "2"] {
+            run(&prints, &["--batch", batch, "--threads", threads, "--limit", "running.printed_bytes=10k"])
+                .fails_with(row);
+        }
+    }
+    run(&prints, &["--limit", "running.printed_bytes=12k"]).succeeds();
+}
+
+fn closure_bytes(row: &Row) {
+    let material = shader("surface a() { Ci = u * diffuse(N) + v * reflection(N); }");
+    run(&material, &["--closures"]).succeeds();
+    run(&material, &["--closures", "--limit", "running.closure_bytes=10k"]).fails_with(row);
+}
+
+/// The text of an XML document with so many elements, made by a shader.
+fn searches(count: u32) -> Folder {
+    body(&format!(
+        "string x = \"<b/>\"; for (int i = 0; i < {count}; i++) x = concat(x, x); int n = dict_find(concat(\"<r>\", x, \"</r>\"), \"/r/b\"); int k = 0; while (n != 0) {{ n = dict_next(n); k++; }} o = k;"
+    ))
+}
+
+/// The error is one of the shader, which goes on.
+#[track_caller]
+fn tells(said: &Said, row: &Row) {
+    assert!(said.err.contains(row.error), "{}", said.err);
+}
+
+fn xml_bytes(row: &Row) {
+    tells(&run(&searches(6), &["--limit", "running.xml_bytes=100"]), row);
+    let file = Folder::with(&[
+        ("d.xml", "<a><b/></a>".repeat(20).as_bytes()),
+        ("a.osl", b"shader a(output float o = 0) { o = dict_find(\"d.xml\", \"/a\"); }"),
+    ]);
+    assert!(run(&file, &["--limit", "running.xml_bytes=100"]).err.contains("100 bytes"));
+}
+
+fn xml_attributes(row: &Row) {
+    let many = body(
+        "string x = \"<a\"; for (int i = 0; i < 20; i++) x = concat(x, format(\" b%d=''\", i)); o = dict_find(concat(x, \"/>\"), \"/a\");",
+    );
+    run(&many, &[]).succeeds();
+    tells(&run(&many, &["--limit", "running.xml_attributes=10"]), row);
+}
+
+fn xml_found(_: &Row) {
+    let count = |limit: &str| run(&searches(6), &["--limit", limit]).out;
+    assert!(count("running.xml_found=16k").contains("64 to 64"));
+    assert!(count("running.xml_found=10").contains("10 to 10"));
+}
+
+fn xml_cache_bytes(_: &Row) {
+    let text = "for (int i = 0; i < 6; i++) { int n = dict_find(format(\"<a k='%d'/>\", i % 3), \"/a\"); int k = 0; dict_value(n, \"k\", k); o += k; }";
+    assert!(run(&body(text), &["--limit", "running.xml_cache_bytes=1"]).out.contains("6 to 6"));
+}
 
 fn trace(row: &Row) {
     let folder = shader("shader a(output float o = 0) { for (int i = 0; i < 100; i++) o += sin(u + i); }");
@@ -11,4 +169,57 @@ fn trace(row: &Row) {
     assert!(!folder.run(&args).out.contains(row.error));
     let limited = folder.run(&[&args[..], &["--limit", "running.trace=50"]].concat());
     assert!(limited.out.contains(row.error), "{}: {}", row.name, limited.out);
+}
+
+fn traces(_: &Row) {
+    let unstable = body("o = (u + 100000) - 100000;");
+    let lines = |limit: &str| {
+        let said = unstable.run(&["stability", "a.osl", "--points", "4x4", "--limit", limit]);
+        said.succeeds();
+        said.out.len()
+    };
+    assert!(lines("running.traces=0") < lines("running.traces=1M"));
+}
+
+fn tried_steps(row: &Row) {
+    let long = shader(
+        "shader a(float p = 1, output float o = 0) { for (int i = 0; i < 300; i++) o = sin(o + u * p); }",
+    );
+    let said = long.run(&["stability", "a.osl", "--points", "4x4", "--limit", "running.tried_steps=500"]);
+    said.succeeds();
+    assert!(said.out.contains(row.error), "{}", said.out);
+}
+
+/// Programs that some points run beyond a limit, or that a few points together would.
+const DEPENDS: [&str; 6] = [
+    "string s = format(\"%g %g\", u, v); while (strlen(s) < 20000) s = concat(s, s); o = strlen(s);",
+    "float x[2000]; x[int(u * 9)] = v; string s = format(\"%g %g\", u, v); while (strlen(s) < 15000) s = concat(s, s); o = x[0];",
+    "for (int i = 0; i < int(u * v * 500); i++) o += sin(u * i);",
+    "int me = int(u * 15 + 0.5); for (int k = 0; k < 16; k++) if (k == me) for (int i = 0; i < 50; i++) o += noise(P * i);",
+    "for (int i = 0; i < int(u * 12); i++) printf(\"%g %g\\n\", u, v);",
+    "closure color c = u * diffuse(N); for (int i = 0; i < int(v * 9); i++) c = c + u * diffuse(N); o = strlen(format(\"%s\", c));",
+];
+
+#[test]
+fn a_verdict_depends_on_the_point_alone() {
+    for text in DEPENDS {
+        let folder = body(text);
+        for (steps, memory) in [("1M", "16M"), ("3000", "16M"), ("1M", "50k"), ("20k", "150k")] {
+            let said = |batch: &str, threads: &str, isa: &str| {
+                let (steps, memory) =
+                    (format!("running.point_steps={steps}"), format!("running.point_memory={memory}"));
+                let limits = ["--limit", &steps, "--limit", &memory, "--limit", "running.printed_bytes=20k"];
+                let how = ["--batch", batch, "--threads", threads, "--isa", isa];
+                let said = folder.run(&[&["a.osl", "-g", "20x13"], &limits[..], &how[..]].concat());
+                (said.code, said.out, said.err)
+            };
+            let expected = said("1", "1", "baseline");
+            for (batch, threads) in [("16", "2"), ("256", "1"), ("256", "2")] {
+                assert!(
+                    said(batch, threads, "baseline") == expected,
+                    "{text}: {batch} {threads}: {expected:?}"
+                );
+            }
+        }
+    }
 }

@@ -1,0 +1,262 @@
+//! A document as a flat tree, and the search of it.
+//!
+//! Elements lie in the order of the document, so that those below one lie behind it, and the text of one with all in it is a
+//! piece of all text: what a document takes grows with its length alone.
+
+use super::path::{Step, Test};
+use super::{BYTES_A_STEP, too_long};
+use osl_limits::Limits;
+use std::ops::Range;
+
+/// Steps of an element that a search looks at.
+const ELEMENT: u64 = 1;
+
+/// A piece of the text pool of a tree.
+type Place = (u32, u32);
+
+#[derive(Clone, Copy, Debug)]
+struct Element {
+    name: Place,
+    /// Its attributes, in the list of all.
+    attributes: (u32, u32),
+    /// Text of the element and all in it.
+    text: Place,
+    /// The first element that is not below it.
+    end: u32,
+}
+
+/// A parsed document; element 0 is above the root.
+#[derive(Debug, Default)]
+pub(super) struct Tree {
+    elements: Vec<Element>,
+    /// Names and values.
+    attributes: Vec<(Place, Place)>,
+    /// Names of elements, names and values of attributes.
+    words: String,
+    /// The text of all elements.
+    texts: String,
+}
+
+fn piece(pool: &str, (start, end): Place) -> &str {
+    pool.get(start as usize..end as usize).unwrap_or("")
+}
+
+fn push(pool: &mut String, text: &str) -> Place {
+    let start = pool.len() as u32;
+    pool.push_str(text);
+    (start, pool.len() as u32)
+}
+
+/// Whether a text is one that the parser takes long for, or much memory: it compares all attributes of an element with each
+/// other, and gives each element all namespaces above it.
+fn is_knotty(text: &str, most: u64) -> bool {
+    let attributes =
+        text.as_bytes().split(|b| *b == b'<').map(|tag| tag.iter().filter(|b| **b == b'=').count());
+    attributes.max().unwrap_or(0) as u64 > most || text.matches("xmlns").count() as u64 > most
+}
+
+impl Tree {
+    /// Parses a document.
+    ///
+    /// # Errors
+    /// It is malformed, or beyond a limit.
+    pub(super) fn parse(text: &str, limits: &Limits) -> Result<Tree, String> {
+        let running = &limits.running;
+        if text.len() as u64 > running.xml_bytes.min(u64::from(u32::MAX / 2)) {
+            return Err(too_long(running.xml_bytes));
+        }
+        if is_knotty(text, running.xml_attributes) {
+            return Err(format!("an XML element has more than {} attributes", running.xml_attributes));
+        }
+        let document = roxmltree::Document::parse(text).map_err(|e| format!("XML parse error: {e}"))?;
+        let mut tree = Tree::default();
+        let top = Element { name: (0, 0), attributes: (0, 0), text: (0, 0), end: 0 };
+        tree.elements.push(top);
+        let root = document.root_element();
+        tree.enter(root);
+        let (mut node, mut open) = (root, vec![1_usize]);
+        // In the order of the document: down, then beside, then up.
+        loop {
+            if node.is_text()
+                && let Some(text) = node.text()
+            {
+                tree.texts.push_str(text);
+            }
+            if let Some(child) = node.first_child() {
+                node = child;
+                if node.is_element() {
+                    open.push(tree.enter(node));
+                }
+                continue;
+            }
+            loop {
+                if node.is_element()
+                    && let Some(at) = open.pop()
+                {
+                    tree.leave(at);
+                }
+                if node == root {
+                    tree.leave(0);
+                    return Ok(tree);
+                }
+                if let Some(next) = node.next_sibling() {
+                    node = next;
+                    if node.is_element() {
+                        open.push(tree.enter(node));
+                    }
+                    break;
+                }
+                match node.parent() {
+                    Some(parent) => node = parent,
+                    None => return Ok(tree),
+                }
+            }
+        }
+    }
+
+    /// Adds an element.
+    fn enter(&mut self, node: roxmltree::Node<'_, '_>) -> usize {
+        let first = self.attributes.len() as u32;
+        for a in node.attributes() {
+            let (name, value) = (push(&mut self.words, a.name()), push(&mut self.words, a.value()));
+            self.attributes.push((name, value));
+        }
+        let attributes = (first, self.attributes.len() as u32);
+        let (name, start) = (push(&mut self.words, node.tag_name().name()), self.texts.len() as u32);
+        self.elements.push(Element { name, attributes, text: (start, start), end: 0 });
+        self.elements.len() - 1
+    }
+
+    /// Ends an element.
+    fn leave(&mut self, at: usize) {
+        let (text, end) = (self.texts.len() as u32, self.elements.len() as u32);
+        if let Some(element) = self.elements.get_mut(at) {
+            (element.text.1, element.end) = (text, end);
+        }
+    }
+
+    /// Bytes that it takes, about: the same on every machine.
+    pub(super) fn bytes(&self) -> u64 {
+        let (elements, attributes) = (self.elements.len() as u64, self.attributes.len() as u64);
+        28 * elements + 16 * attributes + (self.words.len() + self.texts.len()) as u64
+    }
+
+    fn name(&self, element: usize) -> &str {
+        self.elements.get(element).map_or("", |e| piece(&self.words, e.name))
+    }
+
+    /// The text of an element and all in it.
+    pub(super) fn text(&self, element: usize) -> &str {
+        self.elements.get(element).map_or("", |e| piece(&self.texts, e.text))
+    }
+
+    fn attributes(&self, element: usize) -> impl Iterator<Item = (&str, &str)> {
+        let (start, end) = self.elements.get(element).map_or((0, 0), |e| e.attributes);
+        let list = self.attributes.get(start as usize..end as usize).unwrap_or(&[]);
+        list.iter().map(|(name, value)| (piece(&self.words, *name), piece(&self.words, *value)))
+    }
+
+    /// An attribute of an element by name.
+    pub(super) fn attribute(&self, element: usize, name: &str) -> Option<&str> {
+        self.attributes(element).find(|(n, _)| *n == name).map(|(_, value)| value)
+    }
+
+    /// Elements below one, in the order of the document.
+    fn below(&self, element: usize) -> Range<usize> {
+        let end = self.elements.get(element).map_or(0, |e| e.end as usize);
+        element + 1..end.max(element + 1)
+    }
+
+    /// The children of an element.
+    fn children(&self, element: usize) -> impl Iterator<Item = usize> {
+        let below = self.below(element);
+        let mut at = below.start;
+        std::iter::from_fn(move || {
+            let here = at;
+            at = self.elements.get(here)?.end as usize;
+            (here < below.end).then_some(here)
+        })
+    }
+
+    /// What a path finds from an element on, at most so many elements. `affords` is told the steps of each element that is looked
+    /// at; the search ends without a result once it says no.
+    pub(super) fn search(
+        &self,
+        from: usize,
+        steps: &[Step],
+        most: usize,
+        affords: &mut dyn FnMut(u64) -> bool,
+    ) -> Option<Vec<u32>> {
+        let mut here = vec![from as u32];
+        for step in steps {
+            let mut next: Vec<u32> = Vec::new();
+            for element in here {
+                let element = element as usize;
+                let candidates: &mut dyn Iterator<Item = usize> =
+                    if step.deep { &mut self.below(element) } else { &mut self.children(element) };
+                let mut kept = Vec::new();
+                let mut seen = 0;
+                for candidate in candidates {
+                    seen += ELEMENT;
+                    if seen >= 1024 && !affords(std::mem::take(&mut seen)) {
+                        return None;
+                    }
+                    if step.name == "*" || self.name(candidate) == step.name {
+                        kept.push(candidate as u32);
+                    }
+                }
+                if !affords(seen + 1) {
+                    return None;
+                }
+                for test in &step.tests {
+                    kept = self.kept(kept, test, affords)?;
+                }
+                next.append(&mut kept);
+                if next.len() > 2 * most {
+                    tidy(&mut next, most);
+                }
+            }
+            tidy(&mut next, most);
+            here = next;
+        }
+        Some(here)
+    }
+
+    fn kept(&self, list: Vec<u32>, test: &Test, affords: &mut dyn FnMut(u64) -> bool) -> Option<Vec<u32>> {
+        let equal = |value: &str, wanted: &Option<String>| wanted.as_ref().is_none_or(|w| w == value);
+        if let Test::Place(_) | Test::Last = test {
+            let one = if let Test::Place(n) = test { list.get(n.wrapping_sub(1)) } else { list.last() };
+            return Some(one.copied().into_iter().collect());
+        }
+        let mut kept = Vec::new();
+        for at in list {
+            let element = at as usize;
+            let mut steps = 1;
+            let holds = match test {
+                Test::Attribute(name, wanted) => self.attributes(element).any(|(n, v)| {
+                    steps += ELEMENT;
+                    n == name && equal(v, wanted)
+                }),
+                Test::Child(name, wanted) => self.children(element).any(|c| {
+                    steps += ELEMENT + wanted.as_ref().map_or(0, |w| w.len() as u64 / BYTES_A_STEP);
+                    self.name(c) == name && equal(self.text(c), wanted)
+                }),
+                Test::Place(_) | Test::Last => true,
+            };
+            if holds {
+                kept.push(at);
+            }
+            if !affords(steps) {
+                return None;
+            }
+        }
+        Some(kept)
+    }
+}
+
+/// Puts elements in order, each once, and leaves out what is too many.
+fn tidy(list: &mut Vec<u32>, most: usize) {
+    list.sort_unstable();
+    list.dedup();
+    list.truncate(most);
+}

@@ -1,0 +1,350 @@
+//! Running a program over all points, on all cores.
+//!
+//! The points are cut into tiles; each worker has a machine and takes tiles in their order, and each tile writes its own part of
+//! each plane. Results do not depend on tile size, batch width, thread count or instruction set. Nor does it whether
+//! a run ends with an error, and with which: the error is that of the first point which is beyond its limits, or with which
+//! all points so far are beyond those of the run. This module must not know how tiles are run, see `tile`.
+
+mod tile;
+
+use crate::arithmetic;
+use crate::dictionary::Documents;
+use crate::frame::{Closures, Frame, Plane, RunOptions};
+use crate::machine::Stop;
+use crate::message::Messages;
+use crate::order::Blocks;
+use crate::profile::Profile;
+use crate::program::{OutputPlan, Program, words_of};
+use crate::services::Services;
+use crate::source::PointSource;
+use osl_ir::ir::Kind;
+use osl_ir::numeric::Arithmetic;
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use tile::{Bytes, Piece, Tile, Worker};
+
+/// Bytes that count for a component of an output beside its values: its name and place.
+const SLOT_BYTES: u64 = 256;
+
+/// Runs a program over all points of a source. `progress` is called with the number of points done.
+///
+/// # Errors
+/// A limit of a point or of the run.
+pub fn run(
+    program: &Program,
+    services: &Services,
+    source: &dyn PointSource,
+    options: &RunOptions,
+    progress: &(dyn Fn(usize) + Sync),
+) -> Result<Frame, Stop> {
+    Run::new(program, services, source, options).points(0..source.count(), progress)
+}
+
+/// A run that yields its points piece by piece, so that not all have to be in memory.
+pub struct Run<'a> {
+    program: &'a Program,
+    services: &'a Services,
+    source: &'a dyn PointSource,
+    options: &'a RunOptions,
+    /// The XML texts of all workers.
+    documents: Documents,
+    /// What points so far keep, in bytes: printed text, and closures of outputs.
+    printed: AtomicU64,
+    closures: AtomicU64,
+    /// Points done.
+    done: AtomicUsize,
+}
+
+impl<'a> Run<'a> {
+    /// A run of which nothing is done.
+    pub fn new(
+        program: &'a Program,
+        services: &'a Services,
+        source: &'a dyn PointSource,
+        options: &'a RunOptions,
+    ) -> Run<'a> {
+        Run {
+            program,
+            services,
+            source,
+            options,
+            documents: Documents::new(&options.limits),
+            printed: AtomicU64::new(0),
+            closures: AtomicU64::new(0),
+            done: AtomicUsize::new(0),
+        }
+    }
+
+    /// The planes that a frame will have, without their words.
+    ///
+    /// # Errors
+    /// There are too many of them.
+    pub fn planes(&self) -> Result<Vec<Plane>, Stop> {
+        let slots = self.slots(1)?.planes;
+        Ok(slots.iter().map(|slot| self.plane(slot, 0)).collect())
+    }
+
+    /// Whether the planes of so many points may be in memory.
+    ///
+    /// # Errors
+    /// They may not.
+    pub fn fits(&self, points: usize) -> Result<(), Stop> {
+        self.slots(points).map(|_| ())
+    }
+
+    fn plane(&self, slot: &Slot, count: usize) -> Plane {
+        let mut plane = plane(&self.program.outputs[slot.output], slot.element, slot.component, count);
+        if self.options.arithmetic.is_double() {
+            plane.wide = vec![0.0; count];
+        }
+        plane
+    }
+
+    /// Runs the points of a range; where the source has blocks, it begins and ends with whole rows of them. The planes
+    /// of the frame have these points alone. `progress` is called with the number of points that the run has done.
+    ///
+    /// # Errors
+    /// A limit of a point or of the run.
+    pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, Stop> {
+        match self.options.arithmetic {
+            Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress),
+            Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress),
+            Arithmetic::Double => self.points_in::<arithmetic::Double>(points, progress),
+        }
+    }
+
+    fn points_in<A: arithmetic::Arithmetic>(
+        &self,
+        points: Range<usize>,
+        progress: &(dyn Fn(usize) + Sync),
+    ) -> Result<Frame, Stop> {
+        let Run { program, source, options, .. } = self;
+        let blocks = source.blocks();
+        let points = points.start..points.end.min(source.count()).max(points.start);
+        // A tile's results are a piece of each plane, so it has whole rows of blocks.
+        let tile = options.tile.max(1).next_multiple_of(blocks.map_or(1, |b| b.period()));
+        let slots = self.slots(points.len())?;
+        let tiles = points.len().div_ceil(tile);
+        let batch = options.batch.unwrap_or_else(|| program.batch()).clamp(1, tile);
+        let threads = rayon::current_num_threads().clamp(1, tiles.max(1));
+        let (threads, batch) = self.machines::<A>((threads, batch))?;
+        let mut planes: Vec<Plane> = slots.planes.iter().map(|slot| self.plane(slot, points.len())).collect();
+        let mut parts: Vec<Vec<Piece<'_>>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
+        for plane in &mut planes {
+            let mut wide = plane.wide.chunks_mut(tile);
+            for (part, words) in parts.iter_mut().zip(plane.words.chunks_mut(tile)) {
+                part.push(Piece { words, wide: wide.next().unwrap_or_default() });
+            }
+        }
+        let work = Work {
+            run: self,
+            points: points.clone(),
+            tile,
+            batch,
+            slots: &slots,
+            open: Mutex::new(parts.into_iter().enumerate()),
+            started: AtomicUsize::new(0),
+            last: AtomicUsize::new(usize::MAX),
+            results: Mutex::new(Vec::new()),
+            progress,
+        };
+        if threads == 1 {
+            Worker::<A>::new(&work).run();
+        } else {
+            rayon::scope(|scope| (0..threads).for_each(|_| scope.spawn(|_| Worker::<A>::new(&work).run())));
+        }
+        let mut results = work.results.into_inner().unwrap_or_else(PoisonError::into_inner);
+        results.sort_by_key(|(index, _)| *index);
+        let results: Vec<Tile> = results.into_iter().map(|(_, tile)| tile).collect();
+        self.judge(&results)?;
+        let mut frame = gather(program, blocks, points.start, (planes, slots.closures), results);
+        for said in &mut frame.messages {
+            // A program that all points share has run for a batch and stands for the others.
+            if program.shared {
+                (said.first, said.points) = (points.start, Some(points.len() as u64));
+            }
+            said.first = source.pixel(said.first);
+        }
+        if !options.profile {
+            frame.profile.clear();
+        }
+        Ok(frame)
+    }
+
+    /// What the program delivers for each of so many points, if all of it is as small as it has to be.
+    fn slots(&self, points: usize) -> Result<Slots, Stop> {
+        let count = self.program.outputs.iter().map(|plan| plan.ty_len(self.program) as u64 * 16);
+        // None is made before it is known that there are few.
+        let most = self.options.limits.running.frame_bytes;
+        let each = if self.options.arithmetic.is_double() { 12 } else { 4 };
+        let bytes = |planes: u64| {
+            let of_plane = (points as u64).saturating_mul(each).saturating_add(SLOT_BYTES);
+            planes.saturating_mul(of_plane)
+        };
+        let slots = if count.sum::<u64>().saturating_mul(SLOT_BYTES) > most.saturating_mul(16) {
+            None
+        } else {
+            Some(Slots::of(self.program, self.options)).filter(|s| bytes(s.planes.len() as u64) <= most)
+        };
+        slots.ok_or_else(|| Stop::TooMuch {
+            what: format!("the outputs of {points} points take more than {most} bytes"),
+            limit: "running.frame_bytes",
+        })
+    }
+
+    /// For how many threads and points of a batch there is memory.
+    fn machines<A: arithmetic::Arithmetic>(&self, wanted: (usize, usize)) -> Result<(usize, usize), Stop> {
+        let most = self.options.limits.running.memory;
+        let fit = self.program.fit(wanted, most, size_of::<A::Word>());
+        fit.map_err(|bytes| Stop::TooMuch {
+            what: format!("the arrays of a point take {bytes} bytes, more than {most}"),
+            limit: "running.memory",
+        })
+    }
+
+    /// Counts what a batch prints. Tells whether the run is within its limit.
+    fn print(&self, bytes: u64) -> bool {
+        let sum = self.printed.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
+        sum <= self.options.limits.running.printed_bytes
+    }
+
+    /// Counts what a closure of an output takes. Tells whether the run is within its limit.
+    fn keep(&self, bytes: u64) -> bool {
+        let sum = self.closures.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
+        sum <= self.options.limits.running.closure_bytes
+    }
+
+    /// The first error in the order of the points, if there is one.
+    fn judge(&self, results: &[Tile]) -> Result<(), Stop> {
+        let all: Bytes = results.iter().fold(Bytes::default(), |sum, tile| sum + tile.bytes);
+        // What the pieces of the run before these points keep.
+        let before = |total: &AtomicU64, here: u64| total.load(Ordering::Relaxed).saturating_sub(here);
+        let mut sum = Bytes {
+            printed: before(&self.printed, all.printed),
+            closures: before(&self.closures, all.closures),
+        };
+        let running = &self.options.limits.running;
+        for tile in results {
+            sum = sum + tile.bytes;
+            for (what, bytes, most, limit) in [
+                ("print", sum.printed, running.printed_bytes, "running.printed_bytes"),
+                ("yield closures of", sum.closures, running.closure_bytes, "running.closure_bytes"),
+            ] {
+                if bytes > most {
+                    let what = format!("all points together {what} more than {most} bytes");
+                    return Err(Stop::TooMuch { what, limit });
+                }
+            }
+            if let Some(stop) = &tile.stop {
+                return Err(stop.clone());
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What all workers of a range of points share.
+struct Work<'a, 'p> {
+    run: &'a Run<'a>,
+    points: Range<usize>,
+    /// Points of a tile, and of a batch.
+    tile: usize,
+    batch: usize,
+    slots: &'a Slots,
+    /// Tiles that no worker has yet, in order.
+    open: Mutex<std::iter::Enumerate<std::vec::IntoIter<Vec<Piece<'p>>>>>,
+    /// The last tile that a worker has.
+    started: AtomicUsize,
+    /// Tiles behind this one need not be run: one up to it has an error.
+    last: AtomicUsize,
+    results: Mutex<Vec<(usize, Tile)>>,
+    progress: &'a (dyn Fn(usize) + Sync),
+}
+
+/// What a program delivers for each point.
+struct Slots {
+    planes: Vec<Slot>,
+    closures: Vec<Slot>,
+}
+
+/// One component of one element of an output.
+#[derive(Clone, Copy)]
+struct Slot {
+    output: usize,
+    element: usize,
+    component: usize,
+}
+
+impl Slots {
+    fn of(program: &Program, options: &RunOptions) -> Slots {
+        let mut slots = Slots { planes: Vec::new(), closures: Vec::new() };
+        for (output, plan) in program.outputs.iter().enumerate() {
+            for element in 0..plan.ty_len(program) {
+                match plan.kind {
+                    // Texts have no plane.
+                    Kind::Str => {}
+                    Kind::Closure if options.closures => {
+                        slots.closures.push(Slot { output, element, component: 0 });
+                    }
+                    Kind::Closure => {}
+                    kind => slots.planes.extend((0..words_of(kind) as usize).map(|component| Slot {
+                        output,
+                        element,
+                        component,
+                    })),
+                }
+            }
+        }
+        slots
+    }
+}
+
+/// Puts together what the tiles of a range of points yield.
+fn gather(
+    program: &Program,
+    blocks: Option<Blocks>,
+    start: usize,
+    (planes, closures): (Vec<Plane>, Vec<Slot>),
+    results: Vec<Tile>,
+) -> Frame {
+    let mut outputs: Vec<Closures> = closures
+        .iter()
+        .filter_map(|slot| {
+            let plan = program.outputs.get(slot.output)?;
+            Some(Closures { output: element_name(plan, slot.element), points: Vec::new() })
+        })
+        .collect();
+    let mut said = Vec::new();
+    let mut profile = Profile::new(program);
+    for tile in results {
+        tile.profile.iter().for_each(|of_tile| profile.add(of_tile));
+        said.push(tile.messages);
+        outputs.iter_mut().zip(tile.closures).for_each(|(all, mut here)| all.points.append(&mut here));
+    }
+    if let Some(blocks) = blocks {
+        for all in &mut outputs {
+            let found = std::mem::take(&mut all.points);
+            let mut sorted: Vec<_> = found.into_iter().enumerate().collect();
+            sorted.sort_by_key(|(point, _)| blocks.position(start + *point));
+            all.points = sorted.into_iter().map(|(_, list)| list).collect();
+        }
+    }
+    let (messages, printed, events) = Messages::merge(said);
+    Frame { planes, messages, printed, events, closures: outputs, profile: profile.entries(program) }
+}
+
+fn element_name(plan: &OutputPlan, element: usize) -> Arc<str> {
+    if plan.ty.is_array() { format!("{}[{element}]", plan.name).into() } else { plan.name.clone() }
+}
+
+fn plane(plan: &OutputPlan, element: usize, component: usize, count: usize) -> Plane {
+    Plane {
+        output: element_name(plan, element),
+        ty: plan.ty.element(),
+        component,
+        kind: plan.kind,
+        words: vec![0; count],
+        wide: Vec::new(),
+    }
+}

@@ -1,0 +1,272 @@
+//! The tiles of a run: a worker runs them batch by batch, and batches that are beyond a limit again in smaller ones.
+
+use super::{Slot, Work};
+use crate::arithmetic::Arithmetic;
+use crate::machine::{Component, Machine, Stop};
+use crate::message::Messages;
+use crate::profile::Profile;
+use crate::register::LINE;
+use std::ops::{Add, Range};
+use std::sync::PoisonError;
+use std::sync::atomic::Ordering;
+
+/// What points keep for whom the run is for, in bytes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Bytes {
+    /// Printed text.
+    pub(super) printed: u64,
+    /// Closures of outputs.
+    pub(super) closures: u64,
+}
+
+impl Add for Bytes {
+    type Output = Bytes;
+    fn add(self, other: Bytes) -> Bytes {
+        Bytes {
+            printed: self.printed.saturating_add(other.printed),
+            closures: self.closures.saturating_add(other.closures),
+        }
+    }
+}
+
+/// What a tile hands over besides its part of the planes.
+#[derive(Default)]
+pub(super) struct Tile {
+    pub(super) messages: Messages,
+    /// For each closure output, the components of each point.
+    pub(super) closures: Vec<Vec<Vec<Component>>>,
+    pub(super) profile: Option<Box<Profile>>,
+    /// What its points keep, up to the one that it ended with.
+    pub(super) bytes: Bytes,
+    /// Why it ended early.
+    pub(super) stop: Option<Stop>,
+}
+
+/// What a tile writes of a plane: its words, and doubles where the plane has them.
+pub(super) struct Piece<'a> {
+    pub(super) words: &'a mut [u32],
+    pub(super) wide: &'a mut [f64],
+}
+
+/// A worker with its machines.
+pub(super) struct Worker<'w, 'p, A: Arithmetic> {
+    work: &'w Work<'w, 'p>,
+    machine: Machine<'w, A>,
+    /// One for smaller batches, once there are any.
+    narrow: Option<Box<Machine<'w, A>>>,
+    /// How often batches had to become smaller.
+    level: u32,
+    /// Room for the words of a batch in the order of its points.
+    row: (Vec<u32>, Vec<f64>),
+}
+
+/// The tile that a worker runs.
+struct Running<'p> {
+    points: Range<usize>,
+    part: Vec<Piece<'p>>,
+    tile: Tile,
+}
+
+impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
+    /// A worker that has done nothing.
+    pub(super) fn new(work: &'w Work<'w, 'p>) -> Self {
+        Worker { work, machine: machine(work, work.batch), narrow: None, level: 0, row: Default::default() }
+    }
+
+    /// Runs tiles until there are none.
+    pub(super) fn run(mut self) {
+        let work = self.work;
+        loop {
+            let next = {
+                let mut open = work.open.lock().unwrap_or_else(PoisonError::into_inner);
+                let next = open.next();
+                if let Some((index, _)) = &next {
+                    work.started.store(*index, Ordering::Relaxed);
+                }
+                next
+            };
+            let Some((index, part)) = next.filter(|(index, _)| *index <= work.last.load(Ordering::Relaxed))
+            else {
+                return;
+            };
+            let tile = self.tile(index, part);
+            work.results.lock().unwrap_or_else(PoisonError::into_inner).push((index, tile));
+        }
+    }
+
+    fn tile(&mut self, index: usize, part: Vec<Piece<'p>>) -> Tile {
+        let work = self.work;
+        // Other points may take less.
+        self.level = self.level.saturating_sub(1);
+        let first = work.points.start + index * work.tile;
+        let points = first..work.points.end.min(first + work.tile);
+        let tile = Tile { closures: vec![Vec::new(); work.slots.closures.len()], ..Tile::default() };
+        self.machine.profile = work.run.options.profile.then(|| Box::new(Profile::new(work.run.program)));
+        let mut running = Running { points: points.clone(), part, tile };
+        let mut at = points.start;
+        while at < points.end && index <= work.last.load(Ordering::Relaxed) {
+            let here = work.batch.min(points.end - at);
+            if let Err(stop) = self.batch(&mut running, at, here) {
+                running.tile.stop = Some(stop);
+                work.last.fetch_min(index, Ordering::Relaxed);
+                break;
+            }
+            at += here;
+            if self.is_full(&running.tile) {
+                break;
+            }
+        }
+        if running.tile.stop.is_none() {
+            (work.progress)(work.run.done.fetch_add(points.len(), Ordering::Relaxed) + points.len());
+        }
+        running.tile.messages = self.machine.messages.take();
+        running.tile.profile = self.machine.profile.take();
+        running.tile
+    }
+
+    /// Whether a tile alone is beyond what the whole run may keep.
+    fn is_full(&self, tile: &Tile) -> bool {
+        let running = &self.work.run.options.limits.running;
+        tile.bytes.printed > running.printed_bytes || tile.bytes.closures > running.closure_bytes
+    }
+
+    /// Points of a batch at the current level, and whether each of them counts for itself what it takes: every level has half
+    /// the points of the one before, down to a line of them.
+    fn size(&self) -> (usize, bool) {
+        let mut size = self.work.batch;
+        for _ in 0..self.level {
+            if size <= LINE {
+                return (size, true);
+            }
+            size = (size / 2).next_multiple_of(LINE);
+        }
+        (size, false)
+    }
+
+    /// Runs some points together, or, where that is beyond a limit, in smaller batches, last one by one.
+    fn batch(&mut self, running: &mut Running<'p>, first: usize, count: usize) -> Result<(), Stop> {
+        let (size, each) = self.size();
+        if count > size {
+            return (0..count)
+                .step_by(size)
+                .try_for_each(|at| self.batch(running, first + at, size.min(count - at)));
+        }
+        match self.together(running, first, count, each) {
+            Err(Stop::TooManySteps { .. } | Stop::TooMuchMemory { .. }) if count > 1 => {
+                if each {
+                    return (0..count).try_for_each(|at| self.together(running, first + at, 1, false));
+                }
+                self.level += 1;
+                while matches!(self.size(), (size, false) if size >= count) {
+                    self.level += 1;
+                }
+                self.batch(running, first, count)
+            }
+            result => result,
+        }
+    }
+
+    /// Runs some points together, and copies what they yield.
+    fn together(
+        &mut self,
+        running: &mut Running<'p>,
+        first: usize,
+        count: usize,
+        each: bool,
+    ) -> Result<(), Stop> {
+        let work = self.work;
+        let width = self.size().0.max(LINE);
+        if self.machine.width() <= width {
+            return advance(&mut self.machine, work, running, &mut self.row, (first, count, each));
+        }
+        if self.narrow.as_ref().is_some_and(|narrow| narrow.width() != width) {
+            self.narrow = None;
+        }
+        let narrow = self.narrow.get_or_insert_with(|| Box::new(machine(work, width)));
+        let exchange = |a: &mut Machine<'w, A>, b: &mut Machine<'w, A>| {
+            std::mem::swap(&mut a.messages, &mut b.messages);
+            std::mem::swap(&mut a.profile, &mut b.profile);
+        };
+        exchange(&mut self.machine, narrow);
+        let result = advance(narrow, work, running, &mut self.row, (first, count, each));
+        exchange(&mut self.machine, narrow);
+        result
+    }
+}
+
+/// A machine for batches of a size.
+fn machine<'w, A: Arithmetic>(work: &'w Work<'w, '_>, batch: usize) -> Machine<'w, A> {
+    let run = work.run;
+    Machine::new(run.program, run.services, run.source, batch, run.options, &run.documents)
+}
+
+/// Runs some points on a machine, and copies what they yield.
+fn advance<A: Arithmetic>(
+    machine: &mut Machine<'_, A>,
+    work: &Work<'_, '_>,
+    running: &mut Running<'_>,
+    row: &mut (Vec<u32>, Vec<f64>),
+    (first, count, each): (usize, usize, bool),
+) -> Result<(), Stop> {
+    let printed = match machine.run(first, count, each) {
+        Ok(()) => machine.messages.printed_bytes(),
+        Err(stop) => {
+            machine.messages.roll_back();
+            return Err(stop);
+        }
+    };
+    if printed > 0 {
+        running.tile.bytes.printed += printed;
+        if !work.run.print(printed) {
+            // Some tile up to the last one that a worker has is the one with too much.
+            work.last.fetch_min(work.started.load(Ordering::Relaxed), Ordering::Relaxed);
+            machine.messages.drop_printed();
+        }
+    }
+    deliver(machine, work, running, row, (first, count));
+    for (index, slot) in work.slots.closures.iter().enumerate() {
+        let mut numbers = vec![0; count];
+        machine.output((slot.output, slot.element, 0), &mut numbers, &mut []);
+        for number in numbers {
+            let (list, bytes) = machine.components(number);
+            running.tile.bytes.closures += bytes;
+            let Some(found) = running.tile.closures.get_mut(index) else { continue };
+            if work.run.keep(bytes) {
+                found.push(list);
+            } else {
+                found.clear();
+                work.last.fetch_min(work.started.load(Ordering::Relaxed), Ordering::Relaxed);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Copies the outputs of the points that a machine has run.
+fn deliver<A: Arithmetic>(
+    machine: &Machine<'_, A>,
+    work: &Work<'_, '_>,
+    running: &mut Running<'_>,
+    row: &mut (Vec<u32>, Vec<f64>),
+    (first, count): (usize, usize),
+) {
+    let start = running.points.start;
+    let at = first - start;
+    let blocks = work.run.source.blocks();
+    for (Slot { output, element, component }, piece) in work.slots.planes.iter().zip(&mut running.part) {
+        let slot = (*output, *element, *component);
+        match (blocks, piece.words.get_mut(at..at + count)) {
+            (Some(blocks), _) => {
+                row.0.resize(count, 0);
+                row.1.resize(if piece.wide.is_empty() { 0 } else { count }, 0.0);
+                machine.output(slot, &mut row.0, &mut row.1);
+                blocks.scatter(first, &row.0, start, piece.words);
+                blocks.scatter(first, &row.1, start, piece.wide);
+            }
+            (None, Some(out)) => {
+                machine.output(slot, out, piece.wide.get_mut(at..at + count).unwrap_or_default());
+            }
+            (None, None) => {}
+        }
+    }
+}
