@@ -41,7 +41,7 @@ pub fn environment(
     let angle = |to: &Direction| {
         let cosine: f64 = center.iter().zip(to).map(|(a, b)| a * b).sum();
         // Of what is no number the whole image is seen.
-        if cosine.is_finite() { cosine.clamp(-1.0, 1.0).acos().max(SMALLEST) } else { PI }
+        if cosine.is_finite() { libm::acos(cosine.clamp(-1.0, 1.0)).max(SMALLEST) } else { PI }
     };
     let (angle_x, angle_y) = (angle(&to_x), angle(&to_y));
     let x = angle_x * f64::from(options.width.0) + f64::from(options.blur.0);
@@ -95,8 +95,8 @@ struct Probe<'a> {
 impl Probe<'_> {
     fn at(&self, [x, y, z]: Direction) -> Sample {
         // Angles are rounded as the reference rounds them: next to a pole that decides whether a sample fades.
-        let s = (-x).atan2(z) as f32 * (0.5 * FRAC_1_PI) as f32 + 0.5;
-        let t = 0.5 - y.atan2(x.hypot(z)) as f32 * FRAC_1_PI as f32;
+        let s = libm::atan2(-x, z) as f32 * (0.5 * FRAC_1_PI) as f32 + 0.5;
+        let t = 0.5 - libm::atan2(y, libm::hypot(x, z)) as f32 * FRAC_1_PI as f32;
         let finer = faded(&self.finer, s, t);
         if self.share == 0.0 {
             return finer;

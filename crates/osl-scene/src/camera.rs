@@ -3,6 +3,7 @@
 //! Pixels count from the left and from the top; the centre of the first is (0.5, 0.5). It must not know what the rays
 //! hit.
 
+use crate::math;
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec3};
 use osl_exec::Spaces;
 
@@ -84,7 +85,7 @@ impl Camera {
             .or_else(|| across(DVec3::Y))
             .or_else(|| across(DVec3::X))
             .ok_or(CameraError::Direction)?;
-        let half_width = (f64::from(fov_degrees) * 0.5).to_radians().tan();
+        let half_width = math::tan((f64::from(fov_degrees) * 0.5).to_radians());
         let up = right.cross(forward);
         Ok(View { position, right, up, forward, half_width, resolution })
     }

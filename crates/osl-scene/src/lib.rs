@@ -10,6 +10,7 @@ mod data;
 pub mod displace;
 mod grid;
 pub mod light;
+mod math;
 pub mod mesh;
 mod reference;
 pub mod render;

@@ -1,6 +1,7 @@
 //! A surface as a camera sees it: the points that its pixels show.
 
 use crate::camera::{Camera, View};
+use crate::math;
 use crate::mesh::{Bounds, SurfacePoint};
 use crate::shape::Surface;
 use crate::surface_points::{Footprint, SurfacePoints};
@@ -62,8 +63,8 @@ pub fn camera_for(bounds: &Bounds, reach: f32, eye: Option<Vec3>, resolution: [u
     let direction = if flat { Vec3::new(0.3, 1.2, 1.0) } else { Vec3::new(0.5, 0.6, 1.2) };
     // The ball around the surface nearly touches the narrower side of the image.
     let [width, height] = resolution.map(|n| n as f32);
-    let narrow = (FOV_DEGREES * 0.5).to_radians().tan() * (height / width).min(1.0);
-    let distance = reach / narrow.atan().sin() * MARGIN;
+    let narrow = math::tan((FOV_DEGREES * 0.5).to_radians()) * (height / width).min(1.0);
+    let distance = reach / math::sin(math::atan(narrow)) * MARGIN;
     let position = eye.unwrap_or(center + direction.normalize() * distance);
     Camera { position, look_at: center, up: Vec3::Y, fov_degrees: FOV_DEGREES, resolution }
 }

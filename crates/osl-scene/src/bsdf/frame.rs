@@ -1,5 +1,6 @@
 //! Directions around a normal, and how to choose them.
 
+use crate::math;
 use glam::{Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
@@ -49,7 +50,7 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     }
     let (r, angle) =
         if a.abs() > b.abs() { (a, FRAC_PI_4 * (b / a)) } else { (b, FRAC_PI_2 - FRAC_PI_4 * (a / b)) };
-    let (sin, cos) = angle.sin_cos();
+    let (sin, cos) = math::sin_cos(angle);
     Vec2::new(r * cos, r * sin)
 }
 
@@ -63,6 +64,6 @@ pub fn cosine(u: [f32; 2]) -> Vec3 {
 pub fn sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = (1.0 - z * z).max(0.0).sqrt();
-    let (sin, cos) = (std::f32::consts::TAU * u[1]).sin_cos();
+    let (sin, cos) = math::sin_cos(std::f32::consts::TAU * u[1]);
     Vec3::new(r * cos, r * sin, z)
 }

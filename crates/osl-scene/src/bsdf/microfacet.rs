@@ -2,6 +2,7 @@
 //! 2007. Directions are in the axes of the surface, away from it.
 
 use super::{disk, fresnel};
+use crate::math;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
@@ -36,7 +37,7 @@ impl Facets {
                 let e = slope.length_squared() + cos2;
                 1.0 / (area * e * e)
             }
-            Distribution::Beckmann => (-slope.length_squared() / cos2).exp() / (area * cos2 * cos2),
+            Distribution::Beckmann => math::exp(-slope.length_squared() / cos2) / (area * cos2 * cos2),
         }
     }
 
@@ -72,8 +73,8 @@ impl Facets {
         match self.distribution {
             Distribution::Ggx => self.visible_normal(wo, u),
             Distribution::Beckmann => {
-                let tan2 = -(1.0 - u[0]).max(f32::MIN_POSITIVE).ln();
-                let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+                let tan2 = -math::ln((1.0 - u[0]).max(f32::MIN_POSITIVE));
+                let (sin, cos) = math::sin_cos(2.0 * PI * u[1]);
                 let slope = Vec2::new(cos, sin) * tan2.sqrt() * self.alpha;
                 Vec3::new(slope.x, slope.y, 1.0).normalize()
             }

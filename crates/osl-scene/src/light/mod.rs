@@ -8,6 +8,7 @@ mod sky;
 pub use sky::Sky;
 
 use crate::bsdf::Frame;
+use crate::math;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
@@ -58,7 +59,7 @@ impl SphereLight {
         let (open, radiance) = self.cone(p)?;
         let below = u[0] * open;
         let r = (below * (2.0 - below)).max(0.0).sqrt();
-        let (sin, cos) = (TAU * u[1]).sin_cos();
+        let (sin, cos) = math::sin_cos(TAU * u[1]);
         let wi = Frame::around(axis).world(Vec3::new(r * cos, r * sin, 1.0 - below)).normalize();
         let pdf = 1.0 / (TAU * open);
         let along = to.dot(wi);

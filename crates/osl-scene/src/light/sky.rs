@@ -1,6 +1,7 @@
 //! The sky: one color, or an image of all directions, chosen from as bright as it is.
 
 use super::Arriving;
+use crate::math;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
@@ -37,7 +38,7 @@ impl Sky {
         let (mut rows, mut columns) = (Vec::with_capacity(height), Vec::with_capacity(pixels.len()));
         let mut total = 0.0_f64;
         for (y, row) in pixels.chunks(width.max(1)).enumerate() {
-            let sine = (PI * (y as f32 + 0.5) / height as f32).sin();
+            let sine = math::sin(PI * (y as f32 + 0.5) / height as f32);
             let mut sum = 0.0_f64;
             for p in row {
                 sum += f64::from(p.element_sum());
@@ -54,14 +55,14 @@ impl Sky {
 
     /// The direction of a place on the image, from 0 to 1 from the left and from the top.
     pub fn direction([s, t]: [f32; 2]) -> Vec3 {
-        let (sin_around, cos_around) = (TAU * (s - 0.5)).sin_cos();
-        let (sin, cos) = (PI * t).sin_cos();
+        let (sin_around, cos_around) = math::sin_cos(TAU * (s - 0.5));
+        let (sin, cos) = math::sin_cos(PI * t);
         Vec3::new(sin * sin_around, cos, -sin * cos_around)
     }
 
     fn place(w: Vec3) -> [f32; 2] {
-        let s = 0.5 + w.x.atan2(-w.z) / TAU;
-        [s.clamp(0.0, 1.0), w.y.clamp(-1.0, 1.0).acos() / PI]
+        let s = 0.5 + math::atan2(w.x, -w.z) / TAU;
+        [s.clamp(0.0, 1.0), math::acos(w.y.clamp(-1.0, 1.0)) / PI]
     }
 
     /// Its radiance from a direction.
@@ -128,10 +129,10 @@ impl Image {
         let (x, y) = ((s * width as f32) as usize, (t * height as f32) as usize);
         let (x, y) = (x.min(width - 1), y.min(height - 1));
         // Rows count by the sine of their middle; the density by that of the place itself.
-        let middle = (PI * (y as f32 + 0.5) / height as f32).sin();
+        let middle = math::sin(PI * (y as f32 + 0.5) / height as f32);
         let total = self.rows.last().copied().unwrap_or(0.0);
         let share = self.pixel(x, y).element_sum() * middle / total * (width * height) as f32;
-        let sine = (PI * t).sin().max(1e-6);
+        let sine = math::sin(PI * t).max(1e-6);
         share / (TAU * PI * sine)
     }
 }

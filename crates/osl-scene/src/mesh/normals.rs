@@ -1,6 +1,7 @@
 //! Smooth normals and tangents from the triangles around a vertex.
 
 use super::Triangles;
+use crate::math;
 use glam::Vec3;
 
 /// Normals of one place that differ by less than this angle's cosine are one smooth normal.
@@ -73,7 +74,7 @@ impl Triangles {
                 let (to, from) = (p[(corner + 1) % 3] - p[corner], p[(corner + 2) % 3] - p[corner]);
                 // Both have length, else there was no normal.
                 let cosine = to.dot(from) / (to.length() * from.length());
-                let angle = cosine.clamp(-1.0, 1.0).acos();
+                let angle = math::acos(cosine.clamp(-1.0, 1.0));
                 visit(vertices[corner] as usize, normal * angle, triangle);
             }
         }

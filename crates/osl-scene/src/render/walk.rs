@@ -6,6 +6,7 @@
 use super::sampler::Stream;
 use super::world::{Body, leave};
 use crate::bsdf::Frame;
+use crate::math;
 use crate::mesh::SurfacePoint;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -28,7 +29,8 @@ pub(super) struct Medium {
 impl Medium {
     /// The medium whose surface sends back `albedo`, of light that scatters over about `radius`.
     pub(super) fn new(radius: Vec3, albedo: Vec3, g: f32) -> Medium {
-        let scattered = albedo.map(|a| 1.0 - (-5.094_06 * a + 2.611_88 * a * a - 4.318_05 * a * a * a).exp());
+        let scattered =
+            albedo.map(|a| 1.0 - math::exp(-5.094_06 * a + 2.611_88 * a * a - 4.318_05 * a * a * a));
         let scale = albedo.map(|a| 1.9 - a + 3.5 * (a - 0.8) * (a - 0.8));
         let density = 1.0 / (radius * scale).max(Vec3::splat(1e-6));
         // A medium that scatters forward needs as many more collisions to turn light around.
@@ -59,9 +61,9 @@ pub(super) fn walk(body: &Body, from: &SurfacePoint, medium: &Medium, random: &m
         } else {
             2
         };
-        let way = -(1.0 - random.next()).ln() / medium.density[channel];
+        let way = -math::ln(1.0 - random.next()) / medium.density[channel];
         let hit = body.hit(p, direction, way);
-        let passed = |t: f32| (medium.density * -t).exp();
+        let passed = |t: f32| (medium.density * -t).map(math::exp);
         if let Some((t, point)) = hit {
             let left = passed(t);
             weight *= left / left.dot(chances);
@@ -95,6 +97,6 @@ fn turn(direction: Vec3, g: f32, u: [f32; 2]) -> Vec3 {
         (1.0 + g * g - s * s) / (2.0 * g)
     };
     let r = (1.0 - cosine * cosine).max(0.0).sqrt();
-    let (sin, cos) = (TAU * u[1]).sin_cos();
+    let (sin, cos) = math::sin_cos(TAU * u[1]);
     Frame::around(direction).world(Vec3::new(r * cos, r * sin, cosine)).normalize_or(direction)
 }

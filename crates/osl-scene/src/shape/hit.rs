@@ -2,6 +2,7 @@
 
 use super::solve::roots;
 use super::{FACES, Shape};
+use crate::math;
 use crate::mesh::SurfacePoint;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -59,7 +60,7 @@ impl Line {
 
 /// Part of a turn around the y axis, from 0 to 1 at the back.
 fn turn(p: DVec3) -> f64 {
-    p.x.atan2(p.z) / TAU + 0.5
+    math::atan2(p.x, p.z) / TAU + 0.5
 }
 
 fn sphere(ray: &Line, radius: f64, offer: &mut impl FnMut(f64, usize, [f64; 2])) {
@@ -67,7 +68,7 @@ fn sphere(ray: &Line, radius: f64, offer: &mut impl FnMut(f64, usize, [f64; 2]))
     // A ray that misses has nan here, which no range holds.
     for s in [-half, half] {
         let p = ray.at(s);
-        let v = 0.5 + p.y.atan2(p.x.hypot(p.z)) / PI;
+        let v = 0.5 + math::atan2(p.y, math::hypot(p.x, p.z)) / PI;
         offer(s, 0, [turn(p), v]);
     }
 }
@@ -109,7 +110,7 @@ fn torus(ray: &Line, major: f64, minor: f64, offer: &mut impl FnMut(f64, usize, 
     let reach = reach.sqrt() * (1.0 + 1e-9);
     for s in roots(&polynomial, -reach, reach) {
         let p = ray.at(s);
-        let v = 0.5 + p.y.atan2(p.x.hypot(p.z) - major) / TAU;
+        let v = 0.5 + math::atan2(p.y, math::hypot(p.x, p.z) - major) / TAU;
         offer(s, 0, [turn(p), v]);
     }
 }

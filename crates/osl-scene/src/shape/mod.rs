@@ -7,6 +7,7 @@ mod hit;
 mod solve;
 mod tessellate;
 
+use crate::math;
 use crate::mesh::{Bounds, Bvh, SurfacePoint, Triangles};
 use glam::{DVec2, DVec3, Mat4, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -106,12 +107,12 @@ impl Shape {
 
     fn exact(&self, face: usize, [u, v]: [f64; 2]) -> Exact {
         // A direction around the y axis, and where it goes with u.
-        let (sin, cos) = (TAU * (u - 0.5)).sin_cos();
+        let (sin, cos) = math::sin_cos(TAU * (u - 0.5));
         let (out, around) = (DVec3::new(sin, 0.0, cos), DVec3::new(cos, 0.0, -sin));
         match *self {
             Shape::Sphere { radius } => {
                 let radius = f64::from(radius);
-                let (sin, cos) = (PI * (v - 0.5)).sin_cos();
+                let (sin, cos) = math::sin_cos(PI * (v - 0.5));
                 let n = out * cos + DVec3::Y * sin;
                 let dpdv = (DVec3::Y * cos - out * sin) * (PI * radius);
                 Exact { p: n * radius, dpdu: around * (TAU * radius * cos), dpdv, n }
@@ -123,7 +124,7 @@ impl Shape {
             }
             Shape::Torus { major, minor } => {
                 let (major, minor) = (f64::from(major), f64::from(minor));
-                let (sin, cos) = (TAU * (v - 0.5)).sin_cos();
+                let (sin, cos) = math::sin_cos(TAU * (v - 0.5));
                 let n = out * cos + DVec3::Y * sin;
                 let dpdv = (DVec3::Y * cos - out * sin) * (TAU * minor);
                 Exact { p: out * major + n * minor, dpdu: around * (TAU * (major + minor * cos)), dpdv, n }
@@ -171,7 +172,7 @@ impl Surface for Shape {
     fn reach(&self) -> f32 {
         match *self {
             Shape::Sphere { radius } => radius,
-            Shape::Cylinder { radius, height } => radius.hypot(height * 0.5),
+            Shape::Cylinder { radius, height } => math::hypot(radius, height * 0.5),
             Shape::Torus { major, minor } => major + minor,
             Shape::Plane { .. } | Shape::Cube { .. } => self.bounds().radius(),
         }

@@ -27,7 +27,7 @@ pub(crate) fn choose(
         }
         // Each level halves edges, or nearly so; one less than that takes is surely not too fine. Without a number
         // there is no end to it.
-        let levels = (longest / edge).log2().floor();
+        let levels = libm::log2(longest / edge).floor();
         let further = if levels.is_finite() { levels.max(1.0) as u32 } else { most };
         level = level.saturating_add(further).min(most);
     }

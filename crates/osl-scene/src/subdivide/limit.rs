@@ -5,6 +5,7 @@
 //! borders H. Biermann, A. Levin and D. Zorin, "Piecewise Smooth Subdivision Surfaces with Normal Control", 2000.
 
 use super::topology::{Level, NONE};
+use crate::math;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -105,11 +106,11 @@ impl Ring {
             return along.cross(across);
         }
         let step = 2.0 * PI / self.edges.len() as f64;
-        let weight = 1.0 + step.cos() + (step * 0.5).cos() * (2.0 * (9.0 + step.cos())).sqrt();
+        let weight = 1.0 + math::cos(step) + math::cos(step * 0.5) * (2.0 * (9.0 + math::cos(step))).sqrt();
         let (mut along, mut across) = (DVec3::ZERO, DVec3::ZERO);
         for (at, (edge, face)) in self.edges.iter().zip(&self.faces).enumerate() {
-            let (sin, cos) = (step * at as f64).sin_cos();
-            let (next_sin, next_cos) = (step * (at + 1) as f64).sin_cos();
+            let (sin, cos) = math::sin_cos(step * at as f64);
+            let (next_sin, next_cos) = math::sin_cos(step * (at + 1) as f64);
             along += *edge * (weight * cos) + *face * (cos + next_cos);
             across += *edge * (weight * sin) + *face * (sin + next_sin);
         }
@@ -124,14 +125,14 @@ impl Ring {
             return DVec3::ZERO;
         }
         let step = PI / k as f64;
-        let (sin, cos) = step.sin_cos();
+        let (sin, cos) = math::sin_cos(step);
         let ratio = (1.0 + cos) / sin;
         let mut across = v * (4.0 * ratio * (cos - 1.0)) - (*first + *last) * (ratio * (1.0 + 2.0 * cos));
         for (at, edge) in self.edges.iter().enumerate().take(k).skip(1) {
-            across += *edge * (4.0 * (step * at as f64).sin());
+            across += *edge * (4.0 * math::sin(step * at as f64));
         }
         for (at, face) in self.faces.iter().enumerate() {
-            across += *face * ((step * at as f64).sin() + (step * (at + 1) as f64).sin());
+            across += *face * (math::sin(step * at as f64) + math::sin(step * (at + 1) as f64));
         }
         (*first - *last).cross(across)
     }

@@ -4,6 +4,7 @@
 use super::fresnel::{self, Fresnel, dielectric};
 use super::{Sample, frame, frame_along};
 use crate::bsdf::{Distribution, Facets, Frame};
+use crate::math;
 use crate::testrender::positive;
 use glam::{Vec2, Vec3};
 use osl_ir::numeric::strict::{acos, erf, ierf};
@@ -227,11 +228,11 @@ fn beckmann_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
     // The first guess is a fit; the solution is sought as the error function of the slope.
     let angle = acos(c);
     let fit = 1.0 + angle * (-0.876 + angle * (0.4265 - 0.0594 * angle));
-    let mut b = largest - (1.0 + largest) * (1.0 - x).powf(fit);
-    let scale = 1.0 / (1.0 + largest + root_pi * tan * (-cot * cot).exp());
+    let mut b = largest - (1.0 + largest) * math::powf(1.0 - x, fit);
+    let scale = 1.0 / (1.0 + largest + root_pi * tan * math::exp(-cot * cot));
     for _ in 0..2 {
         let slope = ierf(b);
-        let error = scale * (1.0 + b + root_pi * tan * (-slope * slope).exp()) - x;
+        let error = scale * (1.0 + b + root_pi * tan * math::exp(-slope * slope)) - x;
         b -= error / (scale * (1.0 - slope * tan));
     }
     Vec2::new(ierf(b), ierf(2.0 * y.max(1e-6) - 1.0))
