@@ -190,6 +190,11 @@ impl StructTable {
         id
     }
 
+    /// The names of all structs, in the order of their declarations.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.structs.iter().map(|s| &*s.name)
+    }
+
     /// The struct of an id of this table.
     pub fn get(&self, id: StructId) -> &Struct {
         &self.structs[id.0 as usize]

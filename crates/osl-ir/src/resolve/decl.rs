@@ -1,10 +1,12 @@
 //! Declarations: structs, functions, shaders, parameters.
 
 use super::errors;
+use super::vocabulary::{self, Wanted};
 use super::{Contents, Context, FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, ParamType, Signature, Tail};
 use crate::hir::{self, Init, VarId, VarKind};
 use crate::types::{Base, Extent, Field, Struct, Type};
+use osl_syntax::Reports;
 use osl_syntax::ast;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
@@ -197,8 +199,7 @@ impl Resolver<'_> {
             N::Struct(name) => match self.structs.find(name) {
                 Some(id) => Type::one(Base::Struct(id)),
                 None => {
-                    let message = format!("there is no type `{name}`");
-                    self.report(Diagnostic::error(errors::UNKNOWN_TYPE, ty.span, message));
+                    self.unknown_type(ty.span, name);
                     Type::ERROR
                 }
             },
@@ -241,6 +242,7 @@ impl Resolver<'_> {
         let depth = self.scopes.len();
         let outer = std::mem::replace(&mut self.context, Context { ret: Some(ret), loops: 0 });
         let outer_returns = std::mem::take(&mut self.returns);
+        self.told.clear();
         let (formals, vars, body) = self.within_scope(|r| {
             let (formals, vars) = r.formals(decl);
             let body = decl.body.as_ref().map(|b| r.stmts(&b.stmts));
@@ -357,6 +359,7 @@ impl Resolver<'_> {
         }
         let metadata = self.metadata(&decl.metadata);
         self.context = Context { ret: None, loops: 0 };
+        self.told.clear();
         let body = self.stmts(&decl.body.stmts);
         hir::Shader { name: decl.name.text.clone(), kind: decl.kind, metadata, params, body }
     }
@@ -409,11 +412,36 @@ impl Resolver<'_> {
         hir::Param { var, output: formal.output, open, init, metadata }
     }
 
-    /// Reports an unknown variable or function.
-    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str) {
+    /// Reports an unknown type.
+    fn unknown_type(&mut self, span: Span, name: &str) {
+        let known = vocabulary::word(Wanted::Type, name);
+        let close = match known {
+            None if self.n_errors < self.max_diagnostics() => {
+                let types =
+                    ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
+                closest(name, types.into_iter().chain(self.structs.names())).map(str::to_string)
+            }
+            _ => None,
+        };
+        self.report(errors::unknown_type(span, name, known, close.as_deref()));
+    }
+
+    /// Reports an unknown variable or function; `arguments_end` is where the arguments of a call end, if it has any.
+    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str, arguments_end: Option<u32>) {
         let functions = what == "function";
         if self.n_errors >= self.max_diagnostics() {
             return self.report(errors::unknown_name(span, what, name, None));
+        }
+        // Once is enough for whoever reads; the reference repeats it.
+        if self.reports != Reports::AsReference && !self.told.insert(format!("{what} {name}")) {
+            return;
+        }
+        if !functions && self.declaring.as_deref() == Some(name) {
+            return self.report(errors::own_value(span, name));
+        }
+        let wanted = if functions { Wanted::Function } else { Wanted::Variable };
+        if let Some(word) = vocabulary::word(wanted, name) {
+            return self.report(errors::foreign_name(span, what, name, word, arguments_end));
         }
         let close = {
             let mut names = self.names_in_scope(functions);
@@ -422,7 +450,14 @@ impl Resolver<'_> {
             }
             closest(name, names).map(str::to_string)
         };
-        self.report(errors::unknown_name(span, what, name, close.as_deref()));
+        let d = errors::unknown_name(span, what, name, close.as_deref());
+        let d = match (functions, &close) {
+            (false, None) => {
+                d.help(format!("declare it with its type before it is used, as in `float {name} = 0;`"))
+            }
+            _ => d,
+        };
+        self.report(d);
     }
 }
 

@@ -1,5 +1,6 @@
 //! Codes and messages of resolution: names E02xx, types E03xx, calls E04xx, statements E05xx; warnings W02xx on.
 
+use super::vocabulary::Word;
 use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
 use osl_syntax::span::Span;
 
@@ -120,13 +121,47 @@ pub(super) fn unknown_name(span: Span, what: &str, name: &str, close: Option<&st
     }
 }
 
+/// E0201: a word of another language; `close` is the end of the call's arguments, where it is a call with arguments.
+pub(super) fn foreign_name(span: Span, what: &str, name: &str, word: Word, close: Option<u32>) -> Diagnostic {
+    let d = Diagnostic::error(UNKNOWN_NAME, span, format!("{what} `{name}` is not declared"))
+        .label("not found in this scope")
+        .help(word.advice);
+    let Some(instead) = word.instead else { return d };
+    let mut edits = vec![Edit { span, text: instead.to_string() }];
+    match (word.behind, close) {
+        (Some(behind), Some(at)) => edits.push(Edit { span: Span::new(at, at), text: behind.to_string() }),
+        (Some(_), None) => return d,
+        (None, _) => {}
+    }
+    d.fix(format!("write `{instead}`"), edits)
+}
+
+/// E0201: a variable in the value that it starts with.
+pub(super) fn own_value(span: Span, name: &str) -> Diagnostic {
+    Diagnostic::error(UNKNOWN_NAME, span, format!("`{name}` has no value yet"))
+        .label("it is declared by this very statement")
+        .help("declare it first, or write another name here")
+}
+
+/// E0203: no struct of this name is declared.
+pub(super) fn unknown_type(span: Span, name: &str, word: Option<Word>, close: Option<&str>) -> Diagnostic {
+    let d = Diagnostic::error(UNKNOWN_TYPE, span, format!("there is no type `{name}`"));
+    let d = match word {
+        Some(word) => d.help(word.advice),
+        None => d,
+    };
+    let Some(instead) = word.map_or(close, |word| word.instead) else { return d };
+    let d = if word.is_none() { d.help(format!("there is one named `{instead}`")) } else { d };
+    d.fix(format!("write `{instead}`"), vec![Edit { span, text: instead.to_string() }])
+}
+
 /// E0202: the scope already has the name.
 pub(super) fn redeclared(span: Span, name: &str, earlier: Option<Span>) -> Diagnostic {
     let d = Diagnostic::error(REDECLARED, span, format!("`{name}` is already declared in this scope"))
         .label("again");
     match earlier {
         Some(earlier) if earlier != Span::default() => d.also(earlier, "first declared here"),
-        _ => d.note(format!("`{name}` is a name of the language itself")),
+        _ => d.note(format!("`{name}` is a name of the language itself")).help("take another name"),
     }
 }
 

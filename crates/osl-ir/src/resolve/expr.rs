@@ -159,6 +159,10 @@ impl Resolver<'_> {
             )
             .also(left.span, l)
             .also(right.span, r);
+            let d = match operators::instead(op, left.ty, right.ty) {
+                Some(help) => d.help(help),
+                None => d,
+            };
             self.report(d);
             return Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
         };

@@ -19,6 +19,7 @@ mod overload;
 mod place;
 mod score;
 mod stmt;
+mod vocabulary;
 
 pub(crate) use expr::unify_numbers;
 pub(crate) use init::convert_to;
@@ -32,7 +33,7 @@ use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::errors::too_many_errors;
 use osl_syntax::span::Span;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
 /// What resolution yields: the program, unless the file has no shader, and what there is to say.
@@ -137,6 +138,10 @@ struct Resolver<'a> {
     context: Context,
     /// Whether any statement of the current function returns.
     returns: bool,
+    /// Unknown names that the current function was told of.
+    told: FxHashSet<String>,
+    /// The variable whose declaration is being resolved.
+    declaring: Option<Arc<str>>,
 }
 
 impl<'a> Resolver<'a> {
@@ -156,6 +161,8 @@ impl<'a> Resolver<'a> {
             index_depth: 0,
             context: Context { ret: None, loops: 0 },
             returns: false,
+            told: FxHashSet::default(),
+            declaring: None,
         };
         for (global, name, ty, _) in GLOBALS {
             resolver.add_var(name.into(), ty, VarKind::Global(global), Span::default());

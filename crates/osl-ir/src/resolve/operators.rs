@@ -70,6 +70,28 @@ fn comparable(left: Type, right: Type) -> bool {
         || (right.is_number() && numeric(left))
 }
 
+/// What to write where an operator does not take its operands, and something of the language does.
+pub(super) fn instead(op: B, left: Type, right: Type) -> Option<&'static str> {
+    let has_parts = |t: Type| t.is_number() || t.is_triple();
+    let strings = left == Type::STRING && right == Type::STRING;
+    Some(match op {
+        B::Mod if has_parts(left) && has_parts(right) => {
+            "`%` is for ints: `mod(a, b)` takes floats and triples"
+        }
+        B::BitXor if has_parts(left) && has_parts(right) => {
+            "`^` is the exclusive or of ints: a power is `pow(a, b)`"
+        }
+        B::Add if strings => "strings are joined by `concat(a, b)`",
+        B::Lt | B::Le | B::Gt | B::Ge if strings => "strings have no order: `==` and `!=` compare them",
+        B::Lt | B::Le | B::Gt | B::Ge if left.is_triple() || right.is_triple() => {
+            "triples have no order: compare components, or `length(v)`, or `luminance(c)`"
+        }
+        B::Mul if left == Type::MATRIX && right.is_triple() => "a matrix is applied by `transform(m, p)`",
+        B::Mul if left.is_triple() && right == Type::MATRIX => "a matrix is applied by `transform(m, p)`",
+        _ => return None,
+    })
+}
+
 /// Whether a value can be a condition (closures included).
 pub(crate) fn has_truth(ty: Type) -> bool {
     !ty.is_array() && !matches!(ty.base, Base::Struct(_) | Base::Void)

@@ -122,13 +122,14 @@ impl Resolver<'_> {
                 errors::WRONG_KIND_OF_NAME,
                 name.span,
                 format!("`{}` is a variable, not a function", name.text),
-            )
-            .also(declared, "declared here");
-            self.report(d);
+            );
+            // The language's own are declared nowhere.
+            self.report(if declared == Span::default() { d } else { d.also(declared, "declared here") });
             return error;
         }
         if candidates.is_empty() {
-            self.unknown(name.span, "function", &name.text);
+            let end = (!args.is_empty()).then(|| span.end.saturating_sub(1));
+            self.unknown(name.span, "function", &name.text, end);
             return error;
         }
         let mut failed = false;

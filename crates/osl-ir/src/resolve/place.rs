@@ -7,8 +7,9 @@ use crate::hir::{Expr, ExprKind, GLOBALS, Place, Step, VarId, VarKind};
 use crate::types::{Base, Extent, Type};
 use osl_syntax::Reports;
 use osl_syntax::ast::{self, ExprId};
-use osl_syntax::diagnostic::{Code, Diagnostic};
+use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
 use osl_syntax::span::Span;
+use osl_syntax::spelling::closest;
 
 impl Resolver<'_> {
     /// The place that an expression names, or `None` if it names none. Reports errors inside it.
@@ -66,7 +67,7 @@ impl Resolver<'_> {
                         .help("call it: add `( )` and arguments"),
                 );
             }
-            None => self.unknown(span, "variable", name),
+            None => self.unknown(span, "variable", name, None),
         }
         None
     }
@@ -160,7 +161,24 @@ impl Resolver<'_> {
             let d = match base.ty.base {
                 Base::Color => d.help("a color has `.r`, `.g` and `.b`"),
                 base if base.is_triple() => d.help("it has `.x`, `.y` and `.z`"),
+                Base::Struct(id) => {
+                    let fields = self.structs.get(id).fields.iter().map(|f| &*f.name);
+                    match closest(&field.text, fields) {
+                        Some(close) => d.help(format!("it has a field `{close}`")).fix(
+                            format!("write `{close}`"),
+                            vec![Edit { span: field.span, text: close.to_string() }],
+                        ),
+                        None => d,
+                    }
+                }
                 _ => d,
+            };
+            let swizzle = base.ty.base.is_triple()
+                && (2..=4).contains(&field.text.len())
+                && field.text.bytes().all(|c| b"xyzwrgbastpq".contains(&c));
+            let d = match swizzle {
+                true => d.note("OSL takes one component at a time: `vector(v.y, v.x, v.z)`"),
+                false => d,
             };
             self.report(d);
         }

@@ -80,7 +80,9 @@ impl Resolver<'_> {
     fn local(&mut self, ty: &ast::TypeSpec, var: &ast::Declarator, out: &mut Vec<Stmt>) {
         let ty = self.declared_type(ty, var.array.as_ref(), false);
         // The initialiser sees the outer variable of the name, so it goes first.
+        let outer = self.declaring.replace(var.name.text.clone());
         let init = var.init.map(|e| self.local_init(ty, e));
+        self.declaring = outer;
         let id = self.declare(&var.name, ty, VarKind::Local);
         out.push(Stmt { kind: StmtKind::Declare(id, init), span: var.name.span });
     }
