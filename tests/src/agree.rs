@@ -36,7 +36,7 @@ struct Seen {
 
 /// The text without the signs of NaN: nothing says what they are.
 fn unsigned(text: &str) -> String {
-    text.replace("-nan", "nan")
+    text.replace("-nan", "nan").replace("-NaN", "NaN")
 }
 
 fn walked(outcome: &Outcome) -> Seen {

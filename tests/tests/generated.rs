@@ -253,6 +253,42 @@ fn the_walker_agrees() {
 /// Programs on which the product once differed from the walker, with what was wrong.
 const ONCE_DIFFERENT: &[(&str, &str)] = &[
     (
+        "what follows exit() in the same statement still ran: another call, an index out of range, an assignment",
+        "int f() { if (1) exit(); return 1; }
+        int g(output int n) { n += 10; return n; }
+        struct T { float x[2]; };
+        T h() { if (1) exit(); return T({ 5, 6 }); }
+        shader s(output int n = 1, output float q[2] = { 1, 2 }, output T t = { { 1, 2 } }, output int last = 3) {
+            if (u > 0.6) { n += f() + g(n); }
+            if (u > 0.4) { q[f() * 7] = 3; }
+            if (u > 0.2) t = h();
+            if (u > 0.1) printf(\"%d\\n\", f());
+            if (u > 0.0) { if (f() > v) last = 0; else last = 1; }
+            int i = 0;
+            while (f() < i) { last = 7; break; }
+            last = 9; }",
+    ),
+    (
+        "exit() in a condition of a loop, and in its step",
+        "int f(float x) { if (x > 0.3) exit(); return x < 2; }
+        shader s(output int n = 0, output int m = 0) {
+            for (int i = 0; f(u + i * 0.1); i++) { n++; if (i > 9) break; }
+            for (int i = 0; i < 5; i += f(v + i * 0.1)) m++;
+            n = 77; }",
+    ),
+    (
+        "a NaN below the root of refract counts as below zero, as comparisons of the language hold with NaN",
+        "shader s(output vector r = refract(u, vector(1e38, 1.5e-45, 3.25), time), output vector q = 1) {
+            q = refract(vector(u, v, 1e38), vector(1e38, 1, 1), u * 0); }",
+    ),
+    (
+        "an element of an array of structs was read after the indices of the left side had changed it",
+        "struct T { int m; float x; }; shader s(output int r = 0, output int q = 0) {
+            T a[2] = { { 1, 2 }, { 0, 3 } };
+            a[a[0].m * (++a[0].m) - 2] = a[0];
+            r = a[0].m; q = a[1].m; }",
+    ),
+    (
         "the remainder by a constant 0 was a NaN",
         "shader s(output float r = fmod(u, 0.0), output color c = fmod(color(P), 0.0), output float q = 1) {
             float zero = 0; q = fmod(v, zero); }",

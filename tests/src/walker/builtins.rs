@@ -162,6 +162,9 @@ fn each_of(args: &[Value], f: impl Fn(&[f32]) -> Result<f32, Stop>) -> Result<Va
     Ok(Value::Triple(result))
 }
 
+/// Functions whose result has the sign of their argument, for NaN too. Nothing says what sign a NaN has.
+const SHOW_SIGN: &[&str] = &["asin", "atan", "atan2", "cbrt", "erf", "erfc", "expm1", "pow", "sinh", "tanh"];
+
 fn function(name: &str, ret: Type, args: &[Value], literal: bool) -> Result<Value, Stop> {
     let a = args.first().unwrap_or(&Value::Nothing);
     let triple = |at: usize| args.get(at).map_or([0.0; 3], Value::triple);
@@ -169,6 +172,10 @@ fn function(name: &str, ret: Type, args: &[Value], literal: bool) -> Result<Valu
     let one = |f: fn(f32) -> f32| Ok(each(a, f));
     let two = |f: fn(f32, f32) -> f32| each_of(args, |n| Ok(f(n[0], n[1])));
     let three = |f: fn(f32, f32, f32) -> f32| each_of(args, |n| Ok(f(n[0], n[1], n[2])));
+    let numbers = args.iter().filter(|a| matches!(a, Value::Float(_) | Value::Triple(_)));
+    if SHOW_SIGN.contains(&name) && numbers.flat_map(Value::triple).any(f32::is_nan) {
+        return Err(Stop::Open("the sign of a NaN"));
+    }
     match name {
         "arraylength" => Ok(Value::Int(match a {
             Value::Many(elements) => elements.len() as i32,
@@ -239,6 +246,7 @@ fn function(name: &str, ret: Type, args: &[Value], literal: bool) -> Result<Valu
         "cross" => Ok(Value::Triple(math::cross(triple(0), triple(1)))),
         "length" => Ok(Value::Float(math::length(triple(0)))),
         "distance" if args.len() == 2 => Ok(Value::Float(math::distance(triple(0), triple(1)))),
+        "normalize" if math::dot(triple(0), triple(0)).is_nan() => Err(Stop::Open("the direction of a NaN")),
         "normalize" => Ok(Value::Triple(math::normalize(triple(0)))),
         "faceforward" if args.len() == 3 => {
             Ok(Value::Triple(math::faceforward(triple(0), triple(1), triple(2))))

@@ -43,9 +43,16 @@ impl Walker<'_> {
             }
             ExprKind::Assign(place, init) => {
                 // The right side first, then the indices of the left.
-                let value = self.operand_of(place.ty, init)?;
+                let operand = self.operand_of(place.ty, init)?;
+                let before = match &operand {
+                    Operand::Later(spot) => Some(self.read(spot)),
+                    Operand::Now(_) => None,
+                };
                 let spot = self.spot(place)?;
-                let value = self.settled(value);
+                let value = self.settled(operand);
+                if before.is_some_and(|before| format!("{before:?}") != format!("{value:?}")) {
+                    return Err(Stop::Open("a variable on the right that an index on the left changes"));
+                }
                 self.write(&spot, value.clone());
                 value
             }

@@ -148,7 +148,9 @@ pub(super) fn normalize(v: [f32; 3]) -> [f32; 3] {
 }
 
 pub(super) fn faceforward(n: [f32; 3], i: [f32; 3], reference: [f32; 3]) -> [f32; 3] {
-    if dot(i, reference) > 0.0 { n.map(|x| -x) } else { n }
+    // As comparisons of the language are: with NaN they hold.
+    let facing = dot(i, reference);
+    if facing > 0.0 || facing.is_nan() { n.map(|x| -x) } else { n }
 }
 
 pub(super) fn reflect(i: [f32; 3], n: [f32; 3]) -> [f32; 3] {
@@ -159,7 +161,7 @@ pub(super) fn reflect(i: [f32; 3], n: [f32; 3]) -> [f32; 3] {
 pub(super) fn refract(i: [f32; 3], n: [f32; 3], eta: f32) -> [f32; 3] {
     let along = dot(i, n);
     let k = 1.0 - eta * eta * (1.0 - along * along);
-    if k < 0.0 {
+    if k < 0.0 || k.is_nan() {
         return [0.0; 3];
     }
     let by = eta * along + sqrt(k);

@@ -56,14 +56,16 @@ impl Lowerer<'_> {
             self.store_zero(ret);
         }
         let returned = self.flag("returned");
-        self.frames.push(Frame {
-            ret: ret.clone().map(|ret| (ret, function.ret)),
-            returned,
-            loops: Vec::new(),
-        });
         let exits = self.exits;
-        self.stmts(&function.body);
-        self.frames.pop();
+        self.where_live(|l| {
+            l.frames.push(Frame {
+                ret: ret.clone().map(|ret| (ret, function.ret)),
+                returned,
+                loops: Vec::new(),
+            });
+            l.stmts(&function.body);
+            l.frames.pop();
+        });
         self.unsure |= self.exits > exits;
         self.at(span);
         for (spot, storage) in back {
@@ -152,9 +154,9 @@ impl Lowerer<'_> {
         };
         let Emitted { result, outputs } = match call.row.emit {
             Emit::Lane(op) => self.b.lane(op, &args).into(),
-            Emit::Compose(write) => write(&mut self.b, &site),
+            Emit::Compose(write) => self.emitted_where_live(|l| write(&mut l.b, &site)),
             Emit::Exit => {
-                self.exit();
+                self.where_live(Self::exit);
                 Emitted::default()
             }
         };

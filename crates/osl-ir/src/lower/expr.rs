@@ -5,7 +5,7 @@
 
 use super::place::Spot;
 use super::{Lowerer, Storage, Val, checks, kind_of};
-use crate::hir::{Expr, ExprKind, Init, Place};
+use crate::hir::{Expr, ExprKind, Init, Place, Step};
 use crate::ir::{Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
 use osl_syntax::ast::{BinaryOp, UnaryOp};
@@ -353,10 +353,30 @@ impl Lowerer<'_> {
             }
             Init::List(_) => return Val::Void,
         };
+        let value = match value {
+            // The right side is done with before the indices of the left side change anything.
+            Val::Stored(from, Some(element)) if place.path.iter().any(may_write) => {
+                let kept = self.like(&from);
+                self.copy(&kept, None, &from, Some(element));
+                Val::Stored(kept, None)
+            }
+            value => value,
+        };
         if let Some(spot) = self.spot(place) {
             self.write(&spot, value.clone());
         }
         value
+    }
+
+    /// Variables for one element of such storage.
+    fn like(&mut self, storage: &Storage) -> Storage {
+        match storage {
+            Storage::Struct(parts) => Storage::Struct(parts.iter().map(|part| self.like(part)).collect()),
+            Storage::Leaf(slot) => {
+                let kind = self.b.body.slot(*slot).kind;
+                Storage::Leaf(self.b.slot(kind, None, "kept".into()))
+            }
+        }
     }
 
     fn step(&mut self, prefix: bool, increment: bool, place: &Place) -> ValueId {
@@ -387,6 +407,20 @@ impl Lowerer<'_> {
             matrix = self.b.lane(LaneOp::MSet, &[matrix, row, column, value]);
         }
         matrix
+    }
+}
+
+/// Whether an index of this step may change a variable: it is more than a number or a variable.
+fn may_write(step: &Step) -> bool {
+    let simple = |index: &Expr| match &index.kind {
+        ExprKind::Int(_) => true,
+        ExprKind::Read(place) => place.is_plain(),
+        _ => false,
+    };
+    match step {
+        Step::Field(_) => false,
+        Step::Element(index) | Step::Component(index) => !simple(index),
+        Step::Cell(row, column) => !simple(row) || !simple(column),
     }
 }
 

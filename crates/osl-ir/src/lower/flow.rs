@@ -15,6 +15,9 @@ pub(super) struct Flow {
     pub(super) always: bool,
 }
 
+/// The flow of what may leave the function or the shader.
+pub(super) const RETURNED: Flow = Flow { returns: true, breaks: false, continues: false, always: false };
+
 impl Flow {
     /// Whether some path leaves.
     pub(super) fn may_leave(self) -> bool {

@@ -6,7 +6,7 @@
 
 use super::checks::Checking;
 use super::first_use::{self, Spot};
-use super::flow::Flow;
+use super::flow::RETURNED;
 use super::joins;
 use super::wiring::{Asked, Joint, Joints, Wiring};
 use super::{Frame, Lowerer, Requests, Storage, View, kind_of};
@@ -205,7 +205,7 @@ impl<'a> Lowerer<'a> {
             if l.exits == 0 {
                 l.stmts(&program.shader.body);
             } else {
-                l.guarded(Flow { returns: true, ..Flow::default() }, |l| l.stmts(&program.shader.body));
+                l.guarded(RETURNED, |l| l.stmts(&program.shader.body));
             }
         });
         // From the last on, since a default may read parameters before its own.

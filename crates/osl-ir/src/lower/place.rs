@@ -1,6 +1,6 @@
 //! Places: reading, writing and copying variables and their parts.
 
-use super::flow::Flow;
+use super::flow::RETURNED;
 use super::{Lowerer, Storage, Val};
 use crate::hir::{Init, Place, Step};
 use crate::ir::{Const, Kernel, Kind, LaneOp, Note, SlotId, ValueId};
@@ -87,7 +87,9 @@ impl Lowerer<'_> {
             return index;
         }
         let limit = self.b.int(len as i32);
-        self.b.kernel_of(Kernel::CheckIndex { name: name.clone() }, &[index, limit], &[]);
+        self.where_live(|l| {
+            l.b.kernel_of(Kernel::CheckIndex { name: name.clone() }, &[index, limit], &[]);
+        });
         self.b.clamp_int(index, len.saturating_sub(1) as i32)
     }
 
@@ -145,8 +147,7 @@ impl Lowerer<'_> {
     fn write_leaf(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
         if std::mem::take(&mut self.unsure) {
             // A call in this statement may have ended the shader: nothing is written there any more.
-            let flow = Flow { returns: true, ..Flow::default() };
-            self.guarded(flow, |l| l.write_leaf(slot, element, value));
+            self.guarded(RETURNED, |l| l.write_leaf(slot, element, value));
             self.unsure = true;
             return;
         }
@@ -197,7 +198,7 @@ impl Lowerer<'_> {
     }
 
     /// Copies part by part and element by element. Both sides have the same structure.
-    fn copy(
+    pub(super) fn copy(
         &mut self,
         to: &Storage,
         to_element: Option<ValueId>,
@@ -216,16 +217,16 @@ impl Lowerer<'_> {
             (Storage::Leaf(to), Storage::Leaf(from)) => {
                 let len = |l: &Self, slot: SlotId| l.b.body.slot(slot).len;
                 match (len(self, *to), to_element, len(self, *from), from_element) {
-                    (Some(n), None, Some(m), None) => {
+                    (Some(n), None, Some(m), None) => self.where_live(|l| {
                         for index in 0..n.min(m) {
-                            if !self.has_room() {
+                            if !l.has_room() {
                                 return;
                             }
-                            let index = self.b.int(index as i32);
-                            let value = self.b.load_element(*from, index);
-                            self.b.store_element(*to, index, value);
+                            let index = l.b.int(index as i32);
+                            let value = l.b.load_element(*from, index);
+                            l.b.store_element(*to, index, value);
                         }
-                    }
+                    }),
                     _ => {
                         let value = self.read_leaf(*from, from_element);
                         self.write_leaf(*to, to_element, value);

@@ -1,9 +1,10 @@
 //! Statements: branches, loops, and jumps as flags.
 
-use super::flow::{self, Flow};
+use super::flow::{self, Flow, RETURNED};
 use super::{LoopFlags, Lowerer};
+use crate::builtins::Emitted;
 use crate::hir::{Expr, Stmt, StmtKind};
-use crate::ir::{BlockId, Kind, LaneOp, Note, Op, SlotId, ValueId, Values};
+use crate::ir::{BlockId, Const, Kind, LaneOp, Note, Op, SlotId, ValueId, Values};
 use osl_limits::Compiling;
 use osl_syntax::span::Span;
 
@@ -104,7 +105,12 @@ impl Lowerer<'_> {
         self.b.span = at;
         self.b.note(&[cond], |_| Note::Branch);
         self.at(place);
-        self.if_else(cond, then, otherwise);
+        if self.unsure {
+            // The condition may have ended the shader: neither branch runs then.
+            self.guarded(RETURNED, |l| l.if_else(cond, then, otherwise));
+        } else {
+            self.if_else(cond, then, otherwise);
+        }
         // The reference leaves out an `if` of which nothing remains.
         if self.ops_so_far() == tested {
             self.forget_ops(before);
@@ -139,7 +145,56 @@ impl Lowerer<'_> {
     /// Runs `work` only where no jump of this flow was taken.
     pub(super) fn guarded(&mut self, flow: Flow, work: impl FnOnce(&mut Self)) {
         let live = self.live(flow);
+        // Within, all points are in the shader still.
+        let outer = std::mem::replace(&mut self.unsure, false);
         self.if_else(live, work, |_| ());
+        self.unsure |= outer;
+    }
+
+    /// Runs `work` only where no point has left the shader within this statement.
+    pub(super) fn where_live(&mut self, work: impl FnOnce(&mut Self)) {
+        if self.unsure {
+            self.guarded(RETURNED, work);
+        } else {
+            work(self);
+        }
+    }
+
+    /// What a built-in yields where no point has left the shader within this statement, and zero elsewhere.
+    pub(super) fn emitted_where_live(&mut self, work: impl FnOnce(&mut Self) -> Emitted) -> Emitted {
+        if !self.unsure {
+            return work(self);
+        }
+        let live = self.live(RETURNED);
+        let mut found = Emitted::default();
+        let mut slots: Vec<SlotId> = Vec::new();
+        let then = self.in_block(|l| {
+            let outer = std::mem::replace(&mut l.unsure, false);
+            found = work(l);
+            l.unsure |= outer;
+            // Values of a block are not seen outside of it.
+            for value in found.result.into_iter().chain(found.outputs.iter().map(|(_, value)| *value)) {
+                let slot = l.b.slot(l.b.body.kind(value), None, "yields".into());
+                l.b.store(slot, value);
+                slots.push(slot);
+            }
+        });
+        let otherwise = self.in_block(|_| ());
+        for slot in &slots {
+            let zero = self.b.constant(Const::zero(self.b.body.slot(*slot).kind));
+            self.b.store(*slot, zero);
+        }
+        let op =
+            Op::If { cond: live, then, otherwise, then_yields: Values::new(), else_yields: Values::new() };
+        self.b.push(op, Values::new());
+        let mut loaded = slots.into_iter().map(|slot| self.b.load(slot));
+        if found.result.is_some() {
+            found.result = loaded.next();
+        }
+        for ((_, value), slot) in found.outputs.iter_mut().zip(loaded) {
+            *value = slot;
+        }
+        found
     }
 
     /// 1 where no jump of this flow was taken.
@@ -243,7 +298,7 @@ impl Lowerer<'_> {
             l.set_flag(go, 0);
             if test_first {
                 let test = l.loop_test(cond);
-                l.if_else(test, |l| l.round(body, flags, iter, |l| l.b.int(1), go), |_| ());
+                l.where_live(|l| l.if_else(test, |l| l.round(body, flags, iter, |l| l.b.int(1), go), |_| ()));
             } else {
                 l.round(body, flags, iter, |l| l.loop_test(cond), go);
             }
@@ -293,7 +348,7 @@ impl Lowerer<'_> {
                 l.eval(iter);
             }
             let again = test(l);
-            l.b.store(go, again);
+            l.where_live(|l| l.b.store(go, again));
         };
         if leaving.may_leave() {
             self.guarded(leaving, finish);

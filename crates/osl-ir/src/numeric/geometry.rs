@@ -157,7 +157,8 @@ pub fn refract<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Triple<R> {
     let cosine = dot(i, n);
     let k = one - eta * eta * (one - cosine * cosine);
     let through = sub(scale(i, eta), scale(n, eta * cosine + common::sqrt(k)));
-    select(k < R::lit(0.0), [R::lit(0.0); 3], through)
+    // NaN counts as below zero: written in OSL, as comparisons are there.
+    select(k >= R::lit(0.0), through, [R::lit(0.0); 3])
 }
 
 /// What [`fresnel`] finds: the shares of light and their directions.
@@ -186,12 +187,13 @@ pub fn fresnel<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Fresnel<R> {
     let f = R::lit(0.5) * (one + f * f);
     let ratio = div(beta, g + c);
     let f = f * (ratio * ratio);
-    let passes = g_square >= zero;
+    // NaN counts as passing.
+    let stays = g_square < zero;
     Fresnel {
-        reflected: R::select(passes, f, one),
-        transmitted: R::select(passes, (one - f) * eta * eta, zero),
+        reflected: R::select(stays, one, f),
+        transmitted: R::select(stays, zero, (one - f) * eta * eta),
         reflection: reflect(i, n),
-        refraction: select(passes, refract(i, n, eta), [zero; 3]),
+        refraction: select(stays, [zero; 3], refract(i, n, eta)),
     }
 }
 

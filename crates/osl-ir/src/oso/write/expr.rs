@@ -253,8 +253,16 @@ impl Writer<'_> {
             crate::hir::Step::Cell(r, c) => is_pure(r) && is_pure(c),
             crate::hir::Step::Field(_) => true,
         });
-        if let (Val::One(sym), false) = (&value, pure) {
-            value = Val::One(self.settled(*sym));
+        if !pure {
+            value = match value {
+                Val::One(sym) => Val::One(self.settled(sym)),
+                Val::Stored(from, Some(element)) => {
+                    let kept = self.allocate_temp(e.ty);
+                    self.copy(&kept, None, &from, Some(element));
+                    Val::Stored(kept, None)
+                }
+                value => value,
+            };
         }
         self.span = place.span;
         if let Some(spot) = self.spot(place, false) {

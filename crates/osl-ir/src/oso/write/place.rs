@@ -122,7 +122,13 @@ impl Writer<'_> {
     }
 
     /// Copies part by part; arrays whole where both have the same length, else element by element.
-    fn copy(&mut self, to: &Storage, to_element: Option<Sym>, from: &Storage, from_element: Option<Sym>) {
+    pub(super) fn copy(
+        &mut self,
+        to: &Storage,
+        to_element: Option<Sym>,
+        from: &Storage,
+        from_element: Option<Sym>,
+    ) {
         if let (Storage::Struct(to), Storage::Struct(from)) = (to, from) {
             for (to, from) in to.iter().zip(from.iter()) {
                 if self.is_full() {
