@@ -123,9 +123,14 @@ fn exr(dice: &mut Dice<'_>) -> Vec<u8> {
         attribute(&mut file, "compression", "compression", &[compression]);
         let corner = if dice.one_in(5) { dice.side() as i32 } else { 0 };
         let window = |w: u32, h: u32| {
-            [corner, corner, corner.wrapping_add(w as i32 - 1), corner.wrapping_add(h as i32 - 1)]
-                .map(i32::to_le_bytes)
-                .concat()
+            [
+                corner,
+                corner,
+                corner.wrapping_add_unsigned(w).wrapping_sub(1),
+                corner.wrapping_add_unsigned(h).wrapping_sub(1),
+            ]
+            .map(i32::to_le_bytes)
+            .concat()
         };
         attribute(&mut file, "dataWindow", "box2i", &window(width, height));
         let (full_width, full_height) =
