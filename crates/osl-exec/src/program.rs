@@ -23,6 +23,7 @@ pub(crate) use step::{
     Array, CellPlace, Export, KernelStep, LaneStep, LoopParam, MAX_ARGS, Mark, Operand, OutputPlan,
     OutputSource, Place, Seed, Step, Steps,
 };
+pub(crate) use weight::SERIAL;
 
 /// Sums up what steps count.
 fn weigh(steps: &mut Steps) {

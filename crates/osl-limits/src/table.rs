@@ -146,7 +146,7 @@ limits! {
         /// Instructions of one point that `explain` and `stability` follow.
         trace = 500_000, "instructions", "too long to be followed to its end";
         /// Steps of a point, see below; `--max-steps` sets it as well.
-        point_steps = 1 << 20, "steps", "takes more than";
+        point_steps = 1 << 23, "steps", "takes more than";
         /// What a point makes: strings, messages, closures, nodes of dictionaries, printed text.
         point_memory = 16 << 20, "bytes", "strings, messages and closures";
         /// Registers and arrays of all threads; batches become small, and threads few, to fit it.
@@ -166,7 +166,7 @@ limits! {
         /// Instructions that `stability` follows at all points together.
         traces = 2_000_000, "instructions", "other points are not followed";
         /// Steps of a point at each of the many settings that `stability` tries besides the given one.
-        tried_steps = 64 << 10, "steps", "takes more than";
+        tried_steps = 128 << 10, "steps", "takes more than";
         /// XML documents that are kept for other points.
         xml_cache_bytes = 32 << 20, "bytes", "the oldest are parsed again";
     }

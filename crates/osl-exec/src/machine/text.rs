@@ -5,7 +5,7 @@ use super::mask::Mask;
 use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::message::{Message, Printed};
-use crate::program::{KernelStep, Operand};
+use crate::program::{KernelStep, Operand, SERIAL};
 use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
 use rustc_hash::FxHashMap;
@@ -269,7 +269,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         match lane {
             Some(lane) if is_new(lane) => self.work.pay(steps),
             // Which of the points came first depends on the batch.
-            None if is_new(all) => self.work.add_all(steps),
+            None if is_new(all) => self.work.add_all(steps.saturating_mul(SERIAL)),
             _ => {}
         }
         self.work.affords(0)

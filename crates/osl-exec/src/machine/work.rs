@@ -9,6 +9,7 @@
 use super::mask::Mask;
 use super::{Machine, Stop};
 use crate::arithmetic::Arithmetic;
+use crate::program::SERIAL;
 use osl_ir::Span;
 use osl_limits::Limits;
 
@@ -90,18 +91,19 @@ impl Work {
         self.spent > self.limit && self.highest() > self.limit
     }
 
-    /// Counts steps of the lane that a kernel works on.
-    pub(super) fn pay(&mut self, steps: u64) {
-        self.lane = self.lane.saturating_add(steps);
+    /// Counts what the lane that a kernel works on takes, in units of 16 nanoseconds.
+    pub(super) fn pay(&mut self, units: u64) {
+        self.lane = self.lane.saturating_add(units.saturating_mul(SERIAL));
     }
 
-    /// Counts time that a kernel takes though a point alone would not.
-    pub(super) fn delay(&mut self, steps: u64) {
-        self.taken = self.taken.saturating_add(steps);
+    /// Counts time that a kernel takes though a point alone would not, in the same units.
+    pub(super) fn delay(&mut self, units: u64) {
+        self.taken = self.taken.saturating_add(units.saturating_mul(SERIAL));
     }
 
-    /// Whether the lane that a kernel works on could still take so many steps.
-    pub(super) fn affords(&mut self, steps: u64) -> bool {
+    /// Whether the lane that a kernel works on could still take so many units.
+    pub(super) fn affords(&mut self, units: u64) -> bool {
+        let steps = units.saturating_mul(SERIAL);
         let lane = self.most.max(self.lane.saturating_add(steps));
         let fits = self.highest().saturating_add(lane) <= self.limit;
         if !fits {

@@ -1,11 +1,14 @@
 //! What steps count against the limit of a point.
 //!
-//! A step of the limit is what one operation on a float takes where a point runs alone: the interpreter's work for it, some tens of
-//! nanoseconds. Where hundreds of points go the same way, an operation takes a hundredth of that for each of them. So
-//! what works on vectors counts by its operations, and what works lane by lane by its time: a step for 16 nanoseconds.
+//! What works on vectors counts by its operations: one for each, a fraction of a nanosecond for a point where hundreds of
+//! points go the same way, and the interpreter's work for it, some tens of nanoseconds, where a point runs alone. What works
+//! lane by lane costs each point its time, so it counts by that: [`SERIAL`] steps for 16 nanoseconds.
 
 use super::{Array, Step};
 use osl_ir::ir::{Kernel, LaneOp};
+
+/// Steps for 16 nanoseconds of what is done for a lane by itself.
+pub(crate) const SERIAL: u64 = 8;
 
 /// What a step counts, without what is nested in it and without what depends on the values.
 pub(crate) fn weight(step: &Step) -> u64 {
@@ -22,7 +25,7 @@ pub(crate) fn weight(step: &Step) -> u64 {
 
 /// What arrays count before anything runs: each word of them is cleared for each point.
 pub(crate) fn of_arrays(arrays: &[Array]) -> u64 {
-    arrays.iter().map(|a| u64::from(a.words) * u64::from(a.len)).fold(0, u64::saturating_add)
+    arrays.iter().map(|a| u64::from(a.words) * u64::from(a.len) * SERIAL).fold(0, u64::saturating_add)
 }
 
 fn of_op(op: LaneOp) -> u64 {
@@ -43,8 +46,9 @@ fn of_kernel(kernel: &Kernel) -> u64 {
     let noise = |dims: u8, triple: bool, tangents: bool| {
         (2 << dims.min(4)) * if triple { 3 } else { 1 } * if tangents { 2 } else { 1 }
     };
-    match kernel {
-        Kernel::Noise { dims, triple, tangents, .. } => noise(*dims, *triple, *tangents),
+    let serial = match kernel {
+        // The fields work on vectors.
+        Kernel::Noise { dims, triple, tangents, .. } => return noise(*dims, *triple, *tangents),
         Kernel::NamedNoise { dims, triple, tangents, .. } => 10 + noise(*dims, *triple, *tangents),
         Kernel::Texture { options, .. } | Kernel::Environment { options, .. } => {
             30 + 2 * options.len() as u64
@@ -64,5 +68,6 @@ fn of_kernel(kernel: &Kernel) -> u64 {
         Kernel::CheckIndex { .. } | Kernel::CheckFinite { .. } | Kernel::CheckSet { .. } => 2,
         Kernel::Hash => 2,
         Kernel::Note(_) => 0,
-    }
+    };
+    serial * SERIAL
 }

@@ -87,7 +87,8 @@ fn nesting(row: &Row) {
 }
 
 fn diagnostics(row: &Row) {
-    let folder = shader(&format!("shader a(output float o = 0) {{ {} }}", "o = nobody;\n".repeat(10)));
+    let unknown: String = (0..10).map(|i| format!("o = nobody{i};\n")).collect();
+    let folder = shader(&format!("shader a(output float o = 0) {{ {unknown} }}"));
     folder.run(&["check", "a.osl", "--limit", "reading.diagnostics=3"]).fails_with(row);
 }
 
