@@ -13,6 +13,18 @@ use std::collections::BTreeSet;
 /// unless it says `shader` itself.
 const CASES: &[(&str, &str)] = &[
     ("E0201", "r = radiuss; r = smothstep(0, 1, u);"),
+    (
+        "E0201-languages",
+        "for (i = 0; i < 3; i++)\n    r += fract(u);\nc = lerp(c, saturate(c), rsqrt(u));\nr = dFdx(f) + M_TAU;\nmatrix m = P * m;",
+    ),
+    (
+        "E0203-languages",
+        "struct key { float time; };\nshader s(output float r = 0) { vec3 a; flaot b; key d; r = d.tmie; kee e; point p; r = p.xy; }",
+    ),
+    (
+        "E0301-languages",
+        "r = f % 2.0; r = f ^ 2; string t = \"a\" + \"b\"; matrix m = 1; point p = m * P; r = c < 1;",
+    ),
     ("E0202", "float a; float a; float P; float sin;"),
     ("E0203", "shader s(output float r = 0) { blob b; }"),
     (

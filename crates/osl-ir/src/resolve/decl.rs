@@ -448,12 +448,15 @@ impl Resolver<'_> {
             if functions {
                 builtins::names().for_each(|builtin| names.push(builtin));
             }
-            closest(name, names).map(str::to_string)
+            // `i` is a counter without a declaration, and not the ray `I`.
+            closest(name, names).filter(|close| functions || close.len() > 1).map(str::to_string)
         };
         let d = errors::unknown_name(span, what, name, close.as_deref());
         let d = match (functions, &close) {
             (false, None) => {
-                d.help(format!("declare it with its type before it is used, as in `float {name} = 0;`"))
+                let ty =
+                    if matches!(name, "i" | "j" | "k" | "n" | "count" | "index") { "int" } else { "float" };
+                d.help(format!("declare it with its type before it is used, as in `{ty} {name} = 0`"))
             }
             _ => d,
         };
