@@ -162,7 +162,9 @@ fn what_is_wrong_is_said() {
     assert!(fails(&["--on", "missing.obj"]).contains("cannot read missing.obj"));
     assert!(fails(&["--on", &bad]).contains("bad.obj"));
     assert!(fails(&["--on", "cube", "--displace", "bumps"]).contains("no output `bumps`; it has uv,"));
-    assert!(fails(&["--on", "cube", "--displace", "uv", "--level", "40"]).contains("corners"));
+    assert!(
+        fails(&["--on", "cube", "--displace", "uv", "--level", "40"]).contains("--limit scenes.triangles")
+    );
     assert!(fails(&["--displace", "out"]).contains("--on"));
     assert!(fails(&["--on", "cube", "--eye", "0,0,0"]).contains("camera has no direction"));
     let zero = fails(&["--on", "cube", "--object-space", "1 0 0 0 0 0 0 0 0 0 1 0 0 0 0 1"]);

@@ -85,6 +85,11 @@ impl Builder {
         (self.name_bytes > name_bytes).then_some(Excess::Names)
     }
 
+    /// Values that the program may still have.
+    pub(crate) fn values_left(&self) -> u64 {
+        self.limits.values.saturating_sub(self.body.values.len() as u64)
+    }
+
     /// A new value without definition yet.
     pub fn fresh(&mut self, kind: Kind) -> ValueId {
         self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });

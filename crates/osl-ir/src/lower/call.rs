@@ -143,6 +143,12 @@ impl Lowerer<'_> {
         let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
         let literals = literals(&call.args);
         self.at(span);
+        // Each element that is printed becomes a value: as many are counted before any is made.
+        let elements: u64 = arrays.iter().flatten().map(|array| u64::from(array.len)).sum();
+        if signature.tail == Tail::Any && elements > self.b.values_left() {
+            self.too_large("the arrays that are printed have more elements than a program may have values");
+            return Val::Void;
+        }
         let site = Site {
             args: &args,
             types: &types,

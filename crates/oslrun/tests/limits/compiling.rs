@@ -85,6 +85,14 @@ fn jump_depth(row: &Row) {
 
 fn values(row: &Row) {
     run(row, &body("o = sin(u) + cos(v) * 2;"), 20);
+    // Known before the elements become values: twelve arrays of a million would take gigabytes.
+    let arrays = format!(
+        "shader a(float x[1048576] = {{0}}, output float o = 0) {{ printf(\"{}\"{}); o = u; }}",
+        "%g".repeat(12),
+        ", x".repeat(12)
+    );
+    let printed = shader(&arrays).run(&["a.osl", "-g", "1x1"]);
+    printed.fails_with(row);
 }
 
 fn variables(row: &Row) {

@@ -192,7 +192,7 @@ impl<'a> Lines<'a> {
 }
 
 /// Characters of a line that are quoted: operations of two long lines may take turns.
-const MAX_QUOTED: usize = 200;
+const MAX_QUOTED: usize = 500;
 
 /// The text of a line, as far as it is quoted.
 fn quoted(file: &SourceFile, line: usize) -> &str {
