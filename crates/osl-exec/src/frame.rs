@@ -107,7 +107,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Adds what the points behind its own yielded, in the order of the pieces of a [`Run`]; planes grow by theirs.
+    /// Adds what the points behind its own yielded, in the order of the pieces of a [`Run`](crate::Run); planes grow by theirs.
     pub fn add(&mut self, next: Frame) {
         let Frame { planes, messages, printed, events, closures, profile } = next;
         unite(&mut self.messages, messages);
