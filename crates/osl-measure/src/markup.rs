@@ -1,9 +1,9 @@
-//! Text of others inside HTML and SVG. It must not know what reports say.
+//! Escapes foreign text for HTML and SVG. It must not know the contents of reports.
 
 use osl_syntax::escape::shown;
 
-/// The text, with what HTML would take for its own written out, in quotes of either kind too, and with controls written out
-/// as in messages: XML permits most of them nowhere.
+/// Escapes a text for HTML, also inside quotes of either kind. Control characters are written out as in
+/// messages, since XML permits most of them nowhere.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in shown(text).chars() {

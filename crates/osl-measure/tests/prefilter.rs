@@ -1,4 +1,4 @@
-//! Widened steps against means of many samples.
+//! Widened steps compared with means of many samples.
 
 #![allow(
     clippy::unwrap_used,
@@ -17,7 +17,7 @@ use osl_syntax::{NoFiles, Options};
 
 const SIDE: usize = 48;
 
-/// Values of the first output, and how many samples.
+/// Values of the first output with a number of samples.
 fn image(text: &str, samples: u32, prefilter: Option<f32>) -> Vec<f32> {
     let grid = Grid::new(SIDE, SIDE);
     let checked = pipeline::check("test.osl", text, &NoFiles, &Options::default());
@@ -43,13 +43,13 @@ fn rms(a: &[f32], b: &[f32]) -> f64 {
     (sum / a.len() as f64).sqrt()
 }
 
-/// Root mean square errors of one sample as it is, and with widened steps.
+/// Root mean square errors of one sample: without and with widened steps.
 fn errors(text: &str) -> (f64, f64) {
     let truth = image(text, 1024, None);
     (rms(&image(text, 1, None), &truth), rms(&image(text, 1, Some(1.0)), &truth))
 }
 
-/// Shaders with edges, and how many times smaller the error is to be.
+/// Shaders with edges, and the factor by which the error must shrink.
 const CASES: [(&str, &str, f64); 10] = [
     ("step", "r = step(0.43, u + 0.3 * v);", 8.0),
     ("smoothstep", "r = smoothstep(0.42, 0.44, u + 0.3 * v);", 4.0),

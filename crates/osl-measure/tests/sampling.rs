@@ -1,4 +1,4 @@
-//! Images from samples, of shaders whose true images are known.
+//! Images from samples, for shaders whose true images are known.
 
 #![allow(
     clippy::unwrap_used,
@@ -27,7 +27,7 @@ fn compile(text: &str, arithmetic: Arithmetic) -> Program {
     pipeline::finish(body, &options).program
 }
 
-/// Calls `work` with the shader of a text on a grid.
+/// Calls `work` with a shader, given as text, on a grid.
 fn shading<T>(text: &str, grid: &Grid, filter: Filter, work: impl FnOnce(&Shading<'_>) -> T) -> T {
     let (services, options) = (Services::default(), RunOptions::default());
     let program = compile(text, Arithmetic::Strict);
@@ -101,7 +101,7 @@ fn filters_keep_what_they_should() {
 
 #[test]
 fn a_box_gives_the_share_of_the_pixel() {
-    // The edge at 10.3 of 20 pixels: that of column 10 covers 9.5 to 10.5, so that a fifth is behind it.
+    // The edge is at 10.3 of 20 pixels; column 10 covers 9.5 to 10.5, so a fifth of it is after the edge.
     let grid = Grid::new(20, 4);
     let text = "shader s(output int r = 0) { r = u * 19 > 10.3; }";
     let image = shading(text, &grid, Filter::default(), |s| s.rows(0..4, 64).unwrap());
@@ -120,7 +120,7 @@ fn derivatives_are_those_of_the_pixel() {
     }
 }
 
-/// Mean of the shader over pixels by very many samples.
+/// Mean of the shader over each pixel, from very many samples.
 fn truth(s: &Shading<'_>, rows: usize) -> Vec<Vec<f32>> {
     let many = Shading { pattern: Pattern::new(1024, 99), ..s.clone() };
     let image = many.rows(0..rows, 1024).unwrap();
@@ -152,8 +152,9 @@ fn adaptive_samples_go_where_the_edge_is() {
 #[test]
 fn a_bound_is_kept_and_costs_little() {
     let grid = Grid::new(128, 128);
-    // The most evaluations a pixel: little more than one for several pixels where these do, half more than the best fixed number
-    // where all pixels are rough, since so small an image has few to learn from, and a fraction of it where there are edges.
+    // Maximum evaluations per pixel: slightly more than one for several pixels where lattices suffice; half
+    // more than the best fixed number where all pixels are rough, since so small an image has few pixels to
+    // learn from; and a fraction of it where there are edges.
     let cases: [(&str, &str, f32, f64); 10] = [
         ("constant", "r = 0.25;", 0.01, 0.08),
         ("smooth", "r = sin(6 * u) * v;", 0.01, 0.08),
@@ -176,7 +177,8 @@ fn a_bound_is_kept_and_costs_little() {
         shading(&text, &grid, Filter::default(), |s| {
             let image = max_error(s, 0..128, MaxError { error, most: 1024 }).unwrap();
             let share = share_above(&image, &truth(s, 128), error);
-            // So small an image has a pilot of a thousand, which cannot tell one of a thousand from three.
+            // In so small an image the pilot has a thousand pixels, which cannot distinguish one failure from
+            // three.
             assert!(share <= 0.003, "{name}: {share} of the pixels are off, {:?}", image.tally);
             assert!(image.tally.per_pixel() < most, "{name}: {:?}", image.tally);
         });
@@ -222,7 +224,7 @@ fn rough(of: &str) -> String {
 #[test]
 fn samples_are_cheaper_where_that_is_good_enough() {
     let grid = Grid::new(128, 128);
-    // Sines of large angles are no longer good in fast arithmetic.
+    // Sines of large angles are inaccurate in fast arithmetic.
     for (text, error, good) in
         [(rough("3"), 0.1, true), (rough("3"), 1e-5, false), (rough("1e6"), 0.1, false)]
     {

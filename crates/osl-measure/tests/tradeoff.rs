@@ -1,4 +1,4 @@
-//! The trade-off: its reports, and that what it says makes sense.
+//! The trade-off: its reports, and that the results are plausible.
 
 #![allow(
     clippy::unwrap_used,
@@ -19,7 +19,7 @@ use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 use std::time::Duration;
 
-/// A trade-off with times that do not depend on the machine.
+/// A trade-off with made-up times that do not depend on the machine.
 fn made_up() -> Trade {
     let row = |variant: &str, setting: &str, ns: f64, evaluations: f64| Row {
         variant: variant.into(),

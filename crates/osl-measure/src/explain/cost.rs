@@ -1,4 +1,4 @@
-//! What each output asks of a program: only that is run.
+//! The cost of each output: what remains of the program if only that output is requested.
 
 use osl_ir::ir::{Body, Kernel, Op};
 use osl_ir::passes::{self, Pass};
@@ -6,26 +6,27 @@ use serde::Serialize;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// What an output needs, of what the program has for all of its outputs.
+/// The part of the program that an output needs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Cost {
-    /// The output, or what else is meant.
+    /// The name of the output, or of a group of outputs.
     pub output: String,
     /// Instructions after the passes.
     pub instructions: usize,
-    /// Layers whose source they come from.
+    /// Layers that these instructions come from.
     pub layers: usize,
-    /// Instructions that compute derivatives: slopes of globals, and kernels in their form with tangents.
+    /// Instructions that compute derivatives: derivatives of globals, and kernels in their form with
+    /// derivatives.
     pub derivatives: usize,
     /// Globals that are read.
     pub globals: usize,
     /// Texture lookups.
     pub textures: usize,
-    /// Evaluations of noise fields: one for each place in the program.
+    /// Evaluations of noise fields, each place in the program counted once.
     pub noises: usize,
 }
 
-/// The costs of the program as it was lowered, of all outputs that are asked for together, and of each by itself.
+/// The costs of the lowered program, of all requested outputs together, and of each output by itself.
 pub fn cost(lowered: &Body, options: &passes::Options) -> Vec<Cost> {
     let mut names: Vec<Arc<str>> = Vec::new();
     for output in &lowered.outputs {
@@ -36,7 +37,7 @@ pub fn cost(lowered: &Body, options: &passes::Options) -> Vec<Cost> {
     }
     let of = |title: &str, outputs: Vec<Arc<str>>| {
         let mut body = lowered.clone();
-        // What is written out or rearranged for speed does not count: only what is left out.
+        // Passes that expand or rearrange code for speed would distort the counts; only removal counts here.
         let without = vec![Pass::Unroll, Pass::Flatten, Pass::Algebra, Pass::Share];
         passes::run(&mut body, &passes::Options { outputs: Some(outputs), without, ..options.clone() });
         count(title, &body)
@@ -89,7 +90,7 @@ fn count(title: &str, body: &Body) -> Cost {
     cost
 }
 
-/// The costs as a table; behind numbers of instructions, the share of the whole program.
+/// The costs as a table; instruction counts are followed by their share of the whole program.
 pub fn table(costs: &[Cost]) -> String {
     use std::fmt::Write;
     let mut out = String::new();
@@ -116,7 +117,7 @@ pub fn table(costs: &[Cost]) -> String {
     out
 }
 
-/// The passes that tell what outputs need, and change nothing else.
+/// Runs only the passes that find what outputs need.
 pub fn only_needed(mut body: Body, options: &passes::Options) -> Body {
     let keep = [Pass::Ssa, Pass::Slice, Pass::Derive, Pass::Dce, Pass::Rate];
     let without = Pass::ALL.into_iter().filter(|p| !keep.contains(p)).collect();

@@ -1,4 +1,4 @@
-//! From a trace to what happened on each line.
+//! From a trace to facts about each line.
 
 use super::{Explanation, Fact, Line, Shown, State};
 use crate::trace::{Node, Trace, What};
@@ -9,11 +9,11 @@ use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A line, by where its file starts and its number.
+/// A line: the start of its file and its number.
 type At = (u32, u32);
 
-/// What a point did, line by line. `noted` is the body that was followed; `needed` the instructions that the outputs need,
-/// of the same source without notes: lines that have none left are not needed.
+/// Explains a point line by line. `noted` is the body that was followed. `needed` is the same program without
+/// notes, reduced to what the outputs need: lines without instructions in it are not needed.
 pub fn explain(trace: &Trace, noted: &Body, needed: &Body, sources: &SourceMap) -> Explanation {
     let known = lines_of(noted, sources);
     let kept = lines_of(needed, sources);
@@ -71,7 +71,7 @@ fn globals_read(body: &Body) -> BTreeSet<osl_ir::hir::Global> {
     insts.filter_map(|i| if let Op::Global(g) = i.op { Some(g) } else { None }).collect()
 }
 
-/// The lines that instructions come from. Constants and globals by themselves do nothing.
+/// The lines that have instructions. Constants and globals by themselves do not count.
 fn lines_of(body: &Body, sources: &SourceMap) -> BTreeSet<At> {
     let mut lines = BTreeSet::new();
     let mut blocks = vec![body.entry];
@@ -102,11 +102,11 @@ fn text_of((base, number): At, sources: &SourceMap) -> Option<(String, String)> 
     Some((file.name.clone(), text.trim().chars().take(200).collect()))
 }
 
-/// The facts of a line, each kind of thing once.
+/// The facts of a line, each thing once.
 #[derive(Default)]
 struct Facts {
     list: Vec<Fact>,
-    /// Where in the list each thing is: a line may set each element of a long array.
+    /// The position of each thing in the list, as a line may set every element of a long array.
     places: FxHashMap<Thing, usize>,
 }
 
@@ -119,11 +119,12 @@ enum Thing {
     Call(String),
 }
 
-/// Values of one thing that are kept: the first and the last of them are shown.
+/// Values kept for each thing: the first ones and the last one are shown.
 const MAX_VALUES: usize = 10_000;
 
 impl Facts {
-    /// What is known of a thing so far. Where there is nothing yet, the caller adds it at the end of the list.
+    /// The fact about a thing. If there is none yet, records that the caller will append it, and returns
+    /// `None`.
     fn known(&mut self, thing: Thing) -> Option<&mut Fact> {
         let next = self.list.len();
         let at = *self.places.entry(thing).or_insert(next);

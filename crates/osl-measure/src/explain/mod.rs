@@ -1,7 +1,8 @@
-//! What a shader does at one point, line by line: values, branches, rounds of loops, calls, and what does not run.
+//! What a shader does at one point, line by line: values, branches, loop iterations, calls, and lines that do
+//! not run.
 //!
-//! It reads a [`Trace`](crate::trace::Trace) and the notes in it. It must not know how values come about, nor the command line; [`text`] lays
-//! an explanation out for people, and it serialises for tools.
+//! It reads a [`Trace`](crate::trace::Trace) and the notes in it. It must not know how values are computed,
+//! nor the command line. [`text`] formats an explanation for people, and it serialises for tools.
 
 mod cost;
 mod lines;
@@ -24,9 +25,9 @@ pub struct Explanation {
     pub globals: Vec<(String, Shown)>,
     /// The lines of the source that do something, in order, file by file.
     pub lines: Vec<Line>,
-    /// The outputs; of an array, each element.
+    /// The outputs; for an array, each element.
     pub outputs: Vec<(String, Shown)>,
-    /// Whether the way was too long to be followed to its end.
+    /// Whether the trace became too long and was cut off.
     pub cut: bool,
 }
 
@@ -37,56 +38,56 @@ pub struct Line {
     pub file: String,
     /// Its number, from 1.
     pub number: u32,
-    /// Its text, without what is before and behind.
+    /// Its text, without leading and trailing spaces.
     pub text: String,
-    /// What happens on it.
+    /// Whether it runs.
     pub state: State,
-    /// What is known of it.
+    /// The facts about it.
     pub facts: Vec<Fact>,
 }
 
-/// What happens on a line.
+/// Whether a line runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum State {
     /// It runs.
     Runs,
-    /// The point does not come by: a branch was not taken, or the shader or a loop was left before.
+    /// The point does not reach it: a branch was not taken, or the shader or a loop was left earlier.
     Skipped,
-    /// No output that was asked for needs it.
+    /// No requested output needs it.
     NotNeeded,
 }
 
-/// What is known of a line.
+/// A fact about a line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "fact", rename_all = "snake_case")]
 pub enum Fact {
-    /// A variable got values, one after the other.
+    /// A variable was assigned, possibly several times.
     Set {
-        /// The variable; an element of an array with its index.
+        /// The variable; for an array element, with its index.
         name: String,
-        /// The values.
+        /// The values, in order.
         values: Vec<Shown>,
     },
-    /// A condition was asked for.
+    /// A condition was evaluated.
     Branch {
         /// Its values.
         taken: Vec<bool>,
-        /// In how many of them double precision says otherwise.
+        /// How many of them have another result in double precision.
         flips: usize,
     },
-    /// A loop went round.
+    /// A loop iterated.
     Rounds {
         /// How often its body ran.
         count: usize,
     },
     /// A function was called.
     Call {
-        /// The form that was chosen.
+        /// The chosen overload.
         form: String,
-        /// Why this one.
+        /// Why it was chosen.
         why: String,
-        /// The calls: arguments and result.
+        /// The calls: arguments and results.
         calls: Vec<(Vec<Shown>, Option<Shown>)>,
     },
 }

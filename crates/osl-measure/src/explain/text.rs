@@ -1,12 +1,12 @@
-//! An explanation as text for people.
+//! An explanation as text.
 
 use super::{Explanation, Fact, Line, Shown, State};
 use std::fmt::Write;
 
-/// Values of a sequence that are shown: so many from its start, and the last.
+/// Values shown of a sequence: this many from its start, and the last.
 const SHOWN: usize = 4;
 
-/// The text. With `exact`, both values of everything and the digits that they have in common.
+/// The text. With `exact`, it shows both values of everything and the number of digits they have in common.
 pub fn text(explanation: &Explanation, place: &str, exact: bool) -> String {
     let mut out = String::new();
     let style = Style { exact };

@@ -1,19 +1,19 @@
-//! Values for people.
+//! Values as text.
 
 use crate::trace::{Exact, Node};
 use osl_ir::ir::Const;
 use pxfm::f_log10;
 use serde::Serialize;
 
-/// A value as it is shown.
+/// A value for display.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Shown {
     /// As a run computes it.
     pub value: String,
     /// In double precision.
     pub exact: String,
-    /// Decimal digits that the two have in common, those of the worst component; absent where all agree that single
-    /// precision has, or where the value is no number.
+    /// Decimal digits that the two values share, in the worst component. Absent if all digits of single
+    /// precision agree, or if the value is NaN or infinite.
     pub digits: Option<f64>,
 }
 
@@ -25,13 +25,13 @@ impl Shown {
         Shown { value, exact, digits: node_digits(node) }
     }
 
-    /// A value of single precision that is exact.
+    /// A single-precision value that is exact.
     pub fn single(value: &Const) -> Shown {
         Shown { value: show(value), exact: show_exact(&Exact::widen(value)), digits: None }
     }
 }
 
-/// Decimal digits in common of each component, the least; `None` where they agree to single precision.
+/// The fewest shared decimal digits of any component; `None` if all agree to single precision.
 fn node_digits(node: &Node) -> Option<f64> {
     let (strict, exact) = (node.strict.as_ref()?, node.exact.as_ref()?);
     let (a, b) = (Exact::widen(strict).numbers(), exact.numbers());
@@ -42,8 +42,8 @@ fn node_digits(node: &Node) -> Option<f64> {
     least.reduce(f64::min)
 }
 
-/// Decimal digits that a value of single precision has in common with the exact one; `None` where it is one of the two
-/// neighbours of the exact one, so that there is nothing to lose.
+/// Decimal digits that a single-precision value shares with the exact one; `None` if it is one of the two
+/// neighbours of the exact value, so that nothing is lost.
 pub fn digits(strict: f64, exact: f64) -> Option<f64> {
     if strict == exact || (strict.is_nan() && exact.is_nan()) {
         return None;
@@ -62,7 +62,7 @@ pub fn digits(strict: f64, exact: f64) -> Option<f64> {
 /// Characters of a string that are shown.
 const MAX_TEXT: usize = 200;
 
-/// A string in quotes, cut where it is too long to be read.
+/// A string in quotes, cut if it is too long to read.
 fn quoted(text: &str) -> String {
     match text.char_indices().nth(MAX_TEXT) {
         Some((end, _)) => format!("{:?}…", &text[..end]),
@@ -92,7 +92,7 @@ fn show_exact(value: &Exact) -> String {
     }
 }
 
-/// A number with some significant digits, without zeros that say nothing.
+/// A number with some significant digits, without trailing zeros.
 pub(crate) fn short(x: f64, digits: usize) -> String {
     if x == 0.0 || !x.is_finite() {
         return format!("{x}");

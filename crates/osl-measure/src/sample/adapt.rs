@@ -1,4 +1,4 @@
-//! More samples where they are needed: rounds that double the number, each for the pixels whose error is still too large.
+//! Adaptive sampling: each round doubles the samples of the pixels whose error is still too large.
 
 use super::error::Block;
 use super::image::{Image, Shading, not_finite};
@@ -6,31 +6,32 @@ use super::pattern::MAX_SAMPLES;
 use osl_exec::{Frame, Stop};
 use std::ops::Range;
 
-/// Samples that every pixel has, so that there is something to estimate an error from.
+/// Samples that every pixel gets, so that its error can be estimated.
 pub(super) const FEWEST: u32 = 4;
 
 /// When a pixel has enough samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive {
-    /// The standard error that a pixel may have, in the units of the outputs; the largest of all planes counts.
+    /// The permitted standard error of a pixel, in the units of the outputs; the largest over all planes
+    /// counts.
     pub threshold: f32,
-    /// The most samples of a pixel; a power of two, or rounded down to one.
+    /// Maximum samples per pixel; rounded down to a power of two.
     pub most: u32,
 }
 
-/// Some pixels on their way: the sums of their samples, and which need more.
+/// Pixels in progress: the sums of their samples, and which of them need more.
 pub(super) struct Refiner<'a> {
     shading: Shading<'a>,
     pixels: Vec<u32>,
-    /// Which of them need more.
+    /// The pixels that need more samples.
     pub(super) active: Vec<usize>,
     /// For each plane, for each pixel.
     pub(super) sums: Vec<Vec<Block>>,
-    /// How far the last round moved each pixel, the most of all planes.
+    /// For each pixel, the change by the last round, largest over all planes.
     pub(super) moved: Vec<f32>,
-    /// Samples of the active ones so far.
+    /// Samples of each active pixel so far.
     pub(super) samples: u32,
-    /// Samples of each.
+    /// Samples of each pixel.
     pub(super) each: Vec<u32>,
     pub(super) evaluations: u64,
     pub(super) said: Frame,
@@ -52,8 +53,8 @@ impl<'a> Refiner<'a> {
         }
     }
 
-    /// Brings the active pixels to `samples`, a power of two and at least twice what they have. Without an `estimate` their
-    /// errors are not known then.
+    /// Brings the active pixels to `samples`, a power of two and at least twice their current number. Without
+    /// `estimate`, their errors are unknown afterwards.
     pub(super) fn round(&mut self, samples: u32, estimate: bool) -> Result<(), Stop> {
         if self.shading.pattern.count() < samples {
             self.shading.pattern = self.shading.pattern.clone().with(samples);
@@ -79,14 +80,14 @@ impl<'a> Refiner<'a> {
         Ok(())
     }
 
-    /// The largest standard error of a pixel over its planes; not a number where a value is none.
+    /// Largest standard error over a pixel's planes; NaN if any sample is NaN.
     pub(super) fn error(&self, slot: usize) -> f32 {
         let errors = self.sums.iter().filter_map(|plane| plane.get(slot)).map(Block::error);
         errors.fold(0.0, |worst: f32, e| if e.is_nan() || worst.is_nan() { f32::NAN } else { worst.max(e) })
     }
 
-    /// Takes the pixels off the list that have enough, by their number in the list and their error. Those whose values
-    /// are no numbers have: more samples would not make them any.
+    /// Removes the pixels that have enough samples from the active list; `enough` gets a pixel's slot and its
+    /// error. Pixels with a NaN error are removed too, since more samples cannot help.
     pub(super) fn settle(&mut self, enough: impl Fn(usize, f32) -> bool) {
         let active = std::mem::take(&mut self.active);
         self.active = active
@@ -103,18 +104,18 @@ impl<'a> Refiner<'a> {
         &self.pixels
     }
 
-    /// For each plane the means of the pixels.
+    /// For each plane, the means of the pixels.
     pub(super) fn means(&self) -> Vec<Vec<f32>> {
         self.sums.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect()
     }
 }
 
-/// Some rows of an image with as many samples in each pixel as its error asks for: powers of two from 4. What a pixel's own
-/// samples miss, its neighbours may have seen: where it bends away from the line between them, an `n`th of that bend
-/// counts as its error too.
+/// Renders some rows of an image with as many samples per pixel as its error requires: powers of two from 4.
+/// Neighbours may have hit a feature that the pixel's own samples missed. So the deviation of a pixel from
+/// the line between its neighbours, divided by its sample count, also counts as its error.
 ///
 /// # Errors
-/// A loop beyond its budget.
+/// A loop exceeds its budget.
 pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> Result<Image, Stop> {
     let pixels = shading.pixels(rows);
     let most = power_below(wanted.most);
@@ -135,12 +136,12 @@ pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> 
     Ok(image(shading, refiner))
 }
 
-/// Numbers of samples, each twice the one before.
+/// Sample counts, each twice the one before.
 pub(super) fn rounds(first: u32, most: u32) -> impl Iterator<Item = u32> {
     std::iter::successors(Some(first), |n| n.checked_mul(2)).take_while(move |n| *n <= most)
 }
 
-/// The largest power of two that is not larger, within what patterns have.
+/// The largest power of two that is at most `samples`, within the size of the patterns.
 pub(super) fn power_below(samples: u32) -> u32 {
     1 << samples.clamp(1, MAX_SAMPLES).ilog2()
 }
@@ -157,7 +158,8 @@ fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
     image
 }
 
-/// How far each pixel is off the line between its neighbours, left and right or above and below; 0 where there are none.
+/// The distance of each pixel from the line between its neighbours, left and right or above and below; 0 at
+/// the borders.
 fn bends(planes: &[Vec<f32>], width: usize) -> Vec<f32> {
     let count = planes.first().map_or(0, Vec::len);
     let mut bends = vec![0.0_f32; count];

@@ -1,13 +1,14 @@
-//! Sums over the samples of a pixel, and how far their mean may be off.
+//! Sums over the samples of a pixel, and the estimated error of their mean.
 //!
-//! The samples of a pattern have one in each rectangle, so that their mean is far better than that of as many independent
-//! ones, most where the shader is smooth. What is left is seen in how neighbouring rectangles differ.
+//! The samples are stratified: each equal rectangle of the pixel contains one. So their mean is far more
+//! accurate than that of independent samples, most of all where the shader is smooth. The remaining error is
+//! estimated from the differences between neighbouring rectangles.
 
 use super::pattern::Pattern;
 use osl_ir::ir::Kind;
 use std::ops::Range;
 
-/// What some samples of a pixel amount to.
+/// The sums over some samples of a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Block {
     /// Sum of the weights.
@@ -16,7 +17,7 @@ pub(super) struct Block {
     pub(super) sum: f64,
     /// Variance of one sample within its rectangle.
     pub(super) variance: f32,
-    /// Samples.
+    /// Number of samples.
     pub(super) count: u32,
 }
 
@@ -26,7 +27,7 @@ impl Block {
         (self.sum / self.weight) as f32
     }
 
-    /// Adds samples behind: of the variances that of the later ones counts, whose rectangles are the smaller.
+    /// Adds later samples. Their variance replaces the earlier one, because their rectangles are smaller.
     pub(super) fn add(&mut self, later: &Block) {
         self.weight += later.weight;
         self.sum += later.sum;
@@ -34,13 +35,13 @@ impl Block {
         self.count += later.count;
     }
 
-    /// The standard error of the mean. Not a number where a sample is none.
+    /// The standard error of the mean; NaN if any sample is NaN.
     pub(super) fn error(&self) -> f32 {
         (self.variance / self.count.max(1) as f32).sqrt()
     }
 }
 
-/// Sums the samples of a pixel.
+/// Sums up the samples of a pixel.
 pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
     let (mut sum, mut weight) = (0.0, words.len() as f64);
     if signs.is_empty() {
@@ -51,7 +52,8 @@ pub(super) fn block(words: &[u32], kind: Kind, signs: &[f32]) -> Block {
             sum += f64::from(value(*word, kind) * sign);
             weight += f64::from(*sign);
         }
-        // A few samples may all but cancel. They say little then, but no nonsense.
+        // The weights of a few samples may nearly cancel. The clamp keeps the result imprecise but not
+        // absurd.
         weight = if weight.abs() < 0.25 { 0.25_f64.copysign(weight) } else { weight };
     }
     Block { weight, sum, variance: 0.0, count: words.len() as u32 }
@@ -61,11 +63,12 @@ fn value(word: u32, kind: Kind) -> f32 {
     if kind == Kind::Int { word as i32 as f32 } else { f32::from_bits(word) }
 }
 
-/// Samples whose values fit on the stack.
+/// Up to this many sample values fit on the stack.
 const SMALL: usize = 64;
 
-/// The variance of the samples of a block. It is that of the later half of samples 0..n, since the halves are complete by
-/// themselves and so are those of rounds that double the number; for up to four samples that of all.
+/// The variance of the samples of a block. It is taken from the later half of samples 0..n, because the two
+/// halves are complete patterns, as the rounds that double the sample count are. With up to four samples, all
+/// are used.
 pub(super) fn variance(
     block: &Block,
     words: &[u32],
@@ -101,7 +104,7 @@ pub(super) fn variance(
     within(level, cells) * (scale * scale) as f32
 }
 
-/// The variance within rectangles, along both axes alike.
+/// The variance within rectangles, assumed equal along both axes.
 fn within(level: u32, cells: &[f32]) -> f32 {
     let (columns, rows) = Pattern::rectangles(level);
     let across = along(rows, columns, |y, x| cells[y * columns + x]);
@@ -112,8 +115,8 @@ fn within(level: u32, cells: &[f32]) -> f32 {
     }
 }
 
-/// The mean square of how values differ from the line through their neighbours, so that a slope does not count; where there
-/// are but two, of how these differ.
+/// The mean square deviation of values from the line through their neighbours, so that a linear gradient does
+/// not count. With only two values, the deviation from each other.
 fn along(lines: usize, length: usize, at: impl Fn(usize, usize) -> f32) -> Option<f32> {
     let mut total = 0.0;
     match length {
@@ -151,7 +154,7 @@ mod tests {
         Block { variance: variance(&found, words, &[], how), ..found }
     }
 
-    /// Root mean square of true and estimated errors over many pixels.
+    /// Root mean square of the true and the estimated errors over many pixels.
     fn errors(n: u32, mean: f64, f: impl Fn([f32; 2], u32, usize) -> f32) -> (f64, f64) {
         let pattern = Pattern::new(n, 3);
         let (mut actual, mut estimated) = (0.0, 0.0);

@@ -1,8 +1,8 @@
 //! Reconstruction filters, as distributions of a pixel's samples.
 //!
-//! A sample is drawn where the filter has its weight (filter importance sampling, Ernst, Stamminger and Greiner 2006), so
-//! that all samples of a pixel count alike, no pixel needs those of another, and where one is refined its neighbours stay as
-//! they are. Where a filter is negative, so is the sample's weight.
+//! Samples are drawn in proportion to the filter's weight (filter importance sampling, Ernst, Stamminger and
+//! Greiner 2006). So all samples of a pixel count alike, no pixel needs the samples of another, and refining
+//! a pixel does not change its neighbours. Where the filter is negative, the sample's weight is negative.
 
 use pxfm::{f_cos, f_exp};
 use std::fmt;
@@ -13,7 +13,7 @@ pub enum FilterKind {
     /// 1 over the whole width.
     #[default]
     Box,
-    /// `exp(-2 (x/r)²)` less its value at the radius: a standard deviation of half the radius.
+    /// `exp(-2 (x/r)²)` minus its value at the radius; the standard deviation is half the radius.
     Gaussian,
     /// The four-term window of Harris 1978.
     BlackmanHarris,
@@ -22,7 +22,7 @@ pub enum FilterKind {
 }
 
 impl FilterKind {
-    /// All of them.
+    /// All filters.
     pub const ALL: [FilterKind; 4] =
         [FilterKind::Box, FilterKind::Gaussian, FilterKind::BlackmanHarris, FilterKind::Mitchell];
 
@@ -36,12 +36,12 @@ impl FilterKind {
         }
     }
 
-    /// The filter of a name.
+    /// The filter with a name.
     pub fn from_name(name: &str) -> Option<FilterKind> {
         FilterKind::ALL.into_iter().find(|kind| kind.name() == name)
     }
 
-    /// Width in pixels where none is given: 1, 2, 3 and 4.
+    /// Default width in pixels: 1, 2, 3 and 4.
     pub fn usual_width(self) -> f32 {
         match self {
             FilterKind::Box => 1.0,
@@ -51,7 +51,7 @@ impl FilterKind {
         }
     }
 
-    /// Its value at `t`, from −1 to 1 over the width.
+    /// The filter's value at `t`, which runs from −1 to 1 over the width.
     fn value(self, t: f64) -> f64 {
         match self {
             FilterKind::Box => 1.0,
@@ -73,15 +73,16 @@ impl FilterKind {
     }
 }
 
-/// Steps of the table that takes even numbers to a filter's distribution.
+/// Steps of the table that maps uniform numbers to the filter's distribution.
 const STEPS: usize = 1024;
 
-/// A filter of a width.
+/// A filter with a width.
 #[derive(Clone, Debug)]
 pub struct Filter {
     kind: FilterKind,
     width: f32,
-    /// Where the share `i / STEPS` of the filter's weight ends, from −1 to 1; empty for a box.
+    /// Quantiles of the filter's weight: entry `i` is the position, from −1 to 1, below which the share
+    /// `i / STEPS` lies. Empty for a box.
     ends: Vec<f32>,
 }
 
@@ -104,7 +105,7 @@ impl fmt::Display for Filter {
 }
 
 impl Filter {
-    /// A filter of a width. **Units:** pixels.
+    /// Makes a filter of a width. **Units:** pixels.
     pub fn new(kind: FilterKind, width: f32) -> Filter {
         let ends = if kind == FilterKind::Box { Vec::new() } else { ends(kind) };
         Filter { kind, width, ends }
@@ -120,8 +121,8 @@ impl Filter {
         self.width
     }
 
-    /// How far from the pixel's centre the share `s` of the filter's weight ends, along one axis, and the sign of the filter
-    /// there. `s` is in 0..1; the result in pixels.
+    /// The quantile `s` of the filter's weight along one axis, as an offset from the pixel's centre in
+    /// pixels, and the sign of the filter there. `s` is in 0..1.
     pub fn place(&self, s: f32) -> (f32, f32) {
         let radius = 0.5 * self.width;
         if self.ends.is_empty() {
@@ -137,7 +138,7 @@ impl Filter {
     }
 }
 
-/// The inverse of the distribution of a filter's size.
+/// The inverse of the distribution of the filter's absolute value.
 fn ends(kind: FilterKind) -> Vec<f32> {
     const FINE: usize = 8 * STEPS;
     let middle = |i: usize| 2.0 * (i as f64 + 0.5) / FINE as f64 - 1.0;
@@ -165,7 +166,7 @@ fn ends(kind: FilterKind) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Mean of a function of the place under the filter, by its own samples.
+    /// Mean of a function of the position under the filter, computed with the filter's own samples.
     fn mean(filter: &Filter, f: impl Fn(f64) -> f64) -> f64 {
         let n = 200_000;
         let (mut sum, mut weight) = (0.0, 0.0);

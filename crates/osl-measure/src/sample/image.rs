@@ -1,4 +1,4 @@
-//! What an image is made of, and images with the same number of samples everywhere.
+//! The inputs of an image, and images with the same number of samples in every pixel.
 
 use super::error::{Block, block, variance};
 use super::filter::Filter;
@@ -10,51 +10,52 @@ use osl_ir::ir::Kind;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Points that are in memory at a time, if a pixel has no more.
+/// Points held in memory at a time, unless one pixel has more.
 const TOGETHER: usize = 1 << 19;
 
-/// A program with all that it needs to be run at any place of an image.
+/// A program with everything needed to run it at any position of an image.
 #[derive(Clone)]
 pub struct Shading<'a> {
     /// The program.
     pub program: &'a Program,
-    /// Textures, spaces, the kind of ray.
+    /// Textures, spaces and the ray type.
     pub services: &'a Services,
     /// The points.
     pub surface: &'a dyn Surface,
-    /// How it is run.
+    /// Options of the run.
     pub options: &'a RunOptions,
-    /// The same shader in an arithmetic that costs less, and how that is run, for whoever finds its error permitted.
+    /// The same shader in a cheaper arithmetic and the options to run that. It may be used where its error is
+    /// permitted.
     pub cheaper: Option<(&'a Program, &'a RunOptions)>,
-    /// Where samples lie.
+    /// Where the samples lie.
     pub pattern: Pattern,
-    /// What they are to show.
+    /// The reconstruction filter.
     pub filter: Filter,
 }
 
 /// An image, or some rows of it.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
-    /// The planes, as floats, and what the program said.
+    /// The planes, as floats, and the messages of the program.
     pub frame: Frame,
-    /// What it took.
+    /// What the image cost.
     pub tally: Tally,
 }
 
-/// What an image took, and what is known of its error.
+/// What an image cost, and what is known of its error.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Pixels of it.
+    /// Number of pixels.
     pub pixels: u64,
     /// Evaluations of the shader.
     pub evaluations: u64,
-    /// Pixels by the samples that each has of its own, and how many pixels; 0 samples are interpolated ones.
+    /// Pairs of a sample count and the number of pixels with that count; 0 samples are interpolated pixels.
     pub by_samples: Vec<(u32, u64)>,
-    /// Pixels that were to have more samples than there may be.
+    /// Pixels that need more samples than the maximum.
     pub unfinished: u64,
-    /// Pixels of which a value is not a number or infinite.
+    /// Pixels with a value that is NaN or infinite.
     pub not_finite: u64,
-    /// What was found of the cheaper arithmetic, if samples were taken in it.
+    /// The comparison with the cheaper arithmetic, if it was used.
     pub cheaper: Option<Cheaper>,
 }
 
@@ -70,7 +71,7 @@ pub struct Cheaper {
 }
 
 impl Tally {
-    /// Adds what other pixels took.
+    /// Adds the tally of other pixels.
     pub fn add(&mut self, other: &Tally) {
         self.pixels += other.pixels;
         self.evaluations += other.evaluations;
@@ -87,7 +88,7 @@ impl Tally {
         }
     }
 
-    /// Notes pixels with a number of samples each.
+    /// Records some pixels with the same number of samples.
     pub(super) fn note(&mut self, samples: u32, pixels: u64) {
         match self.by_samples.binary_search_by_key(&samples, |(n, _)| *n) {
             Ok(at) => self.by_samples[at].1 += pixels,
@@ -96,7 +97,7 @@ impl Tally {
         }
     }
 
-    /// Notes the samples of pixels, one after the other.
+    /// Records the sample counts of pixels, one after the other.
     pub(super) fn note_all(&mut self, samples: impl Iterator<Item = u32>) {
         // Runs of equal numbers are long.
         let mut run = (0, 0);
@@ -116,7 +117,7 @@ impl Tally {
     }
 }
 
-/// What samples of some pixels amount to: sums over them, plane by plane.
+/// Sums over the samples of some pixels, plane by plane.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
     /// For each plane, for each pixel.
@@ -126,16 +127,16 @@ pub(super) struct Batch {
 }
 
 impl<'a> Shading<'a> {
-    /// Whether the planes of so many pixels may be in memory.
+    /// Whether the planes of this many pixels fit in memory.
     ///
     /// # Errors
-    /// They may not.
+    /// They do not fit.
     pub fn fits(&self, pixels: usize) -> Result<(), Stop> {
         let none = SamplePoints::centres(self.surface, &[], (&self.pattern, &self.filter));
         Run::new(self.program, self.services, &none, self.options).fits(pixels)
     }
 
-    /// The planes of an image, without their words; none where there are more than a run yields.
+    /// The planes of an image, without their values; empty if they would exceed what a run may yield.
     pub fn planes(&self) -> Vec<Plane> {
         let pixels = SamplePoints::centres(self.surface, &[], (&self.pattern, &self.filter));
         let planes = Run::new(self.program, self.services, &pixels, self.options).planes();
@@ -149,7 +150,7 @@ impl<'a> Shading<'a> {
         self.values(&SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter)), said)
     }
 
-    /// Samples of a few pixels: for each plane the values, all of a pixel's behind one another.
+    /// Samples of a few pixels: for each plane the values, all samples of a pixel in sequence.
     pub(super) fn samples(
         &self,
         pixels: &[u32],
@@ -167,7 +168,7 @@ impl<'a> Shading<'a> {
         Ok(values)
     }
 
-    /// Samples of pixels, summed for each; with their variance if an `estimate` is wanted.
+    /// Samples pixels and sums up each; also computes the variance if `estimate` is set.
     pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>, estimate: bool) -> Result<Batch, Stop> {
         let each = samples.len().max(1);
         let mut batch = Batch::default();
@@ -217,7 +218,7 @@ impl<'a> Shading<'a> {
         Ok(())
     }
 
-    /// The weights of samples, pixel by pixel; none where all are 1.
+    /// The weights of samples, pixel by pixel; empty if all are 1.
     fn signs(&self, pixels: &[u32], samples: Range<u32>) -> Vec<f32> {
         if self.filter.kind() != super::FilterKind::Mitchell {
             return Vec::new();
@@ -231,7 +232,7 @@ impl<'a> Shading<'a> {
         Run::new(self.program, self.services, points, self.options).points(range, &|_| ())
     }
 
-    /// Numbers of the pixels of some rows.
+    /// Numbers of the pixels in some rows.
     pub(super) fn pixels(&self, rows: Range<usize>) -> Vec<u32> {
         let (width, height) = self.surface.size();
         let rows = rows.start.min(height)..rows.end.min(height);
@@ -247,11 +248,12 @@ impl<'a> Shading<'a> {
         planes
     }
 
-    /// Some rows of an image with the same number of samples in each pixel, at most as many as the pattern has. One
-    /// sample lies at the pixel's centre: its values are those of a run without samples.
+    /// Renders some rows of an image with the same number of samples in each pixel, at most as many as the
+    /// pattern has. A single sample lies at the pixel's centre: its values are those of a run without
+    /// samples.
     ///
     /// # Errors
-    /// A loop beyond its budget.
+    /// A loop exceeds its budget.
     pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, Stop> {
         let pixels = self.pixels(rows);
         let samples = samples.clamp(1, self.pattern.count());
@@ -276,14 +278,14 @@ impl Shading<'_> {
     /// The values of some pixels with a number of samples, plane by plane.
     ///
     /// # Errors
-    /// A loop beyond its budget.
+    /// A loop exceeds its budget.
     pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, Stop> {
         let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()), false)?;
         Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }
 }
 
-/// How many pixels have a value that is not a number or infinite.
+/// Number of pixels with a value that is NaN or infinite.
 pub(super) fn not_finite(planes: &[Vec<f32>]) -> u64 {
     let bad: Vec<&Vec<f32>> = planes.iter().filter(|plane| plane.iter().any(|x| !x.is_finite())).collect();
     let pixels = bad.first().map_or(0, |plane| plane.len());

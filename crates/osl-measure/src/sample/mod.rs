@@ -1,12 +1,12 @@
-//! Images from samples: where a pixel's samples lie and what they weigh, fixed numbers of them, one for several pixels,
-//! and as many as an error asks for.
+//! Images from samples: where the samples of a pixel lie and what they weigh; the same number for each pixel,
+//! one for several pixels, or as many as an error bound requires.
 //!
-//! What a pixel is to show is the filtered image of the shader over it, with the shader's derivatives those of the pixel's
-//! footprint however many samples there are. This is the reference's convention, where derivatives are differentials of
-//! the pixel, and it is what makes samples comparable: all have one integrand, so that more of them can only come
-//! closer, those of several rounds may be averaged, and an error estimate means the same in each. A renderer that
-//! divides differentials by the root of the number of samples gets sharper textures, but another image for
-//! each number.
+//! A pixel shows the filtered image of the shader over its area. The shader's derivatives are those of the
+//! pixel's footprint, regardless of the number of samples. The reference follows the same convention: its
+//! derivatives are differentials of the pixel. Because all samples then have the same integrand, more samples
+//! only come closer to the result, several rounds can be averaged, and an error estimate means the same in
+//! each round. A renderer that divides the differentials by the root of the sample count gets sharper
+//! textures, but a different image for each count.
 
 mod adapt;
 mod error;

@@ -1,11 +1,11 @@
-//! What pixels really show, as far as many samples can tell, and how far an image is off.
+//! Reference values of pixels from many samples, and the error of an image against them.
 
 use super::error::Block;
 use super::image::{Image, Shading};
 use super::pattern::{MAX_SAMPLES, Pattern, hash};
 use osl_exec::{Frame, Stop};
 
-/// Values of some pixels with their own standard errors.
+/// Reference values of some pixels, with their standard errors.
 #[derive(Clone, Debug, Default)]
 pub struct Oracle {
     /// The pixels.
@@ -14,18 +14,18 @@ pub struct Oracle {
     pub samples: u32,
     /// For each plane, the values of the pixels.
     pub values: Vec<Vec<f32>>,
-    /// For each plane, their standard errors, from how far one half of the samples is off the other: right on the average
-    /// of many pixels, however fast samples converge.
+    /// For each plane, the standard errors, from the difference between the two halves of the samples. They
+    /// are right on average over many pixels, whatever the rate of convergence.
     pub errors: Vec<Vec<f32>>,
-    /// What the program said.
+    /// Messages of the program.
     pub said: Frame,
 }
 
-/// Values of pixels by many samples, rounded up to a power of two, none of which is one of the image's. One half of them is
-/// independent of the other.
+/// Computes reference values of pixels from many samples, rounded up to a power of two. None of the samples
+/// is used by the image, and the two halves are independent.
 ///
 /// # Errors
-/// A loop beyond its budget.
+/// A loop exceeds its budget.
 pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Oracle, Stop> {
     let samples = samples.clamp(2, MAX_SAMPLES).next_power_of_two();
     let half = |seed: u32| {
@@ -45,25 +45,25 @@ pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Ora
     Ok(Oracle { pixels: pixels.to_vec(), samples, values, errors, said })
 }
 
-/// How far an image is off, where it was looked at.
+/// The error of an image at the compared pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Check {
     /// Pixels that were compared.
     pub pixels: u64,
-    /// Those whose error is above what was asked for by more than the oracle's own standard error, and what rounding to
-    /// single precision may do.
+    /// Pixels whose error exceeds the requested bound by more than the oracle's standard error and the
+    /// rounding of single precision.
     pub above: u64,
-    /// Root of the mean square error, without what the oracle's own error adds to it.
+    /// Root mean square error, with the oracle's own error subtracted.
     pub rmse: f64,
-    /// The 99.9th percentile of the error, largest over the planes, less the oracle's standard error.
+    /// The 99.9th percentile of the error, largest over the planes, minus the oracle's standard error.
     pub nearly_all: f64,
-    /// The largest.
+    /// The largest error.
     pub largest: f64,
-    /// Root of the mean square of the oracle's own standard error.
+    /// Root mean square of the oracle's standard error.
     pub oracle: f64,
 }
 
-/// Compares planes with an oracle. `position` tells where in the planes a pixel is.
+/// Compares planes with an oracle. `position` maps a pixel to its index in the planes.
 pub fn check(planes: &[Vec<f32>], oracle: &Oracle, limit: f64, position: impl Fn(u32) -> usize) -> Check {
     let mut found = Check::default();
     let (mut squares, mut own, mut count) = (0.0, 0.0, 0.0_f64);
@@ -102,7 +102,7 @@ pub fn check(planes: &[Vec<f32>], oracle: &Oracle, limit: f64, position: impl Fn
     found
 }
 
-/// Some pixels of `count`, spread at random and always the same, in order.
+/// Some of `count` pixels, in ascending order: spread at random, but the same on every call.
 pub(super) fn some_pixels(count: usize, wanted: usize, seed: u32) -> Vec<u32> {
     if wanted >= count {
         return (0..count as u32).collect();
@@ -115,17 +115,17 @@ pub(super) fn some_pixels(count: usize, wanted: usize, seed: u32) -> Vec<u32> {
     (0..wanted).map(pick).collect()
 }
 
-/// Some pixels of an image, chosen at random, that are to be compared with an oracle once the image is done.
+/// Randomly chosen pixels of an image, to be compared with an oracle once the image is done.
 #[derive(Clone, Debug, Default)]
 pub struct Watch {
     pixels: Vec<u32>,
-    /// How many of them have their values.
+    /// How many of them have their values so far.
     noted: usize,
     values: Vec<Vec<f32>>,
 }
 
 impl Watch {
-    /// `wanted` of the `count` pixels of an image.
+    /// Watches `wanted` of the `count` pixels of an image.
     pub fn new(count: usize, wanted: usize) -> Watch {
         Watch { pixels: some_pixels(count, wanted, 0xc4ec), noted: 0, values: Vec::new() }
     }
@@ -135,7 +135,8 @@ impl Watch {
         &self.pixels
     }
 
-    /// Notes the values of a piece of the image, which comes in order. `first` is the number of its first pixel.
+    /// Records the values of a piece of the image. Pieces arrive in order; `first` is the number of the
+    /// piece's first pixel.
     pub fn note(&mut self, image: &Image, first: usize) {
         let planes = &image.frame.planes;
         self.values.resize(planes.len().max(self.values.len()), Vec::new());
@@ -150,10 +151,10 @@ impl Watch {
         }
     }
 
-    /// Compares what was noted with an oracle of so many samples; `limit` is the error that was asked for.
+    /// Compares the recorded values with an oracle of so many samples; `limit` is the requested error bound.
     ///
     /// # Errors
-    /// A loop beyond its budget.
+    /// A loop exceeds its budget.
     pub fn check(&self, shading: &Shading<'_>, limit: f64, samples: u32) -> Result<Check, Stop> {
         let pixels = self.pixels.get(..self.noted).unwrap_or(&[]);
         let truth = oracle(shading, pixels, samples)?;

@@ -1,13 +1,13 @@
-//! Where the samples of a pixel lie: Owen-scrambled Sobol points (Burley 2020), of which every 2^m first ones have one in each
-//! of 2^m equal rectangles. A few dozen scrambles are kept; a hash of the pixel picks one, so that an image is
-//! the same however it is cut into pieces.
+//! Where the samples of a pixel lie: Owen-scrambled Sobol points (Burley 2020). The first 2^m points of a
+//! pixel have one point in each of 2^m equal rectangles. A few dozen scrambles are kept. A hash of the pixel
+//! selects one, so that an image is the same however it is cut into pieces.
 
 use std::sync::Arc;
 
-/// The most samples that a pixel can have: those that the sequence has.
+/// Maximum samples per pixel: the length of the sequence.
 pub const MAX_SAMPLES: u32 = 1 << 16;
 
-/// How many scrambles there are.
+/// Number of scrambles.
 const SCRAMBLES: usize = 64;
 
 /// The samples of all pixels of an image, in 0..1 along both axes. A copy shares them.
@@ -17,14 +17,14 @@ pub struct Pattern {
     count: usize,
     /// The first `count` samples of each scramble.
     samples: Arc<[[f32; 2]]>,
-    /// For each number of samples 2^m, where in the first and in the second 2^m of a scramble the sample of each
-    /// rectangle stands.
+    /// For each sample count 2^m: the index of each rectangle's sample among the first and among the second
+    /// 2^m samples of a scramble.
     orders: Arc<[Vec<u32>]>,
 }
 
 impl Pattern {
-    /// The first samples of each pixel, `count` or more. Another seed gives other samples. **Errors:** more than
-    /// [`MAX_SAMPLES`] become that many.
+    /// Makes a pattern of `count` samples or more per pixel, at most [`MAX_SAMPLES`]. Another seed gives
+    /// other samples.
     pub fn new(count: u32, seed: u32) -> Pattern {
         let count = count.clamp(1, MAX_SAMPLES).next_power_of_two() as usize;
         let mut samples = Vec::with_capacity(count * SCRAMBLES);
@@ -38,18 +38,18 @@ impl Pattern {
         pattern
     }
 
-    /// How many samples of each pixel it has.
+    /// Samples per pixel.
     pub fn count(&self) -> u32 {
         self.count as u32
     }
 
-    /// The same samples, and more of them if it has fewer than `count`.
+    /// The same pattern, extended if it has fewer than `count` samples.
     #[must_use]
     pub fn with(self, count: u32) -> Pattern {
         if count <= self.count() { self } else { Pattern::new(count, self.seed) }
     }
 
-    /// The samples of a pixel, by its number row by row.
+    /// The samples of a pixel; pixels are numbered row by row.
     pub fn of(&self, pixel: u32) -> &[[f32; 2]] {
         let first = self.scramble(pixel) * self.count;
         self.samples.get(first..first + self.count).unwrap_or(&[])
@@ -59,13 +59,13 @@ impl Pattern {
         hash(pixel.wrapping_mul(0x9e37_79b1) ^ self.seed) as usize % SCRAMBLES
     }
 
-    /// Columns and rows of rectangles that 2^level samples have one each of.
+    /// Columns and rows of the rectangles that contain one of 2^level samples each.
     pub(super) fn rectangles(level: u32) -> (usize, usize) {
         (1 << level.div_ceil(2), 1 << (level / 2))
     }
 
-    /// For the rectangles row by row, the place of each one's sample among the first, or the second, 2^level samples
-    /// of a pixel.
+    /// For the rectangles, row by row, the index of each one's sample among the first or the second 2^level
+    /// samples of a pixel.
     pub(super) fn order(&self, pixel: u32, level: u32, second: bool) -> &[u32] {
         let size = 1 << level;
         let halves = if size < self.count { 2 } else { 1 };

@@ -8,13 +8,13 @@ use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 use std::ops::Range;
 
-/// Some samples of each of some pixels: pixel by pixel, the samples of each in order.
+/// Some samples of each of some pixels: pixel by pixel, the samples of a pixel in order.
 #[derive(Clone)]
 pub struct SamplePoints<'a> {
     surface: &'a dyn Surface,
     /// Numbers of pixels, row by row.
     pixels: &'a [u32],
-    /// Which samples of each; `None` is the pixel's centre.
+    /// Which samples of each pixel; `None` means the pixel's centre.
     samples: Option<Range<u32>>,
     pattern: &'a Pattern,
     filter: &'a Filter,
@@ -22,7 +22,7 @@ pub struct SamplePoints<'a> {
 }
 
 impl<'a> SamplePoints<'a> {
-    /// Samples of pixels of a surface. Those that the pattern does not have lie at the centre.
+    /// Samples of pixels of a surface. Samples beyond the pattern lie at the centre.
     pub fn new(
         surface: &'a dyn Surface,
         pixels: &'a [u32],
@@ -43,7 +43,7 @@ impl<'a> SamplePoints<'a> {
         SamplePoints { surface, pixels, samples: None, pattern, filter, width }
     }
 
-    /// Samples of each pixel.
+    /// Samples per pixel.
     fn each(&self) -> usize {
         self.samples.as_ref().map_or(1, |s| s.len().max(1))
     }

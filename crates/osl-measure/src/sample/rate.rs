@@ -1,4 +1,4 @@
-//! One evaluation for several pixels: a lattice of pixels is computed, the others are interpolated between.
+//! One evaluation for several pixels: the pixels of a lattice are computed, the others are interpolated.
 
 use super::image::{Image, Shading, not_finite};
 use osl_exec::Stop;
@@ -6,20 +6,20 @@ use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
 
-/// Pixels between evaluations, along x and along y.
+/// Distance between evaluated pixels, along x and along y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate(pub [u32; 2]);
 
 impl Rate {
-    /// Those that there are.
+    /// All rates.
     pub const ALL: [Rate; 4] = [Rate([1, 1]), Rate([2, 1]), Rate([2, 2]), Rate([4, 4])];
 
-    /// The rate of a name such as `2x1`.
+    /// The rate with a name such as `2x1`.
     pub fn from_name(name: &str) -> Option<Rate> {
         Rate::ALL.into_iter().find(|rate| rate.to_string() == name)
     }
 
-    /// How far apart the rows are that are computed.
+    /// Distance between the rows that are computed.
     pub fn rows(self) -> usize {
         self.0[1] as usize
     }
@@ -31,7 +31,7 @@ impl fmt::Display for Rate {
     }
 }
 
-/// The columns, or rows, of a range that are computed: every `step`th and the last.
+/// The computed columns or rows of a range: every `step`th and the last.
 pub(super) fn ticks(range: Range<usize>, step: usize) -> Vec<usize> {
     let last = range.end.saturating_sub(1);
     let mut ticks: Vec<usize> = range.step_by(step.max(1)).collect();
@@ -41,18 +41,19 @@ pub(super) fn ticks(range: Range<usize>, step: usize) -> Vec<usize> {
     ticks
 }
 
-/// Some rows of an image at a rate. Rows of a lattice begin at `rows`, so that an image in pieces is the same as in one if
-/// pieces have whole steps and share their border rows.
+/// Renders some rows of an image at a rate. The lattice begins at the first of the rows. So an image in
+/// pieces equals the image in one piece if each piece has whole steps and shares its border row with the
+/// next.
 ///
 /// # Errors
-/// A loop beyond its budget.
+/// A loop exceeds its budget.
 pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<Image, Stop> {
     if rate == Rate([1, 1]) {
         return shading.rows(rows, 1);
     }
     let (width, height) = shading.surface.size();
     let rows = rows.start.min(height)..rows.end.min(height);
-    // The lattice row behind the last row, which the next piece begins with.
+    // The next lattice row after the last row, with which the next piece begins.
     let step = rate.rows();
     let below = if rows.is_empty() { rows.end } else { (rows.end - 1 - rows.start).div_ceil(step) * step };
     let end = (rows.start + below + 1).min(height).max(rows.end);
@@ -74,7 +75,7 @@ pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<
     Ok(image)
 }
 
-/// All pixels of some rows, from those of a lattice.
+/// All pixels of some rows, interpolated from a lattice.
 pub(super) fn stretched(
     known: &[f32],
     columns: &[usize],
@@ -98,7 +99,7 @@ pub(super) fn stretched(
     values
 }
 
-/// The last tick at or before a place, and how far on the way to the next one it is.
+/// The last tick at or before a position, and the fraction of the way to the next tick.
 fn between(ticks: &[usize], x: usize) -> (usize, f32) {
     let at = ticks.partition_point(|tick| *tick <= x).saturating_sub(1);
     (at, share(ticks, at, x))
@@ -111,7 +112,7 @@ fn share(ticks: &[usize], at: usize, x: usize) -> f32 {
     }
 }
 
-/// `a` itself at 0, whatever `b` is.
+/// Linear interpolation; exactly `a` at 0, whatever `b` is.
 pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
     if t == 0.0 { a } else { a + (b - a) * t }
 }

@@ -1,44 +1,44 @@
-//! Shading points at any place of an image, not only at its pixels' centres.
+//! Shading points at any position of an image, not only at pixel centres.
 
 use osl_exec::{Datum, PointSource};
 use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 use osl_scene::{Grid, WithData};
 
-/// A place of an image: a pixel, and how far from its centre.
+/// A position in an image: a pixel and an offset from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Column and row.
     pub pixel: [u32; 2],
-    /// **Units:** pixels. Beyond ±0.5 it lies in a neighbour.
+    /// **Units:** pixels. An offset beyond ±0.5 lies in a neighbour.
     pub offset: [f32; 2],
 }
 
-/// A source whose points are the centres of an image's pixels, and that has points between them too. What it says of
-/// slopes is said of the pixel, wherever in it a point lies.
+/// A source whose points are the pixel centres of an image and which also has points between them. Its
+/// derivatives are those of the pixel, wherever in the pixel a point lies.
 pub trait Surface: PointSource {
-    /// Pixels of a row, and rows.
+    /// Pixels per row, and number of rows.
     fn size(&self) -> (usize, usize);
 
-    /// Writes a varying global for places, in the form of [`PointSource::fill`]; past the last place its own. At offset 0
-    /// it has the bits of the pixel's own point.
+    /// Writes a varying global for some positions in the layout of [`PointSource::fill`]. Lanes after the
+    /// last position get the last one's value. At offset 0 the value has the bits of the pixel's own point.
     fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]);
 
-    /// Writes a varying slope for places, in the form of [`PointSource::fill`].
+    /// Writes a derivative of a varying global for some positions in the layout of [`PointSource::fill`].
     fn fill_slope_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
         let _ = places;
         let slope = self.slope(global, axis);
         lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
     }
 
-    /// A named datum at a place.
+    /// A named datum at a position.
     fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
         let _ = (object, name, element, place);
         None
     }
 }
 
-/// u or v at a place. Exact pixels have the bits of the grid's own points.
+/// u or v at a position. At exact pixels it has the bits of the grid's own points.
 fn coordinate(grid: &Grid, axis: usize, place: &Place) -> f32 {
     let n = [grid.width, grid.height][axis];
     let (i, offset) = (place.pixel[axis], place.offset[axis]);

@@ -1,47 +1,49 @@
-//! Who is to blame for an error: from the difference between the strict and the exact value of an output back to the
-//! instructions that made it.
+//! Finds the cause of an error: follows the difference between the strict and the exact value of an output
+//! back to the instructions that made it.
 //!
-//! Two questions are asked of every instruction that ran. *How much of the output's error comes this way?* The error of a
-//! result is split, by putting strict arguments in the place of exact ones, one after the other, into what each argument
-//! brought along and what the instruction itself rounded away; shares follow the error back to where it began. *Does the
-//! instruction make it worse?* It is given exact arguments that are rounded once: an error beyond the rounding of its own
-//! result is one that no care taken before it could have avoided (the local error of P. Panchekha et al., *Automatically
-//! Improving Accuracy for Floating Point Expressions*, 2015). An instruction scores by the share that comes through it
-//! where it makes things worse, and with less weight by what it rounds away itself, which is what adds up in long loops.
+//! Each executed instruction is asked two questions. *How much of the output's error passes through it?*
+//! Strict arguments replace the exact ones, one after the other. This splits the error of a result into the
+//! part that each argument brought along and the part that the instruction itself rounded away; the parts are
+//! followed back to their origins. *Does the instruction amplify the error?* It is given exact arguments that
+//! are rounded once. If its error exceeds the rounding of its own result, no care taken earlier could have
+//! avoided it (the local error of P. Panchekha et al., *Automatically Improving Accuracy for Floating Point
+//! Expressions*, 2015). An instruction scores by the share of the error that passes through it where it
+//! amplifies, and with less weight by its own rounding, which adds up in long loops.
 
 use crate::trace::{Exact, NodeId, Trace, What, eval};
 use osl_ir::Span;
 use osl_ir::ir::{Const, LaneOp};
 use rustc_hash::FxHashMap;
 
-/// What an instruction did to the outputs of one point, in shares of the range of an output.
+/// What an instruction did to the outputs of one point, as shares of an output's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Blame {
-    /// Error that comes through it and that it makes worse, or that it begins.
+    /// Error that passes through it and that it amplifies, or that begins in it.
     pub amplified: f64,
-    /// Error that it rounds away itself.
+    /// Error from its own rounding.
     pub rounded: f64,
-    /// How often a comparison, a floor or the like has another result than in double precision.
+    /// How often a comparison, a floor or the like has a different result in double precision.
     pub flips: u32,
-    /// How often its arguments were outside of what it is defined for.
+    /// How often its arguments were outside of its domain.
     pub outside: u32,
     /// How often it ran.
     pub runs: u32,
 }
 
-/// Weight of what is rounded away against what is made worse: only where nothing makes it worse does it decide.
+/// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is
+/// amplified.
 const ROUNDING: f64 = 0.2;
 
-/// Error of an argument that is about right, as a share of it.
+/// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
 
 impl Blame {
-    /// What ranks instructions.
+    /// The score by which instructions are ranked.
     pub fn score(&self) -> f64 {
         self.amplified + ROUNDING * self.rounded
     }
 
-    /// Adds what it did at another point.
+    /// Adds the blame from another point.
     pub fn add(&mut self, other: &Blame) {
         self.amplified += other.amplified;
         self.rounded += other.rounded;
@@ -51,16 +53,17 @@ impl Blame {
     }
 }
 
-/// An instruction of the source: where it is and what it does.
+/// An instruction of the source: its location and its operation.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Place {
-    /// Where.
+    /// Its location.
     pub span: Span,
-    /// What, in the words of the IR.
+    /// Its operation, in the words of the IR.
     pub what: String,
 }
 
-/// The blame of every instruction of a trace that has any. `ranges` are those of the outputs, in the order of the trace.
+/// The blame of every instruction in a trace that has any. `ranges` are those of the outputs, in the order of
+/// the trace.
 pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> FxHashMap<Place, Blame> {
     let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
     for ((_, _, nodes), range) in trace.outputs.iter().zip(ranges) {
@@ -92,7 +95,7 @@ fn add(to: &mut Vec<f64>, more: impl Iterator<Item = f64>) {
     }
 }
 
-/// Strict minus exact, component by component; infinite where only one of them is a number.
+/// Strict minus exact, component by component; infinite if only one of them is a number.
 fn errors(trace: &Trace, id: NodeId) -> Vec<f64> {
     let node = trace.node(id);
     let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return Vec::new() };
@@ -111,7 +114,8 @@ fn difference(a: f64, b: f64) -> f64 {
     }
 }
 
-/// The blame of a node through which `flow` comes, component by component; passes on what its arguments brought.
+/// The blame of a node through which the error `flow` passes, component by component. Passes the arguments'
+/// parts on.
 fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame {
     let node = trace.node(id);
     let mut blame = Blame::default();
@@ -119,7 +123,7 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
     let total: f64 = flow.iter().sum();
     match &node.what {
         What::Meet => {
-            // Whoever chose the way is the cause, if that is known.
+            // The condition that chose the branch is the cause, if it is known.
             let to = node.args.first().filter(|_| node.args.len() == 3);
             if let Some(to) = to {
                 add(&mut flows[*to as usize], std::iter::once(total));
@@ -154,7 +158,7 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
     blame
 }
 
-/// An instruction run again with other arguments.
+/// An instruction that can be run again with other arguments.
 struct Steps<'a> {
     trace: &'a Trace,
     id: NodeId,
@@ -184,14 +188,15 @@ impl<'a> Steps<'a> {
         Some(result.numbers())
     }
 
-    /// Splits what comes through among the arguments, and yields what the instruction itself is left with.
+    /// Splits the error that passes through among the arguments. Returns what is left for the instruction
+    /// itself.
     fn pass_on(&self, flow: &[f64], args: &[NodeId], flows: &mut [Vec<f64>]) -> f64 {
         let node = self.trace.node(self.id);
         let strict = node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers());
         let mut now = self.exact.clone();
         let total: f64 = flow.iter().sum();
         let Some(mut before) = self.run(&now) else { return total };
-        // What each component of each argument changes in each component of the result.
+        // How each component of each argument changes each component of the result.
         let mut changes: Vec<(usize, usize, Vec<f64>)> = Vec::new();
         for (arg, to) in self.strict.iter().enumerate() {
             let to = Exact::widen(to);
@@ -231,7 +236,7 @@ impl<'a> Steps<'a> {
         kept
     }
 
-    /// Whether its result jumps where its arguments change ever so little.
+    /// Whether the result jumps for a tiny change of the arguments.
     fn jumps(&self) -> bool {
         use LaneOp as L;
         matches!(
@@ -256,7 +261,7 @@ impl<'a> Steps<'a> {
         )
     }
 
-    /// Whether its arguments are about right: what goes wrong is then its own doing.
+    /// Whether the arguments are nearly right, so that a wrong result is the instruction's own fault.
     fn are_close(&self) -> bool {
         let close = |(strict, exact): (&Const, &Exact)| {
             let strict = Exact::widen(strict).numbers();
@@ -268,8 +273,8 @@ impl<'a> Steps<'a> {
         self.strict.iter().zip(&self.exact).all(close)
     }
 
-    /// What it makes worse of what comes through: the part of its error that it has with exact arguments rounded once,
-    /// beyond the rounding of its result.
+    /// The part of the passing error that the instruction amplifies: its error with exact arguments that are
+    /// rounded once, beyond the rounding of its result.
     fn worse(&self, flow: &[f64], error: &[f64]) -> f64 {
         let node = self.trace.node(self.id);
         let Some(exact) = &node.exact else { return 0.0 };
@@ -294,7 +299,7 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// Whether an operation is given what it is not defined for, so that the language says what comes of it.
+/// Whether an operation gets arguments outside of its domain, where the language defines the result.
 fn is_outside(trace: &Trace, id: NodeId) -> bool {
     let node = trace.node(id);
     let What::Lane(op) = &node.what else { return false };

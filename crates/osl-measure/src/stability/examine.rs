@@ -1,4 +1,4 @@
-//! The whole examination: all sweeps, what they say, and who is to blame.
+//! The whole examination: all sweeps, their findings, and the lines to blame.
 
 use super::Report;
 use super::lines::{Culprit, culprits};
@@ -16,23 +16,24 @@ pub struct Knob {
     pub values: Vec<String>,
 }
 
-/// What an examination yields besides its report.
+/// The results of an examination.
 pub struct Examined {
     /// The report.
     pub report: Report,
-    /// What came out at the setting given.
+    /// The outputs at the given setting.
     pub given: Planes,
-    /// What came out at the first offset that is a decade beyond what is safe, and that offset.
+    /// The outputs at the first offset a decade beyond the safe range, and that offset.
     pub far: Option<(f64, Planes)>,
 }
 
 /// A sweep of the coordinates: its name, and its settings.
 type Sweep = (&'static str, fn(f64) -> Setting);
 
-/// The error that as much as counts at the setting given: some hundred times the rounding of a single operation.
+/// Smallest error worth reporting at the given setting: a few hundred roundings of single operations.
 const NOTABLE: f64 = 2e-5;
 
-/// Examines a shader on a grid. `variant` compiles it with another value of a parameter, or says why that cannot be.
+/// Examines a shader on a grid. `variant` compiles it with another value of a parameter, or says why that is
+/// impossible.
 pub fn examine(
     subject: &Subject<'_>,
     grid: &Grid,
@@ -55,7 +56,7 @@ pub fn examine(
     for (name, setting) in coordinates {
         let (tried, finding) = sweep(subject, grid, tolerance, setting, name);
         if let Some(limit) = finding.limit {
-            // A decade beyond what is safe, where errors are many and still have single causes.
+            // A decade beyond the safe range, errors are frequent and still have single causes.
             let by = limit * 10.0;
             let (_, planes) = measure(subject, &subject.base, grid, setting(by), tolerance);
             blamed.push((0.5, culprits(subject, grid, &setting(by), &planes, sources)));
@@ -83,7 +84,7 @@ pub fn examine(
     Examined { report, given, far }
 }
 
-/// Lines in the order of the lists, each line once.
+/// Merges lists of lines in their order, each line once.
 fn merged(lists: impl Iterator<Item = Vec<Culprit>>) -> Vec<Culprit> {
     let mut all: Vec<Culprit> = Vec::new();
     for culprit in lists.flatten() {
@@ -94,7 +95,7 @@ fn merged(lists: impl Iterator<Item = Vec<Culprit>>) -> Vec<Culprit> {
     all
 }
 
-/// Where the coordinates themselves run out of digits, whatever the shader does with them: their spacing in single
+/// Where the coordinates themselves run out of digits, whatever the shader does: their spacing in single
 /// precision exceeds the step from point to point.
 fn resolution(grid: &Grid) -> Finding {
     let steps = [(0, grid.width), (1, grid.height)].map(|(axis, n)| grid.scale[axis].abs() / n.max(2) as f32);

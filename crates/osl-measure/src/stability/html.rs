@@ -1,4 +1,4 @@
-//! A report as one HTML file that needs nothing else: findings, curves, lines to blame, maps of lost digits.
+//! A report as one self-contained HTML file: findings, curves, lines to blame, maps of lost digits.
 
 use super::subject::{Planes, digits_lost};
 use super::text::is_decade;
@@ -46,7 +46,7 @@ pub fn html(examined: &Examined, width: usize, height: usize) -> String {
     out
 }
 
-/// Share of wrong points against a swept number, both logarithmic, as SVG.
+/// The share of wrong points against the swept number as SVG; both axes are logarithmic.
 fn curve(report: &Report, name: &str, out: &mut String) {
     let points: Vec<(f64, f64)> = report
         .trials
@@ -106,7 +106,8 @@ fn maps(title: &str, planes: &Planes, width: usize, height: usize, out: &mut Str
     }
 }
 
-/// A row of a map: runs of one shade as one rectangle. The first row of points is the lowest of the picture.
+/// A row of a map: each run of one shade becomes one rectangle. The first row of points is the lowest of the
+/// picture.
 fn row(planes: &Planes, plane: usize, y: usize, (width, height): (usize, usize), out: &mut String) {
     let shade = |x: usize| {
         let at = y * width + x;

@@ -1,12 +1,12 @@
-//! Derivatives across discontinuities: where what a function changes by from a pixel to the next has nothing to do with
-//! the derivative that the shader was given.
+//! Derivatives across discontinuities: places where the change of a function from one pixel to the next has
+//! nothing to do with the derivative that the shader was given.
 
 use crate::trace::{Exact, Node, Trace, What};
 use osl_ir::Span;
 use osl_ir::ir::{Kernel, Note};
 use rustc_hash::FxHashMap;
 
-/// What the calls of a function did that yields derivatives: place, and for each call the argument and the result.
+/// The calls of functions with derivatives: for each place the argument and the result of each call.
 type Calls = FxHashMap<(Span, &'static str), Vec<(Vec<f64>, Vec<f64>)>>;
 
 const FUNCTIONS: [&str; 3] = ["Dx", "Dy", "filterwidth"];
@@ -30,13 +30,13 @@ fn numbers(node: &Node) -> Vec<f64> {
     node.strict.as_ref().map_or_else(Vec::new, |v| Exact::widen(v).numbers())
 }
 
-/// How much of a change a derivative may miss.
+/// Share of a change that a derivative may miss.
 const MISSED: f64 = 0.5;
 /// The smallest change that counts, as a share of the value.
 const SMALL: f64 = 0.01;
 
-/// The places at which a point and its neighbour in the row (`along_x`) or the column disagree with the derivative at the
-/// point; each once.
+/// The places where the change to the neighbour in the row (`along_x`) or in the column disagrees with the
+/// derivative at the point; each place once.
 pub(super) fn jumps(here: &Trace, next: &Trace, along_x: bool) -> Vec<(Span, &'static str)> {
     let (a, b) = (calls(here), calls(next));
     let mut found = Vec::new();

@@ -10,38 +10,39 @@ use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
 use serde::Serialize;
 
-/// A line that is to blame.
+/// A source line to blame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Culprit {
     /// The file.
     pub file: String,
     /// The line, from 1.
     pub line: u32,
-    /// The column of the instruction that does most harm, from 1.
+    /// The column of the instruction with the highest score, from 1.
     pub column: u32,
     /// The text of the line.
     pub text: String,
     /// The text of that instruction.
     pub code: String,
-    /// What it does, in the words of the IR.
+    /// Its operation, in the words of the IR.
     pub what: String,
-    /// At which setting.
+    /// The setting at which it happens.
     pub setting: String,
-    /// What the line does to the outputs: a share of their range, on average over the points looked at.
+    /// The effect of the line on the outputs: a share of their range, averaged over the examined points.
     pub score: f64,
-    /// What is wrong, in words.
+    /// The explanation, in words.
     pub why: String,
 }
 
-/// An instruction with its score and what is wrong with it.
+/// An instruction with its score and an explanation.
 type Charge = (Place, f64, String);
 
-/// Points that are followed for their errors, and for what is seen at any point.
+/// Number of points with the largest errors that are followed.
 const WORST: usize = 24;
-/// Points of the row and of the column on which derivatives are compared with what they stand for.
+/// Points of a row and of a column at which derivatives are compared with differences.
 const ALONG: usize = 64;
 
-/// What the lines do to the points of a setting, the worst first. `planes` is what a run at the setting yielded.
+/// The lines that harm the points of a setting, the worst first. `planes` is the result of the run at that
+/// setting.
 pub fn culprits(
     subject: &Subject<'_>,
     grid: &Grid,
@@ -181,13 +182,13 @@ fn worst(planes: &Planes, grid: &Grid) -> Vec<(usize, usize)> {
     order.into_iter().take(WORST).map(|i| (i % grid.width, i / grid.width)).collect()
 }
 
-/// Points from everywhere.
+/// Points spread over the image.
 fn spread(grid: &Grid) -> Vec<(usize, usize)> {
     let steps = |n: usize| (0..6).map(move |i| (i * n + n / 2) / 6);
     steps(grid.height).flat_map(|y| steps(grid.width).map(move |x| (x, y))).collect()
 }
 
-/// Calls of derivatives across jumps, with the share of the points at which they are.
+/// Calls of derivatives across jumps, with the share of the points at which they occur.
 fn seen_jumps(subject: &Subject<'_>, grid: &Grid, setting: &Setting) -> Vec<(Span, &'static str, f64)> {
     let points = setting.points(grid);
     let mut count: FxHashMap<(Span, &'static str), u32> = FxHashMap::default();

@@ -1,9 +1,9 @@
-//! Numerical stability: where a shader stops being right, and which line is to blame.
+//! Numerical stability: where a shader's results become wrong, and which line is to blame.
 //!
-//! `sweep` runs the shader in the strict arithmetic and in double precision over settings that go to the extremes
-//! (scale and offset of the coordinates, footprint of the derivatives, each parameter) and compares what comes out; `blame`
-//! goes back from the error of single points to the instructions that made it; `lines` sums that up by lines of the
-//! source. This module must not know the command line; [`text`] and [`html`] lay a [`Report`] out.
+//! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
+//! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
+//! follows the error of single points back to the instructions that made it; `lines` sums this up by source
+//! line. This module must not know the command line; [`text`] and [`html`] format a [`Report`].
 
 mod blame;
 mod examine;
@@ -22,16 +22,16 @@ pub use sweep::{Finding, Outcome, Setting, Trial, measure};
 
 use serde::Serialize;
 
-/// What is known of a shader's stability.
+/// The result of a stability examination.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
     /// The shader.
     pub shader: String,
-    /// The error from which on a point counts as wrong, as a share of the output's range.
+    /// A point counts as wrong if its error exceeds this share of the output's range.
     pub tolerance: f64,
-    /// The settings that were tried, with what came out.
+    /// The tried settings with their outcomes.
     pub trials: Vec<Trial>,
-    /// In words: up to where each sweep is safe.
+    /// How far each sweep is safe, in words.
     pub findings: Vec<Finding>,
     /// The lines to blame, the worst first.
     pub culprits: Vec<Culprit>,

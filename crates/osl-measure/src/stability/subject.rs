@@ -1,4 +1,4 @@
-//! What is examined: a shader with its points, which can be run in both arithmetics at other settings.
+//! The examined shader with its points; it can be run in both arithmetics at other settings.
 
 use crate::trace::{self, OnePoint, Trace};
 use osl::pipeline;
@@ -11,12 +11,12 @@ use osl_scene::Grid;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Points of a grid with another footprint: what derivatives see of it.
+/// The points of a grid with another footprint for derivatives.
 #[derive(Clone, Debug)]
 pub struct Swept {
     /// The points.
     pub grid: Grid,
-    /// Factor of the change from pixel to pixel.
+    /// Factor on the change from pixel to pixel.
     pub footprint: f32,
 }
 
@@ -49,7 +49,7 @@ pub struct Base {
     strict: osl_exec::Program,
     exact: osl_exec::Program,
     noted: Body,
-    /// Whether it asks for how anything changes from pixel to pixel.
+    /// Whether the shader uses derivatives.
     pub differentiates: bool,
 }
 
@@ -76,36 +76,37 @@ impl Base {
     }
 }
 
-/// What both arithmetics make of a set of points: for each component of each output, a value for each point.
+/// The results of both arithmetics for some points: for each component of each output, one value per point.
 #[derive(Clone, Debug, Default)]
 pub struct Planes {
     /// Output and component, as `name` or `name.0`.
     pub names: Vec<String>,
     /// The strict values.
     pub strict: Vec<Vec<f64>>,
-    /// Those of double precision.
+    /// The values in double precision.
     pub exact: Vec<Vec<f64>>,
 }
 
-/// A shader that is examined.
+/// A shader under examination.
 pub struct Subject<'a> {
-    /// Files, spaces.
+    /// Files and spaces.
     pub services: &'a Services,
-    /// What points may take, and following them may cost.
+    /// Budgets for running points and for following them.
     pub limits: &'a Limits,
-    /// The shader at the parameter values that were given.
+    /// The shader with the given parameter values.
     pub base: Base,
-    /// Instructions that have been followed.
+    /// Number of instructions followed so far.
     followed: AtomicU64,
 }
 
 impl<'a> Subject<'a> {
-    /// A shader at the parameter values that were given, of which nothing is known yet.
+    /// A shader with the given parameter values, before any examination.
     pub fn new(services: &'a Services, base: Base, limits: &'a Limits) -> Subject<'a> {
         Subject { services, base, limits, followed: AtomicU64::new(0) }
     }
 
-    /// Runs points in both arithmetics; `tries`: at one of many settings, where points may take less.
+    /// Runs points in both arithmetics. `tries` means that this is one of many settings, with a smaller
+    /// budget per point.
     ///
     /// # Errors
     /// A budget of the run is used up.
@@ -132,7 +133,7 @@ impl<'a> Subject<'a> {
         Ok(planes)
     }
 
-    /// Follows one point, by column and row, as long as not too much has been followed.
+    /// Follows one point, given by column and row, until the budget for following is used up.
     pub fn follow(&self, base: &Base, points: &Swept, x: usize, y: usize) -> Option<Trace> {
         let point = OnePoint::at_pixel(points, points.grid.width, points.grid.height, x, y)?;
         let source = OnePoint { source: points, point };
@@ -147,8 +148,8 @@ impl<'a> Subject<'a> {
     }
 }
 
-/// Decimal digits that the strict value has lost against what single precision can hold: 0 where it is right, 7.2 where
-/// nothing of it is.
+/// Decimal digits that the strict value has lost, of those that single precision can hold: 0 if it is right,
+/// 7.2 if no digit is right.
 pub fn digits_lost(strict: f64, exact: f64) -> f64 {
     const ALL: f64 = 7.2;
     match crate::explain::digits(strict, exact) {

@@ -1,4 +1,4 @@
-//! Settings that go to the extremes, and what comes out at each.
+//! Extreme settings, and the outcome at each.
 
 use super::subject::{Base, Planes, Subject, Swept};
 use crate::explain::short;
@@ -6,7 +6,7 @@ use osl_exec::Stop;
 use osl_scene::Grid;
 use serde::Serialize;
 
-/// What is changed.
+/// What a setting changes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "setting", rename_all = "snake_case")]
 pub enum Setting {
@@ -14,17 +14,17 @@ pub enum Setting {
     AsGiven,
     /// The coordinates are multiplied.
     Scale {
-        /// By this.
+        /// The factor.
         by: f64,
     },
-    /// Something is added to the coordinates.
+    /// A number is added to the coordinates.
     Offset {
-        /// This.
+        /// The number.
         by: f64,
     },
     /// The change from pixel to pixel is multiplied.
     Footprint {
-        /// By this.
+        /// The factor.
         by: f64,
     },
     /// A parameter has another value.
@@ -49,7 +49,7 @@ impl Setting {
         swept
     }
 
-    /// In words.
+    /// The setting in words.
     pub fn text(&self) -> String {
         match self {
             Setting::AsGiven => "as given".to_string(),
@@ -61,7 +61,7 @@ impl Setting {
     }
 }
 
-/// What came out for one component of an output.
+/// The outcome for one component of an output.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Outcome {
     /// The output, with the component of a triple or matrix.
@@ -72,26 +72,26 @@ pub struct Outcome {
     pub infinite: f64,
     /// The smallest and the largest finite value.
     pub range: [f64; 2],
-    /// Root of the mean square of the error, as a share of the range in double precision.
+    /// Root mean square error, as a share of the range in double precision.
     pub rms: f64,
     /// The largest error, as a share of that range.
     pub worst: f64,
     /// Share of the points whose error exceeds the tolerance.
     pub wrong: f64,
-    /// Points whose value jumps in one arithmetic and not in the other are among the wrong ones; this is the share whose
-    /// error is a hundred times the median error: what flips rather than drifts.
+    /// The share of the points whose error is a hundred times the median error: their values jump in one
+    /// arithmetic and not in the other, rather than drift. They are among the wrong points.
     pub flipped: f64,
 }
 
-/// A setting with what came out.
+/// A setting with its outcomes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Trial {
     /// The setting.
     #[serde(flatten)]
     pub setting: Setting,
-    /// The outcomes, by output; none where the run was stopped.
+    /// The outcomes by output; empty if the run was stopped.
     pub outcomes: Vec<Outcome>,
-    /// Why it was stopped, if it was.
+    /// Why the run was stopped, if it was.
     pub stopped: Option<String>,
 }
 
@@ -101,7 +101,7 @@ impl Trial {
         self.outcomes.iter().map(|o| o.wrong).fold(0.0, f64::max)
     }
 
-    /// The largest share of points that are no finite numbers.
+    /// The largest share of NaN or infinite points among the outputs.
     pub fn not_finite(&self) -> f64 {
         self.outcomes.iter().map(|o| o.nan + o.infinite).fold(0.0, f64::max)
     }
@@ -110,21 +110,21 @@ impl Trial {
 /// A sentence about a sweep.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// What it is about: `offset`, `scale`, `footprint`, a parameter.
+    /// The sweep: `offset`, `scale`, `footprint` or a parameter.
     pub sweep: String,
-    /// The first value beyond which it is not safe, if there is one.
+    /// The first unsafe value, if there is one.
     pub limit: Option<f64>,
-    /// In words.
+    /// The finding in words.
     pub text: String,
 }
 
-/// A share in words.
+/// A share as a percentage.
 pub(super) fn percent(share: f64) -> String {
     let percent = share * 100.0;
     if percent >= 10.0 { format!("{percent:.0} %") } else { format!("{} %", short(percent, 2)) }
 }
 
-/// Share of the points that may be wrong at a setting that counts as safe.
+/// Share of wrong points up to which a setting counts as safe.
 pub(super) const SAFE: f64 = 0.001;
 
 /// Runs a setting.
@@ -154,11 +154,11 @@ fn stop_text(stop: &Stop) -> String {
     stop.to_string()
 }
 
-/// Share of its size by which a plane varies that is as good as flat.
+/// A plane whose values vary by less than this share of their size counts as flat.
 const NEARLY_FLAT: f64 = 1e-3;
 
-/// The range of a plane in double precision: what errors are measured by. Where all values are nearly the same, it is their
-/// size; 1 where they are 0.
+/// The range of a plane in double precision, in which errors are measured. If all values are nearly the same,
+/// it is their size, or 1 if they are 0.
 pub(super) fn range(exact: &[f64]) -> f64 {
     let finite = || exact.iter().copied().filter(|x| x.is_finite());
     let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -170,7 +170,7 @@ pub(super) fn range(exact: &[f64]) -> f64 {
     }
 }
 
-/// The error of each point as a share of the range; 1 where only one of the two is a number.
+/// The error of each point as a share of the range; 1 if only one of the two values is a number.
 pub(super) fn errors(planes: &Planes, plane: usize) -> Vec<f64> {
     let (strict, exact) = (&planes.strict[plane], &planes.exact[plane]);
     let range = range(exact);
@@ -207,10 +207,10 @@ fn outcomes(planes: &Planes, tolerance: f64) -> Vec<Outcome> {
     planes.names.iter().enumerate().map(of).collect()
 }
 
-/// Decades that the sweeps of coordinates and footprints go through.
+/// Decades covered by the sweeps of coordinates and footprints.
 const DECADES: std::ops::RangeInclusive<i32> = -12..=12;
 
-/// A sweep of one number: its settings, and the first beyond which the shader is not safe, to within some percent.
+/// Sweeps one number. Returns its settings and the first unsafe value, to within a few percent.
 pub(super) fn sweep(
     subject: &Subject<'_>,
     grid: &Grid,

@@ -1,13 +1,13 @@
-//! A report as text for people.
+//! A report as text.
 
 use super::{Culprit, Report, Setting};
 use crate::explain::short;
 use std::fmt::Write;
 
-/// Lines that are shown unless all are asked for.
+/// Lines shown by default.
 const SHOWN: usize = 5;
 
-/// Share of the worst line's score that is not worth a mention.
+/// Lines below this share of the worst line's score are left out.
 const NEXT_TO_NOTHING: f64 = 1e-3;
 
 /// The text: findings, the lines to blame with carets, and with `all` the outcome of every trial.

@@ -1,7 +1,7 @@
 //! Values in double precision, and the lane operations on them.
 //!
-//! The operations are those of the one list, [`osl_ir::for_each_lane_op!`], with `f64` as the element type: the same
-//! program, with nothing rounded to single precision.
+//! The operations are those of [`osl_ir::for_each_lane_op!`] with `f64` as the element type: the same
+//! program, without rounding to single precision.
 
 use osl_ir::ir::{Const, Kind, LaneOp};
 use std::sync::Arc;
@@ -19,7 +19,7 @@ pub enum Exact {
     Matrix(Box<[f64; 16]>),
     /// A string.
     Str(Arc<str>),
-    /// A closure: whether it is one, not null.
+    /// A closure: true unless it is null.
     Closure(bool),
 }
 
@@ -36,7 +36,7 @@ impl Exact {
         }
     }
 
-    /// The nearest value of single precision.
+    /// The nearest single-precision value.
     pub fn round(&self) -> Const {
         match self {
             Exact::Int(n) => Const::Int(*n),
@@ -48,7 +48,7 @@ impl Exact {
         }
     }
 
-    /// Its numbers: none of a string or closure.
+    /// The numbers of the value; empty for a string or closure.
     pub fn numbers(&self) -> Vec<f64> {
         match self {
             Exact::Int(n) => vec![f64::from(*n)],
@@ -59,7 +59,7 @@ impl Exact {
         }
     }
 
-    /// A value of the kind with these numbers, as far as there are any.
+    /// A value of a kind, made from these numbers; missing ones are zero.
     pub fn of_numbers(kind: Kind, numbers: &[f64]) -> Exact {
         let at = |i: usize| numbers.get(i).copied().unwrap_or(0.0);
         match kind {
@@ -72,12 +72,12 @@ impl Exact {
         }
     }
 
-    /// The truth of an int.
+    /// The value as a condition.
     pub fn truth(&self) -> bool {
         matches!(self, Exact::Int(n) if *n != 0) || matches!(self, Exact::Closure(true))
     }
 
-    /// What it is.
+    /// The kind of the value.
     pub fn kind(&self) -> Kind {
         match self {
             Exact::Int(_) => Kind::Int,
@@ -90,7 +90,7 @@ impl Exact {
     }
 }
 
-/// A type that an operation takes or yields.
+/// A type that an operation takes or returns.
 trait Part: Sized {
     fn of(value: &Exact) -> Option<Self>;
     fn put(self) -> Exact;
@@ -176,7 +176,7 @@ macro_rules! stamp {
 
 osl_ir::for_each_lane_op!(stamp);
 
-/// The result of a lane operation; `None` if the arguments do not suit it.
+/// The result of a lane operation; `None` if the arguments have the wrong kinds.
 pub fn eval(op: LaneOp, args: &[Exact]) -> Option<Exact> {
     match (op, args) {
         (LaneOp::SEq, [a @ Exact::Str(_), b @ Exact::Str(_)]) => return Some(Exact::Int((a == b).into())),

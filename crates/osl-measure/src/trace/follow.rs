@@ -1,4 +1,4 @@
-//! The follower: walks the IR for one point.
+//! The follower, which walks the IR for one point.
 
 use super::kernel::{Kernels, NoiseCall};
 use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
@@ -8,7 +8,7 @@ use osl_ir::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, SlotId, S
 use osl_limits::Limits;
 use std::sync::Arc;
 
-/// Which arithmetics go a way.
+/// Which arithmetics take a branch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Way {
     Both,
@@ -26,13 +26,14 @@ impl Way {
     }
 }
 
-/// The trace has as many nodes as it may.
+/// The trace has reached its maximum number of nodes.
 struct Full;
 
-/// No node: what is not defined on the way taken.
+/// No node: the value is undefined on the path taken.
 const NONE: NodeId = NodeId::MAX;
 
-/// Follows a point through a body that [`super::prepare`] made, for at most as many instructions as `limits` say.
+/// Follows a point through a body from [`super::prepare`], for at most as many instructions as `limits`
+/// allow.
 pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Limits) -> Trace {
     let max_nodes = usize::try_from(limits.running.trace).unwrap_or(usize::MAX);
     let elements = |slot: &osl_ir::ir::Slot| vec![NONE; slot.len.unwrap_or(0) as usize];
@@ -58,23 +59,23 @@ struct Follower<'a> {
     kernels: Kernels<'a>,
     /// The node of each value.
     values: Vec<NodeId>,
-    /// The nodes of the elements of each array: as the strict arithmetic has them, and as the exact one does.
+    /// The nodes of the elements of each array: those of the strict and those of the exact arithmetic.
     arrays: [Vec<Vec<NodeId>>; 2],
     nodes: Vec<Node>,
     max_nodes: usize,
-    /// Nodes that rounds and kernels count for, besides their own.
+    /// Budget spent on loop iterations and kernels, besides their nodes.
     spent: usize,
     closures: i32,
 }
 
-/// Nodes that a run of the interpreter for one call counts for: it takes about that of their time.
+/// Cost, in nodes, of running the interpreter for one call: about the time of that many nodes.
 const KERNEL: usize = 100;
 
-/// Nodes that each element of an array counts for that a kernel reads or writes: it is written out as instructions of the
-/// program of that one call.
+/// Cost, in nodes, of each array element that a kernel reads or writes: it becomes instructions in the
+/// program for that one call.
 const ELEMENT: usize = 8;
 
-/// Bytes of strings that count for a node.
+/// Bytes of strings that cost as much as a node.
 const BYTES: usize = 64;
 
 impl Follower<'_> {
@@ -94,7 +95,7 @@ impl Follower<'_> {
         outputs
     }
 
-    /// The node of a value; a zero of its kind where the way taken did not define it.
+    /// The node of a value; a zero of its kind if the path taken did not define it.
     fn of(&mut self, value: ValueId) -> NodeId {
         match self.values.get(value.index()) {
             Some(id) if *id != NONE => *id,
@@ -128,7 +129,7 @@ impl Follower<'_> {
         Ok(self.nodes.len() as NodeId - 1)
     }
 
-    /// Counts work that leaves no nodes.
+    /// Counts work that creates no nodes.
     fn spend(&mut self, work: usize) -> Result<(), Full> {
         self.spent = self.spent.saturating_add(work);
         if self.nodes.len().saturating_add(self.spent) >= self.max_nodes || self.limits.halted().is_some() {
@@ -137,7 +138,7 @@ impl Follower<'_> {
         Ok(())
     }
 
-    /// Counts strings that are read or made: each is kept.
+    /// Counts strings that are read or made, since each is kept.
     fn spend_text(&mut self, values: &[Const]) -> Result<(), Full> {
         let text = |c: &Const| if let Const::Str(text) = c { text.len() } else { 0 };
         self.spend(values.iter().map(text).sum::<usize>() / BYTES)
@@ -158,7 +159,7 @@ impl Follower<'_> {
         found.unwrap_or_else(|| Exact::of_numbers(kind, &[]))
     }
 
-    /// What an int or a closure says on each way: strict, exact.
+    /// The truth of an int or closure in each arithmetic: strict, exact.
     fn truths(&self, id: NodeId) -> [bool; 2] {
         let node = self.nodes.get(id as usize);
         let strict =
@@ -284,7 +285,7 @@ impl Follower<'_> {
                     way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
                 let rounded: Vec<Const> = exact_args.iter().map(Exact::round).collect();
                 let exact = way.exact().then(|| match &strict {
-                    // Nothing differs: it runs once.
+                    // Both arithmetics have the same arguments, so the call runs once.
                     Some(done) if rounded == strict_args && arrays[0] == arrays[1] => done.clone(),
                     _ => self.kernels.run(kernel, &rounded, &kinds, &arrays[1], body),
                 });
@@ -320,7 +321,7 @@ impl Follower<'_> {
         self.arrays[half][slot.index()].iter().map(value).collect()
     }
 
-    /// What a kernel wrote into an array.
+    /// Stores what a kernel wrote into an array.
     fn refill(&mut self, slot: SlotId, half: usize, elements: &[Const], span: Span) -> Result<(), Full> {
         for (index, element) in elements.iter().enumerate() {
             let exact = Exact::widen(element);
@@ -332,7 +333,7 @@ impl Follower<'_> {
         Ok(())
     }
 
-    /// The element that each arithmetic means.
+    /// The element index in each arithmetic.
     fn indices(&self, index: NodeId, slot: SlotId) -> [usize; 2] {
         let last = self.body.slot(slot).len.unwrap_or(1).saturating_sub(1) as i32;
         let clamped = |n: i32| n.clamp(0, last) as usize;
@@ -389,7 +390,7 @@ impl Follower<'_> {
         self.meet(inst, Some(cond), &halves[0], &halves[1])
     }
 
-    /// Puts side by side what two ways yield.
+    /// Joins the results of two paths.
     fn meet(
         &mut self,
         inst: &Inst,
@@ -432,7 +433,7 @@ impl Follower<'_> {
             let [strict, exact] = self.truths(again);
             match way_now {
                 Way::Both if strict != exact => {
-                    // One of them ends here; the other goes on by itself.
+                    // One arithmetic ends here; the other continues alone.
                     ended = Some((strict, again, carried.clone()));
                     way_now = if strict { Way::Strict } else { Way::Exact };
                 }

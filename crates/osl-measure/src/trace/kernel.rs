@@ -1,5 +1,5 @@
-//! What needs more than a lane's arithmetic, for one point: noise fields in both arithmetics; all else by the
-//! interpreter, as a program of that one call.
+//! Calls that need more than a lane's arithmetic, for one point: noise fields are evaluated in both
+//! arithmetics; all other kernels run in the interpreter, as a program with that one call.
 
 use super::{Exact, OnePoint};
 use osl_exec::{Program, RunOptions, Services};
@@ -12,12 +12,12 @@ pub(super) struct NoiseCall {
     field: Field,
     dims: usize,
     tangents: bool,
-    /// How many arguments come before the coordinates.
+    /// Number of arguments before the coordinates.
     skip: usize,
 }
 
 impl NoiseCall {
-    /// The call that a kernel with these arguments is, if it is one.
+    /// The noise call of a kernel with these arguments, if it is one.
     pub(super) fn of(kernel: &Kernel, args: &[Const]) -> Option<NoiseCall> {
         let (field, dims, tangents, skip) = match kernel {
             Kernel::Noise { field, dims, tangents, .. } => (*field, *dims, *tangents, 0),
@@ -52,7 +52,8 @@ impl NoiseCall {
         split(kinds, |at, kind| Exact::of_numbers(kind, &out[at..]))
     }
 
-    /// The words of its results, for coordinates, periods where there are any, then the tangents of the coordinates.
+    /// The words of the results. The inputs are the coordinates, the periods if any, then the derivatives of
+    /// the coordinates.
     fn eval<T: osl_noise::Float + Default>(&self, inputs: &[T], kinds: &[Kind]) -> [T; 9] {
         let inputs: Vec<&[T]> = inputs.iter().map(std::slice::from_ref).collect();
         let tangents = if self.tangents { 2 * self.dims } else { 0 };
@@ -122,7 +123,7 @@ fn type_of(kind: Kind, len: Option<u32>) -> Type {
     Type { base, extent: len.map_or(Extent::One, Extent::Array) }
 }
 
-/// Steps that a call may take: what follows a point calls kernels many times.
+/// Steps per call, since following one point calls kernels many times.
 const STEPS: u64 = 1 << 15;
 
 /// Runs kernels for a point.
@@ -132,8 +133,8 @@ pub(super) struct Kernels<'a> {
 }
 
 impl Kernels<'_> {
-    /// The results of a kernel, and what it left in the array that it writes. `given` is the array that it reads.
-    /// Messages that are found by name when running, and nodes of dictionaries, do not outlast a call.
+    /// The results of a kernel, and the array that it leaves behind; `given` is the array that it reads.
+    /// Messages found by name at run time and dictionary nodes do not outlast a call.
     pub(super) fn run(
         &self,
         kernel: &Kernel,
@@ -165,7 +166,7 @@ impl Kernels<'_> {
         let results = b.kernel_of(kernel, &args, kinds);
         for (index, (value, kind)) in results.iter().zip(kinds).enumerate() {
             if *kind == Kind::Str {
-                // Texts are no planes of a frame, but they can be printed.
+                // A frame has no planes for strings, but strings can be printed.
                 let format = b.constant(Const::Str("%s".into()));
                 let shapes = vec![Shape { kind: Kind::Str, count: 1, key: None }];
                 b.kernel_of(Kernel::Print { sink: Sink::Print, shapes }, &[format, *value], &[]);
@@ -182,7 +183,8 @@ impl Kernels<'_> {
             b.body.outputs.push(Output { name: "array".into(), ty, source: Source::Slot(slot) });
         }
         let slot = written.map(|slot| b.body.slot(slot).clone());
-        // No passes: there are no scalar slots, all is varying as it stands, and tangents have been written out before.
+        // No passes run: there are no scalar slots, everything is varying already, and derivatives were
+        // written out earlier.
         let program = Program::new(&b.body);
         let mut options = RunOptions::default();
         options.limits.running.point_steps = STEPS;
@@ -214,7 +216,7 @@ fn copy_slot(b: &mut Builder, body: &Body, slot: SlotId) -> SlotId {
     b.slot(slot.kind, slot.len, slot.name.clone())
 }
 
-/// Lets a kernel use another array.
+/// Makes a kernel use another array.
 fn redirect(kernel: &mut Kernel, from: SlotId, to: SlotId) {
     let place = match kernel {
         Kernel::Split { pieces } => Some(pieces),
@@ -228,7 +230,7 @@ fn redirect(kernel: &mut Kernel, from: SlotId, to: SlotId) {
     }
 }
 
-/// One result of a noise kernel in double precision; `None` if it is none.
+/// One result of a noise kernel in double precision; `None` if the kernel is not a noise.
 pub fn noise(kernel: &Kernel, args: &[Exact], result: usize) -> Option<Exact> {
     let rounded: Vec<Const> = args.iter().map(Exact::round).collect();
     let call = NoiseCall::of(kernel, &rounded)?;

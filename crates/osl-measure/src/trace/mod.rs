@@ -1,10 +1,10 @@
-//! What happens at one point: every instruction that runs, with the values that it takes and yields, in the strict
-//! arithmetic and in double precision side by side.
+//! What happens at one point: every executed instruction with its arguments and results, in strict arithmetic
+//! and in double precision side by side.
 //!
-//! A follower walks the IR as it was lowered. Both arithmetics go the same way through the program until a condition
-//! or an index differs; from there each goes its own way, and where the ways meet again their values stand side by side
-//! as before. The bodies of operations are those of a run; what needs more than a lane's arithmetic is handed to the
-//! interpreter, a batch of one point. This module must not know what is made of a trace.
+//! A follower walks the lowered IR. Both arithmetics take the same path through the program until a condition
+//! or an index differs. From there each takes its own path; where the paths join, their values stand side by
+//! side again. Operations use the same bodies as a run. Calls that need more than a lane's arithmetic go to
+//! the interpreter, as a batch of one point. This module must not know what its traces are used for.
 
 mod exact;
 mod follow;
@@ -32,7 +32,7 @@ pub enum What {
     Const,
     /// A global of the point.
     Global(Global),
-    /// How a global changes to the next pixel.
+    /// The change of a global to the next pixel.
     Slope(Global, Axis),
     /// A lane operation.
     Lane(LaneOp),
@@ -40,8 +40,8 @@ pub enum What {
     Kernel(Arc<Kernel>, usize),
     /// An element of an array: the index, then the element's value.
     Element,
-    /// Where two ways meet, on each of which one of the arithmetics came: the condition that parted them if there was
-    /// one, the strict value, the exact one.
+    /// The join of two paths, one for each arithmetic: the condition that separated them if there was one,
+    /// the strict value, the exact value.
     Meet,
     /// A note; it has no value.
     Note(Arc<Kernel>),
@@ -56,31 +56,31 @@ pub struct Node {
     pub span: Span,
     /// The nodes whose values it takes.
     pub args: Vec<NodeId>,
-    /// Its value in the strict arithmetic; none where only the exact one came by.
+    /// Its value in strict arithmetic; none if only the exact one reached it.
     pub strict: Option<Const>,
-    /// Its value in double precision; none where only the strict one came by.
+    /// Its value in double precision; none if only the strict one reached it.
     pub exact: Option<Exact>,
 }
 
 /// What happened at a point.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// What ran, in order: each behind what it takes.
+    /// The executed instructions in order: each after its arguments.
     pub nodes: Vec<Node>,
     /// The outputs: name, type, and the nodes of the values (one, or one for each element of an array).
     pub outputs: Vec<(Arc<str>, Type, Vec<NodeId>)>,
-    /// Whether it was cut off because it became too long.
+    /// Whether the trace was cut off because it became too long.
     pub cut: bool,
 }
 
 impl Trace {
-    /// A node; every number that a trace holds is one of its nodes.
+    /// A node; every id in a trace refers to one of its nodes.
     pub fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id as usize]
     }
 }
 
-/// The body that a trace follows: derivatives written out, all else as lowered.
+/// The body that a trace follows: derivatives written out, everything else as lowered.
 pub fn prepare(mut body: Body, varying: &[Global], slopes: &[Global]) -> Body {
     use osl_ir::passes::{Options, Pass, run};
     let without = Pass::ALL.into_iter().filter(|p| !matches!(p, Pass::Ssa | Pass::Derive | Pass::Rate));

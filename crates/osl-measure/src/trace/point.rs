@@ -9,12 +9,13 @@ use osl_ir::ir::Axis;
 pub struct OnePoint<'a> {
     /// All points.
     pub source: &'a dyn PointSource,
-    /// Which of them, in the order in which the source fills.
+    /// The index of the point, in the order in which the source fills.
     pub point: usize,
 }
 
 impl OnePoint<'_> {
-    /// The number of the point at a column and row of an image of `width` by `height`; `None` if it is not on it.
+    /// The index of the point at a column and row of an image of `width` by `height`; `None` if it is
+    /// outside.
     pub fn at_pixel(
         source: &dyn PointSource,
         width: usize,
@@ -31,7 +32,7 @@ impl OnePoint<'_> {
         }
     }
 
-    /// The value of a global; scalars in the first element.
+    /// The value of a global; a scalar is in the first element.
     pub fn global(&self, global: Global) -> [f32; 3] {
         if !self.source.varying().contains(&global) {
             return self.source.uniform(global);

@@ -2,7 +2,7 @@
 
 use super::{Error, Row};
 
-/// Rows that no other beats in both time and error, the quickest first.
+/// Rows that no other row beats in both time and error, the fastest first.
 pub(super) fn front(rows: &[Row], errors: &[Error]) -> Vec<usize> {
     let cost = |at: usize| rows.get(at).map_or(f64::INFINITY, |row| row.ns_per_pixel);
     let error = |at: usize| errors.get(at).map_or(f64::INFINITY, |e| e.rms);

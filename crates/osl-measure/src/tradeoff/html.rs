@@ -1,10 +1,10 @@
-//! A trade-off as one HTML page that needs nothing else: for each output a plot, the table and pictures of errors.
+//! A trade-off as one self-contained HTML page: for each output a plot, the table and pictures of the errors.
 
 use super::{Error, Output, Row, Trade};
 use crate::markup::escape;
 use std::fmt::Write;
 
-/// Makes a picture of three planes with values 0 to 1, as the text of a URL; `None` where that fails.
+/// Encodes three planes with values 0 to 1 as a picture in a data URL; `None` if that fails.
 pub type Encode<'a> = &'a dyn Fn(usize, usize, &[Vec<f32>]) -> Option<String>;
 
 /// The page.
@@ -40,19 +40,19 @@ td:first-child,th:first-child{text-align:left}tr.front{background:#eef4ff;font-w
 figure{display:inline-block;margin:.8rem 1rem 0 0}figcaption{font-size:12px}img{image-rendering:pixelated;width:160px}\
 svg text{font:11px system-ui,sans-serif;fill:#1c2430}</style>\n";
 
-/// Where names stand in a plot: beside their dots, and not over one another nor over dots.
+/// Positions of names in a plot: beside their dots, without overlapping each other or the dots.
 struct Labels {
     /// Left, right, top, bottom.
     taken: Vec<[f64; 4]>,
 }
 
 impl Labels {
-    /// No names yet, beside some dots.
+    /// No names yet; the dots are taken.
     fn beside(dots: impl Iterator<Item = (f64, f64)>) -> Labels {
         Labels { taken: dots.map(|(x, y)| [x - 5.0, x + 5.0, y - 5.0, y + 5.0]).collect() }
     }
 
-    /// Where the name of a dot begins, if there is room for it.
+    /// The position of a dot's name, if there is room for it.
     fn place(&mut self, x: f64, y: f64, letters: usize) -> Option<(f64, f64)> {
         let width = 6.0 * letters as f64;
         let beside = [(7.0, 3.5), (-width - 7.0, 3.5), (7.0, -7.0), (7.0, 14.0), (-width - 7.0, -7.0)];
@@ -78,7 +78,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// Whole decades around the values, from one place of the plot to another.
+    /// Whole decades around the values, mapped to an interval of the plot.
     fn new(values: impl Iterator<Item = f64>, from: f64, to: f64) -> Axis {
         let (low, high) = values
             .filter(|v| v.is_finite() && *v > 0.0)
@@ -88,7 +88,7 @@ impl Axis {
         Axis { low, high: high.max(low + 1.0), from, to }
     }
 
-    /// Where a value is; what is not above 0 lies at the start.
+    /// The position of a value; values that are not positive lie at the start.
     fn place(&self, value: f64) -> f64 {
         let share = (value.max(f64::MIN_POSITIVE).log10() - self.low) / (self.high - self.low);
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
@@ -137,7 +137,7 @@ fn plot(trade: &Trade, output: &Output, page: &mut String) {
     let dots = || trade.rows.iter().zip(&output.errors).enumerate();
     let place = |row: &Row, error: &Error| (x.place(row.ns_per_pixel), y.place(error.rms));
     let mut labels = Labels::beside(dots().map(|(_, (row, error))| place(row, error)));
-    // Those on the front have their names first.
+    // Names of settings on the front are placed first.
     let on_front = |(at, _): &(usize, _)| output.front.contains(at);
     for (at, (row, error)) in dots().filter(on_front).chain(dots().filter(|dot| !on_front(dot))) {
         let fill = if output.front.contains(&at) { "#2f6fde" } else { "#fff" };
@@ -181,7 +181,8 @@ fn table(trade: &Trade, output: &Output, page: &mut String) {
     page.push_str("</table>");
 }
 
-/// Errors from black over red and yellow to white, by decades: white is 1 or more, black a ten thousandth or less.
+/// Errors as colors from black over red and yellow to white, by decades: white is 1 or more, black 0.0001 or
+/// less.
 fn pictures(trade: &Trade, output: &Output, encode: Encode<'_>, page: &mut String) {
     let mut any = false;
     for (row, picture) in output.front.iter().zip(&output.pictures) {

@@ -1,8 +1,9 @@
-//! What speed costs in accuracy: a shader run by a ladder of settings, each timed, and compared with an oracle.
+//! Trades speed for accuracy: runs a shader at a ladder of settings, times each, and compares each with an
+//! oracle.
 //!
-//! The settings are run in turns, round after round, so that what slows the machine for a while slows them all; the median
-//! of a setting's times counts. Errors are those of every pixel of the image, and of what is said of them the oracle's
-//! own standard error is taken off.
+//! The settings run in turns, round after round, so that a temporary slowdown of the machine affects all of
+//! them; the median time of a setting counts. Errors cover every pixel of the image, with the oracle's
+//! standard error subtracted.
 
 mod front;
 mod html;
@@ -24,13 +25,13 @@ use std::time::{Duration, Instant};
 /// How many evaluations of the shader an image has, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Setting {
-    /// One for several pixels.
+    /// One evaluation for several pixels.
     Rate(Rate),
-    /// As many in each pixel.
+    /// The same number in each pixel.
     Samples(u32),
-    /// Until the standard error is so small.
+    /// Until the standard error is below this.
     Adaptive(f32),
-    /// As few as an error permits.
+    /// As few as this error bound permits.
     MaxError(f32),
 }
 
@@ -46,11 +47,11 @@ impl fmt::Display for Setting {
     }
 }
 
-/// The most samples of a pixel for settings that choose.
+/// Maximum samples per pixel for adaptive settings.
 const MOST: u32 = 1024;
 
 impl Setting {
-    /// The settings that are tried, the cheapest first.
+    /// The tried settings, the cheapest first.
     pub fn ladder() -> Vec<Setting> {
         let mut ladder: Vec<Setting> =
             [[4, 4], [2, 2], [2, 1]].into_iter().map(|rate| Setting::Rate(Rate(rate))).collect();
@@ -60,10 +61,10 @@ impl Setting {
         ladder
     }
 
-    /// The image that it gives.
+    /// Renders the image of this setting.
     ///
     /// # Errors
-    /// A loop beyond its budget.
+    /// A loop exceeds its budget.
     pub fn image(self, shading: &Shading<'_>) -> Result<Image, Stop> {
         let rows = 0..shading.surface.size().1;
         match self {
@@ -74,7 +75,7 @@ impl Setting {
         }
     }
 
-    /// Roughly how many evaluations a pixel has; of those that choose, the most that are likely.
+    /// Approximate evaluations per pixel; for adaptive settings, the most that are likely.
     fn cost(self) -> f64 {
         match self {
             Setting::Rate(Rate([x, y])) => 1.0 / f64::from(x * y),
@@ -84,38 +85,38 @@ impl Setting {
     }
 }
 
-/// A way of running the shader: an arithmetic, or the program with widened steps.
+/// A way to run the shader: an arithmetic, or the program with widened steps.
 pub struct Variant<'a> {
-    /// What it is called: `strict`, `prefilter`.
+    /// Its name: `strict`, `prefilter`.
     pub name: String,
-    /// The program and all that it needs.
+    /// The program and everything needed to run it.
     pub shading: Shading<'a>,
-    /// The settings that make sense for it.
+    /// The settings worth measuring with it.
     pub settings: Vec<Setting>,
 }
 
-/// What is to be measured.
+/// What to measure.
 pub struct Request<'a> {
     /// Name of the shader.
     pub name: String,
-    /// Ways of running it; speed is told against the first one with one sample.
+    /// The ways to run it; speeds are relative to the first with one sample.
     pub variants: Vec<Variant<'a>>,
-    /// The best way that there is, for the oracle.
+    /// The most accurate way to run it, for the oracle.
     pub oracle: (String, Shading<'a>),
-    /// How long it may take, roughly.
+    /// Approximate time budget.
     pub budget: Duration,
 }
 
-/// What was measured.
+/// The measurements.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trade {
     /// Name of the shader.
     pub name: String,
-    /// Pixels of a row, and rows.
+    /// Pixels per row, and number of rows.
     pub size: (usize, usize),
     /// The arithmetic of the oracle.
     pub oracle: String,
-    /// Its samples in each pixel.
+    /// The oracle's samples per pixel.
     pub oracle_samples: u32,
     /// How often each setting was timed.
     pub repeats: usize,
@@ -128,37 +129,37 @@ pub struct Trade {
 /// A setting and its times.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
-    /// The way of running.
+    /// The way to run it.
     pub variant: String,
     /// The setting.
     pub setting: String,
     /// Median time of a pixel.
     pub ns_per_pixel: f64,
-    /// Half of the way from the lowest to the highest time, as a share of the median.
+    /// Half the range of the times, as a share of the median.
     pub spread: f64,
-    /// How many times as fast as one sample in each pixel.
+    /// Speed relative to one sample per pixel.
     pub speed_up: f64,
     /// Evaluations of the shader for each pixel.
     pub evaluations: f64,
 }
 
-/// What an output is worth by each setting.
+/// The accuracy of an output at each setting.
 #[derive(Clone, Debug, Serialize)]
 pub struct Output {
     /// Its name.
     pub name: String,
-    /// Root of the mean square of the oracle's standard error.
+    /// Root mean square of the oracle's standard error.
     pub oracle_error: f64,
-    /// Errors, by rows of the trade; the oracle's own is subtracted.
+    /// Errors, one for each row of the trade, with the oracle's own error subtracted.
     pub errors: Vec<Error>,
-    /// Rows that no other beats in both time and root mean square error, the quickest first.
+    /// Rows that no other row beats in both time and root mean square error, the fastest first.
     pub front: Vec<usize>,
-    /// Pictures of the errors of the rows of the front.
+    /// Pictures of the errors, one for each row of the front.
     #[serde(skip)]
     pub pictures: Vec<Picture>,
 }
 
-/// How far an output is off.
+/// The error of an output.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Error {
     /// Root mean square.
@@ -169,32 +170,32 @@ pub struct Error {
     pub largest: f64,
 }
 
-/// A small picture of errors: the largest of the pixels that each of its own stands for.
+/// A small picture of errors: each of its pixels shows the largest error of the image pixels that it covers.
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// Pixels of a row.
+    /// Pixels per row.
     pub width: usize,
     /// Errors, row by row.
     pub values: Vec<f32>,
 }
 
-/// The fewest samples that an oracle has of each pixel.
+/// Minimum samples per pixel of the oracle.
 const ORACLE: u32 = 64;
-/// Shares of the budget for the oracle, and for the first run of all settings.
+/// Shares of the time budget: for the oracle, and for the first run of all settings.
 const SHARES: (f64, f64) = (0.4, 0.2);
-/// How often a setting is timed at least, and at most.
+/// Minimum and maximum number of times that a setting is timed.
 const REPEATS: (usize, usize) = (3, 9);
 
 /// Runs the ladder.
 ///
 /// # Errors
-/// A loop beyond its budget.
+/// A loop exceeds its budget.
 pub fn tradeoff(request: &Request<'_>) -> Result<Trade, Stop> {
     let (oracle_name, best) = &request.oracle;
     let size = best.surface.size();
     let pixels: Vec<u32> = (0..(size.0 * size.1) as u32).collect();
     let budget = request.budget.as_secs_f64();
-    // One run to have the shader's textures in memory, one to know what an evaluation costs.
+    // One run loads the shader's textures into memory; a second one measures the cost of an evaluation.
     Setting::Samples(1).image(best)?;
     let started = Instant::now();
     Setting::Samples(1).image(best)?;
@@ -228,7 +229,7 @@ pub fn tradeoff(request: &Request<'_>) -> Result<Trade, Stop> {
     })
 }
 
-/// A setting that is run.
+/// A setting in progress.
 struct Tried<'r, 'a> {
     variant: &'r Variant<'a>,
     setting: Setting,
@@ -236,7 +237,7 @@ struct Tried<'r, 'a> {
     image: Option<Image>,
 }
 
-/// Runs all settings in turns for about `seconds`. Yields how often.
+/// Runs all settings in turns for about `seconds`. Returns the number of rounds.
 fn time(tried: &mut [Tried<'_, '_>], seconds: f64) -> Result<usize, Stop> {
     let started = Instant::now();
     let mut repeats = 0;
@@ -327,7 +328,7 @@ fn judge(
     }
 }
 
-/// Pixels of a row of a picture.
+/// Pixels per row of a picture.
 const PICTURE: usize = 160;
 
 fn picture(values: &[Vec<f32>], truth: &[Vec<f32>], width: usize) -> Picture {
@@ -346,7 +347,7 @@ fn picture(values: &[Vec<f32>], truth: &[Vec<f32>], width: usize) -> Picture {
     Picture { width: small.0, values: errors }
 }
 
-/// More samples of a pattern than any setting of the ladder wants at once.
+/// A pattern with more samples than any setting of the ladder needs.
 pub fn pattern() -> Pattern {
     Pattern::new(256, 0)
 }

@@ -3,7 +3,7 @@
 use super::Trade;
 use std::fmt::Write;
 
-/// The table: the rows of each output, a star where nothing is both quicker and closer.
+/// The table: the rows of each output, with a star where no other row is both faster and more accurate.
 pub fn text(trade: &Trade) -> String {
     let mut out = format!(
         "{}, {}x{} pixels; oracle: {}, {} samples a pixel; times: median of {} rounds\n",

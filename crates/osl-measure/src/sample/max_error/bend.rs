@@ -1,11 +1,13 @@
-//! How a lattice bends: the estimate of the error of what is interpolated on it.
+//! Curvature of a lattice: the error estimate for interpolated pixels.
+//!
+//! A *bend* is the absolute second difference between neighbouring lattice values.
 
 use super::Work;
 use super::lattice::corners;
 use crate::sample::rate::ticks;
 use rayon::prelude::*;
 
-/// How the lattice bends at the pixels of one of its lines, the most of all planes.
+/// The largest bends over all planes at the pixels of one lattice line.
 struct Line {
     across: Vec<f32>,
     down: Vec<f32>,
@@ -18,7 +20,7 @@ pub(super) struct Bends {
 }
 
 impl Bends {
-    /// That of a pixel's cell.
+    /// The bend of the cell that contains a pixel.
     pub(super) fn at(&self, [x, y]: [usize; 2]) -> f32 {
         self.rows[y / self.step][x / self.step]
     }
@@ -32,12 +34,12 @@ struct Planes<'a> {
 }
 
 impl Work<'_, '_> {
-    /// How a lattice bends everywhere.
+    /// The bends of a lattice, for every cell.
     pub(super) fn bends(&self, step: usize) -> Bends {
         self.planes().bends(step)
     }
 
-    /// How a lattice bends in a cell, by its top left corner.
+    /// The bend of one cell, given by its top left corner.
     pub(super) fn bend(&self, corner: [usize; 2], step: usize) -> f32 {
         self.planes().bend(corner, step)
     }
@@ -48,7 +50,7 @@ impl Work<'_, '_> {
 }
 
 impl Planes<'_> {
-    /// How a lattice bends everywhere: [`bend`](Self::bend) of each of its cells.
+    /// The bends of a lattice: [`bend`](Self::bend) of each of its cells.
     fn bends(&self, step: usize) -> Bends {
         let columns = self.width.div_ceil(step);
         let lines: Vec<Line> = ticks(0..self.height, step)
@@ -74,13 +76,13 @@ impl Planes<'_> {
         Bends { step, rows }
     }
 
-    /// How a lattice bends at the pixels of one of its lines.
+    /// The bends at the pixels of one lattice line.
     fn line(&self, y: usize, step: usize) -> Line {
         let columns = ticks(0..self.width, step);
         let last = inside(self.width, step).map_or(0, |(_, last)| last / step);
         let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last));
         let mut line = Line { across: vec![0.0; columns.len()], down: vec![0.0; columns.len()] };
-        // Of what lies between two columns the bends are those of the column beside, at the borders.
+        // At the borders, use the curvature of the neighbouring column.
         let mut twist = vec![0.0; columns.len()];
         for plane in self.values {
             let row = |y: usize| -> Vec<f32> { columns.iter().map(|x| plane[y * self.width + x]).collect() };
@@ -92,7 +94,7 @@ impl Planes<'_> {
                 *down = larger(*down, bent(*a, *b, *c));
             }
             if step == 1 {
-                // What is as small as a pixel may touch its corner alone.
+                // A feature the size of a pixel may touch only its corner.
                 seconds(&mut line.across[..=last], rows, [0, 1, 2]);
                 seconds(&mut twist[..=last], rows, [2, 1, 0]);
             }
@@ -108,8 +110,8 @@ impl Planes<'_> {
         line
     }
 
-    /// The estimate of the error of a pixel that is interpolated in a cell, from the values around it: an eighth of how the
-    /// lattice bends at its corners. For the lattice of all pixels, how the image bends at a pixel.
+    /// The estimated error of a pixel that is interpolated in a cell: an eighth of the lattice's bend at the
+    /// corners of the cell. For the lattice of all pixels, the bend of the image at the pixel.
     fn bend(&self, [x, y]: [usize; 2], step: usize) -> f32 {
         let [left, right, top, bottom] = corners([self.width, self.height], [x, y], step);
         let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
@@ -129,7 +131,7 @@ impl Planes<'_> {
                 }
             }
             if let (1, Some(x), Some(y)) = (step, columns[0], lines[0]) {
-                // What is as small as a pixel may touch its corner alone.
+                // A feature the size of a pixel may touch only its corner.
                 across = across.max(second(y * self.width + x, self.width + 1));
                 down = down.max(second(y * self.width + x, self.width - 1));
             }
@@ -138,15 +140,16 @@ impl Planes<'_> {
     }
 }
 
-/// The first and the last of the lattice along an axis that have a neighbour on either side; they stand for those at the
-/// border.
+/// The first and the last lattice position along an axis that have a neighbour on either side. They stand in
+/// for the border positions.
 fn inside(size: usize, step: usize) -> Option<(usize, usize)> {
     let last = size.saturating_sub(1 + step) / step * step;
     (last >= step).then_some((step, last))
 }
 
-/// Lets the largest bends of the columns behind the first be at least those of three rows, the columns before, at and behind
-/// each being taken from the rows in this order: a row three times, or a diagonal.
+/// Raises the largest bends, from the second column on, to at least the bends across three rows. The
+/// previous, the current and the next column are read from the rows in the order `at`: the same row three
+/// times, or a diagonal.
 fn seconds(largest: &mut [f32], rows: [&[f32]; 3], at: [usize; 3]) {
     let part = |i: usize| rows[i].get(at[i]..).unwrap_or(&[]);
     let (a, b, c) = (part(0), part(1), part(2));
@@ -155,7 +158,7 @@ fn seconds(largest: &mut [f32], rows: [&[f32]; 3], at: [usize; 3]) {
     }
 }
 
-/// How far a value is off the line between its neighbours; infinite where one is no number.
+/// Absolute second difference of three neighbours; infinite if any is NaN.
 fn bent(before: f32, here: f32, behind: f32) -> f32 {
     let d = (before - 2.0 * here + behind).abs();
     if d.is_nan() { f32::INFINITY } else { d }

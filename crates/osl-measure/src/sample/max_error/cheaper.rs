@@ -1,6 +1,8 @@
-//! Whether samples may be taken in a cheaper arithmetic: peeks where samples are needed are computed in it once more.
+//! Decides whether samples may be taken in a cheaper arithmetic, by repeating the peeks at pending pixels in
+//! it.
 //!
-//! What it gains is not measured here: images must not depend on the clock. Who offers an arithmetic expects a gain.
+//! The gain is not measured here, because images must not depend on the clock. The caller offers a cheaper
+//! arithmetic only if it expects it to be faster.
 
 use super::Work;
 use super::peek::{Peeks, distance};
@@ -8,14 +10,14 @@ use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
 use osl_exec::Stop;
 
-/// Peeks without which nothing is known of what is rare.
+/// Minimum number of peeks: with fewer, rare errors would be missed.
 const ENOUGH: usize = 1024;
-/// Share of the bound that the arithmetic may be off at any of them.
+/// The largest error of the cheaper arithmetic at any of these peeks, as a share of the bound.
 const SHARE: f32 = 0.02;
 
 impl<'a> Work<'_, 'a> {
-    /// Takes samples of pending pixels in the cheaper arithmetic from here on, if there is one and it is good enough; the bound is
-    /// then less by what it is off.
+    /// Samples pending pixels in the cheaper arithmetic from here on, if there is one and it is accurate
+    /// enough. The bound is then reduced by its largest error.
     pub(super) fn choose_arithmetic(&mut self, peeks: &Peeks, pending: &[bool]) -> Result<(), Stop> {
         let Some((program, options)) = self.shading.cheaper else { return Ok(()) };
         let open = peeks.open(pending);
@@ -33,7 +35,7 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// How far another way of running the shader is off some peeks at most.
+    /// The largest difference between the peeks and another way to run the shader.
     fn difference(&mut self, other: &Shading<'_>, peeks: &Peeks, slots: &[usize]) -> Result<f32, Stop> {
         let pixels: Vec<u32> = slots.iter().map(|slot| peeks.pixels[*slot] + self.first).collect();
         let batch = other.batch(&pixels, 0..1, false)?;
@@ -41,7 +43,7 @@ impl<'a> Work<'_, 'a> {
         let worst = |(values, blocks): (&Vec<f32>, &Vec<Block>)| {
             let one = |(slot, block): (&usize, &Block)| {
                 let (value, truth) = (block.mean(), values[*slot]);
-                // One is a number and the other none: no bound is kept.
+                // One is finite and the other is not: no bound holds.
                 if value.is_finite() == truth.is_finite() { distance(value, truth) } else { f32::INFINITY }
             };
             slots.iter().zip(blocks).map(one).fold(0.0, f32::max)

@@ -1,10 +1,10 @@
-//! Pixels on a lattice: computing them, interpolating between them, and how far off that may be.
+//! Pixels on a lattice: computing them, interpolating between them, and accepting the interpolated pixels.
 
 use super::{COARSE, Work, above};
 use crate::sample::rate::{mix, stretched, ticks};
 use osl_exec::Stop;
 
-/// How far above the limit the bend of an edge is.
+/// A bend above this multiple of the limit marks an edge.
 const EDGE: f32 = 4.0;
 
 impl Work<'_, '_> {
@@ -13,8 +13,8 @@ impl Work<'_, '_> {
         corners([self.width, self.height], [x, y], step)
     }
 
-    /// Calls `visit` with the pixels of which the estimate of the error in a pixel's cell is made: its corners, and those
-    /// around it.
+    /// Calls `visit` with every pixel that the error estimate of a cell reads: the cell's corners and their
+    /// neighbours.
     pub(super) fn around(&self, [x, y]: [usize; 2], step: usize, mut visit: impl FnMut(usize)) {
         let [left, right, top, bottom] = self.cell(x, y, step);
         let (far, low) = if step == 1 { (left + 1, top + 1) } else { (right + step, bottom + step) };
@@ -23,7 +23,7 @@ impl Work<'_, '_> {
         lines.into_iter().for_each(|y| columns.iter().for_each(|x| visit(y * self.width + x)));
     }
 
-    /// Computes the coarsest lattice and interpolates all pixels between.
+    /// Computes the coarsest lattice and interpolates all other pixels.
     pub(super) fn coarse(&mut self) -> Result<(), Stop> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, COARSE), ticks(rows.clone(), COARSE));
@@ -37,7 +37,8 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    /// Computes what the cells with pending pixels and their estimates need, and interpolates inside.
+    /// Computes the pixels that cells with pending pixels, and their estimates, need; then interpolates
+    /// inside these cells.
     pub(super) fn lattice(&mut self, step: usize, pending: &[bool]) -> Result<(), Stop> {
         let mut needed = vec![false; pending.len()];
         for [x, y] in self.wanted(step, pending) {
@@ -47,13 +48,13 @@ impl Work<'_, '_> {
         self.cells(step, pending)
     }
 
-    /// Computes the corners of the cells with pending pixels, and interpolates inside.
+    /// Computes the corners of the cells with pending pixels and interpolates inside these cells.
     pub(super) fn cells(&mut self, step: usize, pending: &[bool]) -> Result<(), Stop> {
         let cells: Vec<[usize; 4]> =
             self.wanted(step, pending).into_iter().map(|[x, y]| self.cell(x, y, step)).collect();
         let mut needed = vec![false; pending.len()];
         for [left, right, top, bottom] in &cells {
-            // Of the lattice of all pixels a cell is a pixel.
+            // In the lattice of all pixels, a cell is one pixel.
             let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
             [top, bottom]
                 .iter()
@@ -82,8 +83,8 @@ impl Work<'_, '_> {
         (y..(y + step).min(self.height)).any(|y| columns.clone().any(|x| pending[y * self.width + x]))
     }
 
-    /// Settles the pending pixels of cells whose estimate is at most `limit`. What lies next to a pixel far beyond that is left:
-    /// an edge may reach into it.
+    /// Settles the pending pixels of cells whose estimate is at most `limit`. Pixels next to one far above
+    /// the limit stay pending, because an edge may reach into them.
     pub(super) fn settle(&self, step: usize, limit: f32, pending: &mut [bool]) {
         if limit < 0.0 {
             return;
@@ -108,8 +109,8 @@ impl Work<'_, '_> {
         }
     }
 
-    /// What the lattice says of a place, plane by plane: between the corners of a cell, or on the parabolas through a pixel
-    /// and its neighbours.
+    /// The lattice's prediction at a position, for one plane: interpolated between the corners of a cell or,
+    /// in the lattice of all pixels, on the parabolas through a pixel and its neighbours.
     pub(super) fn at(&self, plane: &[f32], [x, y]: [f32; 2], step: usize) -> f32 {
         let nearest = |at: f32, size: usize| (at.max(0.0) as usize).min(size - 1);
         if step > 1 {
@@ -146,7 +147,7 @@ pub(super) fn corners([width, height]: [usize; 2], [x, y]: [usize; 2], step: usi
     [left, (left + step).min(width - 1), top, (top + step).min(height - 1)]
 }
 
-/// Interpolates the pixels of a cell that are not known.
+/// Interpolates the pixels of a cell that are not known yet.
 fn interpolate(values: &mut [f32], known: &[bool], width: usize, cell: [usize; 4]) {
     let [left, right, top, bottom] = cell;
     for y in top..=bottom {
@@ -159,7 +160,7 @@ fn interpolate(values: &mut [f32], known: &[bool], width: usize, cell: [usize; 4
     }
 }
 
-/// The value at a place within a cell, or a little beyond, from its corners.
+/// The value at a position in a cell, or slightly outside, from its corners.
 fn between(values: &[f32], width: usize, [left, right, top, bottom]: [usize; 4], [x, y]: [f32; 2]) -> f32 {
     let share = |at: f32, from: usize, to: usize| (at - from as f32) / (to - from).max(1) as f32;
     let (s, t) = (share(x, left, right), share(y, top, bottom));

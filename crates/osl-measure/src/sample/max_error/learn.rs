@@ -1,8 +1,9 @@
-//! What the pilot teaches: after how many samples a pixel is done, by the estimate of its error.
+//! What the pilot teaches: for each sample count, the error estimate at which a pixel is done.
 //!
-//! Some pixels may be off, one of a thousand. Where that one is spent is a matter of price: for a price of a pixel that is off,
-//! the limits that make the pilot cheapest are found from the last number of samples to the first. The lowest price is
-//! taken at which few enough are off, by limits that were learned from other pixels; if there is none, limits shrink.
+//! One in a thousand pixels may exceed the bound, and the question is where to spend that allowance. For a
+//! given price of a failed pixel, the limits that make the pilot cheapest are found from the last sample
+//! count back to the first. The search takes the lowest price at which few enough pixels fail, judged with
+//! limits that were learned from other pixels. If no price suffices, the limits are reduced.
 
 use super::above;
 use super::peek::{NEVER, Tried};
@@ -10,8 +11,8 @@ use super::scaled::Scaled;
 use pxfm::{f_expm1f, f_log1pf};
 use rayon::prelude::*;
 
-/// A number of samples and what it was worth for each pixel of the pilot. Estimates that are no numbers are of pixels that were
-/// done before.
+/// A sample count and, for each pilot pixel, the estimated and the actual error at that count. A NaN estimate
+/// marks a pixel that was finished earlier.
 pub(super) struct Rung {
     pub(super) samples: u32,
     pub(super) tried: Vec<Tried>,
@@ -24,17 +25,17 @@ impl Rung {
         Rung { samples, tried, scaled }
     }
 
-    /// How many pixels would be off if none had more samples.
+    /// Expected number of pixels above the bound if none had more samples.
     pub(super) fn failed(&self, bound: f32) -> f32 {
         self.chances(bound).iter().sum()
     }
 
-    /// Whether errors of all pixels tell of each.
+    /// Whether all errors together give each pixel's probability of failing.
     pub(super) fn is_scaled(&self) -> bool {
         self.scaled.is_some()
     }
 
-    /// By pixel, how likely it is off.
+    /// For each pixel, the probability that it exceeds the bound.
     fn chances(&self, bound: f32) -> Vec<f32> {
         match &self.scaled {
             Some(scaled) => scaled.chances(bound),
@@ -43,36 +44,39 @@ impl Rung {
     }
 }
 
-/// How pixels are to be sampled.
+/// How to sample the pixels.
 #[derive(Debug, Default)]
 pub(super) struct Steps {
-    /// Numbers of samples, and up to which estimate a pixel is done with them; the last does for all.
+    /// Sample counts, each with the largest estimate at which a pixel is done; the last count finishes every
+    /// pixel.
     pub(super) limits: Vec<(u32, f32)>,
-    /// Pixels of the pilot that are off then.
+    /// Pilot pixels that then exceed the bound.
     pub(super) failed: f32,
-    /// Samples of its pixels.
+    /// Total number of samples that the pilot's pixels take.
     pub(super) work: f64,
-    /// Whether more of them are off than there may be, for want of samples.
+    /// Whether more pixels fail than allowed because the maximum sample count is too small.
     pub(super) short: bool,
 }
 
-/// How often the search for prices and limits halves the range.
+/// How often the search for prices and limits halves its interval.
 const CARES: usize = 14;
-/// Errors, as shares of the bound, below which a pixel is not off and above which it is.
+/// Errors as shares of the bound: below the first a pixel passes, above the second it fails.
 const DOUBT: [f32; 2] = [0.93, 1.07];
-/// Pixels of the pilot for each one before and behind a pixel in the order of estimates that have a say in whether it would be off.
+/// Neighbours that count, in the order of the estimates, when the probability of a pixel is averaged: one in
+/// so many of all pilot pixels, on each side.
 const BESIDE: usize = 256;
 
-/// The cheapest limits at which at most `allowed` pixels of the pilot are off by more than `bound`; if there are none, the last number
-/// of samples for all.
+/// The cheapest limits at which at most `allowed` pilot pixels exceed `bound`. If there are none, the last
+/// sample count for all pixels.
 pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
-    // Limits fit the pixels that they are learned from too well: those from one half are judged by the other.
+    // Limits fit the pixels that they were learned from too well, so the limits of one half are judged on the
+    // other half.
     let chances: Vec<Vec<f32>> = rungs.iter().map(|rung| rung.chances(bound)).collect();
     let halves = [0, 1].map(|half| sorted(rungs, &chances, |slot| slot % 2 == half));
     let whole = sorted(rungs, &chances, |_| true);
     let most =
         rungs.last().map_or(1.0, |r| r.samples as f32) * rungs.first().map_or(1, |r| r.tried.len()) as f32;
-    // From 0 to 1 the price grows, from 1 to 2 limits shrink.
+    // From 0 to 1 the price rises; from 1 to 2 the limits shrink.
     let limits = |rungs: &[Sorted], care: f32| {
         let price = f_expm1f(care.min(1.0) * f_log1pf(most));
         priced(rungs, price).shrunk((2.0 - care).min(1.0))
@@ -101,12 +105,12 @@ pub(super) fn steps(rungs: &[Rung], bound: f32, allowed: f32) -> Steps {
     steps
 }
 
-/// How many of some pixels are off with some limits.
+/// Expected number of failures among some pixels under some limits.
 fn off(rungs: &[Rung], chances: &[Vec<f32>], limits: &[(u32, f32)], which: impl Fn(usize) -> bool) -> f32 {
     let count = rungs.first().map_or(0, |rung| rung.tried.len());
     let done = |slot: usize| {
         let mut tried = rungs.iter().zip(chances).zip(limits);
-        // What is no number was done before.
+        // A NaN estimate means that the pixel was finished earlier.
         let done = |(rung, limit): (&Rung, f32)| {
             let estimate = rung.tried[slot].0;
             !above(estimate, limit) || estimate.is_nan()
@@ -116,22 +120,22 @@ fn off(rungs: &[Rung], chances: &[Vec<f32>], limits: &[(u32, f32)], which: impl 
     (0..count).filter(|slot| which(*slot)).filter_map(done).sum()
 }
 
-/// How likely a pixel is off of which the error is known as far as the pilot knows it.
+/// Probability that a pixel exceeds the bound, given the pilot's estimate of its error.
 fn likely(error: f32, bound: f32) -> f32 {
     let [never, always] = DOUBT.map(|share| share * bound);
     if above(error, always) { 1.0 } else { ((error - never) / (always - never)).max(0.0) }
 }
 
-/// The number of samples that would do for all pixels.
+/// The smallest sample count that is enough for all pixels.
 pub(super) fn fixed(rungs: &[Rung], bound: f32, allowed: f32) -> Option<u32> {
     rungs.iter().find(|rung| rung.failed(bound) <= allowed).map(|rung| rung.samples)
 }
 
-/// A rung with some pixels by their estimates.
+/// A rung and some pixels in the order of their estimates.
 struct Sorted {
     samples: u32,
     order: Vec<(f32, usize)>,
-    /// By pixel, how likely those of like estimates are off.
+    /// For each pixel, the probability that a pixel with a similar estimate fails.
     off: Vec<f32>,
 }
 
@@ -159,11 +163,11 @@ impl Sorted {
     }
 }
 
-/// The cheapest limits at a price.
+/// The cheapest limits at a given price.
 fn priced(rungs: &[Sorted], price: f32) -> Steps {
     let Some((last, before)) = rungs.split_last() else { return Steps::default() };
     let mut limits = vec![(last.samples, f32::INFINITY)];
-    // What a pixel costs from a rung on, if it is not done there.
+    // The cost of a pixel from this rung on, if it is not finished here.
     let mut ahead: Vec<f32> = last.off.iter().map(|off| price * off).collect();
     let mut next = last.samples;
     for rung in before.iter().rev() {
@@ -187,7 +191,7 @@ fn priced(rungs: &[Sorted], price: f32) -> Steps {
 }
 
 impl Steps {
-    /// Limits that are a share of these, but for the last.
+    /// These limits times a factor, except the last.
     fn shrunk(mut self, share: f32) -> Steps {
         let before = self.limits.len().saturating_sub(1);
         for (_, limit) in self.limits.iter_mut().take(before) {
@@ -196,7 +200,7 @@ impl Steps {
         self
     }
 
-    /// Counts what the pilot would take.
+    /// Adds up the samples that the pilot would take.
     fn count(&mut self, rungs: &[Sorted]) {
         let mut done = vec![false; rungs.first().map_or(0, |rung| rung.off.len())];
         for (rung, (samples, limit)) in rungs.iter().zip(&self.limits) {
@@ -214,7 +218,7 @@ impl Steps {
 mod tests {
     use super::*;
 
-    /// Rungs of 2 and 8 samples for a hundred pixels whose errors are their estimates.
+    /// Rungs of 2 and 8 samples for a hundred pixels.
     fn rungs(first: impl Fn(usize) -> Tried, second: impl Fn(usize) -> Tried) -> Vec<Rung> {
         vec![
             Rung::new(2, (0..100).map(first).collect(), 1.0),
@@ -233,7 +237,7 @@ mod tests {
 
     #[test]
     fn failures_are_spent_where_they_save_most() {
-        // One lucky pixel of the worst kind among those that are good.
+        // One pixel of the worst kind that happens to have a good estimate.
         let own = |i: usize| (i as f32 / 100.0, if i == 40 { 2.0 } else { 0.1 });
         let never = steps(&rungs(own, |_| (0.1, 0.1)), 1.0, 0.0);
         assert!(never.limits[0].1 < 0.4 && never.failed == 0.0, "{never:?}");

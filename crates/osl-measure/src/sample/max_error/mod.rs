@@ -1,16 +1,18 @@
-//! An image whose error stays below a bound for 999 of 1000 pixels, with the least work.
+//! Renders an image with the least work such that the error of 999 in 1000 pixels stays below a bound.
 //!
-//! Ways of computing pixels are tried from the cheapest on, and what is spent on finding out whether one will do is in
-//! proportion to what it costs itself.
+//! The cheapest way to compute a pixel is tried first. The work spent on testing a method is proportional to
+//! the cost of the method itself.
 //!
-//! First lattices: every fourth pixel along x and along y, every second, each one's centre, with the pixels between
-//! interpolated. The estimate of the error is how the lattice bends; whether it can be trusted tell some peeks, samples
-//! at random places. Before a finer lattice is computed it is tried around a few of them.
+//! First come lattices: every fourth pixel along x and y, then every second, then the centre of every pixel.
+//! The pixels between are interpolated. The curvature of the lattice estimates the error, and a few *peeks*
+//! (samples at random positions) show whether that estimate can be trusted. A finer lattice is first tried
+//! around a few of the peeks.
 //!
-//! What is left needs samples. No formula knows how far standard errors can be trusted for a shader that it has not seen. So
-//! some of the pixels, the pilot, go ahead: their number of samples is doubled until half of them would have been good
-//! enough for nearly all. From what each number of samples was worth it is learned up to which estimate of the error a pixel
-//! needs no more. The estimates need not be right, then; they only have to sort pixels.
+//! The remaining pixels need samples. No formula knows how reliable a standard error is for an unknown
+//! shader. So some of the pixels, the *pilot*, are sampled first: their sample count is doubled until half of
+//! the samples would have been good enough for nearly all of them. The pilot shows, for each sample count,
+//! the largest estimated error at which a pixel needs no further samples. So the estimates need not be exact;
+//! they only have to sort the pixels.
 
 mod bend;
 mod cheaper;
@@ -28,73 +30,77 @@ use peek::{Peeks, Tried, trust};
 use pilot::estimate;
 use std::ops::Range;
 
-/// What error an image may have.
+/// The error bound of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MaxError {
-    /// The largest error of a pixel, over all its planes, in the units of the outputs.
+    /// The largest error of a pixel over all its planes, in the units of the outputs.
     pub error: f32,
-    /// The most samples of a pixel; a power of two, or rounded down to one.
+    /// Maximum samples per pixel; rounded down to a power of two.
     pub most: u32,
 }
 
-/// Pixels around a peek that failed where a lattice was to be trusted, along each axis, that are left unsettled.
+/// When a peek fails where the lattice was trusted, pixels up to this distance along each axis become pending
+/// again.
 const REACH: usize = 4;
-/// Pixels between those of the coarsest lattice.
+/// Distance between the pixels of the coarsest lattice.
 const COARSE: usize = 4;
-/// Share of the pixels that may be off.
+/// Share of the pixels whose error may exceed the bound.
 const PROMISED: f32 = 1e-3;
-/// The share that is planned with.
+/// The share that planning aims for, to leave a margin.
 const ALLOWED: f32 = 5e-4;
-/// The same where few pixels are left.
+/// The aim when few pixels are left.
 const ALLOWED_OF_FEW: f32 = 0.02;
-/// Pixels for each one that is peeked at, to judge lattices of every fourth pixel, every second, each, and these before samples
-/// are taken: a tenth of the work.
+/// One in so many pixels gets a peek, to judge the lattices of every fourth, every second and every pixel,
+/// and all of them once more before sampling starts. Peeks cost about a tenth of the work.
 const PEEK: [usize; 4] = [168, 48, 16, 8];
-/// The fewest and the most of them.
+/// The minimum and maximum number of peeks.
 const PEEKS: (usize, usize) = (64, 16384);
-/// Peeks around which a finer lattice is tried, the share of them that has to be settled by it, and that may be off.
+/// The number of peeks around which a finer lattice is tried; the share of them that it must settle; the
+/// share that may exceed the bound.
 const TRIALS: usize = 48;
 const WORTH: [f32; 2] = [0.25, 0.6];
-/// Estimates of errors of a lattice, as shares of the bound, from which on the next finer one has to prove itself.
+/// The next finer lattice has to prove itself only up to this estimate, as a multiple of the bound.
 const NEAR: f32 = 2.0;
-/// Share of the peeks that may be off if a lattice may do for all.
+/// Share of the peeks that may fail if a lattice is to do for all pixels.
 const FAILED: f32 = 0.005;
-/// The largest estimates that are trusted whatever the peeks say, as shares of the bound: they may have missed what is rare. Of
-/// lattices; of a pixel's centre, which may be on either side of an edge.
+/// The largest estimates that are trusted without further evidence, as shares of the bound, because the peeks
+/// may have missed rare features. The first value is for lattices, the second for a pixel's centre, which may
+/// be on either side of an edge.
 const TRUSTED: [f32; 2] = [1.0, 0.25];
-/// Good peeks beyond what is trusted anyway that make it trusted too.
+/// Good peeks above `TRUSTED` that raise the trusted estimate.
 const EVIDENCE: usize = 40;
-/// Share of the pixels that are not worth a finer lattice.
+/// Share of the pixels below which a finer lattice is not worth its cost.
 const ROUGH: f32 = 0.02;
-/// Peeks without which there is nothing to learn.
+/// Minimum number of peeks to learn from.
 const FEW: usize = 16;
-/// A peek, or a pixel of the pilot, that comes this close to the bound counts as beyond it.
+/// A peek or a pilot pixel whose error exceeds this share of the bound counts as a failure.
 const CLOSE: f32 = 0.9;
 const BOLD: f32 = 0.95;
-/// The same where it costs no more than a share of what the same number of samples for all pixels would.
+/// The threshold used when adaptive sampling costs less than `THRIFT` of sampling every pixel equally.
 const CAREFUL: f32 = 0.8;
 const THRIFT: f32 = 0.75;
-/// Share of the pilot that may be off if the next number of samples needs no trial.
+/// If at most this share of the pilot exceeds the bound, the next sample count needs no trial.
 const NEARLY: f32 = 0.005;
-/// How far below the estimate of the best peek that failed an estimate has to be.
+/// A trusted estimate is at most this multiple of the smallest estimate at which a peek failed.
 const BELOW_FAILED: f32 = 0.9;
-/// The pilot: pixels of the image for each one of it, pixels that need samples for each one of it, and the fewest.
+/// Size of the pilot: one in so many pixels of the image, one in so many pixels that need samples, and the
+/// minimum.
 const PILOT: (usize, usize, usize) = (16, 4, 64);
-/// Samples that would see what covers so much of a pixel that it matters: by the range of values in units of the bound; the
-/// fewest and the most.
+/// Samples needed to hit any feature large enough to matter: a factor on the range of values in units of the
+/// bound, the minimum and the maximum.
 const WITNESSES: (f32, f32, f32) = (3.0, 8.0, 256.0);
-/// Share of the bound below which a pilot's pixel with so many samples is left as it is.
+/// A pilot pixel with enough samples is dropped when its error is below this share of the bound.
 const DROPPED: f32 = 0.2;
-/// Standard errors that the bound is to be away from a pixel that has enough.
+/// A pixel has enough samples when the bound is at least this many standard errors.
 const SURE: f32 = 2.0;
-/// The widest filter for which there are lattices. **Units:** pixels.
+/// The widest filter for which lattices are used. **Units:** pixels.
 const WIDEST: f32 = 4.0;
 
-/// Some rows of an image whose error stays below a bound. Wants dozens of rows at a time, since it learns from some of
-/// their pixels.
+/// Renders some rows of an image with an error below a bound. Pass dozens of rows at a time, because the
+/// function learns from some of their pixels.
 ///
 /// # Errors
-/// A loop beyond its budget.
+/// A loop exceeds its budget.
 pub fn max_error(shading: &Shading<'_>, rows: Range<usize>, wanted: MaxError) -> Result<Image, Stop> {
     let (width, height) = shading.surface.size();
     let rows = rows.start.min(height)..rows.end.min(height);
@@ -123,26 +129,26 @@ fn spread(shading: &Shading<'_>) -> f32 {
     (places.map(|(x, sign)| x * x * sign).sum::<f32>() / steps as f32).abs()
 }
 
-/// A band of rows on its way. Pixels are numbered from its first.
+/// A band of rows in progress. Pixels are numbered from its first.
 struct Work<'s, 'a> {
     shading: &'s Shading<'a>,
-    /// What samples are taken of: the same, or the cheaper one.
+    /// What is sampled: the given program or its cheaper form.
     sampled: Shading<'a>,
-    /// What is known of the cheaper one, if that is taken.
+    /// The comparison with the cheaper form, if that is used.
     chosen: Option<Cheaper>,
     wanted: MaxError,
     width: usize,
     height: usize,
-    /// Number of its first pixel in the image.
+    /// Number of the band's first pixel in the image.
     first: u32,
     /// The variance of samples around a pixel's centre.
     spread: f32,
-    /// For each plane, what pixels show as far as is known: centres, and interpolated ones.
+    /// For each plane the current pixel values: computed centres and interpolated pixels.
     values: Vec<Vec<f32>>,
-    /// Whose centres were computed.
+    /// Pixels whose centre was computed.
     known: Vec<bool>,
     evaluations: u64,
-    /// Pixels that want more samples than they may have.
+    /// Pixels that need more samples than the maximum.
     unfinished: u64,
     said: Frame,
 }
@@ -161,7 +167,7 @@ impl<'a> Work<'_, 'a> {
         Ok(self.image(refined))
     }
 
-    /// Settles pixels by lattices as far as these will do. Yields how many may be off.
+    /// Settles as many pixels as lattices can. Returns how many of them may exceed the bound.
     fn lattices(&mut self, peeks: &mut Peeks, pending: &mut [bool]) -> Result<f32, Stop> {
         let mut steps = vec![COARSE];
         let mut found = self.settle_by(&steps, peeks, PEEK[0], pending)?;
@@ -180,20 +186,20 @@ impl<'a> Work<'_, 'a> {
             }
         }
         if self.is_rough(&found, pending) {
-            // Samples will cost so much that lattices can be looked at once more.
+            // Sampling will be so expensive that a second test of the lattices costs little in comparison.
             found = self.settle_by(&steps, peeks, PEEK[3], pending)?;
         }
         Ok(found.off)
     }
 
-    /// Whether what is left costs so much that looking closer does not count: where it is much, and no lattice would have
-    /// done for all.
+    /// Whether the remaining pixels are so expensive that further tests cost nothing in comparison: there are
+    /// many, and no lattice was good enough for all.
     fn is_rough(&self, found: &Found, pending: &[bool]) -> bool {
         let left = pending.iter().filter(|p| **p).count();
         left as f32 > ROUGH * pending.len() as f32 && found.failed > FAILED
     }
 
-    /// Settles pixels by some lattices, after peeks at one of `each` pixels.
+    /// Settles pixels by some lattices, after a peek at one in `each` pixels.
     fn settle_by(
         &mut self,
         steps: &[usize],
@@ -213,8 +219,9 @@ impl<'a> Work<'_, 'a> {
         Ok(found)
     }
 
-    /// Settles those pending pixels by a finer lattice that the coarser one would all but have settled, if it is right around a few
-    /// peeks among them. What the finer lattice bends need not be known then, which saves its surroundings.
+    /// Settles the pending pixels that the coarser lattice nearly settled by a finer one, if the finer one is
+    /// right around a few peeks among them. The curvature of the finer lattice is not needed for that, which
+    /// saves computing its neighbours.
     fn settle_near(&mut self, step: usize, peeks: &Peeks, pending: &mut [bool]) -> Result<(), Stop> {
         let width = self.width;
         let limit = NEAR * self.wanted.error;
@@ -236,7 +243,7 @@ impl<'a> Work<'_, 'a> {
         Ok(tried.iter().all(|(_, error)| *error <= CLOSE * self.wanted.error))
     }
 
-    /// Tries a lattice around some peeks: estimates of errors, and errors.
+    /// Tries a lattice around some peeks. Returns the estimated and the actual errors.
     fn try_some(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, Stop> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
@@ -245,7 +252,7 @@ impl<'a> Work<'_, 'a> {
         self.judge(peeks, &some, step)
     }
 
-    /// Settles pending pixels by a lattice. `off` pixels may be off already.
+    /// Settles pending pixels by one lattice. `off` pixels may already exceed the bound.
     fn settle_one(
         &mut self,
         step: usize,
@@ -263,11 +270,11 @@ impl<'a> Work<'_, 'a> {
         let most = TRUSTED[usize::from(step == 1)] * self.wanted.error;
         let mut trust = trust(&tried, self.wanted.error, most, spare as usize);
         if tried.len() < FEW && trust.failed == 0 {
-            // Of few pixels there is little to learn: a lattice is then as good as its estimates.
+            // A few pixels teach little: the lattice is then as good as its estimates.
             trust.limit = most;
         }
         self.settle(step, trust.limit, pending);
-        // What a peek has seen by chance may be larger than its pixel.
+        // The feature that a peek hit may be larger than its pixel.
         for (slot, (estimate, error)) in open.iter().zip(&tried) {
             if *estimate <= trust.limit && above(*error, CLOSE * self.wanted.error) {
                 peeks.reopen(*slot, self.width, REACH, pending);
@@ -277,7 +284,7 @@ impl<'a> Work<'_, 'a> {
         Ok(Found { off: trust.passed_over as f32 * share, failed })
     }
 
-    /// Whether a finer lattice is right around enough of some peeks.
+    /// Whether a finer lattice is right around enough of the pending peeks.
     fn is_worth(&mut self, peeks: &Peeks, pending: &[bool], step: usize) -> Result<bool, Stop> {
         let tried = self.try_some(peeks, peeks.open(pending), step)?;
         let trust = trust(&tried, self.wanted.error, f32::MAX, 0);
@@ -285,7 +292,7 @@ impl<'a> Work<'_, 'a> {
         Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
     }
 
-    /// Computes the centres of those pixels that are needed and not known yet.
+    /// Computes the needed centres that are not known yet.
     fn centres(&mut self, needed: &[bool]) -> Result<(), Stop> {
         let missing = |pixel: &usize| needed[*pixel] && !self.known[*pixel];
         let pixels: Vec<usize> = (0..needed.len()).filter(missing).collect();
@@ -299,14 +306,14 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// What the coarsest lattice says of the surroundings of pixels, by their numbers in the image.
+    /// The curvature of the coarsest lattice around each pixel. Pixels are numbered in the image.
     fn guards(&self, pixels: &[u32]) -> Vec<f32> {
         let bends = self.bends(COARSE);
         let within = pixels.iter().map(|pixel| (pixel - self.first) as usize);
         within.map(|at| bends.at([at % self.width, at / self.width])).collect()
     }
 
-    /// Samples the pixels that are still pending: first the pilot, then the others.
+    /// Samples the pixels that are still pending: the pilot first, then the others.
     fn sample(&mut self, pending: &[bool], off: f32) -> Result<[Refiner<'a>; 2], Stop> {
         let mut pixels: Vec<u32> =
             (0..pending.len()).filter(|p| pending[*p]).map(|p| p as u32 + self.first).collect();
@@ -323,7 +330,7 @@ impl<'a> Work<'_, 'a> {
         Ok([pilot, others])
     }
 
-    /// Samples pixels as the pilot taught.
+    /// Samples pixels with the limits that the pilot found.
     fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), Stop> {
         let mut estimates = vec![0.0; guards.len()];
         for (samples, limit) in &steps.limits {
@@ -372,16 +379,16 @@ impl<'a> Work<'_, 'a> {
     }
 }
 
-/// What came of a lattice.
+/// The result of a lattice.
 #[derive(Default)]
 struct Found {
-    /// Pixels that may be off.
+    /// Pixels that may exceed the bound.
     off: f32,
-    /// Share of the peeks at which the last lattice is off.
+    /// Share of the peeks at which the last lattice failed.
     failed: f32,
 }
 
-/// Whether an estimate is above a limit, or none.
+/// Whether an estimate is above a limit or NaN.
 fn above(estimate: f32, limit: f32) -> bool {
     !matches!(estimate.partial_cmp(&limit), Some(std::cmp::Ordering::Less | std::cmp::Ordering::Equal))
 }

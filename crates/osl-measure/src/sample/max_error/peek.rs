@@ -1,47 +1,48 @@
-//! Peeks: what the shader says at some places, against what a lattice says there.
+//! Peeks: shader results at random positions, compared with the lattice.
 //!
-//! A peek is a pixel's first sample, anywhere in it. Where the image is smooth, the lattice is right there too, and not
-//! only at the centres of pixels; where it is not, for want of pixels or because the shader is rough within them, some
-//! of the peeks tell.
+//! A peek is a pixel's first sample, which may lie anywhere in the pixel. Where the image is smooth, the
+//! lattice is right at these positions too, not only at pixel centres. Some of the peeks fail where the
+//! lattice is too coarse or where the shader varies within a pixel.
 
 use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, Work, above};
 use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
 use osl_exec::Stop;
 
-/// Samples of a peek that one sample found wrong: the pixel's mean may be right.
+/// Samples for a pixel whose peek failed: the mean of the pixel may still be right.
 const SECOND_LOOK: u32 = 64;
-/// Standard errors of a second look's mean that count, as if samples were independent: they are rather better.
+/// Standard errors added to the mean of a second look. They assume independent samples; the actual error is
+/// smaller.
 const DOUBT: f32 = 0.5;
-/// The share of the peeks that may get a second look.
+/// At most one in so many peeks may get a second look.
 const SECOND_LOOKS: usize = 50;
 
 /// First samples of pixels.
 #[derive(Default)]
 pub(super) struct Peeks {
-    /// Numbers within the band.
+    /// Pixel numbers within the band.
     pub(super) pixels: Vec<u32>,
-    /// Where the samples lie, in pixels.
+    /// Positions of the samples, in pixels.
     places: Vec<[f32; 2]>,
-    /// For each plane, the values there.
+    /// For each plane, the values at these positions.
     pub(super) values: Vec<Vec<f32>>,
 }
 
-/// An estimate of an error, and the error.
+/// An estimated error and the actual error.
 pub(super) type Tried = (f32, f32);
 
 impl Peeks {
-    /// How many there are.
+    /// The number of peeks.
     pub(super) fn count(&self) -> usize {
         self.pixels.len()
     }
 
-    /// Those at pending pixels.
+    /// The peeks at pending pixels.
     pub(super) fn open(&self, pending: &[bool]) -> Vec<usize> {
         (0..self.pixels.len()).filter(|slot| pending[self.pixels[*slot] as usize]).collect()
     }
 
-    /// Makes the surroundings of a peek pending again, so many pixels along each axis.
+    /// Makes the pixels around a peek pending again, up to `reach` along each axis.
     pub(super) fn reopen(&self, slot: usize, width: usize, reach: usize, pending: &mut [bool]) {
         let pixel = self.pixels[slot] as usize;
         let (x, y) = (pixel % width, pixel / width);
@@ -51,7 +52,7 @@ impl Peeks {
         }
     }
 
-    /// Marks what a lattice needs at some peeks.
+    /// Marks the pixels that a lattice needs at some peeks.
     pub(super) fn stencils(&self, work: &Work<'_, '_>, slots: &[usize], step: usize) -> Vec<bool> {
         let mut needed = vec![false; work.known.len()];
         for pixel in slots.iter().map(|slot| self.pixels[*slot] as usize) {
@@ -79,7 +80,7 @@ impl Work<'_, '_> {
         Ok(())
     }
 
-    /// Where a sample of a pixel lies within the band.
+    /// The position of a pixel's sample within the band.
     fn place(&self, pixel: u32, sample: usize) -> [f32; 2] {
         let pixel_place = [pixel as usize % self.width, pixel as usize / self.width].map(|x| x as f32);
         let own = self.shading.pattern.of(pixel + self.first).get(sample).copied().unwrap_or([0.5; 2]);
@@ -87,7 +88,7 @@ impl Work<'_, '_> {
         [pixel_place[0] + offset[0], pixel_place[1] + offset[1]]
     }
 
-    /// What a lattice is worth at some peeks: for each the estimate of its error, and the error.
+    /// Judges a lattice at some peeks: for each, the estimated and the actual error.
     pub(super) fn judge(&mut self, peeks: &Peeks, slots: &[usize], step: usize) -> Result<Vec<Tried>, Stop> {
         let mut tried: Vec<Tried> = slots
             .iter()
@@ -106,15 +107,15 @@ impl Work<'_, '_> {
         if failed.len() * SECOND_LOOKS <= slots.len() {
             let pixels: Vec<u32> = failed.iter().map(|at| peeks.pixels[slots[*at]]).collect();
             for (at, error) in failed.iter().zip(self.look_again(&pixels, step)?) {
-                // What is known so well needs no distance from the bound.
+                // The mean of many samples is known so well that it needs no margin.
                 tried[*at].1 = CLOSE * (error + self.blurred(peeks.pixels[slots[*at]] as usize, step));
             }
         }
         Ok(tried)
     }
 
-    /// How far the mean over a pixel is from its centre, where the lattice bends: half the filter's variance times the second
-    /// derivatives.
+    /// Distance between the mean over a pixel and its centre, from the curvature of the lattice: half the
+    /// filter's variance times the second derivatives.
     fn blurred(&self, pixel: usize, step: usize) -> f32 {
         let (x, y) = (pixel % self.width / step * step, pixel / self.width / step * step);
         let one = |plane: &Vec<f32>| {
@@ -129,7 +130,8 @@ impl Work<'_, '_> {
         self.values.iter().map(one).filter(|blur| blur.is_finite()).fold(0.0, f32::max)
     }
 
-    /// How far the means of pixels are off what a lattice says, by some samples; with what these samples may be off.
+    /// Takes more samples of some pixels and returns how far their means are from the lattice, plus the
+    /// uncertainty of these means.
     fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, Stop> {
         let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
         let samples = SECOND_LOOK.min(self.shading.pattern.count());
@@ -153,7 +155,7 @@ impl Work<'_, '_> {
     }
 }
 
-/// How far a value is from the truth, beyond what rounding them may do; 0 where the truth is no number, which nothing mends.
+/// Error beyond rounding. Zero if the reference is NaN or infinite, since more samples cannot help.
 pub(super) fn distance(value: f32, truth: f32) -> f32 {
     let distance = (value - truth).abs() - f32::EPSILON * truth.abs();
     match (truth.is_finite(), distance.is_nan()) {
@@ -163,28 +165,28 @@ pub(super) fn distance(value: f32, truth: f32) -> f32 {
     }
 }
 
-/// Share of the peeks that a lattice is to settle, and share of those that may be wrong.
+/// Share of the peeks that a lattice must settle, and the share of those that may be wrong.
 const SOME: f32 = 0.15;
 const PASSED_OVER: f32 = 0.002;
 
-/// Nothing is trusted.
+/// The limit at which nothing is trusted.
 pub(super) const NEVER: f32 = -1.0;
 
-/// How far a lattice is to be trusted.
+/// How far a lattice is trusted.
 #[derive(Debug, PartialEq)]
 pub(super) struct Trust {
-    /// Up to which estimate.
+    /// The largest trusted estimate.
     pub(super) limit: f32,
-    /// Peeks up to there.
+    /// Peeks with a trusted estimate.
     pub(super) good: usize,
-    /// Those of them that failed all the same.
+    /// Trusted peeks that failed.
     pub(super) passed_over: usize,
     /// All peeks that failed.
     pub(super) failed: usize,
 }
 
-/// Up to which estimate a lattice is to be trusted: `most`, or further if there is evidence, if no more than `spare` peeks
-/// fail up to there.
+/// The largest estimate at which a lattice is trusted: `most`, or more with enough evidence, such that at
+/// most `spare` trusted peeks fail.
 pub(super) fn trust(tried: &[Tried], bound: f32, most: f32, spare: usize) -> Trust {
     let mut failed: Vec<f32> =
         tried.iter().filter(|(_, error)| above(*error, CLOSE * bound)).map(|(e, _)| *e).collect();

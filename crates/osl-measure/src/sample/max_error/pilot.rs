@@ -1,5 +1,6 @@
-//! The pilot: some of the pixels that need samples go ahead of the others, with twice as many as these will have. So each
-//! number of samples is judged by twice as many, and what the judgement costs is in proportion to what the image does.
+//! The pilot: some of the pixels that need samples are sampled first, with twice as many samples as the
+//! others will have. Each sample count is judged by twice as many samples, so the cost of judging is
+//! proportional to the cost of the image.
 
 use super::learn::{Rung, Steps, fixed, steps};
 use super::peek::distance;
@@ -11,8 +12,8 @@ use pxfm::{f_hypotf, f_log2f, f_powf};
 use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
-    /// Chooses some of the pixels, and samples them until they tell how the others are to be sampled. `allowed` is the share of
-    /// them that may be off.
+    /// Chooses the pilot pixels and samples them until they show how to sample the others. `allowed` is the
+    /// share of the pixels that may exceed the bound.
     pub(super) fn pilot(&mut self, pixels: &[u32], allowed: f32) -> Result<(Refiner<'a>, Steps), Stop> {
         let (of_all, of_these, fewest) = PILOT;
         let wanted = (self.known.len() / of_all).min(pixels.len() / of_these).max(fewest);
@@ -31,7 +32,7 @@ impl<'a> Work<'_, 'a> {
         }
     }
 
-    /// How far apart values of the lattice are, the most of all planes.
+    /// The largest difference between two lattice values, over all planes.
     fn range(&self) -> f32 {
         let range = |plane: &Vec<f32>| {
             let finite = plane.iter().filter(|x| x.is_finite());
@@ -43,32 +44,32 @@ impl<'a> Work<'_, 'a> {
     }
 }
 
-/// The slowest and the fastest that squares of errors are taken to fall, as powers of the number of samples.
+/// Limits on the rate at which squared errors fall, as powers of the sample count.
 const SLOWEST: f32 = 1.0;
 const FASTEST: f32 = 3.0;
-/// How many times more may be off where the sizes of errors tell how many are: counting knows less.
+/// Factor on the allowed failures when error sizes predict them, since counting failures is less precise.
 const SCALED: f32 = 1.2;
-/// What is slower than this has edges.
+/// A convergence slower than this indicates edges.
 const EDGES: f32 = 1.5;
-/// Share of the pixels that move less than those that convergence is seen in: the tail is what counts.
+/// Convergence is measured at this quantile of the pixel changes, because the largest changes matter.
 const LARGE: f32 = 0.95;
 
 struct Pilot<'a> {
     refiner: Refiner<'a>,
-    /// By pixel, what the coarsest lattice says of its surroundings.
+    /// For each pixel, the curvature of the coarsest lattice around it.
     guards: Vec<f32>,
     rounds: Vec<Round>,
     bound: f32,
-    /// Samples without which no pixel is done with, as many as would see what covers so much of a pixel that it matters.
+    /// Minimum samples per pixel: enough to hit any feature large enough to change the pixel by the bound.
     witnesses: u32,
 }
 
 /// The pixels after some samples.
 struct Round {
     samples: u32,
-    /// By pixel; not a number where it has had no more samples than before.
+    /// For each pixel; NaN if it was finished before this round.
     estimates: Vec<f32>,
-    /// For each plane.
+    /// For each plane, the values of the pixels.
     values: Vec<Vec<f32>>,
 }
 
@@ -86,7 +87,7 @@ impl<'a> Pilot<'a> {
         }
     }
 
-    /// Takes twice as many samples, and notes what they say.
+    /// Doubles the sample count and records the estimates and the values.
     fn double(&mut self) -> Result<(), Stop> {
         let samples = (2 * self.refiner.samples).max(2);
         self.refiner.round(samples, true)?;
@@ -98,8 +99,9 @@ impl<'a> Pilot<'a> {
         Ok(())
     }
 
-    /// How the other pixels are to be sampled, unless more samples are needed to tell; the best if these are the `last`. A share
-    /// `allowed` may be off of the pixels that need samples, so many of all.
+    /// How to sample the other pixels, or `None` if the pilot needs more samples to decide. After the `last`
+    /// round the best result so far is returned. `allowed` is the share of the pixels with samples that may
+    /// exceed the bound; `pixels` of `all` pixels need samples.
     fn lesson(&self, allowed: f32, [pixels, all]: [f32; 2], last: bool) -> Option<Steps> {
         let mut rungs = self.rungs();
         let count = self.guards.len() as f32;
@@ -109,13 +111,14 @@ impl<'a> Pilot<'a> {
             let work = steps.work as f32 / count * pixels + times * self.refiner.evaluations as f32;
             fixed.is_some_and(|fixed| work <= THRIFT * fixed as f32 * all)
         };
-        // More is known then than how many are off.
+        // Scaled errors predict failures more precisely than counting does.
         let allowed = if rungs.iter().all(Rung::is_scaled) { SCALED * allowed } else { allowed };
         let at_least = rungs.last().map_or(0.0, |rung| rung.failed(BOLD * self.bound));
         if at_least > (NEARLY * count).max(allowed) && !last {
             return None;
         }
-        // Where samples are no better than independent there are edges, which as few samples miss.
+        // Samples that converge no faster than independent ones indicate edges, which so few samples can
+        // miss.
         if !last && self.refiner.samples < self.witnesses && self.convergence() < EDGES {
             return None;
         }
@@ -128,7 +131,7 @@ impl<'a> Pilot<'a> {
             let found = steps(&rungs, BOLD * self.bound, allowed);
             return (found.failed <= allowed && !affordable(&rungs, &found, 2.0)).then_some(found);
         }
-        // Who saves can afford to be careful.
+        // If adaptive sampling saves much, a stricter threshold is affordable.
         let careful = steps(&rungs, CAREFUL * self.bound, 0.5 * allowed);
         if careful.failed <= 0.5 * allowed {
             return Some(if affordable(&rungs, &careful, 1.0) { careful } else { found });
@@ -136,7 +139,7 @@ impl<'a> Pilot<'a> {
         (!affordable(&rungs, &careful, 2.0)).then_some(found)
     }
 
-    /// A number of samples that has not been tried, from the one before, if that was all but good enough.
+    /// Predicts a sample count that was not tried from the one before, if that was nearly good enough.
     fn next(&self, rungs: &[Rung]) -> Option<Rung> {
         let before = rungs.last()?;
         let less = f_powf(0.5, 0.5 * self.convergence());
@@ -146,14 +149,14 @@ impl<'a> Pilot<'a> {
         Some(Rung::new(last.samples, tried, self.bound))
     }
 
-    /// What is known of each number of samples but the last, by the last.
+    /// The estimated and actual errors of each sample count except the last, judged by the last.
     fn rungs(&self) -> Vec<Rung> {
         let Some((last, rounds)) = self.rounds.split_last() else { return Vec::new() };
         let power = self.convergence();
         let rung = |round: &Round| {
             let error = |slot: usize| {
                 let share = round.samples as f32 / self.refiner.each[slot] as f32;
-                // The truth contains these samples; without them it would be further away.
+                // The reference contains these samples, so the true difference is larger.
                 if share < 1.0 { moved(round, last, slot) / (1.0 - f_powf(share, power)).sqrt() } else { 0.0 }
             };
             let tried = (0..self.guards.len()).map(|slot| (round.estimates[slot], error(slot))).collect();
@@ -162,8 +165,9 @@ impl<'a> Pilot<'a> {
         rounds.par_iter().map(rung).collect()
     }
 
-    /// How squares of errors fall with the number of samples, as a power of it: 1 where samples are as good as independent, 3
-    /// where the shader is smooth. Seen in how much less the last samples moved pixels than those before.
+    /// The rate at which squared errors fall, as a power of the sample count: 1 if samples are no better than
+    /// independent ones, 3 if the shader is smooth. It is measured by how much less the last samples moved
+    /// the pixels than the samples before.
     fn convergence(&self) -> f32 {
         let [.., first, second, third] = &self.rounds[..] else { return SLOWEST };
         let slots = &self.refiner.active;
@@ -176,7 +180,7 @@ impl<'a> Pilot<'a> {
         if ratio.is_finite() { (2.0 * f_log2f(ratio)).clamp(SLOWEST, FASTEST) } else { SLOWEST }
     }
 
-    /// Leaves pixels as they are of which more samples would not say more.
+    /// Drops pixels for which further samples would show nothing new.
     fn drop_settled(&mut self) {
         let [.., before, last] = &self.rounds[..] else { return };
         let enough = DROPPED * self.bound;
@@ -187,14 +191,15 @@ impl<'a> Pilot<'a> {
     }
 }
 
-/// How far a pixel moved from a round to a later one, the most of all planes.
+/// The largest change of a pixel between two rounds, over all planes.
 fn moved(from: &Round, to: &Round, slot: usize) -> f32 {
     let far = |(a, b): (&Vec<f32>, &Vec<f32>)| distance(a[slot], b[slot]);
     from.values.iter().zip(&to.values).map(far).fold(0.0, f32::max)
 }
 
-/// The error of a pixel with samples: their standard error and how far the later half of them moved it, and an `n`th of what
-/// the lattice around it says, for what may hide between them.
+/// The estimated error of a pixel: its standard error combined with the change by the later half of its
+/// samples, and at least the lattice's bend divided by the sample count, for features that may hide between
+/// samples.
 pub(super) fn estimate(refiner: &Refiner<'_>, slot: usize, bend: f32) -> f32 {
     let error = f_hypotf(refiner.error(slot), refiner.moved[slot]);
     if bend.is_finite() { error.max(bend / refiner.samples as f32) } else { error }

@@ -1,39 +1,40 @@
-//! Errors that are alike but for their size, which the estimates tell.
+//! Error distributions that differ between pixels only by a scale, which the estimates predict.
 //!
-//! Few errors of a pilot are as large as the bound, too few to count. But many are as many times larger than others of their
-//! size as an error has to be to reach it: from the distribution of these multiples, of all pixels together, follows how
-//! likely each pixel is off. Where there are edges, errors are not alike; then this says so, and pixels are counted.
+//! Few pilot errors reach the bound, too few to count. But the ratios of errors to their local scale have one
+//! common distribution, and from it follows the probability that each pixel exceeds the bound. At edges the
+//! errors do not follow a common distribution; then this module reports so, and failures are counted instead.
 
 use super::peek::Tried;
 
-/// Pixels for each one before and behind a pixel in the order of estimates that tell the size of its error.
+/// The scale of an error is averaged over neighbours in the order of the estimates: one in so many of all
+/// pixels, on each side.
 const ALIKE: usize = 32;
-/// Pixels behind one another in this order that count as of one size.
+/// Consecutive pixels in this order that share one scale.
 const TOGETHER: usize = 16;
-/// Pixels without which sizes say nothing.
+/// Minimum number of pixels to estimate scales.
 const MANY: usize = 1024;
-/// Shares of the bound at which it is seen whether errors are but scaled, in so many groups of pixels of like estimates, and
-/// how many standard deviations the number of larger errors may be off in each.
+/// The check that errors are scaled compares predicted and counted failures at these shares of the bound, in
+/// this many groups of pixels with similar estimates, up to this many standard deviations.
 const SHARES: [f32; 3] = [0.25, 0.5, 1.0];
 const GROUPS: usize = 8;
 const CHANCE: f32 = 2.0;
 
-/// Sizes of errors, and how many times larger errors are than their size.
+/// The scale of each error, and the common distribution of error-to-scale ratios.
 pub(super) struct Scaled {
-    /// By pixel, the number of its size.
+    /// For each pixel, the index of its scale.
     of: Vec<u32>,
     sizes: Vec<f32>,
-    /// Of all pixels, ascending.
+    /// The ratios of all pixels, ascending.
     times: Vec<f32>,
 }
 
 impl Scaled {
-    /// None where errors are not but scaled, as far as errors near the bound tell.
+    /// `None` unless the errors near the bound differ only by a constant factor.
     pub(super) fn of(tried: &[Tried], bound: f32) -> Option<Scaled> {
         if tried.len() < MANY || tried.iter().any(|(_, error)| !error.is_finite()) {
             return None;
         }
-        // What is no number was done before.
+        // A NaN estimate means that the pixel was finished earlier.
         let known = |estimate: f32| if estimate.is_nan() { 0.0 } else { estimate };
         let mut order: Vec<(f32, u32)> =
             tried.iter().zip(0..).map(|((e, _), slot)| (known(*e), slot)).collect();
@@ -62,7 +63,7 @@ impl Scaled {
         SHARES.iter().all(|share| fits(share * bound)).then_some(scaled)
     }
 
-    /// By pixel, how likely its error is above a bound.
+    /// For each pixel, the probability that its error exceeds a bound.
     pub(super) fn chances(&self, bound: f32) -> Vec<f32> {
         let chances: Vec<f32> = self.sizes.iter().map(|size| self.chance(*size, bound)).collect();
         self.of.iter().map(|size| chances[*size as usize]).collect()
@@ -74,7 +75,8 @@ impl Scaled {
     }
 }
 
-/// The root mean square of the errors of pixels around each few in the order of their estimates.
+/// The scales: root mean square errors of pixels with similar estimates, one for each group of `TOGETHER`
+/// pixels.
 fn sizes(tried: &[Tried], order: &[usize]) -> Vec<f32> {
     let mut sums = vec![0.0_f64];
     let mut sum = 0.0;
@@ -95,12 +97,12 @@ mod tests {
     use super::*;
     use crate::sample::pattern::hash;
 
-    /// Numbers of 0 to 1.
+    /// A pseudorandom number from 0 to 1.
     fn random(i: usize) -> f32 {
         (hash(i as u32) >> 8) as f32 / (1 << 24) as f32
     }
 
-    /// Half the sum of four numbers of -1 to 1: above 1 in 2.1 % of the cases.
+    /// Half the sum of four numbers from -1 to 1; above 1 in 2.1 % of the cases.
     fn error(i: usize) -> f32 {
         (0..4).map(|k| 2.0 * random(4 * i + k) - 1.0).sum::<f32>().abs() / 2.0
     }
@@ -117,7 +119,7 @@ mod tests {
 
     #[test]
     fn edges_are_not_scaled() {
-        // Where an edge hides, the estimate knows nothing of it.
+        // The estimate misses hidden edges.
         let hidden = |i: usize| if i.is_multiple_of(50) { 0.8 } else { 0.01 * error(i) };
         let tried: Vec<Tried> =
             (0..4096).map(|i| if i < 2048 { (0.001, hidden(i)) } else { (0.5, 0.5 * error(i)) }).collect();
