@@ -1,4 +1,5 @@
-//! Planted weaknesses: each of the shaders in `faults` has one, on the line that says so, and that is the line to blame.
+//! Planted weaknesses: each of the shaders in `faults` has one, on the line that says so, and that is the
+//! line to blame.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,50 +1,53 @@
-//! From a block to code: which register holds what when, and the instructions in their order.
+//! Turns a block into code: assigns registers to values and emits the instructions in order.
 //!
-//! Registers go to what is needed next; where there are too few, the value that is needed last leaves its one (Belady
-//! 1966), to memory if it does not stand there anyway. This module must not know where arrays are or who brings them.
+//! The value needed next keeps its register. If there are too few registers, the value that is needed last
+//! gives up its register (Belady 1966) and moves to memory, unless it is there already. This module must not
+//! know where arrays are or who provides them.
 
 use crate::block::{Array, Binary, Block, Compare, Inst, IntCompare, Op, Unary};
 use crate::encode::{Assembler, Gpr, K, Mem, Opcode, Rm, Zmm, name};
 use crate::rare;
 use rustc_hash::FxHashMap;
 
-/// What the code is called with, in the registers of its first four arguments: pointers to the arrays, room for values
-/// without a register, the byte of the first lane and that behind the last.
+/// The code's arguments, in the registers of the first four parameters: pointers to the arrays, working
+/// memory for values without a register, the byte offset of the first lane, and the byte offset after the
+/// last.
 const POINTERS: Gpr = Gpr::RDI;
 const SLOTS: Gpr = Gpr::RSI;
 const LANE: Gpr = Gpr::RDX;
 const END: Gpr = Gpr::RCX;
-/// The array that an instruction uses, if it has no register for itself.
+/// Holds the pointer of the array that an instruction uses, if that array has no register of its own.
 const ARRAY: Gpr = Gpr::RAX;
-/// Registers that the called may change, for the arrays that are used most.
+/// Caller-saved registers, for the arrays that are used most.
 const BASES: [Gpr; 4] = [Gpr(8), Gpr(9), Gpr(10), Gpr(11)];
 
-/// Lanes of a vector.
+/// Lanes per vector.
 pub(crate) const LANES: usize = 16;
-/// Bytes of a vector, and of a slot.
+/// Bytes per vector and per slot.
 const VECTOR: usize = 4 * LANES;
 
-/// Masks are numbered behind the vectors; the first means none.
+/// Masks are numbered after the vectors; mask 0 means "no mask".
 const VECTORS: usize = 32;
 const REGISTERS: usize = VECTORS + 8;
 const FIRST_MASK: usize = VECTORS + 1;
 
-/// Stands for the value of a register that an instruction works with.
+/// Marks a register that an instruction uses as a temporary.
 const TAKEN: u32 = u32::MAX;
 
-/// Code as bytes, and how many slots it needs.
+/// Code as bytes, and the number of slots it needs.
 #[derive(Clone, Debug)]
 pub struct Assembled {
-    /// Instructions, and the constants that they read behind them.
+    /// The instructions, followed by the constants that they read.
     pub bytes: Vec<u8>,
-    /// Vectors of working memory.
+    /// Number of vectors of working memory.
     pub slots: usize,
 }
 
-/// The code of a block, whether or not this machine can run it: to be looked at, or emulated.
+/// Assembles the code of a block, whether or not this machine can run it, so that it can be inspected or
+/// emulated.
 ///
-/// It is called with the addresses of the pointers to the arrays and of its slots, the byte of the first lane and that behind
-/// the last, in the registers of the first four arguments.
+/// The code takes four arguments, in the usual registers: the address of the array pointers, the address of
+/// its slots, the byte offset of the first lane, and the byte offset after the last.
 pub fn assemble(block: &Block) -> Assembled {
     let mut allocator = Allocator::new(block);
     for (slot, array) in allocator.bases.into_iter().enumerate() {
@@ -64,19 +67,20 @@ pub fn assemble(block: &Block) -> Assembled {
 struct Allocator<'a> {
     block: &'a Block,
     code: Assembler,
-    /// Where each value is used: those of value `v` are `uses[first[v]..first[v + 1]]`, and `next[v]` counts those done.
+    /// The uses of each value: those of value `v` are `uses[first[v]..first[v + 1]]`, and `next[v]` counts
+    /// those done.
     uses: Vec<u32>,
     first: Vec<u32>,
     next: Vec<u32>,
-    /// The value in each register, vectors before masks.
+    /// The value in each register; vectors come before masks.
     held: [Option<u32>; REGISTERS],
     register: Vec<Option<u8>>,
     slot: Vec<Option<u32>>,
     free: Vec<u32>,
-    /// Slots whose value the instruction at hand reads for the last time.
+    /// Slots whose value the current instruction reads for the last time.
     ending: Vec<u32>,
-    /// Lanes that are read from memory while that holds what it did before the block, by place; and those that are no
-    /// longer there.
+    /// Lanes that can still be read from memory, because the memory holds what it held before the block, by
+    /// location; and lanes that were overwritten.
     lanes: FxHashMap<(Array, u32), u32>,
     gone: Vec<bool>,
     slots: usize,
@@ -131,7 +135,7 @@ impl<'a> Allocator<'a> {
     fn inst(&mut self, at: u32, inst: &Inst) {
         let args = inst.args();
         match inst.op {
-            // Fetched where they are used.
+            // Loaded where they are used.
             Op::Lanes(array, word) => {
                 self.lanes.insert((array, word), at);
             }
@@ -167,7 +171,7 @@ impl<'a> Allocator<'a> {
             }
             Op::Class { nan, infinite } => {
                 let rm = self.last(args[0], args);
-                // Quiet and signaling NaN, and infinities of either sign.
+                // Quiet and signaling NaN, and both infinities.
                 let classes = if nan { 0x81 } else { 0 } | if infinite { 0x18 } else { 0 };
                 self.give(at, inst, |code, to| {
                     code.evex(name::VFPCLASSPS, to, None, rm, K(0), false, Some(classes));
@@ -193,7 +197,7 @@ impl<'a> Allocator<'a> {
             Op::Fused { less } => {
                 let factor = self.vector(args[1], args);
                 let [to] = self.work(false, args).map(Zmm);
-                // The result takes the place of the sum, which may be needed again.
+                // The result overwrites the addend, which may be needed again.
                 match self.register[args[0] as usize] {
                     Some(sum) => self.code.copy(to, Zmm(sum)),
                     None => self.fetch(args[0], to),
@@ -221,7 +225,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Has what memory held before keep a register if it is needed behind the store that is next.
+    /// Loads the old contents of memory into a register if they are needed after the store that comes next.
     fn rescue(&mut self, array: Array, word: u32) {
         if let Some(v) = self.lanes.remove(&(array, word))
             && self.left(v) > 0
@@ -237,13 +241,14 @@ impl<'a> Allocator<'a> {
         self.give(at, inst, |code, to| code.evex(op, to, Some(a), b, K(0), false, Some(predicate)));
     }
 
-    /// Operands in the order that leaves one in memory, where either order does.
+    /// Orders the operands such that the second may stay in memory, if the operation is commutative.
     fn turned(&self, a: u32, b: u32, turns: bool) -> (u32, u32) {
         let in_memory = |v: u32| self.register[v as usize].is_none();
         if turns && in_memory(a) && !in_memory(b) { (b, a) } else { (a, b) }
     }
 
-    /// Ends the uses of an instruction, gives its result a register, and has it written.
+    /// Ends the uses of an instruction's arguments, assigns a register to its result, and emits the
+    /// instruction.
     fn give(&mut self, at: u32, inst: &Inst, write: impl FnOnce(&mut Assembler, u8)) {
         self.done(inst.args());
         if self.left(at) > 0 {
@@ -251,11 +256,12 @@ impl<'a> Allocator<'a> {
             self.hold(to, at);
             write(&mut self.code, (to % VECTORS) as u8);
         }
-        // Not before: a value that had to leave would have taken the slot that is still to be read.
+        // Only now: otherwise a value that had to leave its register could have taken a slot that is still to
+        // be read.
         self.free.append(&mut self.ending);
     }
 
-    /// Registers to work with in one operation: vectors, or masks.
+    /// Temporary registers for one operation: vectors or masks.
     fn work<const N: usize>(&mut self, truth: bool, keep: &[u32]) -> [u8; N] {
         std::array::from_fn(|_| {
             let register = self.take(truth, keep);
@@ -282,7 +288,7 @@ impl<'a> Allocator<'a> {
         self.finish(at, inst, to, &[to, a, b, c, d], &[small, other]);
     }
 
-    /// Ends an instruction that has left its result in one of the registers it worked with.
+    /// Ends an instruction that left its result in one of its temporary registers.
     fn finish(&mut self, at: u32, inst: &Inst, to: Zmm, vectors: &[Zmm], masks: &[K]) {
         vectors.iter().for_each(|z| self.held[usize::from(z.0)] = None);
         masks.iter().for_each(|k| self.held[VECTORS + usize::from(k.0)] = None);
@@ -293,7 +299,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Counts the uses of an instruction as done; what is not used again leaves its register and slot.
+    /// Counts the uses of an instruction as done. Values without further uses release their register and
+    /// slot.
     fn done(&mut self, args: &[u32]) {
         for v in args {
             let v = *v as usize;
@@ -307,7 +314,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// How many more uses a value has.
+    /// Number of remaining uses of a value.
     fn left(&self, v: u32) -> u32 {
         self.first[v as usize + 1] - self.next[v as usize]
     }
@@ -317,7 +324,7 @@ impl<'a> Allocator<'a> {
         self.register[v as usize] = Some(register as u8);
     }
 
-    /// A register that nothing needs, for which another value may have to leave, but none of those in `keep`.
+    /// A free register; another value may have to leave it, but none of those in `keep`.
     fn take(&mut self, truth: bool, keep: &[u32]) -> usize {
         if let Some(free) = self.unused(truth) {
             return free;
@@ -345,7 +352,7 @@ impl<'a> Allocator<'a> {
         range.into_iter().find(|at| self.held[*at].is_none())
     }
 
-    /// Has a value leave its register.
+    /// Moves a value out of its register.
     fn leave(&mut self, register: usize, v: u32) {
         self.held[register] = None;
         self.register[v as usize] = None;
@@ -365,7 +372,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// A truth in a register.
+    /// Brings a mask into a register.
     fn truth(&mut self, v: u32, keep: &[u32]) -> K {
         if let Some(register) = self.register[v as usize] {
             return K(register - VECTORS as u8);
@@ -379,7 +386,7 @@ impl<'a> Allocator<'a> {
         k
     }
 
-    /// A value in a register.
+    /// Brings a value into a register.
     fn vector(&mut self, v: u32, keep: &[u32]) -> Zmm {
         if let Some(register) = self.register[v as usize] {
             return Zmm(register);
@@ -390,7 +397,7 @@ impl<'a> Allocator<'a> {
         Zmm(to as u8)
     }
 
-    /// Has a register hold what stands in memory.
+    /// Loads a value from memory into a register.
     fn fetch(&mut self, v: u32, to: Zmm) {
         match self.home(v) {
             Some(Rm::Word(mem)) => {
@@ -401,8 +408,8 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// A value as the last operand, which may stand in memory. It gets a register if it is needed again and one is
-    /// unused.
+    /// A value as the last operand, which may be in memory. It gets a register if it is needed again and one
+    /// is free.
     fn last(&mut self, v: u32, keep: &[u32]) -> Rm {
         let again = self.left(v) as usize > keep.iter().filter(|have| **have == v).count();
         if self.register[v as usize].is_some() || again && self.unused(false).is_some() {
@@ -414,12 +421,12 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// Whether a value stands in memory as it is.
+    /// Whether a value is in memory already, such as an input or a constant.
     fn is_source(&self, v: u32) -> bool {
         self.block.insts[v as usize].op.is_source() && !self.gone[v as usize]
     }
 
-    /// Where a value stands in memory.
+    /// The memory location of a value.
     fn home(&mut self, v: u32) -> Option<Rm> {
         if let Some(slot) = self.slot[v as usize] {
             return Some(Rm::Lanes(slot_memory(slot)));
@@ -435,7 +442,7 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    /// A word of an array, or that of the first of the lanes that are computed.
+    /// A word of an array, or the word of the first current lane.
     fn memory(&mut self, array: Array, word: u32, lanes: bool) -> Mem {
         let base = match self.bases.iter().position(|have| *have == Some(array.0)) {
             Some(found) => BASES[found],
@@ -453,9 +460,9 @@ fn slot_memory(slot: u32) -> Mem {
     Mem::At(SLOTS, slot as i32 * VECTOR as i32)
 }
 
-/// The instruction, and the rounding of those that round.
+/// The instruction, and the rounding mode of those that round.
 fn unary(op: Unary) -> (Opcode, Option<u8>) {
-    // Without reports of inexact results.
+    // Suppresses the precision exception.
     const QUIET: u8 = 8;
     match op {
         Unary::Sqrt | Unary::InverseRoot => (name::VSQRTPS, None),
@@ -468,7 +475,7 @@ fn unary(op: Unary) -> (Opcode, Option<u8>) {
     }
 }
 
-/// The instruction, and whether its operands may change places.
+/// The instruction, and whether it is commutative.
 fn binary(op: Binary) -> (Opcode, bool) {
     match op {
         Binary::Add => (name::VADDPS, true),

@@ -1,7 +1,7 @@
-//! A block: vector operations one behind the other, each on what those before it gave, and what they load and store.
+//! A block: a sequence of vector operations on values, with loads and stores.
 //!
-//! Values are 16 lanes of 32 bits, floats or ints; truths are a bit for each. Equal operations on equal values are one.
-//! This module must not know registers or instructions.
+//! A value has 16 lanes of 32 bits, floats or ints; a truth has one bit per lane. Equal operations on equal
+//! values are merged. This module must not know registers or instructions.
 
 use rustc_hash::FxHashMap;
 
@@ -9,15 +9,15 @@ use rustc_hash::FxHashMap;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Value(pub(crate) u32);
 
-/// A truth for each of 16 lanes.
+/// A mask: one truth for each of 16 lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Truth(pub(crate) u32);
 
-/// An array of words that the caller of the code brings.
+/// An array of words, provided by the caller of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Array(pub(crate) u32);
 
-/// What an operation on two values computes.
+/// An operation on two values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Binary {
     /// The sum of floats.
@@ -28,7 +28,7 @@ pub enum Binary {
     Mul,
     /// The quotient of floats.
     Div,
-    /// The first float where it is smaller, else (NaN, zeros of either sign) the second.
+    /// The first float if it is smaller, else the second (also for NaN and for zeros of either sign).
     Min,
     /// The sum of ints modulo 2^32.
     IntAdd,
@@ -40,40 +40,40 @@ pub enum Binary {
     IntMin,
     /// The larger int.
     IntMax,
-    /// Bits that both have.
+    /// Bitwise and.
     And,
-    /// Bits that either has.
+    /// Bitwise or.
     Or,
-    /// Bits that one of them has.
+    /// Bitwise exclusive or.
     Xor,
-    /// Bits shifted left; all gone from 32 on.
+    /// Shift left; 0 for shifts of 32 or more.
     Shl,
-    /// Bits shifted right, the sign kept.
+    /// Arithmetic shift right.
     Shr,
 }
 
-/// What an operation on one value computes.
+/// An operation on one value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Unary {
     /// The square root of a float.
     Sqrt,
-    /// 1 by the square root of a float that is not zero, both rounded.
+    /// 1 divided by the square root of a nonzero float; both operations are rounded.
     InverseRoot,
-    /// The largest whole float not above.
+    /// The largest whole float that is not larger.
     Floor,
-    /// The smallest whole float not below.
+    /// The smallest whole float that is not smaller.
     Ceil,
     /// The float without its fraction.
     Trunc,
     /// The float of an int.
     ToFloat,
-    /// The int of a float, truncated; `i32::MIN` for what has none.
+    /// Converts a float to an int by truncation; `i32::MIN` if it does not fit.
     ToInt,
-    /// The magnitude of an int.
+    /// The absolute value of an int.
     IntAbs,
 }
 
-/// Which floats, compared, make a truth. Those named `Or` are true of NaN.
+/// A comparison of floats. Those that end in `OrNan` are true for NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum Compare {
@@ -90,7 +90,7 @@ pub enum Compare {
     GreaterOrNan,
 }
 
-/// Which ints, compared, make a truth.
+/// A comparison of ints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "the names say it")]
 pub enum IntCompare {
@@ -102,20 +102,20 @@ pub enum IntCompare {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Op {
-    /// Lanes of an array, from a word on.
+    /// Lanes of an array, starting at a word.
     Lanes(Array, u32),
     /// A word of an array.
     Word(Array, u32),
     Constant(u32),
     Unary(Unary),
     Binary(Binary),
-    /// Word of a table of 16 by an index of 0 to 15.
+    /// A word from a table of 16, by an index of 0 to 15.
     LookUp(Array, u32),
     Compare(Compare),
     IntCompare(IntCompare),
-    /// Whether bits are set.
+    /// Whether any bit is set.
     NotZero,
-    /// Whether a float is NaN, or infinite, or both asked for.
+    /// Whether a float is NaN (if `nan`) or infinite (if `infinite`).
     Class {
         nan: bool,
         infinite: bool,
@@ -123,34 +123,34 @@ pub(crate) enum Op {
     TruthAnd,
     TruthOr,
     TruthNot,
-    /// The first value where the truth is, else the second.
+    /// The first value where the mask is set, else the second.
     Choose,
-    /// The first value plus, or less, the product of the others, rounded once.
+    /// The first value plus, or minus, the product of the others, rounded once.
     Fused {
         less: bool,
     },
-    /// The length of a vector whose squares sum up to the second value, of which the first is the root: the vector scaled
-    /// by its largest component where squares are too small.
+    /// The length of a vector. The second value is the sum of the squares of its components and the first is
+    /// the root of that sum. If the squares are too small, the vector is scaled by its largest component.
     Length,
-    /// 1 where the truth is, else 0.
+    /// 1 where the mask is set, else 0.
     Number,
     Store(Array, u32),
 }
 
 impl Op {
-    /// Whether what it yields stands in memory as it is.
+    /// Whether its result is in memory already.
     pub(crate) fn is_source(self) -> bool {
         matches!(self, Op::Lanes(..) | Op::Word(..) | Op::Constant(_))
     }
 
-    /// Whether it yields a truth.
+    /// Whether its result is a mask.
     pub(crate) fn is_truth(self) -> bool {
         use Op::{Class, Compare, IntCompare, NotZero, TruthAnd, TruthNot, TruthOr};
         matches!(self, Compare(_) | IntCompare(_) | NotZero | Class { .. } | TruthAnd | TruthOr | TruthNot)
     }
 }
 
-/// An operation and its arguments, by their numbers.
+/// An operation and its arguments, given by number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Inst {
     pub(crate) op: Op,
@@ -164,61 +164,61 @@ impl Inst {
     }
 }
 
-/// How a block uses an array.
+/// The required size of an array.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Use {
-    /// Words that it must have at least.
+    /// Minimum number of words.
     pub(crate) words: usize,
-    /// Words that it must have before those of the last lane, if lanes are used.
+    /// Words needed before those of the last lane, if lanes are used.
     pub(crate) lanes: Option<usize>,
     pub(crate) written: bool,
 }
 
-/// Operations as they are put together.
+/// A sequence of operations under construction.
 #[derive(Clone, Debug, Default)]
 pub struct Block {
     pub(crate) insts: Vec<Inst>,
     pub(crate) arrays: Vec<Use>,
     known: FxHashMap<Inst, u32>,
-    /// What lanes of arrays hold, as far as that is known.
+    /// The known contents of array lanes.
     held: FxHashMap<(Array, u32), Value>,
 }
 
 impl Block {
-    /// A block that does nothing.
+    /// An empty block.
     pub fn new() -> Block {
         Block::default()
     }
 
-    /// How many operations it has.
+    /// Number of operations.
     pub fn len(&self) -> usize {
         self.insts.len()
     }
 
-    /// Whether it has none.
+    /// Whether it has no operations.
     pub fn is_empty(&self) -> bool {
         self.insts.is_empty()
     }
 
-    /// One more array. Arrays are brought in this order.
+    /// Declares another array. The caller provides arrays in this order.
     pub fn array(&mut self) -> Array {
         self.arrays.push(Use::default());
         Array(self.arrays.len() as u32 - 1)
     }
 
-    /// Lanes of an array, of which the first is at `word`.
+    /// Lanes of an array; the first lane is at `word`.
     pub fn lanes(&mut self, array: Array, word: u32) -> Value {
         if let Some(held) = self.held.get(&(array, word)) {
             return *held;
         }
         self.note_lanes(array, word);
-        // Not one with an operation before: the lanes may have been stored to since, and dropped from what is known.
+        // Not merged with an earlier load: the lanes may have been stored to and dropped from `held` since.
         let value = Value(self.push(Op::Lanes(array, word), &[]));
         self.held.insert((array, word), value);
         value
     }
 
-    /// One word of an array for all lanes. Nothing in the block writes that array.
+    /// One word of an array, broadcast to all lanes. The block must not write that array.
     pub fn word(&mut self, array: Array, word: u32) -> Value {
         self.note_words(array, word as usize + 1);
         Value(self.pure(Op::Word(array, word), &[]))
@@ -234,14 +234,15 @@ impl Block {
         self.bits(x.to_bits())
     }
 
-    /// For each lane the word that `index` (0 to 15) names of 16 words of an array from `word` on. Nothing in the block
-    /// writes that array.
+    /// For each lane, the word that `index` (0 to 15) selects from the 16 words of an array starting at
+    /// `word`. The block must not write that array.
     pub fn look_up(&mut self, array: Array, word: u32, index: Value) -> Value {
         self.note_words(array, word as usize + 16);
         Value(self.pure(Op::LookUp(array, word), &[index.0]))
     }
 
-    /// Has lanes of an array hold a value behind the block, if they are `kept`; and for what follows in the block.
+    /// Stores a value to lanes of an array. Later operations of the block see it; the caller sees it only if
+    /// it is `kept`.
     pub fn store(&mut self, array: Array, word: u32, value: Value, kept: bool) {
         self.held.insert((array, word), value);
         if kept {
@@ -278,7 +279,7 @@ impl Block {
         Truth(self.pure(Op::IntCompare(how), &[a.0, b.0]))
     }
 
-    /// Whether bits of a value are set. Of a number made of a truth it is that truth.
+    /// Whether any bit of a value is set. For a number made from a mask, this is that mask.
     pub fn not_zero(&mut self, a: Value) -> Truth {
         match self.insts.get(a.0 as usize) {
             Some(Inst { op: Op::Number, args: [truth, ..], .. }) => Truth(*truth),
@@ -286,27 +287,27 @@ impl Block {
         }
     }
 
-    /// Whether floats are NaN or infinite, as far as asked for.
+    /// Whether floats are NaN (if `nan`) or infinite (if `infinite`).
     pub fn class(&mut self, a: Value, nan: bool, infinite: bool) -> Truth {
         Truth(self.pure(Op::Class { nan, infinite }, &[a.0]))
     }
 
-    /// Whether both are.
+    /// Logical and.
     pub fn both(&mut self, a: Truth, b: Truth) -> Truth {
         Truth(self.pure(Op::TruthAnd, &[a.0, b.0]))
     }
 
-    /// Whether either is.
+    /// Logical or.
     pub fn either(&mut self, a: Truth, b: Truth) -> Truth {
         Truth(self.pure(Op::TruthOr, &[a.0, b.0]))
     }
 
-    /// Whether it is not.
+    /// Logical not.
     pub fn not(&mut self, a: Truth) -> Truth {
         Truth(self.pure(Op::TruthNot, &[a.0]))
     }
 
-    /// `yes` where the truth is, else `no`.
+    /// `yes` where the mask is set, else `no`.
     pub fn choose(&mut self, truth: Truth, yes: Value, no: Value) -> Value {
         if yes == no {
             return yes;
@@ -314,15 +315,15 @@ impl Block {
         Value(self.pure(Op::Choose, &[truth.0, yes.0, no.0]))
     }
 
-    /// The length of a vector, whose `square` is the sum of its components' squares. Where that is below `2^-125`, which
-    /// has lost bits, components are divided by the largest first: |largest| · √(Σ (component / largest)²), in this order
-    /// of operations, and 0 where the largest is 0.
+    /// The length of a vector whose components' squares sum up to `square`. If the sum is below `2^-125` it
+    /// has lost bits; then the components are divided by the largest first: |largest| · √(Σ (component /
+    /// largest)²), in this order of operations, and 0 if the largest is 0.
     pub fn length(&mut self, square: Value, [x, y, z]: [Value; 3]) -> Value {
         let root = self.unary(Unary::Sqrt, square);
         Value(self.pure(Op::Length, &[root.0, square.0, x.0, y.0, z.0]))
     }
 
-    /// 1 where the truth is, else 0.
+    /// 1 where the mask is set, else 0.
     pub fn number(&mut self, truth: Truth) -> Value {
         Value(self.pure(Op::Number, &[truth.0]))
     }

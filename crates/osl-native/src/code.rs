@@ -1,7 +1,8 @@
-//! Code that can be called: memory that the processor may run, and the check that it stays within the arrays it gets.
+//! Callable code: executable memory, and the check that the code stays within the arrays it gets.
 //!
-//! The only unsafe code of the crate: the call. What the code does is known from the block that it was made of: it reads
-//! and writes lanes of arrays at offsets that the block has noted, slots, and its own constants; it calls nothing.
+//! The call is the only unsafe code of the crate. The effects of the code are known from its block: it reads
+//! and writes array lanes at offsets recorded by the block, its slots, and its own constants. It calls
+//! nothing.
 
 #![expect(unsafe_code, reason = "code that was just made is called here")]
 
@@ -11,27 +12,28 @@ use memmap2::{Mmap, MmapMut};
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Operations of a block at most.
+/// Maximum number of operations in a block.
 const MAX_OPERATIONS: usize = 1 << 16;
-/// The furthest word of an array that a block may name: distances in bytes are signed and of 32 bits.
+/// The last word of an array that a block may address, since byte offsets are signed 32-bit numbers.
 const MAX_WORDS: usize = 1 << 28;
 
-/// Bytes of a page, and of a line of the cache.
+/// Bytes per page and per cache line.
 const PAGE: usize = 4096;
 const LINE: usize = 64;
-/// Where the next code starts in its page: were it at the front each time, all would want the same few lines of the cache.
+/// Offset of the next code in its page. If every code began at the start of a page, all would compete for the
+/// same few cache lines.
 static NEXT: AtomicUsize = AtomicUsize::new(0);
 
-/// Words for the code to read or write.
+/// An array for the code.
 #[derive(Debug)]
 pub enum Words<'a> {
-    /// To read.
+    /// Read only.
     Read(&'a [u32]),
-    /// To read and write.
+    /// Read and write.
     Write(&'a mut [u32]),
 }
 
-/// Working memory of calls, best kept from one to the next.
+/// Working memory for calls; reuse it from one call to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     pointers: Vec<usize>,
@@ -48,7 +50,7 @@ pub struct Code {
     slots: usize,
 }
 
-/// Whether this machine runs such code: x86-64 with AVX-512.
+/// Whether this machine can run the code: x86-64 with AVX-512.
 pub fn is_supported() -> bool {
     #[cfg(all(target_arch = "x86_64", unix))]
     {
@@ -60,8 +62,9 @@ pub fn is_supported() -> bool {
     false
 }
 
-/// Memory that holds bytes from a place on, and can be run; nothing where the system refuses. Each call takes pages of its
-/// own, which are written first and run afterwards: they are never both, and never written again.
+/// Executable memory that holds bytes from an offset on; `None` if the system refuses. Each call takes pages
+/// of its own, which are first written and then made executable: they are never both, and never written
+/// again.
 fn executable(start: usize, bytes: &[u8]) -> Option<Mmap> {
     let mut memory = MmapMut::map_anon(start + bytes.len()).ok()?;
     memory.get_mut(start..)?.copy_from_slice(bytes);
@@ -69,8 +72,8 @@ fn executable(start: usize, bytes: &[u8]) -> Option<Mmap> {
 }
 
 impl Code {
-    /// The code of a block; nothing where the machine cannot run it, or does not let new code be run, or where the block
-    /// is too large.
+    /// Assembles a block; `None` if the machine cannot run the code, the system does not permit new
+    /// executable code, or the block is too large.
     pub fn new(block: &Block) -> Option<Code> {
         let furthest = block.arrays.iter().map(|used| used.words.max(used.lanes.unwrap_or(0))).max();
         if !is_supported() || block.len() > MAX_OPERATIONS || furthest.unwrap_or(0) > MAX_WORDS {
@@ -83,13 +86,14 @@ impl Code {
         Some(Code { memory, start, arrays: block.arrays.clone(), slots: assembled.slots })
     }
 
-    /// Bytes of the code.
+    /// Size of the code in bytes.
     pub fn size(&self) -> usize {
         self.memory.len()
     }
 
-    /// Computes lanes of the arrays, whole vectors of 16 of them. False, and nothing is done, if the arrays are fewer or
-    /// shorter than the block wants or one that it writes may only be read, or if the lanes are not whole vectors.
+    /// Computes lanes of the arrays, in whole vectors of 16. Returns false and does nothing if there are
+    /// fewer or shorter arrays than the block needs, if an array that it writes is read-only, or if the lanes
+    /// are not whole vectors.
     pub fn run<'a>(
         &self,
         arrays: impl IntoIterator<Item = Words<'a>>,
@@ -121,14 +125,14 @@ impl Code {
         true
     }
 
-    /// Calls the code. The pointers are those of arrays as long as the block needs for these lanes.
+    /// Calls the code. The pointers point to arrays that are long enough for these lanes.
     #[cfg(target_arch = "x86_64")]
     fn call(&self, pointers: &[usize], slots: &mut [u32], lanes: Range<usize>) {
-        // SAFETY: the memory holds what `assemble` made of the block, which follows the System V convention, and was not
-        // written since; the instructions it uses were detected in `new`. It touches: the pointers, as many as the block
-        // has arrays; slots, as many as it counted, for which `run` made room; and arrays, whose slices live until `run`
-        // returns, within the words that `run` has checked. Lanes are whole vectors and at least one, so that its loop ends
-        // exactly at the last.
+        // SAFETY: the memory holds the code that `assemble` made from the block and was not written since.
+        // The code follows the System V convention, and `new` detected the instructions that it uses. It
+        // accesses the pointers, as many as the block has arrays; slots, as many as it counted, for which
+        // `run` made room; and arrays, whose slices live until `run` returns, within the words that `run` has
+        // checked. Lanes are whole vectors and at least one, so the loop ends exactly at the last.
         unsafe {
             std::arch::asm!(
                 "call {code}",
@@ -154,7 +158,7 @@ mod tests {
     use std::process::Command;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    /// The rights of all pages of this process, as `rwxp`, with where they are.
+    /// The permissions of all pages of this process, such as `rwxp`, with their addresses.
     fn pages() -> Vec<(std::ops::Range<usize>, String)> {
         let maps = std::fs::read_to_string("/proc/self/maps").unwrap();
         let page = |line: &str| {
@@ -198,7 +202,7 @@ mod tests {
         assert!(looks > 0);
     }
 
-    /// Set in a process that asks for executable memory where the system refuses it.
+    /// Set in a child process that requests executable memory from a system that refuses it.
     const REFUSED: &str = "OSL_NATIVE_TEST_REFUSED";
 
     #[test]
@@ -207,8 +211,8 @@ mod tests {
             assert!(executable(64, &[0xC3]).is_none(), "the system does not refuse");
             return;
         }
-        // `prctl(PR_SET_MDWE, PR_MDWE_REFUSE_EXEC_GAIN)` of Linux 6.3: from then on no page becomes executable. It lasts through
-        // the start of another program.
+        // `prctl(PR_SET_MDWE, PR_MDWE_REFUSE_EXEC_GAIN)` of Linux 6.3: from then on no page can become
+        // executable. The setting survives the start of another program.
         let script = "import ctypes, os, sys\n\
             if ctypes.CDLL(None).prctl(65, 1, 0, 0, 0): sys.exit(77)\n\
             os.execv(sys.argv[1], sys.argv[1:])";

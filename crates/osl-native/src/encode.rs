@@ -1,13 +1,13 @@
-//! Instructions as bytes: the few forms of AVX-512 and of the base set that runs are made of.
+//! Encodes instructions as bytes: the few AVX-512 and base instructions that the code consists of.
 //!
-//! Encodings are those of the Intel 64 manual, volume 2 (2.7 for EVEX, 2.3 for VEX). This module must not know what
-//! the instructions are for; a test has a disassembler read all of them back.
+//! Encodings follow the Intel 64 manual, volume 2 (2.7 for EVEX, 2.3 for VEX). This module must not know what
+//! the instructions are used for; a test reads all of them back with a disassembler.
 
 /// One of 32 vector registers of 16 lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Zmm(pub(crate) u8);
 
-/// One of 8 mask registers, of which 0 stands for no mask where one is optional.
+/// One of 8 mask registers; 0 means "no mask" where a mask is optional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct K(pub(crate) u8);
 
@@ -23,18 +23,18 @@ impl Gpr {
     pub(crate) const RDI: Gpr = Gpr(7);
 }
 
-/// Where memory is.
+/// A memory operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Mem {
     /// `[base + disp]`
     At(Gpr, i32),
     /// `[base + index + disp]`; the index is not `rsp`.
     Indexed(Gpr, Gpr, i32),
-    /// A word of the pool of constants behind the code, by its number.
+    /// A word in the pool of constants after the code, by its number.
     Pool(u32),
 }
 
-/// When a jump is taken.
+/// The condition of a jump.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Jump {
     IfAny,
@@ -46,15 +46,15 @@ pub(crate) enum Jump {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rm {
     Zmm(Zmm),
-    /// A register, for a result that is rounded up.
+    /// A register, with the result rounded up.
     Up(Zmm),
     /// 16 words in memory.
     Lanes(Mem),
-    /// A word in memory for all lanes.
+    /// A word in memory, broadcast to all lanes.
     Word(Mem),
 }
 
-/// The opcode map and the mandatory prefix of an instruction, and its opcode.
+/// The opcode map, the mandatory prefix and the opcode of an instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Opcode {
     map: u8,
@@ -70,7 +70,7 @@ const NONE: u8 = 0;
 const P66: u8 = 1;
 const PF3: u8 = 2;
 
-/// What instructions are called, for vectors of 16 words.
+/// Instruction names, for vectors of 16 words.
 pub(crate) mod name {
     use super::{NONE, Opcode, P66, PF3, opcode};
 
@@ -99,7 +99,7 @@ pub(crate) mod name {
     pub(crate) const VPERMD: Opcode = opcode(2, P66, 0x36);
     pub(crate) const VPTESTMD: Opcode = opcode(2, P66, 0x27);
     pub(crate) const VPBLENDMD: Opcode = opcode(2, P66, 0x64);
-    /// Its operand is one word, though not marked as such.
+    /// The operand is one word, although the encoding does not mark it as a broadcast.
     pub(crate) const VBROADCASTSS: Opcode = opcode(2, P66, 0x18);
     pub(crate) const VRNDSCALEPS: Opcode = opcode(3, P66, 0x08);
     pub(crate) const VPCMPD: Opcode = opcode(3, P66, 0x1F);
@@ -109,9 +109,9 @@ pub(crate) mod name {
     pub(crate) const VFMADD213PS: Opcode = opcode(2, P66, 0xA8);
     /// The first operand times the last, plus the result.
     pub(crate) const VFMADD231PS: Opcode = opcode(2, P66, 0xB8);
-    /// The result less the first operand times the last.
+    /// The result minus the first operand times the last.
     pub(crate) const VFNMADD231PS: Opcode = opcode(2, P66, 0xBC);
-    // Of masks, in VEX.
+    // Mask instructions, VEX-encoded.
     pub(crate) const KORTESTW: Opcode = opcode(1, NONE, 0x98);
     pub(crate) const KANDW: Opcode = opcode(1, NONE, 0x41);
     pub(crate) const KORW: Opcode = opcode(1, NONE, 0x45);
@@ -120,17 +120,17 @@ pub(crate) mod name {
     pub(crate) const KMOVW_STORE: Opcode = opcode(1, NONE, 0x91);
 }
 
-/// Code as it grows, and the constants that it reads.
+/// Code under construction, and the constants that it reads.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Assembler {
     bytes: Vec<u8>,
     pool: Vec<u32>,
-    /// Where a distance to a constant stands, and which one.
+    /// Positions of the displacements to constants, each with the number of its constant.
     fixes: Vec<(usize, u32)>,
 }
 
 impl Assembler {
-    /// Where the next instruction begins.
+    /// The offset of the next instruction.
     pub(crate) fn here(&self) -> usize {
         self.bytes.len()
     }
@@ -144,12 +144,12 @@ impl Assembler {
         }) as u32
     }
 
-    /// The code with its constants behind it.
+    /// The code, followed by its constants.
     pub(crate) fn finish(mut self) -> Vec<u8> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0xCC);
         let pool = self.bytes.len();
         for (at, number) in &self.fixes {
-            // The distance counts from the end of the instruction, which it was noted with.
+            // The displacement counts from the end of the instruction, which was recorded with it.
             let known = self.bytes[*at..].first_chunk::<4>().map_or(0, |b| i32::from_le_bytes(*b));
             let distance = (pool + 4 * *number as usize) as i32 - (*at as i32 + 4 + known);
             if let Some(slot) = self.bytes[*at..].first_chunk_mut::<4>() {
@@ -160,8 +160,8 @@ impl Assembler {
         self.bytes
     }
 
-    /// A vector instruction: result (or mask number) `reg`, first operand `first`, last `rm`; with a mask, under which
-    /// other lanes are 0 if `zero`.
+    /// A vector instruction with result (or mask number) `reg`, first operand `first` and last operand `rm`;
+    /// optionally with a mask, which sets the other lanes to 0 if `zero`.
     #[expect(clippy::too_many_arguments, reason = "the fields of the encoding")]
     pub(crate) fn evex(
         &mut self,
@@ -176,7 +176,7 @@ impl Assembler {
         let bit = |value: u8, at: u8| (value >> at) & 1;
         let (x, b, single) = match rm {
             Rm::Zmm(Zmm(r)) => (bit(r, 4), bit(r, 3), 0),
-            // With this bit, what says 512 bits elsewhere says which way to round.
+            // With this bit set, the bits for the vector length select the rounding mode.
             Rm::Up(Zmm(r)) => (bit(r, 4), bit(r, 3), 1),
             Rm::Lanes(mem) => (mem.x(), mem.b(), 0),
             Rm::Word(mem) => (mem.x(), mem.b(), 1),
@@ -193,7 +193,7 @@ impl Assembler {
         self.bytes.extend(imm);
     }
 
-    /// An instruction on masks: result `reg`, operands `first` and `last`.
+    /// An instruction on masks, with result `reg` and operands `first` and `last`.
     pub(crate) fn mask(&mut self, op: Opcode, reg: K, first: Option<K>, last: K) {
         let wide = u8::from(first.is_some());
         let first = first.map_or(0, |k| k.0);
@@ -214,8 +214,8 @@ impl Assembler {
         self.memory(to.0 & 7, Mem::At(base, disp), 0);
     }
 
-    /// Goes to a place that is still to come if a mask of those tested last was not all zeros, or if all were, or in any
-    /// case. Yields what [`Assembler::land`] takes.
+    /// A forward jump, taken if the mask tested last was not all zeros, if it was, or always. Returns the
+    /// argument for [`Assembler::land`].
     pub(crate) fn jump(&mut self, when: Jump) -> usize {
         match when {
             Jump::IfAny => self.bytes.extend([0x0F, 0x85]),
@@ -226,7 +226,7 @@ impl Assembler {
         self.bytes.len()
     }
 
-    /// Has a jump lead here.
+    /// Sets the target of a jump to this position.
     pub(crate) fn land(&mut self, jump: usize) {
         let distance = (self.bytes.len() - jump) as i32;
         if let Some(slot) = self.bytes[..jump].last_chunk_mut::<4>() {
@@ -234,7 +234,7 @@ impl Assembler {
         }
     }
 
-    /// `to += step; if to < end goto start`, and what leaves: clears the upper registers and returns.
+    /// `to += step; if to < end goto start`, then the epilogue: clears the upper register halves and returns.
     pub(crate) fn count_and_return(&mut self, to: Gpr, step: i8, end: Gpr, start: usize) {
         // add to, imm8; cmp to, end; jb rel32
         self.bytes.extend([0x48 | to.0 >> 3, 0x83, 0xC0 | to.0 & 7, step as u8]);
@@ -246,7 +246,7 @@ impl Assembler {
         self.bytes.extend([0xC5, 0xF8, 0x77, 0xC3]);
     }
 
-    /// The bytes that name memory, with `behind` bytes of the instruction after them.
+    /// The bytes of a memory operand; `behind` bytes of the instruction follow.
     fn memory(&mut self, reg: u8, mem: Mem, behind: i32) {
         match mem {
             Mem::At(base, disp) => {
@@ -289,7 +289,7 @@ mod tests {
     use super::*;
     use iced_x86::{Decoder, DecoderOptions, Formatter, IntelFormatter};
 
-    /// What a disassembler reads.
+    /// Disassembles code.
     fn read(bytes: &[u8]) -> Vec<String> {
         let mut formatter = IntelFormatter::new();
         formatter.options_mut().set_space_after_operand_separator(true);

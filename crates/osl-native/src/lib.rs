@@ -1,13 +1,14 @@
-//! Machine code for straight runs of vector operations: what a block says, computed for 16 lanes at a time with its
+//! Turns a straight run of vector operations into machine code that computes 16 lanes at a time and keeps
 //! intermediate values in registers.
 //!
-//! An interpreter of vector operations fetches every argument from memory and puts every result back, which takes longer
-//! than most operations. Here a [`Block`] of them becomes one loop. Operations are assembled
-//! one after the other, registers given on the way.
+//! An interpreter of vector operations loads every argument from memory and stores every result, which takes
+//! longer than most operations themselves. Here a [`Block`] of operations becomes a single loop. Operations
+//! are assembled one after the other, and registers are assigned on the way.
 //!
-//! The way of the data: `block` (what is to be computed) → `allocate` (registers and order; `rare` for what seldom happens) → `encode` (bytes) → `code`
-//! (memory that runs, and the call). This crate must not know shaders, their operations or their arithmetic; what a shader's
-//! operation is in these terms is the client's to say. x86-64 with AVX-512 only: elsewhere there is no [`Code`].
+//! Data flows from `block` (the operations) through `allocate` (registers and order; `rare` for operations
+//! with a seldom taken path) and `encode` (bytes) to `code` (executable memory and the call). This crate must
+//! not know shaders, their operations or their arithmetic; the client expresses a shader's operations in
+//! these terms. It supports x86-64 with AVX-512 only: on other machines there is no [`Code`].
 
 mod allocate;
 mod block;

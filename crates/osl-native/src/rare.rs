@@ -1,17 +1,18 @@
-//! Operations with a usual way and a rare one, between which the code chooses for all lanes of a vector.
+//! Operations with a usual path and a rare one; the code chooses one path for all lanes of a vector.
 //!
-//! A root and a division by it wait for the processor's one unit for both. Where no intermediate result leaves the
-//! range of floats, some products and sums give a root and its inverse that are rounded as exactly (Markstein 1990,
-//! *Computation of elementary functions on the IBM RISC System/6000 processor*; docs/performance.md for the time),
-//! whatever estimate within `2^-14` they start from; a test tries every mantissa. A root alone is left to the
-//! processor: its unit works beside the others. This module must not know which registers hold what.
+//! A square root and a division by it both wait for the processor's only unit for these operations. If no
+//! intermediate result leaves the range of floats, a few products and sums give a root and its inverse with
+//! the same correct rounding (Markstein 1990, *Computation of elementary functions on the IBM RISC
+//! System/6000 processor*; see docs/performance.md for timings), starting from any estimate within `2^-14`. A
+//! test tries every mantissa. A root alone is left to the processor, whose unit works in parallel. This
+//! module must not know which registers hold which values.
 
 use crate::encode::{Assembler, Jump, K, Mem, Opcode, Rm, Zmm, name};
 
-/// Roots of floats in this range, `2^-100` up to `2^100`, take the usual way.
+/// Roots of floats from `2^-100` up to `2^100` take the usual path.
 const LOW: u32 = (127 - 100) << 23;
 const HIGH: u32 = (127 + 100) << 23;
-/// Sums of squares below have lost bits: `2^-125`.
+/// Sums of squares below `2^-125` have lost bits.
 const UNDERFLOWS_BELOW: u32 = 0x0100_0000;
 
 const LESS: u8 = 1;
@@ -50,16 +51,17 @@ impl Assembler {
     }
 }
 
-/// In `a` 1 by the root of `x`, where that is not zero.
+/// Computes in `a` 1 divided by the root of `x`, for nonzero `x`.
 pub(crate) fn inverse_root(code: &mut Assembler, x: Zmm, [a, b, c]: [Zmm; 3], [low, high]: [K; 2]) {
     let (half, one) = (0.5_f32.to_bits(), 1.0_f32.to_bits());
-    // As ints floats above zero have their order, and those below zero are below. What comes of zero is nobody's.
+    // Compared as ints, positive floats keep their order and negative ones are smaller. The result for zero
+    // is unspecified.
     code.compare_word(name::VPCMPD, low, x, LOW, LESS);
     code.evex(name::VPTESTMD, low.0, Some(x), Rm::Zmm(x), low, false, None);
     code.compare_word(name::VPCMPD, high, x, HIGH, NOT_LESS);
     code.mask(name::KORTESTW, low, None, high);
     let rare = code.jump(Jump::IfAny);
-    // a: half the inverse root, b: the root, both to 14 bits and then to about 28.
+    // a: half the inverse root, b: the root; first to 14 bits, then to about 28.
     code.one_operand(name::VRSQRT14PS, a, x);
     code.operate(name::VMULPS, b, x, a);
     code.with_word(name::VMULPS, a, a, half);
@@ -67,14 +69,14 @@ pub(crate) fn inverse_root(code: &mut Assembler, x: Zmm, [a, b, c]: [Zmm; 3], [l
     code.operate(name::VFNMADD231PS, c, b, a);
     code.operate(name::VFMADD213PS, b, c, b);
     code.operate(name::VFMADD213PS, a, c, a);
-    // What the square lacks, which is exact, corrects the last bit.
+    // The residual of the square, which is exact, corrects the last bit.
     code.copy(c, x);
     code.operate(name::VFNMADD231PS, c, b, b);
     code.operate(name::VFMADD231PS, b, a, c);
     code.operate(name::VADDPS, a, a, a);
     code.fill(c, one);
     code.operate(name::VFNMADD231PS, c, b, a);
-    // Up: from below, what corrects the inverse of a root whose mantissa is all ones is a tie.
+    // Rounded up: the inverse of a root whose mantissa is all ones, corrected from below, is a tie.
     code.evex(name::VFMADD213PS, a.0, Some(c), Rm::Up(a), K(0), false, None);
     code.fill(c, one);
     code.operate(name::VFNMADD231PS, c, b, a);
@@ -87,7 +89,7 @@ pub(crate) fn inverse_root(code: &mut Assembler, x: Zmm, [a, b, c]: [Zmm; 3], [l
     code.land(done);
 }
 
-/// In `to` the length of a vector: `root` but where its `square` is too small.
+/// Computes in `to` the length of a vector: `root`, unless its `square` is too small.
 pub(crate) fn length(
     code: &mut Assembler,
     (to, root, square): (Zmm, Zmm, Zmm),
@@ -97,7 +99,7 @@ pub(crate) fn length(
 ) {
     code.copy(to, root);
     code.compare_word(name::VCMPPS, small, square, UNDERFLOWS_BELOW, LESS);
-    // That of zeros is right.
+    // For zeros, this is right.
     code.operate(name::VPORD, x, v[0], v[1]);
     code.operate(name::VPORD, x, x, v[2]);
     let magnitude = Rm::Word(Mem::Pool(code.constant(0x7FFF_FFFF)));

@@ -1,5 +1,5 @@
-//! Points a second of each field, form and instruction set over 256 lanes.
-//! Expect: AVX-512 at least four times the baseline in every row.
+//! Points per second of each field, form and instruction set over 256 lanes. Expect: AVX-512 at least four
+//! times the baseline in every row.
 
 #![allow(
     clippy::unwrap_used,
@@ -42,8 +42,8 @@ fn noise(c: &mut Criterion) {
     }
 }
 
-/// Gabor noise of points in a patch, as neighbours in a picture are, and of points far apart, which share no cells.
-/// Expect: wide vectors and shared cells each save about half.
+/// Gabor noise of points in a patch, like the neighbouring pixels of a picture, and of distant points, which
+/// share no cells. Expect: wide vectors and shared cells each halve the time.
 fn gabors(c: &mut Criterion) {
     let column = |f: &dyn Fn(usize) -> f32| (0..LANES).map(f).collect::<Vec<f32>>();
     let patch = [

@@ -1,7 +1,7 @@
 //! The fields over lanes: one loop for each field, dimension and form, compiled for each instruction set.
 //!
-//! Coordinates come as one slice for each dimension, one to four. Slices of unequal length count as far as the
-//! shortest goes; other numbers of dimensions leave the output as it is. A single point is a batch of one.
+//! Coordinates are one slice per dimension, one to four. If slices differ in length, the shortest counts;
+//! with any other number of dimensions the output stays unchanged. A single point is a batch of one.
 
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Range, Simplex};
 use crate::float::Float;
@@ -9,35 +9,35 @@ use crate::number::Dual;
 use crate::simd::{Isa, Kernel};
 use crate::unroll::array;
 
-/// One value a point.
+/// One value per point.
 pub fn eval<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {
     T::run(isa, Call { kind, coords, periods: &[], out: Out::One(out) });
 }
 
-/// Three values a point.
+/// Three values per point.
 pub fn eval3<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: [&mut [T]; 3]) {
     T::run(isa, Call { kind, coords, periods: &[], out: Out::Three(out) });
 }
 
-/// One value a point of the field repeated with the periods, one slice for each dimension.
+/// One value per point of the field repeated with the periods, one slice per dimension.
 pub fn eval_periodic<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: &mut [T]) {
     T::run(isa, Call { kind, coords, periods, out: Out::One(out) });
 }
 
-/// Three values a point of the field repeated with the periods.
+/// Three values per point of the field repeated with the periods.
 pub fn eval3_periodic<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
     T::run(isa, Call { kind, coords, periods, out: Out::Three(out) });
 }
 
-/// One value a point with its partials: `coords` are the values, then the partials of each in the first direction,
-/// then those in the second; `out` is value and both partials. `periods` may be empty. With partials (1, 0) and
-/// (0, 1) the result is the gradient.
+/// One value per point with its partials. `coords` are the values, then the partials of each in the first
+/// direction, then those in the second; `out` is the value and both partials. `periods` may be empty. With
+/// partials (1, 0) and (0, 1) the result is the gradient.
 pub fn eval_dual<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
     T::run(isa, Call { kind, coords, periods, out: Out::Dual(out) });
 }
 
-/// Three values a point with their partials: `out` is the three values, then the three partials in the first
-/// direction, then in the second.
+/// Three values per point with their partials: `out` is the three values, then the three partials in the
+/// first direction, then those in the second.
 pub fn eval3_dual<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 9]) {
     T::run(isa, Call { kind, coords, periods, out: Out::Duals(out) });
 }
@@ -50,7 +50,7 @@ enum Out<'a, T> {
     Duals([&'a mut [T]; 9]),
 }
 
-/// What is to be computed at which points.
+/// The field, the form and the points of a call.
 #[derive(Debug)]
 pub struct Call<'a, T> {
     kind: Kind,
@@ -59,8 +59,8 @@ pub struct Call<'a, T> {
     out: Out<'a, T>,
 }
 
-// What is called is chosen outside of the functions that are compiled for each instruction set: each loop is one of
-// its own, which compilers take far less time for.
+// The kernel is selected outside the functions that are compiled for each instruction set, so that each loop
+// is a function of its own, which compiles much faster.
 
 pub(crate) fn by_kind<T: Float>(isa: Isa, call: Call<'_, T>) {
     match call.kind {
@@ -84,8 +84,8 @@ fn by_dimension<T: Float, F: Field>(isa: Isa, field: F, call: Call<'_, T>) {
     }
 }
 
-/// `N` slices cut to `n`. The caller has counted both, and a length that is `n` beyond doubt is what frees the loop
-/// from checks. Where there are too few, all are empty.
+/// `N` slices cut to length `n`. The caller has checked both numbers. The explicit length lets the compiler
+/// remove bounds checks from the loop. If there are too few slices, all are empty.
 #[inline(always)]
 fn cut<'a, T, const N: usize>(slices: &[&'a [T]], from: usize, n: usize) -> [&'a [T]; N] {
     if slices.len() < from + N {
@@ -285,7 +285,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreeDual<'_, T, F, D> {
     }
 }
 
-/// Slices cut to a length that is `n` beyond doubt, which frees loops from checks.
+/// Slices cut to length `n`, so that the compiler removes bounds checks from loops.
 #[inline(always)]
 fn same<T, const D: usize>(slices: [&[T]; D], n: usize) -> [&[T]; D] {
     array(
@@ -294,7 +294,7 @@ fn same<T, const D: usize>(slices: [&[T]; D], n: usize) -> [&[T]; D] {
     )
 }
 
-/// One point of some slices.
+/// The coordinates of one point.
 #[inline(always)]
 fn at<T: Copy, const D: usize>(slices: [&[T]; D], i: usize) -> [T; D] {
     array(
@@ -330,10 +330,10 @@ impl<'a, T: Float, const D: usize> Duals<'a, T, D> {
     }
 }
 
-// Closures say `inline(always)` because they are compiled for the baseline where they are not inlined.
-// Outputs are parameters of their own so that the compiler knows that they overlap with nothing.
-// The loops count: an iterator over the output leaves checks of the inputs in the loop, which then runs its last lanes one
-// by one.
+// The closures are `inline(always)`, since closures that are not inlined are compiled for the baseline.
+// Outputs are separate parameters so that the compiler knows that they do not alias. The loops use an index,
+// because an iterator over the output leaves bounds checks of the inputs in the loop, which then runs its
+// last lanes one by one.
 #[inline(always)]
 #[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
 fn fill<T>(out: &mut [T], f: impl Fn(usize) -> T) {

@@ -4,12 +4,12 @@ use crate::float::Float;
 use crate::hash::hash;
 use crate::unroll::array;
 
-/// Wraps a coordinate into its period, which is floored and at least 1. Every step is rounded, so the result may
-/// be the period itself or slightly negative next to a multiple of it.
+/// Wraps a coordinate into its period, which is floored and at least 1. Every step is rounded, so the result
+/// may be the period itself, or slightly negative, next to a multiple of the period.
 ///
-/// NaN is a word like any other to hash noise, and which NaN arithmetic yields differs from processor to processor.
-/// Here it is the coordinate if that is NaN, else the period, made quiet; else, for what is infinite, the word
-/// 0xffc00000.
+/// Hash noise treats NaN like any other word, and the NaN that arithmetic returns differs between processors.
+/// Here the result is the coordinate if that is NaN, else the period if that is NaN, made quiet; for
+/// infinities it is the word 0xffc00000.
 #[inline(always)]
 pub(crate) fn wrap<F: Float>(x: F, period: F) -> F {
     let q = period.floor();
@@ -18,7 +18,7 @@ pub(crate) fn wrap<F: Float>(x: F, period: F) -> F {
     if wrapped.is_nan() { F::nan_of(x, period) } else { wrapped }
 }
 
-/// The words of the cells of a point.
+/// The words of the cell of a point.
 #[inline(always)]
 pub(crate) fn cells<F: Float, const D: usize>(p: [F; D]) -> [u32; D] {
     array(
@@ -42,7 +42,7 @@ pub(crate) fn one<F: Float, const D: usize>(words: [u32; D]) -> F {
     F::unit(hash(words))
 }
 
-/// Three values of a lattice point, each with its number as a further word.
+/// Three values of a lattice point; the component's number is hashed as a further word.
 #[inline(always)]
 pub(crate) fn three<F: Float, const D: usize>(words: [u32; D]) -> [F; 3] {
     let with = |n: u32| match D {

@@ -1,29 +1,30 @@
-//! Which of a few cells each lane is in: neighbours mostly share a handful, and what is known of a cell need be computed
-//! only once for all lanes in it.
+//! Finds which of a few cells each lane is in. Neighbouring lanes mostly share a few cells, and data about a
+//! cell need be computed only once for all lanes in it.
 //!
-//! [`find`] numbers the cells of some lanes; [`Isa::look_up`] gives each lane its cell's word. This module must not
-//! know what a cell is: its key is any number of words.
+//! [`find`] numbers the cells of some lanes; [`Isa::look_up`] gives each lane its cell's word. This module
+//! must not know what a cell is: its key is any number of words.
 
 use crate::simd::{Isa, Kernel};
 
-/// So many cells at most are told apart: their words are one vector.
+/// Maximum number of distinct cells: their words fit in one vector.
 pub const MAX_CELLS: usize = 16;
 
-/// The index of a lane that is in no cell yet.
+/// The index of a lane without a cell so far.
 const OPEN: u32 = u32::MAX;
 
 /// The cells that were found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cells {
-    /// How many: 1 to [`MAX_CELLS`].
+    /// Number of cells: 1 to [`MAX_CELLS`].
     pub count: usize,
-    /// A lane in each cell; behind `count`, one in the first.
+    /// A lane in each cell; entries from `count` on are a lane in the first cell.
     pub lanes: [usize; MAX_CELLS],
 }
 
-/// Numbers the cells of lanes: those with equal words in all `keys` get the same number in `index`. Lanes for which
-/// `index` is 0 before are left out and keep it; the others must be [`u32::MAX`]. `scratch`, `index` and the keys
-/// have the same length. `None` where there are more than [`MAX_CELLS`] cells, or no lane; the index means nothing then.
+/// Numbers the cells of lanes: lanes with equal words in all `keys` get the same number in `index`. Lanes
+/// whose `index` is already 0 are skipped; the others must be [`u32::MAX`]. `scratch`, `index` and the keys
+/// have the same length. Returns `None` if there are more than [`MAX_CELLS`] cells or no lanes; the index is
+/// then meaningless.
 pub fn find(isa: Isa, keys: &[&[u32]], index: &mut [u32], scratch: &mut [u32]) -> Option<Cells> {
     isa.dispatch(Find { keys, index, scratch })
 }
@@ -48,7 +49,7 @@ impl Kernel for Find<'_> {
         let mut before = n;
         for cell in 0..MAX_CELLS {
             cells.lanes[cell] = lane;
-            // All lanes before this one are in a cell.
+            // All lanes before this one have a cell.
             let start = lane - lane % MAX_CELLS;
             let (index, number) = (&mut index[start..], cell as u32);
             let open = match *keys {
@@ -72,7 +73,7 @@ impl Kernel for Find<'_> {
                 cells.count = cell + 1;
                 return Some(cells);
             }
-            // Cells of one lane each will not get fewer than there are lanes.
+            // If cells have about one lane each, there will be too many of them.
             if cell == 3 && open > n - n / 8 || open >= before {
                 return None;
             }
@@ -83,7 +84,7 @@ impl Kernel for Find<'_> {
     }
 }
 
-/// Puts lanes with these words that are in no cell into one. How many are left in none.
+/// Assigns a cell to the open lanes with these words. Returns the number of lanes that remain open.
 #[inline(always)]
 fn join<const K: usize>(keys: [&[u32]; K], words: [u32; K], index: &mut [u32], cell: u32) -> usize {
     let n = index.len();
@@ -100,7 +101,7 @@ fn join<const K: usize>(keys: [&[u32]; K], words: [u32; K], index: &mut [u32], c
     open as usize
 }
 
-/// Where the words of lanes from `start` on differ from those of a lane, in any key.
+/// Marks the lanes from `start` on whose words differ from those of a lane in any key.
 #[inline(always)]
 fn differences(keys: &[&[u32]], lane: usize, start: usize, differs: &mut [u32]) {
     differs.fill(0);
@@ -113,7 +114,7 @@ fn differences(keys: &[&[u32]], lane: usize, start: usize, differs: &mut [u32]) 
     }
 }
 
-/// The first lane from some lane on that is in no cell.
+/// The first lane from `from` on without a cell.
 #[inline(always)]
 fn next_open(index: &[u32], from: usize) -> Option<usize> {
     let mut start = from - from % MAX_CELLS;

@@ -1,10 +1,10 @@
-//! Sharing lattice work between neighbours.
+//! Shares lattice work between neighbouring points.
 //!
-//! Points that lie close together mostly lie in a few cells of a lattice, and what hashing tells about a cell costs more
-//! than all the rest. So lanes are taken some hundreds at a time: where they are in few cells ([`crate::cells`]), each
-//! cell's table is made once, sixteen cells in a vector, and lanes take their words out of registers. Where they
-//! are in many, all is computed lane by lane. The bits are the same either way. It pays only with AVX-512, whose
-//! registers hold a table's word of all cells.
+//! Points that lie close together are mostly in a few cells of a lattice, and hashing a cell costs more than
+//! everything else. So some hundred lanes are taken at a time. If they are in few cells ([`crate::cells`]),
+//! each cell's table is made once, sixteen cells in a vector, and lanes read their words from registers.
+//! Otherwise everything is computed lane by lane. The bits are the same either way. This pays only with
+//! AVX-512, whose registers can hold a table's word for all cells.
 
 #![expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
 
@@ -20,35 +20,36 @@ pub(crate) use perlin::Perlin;
 pub(crate) use simplex::Simplex;
 use std::cell::RefCell;
 
-/// Lanes that are looked at together.
+/// Lanes that are examined together.
 const CHUNK: usize = 256;
-/// Fewer lanes are not worth looking at.
+/// Fewer lanes than this are not worth examining.
 const FEW: usize = 48;
-/// Lanes of a register.
+/// Lanes per register.
 const WIDE: usize = 16;
-/// Words that tell a cell apart at most.
+/// Maximum number of words in a cell's key.
 const KEYS: usize = 4;
-/// Words that are known of a cell at most.
+/// Maximum number of words in a cell's table.
 const WORDS: usize = 24;
 
-/// Words that tell the cell of a point.
+/// The words that identify the cell of a point.
 type Key = [u32; KEYS];
-/// What is known of a cell.
+/// Precomputed data of a cell.
 type Table = [u32; WORDS];
 
-/// A field over a lattice whose points share what is known of a cell.
+/// A field over a lattice whose points share the data of their cell.
 pub(crate) trait Lattice<const D: usize>: Copy {
-    /// Words of a key, and of a table.
+    /// Number of words of a key, and of a table.
     const SIZES: (usize, usize);
     /// The cells of points.
     fn key(proof: Proof, p: [Floats; D]) -> [Words; KEYS];
-    /// What is known of a cell.
+    /// The table of a cell.
     fn table(key: Key) -> Table;
-    /// The values at points of known cells, before their range. `word` yields a word of the table of each.
+    /// The values at points of known cells, before scaling to the range. `word` returns a word of each lane's
+    /// table.
     fn placed(proof: Proof, p: [Floats; D], word: impl Fn(usize) -> Floats) -> Floats;
 }
 
-/// Working memory of a thread. On cache lines, so that no vector lies on two of them.
+/// Working memory of a thread, aligned to cache lines so that no vector crosses one.
 #[repr(align(64))]
 struct Room {
     keys: [[u32; CHUNK]; KEYS],
@@ -66,8 +67,9 @@ thread_local! {
     }));
 }
 
-/// A value at each point, as far as all slices go. Tells how many points it has done: where it stops, they are too few, or
-/// in too many cells, or lie where the arithmetic of registers has other bits.
+/// Computes a value at each point, up to the length of the shortest slice. Returns the number of points done.
+/// It stops where the remaining points are too few, are in too many cells, or lie where register arithmetic
+/// would give other bits.
 pub(crate) fn fill<L: Lattice<D>, const D: usize>(
     isa: Isa,
     range: Range,
@@ -97,7 +99,7 @@ pub(crate) fn fill<L: Lattice<D>, const D: usize>(
     })
 }
 
-/// Some hundred points.
+/// A few hundred points.
 struct Chunk<'a, L, const D: usize> {
     proof: Proof,
     range: Range,
@@ -122,8 +124,9 @@ fn chunk<L: Lattice<D>, const D: usize>(isa: Isa, call: Chunk<'_, L, D>, room: &
     true
 }
 
-/// Finds the key of each lane; false where coordinates are so large that floats below them are no longer whole, or are
-/// −0 or so close below it that their fraction is 1: signs of zeros would differ.
+/// Computes the key of each lane. False if coordinates are so large that nearby floats are no longer
+/// fractional, or if they are −0 or so close below it that their fraction is 1, since the signs of zeros
+/// would then differ.
 struct Keys<'a, L, const D: usize> {
     proof: Proof,
     coords: [&'a [f32]; D],
@@ -168,7 +171,7 @@ impl<L: Lattice<D>, const D: usize> Kernel for Keys<'_, L, D> {
     }
 }
 
-/// Makes the tables of the cells, a cell in each lane.
+/// Makes the tables of the cells, one cell per lane.
 struct Tables<'a, L, const D: usize> {
     cells: Cells,
     keys: &'a [[u32; CHUNK]; KEYS],

@@ -13,7 +13,7 @@ use crate::{cell, perlin, simplex};
 pub enum Kind {
     /// Constant within each unit cell, 0 to 1.
     Cell,
-    /// A different value at each float, 0 to 1.
+    /// A different value for each float, 0 to 1.
     Hash,
     /// Gradient noise, about −1 to 1, zero at whole coordinates.
     Perlin,
@@ -31,9 +31,10 @@ impl Kind {
         [Kind::Cell, Kind::Hash, Kind::Perlin, Kind::UPerlin, Kind::Simplex, Kind::USimplex];
 }
 
-/// A field as a type, so that a loop over it is compiled for it alone.
+/// A field as a type, so that each loop over it is compiled separately.
 pub(crate) trait Field: Copy {
-    /// Computes one value at each point as far as points come in few cells; tells how many it has done.
+    /// Computes one value at each point as long as the points share few cells; returns the number of points
+    /// done.
     fn shared<F: Float, const D: usize>(self, isa: Isa, coords: [&[F]; D], out: &mut [F]) -> usize {
         let _ = (isa, coords, out);
         0
@@ -42,7 +43,7 @@ pub(crate) trait Field: Copy {
     fn one<F: Float, const D: usize>(self, p: [F; D]) -> F;
     /// Three values.
     fn three<F: Float, const D: usize>(self, p: [F; D]) -> [F; 3];
-    /// One value, the field repeated with the periods. Simplex noise has no periodic form and ignores them.
+    /// One value of the field repeated with the periods. Simplex noise has no periodic form and ignores them.
     fn one_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> F;
     /// Three values, the field repeated.
     fn three_periodic<F: Float, const D: usize>(self, p: [F; D], periods: [F; D]) -> [F; 3];
@@ -111,21 +112,21 @@ macro_rules! stepped {
 stepped!(Cell, cell::cells);
 stepped!(Hash, cell::bits);
 
-/// The range of a field as numbers, so that both ranges are one machine code.
+/// The range of a field as data, so that both ranges share machine code.
 #[derive(Clone, Copy)]
 pub(crate) struct Range {
-    /// Added first.
+    /// Added before scaling.
     pub(crate) shift: f32,
     pub(crate) factor: f32,
 }
 
 impl Range {
-    /// −1 to 1. Adding −0 keeps every number, 0 included.
+    /// −1 to 1. Adding −0 leaves every number unchanged, including 0.
     pub(crate) const SIGNED: Range = Range { shift: -0.0, factor: 1.0 };
     /// 0 to 1.
     pub(crate) const UNSIGNED: Range = Range { shift: 1.0, factor: 0.5 };
 
-    /// A number from −1 to 1 in the range, partials included.
+    /// Maps a number from −1 to 1 to the range, with its partials.
     #[inline(always)]
     fn of<N: Number>(self, x: N) -> N {
         x.with_value(x.value() + N::Float::lit(self.shift)).scale(N::Float::lit(self.factor))

@@ -1,9 +1,9 @@
-//! The floats that a field is computed in: single precision, and double as an oracle for where single has run out of
-//! digits.
+//! The floats that a field is computed in: single precision, and double as a reference for positions where
+//! single has run out of digits.
 //!
-//! Single precision is the field that renderers agree on, bit for bit. In double precision the cells and what a hash
-//! says of them are the same; the way within a cell is exact as far as doubles go, and so are the constants that skew
-//! a lattice. Coordinates beyond the integers of 32 bits count modulo 2³², so that the field goes on.
+//! Single precision is the field that renderers agree on, bit for bit. In double precision, cells and hashes
+//! are the same; the offset within a cell has double precision, and so have the constants that skew a
+//! lattice. Coordinates beyond 32-bit integers count modulo 2³², so that the field continues.
 
 use crate::batch::{self, Call};
 use crate::hash;
@@ -11,7 +11,7 @@ use crate::simd::{Isa, Kernel};
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// What the arithmetic of a field does.
+/// The arithmetic of a field.
 pub trait Float:
     Copy
     + Debug
@@ -28,39 +28,39 @@ pub trait Float:
 {
     /// The constant, exactly.
     fn lit(value: f32) -> Self;
-    /// A constant that is no float: what single precision takes for it, and what it is.
+    /// A constant that is not exactly a float: its value in single precision, and its exact value.
     fn known(single: f32, exact: f64) -> Self;
-    /// The nearest to an integer.
+    /// The nearest number to an integer.
     fn from_int(value: i32) -> Self;
     /// True for NaN.
     fn is_nan(self) -> bool;
-    /// The largest whole number not above; signed zeros stay.
+    /// The largest whole number that is not larger; keeps the sign of zero.
     fn floor(self) -> Self;
-    /// The lattice cell of a coordinate, as an integer and as a number; −2³¹ for NaN. What no integer reaches is −2³¹ in
-    /// single precision, and counts modulo 2³² in double.
+    /// The lattice cell of a coordinate, as an integer and as a number; −2³¹ for NaN. Values beyond integers
+    /// give −2³¹ in single precision and count modulo 2³² in double.
     fn cell(self) -> (i32, Self);
-    /// A sum of cells: of integers, modulo 2³², and of the numbers that they are.
+    /// A sum of cells: the integers are added modulo 2³², and so are their numeric values.
     fn total(cells: i32, numbers: Self) -> Self;
     /// Flips the sign where `bits` is not 0.
     fn flip(self, bits: u32) -> Self;
     /// A word as a number from 0 to 1.
     fn unit(word: u32) -> Self;
-    /// The word that hash noise takes: that of the nearest in single precision.
+    /// The word for hash noise: that of the nearest single-precision value.
     fn word(self) -> u32;
-    /// What [`wrap`](crate::field) yields for a NaN: one of the coordinate or else of the period, quiet.
+    /// The result of [`wrap`](crate::field) for NaN: the coordinate's NaN or else the period's, made quiet.
     fn nan_of(x: Self, period: Self) -> Self;
-    /// Computes a field. Not generic, so that it is compiled here and once.
+    /// Computes a field. Not generic, so that it is compiled only in this crate.
     fn run(isa: Isa, call: Call<'_, Self>);
     /// Runs a kernel with the instruction set, or with the baseline if it is not compiled for that one.
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K);
-    /// Coordinates and results, if they are of single precision.
+    /// Coordinates and results, if they are in single precision.
     fn singles<'a, const D: usize>(
         coords: [&'a [Self]; D],
         out: &'a mut [Self],
     ) -> Option<([&'a [f32]; D], &'a mut [f32])>;
 }
 
-/// The bit of a NaN that arithmetic sets.
+/// The quiet bit of a NaN.
 const QUIET: u32 = 0x0040_0000;
 
 impl Float for f32 {
@@ -125,7 +125,7 @@ impl Float for f32 {
     }
 }
 
-/// From here on every double is a whole number.
+/// All doubles from here on are whole numbers.
 const WHOLE: f64 = 4_503_599_627_370_496.0;
 const TWO_POW_32: f64 = 4_294_967_296.0;
 
@@ -146,7 +146,7 @@ impl Float for f64 {
     fn is_nan(self) -> bool {
         f64::is_nan(self)
     }
-    /// By a sum that lands where doubles are spaced by one: not every machine has an instruction.
+    /// Adds a number at which doubles are spaced by one, as not every machine has a floor instruction.
     #[inline(always)]
     fn floor(self) -> f64 {
         let magnitude = self.abs();
@@ -157,7 +157,7 @@ impl Float for f64 {
     #[inline(always)]
     fn cell(self) -> (i32, f64) {
         let whole = Float::floor(self);
-        // From 0 to below 2³², exactly; then a sum leaves it in the low bits.
+        // From 0 to below 2³², exactly; the sum then leaves the integer in the low bits.
         let low = whole - Float::floor(whole * (1.0 / TWO_POW_32)) * TWO_POW_32;
         let word = (low + WHOLE).to_bits() as u32;
         (if whole.is_finite() { word as i32 } else { i32::MIN }, whole)

@@ -1,9 +1,9 @@
-//! The integer hash under every lattice, and the step from coordinates to lattice cells.
-//! Source: Bob Jenkins, lookup3 (public domain), in its form for whole words.
+//! The integer hash of every lattice, and the conversion of coordinates to lattice cells. Source: Bob
+//! Jenkins, lookup3 (public domain), in its form for whole words.
 
 use crate::simd::to_int;
 
-/// The word of the NaN that x86-64 makes of an invalid operation, where the reference was run.
+/// The NaN that x86-64, where the reference ran, returns for an invalid operation.
 pub const NAN_WORD: u32 = 0xffc0_0000;
 
 /// Hash of one to five words.
@@ -75,17 +75,17 @@ pub fn unit(word: u32) -> f32 {
     word as f32 * SCALE
 }
 
-/// The exact floor, without a call into a library on machines that have no instruction for it.
+/// The exact floor, without a library call on machines without an instruction for it.
 #[inline(always)]
 pub(crate) fn floor(x: f32) -> f32 {
     let whole = to_int(x) as f32;
     let down = if whole > x { whole - 1.0 } else { whole };
-    // What rounds to zero keeps its sign. From 2^23 on every float is whole; NaN stays as it is.
+    // A result of zero keeps its sign. From 2^23 on every float is whole; NaN stays as it is.
     let signed = if down == 0.0 { 0.0_f32.copysign(x) } else { down };
     if x.abs() < 8_388_608.0 { signed } else { x }
 }
 
-/// The lattice cell of a coordinate: its floor as an integer; −2³¹ for NaN and for what no integer reaches.
+/// The lattice cell of a coordinate: its floor as an integer; −2³¹ for NaN and for values beyond integers.
 #[inline(always)]
 pub fn cell(x: f32) -> i32 {
     let i = to_int(x);

@@ -1,18 +1,18 @@
-//! The transcendental functions that a field needs, the same bits on every machine.
+//! The transcendental functions that fields need, with the same bits on every machine.
 //!
-//! Two families. [`exp`] and [`sin_cos`] take the place of a mathematical library: computed in binary64 and rounded
-//! once, so they are the correctly rounded result but for arguments within 10⁻¹² (relative) of a tie.
-//! [`exp2_rough`] and [`sin_cos_rough`] are the short binary32 approximations that OSL renderers agree on where a
-//! field is defined by them. Sources: argument reduction after Cody and Waite, and Payne and Hanek (1983) for large
-//! angles; Taylor polynomials.
+//! There are two families. [`exp`] and [`sin_cos`] replace a mathematical library: they compute in binary64
+//! and round once, so the result is correctly rounded unless the exact value is within 10⁻¹² (relative) of a
+//! tie. [`exp2_rough`] and [`sin_cos_rough`] are the short binary32 approximations that OSL renderers agree
+//! on where a field is defined by them. Sources: argument reduction after Cody and Waite, and Payne and Hanek
+//! (1983) for large angles; Taylor polynomials.
 
 use crate::simd::to_int;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, LOG2_E};
 
-/// Adding it rounds a binary64 below 2⁵¹ to an integer, which is then found in the low bits.
+/// Adding this rounds a binary64 below 2⁵¹ to an integer, which is then in the low bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
-/// The polynomial with coefficients from the highest power down.
+/// Evaluates a polynomial; the coefficients begin with the highest power.
 #[inline(always)]
 fn horner<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
     let mut sum = 0.0;
@@ -24,7 +24,7 @@ fn horner<const N: usize>(x: f64, coefficients: [f64; N]) -> f64 {
     sum
 }
 
-/// e to the power of `x`: 0 and infinity where a float reaches no further, NaN for NaN.
+/// e to the power of `x`: 0 or infinity beyond the range of floats, NaN for NaN.
 #[inline(always)]
 pub(crate) fn exp(x: f32) -> f32 {
     /// ln 2 in a part whose products with small integers are exact, and the rest.
@@ -55,11 +55,12 @@ pub(crate) fn exp(x: f32) -> f32 {
     (power * f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52)) as f32
 }
 
-/// Up to which magnitude [`sin_cos`] needs no long reduction.
+/// The largest magnitude for which [`sin_cos`] needs no long reduction.
 pub(crate) const NEAR: f32 = 524_288.0;
 
-/// Sine and cosine of an angle in radians. `FAR` admits every float (NaN for infinities and NaN); without it the
-/// angle's magnitude is at most [`NEAR`], other results are meaningless, and a loop over it can be vectorised.
+/// Sine and cosine of an angle in radians. `FAR` permits every float (NaN for infinities and NaN). Without
+/// it, the angle's magnitude must be at most [`NEAR`], or the result is meaningless; loops over it can then
+/// be vectorised.
 #[inline(always)]
 pub(crate) fn sin_cos<const FAR: bool>(x: f32) -> (f32, f32) {
     if FAR && (x.abs() > NEAR || x.is_nan()) {
@@ -73,7 +74,7 @@ pub(crate) fn sin_cos<const FAR: bool>(x: f32) -> (f32, f32) {
     turned((x - n * QUARTER[0]) - n * QUARTER[1], shifted.to_bits())
 }
 
-/// Sine and cosine of `r` plus as many quarter turns; `r` within π/4 of 0.
+/// Sine and cosine of `r` plus a number of quarter turns; `r` is within π/4 of 0.
 #[inline(always)]
 fn turned(r: f64, quarters: u64) -> (f32, f32) {
     let s = r * r;
@@ -100,17 +101,17 @@ fn turned(r: f64, quarters: u64) -> (f32, f32) {
     (crate::number::flip(a, q & 2), crate::number::flip(b, q.wrapping_add(1) & 2))
 }
 
-/// Angles from [`NEAR`] up, whose quadrant needs more of 2/π than a binary64 holds.
+/// Angles of [`NEAR`] and more, whose quadrant needs more bits of 2/π than a binary64 has.
 #[cold]
 #[inline(never)]
 fn sin_cos_far(x: f32) -> (f32, f32) {
-    /// 2/π after the binary point, with a word of zeros ahead.
+    /// 2/π after the binary point, preceded by a word of zeros.
     const WORDS: [u32; 8] =
         [0, 0xa2f9_836e, 0x4e44_1529, 0xfc27_57d1, 0xf534_ddc0, 0xdb62_9599, 0x3c43_9041, 0xfe51_63ab];
     if !x.is_finite() {
         return (f32::NAN, f32::NAN);
     }
-    // |x| = mantissa · 2^(exponent − 150). Of 2/π count only the 96 bits below the place that makes whole turns.
+    // |x| = mantissa · 2^(exponent − 150). Of 2/π, only the 96 bits below the position of whole turns matter.
     let exponent = (x.abs().to_bits() >> 23) as usize;
     let mantissa = u128::from((x.to_bits() & 0x007f_ffff) | 0x0080_0000);
     let first = (exponent + 30).saturating_sub(150);
@@ -121,7 +122,7 @@ fn sin_cos_far(x: f32) -> (f32, f32) {
         .fold((0_u128, 128), |(bits, at), &word| (bits | u128::from(word) << (at - 32), at - 32))
         .0;
     let product = mantissa * ((window << (first % 32)) >> 32);
-    // Two bits of quadrant over 94 of fraction; the nearest quadrant, and what is left of either sign.
+    // Two bits of quadrant and 94 of fraction: the nearest quadrant and the signed remainder.
     let quarters = product.wrapping_add(1 << 93) >> 94;
     let rest = product.wrapping_sub(quarters << 94) as i128;
     const UNIT: f64 = 1.0 / ((1_u128 << 94) as f64);
@@ -144,7 +145,7 @@ pub(crate) fn exp2_rough(x: f32) -> f32 {
     f32::from_bits(r.to_bits().wrapping_add((whole as u32) << 23))
 }
 
-/// Sine and cosine of an angle in radians, good for a few turns.
+/// Sine and cosine of an angle in radians, accurate for a few turns.
 #[inline(always)]
 pub(crate) fn sin_cos_rough(x: f32) -> (f32, f32) {
     const QUARTER: f32 = f32::from_bits(0x3fc9_0fdb);
@@ -179,7 +180,7 @@ fn within_one(x: f32) -> f32 {
     if x > 1.0 { 1.0 } else { x }
 }
 
-/// Length of a vector, also of one whose squares are too small for a float.
+/// Length of a vector, also if its squares are too small for a float.
 #[inline(always)]
 pub(crate) fn length([x, y, z]: [f32; 3]) -> f32 {
     let square = x * x + y * y + z * z;
@@ -205,8 +206,8 @@ pub(crate) fn normalize(v: [f32; 3]) -> [f32; 3] {
 mod tests {
     use super::*;
 
-    /// Distance in steps of the floats' own order; the platform's binary64 functions are the witness, with errors
-    /// far below a step.
+    /// Distance in floating-point steps from the platform's binary64 functions, whose errors are far below a
+    /// step.
     fn apart(got: f32, exact: f64) -> u32 {
         let order = |x: f32| {
             let b = x.to_bits() as i32;

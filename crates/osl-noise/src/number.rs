@@ -1,16 +1,16 @@
-//! The numbers that a field is computed in: plain, or dual (a value with partial derivatives).
+//! The numbers in which a field is computed: plain, or dual (a value with partial derivatives).
 
 use crate::float::Float;
 
-/// What a noise body does with its coordinates.
+/// The operations of noise bodies on their coordinates.
 pub(crate) trait Number: Copy {
-    /// What its value is.
+    /// The type of its value.
     type Float: Float;
     /// A constant with zero partials.
     fn constant(value: Self::Float) -> Self;
-    /// What the number keeps of a dual one.
+    /// Converts from a dual number, dropping what this type does not hold.
     fn from_dual(dual: Dual<Self::Float>) -> Self;
-    /// Itself with its partials, zero where it has none.
+    /// Converts to a dual number; missing partials are zero.
     fn dual(self) -> Dual<Self::Float>;
     /// The value.
     fn value(self) -> Self::Float;
@@ -19,7 +19,7 @@ pub(crate) trait Number: Copy {
     fn add(self, other: Self) -> Self;
     fn sub(self, other: Self) -> Self;
     fn mul(self, other: Self) -> Self;
-    /// Times a plain number.
+    /// Multiplied by a plain number.
     fn scale(self, factor: Self::Float) -> Self;
     /// Negated where `bits` is not 0.
     fn negate_if(self, bits: u32) -> Self;

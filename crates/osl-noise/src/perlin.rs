@@ -1,11 +1,11 @@
-//! Signed gradient noise, plain and dual, free and periodic.
+//! Signed gradient noise: plain and dual, periodic or not.
 
 use crate::float::Float;
 use crate::hash::hash;
 use crate::number::Number;
 use crate::unroll::{array, each};
 
-/// Scale of the field by dimension, so that it stays within −1 and 1.
+/// Scale of the field for each dimension, so that it stays within −1 and 1.
 pub(crate) const SCALE: [f32; 5] =
     [0.0, 0.25, f32::from_bits(0x3f29_5e9e), f32::from_bits(0x3f7b_645a), f32::from_bits(0x3f55_9b3d)];
 
@@ -61,10 +61,10 @@ fn hashes<const D: usize>(lattice: [[u32; 2]; D]) -> [u32; 16] {
     hashes
 }
 
-/// What the corners of a cell share: their hashes, the way to them, and the weights.
+/// Data of the corners of a cell: their hashes, the offsets from them, and the weights.
 struct Corners<N, const D: usize> {
     hashes: [u32; 16],
-    /// From the near and the far corner, for each axis.
+    /// Offsets from the near and the far corner, for each axis.
     near: [N; D],
     far: [N; D],
     weight: [N; D],
@@ -81,7 +81,7 @@ fn mix<N: Number>(a: N, b: N, t: N) -> N {
     a.mul(N::constant(N::Float::lit(1.0)).sub(t)).add(b.mul(t))
 }
 
-/// A lattice integer within its period.
+/// Wraps a lattice integer into its period.
 #[inline(always)]
 fn reduce<F: Float>(i: u32, period: F) -> u32 {
     let i = i as i32;
@@ -104,7 +104,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
         Corners::within(p, hashes)
     }
 
-    /// Those of a point's cell, whose hashes are known.
+    /// The corners of a point's cell, with known hashes.
     #[inline(always)]
     fn within(p: [N; D], hashes: [u32; 16]) -> Self {
         let near: [N; D] = array(
@@ -167,7 +167,7 @@ impl<N: Number, const D: usize> Corners<N, D> {
                 g[corner] = gradient::<N, D>(pick(self.hashes[corner]), way);
             },
         );
-        // The order is part of the definition: it decides the last bits.
+        // The order is part of the definition, because it determines the last bits.
         let order: [usize; 4] = match (D, DUAL) {
             (1, _) => [0, 9, 9, 9],
             (2, _) => [0, 1, 9, 9],
@@ -197,8 +197,9 @@ impl<N: Number, const D: usize> Corners<N, D> {
     }
 }
 
-/// The gradient of a corner of a cell of the plane or of space as factors of the way from there, which is not negative from
-/// near corners and not positive from far ones: a zero has the sign that makes its product −0.
+/// The gradient of a corner of a cell in two or three dimensions, as factors of the offset from there. The
+/// offset is not negative from near corners and not positive from far ones; a zero factor has the sign that
+/// makes the product −0.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn factors<const D: usize>(g: u32, corner: usize) -> [f32; D] {
@@ -209,7 +210,7 @@ pub(crate) fn factors<const D: usize>(g: u32, corner: usize) -> [f32; D] {
     let s = crate::number::flip(1.0, g & 1);
     let t = crate::number::flip(if D == 2 { 2.0 } else { 1.0 }, g & 2);
     let m = g & if D == 2 { 7 } else { 15 };
-    // The axis of the first term, and of the second.
+    // The axis of the first term, then of the second.
     let first = u32::from(m >= if D == 2 { 4 } else { 8 });
     let second = match D {
         2 => 1 - first,
@@ -227,7 +228,7 @@ pub(crate) fn factors<const D: usize>(g: u32, corner: usize) -> [f32; D] {
     )
 }
 
-/// The gradient of a corner, chosen by the low bits of its hash, times the way to the point.
+/// The gradient of a corner, chosen by the low bits of its hash, times the offset to the point.
 #[inline(always)]
 fn gradient<N: Number, const D: usize>(g: u32, way: [N; D]) -> N {
     match D {

@@ -1,7 +1,7 @@
-//! The choice of instruction set: detected once, carried as a value that proves its presence.
+//! The choice of instruction set: detected once, then passed as a value that proves its presence.
 //!
-//! The only unsafe code of the crate: calling functions compiled for a feature set that the [`Isa`] proves, the registers
-//! of `wide`, and the conversion to integers that compilers turn into one vector instruction.
+//! This is the crate's only unsafe code: calls of functions compiled for a feature set that the [`Isa`]
+//! proves, the registers of `wide`, and a conversion to integers that compiles to one vector instruction.
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
 
@@ -10,7 +10,8 @@ pub(crate) mod wide;
 
 /// An instruction set that this machine has.
 ///
-/// The field is private and every constructor detects, so that a value is proof of presence.
+/// The field is private and every constructor detects the features, so that a value is proof of their
+/// presence.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Isa(Level);
 
@@ -25,15 +26,15 @@ enum Level {
 
 /// Work that is compiled for each instruction set.
 pub trait Kernel {
-    /// What it yields.
+    /// Its result.
     type Output;
-    /// The work. Mark it `#[inline(always)]`, and all that it calls in its loops: what is not inlined is compiled
-    /// for the baseline.
+    /// The work. Mark it `#[inline(always)]`, and everything that its loops call: functions that are not
+    /// inlined are compiled for the baseline.
     fn run(self) -> Self::Output;
 }
 
-/// Work that is compiled with fused products and sums for the instruction sets that have them, and without for the
-/// others. Both are to be `#[inline(always)]`, as with [`Kernel`].
+/// Work that is compiled with fused multiply-add for the instruction sets that have it, and without for the
+/// others. Mark both functions `#[inline(always)]`, as with [`Kernel`].
 pub trait FusedKernel {
     /// The work, fused.
     fn fused(self);
@@ -54,17 +55,17 @@ impl<K: FusedKernel> Kernel for Fused<K> {
 }
 
 impl Isa {
-    /// What every machine of the architecture has.
+    /// The baseline of the architecture.
     pub fn baseline() -> Isa {
         Isa(Level::Baseline)
     }
 
-    /// The widest that this machine has.
+    /// The widest instruction set of this machine.
     pub fn detect() -> Isa {
         Isa::all().last().copied().unwrap_or(Isa(Level::Baseline))
     }
 
-    /// All that this machine has, narrowest first.
+    /// All instruction sets of this machine, narrowest first.
     pub fn all() -> Vec<Isa> {
         let mut all = vec![Isa(Level::Baseline)];
         #[cfg(target_arch = "x86_64")]
@@ -82,7 +83,7 @@ impl Isa {
         all
     }
 
-    /// The one of a name, if this machine has it.
+    /// The instruction set with a name, if this machine has it.
     pub fn from_name(name: &str) -> Option<Isa> {
         Isa::all().into_iter().find(|isa| isa.name() == name)
     }
@@ -98,10 +99,10 @@ impl Isa {
         }
     }
 
-    /// Whether it is AVX-512, told by what proves it to registers.
+    /// The proof for registers, if this is AVX-512.
     #[cfg(target_arch = "x86_64")]
     pub(crate) fn wide(self) -> Option<wide::Proof> {
-        // A value of this level is made only by `all`, after detecting the features.
+        // Only `all` makes a value of this level, after it has detected the features.
         (self.0 == Level::Avx512).then(wide::Proof::detected)
     }
 
@@ -110,7 +111,7 @@ impl Isa {
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
             Level::Baseline => kernel.run(),
-            // SAFETY: a value of this level is made only by `all`, after detecting every feature that the
+            // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
             // function is compiled for.
             #[cfg(target_arch = "x86_64")]
             Level::Avx2 => unsafe { run_avx2(kernel) },
@@ -122,12 +123,12 @@ impl Isa {
 }
 
 impl Isa {
-    /// Runs the kernel as compiled for the widest instruction set if this is it, else for the baseline: half as much to
-    /// compile, for work that is seldom or calls out.
+    /// Runs the kernel as compiled for the widest instruction set if this is it, else for the baseline. This
+    /// halves the code to compile, for work that is rare or mostly calls other functions.
     #[inline]
     pub fn dispatch_widest<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
-            // SAFETY: a value of this level is made only by `all`, after detecting every feature that the
+            // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
             // function is compiled for.
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => unsafe { run_avx512(kernel) },
@@ -135,27 +136,28 @@ impl Isa {
         }
     }
 
-    /// Runs a kernel with fused products and sums as compiled for this instruction set if that has them, else plainly as
+    /// Runs a kernel with fused multiply-add if this instruction set has it, else the plain kernel as
     /// compiled for the baseline.
     #[inline]
     pub fn dispatch_fused<K: FusedKernel>(self, kernel: K) {
         match self.0 {
-            // SAFETY: a value of this level is made only by `all`, after detecting the features; `fma` is detected here.
+            // SAFETY: only `all` makes a value of this level, after it has detected the features; `fma` is
+            // detected here.
             #[cfg(target_arch = "x86_64")]
             Level::Avx2 if is_x86_feature_detected!("fma") => unsafe { run_avx2_fma(Fused(kernel)) },
-            // SAFETY: as above; what has AVX-512 has FMA.
+            // SAFETY: as above; processors with AVX-512 have FMA.
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 if is_x86_feature_detected!("fma") => unsafe { run_avx512_fma(Fused(kernel)) },
             _ => kernel.plain(),
         }
     }
 
-    /// `out[i] = table[index[i]]`, as far as both slices go; an index beyond the table counts as its last. One instruction
-    /// a vector where there is one.
+    /// `out[i] = table[index[i]]`, up to the length of the shorter slice; an index beyond the table selects
+    /// its last word. Uses one instruction per vector where the instruction set has one.
     #[inline]
     pub fn look_up(self, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
         match self.0 {
-            // SAFETY: a value of this level is made only by `all`, after detecting the features.
+            // SAFETY: only `all` makes a value of this level, after it has detected the features.
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => unsafe { look_up_avx512(table, index, out) },
             _ => look_up(table, index, out),
@@ -223,7 +225,7 @@ fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
-// For arithmetics whose bits may differ from machine to machine.
+// For arithmetic whose bits may differ between machines.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
 fn run_avx2_fma<K: Kernel>(kernel: K) -> K::Output {
@@ -236,13 +238,13 @@ fn run_avx512_fma<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
-/// Truncation to an integer; −2³¹ for NaN and for what no `i32` reaches. A cast with `as` saturates instead, which
-/// keeps loops from being vectorised.
+/// Truncation to an integer; −2³¹ for NaN and for values beyond `i32`. A cast with `as` saturates instead,
+/// which prevents vectorisation.
 #[inline(always)]
 pub(crate) fn to_int(x: f32) -> i32 {
     let fits = (-2_147_483_648.0..2_147_483_648.0).contains(&x);
     let x = if fits { x } else { -2_147_483_648.0 };
-    // SAFETY: the line above leaves a number from −2³¹ to below 2³¹, never NaN.
+    // SAFETY: after the line above the number is from −2³¹ to below 2³¹, never NaN.
     unsafe { x.to_int_unchecked() }
 }
 

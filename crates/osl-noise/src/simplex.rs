@@ -4,7 +4,7 @@ use crate::float::Float;
 use crate::hash::finish;
 use crate::unroll::{array, each};
 
-/// Value and gradient at a point. The seed tells the three components of a triple apart.
+/// Value and gradient at a point. The seed distinguishes the three components of a triple.
 #[inline(always)]
 pub(crate) fn field<T: Float, const D: usize>(p: [T; D], seed: u32) -> (T, [T; D]) {
     if D == 1 {
@@ -49,7 +49,8 @@ pub(crate) const SCALE: [f32; 5] = [0.0, 0.0, 64.0, 68.0, 54.0];
 const EXACT_F: [f64; 5] = [0.0, 0.0, 0.366_025_403_784_438_65, 1.0 / 3.0, 0.309_016_994_374_947_45];
 const EXACT_G: [f64; 5] = [0.0, 0.0, 0.211_324_865_405_187_1, 1.0 / 6.0, 0.138_196_601_125_010_5];
 
-/// Bit `h` of the first word of an axis: gradient `h` has +1 there; of the second: −1. Axis by axis.
+/// For each axis: bit `h` of the first word is set if gradient `h` is +1 there; of the second word, if it is
+/// −1.
 type Signs = [[u32; 2]; 4];
 
 const fn bits(list: &[u32]) -> u32 {
@@ -71,7 +72,7 @@ const SPACE: Signs = [
 ];
 const HYPER: Signs = hyper();
 
-/// One axis is 0 (bits 3 and 4 say which); the signs of the others, in order, are bits 2, 1, 0.
+/// One axis is 0 (selected by bits 3 and 4); bits 2, 1, 0 are the signs of the others, in order.
 const fn hyper() -> Signs {
     let mut signs = [[0; 2]; 4];
     let mut h = 0;
@@ -100,7 +101,7 @@ fn gradient<T: Float, const D: usize>(cell: [i32; D], seed: u32) -> [T; D] {
         3 => (scramble(w[0], w[1], scramble(w[2], seed, 0)) & 15, SPACE),
         _ => (scramble(w[0], w[1], scramble(w[2], w[3], seed)) & 31, HYPER),
     };
-    // One shift for all axes: not every machine has shifts by lanes.
+    // One shift for all axes, because not every machine has shifts by lane.
     let bit = 1_u32 << h;
     array(
         #[inline(always)]
@@ -122,7 +123,7 @@ fn sum<T: Float, const D: usize>(terms: [T; D]) -> T {
     total
 }
 
-/// What the corners add up to.
+/// The sum over the corners.
 #[derive(Clone, Copy)]
 struct Sum<T, const D: usize> {
     value: T,
@@ -130,7 +131,8 @@ struct Sum<T, const D: usize> {
     slope: [T; D],
 }
 
-/// Where a point is: the first corner of its simplex and the way from there, and how the axes rank.
+/// The position of a point: the first corner of its simplex, the offset from there, and the ranks of the
+/// axes.
 #[derive(Clone, Copy)]
 struct Site<T, const D: usize> {
     base: [i32; D],
@@ -138,7 +140,7 @@ struct Site<T, const D: usize> {
     rank: [i32; D],
 }
 
-/// The way from the first corner.
+/// The offset from the first corner.
 #[inline(always)]
 fn origin<T: Float, const D: usize>(p: [T; D], base: [i32; D], whole: [T; D]) -> [T; D] {
     let mut total = base[0];
@@ -173,7 +175,8 @@ fn site<T: Float, const D: usize>(p: [T; D]) -> Site<T, D> {
             |a| cells[a].1,
         ),
     );
-    // The corners are entered along the axes in order of size; in space ties go to the first axis, else to the last.
+    // The corners are visited along the axes in order of size; in three dimensions the first axis wins ties,
+    // else the last.
     let outranks = |a: usize, b: usize| if D == 3 { origin[a] >= origin[b] } else { origin[a] > origin[b] };
     let rank: [i32; D] = array(
         #[inline(always)]
@@ -196,8 +199,8 @@ fn site<T: Float, const D: usize>(p: [T; D]) -> Site<T, D> {
     Site { base, origin, rank }
 }
 
-/// The gradients of the corners of a simplex of space, corner by corner. The key is its first corner, and the ranks of the
-/// axes, two bits for each.
+/// The gradients of the corners of a simplex in three dimensions, corner by corner. The key is the first
+/// corner and the ranks of the axes, two bits each.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
 pub(crate) fn gradients(key: [u32; 4], seed: u32) -> [u32; 24] {
@@ -278,7 +281,7 @@ fn corner_gradient<T: Float, const D: usize>(base: [i32; D], rank: [i32; D], q: 
     )
 }
 
-/// What one corner of the simplex adds.
+/// The contribution of one corner of the simplex.
 #[inline(always)]
 fn corner<T: Float, const D: usize>(origin: [T; D], rank: [i32; D], q: usize, g: [T; D]) -> Sum<T, D> {
     let offset = offset(rank, q);

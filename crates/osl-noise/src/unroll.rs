@@ -1,8 +1,7 @@
-//! Small arrays and loops without loops.
+//! Small arrays and loops as straight code.
 //!
-//! A loop over points is vectorised only if nothing inside of it loops any more when the compiler looks. The standard
-//! library's `array::map` and `from_fn`, and loops over corners, are unrolled too late for that; these are straight
-//! code from the start.
+//! The compiler vectorises a loop over points only if the body contains no loop at that stage. The standard
+//! library's `array::map` and `from_fn`, and loops over corners, are unrolled too late for that.
 
 /// The array of `f(0)`, `f(1)` …, up to four elements.
 #[inline(always)]
@@ -20,7 +19,7 @@ pub(crate) fn array<T: Copy, const D: usize>(mut f: impl FnMut(usize) -> T) -> [
     out
 }
 
-/// Calls `f` with 0 up to but not including `n`, which is at most 16 and known when compiled.
+/// Calls `f` with 0 up to but not including `n`, which is at most 16 and known at compile time.
 #[inline(always)]
 pub(crate) fn each(n: usize, mut f: impl FnMut(usize)) {
     macro_rules! calls {

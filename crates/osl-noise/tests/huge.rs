@@ -1,4 +1,4 @@
-//! Coordinates far beyond the lattice: every instruction set and every length of a batch yields the same bits.
+//! Coordinates far beyond the lattice: every instruction set and batch length gives the same bits.
 
 #![allow(missing_docs, reason = "a test says what must hold")]
 

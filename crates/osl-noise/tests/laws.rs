@@ -1,4 +1,5 @@
-//! Laws of the fields: the same bits in every batch and instruction set, sane values everywhere, gradients.
+//! Laws of the fields: the same bits in every batch and instruction set, plausible values everywhere, correct
+//! gradients.
 
 #![allow(
     clippy::unwrap_used,
@@ -43,7 +44,8 @@ proptest! {
                     prop_assert_eq!(bits(&out), bits(&singles), "{:?} {} {:?}", kind, dims, isa);
                     let (mut x, mut y, mut z) = (out.clone(), out.clone(), out.clone());
                     eval3(isa, kind, &coords, [&mut x, &mut y, &mut z]);
-                    // Smooth fields put the float form first; cell and hash share nothing with it.
+                    // The first value of the triple of a smooth field equals the float form; cell and hash
+                    // noise share nothing with it.
                     if !matches!(kind, Kind::Cell | Kind::Hash) {
                         prop_assert_eq!(bits(&x), bits(&singles));
                     }
@@ -52,8 +54,8 @@ proptest! {
         }
     }
 
-    /// Points of a patch share what is known of their cells; whole coordinates, zeros of both signs and what lies just
-    /// below them are among them.
+    /// Points of a patch share the data of their cells. The patch includes whole coordinates, zeros of both
+    /// signs and values just below them.
     #[test]
     fn a_patch_is_its_points(
         corner in prop::array::uniform3(-3i32..3),
@@ -107,7 +109,7 @@ proptest! {
                 let all: Vec<&[f32]> = p.iter().chain(&partial).chain(&[0.0; 3]).map(std::slice::from_ref).collect();
                 let (mut v, mut dx, mut dy) = ([0.0], [0.0], [0.0]);
                 eval_dual(Isa::baseline(), kind, &all, &[], [&mut v, &mut dx, &mut dy]);
-                // The step's own error: second derivatives stay below about 100.
+                // The error of the finite difference: second derivatives stay below about 100.
                 prop_assert!((f64::from(dx[0]) - difference).abs() < 0.02, "{kind:?} {p:?} {} {difference}", dx[0]);
                 prop_assert_eq!(dy[0], 0.0);
             }

@@ -1,4 +1,5 @@
-//! Every row of the reference's noise vectors but for the string hash: bit for bit, Gabor noise within a tolerance.
+//! Every row of the reference's noise vectors except the string hash: bit for bit; Gabor noise within a
+//! tolerance.
 
 #![allow(
     clippy::unwrap_used,
@@ -13,7 +14,7 @@ use flate2::read::GzDecoder;
 use osl_noise::{Isa, Kind, eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic, gabor, hash};
 use std::io::Read;
 
-/// Which test reads a row.
+/// The test that reads a row.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Reader {
     /// Cell to simplex noise.
@@ -21,7 +22,7 @@ enum Reader {
     Gabor,
     /// Hashes of words and of floats.
     Words,
-    /// Hashes of text. No noise takes one, so that this crate has none.
+    /// Hashes of text, which no noise takes and this crate does not have.
     Text,
 }
 
@@ -44,7 +45,7 @@ impl Row {
         self.cells[1] == "triple"
     }
 
-    /// The reference's result depends on the processor it ran on.
+    /// The reference's result depends on the processor on which it ran.
     fn platform(&self) -> bool {
         self.cells[5] == "platform"
     }
@@ -158,7 +159,7 @@ fn gabor_result(isa: Isa, row: &Row) -> Vec<f32> {
         (true, true) => gabor::eval3_dual(isa, points, &options, std::array::from_fn(|_| next())),
     }
     if dual {
-        // Asked for alone, values are the same.
+        // Computed without partials, the values are the same.
         let mut values = [[f32::NAN]; 3];
         let [x, y, z] = &mut values;
         gabor::eval3(isa, points, &options, [x, y, z]);
@@ -183,7 +184,7 @@ const WORDS: usize = 268;
 
 #[test]
 fn gabor_matches_every_row() {
-    // The reference leaves exp, sin and cos to a library, whose last bits are the platform's.
+    // The reference takes exp, sin and cos from a library, whose last bits depend on the platform.
     const TOLERANCE: f32 = 2e-6;
     let (mut exact, mut numbers, mut worst) = (0, 0, 0.0_f32);
     for row in rows(Reader::Gabor) {
@@ -198,7 +199,7 @@ fn gabor_matches_every_row() {
                 assert!(same(*g, results[0][i].to_bits()), "instruction sets differ: {:?}", row.cells);
                 let size = if i < n_values { e.abs() } else { steepest };
                 let error = if same(*g, e.to_bits()) { 0.0 } else { (g - e).abs() / (1.0 + size) };
-                // Written so that NaN fails.
+                // Written such that NaN fails.
                 assert!(error <= TOLERANCE, "{:?} got {got:?}", row.cells);
                 worst = worst.max(error);
                 exact += usize::from(error == 0.0);
@@ -206,12 +207,13 @@ fn gabor_matches_every_row() {
             }
         }
     }
-    // Far inside, because the library of the reference rounds nearly as well as ours does.
+    // Errors stay far inside the tolerance, because the reference's library rounds nearly as well as this
+    // one.
     assert!(worst < 1e-7 && exact * 100 > numbers * 95, "{exact} of {numbers} exact, worst error {worst:e}");
 }
 
-/// Rows whose results depend on the platform of the reference are no exception: what is out of range becomes the
-/// same lattice cell, and what is NaN the same word, as where the reference was run, and so on every machine.
+/// Rows whose results depend on the reference's platform are no exception: values out of range give the same
+/// lattice cell, and NaN the same word, as where the reference ran, on every machine.
 #[test]
 fn fields_match_every_row() {
     let mut platform = 0;

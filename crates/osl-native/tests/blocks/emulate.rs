@@ -1,8 +1,9 @@
-//! The few instructions that blocks are made of, as the Intel 64 manual (volume 2) says what they do: so that blocks can be
-//! tried on machines without AVX-512.
+//! An emulator of the few instructions used by blocks, written from the Intel 64 manual (volume 2), so that
+//! blocks can be tested on machines without AVX-512.
 //!
-//! A decoder that is not the project's reads the code back, and every access to memory is checked: code that reads or writes a
-//! word beyond the arrays and slots that it was promised fails here. This module must not know how code is made.
+//! An independent decoder reads the code back, and every memory access is checked: code that reads or writes
+//! a word beyond the arrays and slots that it was promised fails here. This module must not know how code is
+//! made.
 
 use iced_x86::{Decoder, DecoderOptions, Instruction, Mnemonic, OpKind, Register, RoundingControl};
 use osl_native::{Assembled, Words};
@@ -12,29 +13,30 @@ use std::ops::Range;
 /// 16 words.
 type Vector = [u32; 16];
 
-/// Where the code, the pointers and the slots stand, and the first array; each further one stands this much behind.
+/// Addresses of the code, the pointers, the slots and the first array; each further array is this far from
+/// the previous.
 const CODE: u64 = 0x10_0000;
 const POINTERS: u64 = 0x1000_0000;
 const SLOTS: u64 = 0x2000_0000;
 const ARRAYS: u64 = 0x1_0000_0000;
-/// Instructions of a call at most.
+/// Maximum number of instructions per call.
 const MAX_STEPS: usize = 100_000_000;
 
 struct Machine<'a, 'w> {
     vectors: [Vector; 32],
     masks: [u16; 8],
     general: [u64; 16],
-    /// Of the last comparison: equal, and below.
+    /// Flags of the last comparison: equal, and below.
     flags: (bool, bool),
     code: &'a [u8],
     pointers: Vec<u64>,
     slots: Vec<u32>,
     arrays: Vec<Words<'w>>,
-    /// For the estimate of inverse roots, which is as far off as it may be.
+    /// Perturbs the estimate of inverse roots, which is as inaccurate as permitted.
     noise: u32,
 }
 
-/// Runs the code on lanes of arrays as `Code::run` does, which has checked that the arrays suit.
+/// Runs the code on lanes of arrays as `Code::run` does, after its checks.
 pub(crate) fn run(code: &Assembled, arrays: Vec<Words<'_>>, lanes: Range<usize>) {
     let pointers = (0..arrays.len() as u64).map(|at| ARRAYS * (at + 1)).collect();
     let mut machine = Machine {
@@ -69,7 +71,7 @@ pub(crate) fn run(code: &Assembled, arrays: Vec<Words<'_>>, lanes: Range<usize>)
 }
 
 impl Machine<'_, '_> {
-    /// Does what an instruction says; where the next one is, or nothing where the call ends.
+    /// Executes an instruction. Returns the address of the next one, or `None` when the call ends.
     fn step(&mut self, inst: &Instruction) -> Option<u64> {
         let next = inst.next_ip();
         match inst.mnemonic() {
@@ -112,7 +114,7 @@ impl Machine<'_, '_> {
             Mnemonic::Kmovw if inst.op0_kind() == OpKind::Memory => {
                 let word = u32::from(mask(self, 1));
                 let address = self.address(inst);
-                // Half a word; slots hold nothing else in the other half.
+                // Only half a word; slots hold nothing else in the other half.
                 self.write(address, word);
                 return;
             }
@@ -139,7 +141,7 @@ impl Machine<'_, '_> {
             (0..16).for_each(|lane| self.write(address + 4 * lane as u64, from[lane]));
             return;
         }
-        // Behind the result there are one or two operands, and a byte for some.
+        // The result is followed by one or two operands and, for some instructions, a byte.
         let has_byte = (0..inst.op_count()).any(|at| inst.op_kind(at) == OpKind::Immediate8);
         let last = inst.op_count() - 1 - u32::from(has_byte);
         let b = self.operand(inst, last);
@@ -180,7 +182,7 @@ impl Machine<'_, '_> {
         self.vectors[to.number()] = result;
     }
 
-    /// An operand: a register, 16 words of memory, or one for all lanes.
+    /// An operand: a register, 16 words of memory, or one word for all lanes.
     fn operand(&mut self, inst: &Instruction, at: u32) -> Vector {
         if inst.op_kind(at) == OpKind::Register {
             return self.vectors[inst.op_register(at).number()];
@@ -237,7 +239,7 @@ impl Machine<'_, '_> {
         }
     }
 
-    /// The inverse root of a float above zero, off by up to `2^-14` of it.
+    /// The inverse root of a positive float, with a relative error of up to `2^-14`.
     fn estimate(&mut self, x: u32) -> u32 {
         self.noise = self.noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         let off = f64::from(self.noise >> 8) / f64::from(1 << 23) - 1.0;
@@ -246,15 +248,15 @@ impl Machine<'_, '_> {
     }
 }
 
-/// Where a word stands.
+/// The location of a word.
 enum Place {
     Code(usize),
     Slot(usize),
-    /// The array, and the word in it.
+    /// An array, and the index of the word in it.
     Array(usize, usize),
 }
 
-/// One lane of an instruction that yields words.
+/// One lane of an instruction that returns words.
 fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
     use Mnemonic as M;
     let (x, y) = (f32::from_bits(p), f32::from_bits(q));
@@ -307,7 +309,7 @@ fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
     }
 }
 
-/// One lane of an instruction that yields a mask.
+/// One lane of an instruction that returns a mask.
 fn truth(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> bool {
     let (x, y) = (f32::from_bits(p), f32::from_bits(q));
     let (i, j) = (p as i32, q as i32);
@@ -355,12 +357,13 @@ fn fused(a: u32, b: u32, c: u32, up: bool) -> u32 {
     if !up || !nearest.is_finite() {
         return nearest.to_bits();
     }
-    // The product is exact in double precision, and the sum is with its rest (Knuth, volume 2, 4.2.2).
+    // The product is exact in double precision, and so is the sum together with its remainder (Knuth, volume
+    // 2, 4.2.2).
     let (p, z) = (f64::from(x) * f64::from(y), f64::from(z));
     let sum = p + z;
     let part = sum - p;
     let rest = (p - (sum - part)) + (z - part);
-    // How far the exact value is above a float near it.
+    // How far the exact value is above a nearby float.
     let above = |float: f32| (sum - f64::from(float)) + rest;
     let mut result = nearest;
     while above(result) > 0.0 {

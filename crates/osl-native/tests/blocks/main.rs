@@ -1,5 +1,5 @@
-//! Blocks compute what they say: each operation on extremes, and long random blocks against one lane at a time, run by the
-//! machine where it can, and by an emulator everywhere.
+//! Blocks compute the right values: each operation on extremes, and long random blocks against a model that
+//! computes one lane at a time. They run on the machine if it can, and in an emulator everywhere.
 
 #![allow(
     clippy::unwrap_used,
@@ -20,7 +20,7 @@ use proptest::prelude::*;
 use random::{Both, PLACES};
 use std::ops::Range;
 
-/// An array that a block gets.
+/// An array for a block.
 #[derive(Clone, Debug, PartialEq)]
 enum Held {
     Read(Vec<u32>),
@@ -41,7 +41,7 @@ impl Held {
     }
 }
 
-/// What arrays hold after a block has run on ranges of lanes, by each way to run it.
+/// The contents of the arrays after a block has run on ranges of lanes, for each way to run it.
 fn each_way(block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)> {
     let code = assemble(block);
     let mut held = arrays.to_vec();
@@ -146,7 +146,7 @@ fn every_operation_holds_at_the_extremes() {
     }
 }
 
-/// Roots of floats, and 1 by them, against the processor's.
+/// Compares roots of floats and their inverses with the processor's.
 fn check_roots(floats: impl Iterator<Item = u32>) {
     let lanes = 1 << 12;
     let mut block = Block::new();
@@ -171,12 +171,12 @@ fn check_roots(floats: impl Iterator<Item = u32>) {
     }
 }
 
-/// Every how many mantissas are tried: an emulator takes longer than the machine.
+/// Steps between tried mantissas: an emulator is slower than the machine.
 fn step() -> usize {
     if osl_native::is_supported() { 1 } else { 331 }
 }
 
-/// Within the range of the usual way a factor of four changes exponents only, so that two binades stand for all.
+/// On the usual path, a factor of four changes only exponents, so two binades stand for all.
 #[test]
 fn roots_are_exact_for_every_mantissa() {
     let one = 1.0_f32.to_bits();
@@ -254,14 +254,14 @@ proptest! {
         let words: Vec<u32> = (0..40).map(|_| next()).collect();
         let mut both = Both::new(&start, &words, lanes);
         steps.iter().for_each(|step| both.add(*step));
-        // What is left over is wanted, too, so that much lives at once.
+        // The remaining values are stored too, so that many are live at once.
         let array = both.block.array();
         let values = both.values.clone();
         for (at, (value, _)) in values.iter().enumerate() {
             both.block.store(array, (at * lanes) as u32, *value, true);
         }
         let arrays = [Held::Write(start), Held::Read(words), Held::Write(vec![0; values.len() * lanes])];
-        // All lanes in two calls, of sizes that are no powers of two; one of them may be empty.
+        // All lanes in two calls, whose sizes are no powers of two; one of them may be empty.
         let cut = 16 * (cut % (vectors + 1));
         let ranges: Vec<_> = [0..cut, cut..lanes].into_iter().filter(|range| !range.is_empty()).collect();
         for (way, held) in each_way(&both.block, &arrays, &ranges) {

@@ -48,7 +48,7 @@ pub(crate) const COMPARE: [Compare; 11] = [
 pub(crate) const INT_COMPARE: [IntCompare; 4] =
     [IntCompare::Equal, IntCompare::Less, IntCompare::LessEqual, IntCompare::Unequal];
 
-/// Every NaN is one: which one an operation on two makes is nobody's promise.
+/// Replaces every NaN by one, because the NaN that an operation on two NaNs returns is unspecified.
 pub(crate) fn plain(x: f32) -> u32 {
     if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() }
 }
@@ -85,7 +85,7 @@ pub(crate) fn unary(op: Unary, a: u32) -> u32 {
     let x = f32::from_bits(a);
     match op {
         Unary::Sqrt => plain(x.sqrt()),
-        // That of zero is nobody's: told as what is not compared.
+        // The result for zero is unspecified; NaN means that it is not compared.
         Unary::InverseRoot if x == 0.0 => f32::NAN.to_bits(),
         Unary::InverseRoot => plain(1.0 / x.sqrt()),
         Unary::Floor => plain(x.floor()),
@@ -143,7 +143,7 @@ pub(crate) fn compare_ints(how: IntCompare, a: u32, b: u32) -> bool {
     }
 }
 
-/// Words equal, or NaN both.
+/// Whether words are equal, or both NaN.
 pub(crate) fn alike(a: u32, b: u32) -> bool {
     a == b || f32::from_bits(a).is_nan() && f32::from_bits(b).is_nan()
 }

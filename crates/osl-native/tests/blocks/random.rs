@@ -1,20 +1,20 @@
-//! Random blocks, each beside its model.
+//! Random blocks with their models.
 
 use crate::model::{
     BINARY, COMPARE, INT_COMPARE, UNARY, binary, compare, compare_ints, length, number, unary,
 };
 use osl_native::{Array, Binary, Block, Truth, Value};
 
-/// A block beside its model: what each value and truth is in every lane, as long as no NaN was computed on the way there:
-/// nobody promises its bits.
+/// A block with its model: the value of each `Value` and `Truth` in every lane, unless a NaN was computed on
+/// the way, whose bits are unspecified.
 pub(crate) struct Both {
     pub(crate) block: Block,
     lanes: usize,
     pub(crate) values: Vec<(Value, Vec<Option<u32>>)>,
     truths: Vec<(Truth, Vec<Option<bool>>)>,
-    /// The array of lanes, as it is behind what has been said.
+    /// The array of lanes, as the block leaves it.
     pub(crate) memory: Vec<Option<u32>>,
-    /// Those places of it whose lanes the block need not keep.
+    /// Positions of the array that the block need not keep.
     pub(crate) loose: Vec<bool>,
     array: Array,
     table: Array,
@@ -40,7 +40,7 @@ impl Both {
         }
     }
 
-    /// Adds an operation that numbers choose.
+    /// Adds an operation chosen by numbers.
     pub(crate) fn add(&mut self, [what, how, a, b, c]: [usize; 5]) {
         let lanes = self.lanes;
         let place = a % PLACES;

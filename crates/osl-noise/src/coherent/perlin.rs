@@ -1,7 +1,7 @@
 //! Gradient noise at points of known cells.
 //!
-//! A table holds the gradients of a cell's corners as factors of the way to the point: ±1, ±2 or a zero whose product
-//! with the way is −0, which added to any number leaves it as it is.
+//! A table holds the gradients of a cell's corners as factors of the offset from the corner to the point: ±1,
+//! ±2, or a zero whose product with the offset is −0. Adding −0 leaves any number unchanged.
 
 use super::{Key, Lattice, Table};
 use crate::perlin::{SCALE, corner_hashes, factors};

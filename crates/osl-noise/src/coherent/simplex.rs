@@ -1,4 +1,4 @@
-//! Simplex noise of space at points of known simplices.
+//! Simplex noise in three dimensions at points of known simplices.
 
 use super::{Key, Lattice, Table};
 use crate::simd::wide::{Floats, Marks, Proof, Words};
@@ -9,8 +9,8 @@ use crate::unroll::{array, each};
 #[derive(Clone, Copy)]
 pub(crate) struct Simplex;
 
-/// Where points are: the first corners of their simplices, the way from there, and which axes are at least others:
-/// x and y, x and z, y and z.
+/// The first corners of the points' simplices, the offsets from there, and which axes are at least as long as
+/// others: x and y, x and z, y and z.
 struct Site {
     base: [Floats; 3],
     origin: [Floats; 3],
@@ -39,7 +39,7 @@ impl Lattice<3> for Simplex {
     #[inline(always)]
     fn key(proof: Proof, p: [Floats; 3]) -> [Words; 4] {
         let Site { base: [x, y, z], order: [xy, xz, yz], .. } = site(proof, p);
-        // Each comparison raises the rank of one axis: two bits for each.
+        // Each comparison raises the rank of one axis; ranks have two bits each.
         let [one, two, three] = [1, 4, 16].map(|rank| proof.each(rank));
         let ranks = proof.each(0).plus(xy, one, two).plus(xz, one, three).plus(yz, two, three);
         [x.whole(), y.whole(), z.whole(), ranks]
@@ -53,7 +53,7 @@ impl Lattice<3> for Simplex {
     #[inline(always)]
     fn placed(proof: Proof, p: [Floats; 3], word: impl Fn(usize) -> Floats) -> Floats {
         let Site { origin, order: [xy, xz, yz], .. } = site(proof, p);
-        // Which axes the second corner is further along, and the third.
+        // The axes along which the second corner is further, and those of the third.
         let first = [xy.and(xz), yz.and(xy.not()), xz.or(yz).not()];
         let second = [xy.or(xz), yz.or(xy.not()), xz.and(yz).not()];
         let (zero, half, one) = (proof.all(0.0), proof.all(0.5), proof.all(1.0));

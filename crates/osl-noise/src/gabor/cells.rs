@@ -1,9 +1,9 @@
-//! The impulses around a point: a random number of them at random places in each of the 27 cells nearby, one lane
-//! for each cell.
+//! The impulses around a point: a random number of them at random positions in each of the 27 nearby cells,
+//! one lane per cell.
 //!
-//! A cell's random sequence comes from its corner alone, so that every point near it meets the same impulses. It
-//! is drawn by multiplying a word that is never 0 by an odd number; products of such draws fall below any bound above
-//! 0 after some dozens of steps whatever the start, so that every loop here ends.
+//! A cell's random sequence depends only on its corner, so every nearby point sees the same impulses. The
+//! sequence multiplies a nonzero word by an odd number. Products of such draws fall below any positive bound
+//! after a few dozen steps from any start, so every loop here ends.
 
 use super::params::Params;
 use crate::cell::wrap;
@@ -11,12 +11,12 @@ use crate::hash::{cell, hash, unit};
 
 /// Cells that a kernel around a point may reach.
 pub(super) const CELLS: usize = 27;
-/// Lanes for them; the rest idle.
+/// Lanes for the cells; the remaining lanes are unused.
 pub(super) const WIDTH: usize = 32;
 
 const MULTIPLIER: u32 = 3_039_177_861;
 
-/// The next word of a sequence and what it stands for, above 0 and up to 1.
+/// The next word of a sequence and its value, above 0 and up to 1.
 #[inline(always)]
 pub(super) fn draw(seed: &mut u32) -> f32 {
     *seed = seed.wrapping_mul(MULTIPLIER);
@@ -36,7 +36,7 @@ const OFFSETS: [[f32; WIDTH]; 3] = {
     offsets
 };
 
-/// Where a neighbourhood is, and of which field.
+/// The position of a neighbourhood, and its field.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     /// Corner of the cell in the middle.
@@ -57,7 +57,7 @@ impl Place {
     }
 }
 
-/// How many impulses each cell holds, and where its sequence stands after counting them.
+/// The number of impulses in each cell, and the state of its sequence after counting them.
 pub(super) struct Cells {
     seeds: [u32; WIDTH],
     counts: [u32; WIDTH],
@@ -70,7 +70,7 @@ impl Cells {
         Cells { seeds: [1; WIDTH], counts: [0; WIDTH], most: 0, of: None }
     }
 
-    /// Turns to another place, unless it is the same.
+    /// Moves to another position, unless it is the same.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
     pub(super) fn visit(&mut self, place: &Place) {
@@ -98,7 +98,7 @@ impl Cells {
         self.count(place.empty);
     }
 
-    /// Poisson numbers by Knuth's product of uniform ones, all cells in step.
+    /// Draws Poisson numbers with Knuth's product of uniform numbers, all cells in lockstep.
     #[inline(always)]
     #[expect(clippy::needless_range_loop, reason = "lanes of several arrays in step, which vectorises")]
     fn count(&mut self, empty: f32) {
@@ -126,8 +126,8 @@ impl Cells {
         }
     }
 
-    /// Calls `full` with the impulses whose kernels reach the point, those of a cell in the order of its sequence.
-    /// `way` leads from the middle cell's corner to the point, in cells.
+    /// Calls `full` with the impulses whose kernels reach the point; impulses of a cell keep the order of its
+    /// sequence. `way` is the offset from the middle cell's corner to the point, in cells.
     #[inline(always)]
     pub(super) fn near(&self, params: &Params, way: [f32; 3], mut full: impl FnMut(&Impulses)) {
         let draws = params.waves.draws();
@@ -174,17 +174,17 @@ impl Cells {
     }
 }
 
-/// How many impulses [`Impulses`] holds; more than come together at a point in all but rare cases.
+/// Capacity of [`Impulses`]; rarely do more impulses meet at a point.
 pub(super) const CAPACITY: usize = 64;
 
-/// Some impulses, a column for each thing known of them.
+/// Some impulses, one column for each property.
 pub(super) struct Impulses {
     pub(super) len: usize,
     /// Lane of the cell.
     pub(super) cells: [u8; CAPACITY],
-    /// The way from impulse to point.
+    /// The offset from the impulse to the point.
     pub(super) r: [[f32; CAPACITY]; 3],
-    /// The cell's sequence, about to yield frequency and phase.
+    /// The cell's sequence, whose next draws are frequency and phase.
     pub(super) seeds: [u32; CAPACITY],
 }
 

@@ -10,10 +10,10 @@ use crate::math::NEAR;
 use crate::number::Number;
 use crate::unroll::array;
 
-/// Impulses handled in step.
+/// Impulses processed in lockstep.
 const GROUP: usize = 16;
 
-/// Where a field is wanted.
+/// Where and with which parameters a field is evaluated.
 pub(super) struct Site<'a, N> {
     pub(super) params: &'a Params,
     pub(super) p: [N; 3],
@@ -22,7 +22,7 @@ pub(super) struct Site<'a, N> {
 }
 
 impl<N: Number<Float = f32>> Site<'_, N> {
-    /// The field of a seed there. `cells` may hold anything.
+    /// The field with a seed there. The contents of `cells` do not matter.
     #[inline(always)]
     pub(super) fn field(&self, cells: &mut Cells, seed: u32) -> N {
         let params = self.params;
@@ -32,7 +32,7 @@ impl<N: Number<Float = f32>> Site<'_, N> {
         );
         let corner = [floor(p[0].value()), floor(p[1].value()), floor(p[2].value())];
         let way = [p[0].value() - corner[0], p[1].value() - corner[1], p[2].value() - corner[2]];
-        // The way from every impulse has the same partials.
+        // The offsets from all impulses have the same partials.
         let slope: [N; 3] = array(
             #[inline(always)]
             |a| p[a].scale(params.radius),
@@ -70,7 +70,7 @@ impl<N: Number<Float = f32>> Site<'_, N> {
     }
 }
 
-/// Some impulses in step.
+/// Some impulses, processed in lockstep.
 struct Group<N> {
     r: [[f32; GROUP]; 3],
     slope: [N; 3],
@@ -122,8 +122,8 @@ impl<N: Number<Float = f32>> Group<N> {
         values
     }
 
-    /// What a loop in step does not do: waves of extreme frequency, and the plain kernel in the place of a filtered
-    /// one that is not finite.
+    /// Handles what the lockstep loop does not: waves of extreme frequency, and the plain kernel in place of
+    /// a filtered one that is not finite.
     #[cold]
     #[inline(never)]
     fn with_care(&self, filter: Option<&Filter>, a: f32, values: &mut [N; GROUP]) {

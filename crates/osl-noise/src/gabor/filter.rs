@@ -1,4 +1,5 @@
-//! The filter of a call: which waves the spacing of the points resolves, from the partials of the coordinates.
+//! The filter of a call: which waves the spacing of the points can resolve, from the partials of the
+//! coordinates.
 
 use super::waves::TWO_PI;
 use crate::math::normalize;
@@ -9,7 +10,7 @@ pub(super) struct Matrix([[f32; 2]; 2]);
 
 impl Matrix {
     fn diagonal(d: f32) -> Matrix {
-        // Off the diagonal stands d · 0, which keeps NaN.
+        // The off-diagonal entries are d · 0, which keeps NaN.
         Matrix([[d * 1.0, d * 0.0], [d * 0.0, d * 1.0]])
     }
 
@@ -19,7 +20,7 @@ impl Matrix {
     }
 
     fn times(self, other: Matrix) -> Matrix {
-        // Sums start from zero, so that none is −0.
+        // Sums start from zero, so that none of them is −0.
         let entry = |i: usize, j: usize| (0.0 + self.0[i][0] * other.0[0][j]) + self.0[i][1] * other.0[1][j];
         Matrix([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]])
     }
@@ -38,7 +39,7 @@ impl Matrix {
         p * s - q * r
     }
 
-    /// The inverse; the identity where its entries would overflow.
+    /// The inverse; the identity if its entries would overflow.
     fn inverse(self) -> Matrix {
         let [[p, q], [r, s]] = self.0;
         let entries = [[s, -q], [-r, p]];
@@ -60,7 +61,7 @@ impl Matrix {
     }
 }
 
-/// What filtered kernels share.
+/// Data shared by all filtered kernels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Filter {
     /// Two axes in the plane that the partials span, and its normal.
@@ -71,7 +72,7 @@ pub(super) struct Filter {
     pub(super) overlap: f32,
     /// Inverse of the sum of both covariances in frequency.
     pub(super) inverse_sum: Matrix,
-    /// Takes a kernel's frequency to the filtered one.
+    /// Maps a kernel's frequency to the filtered one.
     pub(super) shift: Matrix,
     /// Width of the filtered Gaussian.
     pub(super) a: f32,
@@ -82,8 +83,8 @@ fn cross(u: [f32; 3], v: [f32; 3]) -> [f32; 3] {
 }
 
 impl Filter {
-    /// The filter for partials of the point in both directions and kernels of width `a`; none where the partials
-    /// span next to no area.
+    /// The filter for the partials of a point in both directions and kernels of width `a`; `None` if the
+    /// partials span almost no area.
     pub(super) fn new([px, py]: [[f32; 3]; 2], a: f32) -> Option<Filter> {
         let n = cross(px, py);
         if n[0] * n[0] + n[1] * n[1] + n[2] * n[2] < 1e-6 {
@@ -92,7 +93,7 @@ impl Filter {
         let n = normalize(n);
         let t = normalize(if n[0].abs() < 0.9 { [0.0, n[2], -n[1]] } else { [-n[2], 0.0, n[0]] });
         let b = cross(n, t);
-        // Not the partials in the frame (t, b), but what all implementations agree on.
+        // These are not the partials in the frame (t, b), but all implementations agree on them.
         let entry = |axis: usize, v: [f32; 3]| px[axis] * v[0] + py[axis] * v[1] + 0.0 * v[2];
         let m = Matrix([[entry(0, t), entry(0, b)], [entry(1, t), entry(1, b)]]);
         let spread = m.transposed().times(Matrix([[0.25, 0.0], [0.0, 0.25]])).times(m);

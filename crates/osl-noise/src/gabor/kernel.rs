@@ -1,4 +1,5 @@
-//! One impulse's kernel: a Gaussian times a cosine, in three dimensions, or filtered, in the plane of the surface.
+//! One impulse's kernel, a Gaussian times a cosine: plain in three dimensions, or filtered in the plane of
+//! the surface.
 
 use super::filter::Filter;
 use super::waves::{TWO_PI, Wave};
@@ -14,7 +15,7 @@ pub(super) struct Contribution<N> {
     pub(super) angle: f32,
 }
 
-/// Plain or filtered. `FAR` admits waves of any frequency, see [`math::sin_cos`].
+/// Plain or filtered. `FAR` permits waves of any frequency, see [`math::sin_cos`].
 #[inline(always)]
 pub(super) fn contribution<N: Number<Float = f32>, const FAR: bool>(
     filter: Option<&Filter>,
@@ -57,8 +58,9 @@ fn bell<N: Number<Float = f32>>(x: N) -> N {
     x.scale(e).with_value(e)
 }
 
-/// The kernel cut by the plane through the point, its wave there damped by the footprint. Source: Lagae and
-/// others, *Procedural Noise using Sparse Gabor Convolution*, 2009, and the authors' *Improving Gabor Noise*.
+/// The kernel restricted to the plane through the point, with its wave damped by the footprint. Source: Lagae
+/// and others, *Procedural Noise using Sparse Gabor Convolution*, 2009, and the authors' *Improving Gabor
+/// Noise*.
 #[inline(always)]
 fn filtered<N: Number<Float = f32>, const FAR: bool>(
     filter: &Filter,

@@ -2,24 +2,25 @@
 //!
 //! # What a value depends on
 //!
-//! The first three coordinates, their periods, the [`Options`], and — unlike any other field — **the partials of the
-//! coordinates**: with `do_filter` set, kernels are damped to what the spacing of the points resolves. The filter needs
-//! partials in both directions that span an area; it is off in one dimension, and where partials are missing or
-//! parallel. A fourth coordinate and its period are ignored, missing coordinates are 0. A period counts *cells*:
-//! in coordinates the field repeats after the floored period (at least 1) times the kernels' radius, which the
-//! bandwidth sets ([`radius`]).
+//! A value depends on the first three coordinates, their periods, the [`Options`], and, unlike any other
+//! field, on **the partials of the coordinates**: with `do_filter` set, kernels are damped to what the
+//! spacing of the points resolves. The filter needs partials in both directions that span an area; it is off
+//! in one dimension and where partials are missing or parallel. A fourth coordinate and its period are
+//! ignored; missing coordinates are 0. A period counts *cells*: in coordinates, the field repeats after the
+//! floored period (at least 1) times the kernels' radius, which the bandwidth determines ([`radius`]).
 //!
 //! # Extremes
 //!
-//! Coordinates that are infinite or NaN give 0. Those beyond the reach of the cells' 32-bit numbers share the outermost
-//! cell. NaN in bandwidth or impulses gives NaN or 0, the same one everywhere. No input loops for long.
+//! Infinite or NaN coordinates give 0. Coordinates beyond the 32-bit cell numbers share the outermost cell.
+//! NaN in bandwidth or impulses gives NaN or 0, the same on every machine. No input causes a long loop.
 //!
 //! # Sources
 //!
-//! A. Lagae, S. Lefebvre, G. Drettakis, P. Dutré, *Procedural Noise using Sparse Gabor Convolution*, 2009, and
-//! A. Lagae, S. Lefebvre, P. Dutré, *Improving Gabor Noise*, 2011, with constants and orders of evaluation that OSL
-//! renderers agree on. Those leave exponentials, sines and cosines to a mathematical library; here they are this
-//! crate's own, correctly rounded but for rare ties, so that results are the same bits on every machine.
+//! A. Lagae, S. Lefebvre, G. Drettakis, P. Dutré, *Procedural Noise using Sparse Gabor Convolution*, 2009,
+//! and A. Lagae, S. Lefebvre, P. Dutré, *Improving Gabor Noise*, 2011, with constants and orders of
+//! evaluation that OSL renderers agree on. Renderers take exponentials, sines and cosines from a mathematical
+//! library; here they are this crate's own, correctly rounded except for rare ties, so that results have the
+//! same bits on every machine.
 
 mod cells;
 mod field;
@@ -37,12 +38,13 @@ pub use params::Options;
 use params::Params;
 use std::marker::PhantomData;
 
-/// Points to evaluate at, as slices with one element for each point. Where lengths differ the shortest counts.
+/// Points to evaluate, as slices with one element per point. If lengths differ, the shortest counts.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Points<'a> {
     /// A slice for each dimension, one to four.
     pub coords: &'a [&'a [f32]],
-    /// Empty, which means zero, or the partials of every coordinate in the first direction, then in the second.
+    /// Empty, which means zero, or the partials of every coordinate in the first direction, then in the
+    /// second.
     pub partials: &'a [&'a [f32]],
     /// Empty, or the period of every coordinate in cells.
     pub periods: &'a [&'a [f32]],
@@ -53,30 +55,31 @@ pub fn radius(options: &Options) -> f32 {
     Params::new(options).radius
 }
 
-/// One value a point, about −1 to 1. A single element of `options` holds for all points; else there is one for each.
-/// Numbers of slices that fit no dimension leave the output as it is, here and below.
+/// One value per point, about −1 to 1. `options` has either one element for all points or one per point. If
+/// the number of slices fits no dimension, the output stays unchanged, here and below.
 pub fn eval(isa: Isa, points: Points<'_>, options: &[Options], out: &mut [f32]) {
     isa.dispatch(Call::<f32, 1, 1>::new(points, options, [out]));
 }
 
-/// Three values a point, of independent fields. The first is that of [`eval`].
+/// Three values per point, of independent fields. The first is that of [`eval`].
 pub fn eval3(isa: Isa, points: Points<'_>, options: &[Options], out: [&mut [f32]; 3]) {
     isa.dispatch(Call::<f32, 3, 3>::new(points, options, out));
 }
 
-/// One value a point with its partials: `out` is the value, of the same bits as from [`eval`], and the partials in
-/// both directions. The filter is taken as constant, so that the partials are the chain rule through the coordinates.
+/// One value per point with its partials. `out` is the value, with the same bits as from [`eval`], and the
+/// partials in both directions. The filter is taken as constant, so the partials follow from the chain rule
+/// through the coordinates.
 pub fn eval_dual(isa: Isa, points: Points<'_>, options: &[Options], out: [&mut [f32]; 3]) {
     isa.dispatch(Call::<Dual, 1, 3>::new(points, options, out));
 }
 
-/// Three values a point with their partials: `out` is the three values, then the three partials in the first
-/// direction, then in the second.
+/// Three values per point with their partials: `out` is the three values, then the three partials in the
+/// first direction, then those in the second.
 pub fn eval3_dual(isa: Isa, points: Points<'_>, options: &[Options], out: [&mut [f32]; 9]) {
     isa.dispatch(Call::<Dual, 3, 9>::new(points, options, out));
 }
 
-/// Fields of `SEEDS` seeds into `OUT` slices.
+/// Evaluates fields of `SEEDS` seeds into `OUT` slices.
 struct Call<'a, N, const SEEDS: usize, const OUT: usize> {
     points: Points<'a>,
     options: &'a [Options],
@@ -89,7 +92,7 @@ impl<'a, N, const SEEDS: usize, const OUT: usize> Call<'a, N, SEEDS, OUT> {
         Call { points, options, out, number: PhantomData }
     }
 
-    /// How many points there are, if the slices fit together.
+    /// The number of points, if the slices fit together.
     fn len(&self) -> usize {
         let Points { coords, partials, periods } = self.points;
         let dims = coords.len();
@@ -105,7 +108,7 @@ impl<'a, N, const SEEDS: usize, const OUT: usize> Call<'a, N, SEEDS, OUT> {
     }
 }
 
-/// Element `i` of the first three slices, 0 where there is none.
+/// Element `i` of the first three slices, 0 where a slice is missing.
 fn triple(slices: &[&[f32]], i: usize) -> [f32; 3] {
     let mut out = [0.0; 3];
     for (to, from) in out.iter_mut().zip(slices) {

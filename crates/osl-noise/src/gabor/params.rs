@@ -1,22 +1,23 @@
-//! What a caller may set, and the numbers that follow from it alone.
+//! The options of a caller, and the numbers derived from them alone.
 
 use crate::math;
 
-/// The settings of a Gabor noise. Every field takes every value: what is out of range is clamped.
+/// The options of Gabor noise. Every field accepts every value: values out of range are clamped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Where the waves go: 0 every which way, 1 along `direction`, anything else every which way within the
-    /// xy plane.
+    /// The direction of the waves: 0 for random directions, 1 for `direction`, anything else for random
+    /// directions in the xy plane.
     pub anisotropic: i32,
-    /// Frequency vector of the waves in radians over 2π a unit of the kernel's radius. Not normalised: its length is
-    /// the frequency. Only the length counts unless `anisotropic` is 1, and nothing of it if that is 0.
+    /// Frequency vector of the waves, in radians over 2π per unit of the kernel's radius. It is not
+    /// normalised: its length is the frequency. If `anisotropic` is 1, direction and length count; if it is
+    /// 0, neither does; otherwise only the length.
     pub direction: [f32; 3],
-    /// Width of the band of frequencies in octaves, 0.01 to 100; more makes kernels smaller.
+    /// Width of the band of frequencies in octaves, 0.01 to 100; a wider band makes smaller kernels.
     pub bandwidth: f32,
     /// Mean number of kernels that overlap at a point, 1 to 32.
     pub impulses: f32,
-    /// Whether frequencies beyond what the coordinates' partials resolve are damped. **The value then depends on
-    /// the partials**, and not on the coordinates alone.
+    /// Whether frequencies beyond the resolution of the coordinates' partials are damped. **The value then
+    /// depends on the partials**, not only on the coordinates.
     pub do_filter: bool,
 }
 
@@ -32,24 +33,24 @@ impl Default for Options {
     }
 }
 
-/// How the frequency of an impulse is found.
+/// How the frequency of an impulse is chosen.
 #[derive(Clone, Copy)]
 pub(super) enum Waves {
     /// A random direction, length 1.
     Isotropic,
-    /// This very vector.
+    /// The given vector.
     Along([f32; 3]),
     /// A random direction in the xy plane, of this length.
     InPlane(f32),
 }
 
-/// What the options come to.
+/// Numbers derived from the options.
 #[derive(Clone, Copy)]
 pub(super) struct Params {
     pub(super) waves: Waves,
     /// Width of the kernel's Gaussian: it falls as exp(−π a² r²).
     pub(super) a: f32,
-    /// Beyond it a kernel is cut; also the size of a cell.
+    /// The kernel is cut at this distance; also the size of a cell.
     pub(super) radius: f32,
     pub(super) radius2: f32,
     pub(super) rinv: f32,
@@ -59,7 +60,7 @@ pub(super) struct Params {
     pub(super) scales: [f32; 2],
 }
 
-/// NaN passes.
+/// NaN passes unchanged.
 fn clamp(x: f32, low: f32, high: f32) -> f32 {
     if x < low {
         low
@@ -74,7 +75,7 @@ impl Params {
     pub(super) fn new(options: &Options) -> Params {
         let e = f64::from(math::exp2_rough(clamp(options.bandwidth, 0.01, 100.0)));
         let a = ((2.0 * ((e - 1.0) / (e + 1.0))) * f64::from(f32::from_bits(0x4008_4074))) as f32;
-        // The Gaussian's height at the cut is 0.02.
+        // At the cut, the Gaussian has the height 0.02.
         let radius = f32::from_bits(0x3f8e_d5da) / a;
         let radius2 = radius * radius;
         let radius3 = radius2 * radius;

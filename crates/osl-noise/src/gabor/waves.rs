@@ -14,7 +14,7 @@ pub(super) struct Wave {
 }
 
 impl Waves {
-    /// How many numbers an impulse takes from its sequence.
+    /// How many numbers an impulse draws from its sequence.
     #[inline(always)]
     pub(super) fn draws(&self) -> u32 {
         match self {
@@ -24,7 +24,7 @@ impl Waves {
         }
     }
 
-    /// Takes them.
+    /// Draws frequency and phase.
     #[inline(always)]
     pub(super) fn wave(&self, mut seed: u32) -> Wave {
         let omega = match *self {

@@ -1,13 +1,14 @@
-//! Registers of sixteen words, for what compilers find no vector instruction for: above all, giving lanes the words of
-//! a table.
+//! Registers of sixteen words, for operations that the compiler does not vectorise: above all, table lookups
+//! by lane.
 //!
-//! Every register is made by way of a [`Proof`] or of another register, so that one that exists proves its
-//! instructions. Work with them inside [`super::Isa::dispatch`], where they are compiled to single instructions.
+//! Every register is made from a [`Proof`] or from another register, so that its existence proves the
+//! instructions. Use them inside [`super::Isa::dispatch`], where each method compiles to a single
+//! instruction.
 
 use std::arch::x86_64::*;
 use std::ops::{Add, Mul, Sub};
 
-/// What proves AVX-512.
+/// Proof that the machine has AVX-512.
 #[derive(Clone, Copy)]
 pub(crate) struct Proof(());
 
@@ -19,15 +20,15 @@ pub(crate) struct Floats(__m512);
 #[derive(Clone, Copy)]
 pub(crate) struct Words(__m512i);
 
-/// Some of sixteen lanes.
+/// A mask of sixteen lanes.
 #[derive(Clone, Copy)]
 pub(crate) struct Marks(__mmask16);
 
-// SAFETY of all blocks below: the value at hand comes from a `Proof`, which is made only where AVX-512 was detected.
-// Loads and stores have arrays of sixteen words.
+// SAFETY of all blocks below: the value at hand comes from a `Proof`, which is made only where AVX-512 was
+// detected. Loads and stores use arrays of sixteen words.
 
 impl Proof {
-    /// For a level that was detected.
+    /// The proof for a detected level.
     pub(super) fn detected() -> Proof {
         Proof(())
     }
@@ -66,25 +67,25 @@ impl Floats {
         unsafe { Floats(_mm512_roundscale_ps::<{ _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC }>(self.0)) }
     }
 
-    /// The integers that whole numbers are.
+    /// Converts whole numbers to integers.
     #[inline(always)]
     pub(crate) fn whole(self) -> Words {
         unsafe { Words(_mm512_cvttps_epi32(self.0)) }
     }
 
-    /// Where it is not less than another; no lane is NaN.
+    /// Lanes that are not less than those of another; no lane is NaN.
     #[inline(always)]
     pub(crate) fn at_least(self, other: Floats) -> Marks {
         unsafe { Marks(_mm512_cmp_ps_mask::<_CMP_GE_OQ>(self.0, other.0)) }
     }
 
-    /// Less another at some lanes, itself at the others.
+    /// Subtracts another in some lanes; the others keep their value.
     #[inline(always)]
     pub(crate) fn less_at(self, marks: Marks, other: Floats) -> Floats {
         unsafe { Floats(_mm512_mask_sub_ps(self.0, marks.0, self.0, other.0)) }
     }
 
-    /// Times another at some lanes, 0 at the others.
+    /// Multiplies by another in some lanes; the others are 0.
     #[inline(always)]
     pub(crate) fn times_at(self, marks: Marks, other: Floats) -> Floats {
         unsafe { Floats(_mm512_maskz_mul_ps(marks.0, self.0, other.0)) }
@@ -97,13 +98,13 @@ impl Words {
         unsafe { _mm512_storeu_si512(to.as_mut_ptr().cast(), self.0) }
     }
 
-    /// For each lane the float of a table that its lowest four bits tell.
+    /// For each lane, the float of a table that its lowest four bits select.
     #[inline(always)]
     pub(crate) fn pick(self, table: Floats) -> Floats {
         unsafe { Floats(_mm512_permutexvar_ps(self.0, table.0)) }
     }
 
-    /// Plus one of two.
+    /// Adds one of two, chosen by a mask.
     #[inline(always)]
     pub(crate) fn plus(self, marks: Marks, yes: Words, no: Words) -> Words {
         unsafe { Words(_mm512_add_epi32(self.0, _mm512_mask_blend_epi32(marks.0, no.0, yes.0))) }
