@@ -1,12 +1,12 @@
 //! Why a file was not read or written, as values.
 //!
-//! The text of an error is one line without the name of the file: the caller knows what it asked for, and some
-//! callers must not show it. Nothing here knows what is in a file.
+//! The text of an error is one line without the file's name: the caller knows the name, and some callers must
+//! not show it. This module must not know the contents of files.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// What stands where a file was expected.
+/// What was found in place of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A folder.
@@ -37,10 +37,10 @@ pub enum FileError {
     /// There is no file of this name.
     #[error("no such file")]
     NotFound,
-    /// The name leads out of the folders that may be used, whether or not something is there.
+    /// The name leads out of the permitted folders, whether or not a file is there.
     #[error("it lies outside of the folders that may be used")]
     Outside,
-    /// The file would be hidden: a name on the way begins with a dot.
+    /// The file would be hidden: a component of its path begins with a dot.
     #[error("names that begin with a dot are not written")]
     Hidden,
     /// The name belongs to something other than a file.
@@ -58,7 +58,7 @@ pub enum FileError {
     /// There is no such folder.
     #[error("there is no folder {}", .0.display())]
     NoFolder(PathBuf),
-    /// The name of an output holds something that no file name should.
+    /// The name of an output contains something that a file name must not contain.
     #[error("a file name cannot be made of `{0}`")]
     Name(String),
     /// The system refused a step, such as "open the file".
@@ -66,7 +66,7 @@ pub enum FileError {
     Io {
         /// The step.
         step: &'static str,
-        /// The reason of the system.
+        /// The system's reason.
         source: io::Error,
     },
 }
@@ -80,22 +80,22 @@ impl FileError {
         }
     }
 
-    /// Whether nothing is there, rather than something that is refused.
+    /// Whether there is no file, rather than one that is refused.
     pub fn is_missing(&self) -> bool {
         matches!(self, FileError::NotFound)
     }
 }
 
-/// The step that finds no file.
+/// The step that fails if there is no file.
 pub(crate) const OPEN: &str = "open the file";
 
 /// Why an output file was not written, with its path.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {error}", .path.display())]
 pub struct SaveError {
-    /// The path that was asked for.
+    /// The requested path.
     pub path: PathBuf,
-    /// Why.
+    /// The reason.
     pub error: FileError,
 }
 

@@ -1,11 +1,11 @@
-//! The one door for files. Every read and write of the product goes through this crate.
+//! Reads and writes files. Every file that the product reads or writes goes through this crate.
 //!
-//! It owns three rules. A file that a shader, group, scene or header names is opened only below the folders that the
-//! user gave ([`Roots`]), links resolved, and without a moment between the check and the opening in which the file
-//! could be exchanged. Pipes, devices, sockets and folders are refused before anything is read, and each read has a
-//! bound ([`Opened`]). An output file is replaced as a whole or not at all ([`Unsaved`], [`save_all`]), and what a
-//! killed process left behind is removed by the next one. The crate must not know formats, shaders or the command
-//! line.
+//! It enforces three rules. A file named by a shader, group, scene or header is opened only below the folders
+//! that the user permitted ([`Roots`]): links are resolved, and the file cannot be exchanged between the
+//! check and the opening. Pipes, devices, sockets and folders are refused before anything is read, and each
+//! read has a bound ([`Opened`]). An output file is replaced as a whole or not at all ([`Unsaved`],
+//! [`save_all`]), and the next process removes what a killed process left. The crate must not know formats,
+//! shaders or the command line.
 
 mod error;
 mod open;

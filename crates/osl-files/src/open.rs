@@ -1,8 +1,9 @@
-//! Opening without waiting and without following links: the calls of the system, and nothing of which file is wanted.
+//! Opens files without waiting and without following links. This module wraps the system calls and does not
+//! decide which files may be opened.
 //!
-//! A path is walked folder by folder from a root, each step relative to the folder opened before and none through a
-//! link. If somebody exchanges a folder for a link while this runs, the walk fails instead of leaving the root. Where
-//! the system has no such calls, the real path is opened and what was opened is checked.
+//! A path is walked folder by folder from a root; each step is relative to the folder opened before and none
+//! follows a link. If another process replaces a folder by a link meanwhile, the walk fails instead of
+//! leaving the root. On systems without such calls, the real path is opened and the opened file is checked.
 
 use crate::error::{FileError, Kind, OPEN};
 use std::fs::File;
@@ -15,7 +16,7 @@ pub(crate) enum For {
     Reading,
     /// Appending to a file that is there.
     Appending,
-    /// Appending to a new file, or to one that appeared meanwhile.
+    /// Appending to a new file, or to one that was created meanwhile.
     Creating,
 }
 
@@ -24,27 +25,27 @@ pub(crate) fn beneath(root: &Path, below: &Path, what: For) -> Result<File, File
     plain(system::beneath(root, below, what).map_err(FileError::io(OPEN))?)
 }
 
-/// Opens a plain file wherever it lies, through links.
+/// Opens a plain file anywhere, following links.
 pub(crate) fn anywhere(path: &Path, what: For) -> Result<File, FileError> {
     plain(system::anywhere(path, what).map_err(FileError::io(OPEN))?)
 }
 
-/// Opens whatever is there for reading, without waiting.
+/// Opens a file of any kind for reading, without waiting.
 pub(crate) fn any_kind(path: &Path) -> Result<File, FileError> {
     system::anywhere(path, For::Reading).map_err(FileError::io(OPEN))
 }
 
-/// Opens a pipe or device for writing, without waiting for somebody to read.
+/// Opens a pipe or device for writing, without waiting for a reader.
 pub(crate) fn to_write_through(path: &Path) -> std::io::Result<File> {
     system::to_write_through(path)
 }
 
-/// Lets calls on an opened file wait for data from now on.
+/// Makes calls on an opened file wait for data from now on.
 pub(crate) fn wait_for_data(file: &File) -> std::io::Result<()> {
     system::wait_for_data(file)
 }
 
-/// The file, if it is one.
+/// The file, if it is a plain file.
 fn plain(file: File) -> Result<File, FileError> {
     match kind(&file)? {
         None => Ok(file),
@@ -52,13 +53,13 @@ fn plain(file: File) -> Result<File, FileError> {
     }
 }
 
-/// What an opened file is, if it is not a plain file.
+/// The kind of an opened file, unless it is a plain file.
 pub(crate) fn kind(file: &File) -> Result<Option<Kind>, FileError> {
     let meta = file.metadata().map_err(FileError::io("look at the file"))?;
     Ok(kind_of(meta.file_type()))
 }
 
-/// What a type of file is, if it is not that of a plain file.
+/// The kind of a file type, unless it is a plain file.
 #[cfg(unix)]
 pub(crate) fn kind_of(ty: std::fs::FileType) -> Option<Kind> {
     use std::os::unix::fs::FileTypeExt;
@@ -75,7 +76,7 @@ pub(crate) fn kind_of(ty: std::fs::FileType) -> Option<Kind> {
     }
 }
 
-/// What a type of file is, if it is not that of a plain file.
+/// The kind of a file type, unless it is a plain file.
 #[cfg(not(unix))]
 pub(crate) fn kind_of(ty: std::fs::FileType) -> Option<Kind> {
     (!ty.is_file()).then_some(if ty.is_dir() { Kind::Folder } else { Kind::Device })
@@ -90,14 +91,14 @@ mod system {
     use std::os::fd::OwnedFd;
     use std::path::{Component, Path};
 
-    /// A folder on the way: it need not be readable.
+    /// How to open a folder on the path: it need not be readable.
     #[cfg(any(target_os = "linux", target_os = "android"))]
     const FOLDER: OFlags = OFlags::PATH.union(OFlags::DIRECTORY);
     #[cfg(not(any(target_os = "linux", target_os = "android")))]
     const FOLDER: OFlags = OFlags::DIRECTORY;
 
     fn flags(what: For) -> OFlags {
-        // A pipe would wait for its other end; a terminal would become that of the process.
+        // A pipe would wait for its other end; a terminal would become the process's controlling terminal.
         let common = OFlags::NONBLOCK | OFlags::NOCTTY | OFlags::CLOEXEC;
         common
             | match what {
@@ -107,7 +108,7 @@ mod system {
             }
     }
 
-    /// Permissions of a new file; the system takes the umask of the process off these.
+    /// Permissions of a new file; the system removes those in the umask.
     fn mode() -> Mode {
         Mode::from_raw_mode(0o666)
     }
@@ -149,7 +150,7 @@ mod system {
     pub(super) fn beneath(root: &Path, below: &Path, what: For) -> io::Result<File> {
         let path = root.join(below);
         let file = anywhere(&path, what)?;
-        // What was opened lies where it was looked for, unless a folder on the way has become a link.
+        // The opened file is where it was expected, unless a folder on the path has become a link.
         match std::fs::canonicalize(&path)? == path {
             true => Ok(file),
             false => Err(io::ErrorKind::PermissionDenied.into()),

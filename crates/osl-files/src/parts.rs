@@ -1,8 +1,9 @@
-//! Part files: what is written before it takes its place, and what happens to it when a process dies.
+//! Part files: temporary files that replace their target when complete. This module also cleans up after dead
+//! processes.
 //!
-//! A part file lies in the folder of its target, and its writer holds a lock on it as long as it lives. The system drops
-//! the lock with the process, however that ends. So a part file whose lock is free belongs to nobody, and the next process
-//! that writes into the folder removes it. This module must not know what the files become.
+//! A part file is in the folder of its target, and its writer holds a lock on it. The system releases the
+//! lock when the process ends, however it ends. So a part file with a free lock belongs to nobody, and the
+//! next process that writes into the folder removes it. This module must not know what the files contain.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
@@ -11,33 +12,35 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use tempfile::NamedTempFile;
 
-/// Beginning and end of the names of part files.
+/// Prefix and suffix of the names of part files.
 const PREFIX: &str = ".oslrun-";
 const SUFFIX: &str = ".part";
-/// Tries to make a part file that no other process takes for a dead one.
+/// Attempts to make a part file that no other process takes for a dead one.
 const TRIES: usize = 16;
 
 /// The part files of this process.
 #[derive(Debug, Default)]
 pub(crate) struct Parts {
-    /// Whether the process is about to end: nothing is made or put in its place any more.
+    /// Whether the process is about to end: then no file is created or moved any more.
     ending: bool,
     own: BTreeSet<PathBuf>,
-    /// Folders that were searched for files of dead processes.
+    /// Folders that were already searched for files of dead processes.
     swept: BTreeSet<PathBuf>,
 }
 
 static PARTS: Mutex<Parts> =
     Mutex::new(Parts { ending: false, own: BTreeSet::new(), swept: BTreeSet::new() });
 
-/// The part files of this process, for one thread at a time. A signal that ends the process waits for it.
+/// The part files of this process, for one thread at a time. A signal handler that ends the process waits for
+/// it.
 pub(crate) fn parts() -> io::Result<MutexGuard<'static, Parts>> {
-    // The sets are never left half-changed, so a panic elsewhere does not spoil them.
+    // The sets are never left half-changed, so a panic elsewhere does not corrupt them.
     let parts = PARTS.lock().unwrap_or_else(PoisonError::into_inner);
     if parts.ending { Err(io::ErrorKind::Interrupted.into()) } else { Ok(parts) }
 }
 
-/// Removes the part files of this process, which is about to end. No file is put in its place after this.
+/// Removes the part files of this process, which is about to end. No part file replaces its target after
+/// this.
 pub fn abandon() {
     let mut parts = PARTS.lock().unwrap_or_else(PoisonError::into_inner);
     parts.ending = true;
@@ -46,17 +49,17 @@ pub fn abandon() {
     }
 }
 
-/// A part file. If it is dropped, it is removed.
+/// A part file, which is removed when dropped.
 #[derive(Debug)]
 pub(crate) struct Part {
-    /// `None` once it has been put in its place.
+    /// `None` after it has replaced its target.
     file: Option<NamedTempFile>,
     path: PathBuf,
 }
 
 impl Part {
-    /// An empty part file in a folder, with the permissions that any new file would get. The first one in a folder also
-    /// removes those of dead processes.
+    /// Creates an empty part file in a folder, with the permissions of any new file. The first one in a
+    /// folder also removes those of dead processes.
     pub(crate) fn new(folder: &Path) -> io::Result<Part> {
         let mut parts = parts()?;
         if !parts.swept.contains(folder) {
@@ -79,7 +82,7 @@ impl Part {
         self.file.as_mut().map(NamedTempFile::as_file_mut).ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 
-    /// Puts it in the place of another file, or of none. The caller holds the lock of all part files.
+    /// Moves the file to its target, replacing a file there. The caller holds the lock of all part files.
     pub(crate) fn persist(&mut self, target: &Path, parts: &mut Parts) -> io::Result<()> {
         let Some(file) = self.file.take() else { return Err(io::ErrorKind::NotFound.into()) };
         match file.persist(target) {
@@ -105,8 +108,8 @@ impl Drop for Part {
     }
 }
 
-/// A second name in the folder of a file, under which it can be found again once its place is taken. Not every file system
-/// has such names.
+/// A second name for a file in its folder, under which it can be restored after its name was reused. Not
+/// every file system supports this.
 pub(crate) fn second_name(target: &Path) -> Option<PathBuf> {
     let folder = target.parent()?;
     let made = builder().make_in(folder, |path| fs::hard_link(target, path)).ok()?;
@@ -120,13 +123,13 @@ fn builder() -> tempfile::Builder<'static, 'static> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // The system takes the umask of the process off these.
+        // The system removes the permissions in the umask.
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
     builder
 }
 
-/// Locks a new part file. False if another process took it for a dead one in between.
+/// Locks a new part file. False if another process took it for a dead one meanwhile.
 fn claimed(file: &File) -> bool {
     match file.try_lock() {
         Ok(()) => is_linked(file),
@@ -147,7 +150,7 @@ fn is_linked(_: &File) -> bool {
     true
 }
 
-/// Removes the part files of processes that are dead. What cannot be removed stays.
+/// Removes the part files of dead processes. Files that cannot be removed stay.
 fn sweep(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -156,7 +159,7 @@ fn sweep(folder: &Path) {
         if !is_part || !entry.file_type().is_ok_and(|ty| ty.is_file()) {
             continue;
         }
-        // The lock is held until the file is gone, so that no writer can think that the file is its own.
+        // The lock is held until the file is gone, so that no writer can take the file for its own.
         let path = entry.path();
         if let Ok(file) = crate::open::beneath(folder, Path::new(&name), crate::open::For::Reading)
             && file.try_lock().is_ok()

@@ -1,6 +1,6 @@
-//! Reading an opened file, with a bound; and opening what the user named.
+//! Reads an opened file up to a bound, and opens files that the user named.
 //!
-//! Which files may be opened is the business of `roots`.
+//! The module `roots` decides which files may be opened.
 
 use crate::error::{FileError, Kind};
 use crate::open;
@@ -37,10 +37,10 @@ impl Opened {
         self.file
     }
 
-    /// All bytes.
+    /// Reads all bytes.
     ///
     /// # Errors
-    /// It has more than `limit` bytes; the system refuses.
+    /// The file has more than `limit` bytes, or the system refuses.
     pub fn bytes(self, limit: u64) -> Result<Vec<u8>, FileError> {
         if self.length > limit {
             return Err(FileError::TooLong(limit));
@@ -48,16 +48,16 @@ impl Opened {
         bytes(self.file, limit, self.length)
     }
 
-    /// All of it as text.
+    /// Reads the whole file as text.
     ///
     /// # Errors
-    /// As for [`Opened::bytes`]; it is not UTF-8, or has a zero byte.
+    /// As for [`Opened::bytes`]; also if it is not UTF-8 or has a zero byte.
     pub fn text(self, limit: u64) -> Result<String, FileError> {
         text(self.bytes(limit)?)
     }
 }
 
-/// Opens what the user named: a file wherever it lies, and `/dev/stdin` or `/dev/fd/N` with whatever is behind.
+/// Opens a file that the user named: a file anywhere, or `/dev/stdin` or `/dev/fd/N`, whatever they refer to.
 ///
 /// # Errors
 /// There is nothing, or a folder, a named pipe, a socket or a device, except a terminal.
@@ -65,8 +65,8 @@ pub fn open_named(path: &Path) -> Result<Opened, FileError> {
     let file = open::any_kind(path)?;
     match open::kind(&file)? {
         None => {}
-        // A shell's `<(command)` is a pipe too, but one without a name of its own. A named one may have no writer, and
-        // then reading would never end.
+        // A shell's `<(command)` is a pipe too, but one without a name of its own. A named pipe may have no
+        // writer, and then reading would never end.
         Some(Kind::Pipe) if is_handle(path) => {
             open::wait_for_data(&file).map_err(FileError::io("read the pipe"))?;
         }
@@ -78,12 +78,12 @@ pub fn open_named(path: &Path) -> Result<Opened, FileError> {
     Opened::new(file, path.to_owned())
 }
 
-/// Whether a path is one of the names that the system has for what a process has open.
+/// Whether a path is one of the system's names for open file descriptors.
 fn is_handle(path: &Path) -> bool {
     path.starts_with("/dev") || path.starts_with("/proc")
 }
 
-/// All that a stream yields, as text.
+/// Reads a whole stream as text.
 ///
 /// # Errors
 /// As for [`Opened::text`].
@@ -110,7 +110,7 @@ fn bytes(from: impl Read, limit: u64, length: u64) -> Result<Vec<u8>, FileError>
     if !matches!(room, Some(Ok(()))) {
         return Err(cannot(std::io::ErrorKind::OutOfMemory.into()));
     }
-    // The file may grow while it is read, so one byte more than allowed is asked for.
+    // The file may grow while it is read, so one byte more than the limit is requested.
     from.take(limit.saturating_add(1)).read_to_end(&mut bytes).map_err(cannot)?;
     if bytes.len() as u64 > limit { Err(FileError::TooLong(limit)) } else { Ok(bytes) }
 }

@@ -1,8 +1,8 @@
-//! Folders below which files may be opened, and how a name is held to them.
+//! Folders below which files may be opened, and the checks that keep names inside them.
 //!
-//! A shader may come from anywhere, and so may a group, scene or header. What they name is opened only if it lies below a
-//! root after all links are resolved. Names are judged by their text first, so that no answer tells what lies outside.
-//! This module must not know what a file is for.
+//! A shader, group, scene or header may come from anywhere. A file named in it is opened only if it is below
+//! a root after all links are resolved. Names are judged by their text first, so that no answer reveals what
+//! is outside. This module must not know what a file is for.
 
 use crate::error::FileError;
 use crate::open::{self, For};
@@ -11,28 +11,28 @@ use std::fs;
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
-/// Links that lead to links, before the answer is no.
+/// Maximum number of links in a chain.
 const MAX_LINKS: usize = 40;
 
 /// The folders below which files may be opened.
 #[derive(Clone, Debug, Default)]
 pub struct Roots {
-    /// As they are written, made absolute.
+    /// The folders as written, made absolute.
     written: Vec<PathBuf>,
-    /// Behind all links. A folder that does not exist is left out.
+    /// The folders with links resolved; without those that do not exist.
     real: Vec<PathBuf>,
     anywhere: bool,
 }
 
 impl Roots {
-    /// These folders; the empty path is the working directory. They are looked up here, once.
+    /// The roots for these folders; the empty path is the working directory. They are resolved here, once.
     pub fn new<P: AsRef<Path>>(folders: impl IntoIterator<Item = P>) -> Roots {
         let mut roots = Roots::default();
         folders.into_iter().for_each(|folder| roots.add(folder.as_ref()));
         roots
     }
 
-    /// One folder more. A folder that does not exist is left out.
+    /// Adds a folder, unless it does not exist.
     pub fn add(&mut self, folder: &Path) {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         if let (Some(written), Ok(real)) = (written_out(folder), fs::canonicalize(folder))
@@ -43,7 +43,7 @@ impl Roots {
         }
     }
 
-    /// The same, or all folders: files may then lie anywhere, but still have to be files.
+    /// Permits files anywhere if `anywhere` is set; they still have to be plain files.
     #[must_use]
     pub fn or_anywhere(mut self, anywhere: bool) -> Roots {
         self.anywhere = anywhere;
@@ -53,7 +53,7 @@ impl Roots {
     /// Opens the file at a path for reading.
     ///
     /// # Errors
-    /// There is none, it lies elsewhere, it is no file, or the system refuses.
+    /// There is none, it is outside the roots, it is not a plain file, or the system refuses.
     pub fn open(&self, path: &Path) -> Result<Opened, FileError> {
         let file = match self.anywhere {
             true => open::anywhere(path, For::Reading)?,
@@ -66,10 +66,10 @@ impl Roots {
         Opened::new(file, path.to_owned())
     }
 
-    /// Opens the first of some paths where there is something.
+    /// Opens the first of several paths at which there is something.
     ///
     /// # Errors
-    /// Those of [`Roots::open`]. If no path leads to anything and one leads outside, that is the answer.
+    /// Those of [`Roots::open`]. If nothing exists at any path and one leads outside, the error says so.
     pub fn first(&self, paths: impl IntoIterator<Item = PathBuf>) -> Result<Opened, FileError> {
         let mut answer = FileError::NotFound;
         for path in paths {
@@ -82,11 +82,11 @@ impl Roots {
         Err(answer)
     }
 
-    /// Appends to the file at a path, which is made if it is not there.
+    /// Appends to the file at a path and creates it if necessary.
     ///
     /// # Errors
-    /// As for [`Roots::open`]; also if a name on the way begins with a dot, which is where programs keep their settings,
-    /// unless files may lie anywhere.
+    /// As for [`Roots::open`]. Also refused, unless files may be anywhere: paths with a component that begins
+    /// with a dot, since programs keep their settings there.
     pub fn append(&self, path: &Path, bytes: &[u8]) -> Result<(), FileError> {
         let mut file =
             if self.anywhere { open::anywhere(path, For::Creating)? } else { self.open_to_append(path)? };
@@ -98,7 +98,7 @@ impl Roots {
             Ok(real) => (real, For::Appending),
             Err(FileError::NotFound) => {
                 let name = path.file_name().ok_or(FileError::NotFound)?;
-                // Only the file itself may be missing. If the name belongs to a link to nowhere, opening it fails.
+                // Only the file itself may be missing. If the name is a dangling link, opening it fails.
                 let folder = path.parent().filter(|dir| !dir.as_os_str().is_empty());
                 (self.real(folder.unwrap_or(Path::new(".")))?.join(name), For::Creating)
             }
@@ -111,7 +111,7 @@ impl Roots {
         open::beneath(root, below, what)
     }
 
-    /// The path behind all links.
+    /// The path with links resolved.
     fn real(&self, path: &Path) -> Result<PathBuf, FileError> {
         let written = written_out(path).ok_or(FileError::NotFound)?;
         if !self.written.iter().chain(&self.real).any(|root| written.starts_with(root)) {
@@ -121,7 +121,8 @@ impl Roots {
         real.map_err(|_| self.missing(path, MAX_LINKS))
     }
 
-    /// Why there is nothing at a path: the answer depends on where its existing part leads, not on what is there.
+    /// Why there is nothing at a path. The answer depends on where the existing part of the path leads, not
+    /// on what is there.
     fn missing(&self, path: &Path, links: usize) -> FileError {
         let Ok(path) = std::path::absolute(path) else { return FileError::NotFound };
         for part in path.ancestors() {
@@ -139,13 +140,13 @@ impl Roots {
         FileError::NotFound
     }
 
-    /// The root above a real path, and the rest of the path.
+    /// The root that contains a real path, and the rest of the path.
     fn below<'a>(&'a self, real: &'a Path) -> Option<(&'a Path, &'a Path)> {
         self.real.iter().find_map(|root| Some((root.as_path(), real.strip_prefix(root).ok()?)))
     }
 }
 
-/// An absolute path without `.` and `..`, by its text alone.
+/// An absolute path without `.` and `..`, computed from its text alone.
 fn written_out(path: &Path) -> Option<PathBuf> {
     let mut written = PathBuf::new();
     for component in std::path::absolute(path).ok()?.components() {

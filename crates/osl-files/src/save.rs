@@ -1,7 +1,7 @@
-//! Whole files out: an output is written beside its place and renamed when it is complete.
+//! Writes whole files: an output is written next to its target and renamed when it is complete.
 //!
-//! So a reader sees the old bytes or the new ones, and a failed or killed run leaves the old file as it was. This module
-//! must not know formats.
+//! So a reader sees either the old bytes or the new ones, and a failed or killed run leaves the old file
+//! unchanged. This module must not know formats.
 
 use crate::error::{FileError, Kind, SaveError};
 use crate::open;
@@ -11,7 +11,7 @@ use std::fs;
 use std::io::{self, BufWriter, Cursor, Seek, Write};
 use std::path::{Path, PathBuf};
 
-/// Replaces the file at `path` by one of these bytes, or leaves it untouched.
+/// Replaces the file at `path` by these bytes, or leaves it untouched.
 ///
 /// # Errors
 /// As for [`Unsaved::new`] and [`Unsaved::save`].
@@ -19,11 +19,11 @@ pub fn replace(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
     Unsaved::new(path)?.with(bytes)?.save()
 }
 
-/// A file that is written but not yet in its place: [`Unsaved::save`] puts it there. If it is dropped, all is as it was
-/// before.
+/// A file that is written but not yet at its target: [`Unsaved::save`] moves it there. If it is dropped,
+/// nothing changes.
 ///
-/// An existing file keeps its permissions; a new one gets those the process gives to any new file. A symbolic link
-/// stays, and its target is replaced. A device or pipe is written to directly, since renaming over it would destroy it.
+/// An existing file keeps its permissions; a new one gets those of any new file. A symbolic link stays, and
+/// its target is replaced. A device or pipe is written to directly, since renaming would destroy it.
 #[derive(Debug)]
 #[must_use = "the file is in its place once it is saved"]
 pub struct Unsaved {
@@ -60,7 +60,7 @@ impl Seek for Part {
 }
 
 impl Unsaved {
-    /// An empty file for a path that the user named. Links are followed.
+    /// Creates an empty file for a path that the user named. Links are followed.
     ///
     /// # Errors
     /// The path belongs to a folder, a socket or a disk, its folder does not exist, or the system refuses.
@@ -69,11 +69,12 @@ impl Unsaved {
         Unsaved::at(path, target).map_err(SaveError::of(path))
     }
 
-    /// An empty file in a folder that the user named, with a name that is not the user's: it was made of names in a shader.
-    /// Such a file has to lie in the folder even if there is a link of that name.
+    /// Creates an empty file in a folder that the user named, under a name derived from names in a shader.
+    /// Such a file has to be in the folder, even if there is a link of that name.
     ///
     /// # Errors
-    /// As for [`Unsaved::new`]; the file would lie elsewhere, or its name is not plain, see [`is_plain_name`].
+    /// As for [`Unsaved::new`]; also if the file would be elsewhere, or its name is not plain, see
+    /// [`is_plain_name`].
     pub fn derived(folder: &Path, name: impl AsRef<OsStr>) -> Result<Unsaved, SaveError> {
         let path = folder.join(name.as_ref());
         let target = || {
@@ -106,15 +107,15 @@ impl Unsaved {
         Ok(Unsaved { path: path.to_owned(), target, content })
     }
 
-    /// The path that was asked for.
+    /// The requested path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The same file with these bytes at the place where writing has come to.
+    /// Writes these bytes at the current position and returns the file.
     ///
     /// # Errors
-    /// What the disk refuses.
+    /// The system refuses.
     pub fn with(mut self, bytes: &[u8]) -> Result<Unsaved, SaveError> {
         let written = self.sink().write_all(bytes).map_err(FileError::io("write the file"));
         written.map_err(SaveError::of(&self.path))?;
@@ -129,15 +130,15 @@ impl Unsaved {
         }
     }
 
-    /// Puts the file in its place.
+    /// Moves the file to its target.
     ///
     /// # Errors
-    /// What the disk refuses. What was there before is then there still.
+    /// The system refuses. The old file is then still there.
     pub fn save(self) -> Result<(), SaveError> {
         save_all(vec![self])
     }
 
-    /// Writes out what is still in memory, so that only renaming is left to do.
+    /// Writes out buffered bytes, so that only renaming is left to do.
     fn complete(self) -> (PathBuf, Result<Ready, FileError>) {
         let Unsaved { path, target, content } = self;
         let ready = match content {
@@ -152,7 +153,7 @@ impl Unsaved {
     }
 }
 
-/// A file that only has to be renamed; nothing if it has been written to a pipe or device.
+/// A file that only has to be renamed; `None` if it was written to a pipe or device.
 struct Ready {
     target: PathBuf,
     part: Option<Part>,
@@ -167,11 +168,11 @@ fn completed(file: BufWriter<Part>, permissions: Option<fs::Permissions>) -> Res
     Ok(part)
 }
 
-/// Puts all files in their places, or none as far as the file system allows that: an old file that has lost its place
-/// gets it back if one of the others cannot take its own.
+/// Moves all files to their targets, or none as far as the file system permits: if one file cannot be moved,
+/// files that were already replaced are restored.
 ///
 /// # Errors
-/// The first file that could not be put in its place, and why.
+/// The first file that could not be moved, and why.
 pub fn save_all(files: Vec<Unsaved>) -> Result<(), SaveError> {
     let several = files.len() > 1;
     let mut ready = Vec::new();
@@ -179,10 +180,10 @@ pub fn save_all(files: Vec<Unsaved>) -> Result<(), SaveError> {
         let (path, one) = file.complete();
         ready.push((one.map_err(SaveError::of(&path))?, path));
     }
-    // A signal that ends the process waits until all files are in place.
+    // A signal that ends the process waits until all files are at their targets.
     let mut parts =
         parts::parts().map_err(FileError::io(REPLACE)).map_err(SaveError::of(Path::new("output")))?;
-    // What has been put in its place, and the other name of the file that was there.
+    // The targets replaced so far, each with the second name of the old file.
     let mut done: Vec<(PathBuf, Option<PathBuf>)> = Vec::new();
     let mut result = Ok(());
     for (one, path) in &mut ready {
@@ -205,15 +206,16 @@ pub fn save_all(files: Vec<Unsaved>) -> Result<(), SaveError> {
             (Err(_), None) => fs::remove_file(target),
         };
     }
-    // Part files that are left are removed when they are dropped, which takes the same lock.
+    // The remaining part files are removed when they are dropped, which takes the same lock.
     drop(parts);
     result
 }
 
-/// The step that puts a file in its place.
+/// The step that moves a file to its target.
 const REPLACE: &str = "replace the file";
 
-/// Whether a text can be a part of a file name: it is not empty, leads nowhere else and has no control characters.
+/// Whether a text can be part of a file name: it is not empty, has no path separators and no control
+/// characters.
 pub fn is_plain_name(name: &str) -> bool {
     let plain = |c: char| !c.is_control() && !matches!(c, '/' | '\\');
     !name.is_empty() && !matches!(name, "." | "..") && name.chars().all(plain)
@@ -233,13 +235,13 @@ fn part_beside(target: &Path, permissions: Option<fs::Permissions>) -> Result<Co
 }
 
 fn write_through(target: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    // A pipe that nobody reads is an error of the system here, rather than a wait without end.
+    // If nobody reads the pipe, the system returns an error here instead of waiting forever.
     let mut file = open::to_write_through(target).map_err(FileError::io("write to it"))?;
     open::wait_for_data(&file).map_err(FileError::io("write to it"))?;
     file.write_all(bytes).map_err(FileError::io("write to it"))
 }
 
-/// Whether a file is a disk: writing an image to one would destroy all that is on it.
+/// Whether a file is a disk: writing an image to it would destroy its contents.
 #[cfg(unix)]
 fn is_disk(meta: &fs::Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt;

@@ -1,4 +1,4 @@
-//! The door: what is opened, what is refused, and what is left on the disk.
+//! The rules for files: what is opened, what is refused, and what is left on the disk.
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test fails by panicking")]
 
@@ -7,7 +7,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 
-/// A folder `in` that may be read, with `a` and `sub/b`, and a file `secret` beside it.
+/// A readable folder `in` with `a` and `sub/b`, and a file `secret` next to it.
 fn place() -> (tempfile::TempDir, PathBuf, Roots) {
     let dir = tempfile::tempdir().unwrap();
     let inside = dir.path().join("in");

@@ -1,7 +1,7 @@
-//! One lookup at a time, over a 512 x 512 texture of three bytes a pixel whose levels are made already.
+//! One lookup at a time, over a 512 x 512 texture of three bytes per pixel whose levels already exist.
 //!
-//! Expect on one core of a 2020s server: closest 25 ns, linear 35, the cubic of the finest level 70, a filtered
-//! lookup 100 for each probe (two levels).
+//! Expect on one core of a 2020s server: closest 25 ns, linear 35, the cubic of the finest level 70, a
+//! filtered lookup 100 for each probe (two levels).
 #![allow(
     clippy::unwrap_used,
     missing_docs,
@@ -34,12 +34,12 @@ fn texture() -> Texture {
     })
 }
 
-/// Points of a row and a bit, as a batch of a shader asks for them.
+/// Slightly more than a row of points, in the order in which a shader's batch requests them.
 fn points() -> Vec<(f32, f32)> {
     (0..N_POINTS).map(|i| (i as f32 / 700.0 % 1.0, 0.3 + (i / 64) as f32 / 512.0)).collect()
 }
 
-/// A footprint of `texels` by `texels * aspect` texels, turned a little.
+/// A footprint of `texels` by `texels * aspect` texels, slightly rotated.
 fn footprint(texels: f32, aspect: f32) -> Footprint {
     let width = texels / SIZE as f32;
     Footprint {
@@ -94,7 +94,8 @@ fn lookups(c: &mut Criterion) {
     group.finish();
 }
 
-/// What it costs to come by a texture. Expect below 100 ns; a tile's name is made each time, below 250.
+/// The cost of finding a texture by name. Expect below 100 ns; below 250 for tiles, whose name is built each
+/// time.
 fn names(c: &mut Criterion) {
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str| {

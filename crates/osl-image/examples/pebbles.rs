@@ -106,7 +106,8 @@ fn color(cell: (i32, i32)) -> [f32; 3] {
     PALETTE[pick.min(PALETTE.len() - 1)].map(|v| v * shade)
 }
 
-/// How much of a pale vein lies at an offset from the center of a stone: bands in a direction of its own.
+/// The strength of a pale vein at an offset from the center of a stone: bands in a direction chosen per
+/// stone.
 fn vein(cell: (i32, i32), dx: f32, dy: f32) -> f32 {
     let (a, b) = (random(cell, 4) - 0.5, random(cell, 5) - 0.5);
     let length = (a * a + b * b).sqrt().max(1e-3);

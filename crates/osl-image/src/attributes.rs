@@ -1,6 +1,7 @@
-//! What a file says about itself beside its pixels: values by name, under the names that texture tools use.
+//! The metadata of an image file: values by name, under the names that texture tools use.
 //!
-//! A file may hold any number of them, so both their number and their size are bounded. It must not know formats.
+//! A file may have any number of them, so both their number and their size are bounded. This module must not
+//! know formats.
 
 use osl_limits::Images;
 
@@ -11,7 +12,7 @@ pub enum Attribute {
     Ints(Vec<i32>),
     /// Floats; a single one is a list of one.
     Floats(Vec<f32>),
-    /// Three floats that belong together, as those of a vector.
+    /// Three floats that form a unit, such as a vector.
     Triple([f32; 3]),
     /// A matrix, row by row.
     Matrix([f32; 16]),
@@ -23,7 +24,7 @@ pub enum Attribute {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attributes {
     list: Vec<(String, Attribute)>,
-    /// How many there may be, and how long each.
+    /// Maximum number of attributes, and maximum length of each.
     most: (u64, u64),
 }
 
@@ -34,12 +35,12 @@ impl Default for Attributes {
 }
 
 impl Attributes {
-    /// No attributes, of which there may be as many as the limits say.
+    /// No attributes, with the bounds from the limits.
     pub(crate) fn within(limits: &Images) -> Self {
         Self { list: Vec::new(), most: (limits.attributes, limits.attribute_length) }
     }
 
-    /// The bytes that they take, roughly.
+    /// Approximate size in bytes.
     pub(crate) fn bytes(&self) -> u64 {
         let of = |(name, value): &(String, Attribute)| {
             let own = match value {
@@ -53,12 +54,12 @@ impl Attributes {
         self.list.iter().map(of).sum()
     }
 
-    /// The attribute of a name, in capitals or not.
+    /// The attribute with a name, ignoring case.
     pub fn get(&self, name: &str) -> Option<&Attribute> {
         self.list.iter().find(|(known, _)| known.eq_ignore_ascii_case(name)).map(|(_, value)| value)
     }
 
-    /// The text of an attribute that is one.
+    /// The text of an attribute, if it is a text.
     pub fn text(&self, name: &str) -> Option<&str> {
         match self.get(name)? {
             Attribute::Text(text) => Some(text),
@@ -66,7 +67,7 @@ impl Attributes {
         }
     }
 
-    /// The numbers that an attribute lists, as a text with commas or as floats.
+    /// The numbers of an attribute, which is either a text with commas or a list of floats.
     pub(crate) fn numbers(&self, name: &str) -> Option<Vec<f32>> {
         match self.get(name)? {
             Attribute::Text(text) => text.split(',').map(|word| word.trim().parse().ok()).collect(),
@@ -110,8 +111,8 @@ impl Attributes {
         self.list.retain(|(known, _)| !known.eq_ignore_ascii_case(name));
     }
 
-    /// Takes what texture tools write as `oiio:NAME=VALUE` into a description out of it. The values become attributes,
-    /// and what remains stays the description.
+    /// Moves the `oiio:NAME=VALUE` entries that texture tools write into a description out of it. They become
+    /// attributes; the rest stays the description.
     pub(crate) fn take_from_description(&mut self) {
         let Some(text) = self.text("ImageDescription").map(str::to_owned) else { return };
         let mut rest = Vec::new();

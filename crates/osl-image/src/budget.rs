@@ -1,25 +1,25 @@
-//! Slots that hold one texture each, and the bound on what all of them hold together.
+//! Slots that hold one texture each, and the bound on the memory of all of them.
 //!
-//! A slot can be emptied and filled again, so whoever knows the slot needs to know nothing of the bound. A texture that
-//! somebody still holds is never dropped, since that would free nothing: the bound is exceeded by what is in use at one
-//! time, and by no more. Decoding reserves its memory first and waits while others decode, so that many threads that read
-//! large files at once take no more memory than one. It must not know files or names.
+//! A slot can be emptied and filled again, so users of a slot need not know the bound. A texture in use is
+//! never dropped, since that would free nothing: only textures in use at the same time can exceed the bound.
+//! A decoder first reserves its memory and waits while others decode, so that many threads that read large
+//! files need no more memory than one. This module must not know files or names.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
 use crate::cache::Loaded;
 
-/// What a texture takes beside its samples, roughly: it bounds how many tiny ones are kept.
+/// Approximate memory of a texture besides its samples; it bounds how many tiny ones are kept.
 const OVERHEAD: u64 = 1024;
 
-/// The place of one texture.
+/// The slot of one texture.
 #[derive(Debug, Default)]
 pub(crate) struct Slot {
-    /// The inner cell makes those who want the same texture wait for one read; the lock around it is held to
-    /// fetch or replace the cell, never while a file is read.
+    /// The inner cell makes threads that want the same texture wait for one read. The lock around it is held
+    /// only to fetch or replace the cell, never while a file is read.
     cell: Mutex<Arc<OnceLock<Loaded>>>,
-    /// The clock when the texture was last asked for.
+    /// The clock at the last request for the texture.
     last_used: AtomicU64,
 }
 
@@ -41,13 +41,13 @@ impl Slot {
 pub(crate) struct Budget {
     /// Bytes that textures may hold.
     limit: u64,
-    /// Bytes that decoding may take beyond that.
+    /// Bytes that decoding may use in addition.
     working: u64,
-    /// Textures that may be held.
+    /// Maximum number of textures.
     count: usize,
     clock: AtomicU64,
     ledger: Mutex<Ledger>,
-    /// Told when a reservation ends.
+    /// Notified when a reservation ends.
     ended: Condvar,
 }
 
@@ -60,7 +60,7 @@ struct Ledger {
     reserved: u64,
 }
 
-/// Memory that a decoder may take until this is dropped.
+/// Memory that a decoder may use until this is dropped.
 #[derive(Debug)]
 pub(crate) struct Reservation<'a> {
     budget: &'a Budget,
@@ -75,7 +75,7 @@ impl Drop for Reservation<'_> {
 }
 
 impl Budget {
-    /// A bound on what textures hold and on what decoding takes beyond it, in bytes, and on the number of textures.
+    /// A bound on the bytes of textures, on the additional bytes for decoding, and on the number of textures.
     pub(crate) fn new(limit: u64, working: u64, count: u64) -> Self {
         Self {
             limit,
@@ -92,7 +92,7 @@ impl Budget {
         lock(&self.ledger).held
     }
 
-    /// The texture of a slot, loaded if the slot is empty. What loading reserved is free again then.
+    /// The texture of a slot, loaded if the slot is empty. The memory reserved for loading is then released.
     pub(crate) fn get<'a>(
         &'a self,
         slot: &Arc<Slot>,
@@ -108,7 +108,7 @@ impl Budget {
             reserved = reservation;
             loaded
         });
-        // What was reserved now counts as held, not as both.
+        // The reserved memory now counts as held, so it must not count twice.
         drop(reserved);
         if is_new && let Ok(texture) = loaded {
             self.charge(slot, texture.bytes().saturating_add(OVERHEAD));
@@ -116,8 +116,8 @@ impl Budget {
         loaded.clone()
     }
 
-    /// Reserves memory for decoding. Waits while others decode, if there is no room for both: whoever decodes waits for
-    /// nobody, so this ends.
+    /// Reserves memory for decoding. Waits while others decode, if there is no room for both. A decoder never
+    /// waits for another one, so the wait ends.
     pub(crate) fn reserve(&self, bytes: u64) -> Reservation<'_> {
         let most = self.limit.saturating_add(self.working);
         let mut ledger = lock(&self.ledger);
@@ -129,7 +129,7 @@ impl Budget {
         Reservation { budget: self, bytes }
     }
 
-    /// Enters a slot that was just filled.
+    /// Records a slot that was just filled.
     fn charge(&self, slot: &Arc<Slot>, bytes: u64) {
         let mut ledger = lock(&self.ledger);
         ledger.filled.push((Arc::clone(slot), bytes));
@@ -137,7 +137,7 @@ impl Budget {
         self.make_room(&mut ledger);
     }
 
-    /// Drops the textures that were asked for longest ago until the rest fits, together with what is being decoded.
+    /// Drops the least recently used textures until the rest fits, together with the ones being decoded.
     fn make_room(&self, ledger: &mut Ledger) {
         let most = self.limit.saturating_add(self.working);
         let is_over = |held: u64, reserved: u64, count: usize| {
@@ -148,7 +148,7 @@ impl Budget {
         if !is_over(*held, *reserved, count) {
             return;
         }
-        // Oldest first; the times are read once each, since other threads go on changing them. The new one is in
+        // Oldest first; each time is read once, since other threads keep changing them. The new texture is in
         // use by this call, so it stays.
         filled.sort_by_cached_key(|(slot, _)| slot.last_used.load(Ordering::Relaxed));
         filled.retain(|(slot, bytes)| {
@@ -162,7 +162,7 @@ impl Budget {
     }
 }
 
-/// What these locks protect is never left half-changed, so a panic elsewhere does not spoil it.
+/// The data under these locks is never left half-changed, so a panic elsewhere does not corrupt it.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,7 +1,7 @@
-//! Textures by name, loaded when first asked for and shared by all threads.
+//! Textures by name, loaded on first use and shared by all threads.
 //!
-//! A file that cannot be read is remembered too: it is tried once, and its failure is handed out for reporting
-//! once. It must not know how textures are looked up.
+//! A file that cannot be read is remembered too: it is tried once, and its failure is reported once. This
+//! module must not know how textures are looked up.
 
 use std::collections::{HashMap, HashSet};
 use std::path::PathBuf;
@@ -20,17 +20,17 @@ use crate::search::Search;
 use crate::texture::Texture;
 use crate::udim::{self, Square};
 
-/// Why a texture is not there.
+/// Why a texture is missing.
 #[derive(Debug)]
 pub struct LoadFailure {
     message: String,
-    /// The name, if there is no file.
+    /// The name, if there is no such file.
     missing: Option<String>,
     reported: AtomicBool,
 }
 
 impl LoadFailure {
-    /// A failure for a reason of the caller's, of a file that is there.
+    /// A failure with the caller's reason, for a file that exists.
     pub fn new(message: &str) -> Arc<LoadFailure> {
         failure(message.to_owned(), None)
     }
@@ -40,7 +40,7 @@ impl LoadFailure {
         &self.message
     }
 
-    /// The reason for the one caller, of all threads, that asks first; none for everyone after.
+    /// The reason, for the first caller among all threads; `None` for all later callers.
     pub fn take_report(&self) -> Option<&str> {
         let first = !self.reported.swap(true, Ordering::Relaxed);
         first.then_some(self.message.as_str())
@@ -51,10 +51,10 @@ impl LoadFailure {
         self.missing.is_some()
     }
 
-    /// The reason in the words of the reference's texture library, which scripts may look for. They depend on the format
-    /// that the ending of the name promises.
+    /// The reason in the words of the reference's texture library, which scripts may search for. They depend
+    /// on the format that the file extension suggests.
     pub fn reference_message(&self) -> String {
-        /// Endings of the formats that the library reads, except TIFF.
+        /// Extensions of the formats that the library reads, except TIFF.
         const KNOWN: &str = " bmp bw cin cineon dds dib dpx exr fits gif hdr ico iff int inta j2c j2k jfi jfif jp2 jpe jpeg \
                              jpg pbm pdd pfm pgm pic png pnm ppm psb psd rgb rgba rgbe rla sgi softimage tga tpic webp z \
                              zfile ";
@@ -78,22 +78,22 @@ impl LoadFailure {
     }
 }
 
-/// Why no file of a name can be opened.
+/// Why no file with a name can be opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Missing {
     /// No folder has such a file.
     NotFound,
-    /// The name leads out of the folders that may be read, whether or not something is there.
+    /// The name leads out of the permitted folders, whether or not a file is there.
     Outside,
 }
 
 /// A texture, or why there is none.
 pub type Loaded = Result<Arc<Texture>, Arc<LoadFailure>>;
 
-/// All textures of a run. Copies share what they hold.
+/// All textures of a run. Clones share their contents.
 ///
-/// A texture stays in memory while somebody holds it or the budget has room for it; when it is asked for
-/// again it is read again. Nobody sees a difference, as long as the files stay what they are.
+/// A texture stays in memory while it is in use or the budget has room for it; otherwise it is read again on
+/// the next request. The result is the same, as long as the files do not change.
 #[derive(Clone, Debug)]
 pub struct TextureCache {
     shared: Arc<Shared>,
@@ -104,24 +104,24 @@ struct Shared {
     search: Search,
     limits: Limits,
     budget: Budget,
-    /// The lock is held to find a slot, never while a file is read: threads that want different files do not
-    /// wait for each other, and those that want the same one wait for a single read.
+    /// The lock is held to find a slot, never while a file is read. Threads that want different files do not
+    /// wait for each other, and those that want the same file wait for a single read.
     slots: RwLock<Slots>,
-    /// The files that names of many files stand for.
+    /// The files of each tiled name.
     tiles: RwLock<HashMap<String, Arc<[String]>>>,
-    /// The names of the files in a folder, in small letters; none where they are too many.
+    /// The names of the files in a folder, in lower case; `None` if there are too many.
     folders: RwLock<HashMap<PathBuf, Option<Arc<HashSet<String>>>>>,
 }
 
 #[derive(Debug, Default)]
 struct Slots {
-    /// The first image of each file; apart, since looking one up takes no copy of the name.
+    /// The first image of each file, kept separately so that a lookup need not copy the name.
     first: HashMap<String, Arc<Slot>>,
     others: HashMap<(String, Part), Arc<Slot>>,
 }
 
 impl Slots {
-    /// Forgets names, when there are too many, of which nobody holds the slot: they have no texture, or failed.
+    /// If there are too many names, forgets those whose slot nobody holds: they have no texture or failed.
     fn make_room(&mut self, most: u64) {
         let is_full = |count: usize| count as u64 >= most;
         if is_full(self.first.len()) {
@@ -157,15 +157,16 @@ impl Default for TextureCache {
 }
 
 impl TextureCache {
-    /// A cache that looks for names in the working directory, then in `search`, in order, with the usual limits. Files
-    /// elsewhere are refused, see [`TextureCache::allow_files`].
+    /// A cache that looks for names in the working directory, then in `search`, in order, with the usual
+    /// limits. Files elsewhere are refused, see [`TextureCache::allow_files`].
     pub fn new(search: Vec<PathBuf>) -> Self {
         Self::within(search, &Limits::default())
     }
 
-    /// A cache like [`TextureCache::new`] that keeps as much as the limits of images permit. Each texture counts with
-    /// all of its levels, made or not. Beyond that, textures that nobody holds are dropped, those first that were asked for
-    /// longest ago; what is in use stays, even if it exceeds the budget alone.
+    /// A cache like [`TextureCache::new`] that keeps as much as the limits of images permit. Each texture
+    /// counts with all of its levels, whether they exist yet or not. Beyond the limit, the least recently
+    /// used textures that nobody holds are dropped; textures in use stay, even if they alone exceed the
+    /// budget.
     pub fn within(search: Vec<PathBuf>, limits: &Limits) -> Self {
         Self::of(Search::new(search), limits)
     }
@@ -184,35 +185,36 @@ impl TextureCache {
         Self { shared: Arc::new(shared) }
     }
 
-    /// Whether names may also lead to files that lie neither below the working directory nor below a search
-    /// path, by being absolute, by `..` or by a symbolic link. They may not by default. What was read is forgotten.
+    /// Sets whether names may lead to files outside the working directory and the search paths: absolute
+    /// names, `..`, or symbolic links. By default they may not. Forgets everything that was read.
     #[must_use]
     pub fn allow_files(self, allowed: bool) -> Self {
         let search = Search::new(self.folders().to_vec()).or_anywhere(allowed);
         Self::of(search, &self.shared.limits)
     }
 
-    /// The first image of the file of this name, read if it is not at hand.
+    /// The first image of the file with this name, read if necessary.
     ///
     /// **Errors**: the failure of that read; every call with this name shares it.
     pub fn get(&self, name: &str) -> Loaded {
         self.get_part(name, SubImage::default())
     }
 
-    /// One image of the file of this name, read if it is not at hand.
+    /// One image of the file with this name, read if necessary.
     ///
-    /// **Errors**: as for [`TextureCache::get`], and a file without that image.
+    /// **Errors**: as for [`TextureCache::get`]; also if the file has no such image.
     pub fn get_part(&self, name: &str, part: SubImage<'_>) -> Loaded {
         self.shared.budget.get(&self.slot(name, part), || self.load(name, part))
     }
 
     /// The texture at a point, and the point's coordinates in it.
     ///
-    /// Most names stand for one texture, which is everywhere; see [`TextureCache::is_tiled`] for the others.
-    /// Of those, the texture is that of the unit square around the point, and the coordinates begin at the
-    /// square's corner. Negative coordinates belong to the first column and row.
+    /// Most names stand for one texture that applies everywhere; for tiled names see
+    /// [`TextureCache::is_tiled`]. A tiled name gives the texture of the unit square around the point, and
+    /// coordinates relative to the corner of that square. Negative coordinates belong to the first column and
+    /// row.
     ///
-    /// **Errors**: as for [`TextureCache::get_part`]; a square without a file fails on its own.
+    /// **Errors**: as for [`TextureCache::get_part`]; each square without a file fails separately.
     pub fn tile(&self, name: &str, part: SubImage<'_>, s: f32, t: f32) -> (Loaded, f32, f32) {
         if !Self::is_tiled(name) {
             return (self.get_part(name, part), s, t);
@@ -220,22 +222,25 @@ impl TextureCache {
         let (square, s, t) = Square::of(s, t);
         let loaded = match square.name(name) {
             Some(name) => self.get_part(&name, part),
-            // No file has the name of the pattern, so its failure serves for all squares that have no name.
+            // No file has the pattern itself as its name, so its failure serves for all squares without a
+            // name.
             None => self.get_part(name, part),
         };
         (loaded, s, t)
     }
 
-    /// Whether a name stands for many textures, one a unit square: it contains `<UDIM>` or `%(UDIM)d` (1001
+    /// Whether a name stands for many textures, one per unit square: it contains `<UDIM>` or `%(UDIM)d` (1001
     /// plus the column plus ten times the row), `<UVTILE>` or `%(UVTILE)d` (`u1_v1` for the first square),
     /// `<u>` and `<v>` (`u0`, `v0`), or `<U>` and `<V>` (`u1`, `v1`).
     pub fn is_tiled(name: &str) -> bool {
         udim::is_pattern(name)
     }
 
-    /// The text of a file of this name, found and admitted as textures are, of up to `limit` bytes.
+    /// The text of the file with this name, up to `limit` bytes, with the search and checks that apply to
+    /// textures.
     ///
-    /// **Errors**: there is no such file, it may not be read, it is too long, or it is not UTF-8: one line.
+    /// **Errors**, as one line: there is no such file, it may not be read, it is too long, or it is not
+    /// UTF-8.
     pub fn read_text(&self, name: &str, limit: u64) -> Result<String, String> {
         let shown = name.escape_debug();
         let file = self.shared.search.open(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
@@ -246,8 +251,8 @@ impl TextureCache {
         String::from_utf8(bytes).map_err(|_| format!("the file \"{shown}\" is not text"))
     }
 
-    /// Whether there is a file of this name that may be read, or one for any square of the first ten rows.
-    /// Does not read it.
+    /// Whether there is a readable file with this name, or one for any square of the first ten rows. Does not
+    /// read it.
     pub fn exists(&self, name: &str) -> bool {
         if Self::is_tiled(name) {
             return !self.tiles(name).is_empty();
@@ -255,7 +260,7 @@ impl TextureCache {
         self.shared.search.open(name).is_ok()
     }
 
-    /// Why no file of this name can be opened; `None` where there is one, which may still be no image.
+    /// Why no file with this name can be opened; `None` if one exists, which may still not be an image.
     pub fn missing(&self, name: &str) -> Option<Missing> {
         if self.exists(name) {
             return None;
@@ -266,12 +271,12 @@ impl TextureCache {
         })
     }
 
-    /// The folders in which names are looked for after the working directory.
+    /// The folders that are searched after the working directory.
     pub fn folders(&self) -> &[PathBuf] {
         self.shared.search.folders()
     }
 
-    /// The files that a name of many files stands for, of the squares of the first ten rows. They are looked for once.
+    /// The files of a tiled name, for the squares of the first ten rows. They are searched for once.
     pub fn tiles(&self, name: &str) -> Arc<[String]> {
         let known = self.shared.tiles.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(tiles) = known.get(name) {
@@ -279,7 +284,8 @@ impl TextureCache {
         }
         drop(known);
         let listed = self.listed(name);
-        // Names of files are compared without capitals, since some systems do; whether a file is there is asked below.
+        // File names are compared in lower case, since some systems ignore case; whether a file exists is
+        // checked below.
         let may_be = |name: &String| {
             let file = name.rsplit_once('/').map_or(name.as_str(), |(_, file)| file).to_lowercase();
             listed.as_ref().is_none_or(|folders| folders.iter().any(|folder| folder.contains(&file)))
@@ -293,8 +299,8 @@ impl TextureCache {
         Arc::clone(known.entry(name.to_owned()).or_insert(tiles))
     }
 
-    /// What lies in the folders in which the files of a name of many files are looked for, so that not every file has to
-    /// be asked for. `None` where only asking tells.
+    /// The names in the folders that may contain the files of a tiled name, so that not every file has to be
+    /// tried. `None` if each file must be tried.
     fn listed(&self, name: &str) -> Option<Vec<Arc<HashSet<String>>>> {
         let (folder, _) = name.rsplit_once('/').unwrap_or((".", ""));
         if Self::is_tiled(folder) || cfg!(not(unix)) {
@@ -308,7 +314,7 @@ impl TextureCache {
         std::iter::once(PathBuf::from(folder)).chain(folders).map(|folder| self.names_in(folder)).collect()
     }
 
-    /// The names of the files in a folder, in small letters; `None` if they are too many.
+    /// The names of the files in a folder, in lower case; `None` if there are too many.
     fn names_in(&self, folder: PathBuf) -> Option<Arc<HashSet<String>>> {
         let known = self.shared.folders.read().unwrap_or_else(PoisonError::into_inner);
         if let Some(names) = known.get(&folder) {
@@ -329,14 +335,14 @@ impl TextureCache {
         known.entry(folder).or_insert(names).clone()
     }
 
-    /// The bytes of samples that the cache holds, counted as for [`TextureCache::within`].
+    /// The bytes of samples that the cache holds, counted as in [`TextureCache::within`].
     pub fn held_bytes(&self) -> u64 {
         self.shared.budget.held()
     }
 
     fn slot(&self, name: &str, part: SubImage<'_>) -> Arc<Slot> {
         let part = Part::other_than_first(part).map(|part| (name.to_owned(), part));
-        // The maps are never left half-changed, so a panic elsewhere does not spoil them.
+        // The maps are never left half-changed, so a panic elsewhere does not corrupt them.
         let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
         let known = match &part {
             None => slots.first.get(name),
@@ -354,7 +360,7 @@ impl TextureCache {
         })
     }
 
-    /// Reads a texture. With it comes the memory that was reserved for reading.
+    /// Reads a texture. Also returns the memory that was reserved for reading.
     fn load(&self, name: &str, part: SubImage<'_>) -> (Loaded, Option<Reservation<'_>>) {
         let Shared { limits, budget, .. } = &*self.shared;
         let admission = Admission::by_budget(limits, budget);

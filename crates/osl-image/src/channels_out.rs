@@ -1,7 +1,7 @@
-//! Writing: the channels of one output as an image file of its own, in the format that the name of the file says.
+//! Writes the channels of one output as an image file, in the format given by the file's extension.
 //!
-//! Channels are called as image tools expect: `Y` alone, else `R`, `G`, `B`, `A`, `channel4` and so on. It must not know
-//! where the planes come from.
+//! Channels have the names that image tools expect: `Y` alone, else `R`, `G`, `B`, `A`, `channel4` and so on.
+//! This module must not know where the planes come from.
 
 use std::path::Path;
 
@@ -30,7 +30,7 @@ pub enum Samples {
 }
 
 impl Samples {
-    /// The samples that a word names: `uint8`, `uint16`, `half`, `float`.
+    /// The sample type with a name: `uint8`, `uint16`, `half`, `float`.
     pub fn from_name(name: &str) -> Option<Samples> {
         Some(match name {
             "uint8" => Samples::Byte,
@@ -42,8 +42,9 @@ impl Samples {
     }
 }
 
-/// Writes planes of ints as the channels of a file, which is in its place once the result is saved. A TIFF without samples of a kind holds them as they are; anywhere else
-/// the range of an int, −2147483647 to 2147483647, becomes that of the samples, and an EXR has half floats by default.
+/// Writes planes of ints as the channels of a file, which replaces its target once the result is saved. A
+/// TIFF file without an explicit sample type stores the ints unchanged. Otherwise the range of an int,
+/// −2147483647 to 2147483647, is mapped to that of the samples. An EXR file has half floats by default.
 ///
 /// **Shape** and **Errors**: as for [`write_channels`].
 pub fn write_ints(
@@ -72,12 +73,14 @@ fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
 }
 
-/// Writes planes as the channels of a file, which is in its place once the result is saved: .exr, .tif, .png or .jpg. What the format cannot store is stored as the nearest
-/// that it can: floats by default, bytes in PNG and JPEG, which take their values through the sRGB curve.
+/// Writes planes as the channels of a file, which replaces its target once the result is saved: .exr, .tif,
+/// .png or .jpg. A sample type that the format lacks is replaced by the nearest one. The default is floats;
+/// PNG and JPEG store bytes, which go through the sRGB curve.
 ///
 /// **Shape**: each plane has `width * height` values, row 0 first.
 ///
-/// **Errors**: a format that is unknown or cannot hold so many channels, sizes that do not fit, and what the disk refuses.
+/// **Errors**: the format is unknown or cannot hold so many channels, sizes do not match, or the system
+/// refuses.
 pub fn write_channels(
     path: &Path,
     (width, height): (usize, usize),
@@ -123,7 +126,7 @@ fn exr(
         .zip(planes)
         .map(|(name, plane)| Layer { name, kind: LayerKind::Scalar, planes: vec![plane] })
         .collect();
-    // EXR has no bytes or shorts: OpenImageIO stores halves for both.
+    // EXR has no bytes or shorts: OpenImageIO stores half floats for both.
     let samples =
         if matches!(samples, None | Some(Samples::Float)) { SampleType::Float } else { SampleType::Half };
     exr_file(path, width, height, &layers, ExrOptions { samples, ..ExrOptions::default() })

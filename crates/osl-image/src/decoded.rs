@@ -1,7 +1,7 @@
-//! An image as a decoder leaves it, and the memory that it takes, which is known before any of it is allocated.
+//! An image as a decoder returns it, and its memory, which is known before any of it is allocated.
 //!
-//! A decoder reads the header, says what it is about to take ([`Claim`]), and goes on if that is admitted ([`Admission`]).
-//! It must not know formats, files or lookups.
+//! A decoder reads the header, states the memory it needs ([`Claim`]), and continues if that is admitted
+//! ([`Admission`]). This module must not know formats, files or lookups.
 
 use std::cell::RefCell;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub(crate) struct Decoded {
     pub(crate) stored: StoredType,
     pub(crate) wraps: (Wrap, Wrap),
     pub(crate) n_parts: usize,
-    /// Its `coarser` is empty: levels are below.
+    /// The field `coarser` is empty; the levels are below.
     pub(crate) header: Header,
     pub(crate) texels: Texels,
     /// The coarser levels of the file: width, height, values.
@@ -32,7 +32,7 @@ pub(crate) struct Decoded {
 }
 
 impl Decoded {
-    /// An image of one part about which nothing else is known.
+    /// An image with a single part and no further metadata.
     pub(crate) fn plain(
         (width, height): (usize, usize),
         channels: Vec<String>,
@@ -59,7 +59,7 @@ impl Decoded {
         ImageData { width, height, channels, stored, wraps, n_parts, header, samples: texels.into_floats() }
     }
 
-    /// Whether levels are made of it where the file has none.
+    /// Whether levels are computed if the file has none.
     pub(crate) fn makes_levels(&self, limits: &Limits) -> bool {
         let stored = (self.width, self.height);
         makes_levels(stored, self.header.whole_size().unwrap_or(stored), self.channels.len(), limits)
@@ -76,7 +76,8 @@ impl From<ImageData> for Decoded {
     }
 }
 
-/// A file may store only a corner of an image of any size. Levels of the whole are made as far as they may be.
+/// A file may store only a corner of an image of any size. Levels of the whole image are computed only up to
+/// a limit.
 fn makes_levels(stored: (usize, usize), full: (usize, usize), n_channels: usize, limits: &Limits) -> bool {
     full == stored || samples((full.0, full.1), n_channels) <= limits.images.partial_samples
 }
@@ -85,25 +86,25 @@ fn samples((width, height): (usize, usize), n_channels: usize) -> u64 {
     (width as u64).saturating_mul(height as u64).saturating_mul(n_channels as u64)
 }
 
-/// What an image will take, as its header says.
+/// The memory that an image needs, according to its header.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Claim {
-    /// Width and height of what the file stores.
+    /// Width and height of the stored pixels.
     pub(crate) size: (usize, usize),
     /// Width and height of the whole image.
     pub(crate) full: (usize, usize),
     pub(crate) n_channels: usize,
-    /// The type that values are kept in.
+    /// The type in which values are kept.
     pub(crate) kept: StoredType,
-    /// Whether levels must be made: the file has none.
+    /// Whether levels must be computed because the file has none.
     pub(crate) makes_levels: bool,
-    /// Bytes that the decoder needs beside the values.
+    /// Bytes that the decoder needs besides the values.
     pub(crate) working: u64,
 }
 
 impl Claim {
-    /// The bytes that the image keeps, with all levels. Those of a file are smaller than a third of the finest, as those that
-    /// are made are.
+    /// The bytes of the image with all levels. The levels of a file take less than a third of the finest, as
+    /// computed ones do.
     fn kept_bytes(&self, limits: &Limits) -> u64 {
         let full = if self.makes_levels { self.full } else { self.size };
         let makes = makes_levels(self.size, full, self.n_channels, limits);
@@ -113,27 +114,27 @@ impl Claim {
     }
 }
 
-/// Who says whether an image may be decoded.
+/// Decides whether an image may be decoded.
 pub(crate) struct Admission<'a> {
     pub(crate) limits: &'a Limits,
-    /// The budget that the memory comes out of.
+    /// The budget from which the memory is taken.
     budget: Option<&'a Budget>,
     reserved: RefCell<Option<Reservation<'a>>>,
 }
 
 impl<'a> Admission<'a> {
-    /// Admits what the limits let through.
+    /// Admits an image within the limits.
     pub(crate) fn by_limits(limits: &'a Limits) -> Self {
         Self { limits, budget: None, reserved: RefCell::new(None) }
     }
 
-    /// Admits what the limits let through, when the budget has room for it.
+    /// Admits an image within the limits, once the budget has room for it.
     pub(crate) fn by_budget(limits: &'a Limits, budget: &'a Budget) -> Self {
         Self { limits, budget: Some(budget), reserved: RefCell::new(None) }
     }
 
-    /// Refuses an image that is larger than an image may be, or that the memory for textures can never hold; else waits
-    /// until there is room for it.
+    /// Refuses an image that exceeds the limit for images, or that the texture memory can never hold;
+    /// otherwise waits until there is room for it.
     pub(crate) fn admit(&self, path: &Path, claim: &Claim) -> Result<(), ImageError> {
         let limits = &self.limits.images;
         let samples = samples(claim.size, claim.n_channels);
@@ -156,13 +157,14 @@ impl<'a> Admission<'a> {
             let what = "decoding this image".to_owned();
             return Err(ImageError::memory(path, what, bytes, most, "working_memory"));
         }
-        // What was reserved for an earlier claim of the same file comes back first: nobody waits for itself.
+        // Releases the reservation of an earlier claim for the same file, so that a thread does not wait for
+        // itself.
         self.reserved.replace(None);
         self.reserved.replace(self.budget.map(|budget| budget.reserve(bytes)));
         Ok(())
     }
 
-    /// What was reserved; it is free again when this is dropped.
+    /// The reserved memory, which is released when this is dropped.
     pub(crate) fn into_reserved(self) -> Option<Reservation<'a>> {
         self.reserved.into_inner()
     }

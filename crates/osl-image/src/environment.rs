@@ -1,6 +1,8 @@
-//! `environment()` for one point: a direction and its changes to levels and probes, probes to a value.
+//! `environment()` for one point: maps a direction and its derivatives to levels and probes, and probes to a
+//! value.
 //!
-//! y is up, and the middle of the image looks along -z. It must not know files, nor how a shader names its options.
+//! y is up, and the middle of the image looks along -z. This module must not know files, nor how a shader
+//! names its options.
 
 use std::f64::consts::{FRAC_1_PI, PI};
 
@@ -15,13 +17,14 @@ const SMALLEST: f64 = 1e-8;
 
 type Direction = [f64; 3];
 
-/// Looks up one direction, whose changes to the neighbours on the screen are `d_dx` and `d_dy`.
+/// Looks up one direction with its derivatives `d_dx` and `d_dy`.
 ///
-/// The angles to the neighbours, scaled by the width and grown by the blur, are the axes of what the point sees. The
-/// shorter one chooses the level, and probes are spread along the longer one. Near the poles, where the image's rows
-/// shrink to a point, samples fade to the mean of the last row: on levels that the file stores as one tile.
+/// The angles to the neighbouring pixels, scaled by the width and increased by the blur, are the axes of the
+/// footprint. The shorter axis selects the level, and probes are spread along the longer one. Near the poles,
+/// where the image's rows shrink to a point, samples fade to the mean of the last row, on levels that the
+/// file stores as one tile.
 ///
-/// **Source**: all as measured on the reference, see the tests.
+/// **Source**: measured on the reference, see the tests.
 pub fn environment(
     texture: &Texture,
     direction: [f32; 3],
@@ -40,7 +43,7 @@ pub fn environment(
     let (center, to_x, to_y) = (unit(direction), towards(d_dx), towards(d_dy));
     let angle = |to: &Direction| {
         let cosine: f64 = center.iter().zip(to).map(|(a, b)| a * b).sum();
-        // Of what is no number the whole image is seen.
+        // For NaN or infinite angles the footprint is the whole image.
         if cosine.is_finite() { libm::acos(cosine.clamp(-1.0, 1.0)).max(SMALLEST) } else { PI }
     };
     let (angle_x, angle_y) = (angle(&to_x), angle(&to_y));
@@ -68,13 +71,13 @@ pub fn environment(
     sum.value
 }
 
-/// A direction of length 1; one that has no length, or no finite one, stays as it is.
+/// Normalises a direction; zero and non-finite directions stay unchanged.
 fn unit(v: Direction) -> Direction {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     if length > 0.0 && length.is_finite() { v.map(|c| c / length) } else { v }
 }
 
-/// The levels between which a texel is as high as `width`, which is in heights of the image.
+/// The levels between which a texel is as high as `width`, in units of the image height.
 fn blend_for(texture: &Texture, width: f64) -> LevelBlend {
     let rows = |level: &Level| level.full.1;
     let finest = texture.finest();
@@ -94,7 +97,8 @@ struct Probe<'a> {
 
 impl Probe<'_> {
     fn at(&self, [x, y, z]: Direction) -> Sample {
-        // Angles are rounded as the reference rounds them: next to a pole that decides whether a sample fades.
+        // Angles are rounded as in the reference: next to a pole, the rounding decides whether a sample
+        // fades.
         let s = libm::atan2(-x, z) as f32 * (0.5 * FRAC_1_PI) as f32 + 0.5;
         let t = 0.5 - libm::atan2(y, libm::hypot(x, z)) as f32 * FRAC_1_PI as f32;
         let finer = faded(&self.finer, s, t);

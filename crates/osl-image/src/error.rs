@@ -1,7 +1,7 @@
-//! What can go wrong with an image file, as one-line values.
+//! The errors of image files, as one-line values.
 //!
-//! Every error names the path and the reason, so that a caller can print it as it stands. It must not know
-//! which format a file has beyond the text that a decoder gave.
+//! Every error names the path and the reason, so that a caller can print it unchanged. This module must not
+//! know formats; it only quotes the text of a decoder.
 
 use osl_files::{FileError, SaveError};
 use std::path::{Path, PathBuf};
@@ -37,7 +37,7 @@ pub enum ImageError {
         /// The limit in force.
         limit: u64,
     },
-    /// What would be read takes more memory than a limit allows; nothing was allocated for it.
+    /// A read would take more memory than a limit permits; nothing was allocated for it.
     #[error(
         "{}: {what} takes {}, and the limit is {} (--limit images.{limit}=BYTES)",
         .path.display(), mebibytes(*.needed), mebibytes(*.most)
@@ -49,12 +49,12 @@ pub enum ImageError {
         what: String,
         /// The bytes that it takes.
         needed: u64,
-        /// The bytes that it may take.
+        /// The bytes that are permitted.
         most: u64,
-        /// The limit, by its name among those of images.
+        /// The name of the limit among those of images.
         limit: &'static str,
     },
-    /// The caller's planes or names do not make an image.
+    /// The caller's planes or names do not form an image.
     #[error("{}: {reason}", .path.display())]
     Input {
         /// The file that the caller named.
@@ -69,7 +69,7 @@ impl ImageError {
         Self::Io { path: path.to_owned(), action: action.into(), source }
     }
 
-    /// What the door for files answered.
+    /// An error from `osl-files`.
     pub(crate) fn file(path: &Path, error: FileError) -> Self {
         match error {
             FileError::Io { step, source } => Self::io(path, step, source),
@@ -103,12 +103,12 @@ impl From<SaveError> for ImageError {
     }
 }
 
-/// Bytes as a reader wants them: below a mebibyte as they are, else in mebibytes, rounded up.
+/// Bytes for display: below a mebibyte as bytes, else in mebibytes, rounded up.
 fn mebibytes(bytes: u64) -> String {
     if bytes < 1 << 20 { format!("{bytes} bytes") } else { format!("{} MiB", bytes.div_ceil(1 << 20)) }
 }
 
-/// Joins the lines of a message from elsewhere.
+/// Joins the lines of a foreign message.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

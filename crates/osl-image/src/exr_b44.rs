@@ -1,14 +1,15 @@
-//! Whether a block of an EXR file is what B44 compression makes of half floats (OpenEXR, "B44 compression").
+//! Checks that a block of an EXR file is valid B44-compressed data (OpenEXR, "B44 compression").
 //!
-//! A channel is cut into four by four samples. These become 14 bytes, or 3 if all are alike: the third byte says which.
-//! The samples are a first one and six-bit differences, scaled by a power of two. Nothing in the file tells damage, but two
-//! things do: the pieces must end where the block ends, and no encoder writes an infinity or a NaN. This is checked before
-//! the decoder sees the block, since that decoder takes everything for pixels. This module must not know files.
+//! A channel is divided into squares of four by four samples. A square becomes 14 bytes, or 3 if all samples
+//! are equal; the third byte distinguishes the two. The samples are stored as a first one and six-bit
+//! differences, scaled by a power of two. The format has no checksum, but damage shows in two ways: the
+//! pieces must end where the block ends, and no encoder writes infinity or NaN. This is checked before
+//! decoding, because the decoder accepts any data. This module must not know files.
 
 /// A channel of a block.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Channel {
-    /// Other channels are stored as they are, four bytes each.
+    /// Channels of other types are stored uncompressed, four bytes per sample.
     pub(crate) is_half: bool,
     /// Whether samples are stored as logarithms.
     pub(crate) is_linear: bool,
@@ -17,12 +18,12 @@ pub(crate) struct Channel {
 const LENGTH: &str = "not a readable EXR: a block of B44 data does not have the length of its pieces";
 const VALUE: &str = "not a readable EXR: a block of B44 data holds what is no number";
 
-/// From this third byte on, a piece has 3 bytes.
+/// A piece whose third byte is at least this has 3 bytes.
 const FLAT: u8 = 13 << 2;
 /// The difference that is stored as 0.
 const BIAS: i32 = 32;
 
-/// Checks a block of so many columns and rows.
+/// Checks a block with a number of columns and rows.
 pub(crate) fn check(
     bytes: &[u8],
     (width, height): (usize, usize),
@@ -31,7 +32,7 @@ pub(crate) fn check(
     let pixels = width.checked_mul(height).ok_or(LENGTH)?;
     let each = |c: &Channel| if c.is_half { 2 } else { 4 };
     let plain: usize = channels.iter().map(each).sum::<usize>().checked_mul(pixels).ok_or(LENGTH)?;
-    // Where compression does not pay, the samples are stored as they are.
+    // If compression does not pay, the samples are stored uncompressed.
     if bytes.len() == plain {
         return Ok(());
     }
@@ -45,7 +46,7 @@ pub(crate) fn check(
             let third = *rest.get(2).ok_or(LENGTH)?;
             let (piece, after) = rest.split_at_checked(if third >= FLAT { 3 } else { 14 }).ok_or(LENGTH)?;
             rest = after;
-            // Logarithms may leave the range of numbers by rounding, and are no floats yet.
+            // Logarithms are not floats yet and may exceed their range by rounding.
             let sound = |value: i32| match channel.is_linear {
                 true => (0..=0xffff).contains(&value),
                 false => is_number(value),
@@ -62,14 +63,14 @@ pub(crate) fn check(
     if rest.is_empty() { Ok(()) } else { Err(LENGTH) }
 }
 
-/// Whether a stored sample is a finite float: they are stored so that larger floats are larger integers.
+/// Whether a stored sample is a finite float: the encoding maps larger floats to larger integers.
 fn is_number(stored: i32) -> bool {
     let Ok(stored) = u16::try_from(stored) else { return false };
     let bits = if stored & 0x8000 != 0 { stored & 0x7fff } else { !stored };
     bits & 0x7c00 != 0x7c00
 }
 
-/// The samples of a piece of 14 bytes, row by row, before they are cut to 16 bits; of a shorter piece zeros.
+/// The samples of a 14-byte piece, row by row, before truncation to 16 bits; zeros if the piece is shorter.
 fn samples(piece: &[u8]) -> [i32; 16] {
     let mut samples = [0; 16];
     let Some(bytes) = piece.first_chunk::<14>() else { return samples };

@@ -1,6 +1,6 @@
-//! Reading one part of an EXR file, block by block, so that beside the image only one block is in memory.
+//! Reads one part of an EXR file block by block, so that only one block is in memory besides the image.
 //!
-//! It must not know other formats.
+//! This module must not know other formats.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -27,7 +27,7 @@ pub(crate) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
-/// Decodes one of the parts of plain pixels.
+/// Decodes one of the flat (not deep) parts.
 pub(crate) fn decode(
     file: Opened<'_>,
     admission: &Admission<'_>,
@@ -94,7 +94,7 @@ pub(crate) fn decode(
     })
 }
 
-/// What the header of a part says.
+/// Converts the header of a part.
 fn file_header(header: &Header, attributes: crate::attributes::Attributes) -> FileHeader {
     let mut told = FileHeader { attributes, ..FileHeader::default() };
     let edges = |origin: (i32, i32), size: (usize, usize)| {
@@ -116,7 +116,7 @@ fn file_header(header: &Header, attributes: crate::attributes::Attributes) -> Fi
     told
 }
 
-/// The place of a part among all headers, and how many parts there are to choose from.
+/// The index of a part among all headers, and the number of parts to choose from.
 fn chosen_header(path: &Path, meta: &MetaData, part: SubImage<'_>) -> Result<(usize, usize), ImageError> {
     let flat: Vec<usize> = (0..meta.headers.len()).filter(|&i| !meta.headers[i].deep).collect();
     let text = |i: &usize| meta.headers[*i].own_attributes.layer_name.as_ref().map(ToString::to_string);
@@ -138,7 +138,8 @@ fn n_blocks(meta: &MetaData) -> u64 {
     meta.headers.iter().map(|header| header.chunk_count as u64).fold(0, u64::saturating_add)
 }
 
-/// The bytes that decoding takes beside the image: tables of all blocks, and one block compressed and not.
+/// The bytes needed for decoding besides the image: tables of all blocks, and one block in compressed and
+/// decompressed form.
 fn working_bytes(meta: &MetaData, index: usize) -> u64 {
     let Some(header) = meta.headers.get(index) else { return 0 };
     let pixels = match header.blocks {
@@ -155,7 +156,7 @@ fn working_bytes(meta: &MetaData, index: usize) -> u64 {
     block.saturating_add(n_blocks(meta).saturating_mul(16))
 }
 
-/// Refuses blocks that the decoder of their compression would take for pixels though they are none.
+/// Refuses blocks that are invalid but that the decoder of their compression would accept.
 fn check_chunk(chunk: &Chunk, wanted: usize, header: &Header) -> Result<(), String> {
     if chunk.layer_index != wanted {
         return Err("EXR whose table of blocks leads to another part".to_owned());
@@ -185,13 +186,13 @@ fn check_chunk(chunk: &Chunk, wanted: usize, header: &Header) -> Result<(), Stri
 
 /// The pixels of a part, level by level.
 struct Pixels {
-    /// The names of the channels in our order.
+    /// The names of the channels in the crate's order.
     names: Vec<String>,
-    /// For each channel of the file, its place in our order.
+    /// For each channel of the file, its index in the crate's order.
     slots: Vec<usize>,
     /// The type of the first channel.
     stored: StoredType,
-    /// The type that all channels are kept in.
+    /// The type in which all channels are kept.
     kept: StoredType,
     sizes: Vec<(usize, usize)>,
     levels: Vec<(usize, usize, Texels)>,
@@ -231,7 +232,7 @@ impl Pixels {
         }
     }
 
-    /// Takes the memory for all levels.
+    /// Allocates the memory for all levels.
     fn allocate(&mut self) {
         let empty = |(width, height): &(usize, usize)| {
             let count = width * height * self.slots.len();
@@ -244,7 +245,7 @@ impl Pixels {
         self.levels = self.sizes.iter().map(empty).collect();
     }
 
-    /// Takes over a block.
+    /// Copies a block into the levels.
     fn take(&mut self, block: &UncompressedBlock, header: &Header) -> Result<(), &'static str> {
         let n_channels = self.slots.len();
         let level = self.levels.get_mut(block.index.level.x());
@@ -290,7 +291,7 @@ fn fill<T>(list: &mut [T], first: usize, step: usize, values: impl Iterator<Item
     }
 }
 
-/// A key that puts bare names before those of layers, and within a layer R, G, B, A before the rest.
+/// A sort key that puts plain names before those of layers, and within a layer R, G, B, A before the rest.
 fn channel_order(name: &str) -> (String, usize, String) {
     let (layer, base) = name.rsplit_once('.').unwrap_or(("", name));
     let rank = ["R", "G", "B", "A"].iter().position(|known| *known == base).unwrap_or(4);

@@ -1,7 +1,7 @@
-//! What the attributes of an EXR part say, under the names that texture tools use.
+//! Reads the attributes of an EXR part, under the names that texture tools use.
 //!
-//! The attributes are read from the bytes of the header, which are a list of name, type, size and value. It must not
-//! know pixels.
+//! The attributes are read from the bytes of the header, which is a list of name, type, size and value. This
+//! module must not know pixels.
 
 use osl_limits::Images;
 
@@ -16,7 +16,7 @@ const COMPRESSIONS: [&str; 10] =
 const LINE_ORDERS: [&str; 3] = ["increasingY", "decreasingY", "randomY"];
 const LAYOUTS: [&str; 2] = ["LatLong Environment", "CubeFace Environment"];
 
-/// Names that texture tools have their own words for.
+/// Names for which texture tools use other words.
 const NAMES: [(&str, &str); 13] = [
     ("worldToCamera", "worldtocamera"),
     ("worldToNDC", "worldtoscreen"),
@@ -33,7 +33,7 @@ const NAMES: [(&str, &str); 13] = [
     ("name", "oiio:subimagename"),
 ];
 
-/// The attributes of one part of a file; those before any damage.
+/// The attributes of one part of a file, up to the first damage.
 pub(crate) fn attributes(bytes: &[u8], part: usize, limits: &Images) -> Attributes {
     let mut attributes = Attributes::within(limits);
     let multipart = bytes.get(5).is_some_and(|flags| flags & 0x10 != 0);
@@ -70,7 +70,7 @@ fn next(bytes: &[u8]) -> Option<(&str, &str, &[u8], &[u8])> {
     Some((name, kind, value, rest))
 }
 
-/// A word that is not empty and ends with a zero.
+/// A nonempty word that ends with a zero byte.
 fn word(bytes: &[u8]) -> Option<(&str, &[u8])> {
     let end = bytes.iter().take(MAX_NAME + 1).position(|byte| *byte == 0).filter(|end| *end > 0)?;
     let (word, rest) = bytes.split_at_checked(end)?;
@@ -78,7 +78,7 @@ fn word(bytes: &[u8]) -> Option<(&str, &[u8])> {
 }
 
 fn set(attributes: &mut Attributes, name: &str, kind: &str, value: &[u8]) {
-    // These are told in other ways.
+    // These are available in other ways.
     if matches!(name, "channels" | "dataWindow" | "displayWindow" | "tiles" | "version" | "type" | "preview")
     {
         return;

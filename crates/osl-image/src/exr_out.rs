@@ -1,7 +1,7 @@
-//! Writing: several outputs as named channels of one EXR file.
+//! Writes several outputs as named channels of one EXR file.
 //!
-//! A layer called `result` with three color planes becomes the channels `result.R`, `result.G` and `result.B`,
-//! the naming by which viewers group channels. It must not know where the planes come from.
+//! A layer `result` with three color planes becomes the channels `result.R`, `result.G` and `result.B`, the
+//! naming by which viewers group channels. This module must not know where the planes come from.
 
 use std::path::Path;
 
@@ -21,7 +21,7 @@ use crate::exr_zip;
 use crate::file;
 use osl_files::Unsaved;
 
-/// What the planes of a layer mean, which decides the names of its channels.
+/// The meaning of a layer's planes, which determines the names of its channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LayerKind {
     /// Three planes: `name.R`, `name.G`, `name.B`.
@@ -68,7 +68,7 @@ pub struct Layer<'a> {
 /// How a sample is stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SampleType {
-    /// 32 bits, bit for bit what was given (under a lossless compression).
+    /// 32 bits, exactly as given (under a lossless compression).
     #[default]
     Float,
     /// 16 bits, rounded to nearest; values beyond 65504 become infinite.
@@ -78,9 +78,9 @@ pub enum SampleType {
 /// How the file is compressed. All but [`ExrCompression::Pxr24`] are lossless.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ExrCompression {
-    /// Stored plainly.
+    /// Uncompressed.
     None,
-    /// Run lengths.
+    /// Run-length encoding.
     Rle,
     /// Zip, each scanline alone.
     Zip1,
@@ -89,15 +89,15 @@ pub enum ExrCompression {
     Zip16,
     /// Wavelets, best for grainy images.
     Piz,
-    /// Zip of floats cut to 24 bits: lossy for [`SampleType::Float`], exact for [`SampleType::Half`].
+    /// Zip of floats truncated to 24 bits: lossy for [`SampleType::Float`], exact for [`SampleType::Half`].
     Pxr24,
 }
 
 impl ExrCompression {
-    /// Every name that [`ExrCompression::from_name`] knows, for help texts.
+    /// Every name accepted by [`ExrCompression::from_name`], for help texts.
     pub const NAMES: [&'static str; 6] = ["none", "rle", "zip1", "zip16", "piz", "pxr24"];
 
-    /// The compression of this name, in lower case; none for an unknown one.
+    /// The compression with this lower-case name; `None` if it is unknown.
     pub fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "none" => Self::None,
@@ -131,10 +131,10 @@ pub struct ExrOptions {
     pub compression: ExrCompression,
 }
 
-/// Writes all layers as channels of one EXR file. Infinite values and nans are written as they are.
+/// Writes all layers as channels of one EXR file. Infinities and NaN are written unchanged.
 ///
-/// **Errors**: sizes or names that make no image, and what the disk refuses. The file at `path` is then as it
-/// was before.
+/// **Errors**: sizes or names do not form an image, or the system refuses. The file at `path` is then
+/// unchanged.
 pub fn write_exr(
     path: &Path,
     width: usize,
@@ -145,7 +145,7 @@ pub fn write_exr(
     Ok(exr_file(path, width, height, layers, options)?.save()?)
 }
 
-/// The file that [`write_exr`] writes, which is in its place once it is saved.
+/// The file for [`write_exr`], which replaces its target once it is saved.
 pub(crate) fn exr_file(
     path: &Path,
     width: usize,
@@ -162,14 +162,14 @@ pub(crate) fn exr_file(
     write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))
 }
 
-/// Rows that a piece of [`write_exr_rows`] must have a multiple of, unless it is the last.
+/// The number of rows in a piece of [`write_exr_rows`] must be a multiple of this, except in the last piece.
 pub const ROWS_TOGETHER: usize = 32;
 
-/// Writes an EXR file that comes in pieces from the first row on. `next` yields the planes of all layers for the next
-/// rows, a multiple of [`ROWS_TOGETHER`] until the last; it is called while the piece before is compressed and written.
-/// The file is in its place once the result is saved.
+/// Writes an EXR file in pieces, starting with the first row. `next` returns the planes of all layers for the
+/// next rows, a multiple of [`ROWS_TOGETHER`] until the last piece. It is called while the previous piece is
+/// compressed and written. The file replaces its target once the result is saved.
 ///
-/// **Errors**: those of [`write_exr`], and those of `next`. The file at `path` is then as it was before.
+/// **Errors**: those of [`write_exr`] and those of `next`. The file at `path` is then unchanged.
 pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
     path: &Path,
     (width, height): (usize, usize),
@@ -217,7 +217,7 @@ pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>
     }
 }
 
-/// The header of the file, and which plane each of its channels is: they are sorted by name.
+/// The header of the file, and the plane of each of its channels, which are sorted by name.
 fn header(
     path: &Path,
     size: (usize, usize),
@@ -301,7 +301,7 @@ fn write_rows(
     Ok(())
 }
 
-/// Refuses sizes that no image has, or that EXR's signed 32-bit windows cannot express.
+/// Refuses sizes that no image has, or that do not fit EXR's signed 32-bit windows.
 pub(crate) fn check_size(path: &Path, width: usize, height: usize) -> Result<(), ImageError> {
     let fits = |n: usize| (1..=i32::MAX as usize).contains(&n);
     if fits(width) && fits(height) && width.checked_mul(height).is_some() {
@@ -311,7 +311,7 @@ pub(crate) fn check_size(path: &Path, width: usize, height: usize) -> Result<(),
     }
 }
 
-/// Refuses a plane that is not one value for each pixel.
+/// Refuses a plane that does not have one value per pixel.
 pub(crate) fn check_plane(path: &Path, what: &str, plane: &[f32], n_pixels: usize) -> Result<(), ImageError> {
     if plane.len() == n_pixels {
         return Ok(());
@@ -338,7 +338,7 @@ fn channel_name(layer: &str, suffix: &str) -> String {
     }
 }
 
-/// A name as EXR stores it: printable ASCII is what every reader takes, and 255 bytes are the most.
+/// A name as EXR stores it: printable ASCII, which every reader accepts, and at most 255 bytes.
 fn checked_text(path: &Path, name: &str) -> Result<Text, ImageError> {
     let plain = (1..=255).contains(&name.len()) && name.bytes().all(|b| b == b' ' || b.is_ascii_graphic());
     let text = if plain { Text::new_or_none(name) } else { None };

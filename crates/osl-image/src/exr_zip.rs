@@ -1,23 +1,24 @@
-//! Blocks of an EXR file as Zip compresses them: bytes of a kind side by side, each as its difference to the one before,
-//! deflated (OpenEXR file layout, "ZIP compression").
+//! Compresses the blocks of an EXR file with Zip: the bytes at even positions are followed by those at odd
+//! positions, each is replaced by its difference from the previous one, and the result is deflated (OpenEXR
+//! file layout, "ZIP compression").
 //!
-//! The library that writes our files deflates four times as slowly to save a thirtieth of the bytes, and writing was
-//! most of the time that an image took. It must not know files or layers.
+//! The library that writes the files deflates four times as slowly to save a thirtieth of the bytes, and
+//! writing took most of an image's time. This module must not know files or layers.
 
 use half::f16;
 
 use crate::exr_out::SampleType;
 
-/// The effort of deflating, from 0 to 10.
+/// The compression level, from 0 to 10.
 const LEVEL: u8 = 1;
 
-/// The samples of some lines, compressed, or plainly where that is no shorter: what a block of the file holds. `rows` are
-/// those of all channels, line by line.
+/// The contents of a block: the samples of some lines, compressed, or uncompressed where that is not longer.
+/// `rows` are those of all channels, line by line.
 pub(crate) fn block(rows: &[&[f32]], samples: SampleType) -> Vec<u8> {
     let each = if samples == SampleType::Half { 2 } else { 4 };
     let bytes = each * rows.iter().map(|row| row.len()).sum::<usize>();
     let mut apart = vec![0; bytes];
-    // Bytes at even places of the file, and those at odd ones.
+    // Bytes at even and at odd positions of the file.
     let (mut even, mut odd) = apart.split_at_mut(bytes / 2);
     for row in rows {
         let (even_row, even_rest) = std::mem::take(&mut even).split_at_mut(each / 2 * row.len());
@@ -34,7 +35,7 @@ pub(crate) fn block(rows: &[&[f32]], samples: SampleType) -> Vec<u8> {
             }
         }
     }
-    // The first byte stays as it is.
+    // The first byte is stored unchanged.
     let before = std::iter::once(&128).chain(&apart);
     let differences: Vec<u8> =
         apart.iter().zip(before).map(|(byte, before)| byte.wrapping_sub(*before).wrapping_add(128)).collect();
@@ -42,7 +43,7 @@ pub(crate) fn block(rows: &[&[f32]], samples: SampleType) -> Vec<u8> {
     if deflated.len() < bytes { deflated } else { together(&apart) }
 }
 
-/// The bytes in their order.
+/// Restores the order of the bytes.
 fn together(apart: &[u8]) -> Vec<u8> {
     let (first, second) = apart.split_at(apart.len() / 2);
     first.iter().zip(second).flat_map(|(a, b)| [*a, *b]).collect()

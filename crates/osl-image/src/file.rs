@@ -1,6 +1,6 @@
-//! Whole files in and out, through the door of `osl-files`, with errors that name the file.
+//! Opens and replaces whole files through `osl-files`, with errors that name the file.
 //!
-//! It must not know image formats.
+//! This module must not know image formats.
 
 use crate::error::ImageError;
 use osl_files::{Opened, Unsaved};
@@ -15,7 +15,7 @@ pub(crate) struct File {
     pub(crate) source: BufReader<std::fs::File>,
 }
 
-/// A file that was opened, if it is not too long.
+/// An opened file, if it is not too long.
 pub(crate) fn to_read(file: Opened, limits: &Limits) -> Result<File, ImageError> {
     let (path, length) = (file.path().to_owned(), file.length());
     let most = limits.images.file_bytes;
@@ -31,17 +31,17 @@ pub(crate) fn open_named(path: &Path, limits: &Limits) -> Result<File, ImageErro
     to_read(osl_files::open_named(path).map_err(|error| ImageError::file(path, error))?, limits)
 }
 
-/// An empty file that is to replace the one at a path.
+/// An empty file that will replace the one at a path.
 pub(crate) fn unsaved(path: &Path) -> Result<Unsaved, ImageError> {
     Ok(Unsaved::new(path)?)
 }
 
-/// A file of these bytes that is to replace the one at a path.
+/// A file with these bytes that will replace the one at a path.
 pub(crate) fn with(path: &Path, bytes: &[u8]) -> Result<Unsaved, ImageError> {
     Ok(Unsaved::new(path)?.with(bytes)?)
 }
 
-/// Replaces a file by one of these bytes, or leaves it untouched.
+/// Replaces a file by these bytes, or leaves it untouched.
 pub(crate) fn replace(path: &Path, bytes: &[u8]) -> Result<(), ImageError> {
     Ok(osl_files::replace(path, bytes)?)
 }

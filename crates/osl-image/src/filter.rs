@@ -1,6 +1,6 @@
 //! One sample of one level: interpolation weights, and the weighted sum of texels.
 //!
-//! It must not know which level or how many samples a lookup needs.
+//! This module must not know which level or how many samples a lookup needs.
 
 use half::f16;
 
@@ -8,24 +8,25 @@ use crate::texels::{Texel, Texels};
 use crate::texture::Level;
 use crate::wrap::Wrap;
 
-/// How texels are joined to a continuous image, once the level is chosen.
+/// How texels are interpolated, once the level is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Interp {
-    /// The nearest texel; halfway, the lower one.
+    /// The nearest texel; the lower one of two at equal distance.
     Closest,
-    /// Two texels an axis.
+    /// Linear: two texels per axis.
     Linear,
-    /// The cubic B-spline, four texels an axis: smooth, and blurs a little.
+    /// The cubic B-spline: four texels per axis, smooth and slightly blurred.
     Cubic,
-    /// [`Interp::Cubic`] in the finest level, where texels show, and in levels that are coarser than the footprint
-    /// without width and blur asks for by more than an octave; [`Interp::Linear`] in the others.
+    /// [`Interp::Cubic`] in the finest level, where single texels are visible, and in levels more than an
+    /// octave coarser than the footprint alone (without width and blur) would select; [`Interp::Linear`] in
+    /// the others.
     #[default]
     SmartCubic,
 }
 
 impl Interp {
-    /// The interpolation of this name. There are no other words for these: the reference takes `bilinear` for
-    /// an unknown name and stays with its default (measured).
+    /// The interpolation with this name. There are no synonyms: the reference treats `bilinear` as an unknown
+    /// name and keeps its default (measured).
     pub fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "closest" => Self::Closest,
@@ -37,12 +38,12 @@ impl Interp {
     }
 }
 
-/// Four channels, and how they change with s and t.
+/// Four channels and their derivatives with respect to s and t.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// The channels asked for, then zeros.
+    /// The requested channels, followed by zeros.
     pub value: [f32; 4],
-    /// The partial derivatives with respect to s, across the whole texture.
+    /// The partial derivatives with respect to s, over the whole texture.
     pub d_ds: [f32; 4],
     /// The partial derivatives with respect to t.
     pub d_dt: [f32; 4],
@@ -63,38 +64,39 @@ impl Sample {
     }
 }
 
-/// Which channels of which level a sample reads, and what lies outside.
+/// The channels and the level that a sample reads, and the values outside the image.
 #[derive(Clone, Copy)]
 pub(crate) struct Source<'a> {
     pub(crate) level: &'a Level,
-    /// Channels of the level, at least 1.
+    /// Number of channels in the level, at least 1.
     pub(crate) n_stored: usize,
     pub(crate) first: usize,
-    /// Channels that exist: at most 4, and `first + n_read <= n_stored`.
+    /// Number of existing channels: at most 4, and `first + n_read <= n_stored`.
     pub(crate) n_read: usize,
-    /// Channels that were asked for: at least `n_read`, at most 4.
+    /// Number of requested channels: at least `n_read`, at most 4.
     pub(crate) n_wanted: usize,
-    /// The value of those that do not exist.
+    /// The value of channels that do not exist.
     pub(crate) fill: f32,
     pub(crate) wrap_s: Wrap,
     pub(crate) wrap_t: Wrap,
 }
 
-/// In place of a texel that is black.
+/// Marks a texel that is black.
 const BLACK: usize = usize::MAX;
 
-/// The `K` texels of one axis that a sample touches: index, weight, and the weight's change per unit of s or t.
+/// The `K` texels of one axis that a sample touches: index, weight, and the weight's change per unit of s or
+/// t.
 struct Taps<const K: usize> {
     texel: [usize; K],
     weight: [f32; K],
     slope: [f32; K],
 }
 
-/// Where a coordinate lies between the texels of an axis.
+/// The position of a coordinate between the texels of an axis.
 struct Place {
-    /// The texel whose center is the last at or before it.
+    /// The last texel whose center is at or before it.
     below: i64,
-    /// How far it is from there to the next center, in 0..1.
+    /// The fraction of the distance from there to the next center, in 0..1.
     fraction: f32,
 }
 
@@ -104,9 +106,9 @@ impl Place {
         // Texel i is centered on (i + 0.5) / n.
         let x = s * n as f32 - 0.5;
         let floor = x.floor();
-        // Far out there is no fraction left, and beyond the largest float not even a difference.
+        // Far from the origin there is no fraction left, and beyond the largest float not even a difference.
         let fraction = if x.is_finite() { x - floor } else { 0.0 };
-        // This bound only keeps the sums below from overflowing.
+        // The bound only prevents overflow in the sums below.
         Self { below: floor.clamp(-9e15, 9e15) as i64, fraction }
     }
 }
@@ -114,16 +116,16 @@ impl Place {
 /// One axis of a level.
 #[derive(Clone, Copy)]
 struct Axis {
-    /// The texels that the width of the texture stands for.
+    /// The number of texels across the full width or height of the texture.
     full: usize,
-    /// Where in these the stored texels begin, and how many there are.
+    /// Where the stored texels begin, and how many there are.
     origin: i64,
     stored: usize,
     wrap: Wrap,
 }
 
 impl<const K: usize> Taps<K> {
-    /// Taps on the texels from `first` on. Wraps repeat what is stored.
+    /// Taps on the texels from `first` on. Wrapping repeats the stored texels.
     #[inline]
     fn new(first: i64, axis: Axis, weight: [f32; K], slope: [f32; K]) -> Self {
         let length = axis.stored as i64;
@@ -144,9 +146,9 @@ impl<const K: usize> Taps<K> {
         taps.filter(|(texel, ..)| *texel != BLACK)
     }
 
-    /// The share of the weights that falls on the image.
+    /// The share of the weights that is inside the image.
     fn covered(&self) -> f32 {
-        // Not `sum`, which is -0 where nothing is covered.
+        // Not `sum`, which returns -0 if nothing is covered.
         self.iter().fold(0.0, |sum, (_, weight, _)| sum + weight)
     }
 }
@@ -183,7 +185,7 @@ fn b_spline_slope(f: f32) -> [f32; 4] {
     [-0.5 * g * g, f * (1.5 * f - 2.0), g * (2.0 - 1.5 * g), 0.5 * f * f]
 }
 
-/// One interpolated sample at `(s, t)`, both finite; without `DERIVS` the partials stay zero. The level has
+/// One interpolated sample at `(s, t)`, both finite. Without `DERIVS` the partials stay zero. The level has
 /// pixels.
 pub(crate) fn sample<const DERIVS: bool>(source: &Source<'_>, s: f32, t: f32, interp: Interp) -> Sample {
     let Source { level, wrap_s, wrap_t, .. } = *source;
@@ -198,7 +200,7 @@ pub(crate) fn sample<const DERIVS: bool>(source: &Source<'_>, s: f32, t: f32, in
     }
 }
 
-/// The weighted sum of the texels under the taps, and what stands for the channels that do not exist.
+/// The weighted sum of the texels under the taps, and the fill value for missing channels.
 #[inline]
 fn joined<const K: usize, const DERIVS: bool>(
     source: &Source<'_>,
@@ -213,14 +215,14 @@ fn joined<const K: usize, const DERIVS: bool>(
         _ => summed::<K, 4, DERIVS>(source, columns, rows),
     };
     if source.n_read < source.n_wanted && source.fill != 0.0 {
-        // Black outside is black in the missing channels too.
+        // If the wrap is black, the outside is black in the missing channels too.
         let fill = source.fill * columns.covered() * rows.covered();
         sum.value[source.n_read..source.n_wanted].fill(fill);
     }
     sum
 }
 
-/// The weighted sum of the texels under the taps, over `N` channels, whatever type they are kept in.
+/// The weighted sum of the texels under the taps over `N` channels, for any stored type.
 #[inline]
 fn summed<const K: usize, const N: usize, const DERIVS: bool>(
     source: &Source<'_>,

@@ -1,9 +1,9 @@
-//! The area of texture that one point stands for: from screen derivatives to level, blend and probes.
+//! The texture area that one point covers: from screen derivatives to level, blend and probes.
 //!
 //! A point covers an ellipse whose axes are the singular values of the Jacobian of (s, t) (Heckbert,
-//! "Fundamentals of Texture Mapping and Image Warping", 1989). The shorter axis chooses the level; along the
-//! longer one several probes are taken (McCormack, Perry, Farkas and Jouppi, "Feline", 1999). Level choice,
-//! blur, weights and limits are the reference's, as measured. It must not know texels.
+//! "Fundamentals of Texture Mapping and Image Warping", 1989). The shorter axis selects the level; several
+//! probes are taken along the longer one (McCormack, Perry, Farkas and Jouppi, "Feline", 1999). Level choice,
+//! blur, weights and limits are the reference's, as measured. This module must not know texels.
 
 /// How (s, t) changes from this point to its neighbours on the screen, in texture widths per pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -21,23 +21,23 @@ pub struct Footprint {
 impl Footprint {
     /// The image size at which one texel covers one pixel, as whole numbers.
     pub(crate) fn natural_size(&self) -> (usize, usize) {
-        // The cast is 0 for what is no number.
+        // The cast gives 0 for NaN.
         let texels = |x: f32, y: f32| (1.0 / x.abs().max(y.abs()).max(SHORTEST as f32)) as usize;
         (texels(self.ds_dx, self.ds_dy), texels(self.dt_dx, self.dt_dy))
     }
 }
 
-/// The longest ellipse that is filtered as it is, longer axis over shorter. A longer one is cut and widened, so
-/// that the number of probes stays bounded.
+/// The largest ratio of the longer to the shorter axis that is filtered exactly. A longer ellipse is
+/// shortened and widened, so that the number of probes stays bounded.
 const MAX_ASPECT: f64 = 32.0;
 
-/// More probes than the longest ellipse takes.
+/// An upper bound on the number of probes.
 const MAX_PROBES: usize = 64;
 
-/// How fast the weights of probes fall off: the paper's alpha.
+/// How fast the weights of probes fall off: alpha in the paper.
 const FALLOFF: f64 = 2.0;
 
-/// A change of (s, t) that is shorter counts as this long.
+/// A shorter change of (s, t) counts as this long.
 const SHORTEST: f64 = 1e-8;
 
 /// The longest axis, in texture widths.
@@ -48,14 +48,14 @@ const LONGEST: f64 = 1000.0;
 pub(crate) struct Ellipse {
     major: f64,
     minor: f64,
-    /// Longer axis over shorter, as far as probes follow it.
+    /// Longer axis over shorter, as far as probes cover it.
     aspect: f64,
     /// The unit direction of the major axis.
     axis: (f64, f64),
 }
 
 impl Ellipse {
-    /// The ellipse of a footprint whose s and t parts are scaled by `width`, and which is then grown by `blur`.
+    /// The ellipse of a footprint whose s and t parts are scaled by `width`; it is then enlarged by `blur`.
     pub(crate) fn new(footprint: &Footprint, width: (f32, f32), blur: (f32, f32)) -> Self {
         let (width_s, width_t) = (f64::from(width.0), f64::from(width.1));
         let x = (f64::from(footprint.ds_dx) * width_s, f64::from(footprint.dt_dx) * width_t);
@@ -68,14 +68,14 @@ impl Ellipse {
         // The determinant keeps its digits where the difference of eigenvalues would lose them.
         let minor = if major > 0.0 { ((sx * ty - sy * tx) / major).abs().min(major) } else { 0.0 };
         let axis = if ss >= tt { (largest - tt, st) } else { (st, largest - ss) };
-        // Slopes that are no numbers see the whole texture.
+        // With NaN derivatives, the footprint is the whole texture.
         let (major, minor) =
             if major.is_finite() { (major.min(LONGEST), minor.min(LONGEST)) } else { (LONGEST, LONGEST) };
         let ellipse = Self { major, minor, aspect: 1.0, axis: unit(axis) };
         ellipse.blurred(f64::from(blur.0), f64::from(blur.1)).bounded()
     }
 
-    /// Grows both axes by the part of the blur that falls on them.
+    /// Enlarges each axis by the component of the blur along it.
     fn blurred(self, blur_s: f64, blur_t: f64) -> Self {
         let (along_s, along_t) = (self.axis.0.abs(), self.axis.1.abs());
         let major = self.major + blur_s * along_s + blur_t * along_t;
@@ -98,8 +98,8 @@ impl Ellipse {
         self.minor
     }
 
-    /// In an image of `texels` along its longer side, an ellipse narrower than half a texel takes no more probes than one
-    /// of that width would: closer ones see the same texels.
+    /// In an image with `texels` along its longer side, an ellipse narrower than half a texel takes no more
+    /// probes than one of that width, since closer probes would read the same texels.
     pub(crate) fn magnified(self, texels: usize) -> Self {
         let texels = texels as f64;
         if self.minor * texels < 0.5 {
@@ -118,8 +118,8 @@ impl Ellipse {
     }
 }
 
-/// Longer axis, shorter axis and their ratio. If that is too large, the longer axis is cut to the mean of its length and
-/// of what the shorter one allows, and the shorter one is widened to fit.
+/// Longer axis, shorter axis and their ratio. If the ratio is too large, the longer axis is cut to the mean
+/// of its length and the maximum for the shorter one, and the shorter one is widened to match.
 pub(crate) fn bounded(major: f64, minor: f64) -> (f64, f64, f64) {
     let aspect = major / minor;
     if aspect.is_nan() || aspect <= MAX_ASPECT {
@@ -129,7 +129,7 @@ pub(crate) fn bounded(major: f64, minor: f64) -> (f64, f64, f64) {
     (major, major / MAX_ASPECT, MAX_ASPECT)
 }
 
-/// Replaces changes of (s, t) that are next to nothing by the shortest one that counts, at a right angle to the other.
+/// Replaces negligible changes of (s, t) by the shortest one that counts, at a right angle to the other.
 fn never_degenerate(x: (f64, f64), y: (f64, f64)) -> ((f64, f64), (f64, f64)) {
     let squared = |v: (f64, f64)| v.0 * v.0 + v.1 * v.1;
     let tiny = |v| squared(v) < SHORTEST * SHORTEST;
@@ -158,7 +158,7 @@ pub(crate) struct Probes {
 }
 
 impl Probes {
-    /// Whether there is one probe only, in the center.
+    /// Whether there is only one probe, in the center.
     pub(crate) fn is_single(&self) -> bool {
         self.count == 1
     }
@@ -178,7 +178,7 @@ impl Probes {
         })
     }
 
-    /// Where probe `i` lies along the length, from -1/2 to 1/2.
+    /// The position of probe `i` along the length, from -1/2 to 1/2.
     fn place(&self, i: usize) -> f64 {
         (i as f64 + 0.5) / self.count as f64 - 0.5
     }
@@ -189,10 +189,10 @@ impl Probes {
     }
 }
 
-/// exp(-x) for x in 0..=2, by its Taylor series about 0 of -x/16, squared four times. Its error is below 1e-12,
-/// and unlike the system's `exp` it gives the same bits on every machine.
+/// exp(-x) for x in 0..=2, by its Taylor series about 0 of -x/16, squared four times. Its error is below
+/// 1e-12, and unlike the system's `exp` it gives the same bits on every machine.
 fn gaussian(x: f64) -> f64 {
-    /// 1/n for n from 9 down to 1: nine divisions in a row would take most of the time.
+    /// 1/n for n from 9 down to 1: nine divisions in sequence would take most of the time.
     const RECIPROCALS: [f64; 9] =
         [1.0 / 9.0, 1.0 / 8.0, 1.0 / 7.0, 1.0 / 6.0, 1.0 / 5.0, 1.0 / 4.0, 1.0 / 3.0, 1.0 / 2.0, 1.0];
     let y = -x / 16.0;
@@ -251,7 +251,7 @@ mod tests {
         assert_eq!((straight.major, straight.minor, straight.axis), (0.5, 0.125, (1.0, 0.0)));
         let upright = ellipse([0.125, 0.0, 0.0, 0.5]);
         assert_eq!((upright.major, upright.minor, upright.axis), (0.5, 0.125, (0.0, 1.0)));
-        // Turned by 45 degrees, twice as long as wide.
+        // Rotated by 45 degrees, twice as long as wide.
         let turned = ellipse([0.5, 0.5, -0.25, 0.25]);
         let root = 0.5_f64.sqrt();
         assert!((turned.major - root).abs() < 1e-12 && (turned.minor - 0.5 * root).abs() < 1e-12);

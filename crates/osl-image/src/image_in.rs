@@ -1,6 +1,7 @@
-//! Reading PNG, JPEG and Radiance HDR files, all of which hold one image of one to four channels.
+//! Reads PNG, JPEG and Radiance HDR files, which contain one image of one to four channels.
 //!
-//! Only the pixels of a file are read: color profiles, texts and previews are passed over. It must not know other formats.
+//! Only pixels are read; color profiles, texts and previews are skipped. This module must not know other
+//! formats.
 
 use std::path::Path;
 
@@ -15,10 +16,10 @@ use crate::jpeg_head::JpegHead;
 use crate::read::{Opened, Source, StoredType, channel_names};
 use crate::texels::Texels;
 
-/// What the decoder of PNG keeps beside rows.
+/// Memory of the PNG decoder besides rows.
 const PNG_BUFFERS: u64 = 1 << 20;
 
-/// Decodes a file of these formats; the error of any other names all that this crate reads.
+/// Decodes a file in one of these formats. The error for other files lists all formats that this crate reads.
 pub(crate) fn decode(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
     if file.head.starts_with(b"#?RADIANCE") || file.head.starts_with(b"#?RGBE") {
         decode_hdr(file, admission)
@@ -45,13 +46,13 @@ fn decode_png(
     let mut decoder = png::Decoder::new_with_limits(source, png::Limits { bytes: PNG_BUFFERS as usize });
     decoder.set_ignore_text_chunk(true);
     decoder.set_ignore_iccp_chunk(true);
-    // Samples of less than a byte become bytes, palettes colors.
+    // Samples of less than a byte become bytes; palette entries become colors.
     decoder.set_transformations(Transformations::EXPAND);
     let info = decoder.read_header_info().map_err(damaged)?;
     let size = (info.width, info.height);
     let kept = if info.bit_depth == BitDepth::Sixteen { StoredType::U16 } else { StoredType::U8 };
     let row = info.raw_row_length() as u64;
-    // The number of channels may grow by one: a color that stands for "transparent" comes later.
+    // The number of channels may increase by one: the chunk with the transparent color comes later.
     let most_channels =
         if info.color_type == png::ColorType::Indexed { 4 } else { info.color_type.samples() };
     let working = PNG_BUFFERS.saturating_add(row.saturating_mul(8));
@@ -85,7 +86,7 @@ fn decode_png(
 
 fn decode_jpeg(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
     let Opened { path, length, source, .. } = file;
-    // The decoder takes the whole file into memory.
+    // The decoder loads the whole file into memory.
     if length > admission.limits.images.texture_memory {
         let most = admission.limits.images.texture_memory;
         return Err(ImageError::memory(path, "a JPEG file", length, most, "texture_memory"));
@@ -107,7 +108,7 @@ fn decode_hdr(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, Im
     if !head.windows(2).any(|pair| pair == b"\n\n") {
         return Err(ImageError::format(path, "HDR file whose header does not end"));
     }
-    // The strict decoder knows the first of the two signatures only.
+    // The strict decoder accepts only the first of the two signatures.
     let decoder = HdrDecoder::new_nonstrict(source).map_err(|error| ImageError::format(path, error))?;
     let size = decoder.dimensions();
     let working = u64::from(size.0).saturating_mul(16);
@@ -115,7 +116,7 @@ fn decode_hdr(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, Im
     decoded(path, size, decoder)
 }
 
-/// The pixels of a decoder that has read the header, and whose image is admitted.
+/// The pixels from a decoder that has read the header and whose image was admitted.
 fn decoded(path: &Path, size: (u32, u32), decoder: impl ImageDecoder) -> Result<Decoded, ImageError> {
     if decoder.dimensions() != size {
         return Err(ImageError::format(path, "image with two headers of different sizes"));

@@ -1,6 +1,6 @@
-//! What the header of a JPEG file says of the memory that decoding takes (ITU-T T.81, annex B).
+//! The decoding memory of a JPEG file, computed from its header (ITU-T T.81, annex B).
 //!
-//! It must not know pixels.
+//! This module must not know pixels.
 
 /// The frame of a JPEG file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ impl JpegHead {
     pub(crate) fn of(bytes: &[u8]) -> Option<Self> {
         let mut rest = bytes.get(2..)?;
         loop {
-            // Any number of fill bytes may stand before a marker.
+            // Any number of fill bytes may precede a marker.
             let start = rest.iter().position(|byte| *byte == 0xff)?;
             rest = rest.get(start..)?;
             let (marker, after) = rest.split_first_chunk::<2>()?;
@@ -43,9 +43,10 @@ impl JpegHead {
         }
     }
 
-    /// The bytes that decoding takes beside the file and the pixels: some rows of blocks, or the coefficients of all.
+    /// The bytes needed for decoding besides the file and the pixels: some rows of blocks, or all
+    /// coefficients.
     pub(crate) fn decoder_bytes(&self) -> u64 {
-        // A block of up to four by four units of 8 pixels may lie across the border.
+        // A block of up to four by four units of 8 pixels may extend beyond the border.
         let padded = |n: u32| u64::from(n).saturating_add(32);
         let rows = if self.is_progressive { padded(self.height) } else { 64 };
         padded(self.width) * rows * (self.n_channels as u64).max(1) * 4

@@ -1,12 +1,12 @@
-//! The coarser levels of a texture whose file has none: each is half of the one before.
+//! Computes the coarser levels of a texture whose file has none: each has half the size of the previous one.
 //!
-//! It must not know files or lookups.
+//! This module must not know files or lookups.
 
 use crate::read::StoredType;
 use crate::texels::Texels;
 use crate::texture::Level;
 
-/// The texels of an axis of `n` in the next coarser level.
+/// The size of an axis in the next coarser level.
 pub(crate) fn half_size(n: usize) -> usize {
     (n / 2).max(1)
 }
@@ -24,9 +24,9 @@ pub(crate) fn made(finest: &Level, n_channels: usize, stored: StoredType) -> Vec
     }
 }
 
-/// The next coarser level: each texel is the bilinear sample of the finer level at the texel's center, with the
-/// border repeated, and is stored with the precision of the file. Of an odd size not all texels count. The rounding
-/// is visible: an 8-bit texture has 8-bit levels in the reference too (measured).
+/// The next coarser level. Each texel is the bilinear sample of the finer level at the texel's center, with
+/// the border repeated, and is stored with the precision of the file. For odd sizes not all texels
+/// contribute. The rounding is visible: 8-bit textures have 8-bit levels in the reference too (measured).
 fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
     let (width, height) = (half_size(level.full.0), half_size(level.full.1));
     let columns = pairs(level.full.0, width);
@@ -68,7 +68,7 @@ fn pairs(n: usize, n_half: usize) -> Vec<Pair> {
         .collect()
 }
 
-/// The sizes of the levels below the finest, coarser and coarser, down to a single texel.
+/// The sizes of the levels below the finest, down to a single texel.
 pub(crate) fn sizes_below(full: (usize, usize)) -> impl Iterator<Item = (usize, usize)> {
     std::iter::successors(Some(full), |(width, height)| {
         (*width > 1 || *height > 1).then(|| (half_size(*width), half_size(*height)))
@@ -76,8 +76,8 @@ pub(crate) fn sizes_below(full: (usize, usize)) -> impl Iterator<Item = (usize, 
     .skip(1)
 }
 
-/// The values of all levels below the finest. Of an image of which a file stores a corner, the levels may be far larger
-/// than what is stored.
+/// The number of values in all levels below the finest. If a file stores only a corner of an image, the
+/// levels may be far larger than the stored part.
 pub(crate) fn samples_below(full: (usize, usize), n_channels: usize) -> u64 {
     let samples = |(width, height): (usize, usize)| {
         (width as u64).saturating_mul(height as u64).saturating_mul(n_channels as u64)

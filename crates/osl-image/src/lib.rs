@@ -1,10 +1,12 @@
-//! Image files in and out, and texture lookup.
+//! Reads and writes image files, and looks up textures.
 //!
-//! This crate owns the picture side of rendering: EXR and PNG writing that never leaves a half-written file,
-//! bounded reading of EXR, PNG, JPEG, TIFF and HDR, the wrap modes and filters of a texture lookup, and the cache that
-//! threads share. It must not know shaders: names, planes of `f32` and coordinates are all it sees.
+//! A shader's `texture()` call arrives here with coordinates and their derivatives. The derivatives select a
+//! resolution level and a few samples, and the filtered texels go back to the shader. The crate also reads
+//! EXR, PNG, JPEG, TIFF and HDR files within memory bounds, keeps textures in a cache that threads share, and
+//! writes finished images without ever leaving a half-written file. It must not know shaders: it sees only
+//! names, planes of `f32` and coordinates.
 //!
-//! Pixel row 0 is the first scanline of a file, and `t = 0` in texture space. Nothing here converts colors on
+//! Pixel row 0 is the first scanline of a file, at `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.
 
 mod attributes;

@@ -1,20 +1,20 @@
-//! `texture()` for one point: footprint to levels and probes, probes to a value.
+//! `texture()` for one point: maps the footprint to levels and probes, and probes to a value.
 //!
-//! It must not know files, nor how a shader names its options.
+//! This module must not know files, nor how a shader names its options.
 
 use crate::filter::{Interp, Sample, Source, sample};
 use crate::footprint::{Ellipse, Footprint, LevelBlend};
 use crate::texture::{Level, Texture};
 use crate::wrap::Wrap;
 
-/// What a lookup does besides its coordinates. The default is what `texture(name, s, t)` does in OSL.
+/// The options of a lookup. The default is that of `texture(name, s, t)` in OSL.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LookupOptions {
-    /// What lies left and right of the image.
+    /// The wrap to the left and right of the image.
     pub wrap_s: Wrap,
-    /// What lies above and below the image.
+    /// The wrap above and below the image.
     pub wrap_t: Wrap,
-    /// How texels are joined.
+    /// How texels are interpolated.
     pub interp: Interp,
     /// The channel that becomes the first of the result.
     pub first_channel: usize,
@@ -22,7 +22,7 @@ pub struct LookupOptions {
     pub fill: f32,
     /// Factors for the footprint in s and t; 0 reads the finest level without any filtering.
     pub width: (f32, f32),
-    /// What the footprint is grown by in s and t, in texture widths.
+    /// The amount added to the footprint in s and t, in texture widths.
     pub blur: (f32, f32),
 }
 
@@ -42,12 +42,13 @@ impl Default for LookupOptions {
 
 /// Looks up one point, with derivatives.
 ///
-/// **Shape**: `n_channels` (up to 4) channels from `first_channel` on; to read alpha, ask for one channel more
-/// than the color has. The result's partials are with respect to s and t; the caller applies the chain rule.
+/// **Shape**: `n_channels` (up to 4) channels from `first_channel` on; to read alpha, request one channel
+/// more than the color has. The result's partials are with respect to s and t; the caller applies the chain
+/// rule.
 ///
 /// **Units**: (0, 0) is the corner of the first pixel of the first scanline, (1, 1) the opposite corner.
 ///
-/// Coordinates that are infinite or nan give zero everywhere.
+/// Infinite or NaN coordinates give zero everywhere.
 ///
 /// **Source**: OSL language specification, "Texture mapping"; level choice, blend and rounding as measured on
 /// the reference, see the tests.
@@ -62,7 +63,7 @@ pub fn lookup(
     Lookup::<true> { texture, n_channels, options }.filtered(s, t, footprint)
 }
 
-/// Looks up one point: the channels of [`lookup`], bit for bit, without the work for the partials.
+/// Looks up one point: the channels of [`lookup`], with the same bits, but without computing the partials.
 pub fn lookup_values(
     texture: &Texture,
     s: f32,
@@ -74,7 +75,7 @@ pub fn lookup_values(
     Lookup::<false> { texture, n_channels, options }.filtered(s, t, footprint).value
 }
 
-/// What is the same for all samples of a lookup.
+/// The data shared by all samples of a lookup.
 pub(crate) struct Lookup<'a, const DERIVS: bool> {
     pub(crate) texture: &'a Texture,
     pub(crate) n_channels: usize,
@@ -125,7 +126,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         black(s) || black(t)
     }
 
-    /// What lookups yield where all texels have this color.
+    /// The result of a lookup in a texture whose texels all have this color.
     fn alike(&self, color: &[f32; 4]) -> Sample {
         let n_stored = self.texture.channels().len();
         let channel = |i: usize| {
@@ -136,12 +137,12 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
         Sample { value, ..Sample::default() }
     }
 
-    /// What a probe by direction reads of one level; only the rows decide about the interpolation.
+    /// A level for a probe by direction; only the number of rows decides on the interpolation.
     pub(crate) fn directional(&self, index: usize, natural_rows: usize) -> LevelSource<'_> {
         self.level(index, (0, natural_rows))
     }
 
-    /// What a probe reads from one level. `natural` is the image size at which one texel covers one pixel.
+    /// A level for a probe. `natural` is the image size at which one texel covers one pixel.
     fn level(&self, index: usize, natural: (usize, usize)) -> LevelSource<'_> {
         let options = self.options;
         let n_stored = self.texture.channels().len();
@@ -159,7 +160,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
             wrap_s,
             wrap_t,
         };
-        // Texels show in the finest level, and in one that is read by wide or blurred lookups.
+        // Texels are visible in the finest level, and in coarser levels that wide or blurred lookups read.
         let magnified = index == 0 || level.width < natural.0 / 2 || level.height < natural.1 / 2;
         let interp = match options.interp {
             Interp::SmartCubic if magnified => Interp::Cubic,
@@ -170,7 +171,7 @@ impl<const DERIVS: bool> Lookup<'_, DERIVS> {
     }
 }
 
-/// One level as a probe reads it: the same for all probes of a lookup.
+/// One level with the settings shared by all probes of a lookup.
 pub(crate) struct LevelSource<'a> {
     pub(crate) source: Source<'a>,
     pub(crate) interp: Interp,
@@ -199,8 +200,8 @@ fn blended<const DERIVS: bool>(
     sum
 }
 
-/// Chooses levels, without making the coarser ones where the finest will do, and the ellipse to read them with. Of an
-/// oblong texture the shorter side counts.
+/// Chooses levels, without computing the coarser ones if the finest is enough, and the ellipse to read them
+/// with. The shorter side of an oblong texture counts.
 fn levels_for(texture: &Texture, ellipse: Ellipse) -> (LevelBlend, Ellipse) {
     let shorter_side = |level: &Level| level.full.0.min(level.full.1);
     let finest = texture.finest();

@@ -1,6 +1,7 @@
-//! Writing: one or three planes as a PNG file, with or without a plane of alpha behind them.
+//! Writes one or three planes as a PNG file, optionally with a plane of alpha after them.
 //!
-//! It must not know where the planes come from, nor whether they are light: the caller names the curve.
+//! This module must not know where the planes come from, nor whether they are light: the caller names the
+//! curve.
 
 use std::path::Path;
 
@@ -26,21 +27,21 @@ pub enum BitDepth {
 /// How [`write_png`] stores its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PngOptions {
-    /// The curve between the values and the stored integers. [`Transfer::for_channels`] is the usual choice: a
-    /// color through the sRGB curve; a single float as it is, since a mask is a ratio and 0.5 should read as
+    /// The curve between the values and the stored integers. [`Transfer::for_channels`] is the usual choice:
+    /// the sRGB curve for a color; no curve for a single float, since a mask is a ratio and 0.5 should be
     /// half of the range.
     pub transfer: Transfer,
-    /// The integers' width.
+    /// The size of the integers.
     pub depth: BitDepth,
 }
 
-/// Writes one plane as grey or three as RGB, clamped to 0..=1, halves rounded up, nan as 0. A second or fourth plane is
-/// alpha, stored as it is.
+/// Writes one plane as grey or three as RGB, clamped to 0..=1, halves rounded up, NaN as 0. A second or
+/// fourth plane is alpha, stored without the curve.
 ///
 /// **Shape**: each plane has `width * height` values, row 0 first.
 ///
-/// **Errors**: no planes or more than 4, sizes that do not fit, and what the disk refuses. The file
-/// at `path` is then as it was before.
+/// **Errors**: there are no planes or more than 4, sizes do not match, or the system refuses. The file at
+/// `path` is then unchanged.
 pub fn write_png(
     path: &Path,
     width: usize,
@@ -51,9 +52,9 @@ pub fn write_png(
     file::replace(path, &png_bytes(path, width, height, planes, options)?)
 }
 
-/// The bytes of the file that [`write_png`] writes. `path` serves the error text alone.
+/// The bytes of the file that [`write_png`] writes. `path` is used only in error messages.
 ///
-/// **Errors**: those of [`write_png`], except for the disk's.
+/// **Errors**: those of [`write_png`], except system errors.
 pub fn png_bytes(
     path: &Path,
     width: usize,
@@ -80,15 +81,15 @@ pub fn png_bytes(
     };
     let stored = quantized(planes, width * height, options);
     let mut bytes = Vec::new();
-    // `check_size` made sure that both fit. The fast compression takes a third of the
-    // time and a third more bytes.
+    // `check_size` made sure that both fit. The fast compression takes a third of the time and a third more
+    // bytes.
     let encoder = PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Adaptive);
     let encoded = encoder.write_image(&stored, width as u32, height as u32, color_type);
     encoded.map_err(|error| ImageError::format(path, format!("cannot encode PNG: {error}")))?;
     Ok(bytes)
 }
 
-/// The samples pixel by pixel, in the byte order of this machine, as the encoder wants them.
+/// The samples pixel by pixel, in the byte order of this machine, as the encoder expects.
 fn quantized(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
     let bytes = if options.depth == BitDepth::Eight { 1 } else { 2 };
     let mut stored = vec![0; n_pixels * planes.len() * bytes];

@@ -1,8 +1,8 @@
-//! Reading: EXR, PNG, JPEG, TIFF and Radiance HDR to interleaved `f32`.
+//! Reads EXR, PNG, JPEG, TIFF and Radiance HDR files as interleaved `f32`.
 //!
-//! Which format a file has is told by its first bytes, not its name. Sizes are checked against a limit before
-//! memory is taken for them, and damage becomes an error value. No color conversion happens: an 8-bit value is
-//! its byte over 255. It must not know how textures are looked up, nor what the formats look like inside.
+//! The first bytes of a file, not its name, determine the format. Sizes are checked against a limit before
+//! memory is allocated, and damage becomes an error value. No color conversion happens: an 8-bit value is its
+//! byte over 255. This module must not know how textures are looked up, nor the internals of the formats.
 
 use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,8 +20,7 @@ use crate::{exr_in, image_in, tiff_in};
 /// Which image of a file that holds several: a part of an EXR, a page of a TIFF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum SubImage<'a> {
-    /// By place, from 0. EXR parts of deep data and the reduced copies that a TIFF may hold of a page are not
-    /// counted.
+    /// By index, from 0. EXR parts of deep data and a TIFF page's reduced copies are not counted.
     Index(usize),
     /// By the name of the part or page. The empty name is the first.
     Name(&'a str),
@@ -34,7 +33,7 @@ impl Default for SubImage<'_> {
 }
 
 impl SubImage<'_> {
-    /// The place of this image among those of these names.
+    /// The index of this image among images with these names.
     pub(crate) fn among<'n>(self, mut names: impl Iterator<Item = Option<&'n str>>) -> Option<usize> {
         match self {
             Self::Index(index) => names.nth(index).map(|_| index),
@@ -85,35 +84,35 @@ pub struct ImageData {
     pub channels: Vec<String>,
     /// How the file stored the first channel.
     pub stored: StoredType,
-    /// The wraps of s and t that the file asks for when it is used as a texture; [`Wrap::File`] if it does not
-    /// say. Only EXR and TIFF files can.
+    /// The wraps of s and t that the file specifies for use as a texture; [`Wrap::File`] if it does not. Only
+    /// EXR and TIFF files can.
     pub wraps: (Wrap, Wrap),
     /// How many images the file holds; this is one of them.
     pub n_parts: usize,
-    /// What else the file says.
+    /// Further metadata.
     pub header: Header,
     /// `width * height * channels.len()` values, pixel by pixel, row 0 (the first scanline) first.
     pub samples: Vec<f32>,
 }
 
-/// What a file says of an image beside its pixels.
+/// The metadata of an image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Header {
     /// The column and row of the first stored pixel.
     pub data_origin: (i32, i32),
-    /// The whole image, of which a file may store a part: first column, first row, last column, last row. Without, what
-    /// is stored is all.
+    /// The whole image, if a file stores only a part of it: first column, first row, last column, last row.
+    /// `None` if the stored pixels are the whole image.
     pub display_window: Option<[i32; 4]>,
-    /// Columns and rows of the tiles in which the file stores its pixels; none if it stores rows.
+    /// Columns and rows of the tiles in which the file stores its pixels; `None` if it stores rows.
     pub tile: Option<(usize, usize)>,
     /// The coarser levels of the file, from the larger to the smaller: width, height, samples.
     pub coarser: Vec<(usize, usize, Vec<f32>)>,
-    /// Values by name.
+    /// Attributes by name.
     pub attributes: Attributes,
 }
 
 impl Header {
-    /// Width and height of the whole image, if the file says.
+    /// Width and height of the whole image, if the file specifies them.
     pub(crate) fn whole_size(&self) -> Option<(usize, usize)> {
         let [x0, y0, x1, y1] = self.display_window?;
         let texels = |first: i32, last: i32| usize::try_from(i64::from(last) - i64::from(first) + 1);
@@ -132,32 +131,33 @@ impl ImageData {
     }
 }
 
-/// The bytes of a file, wherever they are.
+/// The bytes of a file, from any source.
 pub(crate) trait Source: BufRead + Seek {}
 impl<T: BufRead + Seek> Source for T {}
 
-/// What is known of a file before a decoder reads it. Its path serves the error text alone.
+/// What is known of a file before decoding. The path is used only in error messages.
 pub(crate) struct Opened<'a> {
     pub(crate) path: &'a Path,
-    /// Its first bytes, as many as a header may have.
+    /// The first bytes of the file, as many as a header may have.
     pub(crate) head: Vec<u8>,
-    /// The bytes that it has.
+    /// Its length in bytes.
     pub(crate) length: u64,
     pub(crate) source: &'a mut dyn Source,
 }
 
 /// Reads the first image of an EXR, PNG, JPEG, TIFF or Radiance HDR file, within the usual limits.
 ///
-/// Of an EXR the first part of plain pixels is taken, at its full resolution.
+/// For EXR this is the first flat part, at its full resolution.
 ///
-/// **Errors**: what the disk refuses, formats that are not among these, damaged files, too large images.
+/// **Errors**: the system refuses, the format is none of these, the file is damaged, or the image is too
+/// large.
 pub fn read_image(path: &Path) -> Result<ImageData, ImageError> {
     let limits = Limits::default();
     let file = file::open_named(path, &limits)?;
     read_part(file, SubImage::default(), &Admission::by_limits(&limits)).map(Decoded::into_image)
 }
 
-/// Reads one image of an opened file. **Errors**: as for [`read_image`], and a file without that image.
+/// Reads one image of an opened file. **Errors**: as for [`read_image`]; also if the file has no such image.
 pub(crate) fn read_part(
     mut file: file::File,
     part: SubImage<'_>,
@@ -166,9 +166,9 @@ pub(crate) fn read_part(
     decode(&file.path, &mut file.source, file.length, part, admission)
 }
 
-/// Decodes one image of the bytes of a file. `path` serves the error text alone.
+/// Decodes one image from the bytes of a file. `path` is used only in error messages.
 ///
-/// **Errors**: as for [`read_image`], and a file without that image.
+/// **Errors**: as for [`read_image`]; also if the file has no such image.
 pub fn decode_part(
     path: &Path,
     bytes: &[u8],
@@ -205,12 +205,12 @@ pub(crate) fn decode(
             Err(part.absent(path, 1))
         }
     }));
-    // A texture must not be able to end the process, whatever the decoders of others do. Nothing outside the closure is
-    // half-changed then.
+    // A texture must not be able to end the process, even if a foreign decoder panics. Nothing outside the
+    // closure is then half-changed.
     decoded.unwrap_or_else(|_| Err(ImageError::format(path, "the decoder failed on a damaged file")))
 }
 
-/// The names of the channels of an image that has no names for them: grey up to two, colors from three on.
+/// Default channel names for an image without any: grey for up to two channels, colors for three or more.
 pub(crate) fn channel_names(n_channels: usize) -> Vec<String> {
     let known: &[&str] = if n_channels < 3 { &["Y", "A"] } else { &["R", "G", "B", "A"] };
     let name = |i: usize| known.get(i).map_or_else(|| format!("channel{i}"), |name| (*name).to_owned());

@@ -1,16 +1,16 @@
-//! Where texture files are looked for.
+//! Where texture files are searched for.
 //!
-//! A shader names the files that it reads, and a shader may come from anywhere. So unless the user says otherwise, only
-//! what lies below the working directory or a search path is opened. It must not know image formats, nor how a name is
-//! held to the folders: that is the business of `osl-files`.
+//! A shader names the files that it reads, and a shader may come from anywhere. So unless the user says
+//! otherwise, only files below the working directory or a search path are opened. This module must not know
+//! image formats; `osl-files` keeps names inside the folders.
 
 use osl_files::{FileError, Opened, Roots};
 use std::path::{Path, PathBuf};
 
-/// The places to look in.
+/// The folders to search.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
-    /// Looked in after the working directory, in order.
+    /// Searched after the working directory, in order.
     folders: Vec<PathBuf>,
     roots: Roots,
 }
@@ -23,7 +23,7 @@ impl Search {
         Search { folders, roots }
     }
 
-    /// The same; whether files elsewhere may be opened too.
+    /// Sets whether files elsewhere may be opened too.
     pub(crate) fn or_anywhere(self, anywhere: bool) -> Search {
         Search { roots: self.roots.or_anywhere(anywhere), ..self }
     }
@@ -33,7 +33,7 @@ impl Search {
         &self.folders
     }
 
-    /// Opens the first file of this name.
+    /// Opens the first file with this name.
     pub(crate) fn open(&self, name: &str) -> Result<Opened, FileError> {
         let name = Path::new(name);
         let beside = self.folders.iter().map(|folder| folder.join(name));

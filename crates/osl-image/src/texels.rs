@@ -1,12 +1,12 @@
-//! The values of an image in the type that its file stores them in: a byte stays a byte in memory.
+//! The values of an image in the type that its file stores: a byte stays a byte in memory.
 //!
-//! It must not know formats, levels or lookups.
+//! This module must not know formats, levels or lookups.
 
 use half::f16;
 
 use crate::read::StoredType;
 
-/// Values of one image, pixel by pixel. Types that files seldom have are kept as floats.
+/// Values of one image, pixel by pixel. Rare types are kept as floats.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Texels {
     /// Fractions of 255.
@@ -15,18 +15,18 @@ pub(crate) enum Texels {
     U16(Vec<u16>),
     /// 16-bit floats.
     Half(Vec<f16>),
-    /// What all other types are converted to.
+    /// All other types, converted to floats.
     Float(Vec<f32>),
 }
 
 /// A stored value.
 pub(crate) trait Texel: Copy {
-    /// What lookups see.
+    /// The value that lookups use.
     fn float(self) -> f32;
 }
 
-/// Fractions as the reference computes them (measured): times a rounded 1/255, which differs from a division
-/// in the last bit of some bytes and still gives exactly 1 for 255.
+/// Fractions as the reference computes them (measured): the byte times a rounded 1/255. This differs from a
+/// division in the last bit of some bytes and still gives exactly 1 for 255.
 impl Texel for u8 {
     #[inline]
     fn float(self) -> f32 {
@@ -34,7 +34,7 @@ impl Texel for u8 {
     }
 }
 
-/// Fractions of 65535, computed as those of bytes.
+/// Fractions of 65535, computed like those of bytes.
 impl Texel for u16 {
     #[inline]
     fn float(self) -> f32 {
@@ -66,7 +66,7 @@ pub(crate) fn bytes_of(stored: StoredType) -> u64 {
 }
 
 impl Texels {
-    /// No values, with room for some.
+    /// An empty list with room for some values.
     pub(crate) fn with_capacity(like: &Texels, capacity: usize) -> Self {
         match like {
             Self::U8(_) => Self::U8(Vec::with_capacity(capacity)),
@@ -95,7 +95,7 @@ impl Texels {
         self.len() as u64 * each
     }
 
-    /// One value; 0 where there is none.
+    /// One value; 0 if it does not exist.
     pub(crate) fn get(&self, at: usize) -> f32 {
         match self {
             Self::U8(list) => list.get(at).map_or(0.0, |v| v.float()),
@@ -115,8 +115,8 @@ impl Texels {
         }
     }
 
-    /// One value in the unit in which means are rounded: integers as integers, so that ties are exact. `stored` is the
-    /// type of the file, which counts where values are kept as floats.
+    /// One value in the unit in which means are rounded: integers as integers, so that ties are exact.
+    /// `stored` is the type of the file, which matters if values are kept as floats.
     pub(crate) fn in_stored_units(&self, at: usize, stored: StoredType) -> f64 {
         let of_float = |sample: f32| match stored {
             StoredType::U8 => (f64::from(sample) * 255.0).round(),
@@ -133,10 +133,10 @@ impl Texels {
         }
     }
 
-    /// Adds a mean in that unit, rounded to the type of the file.
+    /// Appends a mean in that unit, rounded to the type of the file.
     pub(crate) fn push_rounded(&mut self, mean: f64, stored: StoredType) {
         match self {
-            // The casts saturate; a mean of values lies between them.
+            // The casts saturate; a mean lies between its values.
             Self::U8(list) => list.push((mean + 0.5).floor() as u8),
             Self::U16(list) => list.push((mean + 0.5).floor() as u16),
             Self::Half(list) => list.push(f16::from_f64(mean)),
@@ -147,7 +147,7 @@ impl Texels {
                 StoredType::Half => f16::from_f64(mean).to_f32(),
                 StoredType::I8 => mean.round() as f32 * (1.0 / 127.0),
                 StoredType::I16 => mean.round() as f32 * (1.0 / 32767.0),
-                // A float holds fewer digits than these integers have.
+                // A float has fewer digits than these integers.
                 StoredType::I32 | StoredType::Float => mean as f32,
             }),
         }
@@ -158,7 +158,7 @@ impl Texels {
 mod tests {
     use super::*;
 
-    /// Values are kept in the type of the file, and nobody sees that.
+    /// Values are kept in the type of the file, which has no effect on results.
     #[test]
     fn values_and_means_do_not_depend_on_where_they_are_kept() {
         let bytes: Vec<u8> = (0..=255).collect();

@@ -1,7 +1,7 @@
-//! A texture in memory: the image, its coarser levels and what the file says of it.
+//! A texture in memory: the image, its coarser levels and its metadata.
 //!
-//! The levels are those of the file. If it has none they are made when a filtered lookup first asks for one, so that
-//! unfiltered lookups never pay for them. It must not know coordinates or filters.
+//! The levels come from the file. If it has none, they are computed when a filtered lookup first needs one,
+//! so that unfiltered lookups never pay for them. This module must not know coordinates or filters.
 
 use std::sync::OnceLock;
 
@@ -13,15 +13,15 @@ use crate::texels::Texels;
 use crate::wrap::Wrap;
 use osl_limits::Limits;
 
-/// An image ready for lookups, with its mip-maps. Shared between threads as it is.
+/// An image with its mip-maps, ready for lookups from any thread.
 #[derive(Debug)]
 pub struct Texture {
     finest: Level,
-    /// The levels of the file, or those that were made.
+    /// The levels of the file, or computed ones.
     coarser: OnceLock<Vec<Level>>,
-    /// Whether levels are made where the file has none.
+    /// Whether levels are computed if the file has none.
     has_levels: bool,
-    /// The color of all texels, if the file says that they are alike.
+    /// The color of all texels, if the file says that they are equal.
     constant: Option<[f32; 4]>,
     channels: Vec<String>,
     stored: StoredType,
@@ -37,28 +37,28 @@ pub struct Texture {
 pub(crate) struct Level {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    /// The texels that the texture's width and height stand for. Stored are `width * height` of them, from `origin` on;
-    /// all, except where a file stores a part of the image.
+    /// The number of texels across the texture's full width and height. `width * height` of them are stored,
+    /// from `origin` on; all of them, unless the file stores only a part of the image.
     pub(crate) full: (usize, usize),
     pub(crate) origin: (i64, i64),
     pub(crate) n_channels: usize,
-    /// Whether the file stores the level in one piece.
+    /// Whether the file stores the level as one tile.
     pub(crate) one_tile: bool,
-    /// The means of the first and the last row, a value for each channel.
+    /// The means of the first and the last row, one value per channel.
     poles: OnceLock<[Vec<f32>; 2]>,
     /// `width * height * n_channels` values, pixel by pixel, row 0 first.
     pub(crate) texels: Texels,
 }
 
 impl Level {
-    /// A level that stores all of its texels; none if the samples do not fit the size.
+    /// A level that stores all of its texels; `None` if the number of samples does not match the size.
     fn whole(width: usize, height: usize, n_channels: usize, texels: Texels) -> Option<Self> {
         let expected = width.checked_mul(height).and_then(|n| n.checked_mul(n_channels));
         let fits = expected == Some(texels.len()) && texels.len() > 0;
         fits.then(|| Self::new(width, height, n_channels, texels))
     }
 
-    /// A level of samples that fit its size.
+    /// A level whose samples match its size.
     pub(crate) fn new(width: usize, height: usize, n_channels: usize, texels: Texels) -> Self {
         let poles = OnceLock::new();
         Self {
@@ -88,7 +88,7 @@ impl Level {
         (0..self.n_channels).map(|c| (channel(c) / self.width.max(1) as f64) as f32).collect()
     }
 
-    /// Where the channels of the texel at a place in the full image begin; none where the file stores nothing.
+    /// The index of the first channel of a texel of the full image; `None` where the file stores nothing.
     pub(crate) fn texel(&self, x: usize, y: usize) -> Option<usize> {
         let place = |at: usize, origin: i64, n: usize| {
             usize::try_from(i64::try_from(at).ok()?.checked_sub(origin)?).ok().filter(|at| *at < n)
@@ -103,13 +103,13 @@ impl Level {
 }
 
 impl Texture {
-    /// Takes over the pixels of an image. An image whose sample count does not fit its sizes becomes one
-    /// without pixels, which is black everywhere.
+    /// Makes a texture of an image. An image whose sample count does not match its size becomes one without
+    /// pixels, which is black everywhere.
     pub fn new(image: ImageData) -> Self {
         Self::of(Decoded::from(image), &Limits::default())
     }
 
-    /// Takes over what was read from a file.
+    /// Makes a texture of a decoded file.
     pub(crate) fn of(image: Decoded, limits: &Limits) -> Self {
         let has_levels = image.makes_levels(limits);
         let Decoded { width, height, channels, stored, wraps, n_parts, header, texels, coarser } = image;
@@ -133,7 +133,7 @@ impl Texture {
         finest.one_tile = one_tile(&finest);
         let mut stored_levels = Vec::new();
         if finest.is_whole() {
-            // Damage in one level does not spoil those before it.
+            // Damage in one level does not affect the finer ones.
             let levels = coarser
                 .into_iter()
                 .map_while(|(width, height, texels)| Level::whole(width, height, n_channels, texels));
@@ -177,7 +177,7 @@ impl Texture {
         self.finest.height
     }
 
-    /// The names of the channels, in the order that lookups count them.
+    /// The names of the channels, in the order used by lookups.
     pub fn channels(&self) -> &[String] {
         &self.channels
     }
@@ -187,7 +187,7 @@ impl Texture {
         self.stored
     }
 
-    /// The wraps of s and t that the file asks for; [`Wrap::File`] if it does not say.
+    /// The wraps of s and t that the file specifies; [`Wrap::File`] if it does not.
     pub fn wraps(&self) -> (Wrap, Wrap) {
         self.wraps
     }
@@ -197,7 +197,7 @@ impl Texture {
         self.n_parts
     }
 
-    /// How many resolutions lookups choose from.
+    /// The number of resolutions that lookups choose from.
     pub fn n_levels(&self) -> usize {
         match self.coarser.get() {
             Some(levels) => levels.len() + 1,
@@ -216,23 +216,23 @@ impl Texture {
         self.display_window
     }
 
-    /// What else the file says.
+    /// Further metadata.
     pub fn attributes(&self) -> &Attributes {
         &self.attributes
     }
 
-    /// Whether the file says that it is an image of all directions.
+    /// Whether the file says that it is an environment map.
     pub fn is_environment(&self) -> bool {
         self.attributes.text("textureformat").is_some_and(|format| format.ends_with("Environment"))
     }
 
-    /// The place of the alpha channel.
+    /// The index of the alpha channel.
     pub fn alpha(&self) -> Option<usize> {
         self.channels.iter().position(|name| name == "A")
     }
 
-    /// The mean color, a value for each channel: what the file says that it is, or the coarsest level. 0 of a file that
-    /// stores a part of the image, as in the reference.
+    /// The mean color, one value per channel: as stated in the file, or from the coarsest level. It is 0 if
+    /// the file stores only a part of the image, as in the reference.
     pub fn average(&self) -> Option<Vec<f32>> {
         if let Some(color) = self.attributes.numbers("oiio:AverageColor") {
             return Some(color);
@@ -245,7 +245,7 @@ impl Texture {
         (coarsest.full == (1, 1)).then(|| channels.map(|at| coarsest.texels.get(at)).collect())
     }
 
-    /// The color of all texels, a value for each channel, if the file says that they are alike.
+    /// The color of all texels, one value per channel, if the file says that they are equal.
     pub fn constant(&self) -> Option<Vec<f32>> {
         self.attributes.numbers("oiio:ConstantColor")
     }
@@ -255,7 +255,7 @@ impl Texture {
         self.constant.as_ref()
     }
 
-    /// The bytes of all samples, of all levels whether made or not.
+    /// The bytes of the samples of all levels, whether they exist yet or not.
     pub(crate) fn bytes(&self) -> u64 {
         let below = match self.coarser.get() {
             Some(levels) => levels.iter().map(|level| level.texels.bytes()).sum(),
@@ -272,7 +272,8 @@ impl Texture {
         &self.finest
     }
 
-    /// The levels below the finest: those of the file, or each half as large as the one before, down to a single pixel.
+    /// The levels below the finest: those of the file, or each half as large as the one before, down to a
+    /// single pixel.
     pub(crate) fn coarser(&self) -> &[Level] {
         self.coarser.get_or_init(|| match self.has_levels {
             true => made(&self.finest, self.channels.len(), self.stored),
@@ -336,7 +337,7 @@ mod tests {
     fn a_claim_of_any_size_takes_no_memory() {
         let texture = part([-i32::MAX, -i32::MAX, i32::MAX, i32::MAX]);
         assert_eq!((texture.n_levels(), texture.bytes(), texture.coarser().len()), (1, 8, 0));
-        // A window without pixels is none.
+        // A window without pixels counts as no window.
         let texture = part([5, 5, 4, 4]);
         assert_eq!(texture.finest().full, (2, 1));
     }

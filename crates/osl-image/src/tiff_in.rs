@@ -1,7 +1,7 @@
-//! Reading one page of a TIFF file: integers of up to 16 bits and floats, in strips or tiles, chunky or planar.
+//! Reads one page of a TIFF file: integers of up to 16 bits and floats, in strips or tiles, chunky or planar.
 //!
-//! The pages of a file that a texture tool wrote are the levels of one image. In other files, pages that are marked as
-//! reduced copies of another are passed over. It must not know other formats.
+//! In files written by a texture tool, the pages are the levels of one image. In other files, pages marked as
+//! reduced copies of another page are skipped. This module must not know other formats.
 
 use std::path::Path;
 
@@ -58,7 +58,7 @@ pub(crate) fn decode(
     })
 }
 
-/// The pixels of the page that the decoder is at.
+/// The pixels of the decoder's current page.
 fn pixels(
     path: &Path,
     decoder: &mut Decoder<'_>,
@@ -70,8 +70,8 @@ fn pixels(
     layout.texels(path, result)
 }
 
-/// The pages that are coarser and coarser levels of a texture. The first that is damaged, or not smaller than the one
-/// before, ends them.
+/// The pages that form the coarser levels of a texture. They end at the first page that is damaged or not
+/// smaller than the previous one.
 fn coarser(
     (path, length): (&Path, u64),
     decoder: &mut Decoder<'_>,
@@ -83,8 +83,8 @@ fn coarser(
     for page in pages {
         let Ok(()) = decoder.seek_to_image(page.index) else { break };
         let Ok(layout) = Layout::of(path, decoder, length) else { break };
-        // Half as wide and half as high, except for rounding, and of the same type, so that all levels together take a third
-        // of the first, which is what was admitted.
+        // Half as wide and half as high, except for rounding, and of the same type, so that all levels
+        // together take a third of the first, which is what was admitted.
         let fits = layout.width <= last.0.div_ceil(2) && layout.height <= last.1.div_ceil(2);
         let alike = layout.n_channels == finest.n_channels && layout.kept == finest.kept;
         if !fits || !alike || (layout.width, layout.height) == last {
@@ -97,7 +97,7 @@ fn coarser(
     levels
 }
 
-/// Limits in bytes that let through what is admitted: a claim is made for each page before its pixels are read.
+/// Byte limits that permit the admitted amount: each page is admitted before its pixels are read.
 fn limits(admission: &Admission<'_>) -> Limits {
     let images = &admission.limits.images;
     let bytes = images.texture_memory.saturating_add(images.working_memory);
@@ -114,13 +114,13 @@ struct Page {
     name: Option<String>,
 }
 
-/// The pages of a file; reduced copies are passed over unless they are levels.
+/// The pages of a file; reduced copies are skipped unless they are levels.
 fn pages(decoder: &mut Decoder<'_>, levels: bool, most: u64) -> Result<Vec<Page>, tiff::TiffError> {
     let mut pages = Vec::new();
     let mut next = decoder.ifd_pointer();
     for index in 0..usize::try_from(most).unwrap_or(usize::MAX) {
         let Some(pointer) = next else { break };
-        // Damage further on does not spoil the pages before it.
+        // Later damage does not affect the pages before it.
         let directory = match decoder.read_directory(pointer) {
             Err(_) if index > 0 => break,
             directory => directory?,
@@ -145,14 +145,14 @@ struct Layout {
     bits: u8,
     /// Whether each channel has a plane of its own.
     planar: bool,
-    /// The type that samples are kept in.
+    /// The type in which samples are kept.
     kept: StoredType,
     /// Bytes of the decoder's buffers: that of the image, and that of a strip or tile.
     buffers: (u64, u64),
 }
 
 impl Layout {
-    /// The layout of the page that the decoder is at, if its kind is known and the file can hold it.
+    /// The layout of the decoder's current page, if its kind is supported and the file can hold it.
     fn of(path: &Path, decoder: &mut Decoder<'_>, length: u64) -> Result<Self, ImageError> {
         let damaged =
             |error: tiff::TiffError| ImageError::format(path, format!("not a readable TIFF: {error}"));
@@ -169,7 +169,7 @@ impl Layout {
         let (columns, rows) = decoder.chunk_dimensions();
         let samples = u64::from(width).saturating_mul(height.into()).saturating_mul(n_channels as u64);
         let of_chunk = u64::from(columns).saturating_mul(rows.into()).saturating_mul(n_channels as u64);
-        // The decoder multiplies these sizes itself.
+        // The decoder multiplies these sizes itself, so they must not overflow.
         if !known || samples > MOST || of_chunk > MOST {
             return Err(if known { too_large(path, samples.max(of_chunk)) } else { unknown() });
         }
@@ -195,7 +195,7 @@ impl Layout {
         })
     }
 
-    /// What the page will take.
+    /// The memory that the page needs.
     fn claim(&self, header: &Header, makes_levels: bool) -> Claim {
         let size = (self.width, self.height);
         let kept = (self.width as u64)
@@ -203,7 +203,7 @@ impl Layout {
             .saturating_mul(self.n_channels as u64)
             .saturating_mul(bytes_of(self.kept));
         let (image, chunk) = self.buffers;
-        // Samples of other types are converted, those of planes rearranged.
+        // Samples of other types are converted, and those of planes are rearranged.
         let is_copied = self.planar || self.bits < 8 || image != kept;
         let copies = if is_copied { image.max(kept) } else { 0 };
         let working = copies.saturating_add(chunk.saturating_mul(2));
@@ -237,7 +237,7 @@ impl Layout {
         Ok((stored, if self.planar { self.interleaved(texels) } else { texels }))
     }
 
-    /// Planes to pixels.
+    /// Converts planes to pixels.
     fn interleaved(&self, texels: Texels) -> Texels {
         let (n_pixels, n_channels) = (self.width * self.height, self.n_channels);
         fn of<T: Copy>(planes: &[T], n_pixels: usize, n_channels: usize) -> Vec<T> {
@@ -266,15 +266,15 @@ impl Layout {
     }
 }
 
-/// More samples than any image may have; below it, sizes in bytes do not overflow.
+/// No image may have more samples; below this, sizes in bytes do not overflow.
 const MOST: u64 = 1 << 40;
 
 fn too_large(path: &Path, samples: u64) -> ImageError {
     ImageError::TooLarge { path: path.to_owned(), samples, limit: MOST }
 }
 
-/// Refuses a page whose strips or tiles together are longer than the file: a damaged file may name the same bytes very
-/// often, and each time they would be read.
+/// Refuses a page whose strips or tiles together are longer than the file: a damaged file may refer to the
+/// same bytes very often, and they would be read each time.
 fn check_strips(path: &Path, decoder: &mut Decoder<'_>, length: u64) -> Result<(), ImageError> {
     for tag in [Tag::StripByteCounts, Tag::TileByteCounts] {
         let Ok(Some(counts)) = decoder.find_tag_unsigned_vec::<u64>(tag) else { continue };
@@ -285,7 +285,7 @@ fn check_strips(path: &Path, decoder: &mut Decoder<'_>, length: u64) -> Result<(
     Ok(())
 }
 
-/// Integers as fractions of the largest of their type.
+/// Integers as fractions of the largest value of their type.
 fn fractions<T: Into<f64>>(numbers: Vec<T>, largest: T) -> Texels {
     let largest: f64 = largest.into();
     Texels::Float(numbers.into_iter().map(|number| (number.into() / largest) as f32).collect())

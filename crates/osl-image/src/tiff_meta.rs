@@ -1,6 +1,6 @@
-//! What the tags of a TIFF page say, under the names that texture tools use.
+//! Reads the tags of a TIFF page, under the names that texture tools use.
 //!
-//! It must not know pixels.
+//! This module must not know pixels.
 
 use osl_limits::Images;
 use tiff::decoder::Decoder;
@@ -10,7 +10,7 @@ use tiff::tags::Tag;
 use crate::attributes::{Attribute, Attributes};
 use crate::read::{Header, Source};
 
-/// How the value of a tag is told.
+/// The form of a tag's value.
 #[derive(Clone, Copy)]
 enum Form {
     Text,
@@ -53,17 +53,18 @@ const Y_POSITION: Tag = Tag::Unknown(287);
 const RESOLUTION_UNIT: Tag = Tag::Unknown(296);
 const FULL_WIDTH: Tag = Tag::Unknown(33300);
 const FULL_HEIGHT: Tag = Tag::Unknown(33301);
-/// The tag in which texture tools say what the file is for. Where it is, all pages are one image, coarser and coarser.
+/// The tag in which texture tools state the purpose of a file. If it is present, all pages are levels of one
+/// image.
 const TEXTURE_FORMAT: Tag = Tag::Unknown(33302);
 
 type Tiff<'a> = Decoder<&'a mut dyn Source>;
 
-/// Whether the pages of a file are the levels of one texture. The decoder is at the first.
+/// Whether the pages of a file are the levels of one texture. The decoder must be at the first page.
 pub(crate) fn is_texture(decoder: &mut Tiff<'_>) -> bool {
     tag(decoder, TEXTURE_FORMAT).is_some()
 }
 
-/// What the page that the decoder is at says, but for its coarser levels.
+/// The metadata of the decoder's current page, without its coarser levels.
 pub(crate) fn header(decoder: &mut Tiff<'_>, (width, height): (usize, usize), limits: &Images) -> Header {
     let mut attributes = Attributes::within(limits);
     for (number, name, form) in TAGS {

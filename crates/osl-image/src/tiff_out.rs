@@ -1,7 +1,8 @@
-//! Writing TIFF: one uncompressed strip, any number of channels, each sample a byte, a short, a 32-bit int or a float.
+//! Writes TIFF: one uncompressed strip, any number of channels, each sample a byte, a short, a 32-bit int or
+//! a float.
 //!
-//! Layout: TIFF 6.0, sections 2 to 7 and "SampleFormat". It must not know what the channels mean; the first three are
-//! red, green, blue if there are that many.
+//! Layout: TIFF 6.0, sections 2 to 7 and "SampleFormat". This module must not know what the channels mean;
+//! the first three are red, green and blue if there are that many.
 
 use std::path::Path;
 
@@ -31,7 +32,7 @@ impl Stored {
         }
     }
 
-    /// The code of the field `SampleFormat`.
+    /// The code for the field `SampleFormat`.
     fn format(self) -> u16 {
         match self {
             Stored::Byte | Stored::Short => 1,
@@ -41,10 +42,10 @@ impl Stored {
     }
 }
 
-/// Channels that a file may have.
+/// Maximum number of channels.
 const MAX_CHANNELS: usize = 1 << 12;
 
-/// Writes samples, pixel by pixel in little-endian order, with `channels` for each.
+/// Writes samples in little-endian order, pixel by pixel, with `channels` samples each.
 pub(crate) fn write(
     path: &Path,
     (width, height): (usize, usize),
@@ -121,7 +122,7 @@ impl Directory {
         self.fields.push((code, Values::Long(value)));
     }
 
-    /// The directory at an offset of the file, and the values behind it that do not fit into it.
+    /// The directory for an offset in the file, followed by the values that do not fit into it.
     fn bytes(&self, at: u32) -> Option<Vec<u8>> {
         let mut bytes = (self.fields.len() as u16).to_le_bytes().to_vec();
         let mut behind: Vec<u8> = Vec::new();

@@ -1,12 +1,12 @@
-//! Transfer curves: linear values to what an integer image file stores.
+//! Transfer curves: from linear values to the integers in an image file.
 //!
-//! Only correctly rounded operations are used (no `powf`), so that the same values give the same bytes on every
-//! machine. It must not know file formats.
+//! Only correctly rounded operations are used (no `powf`), so that the same values give the same bytes on
+//! every machine. This module must not know file formats.
 
 /// How a linear value becomes a fraction of the largest stored integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
-    /// The piecewise curve of IEC 61966-2-1, for colors that are to be looked at.
+    /// The piecewise curve of IEC 61966-2-1, for colors that people look at.
     Srgb,
     /// The value itself, for masks, distances and other numbers that are not light.
     Linear,
@@ -19,14 +19,14 @@ impl Transfer {
     }
 
     /// The integer in `0..=max` that stores `linear`: clamped to 0..=1, through the curve, halves rounded up.
-    /// A nan is stored as 0.
+    /// NaN is stored as 0.
     pub fn quantize(self, linear: f32, max: u16) -> u16 {
         let clamped = f64::from(linear).clamp(0.0, 1.0);
         let encoded = match self {
             Self::Srgb => srgb_from_linear(clamped),
             Self::Linear => clamped,
         };
-        // The cast truncates, which is the floor here, and turns a nan into 0.
+        // The cast truncates, which is the floor here, and turns NaN into 0.
         (encoded * f64::from(max) + 0.5) as u16
     }
 }
@@ -42,8 +42,8 @@ fn srgb_from_linear(linear: f64) -> f64 {
     1.055 * (square * square * twelfth) - 0.055
 }
 
-/// The cube root of a value in 0.2..=1, to the last bits of an `f64`: Newton's method from a fixed start, which
-/// has converged after five steps in this interval.
+/// The cube root of a value in 0.2..=1, to the last bits of an `f64`: Newton's method from a fixed start,
+/// which converges in five steps on this interval.
 fn cube_root(value: f64) -> f64 {
     let mut root = 0.8;
     for _ in 0..6 {

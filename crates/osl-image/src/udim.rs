@@ -1,15 +1,16 @@
-//! Names that stand for a grid of files, one for each unit square of texture space.
+//! Names that stand for a grid of files, one per unit square of texture space.
 //!
-//! It must not know files.
+//! This module must not know files.
 
 use std::fmt::Write;
 
-/// The number of the first square where squares are numbered in rows of ten, and the last of four digits.
+/// The number of the first square when squares are numbered in rows of ten, and the last number with four
+/// digits.
 const FIRST: u32 = 1001;
 const LAST: u32 = 9999;
 const COLUMNS: u32 = 10;
 
-/// The words that stand for the number of a square in a name.
+/// The parts of a name that are replaced by the number of a square.
 const MARKS: [(&str, Numbering); 8] = [
     ("<UDIM>", Numbering::Udim),
     ("%(UDIM)d", Numbering::Udim),
@@ -41,10 +42,10 @@ pub(crate) struct Square {
 }
 
 impl Square {
-    /// The square of a point, and the point's coordinates in it. What lies left of or above the first squares,
-    /// and what is no number, belongs to those.
+    /// The square of a point, and the point's coordinates in it. Points left of or above the first squares,
+    /// and NaN, belong to those squares.
     pub(crate) fn of(s: f32, t: f32) -> (Self, f32, f32) {
-        // The cast is 0 for a nan, and the largest integer for what is larger.
+        // The cast gives 0 for NaN, and the largest integer for larger values.
         let (column, row) = (s.floor().max(0.0) as u32, t.floor().max(0.0) as u32);
         (Self { column, row }, s - column as f32, t - row as f32)
     }
@@ -55,7 +56,7 @@ impl Square {
         (self.column < COLUMNS && number <= LAST).then_some(number)
     }
 
-    /// The name of this square's file; none if there cannot be one.
+    /// The name of this square's file; `None` if there cannot be one.
     pub(crate) fn name(self, pattern: &str) -> Option<String> {
         let number = self.udim()?;
         let mut name = String::with_capacity(pattern.len());
@@ -64,7 +65,7 @@ impl Square {
             name.push_str(&rest[..start]);
             rest = &rest[start..];
             let Some((mark, numbering)) = mark_at(rest) else {
-                // Both signs are single bytes.
+                // Both marks are single bytes.
                 name.push_str(&rest[..1]);
                 rest = &rest[1..];
                 continue;

@@ -1,25 +1,25 @@
-//! What lies outside the unit square of a texture.
+//! The texture outside the unit square.
 //!
-//! It must not know texels, nor how they are joined.
+//! This module must not know texels, nor how they are interpolated.
 
-/// What lies outside the unit square, for one axis.
+/// The texture outside the unit square, for one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Wrap {
-    /// What the file asks for; zero if it does not say, and only EXR files can.
+    /// As the file specifies, which EXR and TIFF files can; zero if it does not.
     #[default]
     File,
     /// Zero.
     Black,
     /// The nearest texel of the border.
     Clamp,
-    /// The image again and again.
+    /// The image repeats.
     Periodic,
-    /// The image, every second time mirrored.
+    /// The image repeats, mirrored every second time.
     Mirror,
 }
 
 impl Wrap {
-    /// The wrap of this name, as shaders and files spell it; `default` is [`Wrap::File`].
+    /// The wrap with this name, as shaders and files spell it; `default` is [`Wrap::File`].
     pub fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "default" => Self::File,
@@ -31,20 +31,20 @@ impl Wrap {
         })
     }
 
-    /// The wraps of s and t from a file's text: two names with a comma between them, or one for both. A name
-    /// that is not known is black.
+    /// The wraps of s and t from a file's text: two names with a comma between them, or one for both. An
+    /// unknown name means black.
     pub(crate) fn pair_from_file(text: &str) -> (Self, Self) {
         let (s, t) = text.split_once(',').unwrap_or((text, text));
         let one = |name: &str| Self::from_name(name.trim()).unwrap_or_default();
         (one(s), one(t))
     }
 
-    /// This wrap, or that of the file.
+    /// This wrap, or the file's wrap for [`Wrap::File`].
     pub(crate) fn or_file(self, file: Self) -> Self {
         if self == Self::File { file } else { self }
     }
 
-    /// The texel that stands at `i`, in `0..n`; none where it is black. `n` is positive.
+    /// The texel for index `i`, in `0..n`; `None` if it is black. `n` is positive.
     pub(crate) fn texel(self, i: i64, n: i64) -> Option<usize> {
         let wrapped = match self {
             _ if (0..n).contains(&i) => i,

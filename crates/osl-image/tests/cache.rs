@@ -1,4 +1,4 @@
-//! The cache: one read and one report a file, from any thread.
+//! The cache: one read and one report per file, from any thread.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
@@ -69,12 +69,13 @@ fn directories_are_searched_in_order() {
     let cache = TextureCache::new(vec![first.path().to_owned(), second.path().to_owned()]);
     assert_eq!(cache.get("a.png").unwrap().average().unwrap()[0], 1.0);
     assert_eq!(cache.get("b.png").unwrap().average().unwrap()[0], 0.0);
-    // An absolute name is taken as it is, if it leads to one of the places that may be read.
+    // An absolute name is used unchanged if it is below one of the permitted folders.
     let absolute = second.path().join("a.png");
     assert_eq!(cache.get(absolute.to_str().unwrap()).unwrap().average().unwrap()[0], 0.0);
 }
 
-/// The bytes of a 16 x 16 texture of one channel of bytes: 256 + 64 + 16 + 4 + 1 texels, and what each texture takes.
+/// Bytes of a 16 x 16 texture with one channel of bytes: 256 + 64 + 16 + 4 + 1 texels, and the overhead of a
+/// texture.
 const BYTES: u64 = 341 + 1024;
 
 fn write_squares(dir: &Path, n: usize) {
@@ -119,7 +120,7 @@ fn textures_in_use_stay() {
     assert_eq!(cache.held_bytes(), 2 * BYTES);
 }
 
-/// A texture that can never be kept is refused, with a word about the limit.
+/// A texture that can never fit is refused, and the message names the limit.
 #[test]
 fn a_texture_larger_than_the_budget_is_refused() {
     let dir = tempfile::tempdir().unwrap();
@@ -136,7 +137,7 @@ fn a_texture_larger_than_the_budget_is_refused() {
     assert!(first.upgrade().is_none());
 }
 
-/// Copies of a cache are one cache.
+/// Clones of a cache are one cache.
 #[test]
 fn copies_share_their_textures() {
     let dir = tempfile::tempdir().unwrap();
@@ -145,7 +146,7 @@ fn copies_share_their_textures() {
     assert!(Arc::ptr_eq(&cache.get("0.png").unwrap(), &cache.clone().get("0.png").unwrap()));
 }
 
-/// Ever new names take no ever growing memory, and are answered as the first was.
+/// An endless stream of new names does not take endless memory, and each name is answered like the first.
 #[test]
 fn few_names_are_remembered() {
     let dir = tempfile::tempdir().unwrap();
@@ -162,7 +163,7 @@ fn few_names_are_remembered() {
     }
 }
 
-/// Many threads over more textures than fit see what one thread sees that keeps all.
+/// Many threads over more textures than fit get the results of one thread that keeps all of them.
 #[test]
 fn results_do_not_depend_on_what_is_dropped() {
     const N_TEXTURES: usize = 12;
@@ -186,7 +187,7 @@ fn results_do_not_depend_on_what_is_dropped() {
                     state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
                     let i = (state >> 33) as usize % N_TEXTURES;
                     assert_eq!(look(few, i), expected[i]);
-                    // What fits, and one texture in use by each thread.
+                    // The textures that fit, and one in use by each thread.
                     assert!(few.held_bytes() <= (4 + N_THREADS) * BYTES);
                 }
             });
@@ -237,7 +238,7 @@ fn other_images_of_a_file_have_their_own_failures() {
     assert!(cache.get("a.png").is_ok());
 }
 
-/// A folder that may be read, with a picture, beside a picture that may not.
+/// A readable folder with a picture, next to a picture that may not be read.
 fn walled() -> (tempfile::TempDir, TextureCache) {
     let dir = tempfile::tempdir().unwrap();
     fs::create_dir_all(dir.path().join("inside/deep")).unwrap();
@@ -283,7 +284,7 @@ fn links_are_followed_before_they_are_judged() {
     }
 }
 
-/// The reasons in the words of the reference's library, by the ending of the name.
+/// The reasons in the words of the reference's library, by file extension.
 #[test]
 fn failures_have_the_words_of_the_reference() {
     let cache = TextureCache::default();

@@ -1,4 +1,4 @@
-//! TIFF and HDR files, and files of several images: what was written is read back, and damage is refused.
+//! TIFF and HDR files, and files with several images: written files read back, and damage is refused.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::io::Cursor;
@@ -60,7 +60,7 @@ where
     tiff::<C>(&[Page { size, samples, kind: 0, texts: &[] }], compression)
 }
 
-/// A TIFF of one strip, made by hand: tags of 16-bit values, then the data.
+/// A TIFF with one strip, built by hand: tags of 16-bit values, then the data.
 fn bare_tiff(tags: &[(u16, u16)], data: &[u8]) -> Vec<u8> {
     let mut tags = tags.to_vec();
     let n_tags = tags.len() + 2;
@@ -77,7 +77,7 @@ fn bare_tiff(tags: &[(u16, u16)], data: &[u8]) -> Vec<u8> {
     file
 }
 
-/// Three planes of 2 x 1 bytes, each in a strip of its own: the tags point at lists behind them.
+/// Three planes of 2 x 1 bytes, each in a strip of its own; the tags point to lists after them.
 fn planar_tiff() -> Vec<u8> {
     const LISTS_AT: u32 = 8 + 2 + 10 * 12 + 4;
     let inline = |tag: u16, value: u32| (tag, 1, value);
@@ -198,7 +198,7 @@ impl Bits for Vec<f32> {
     }
 }
 
-/// 16-bit floats and single bits: what the encoder at hand does not write.
+/// 16-bit floats and single bits, which the test's encoder does not write.
 #[test]
 fn rare_kinds_of_tiff() {
     let size = [(256, 3), (257, 2), (259, 1), (278, 2)];
@@ -273,7 +273,7 @@ fn hdr_pixels_have_a_common_exponent() {
     assert!(decode(&endless).unwrap_err().to_string().ends_with("header does not end"));
 }
 
-/// Headers that promise far more than the file holds are refused before memory is taken.
+/// Headers that promise far more than the file contains are refused before memory is allocated.
 #[test]
 fn promises_of_huge_images_are_refused() {
     let huge = bare_tiff(
@@ -308,7 +308,7 @@ fn promises_of_huge_images_are_refused() {
     assert!(decode(hdr).is_err());
 }
 
-/// A chain of pages that leads back to itself ends.
+/// A circular chain of pages ends.
 #[test]
 fn pages_in_a_circle_end() {
     let mut file = bare_tiff(&[(256, 1), (257, 1), (258, 8), (259, 1), (262, 1), (277, 1), (278, 1)], &[9]);
@@ -346,7 +346,7 @@ proptest! {
     ) {
         static FILES: LazyLock<Vec<Vec<u8>>> = LazyLock::new(all_files);
         let mut bytes = FILES[file].clone();
-        // The tags of a TIFF come last here, the header of the others first.
+        // The tags of a TIFF come last here, the headers of the other formats first.
         let reach = bytes.len().min(300);
         let from = if at_the_end { bytes.len() - reach } else { 0 };
         for (place, byte) in damage {

@@ -1,7 +1,7 @@
-//! Lookups against what the reference implementation of OSL computed for the same textures.
+//! Lookups compared with results of the reference implementation of OSL for the same textures.
 //!
 //! Each table in `data/lookup` is one shader over a grid: texture coordinates are its `u` and `v`, and the
-//! screen derivatives are one grid step. `mosaic.csv` holds scattered coordinates instead.
+//! screen derivatives are one grid step. `mosaic.csv` has scattered coordinates instead.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::collections::HashMap;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use osl_image::{Footprint, Interp, LookupOptions, Texture, Wrap, lookup, lookup_values, read_image};
 
-/// Room for another order of float operations. The textures hold values up to 3.
+/// Permits another order of float operations. The textures have values up to 3.
 const TOLERANCE: f32 = 2e-6;
 
 fn texture(name: &str) -> Texture {
@@ -67,7 +67,8 @@ impl Table {
     }
 }
 
-/// The step from a line like `# grid 8 8; scaleuv 3 3; offsetuv -1 -1`. No table here is centered and filtered.
+/// The step from a line like `# grid 8 8; scaleuv 3 3; offsetuv -1 -1`. No table here is centered and
+/// filtered.
 fn grid_step(line: &str) -> (f32, f32) {
     let mut grid = (1.0, 1.0);
     let mut scale = (1.0, 1.0);
@@ -117,7 +118,7 @@ fn bytes_are_exact() {
 fn linear_and_firstchannel() {
     let table = Table::read("bilinear.csv");
     table.check_lookup(&A, &texture("tex64f.exr"), unfiltered(Interp::Linear));
-    // The shader asks for "bilinear", which is no name that the reference knows.
+    // The shader requests "bilinear", which is not a name that the reference knows.
     assert_eq!(Interp::from_name("bilinear"), None);
     let second = LookupOptions { first_channel: 1, ..unfiltered(Interp::default()) };
     table.check_lookup(&["b"], &texture("tex64.png"), second);
@@ -226,7 +227,7 @@ fn averages() {
     }
 }
 
-/// Scattered lookups of chaosmosaic with default options, at one to three texels a pixel.
+/// Scattered lookups of chaosmosaic with default options, at one to three texels per pixel.
 #[test]
 fn chaosmosaic_lookups() {
     let table = Table::read("mosaic.csv");

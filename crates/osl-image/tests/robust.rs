@@ -12,7 +12,7 @@ use osl_image::{
 use osl_limits::Limits;
 use proptest::prelude::*;
 
-/// Small enough for damaged headers to ask for no more than a few megabytes.
+/// Small enough that damaged headers request no more than a few megabytes.
 const LIMIT: u64 = 1 << 20;
 
 fn limits(samples: u64) -> Limits {
@@ -34,8 +34,8 @@ fn textures() -> Vec<Vec<u8>> {
     files
 }
 
-/// An EXR of this compression, half of them with 16-bit samples. It is so low that most compressions make a
-/// single block of it, and so can be mistaken for each other.
+/// An EXR with this compression, half of them with 16-bit samples. It is so low that most compressions make a
+/// single block of it, so that their data can be exchanged.
 fn exr(compression: &str) -> Vec<u8> {
     let compression = ExrCompression::from_name(compression).unwrap();
     let short = compression as usize % 2 == 1;
@@ -73,7 +73,7 @@ fn every_beginning_of_a_file_is_refused_or_read() {
     }
 }
 
-/// Data of one compression under the name of another: this is how the decoder of B44 was found to panic.
+/// Data of one compression under the name of another, which made the decoder of B44 panic.
 #[test]
 fn a_wrong_compression_is_refused_or_read() {
     let key = b"compression\0compression\0\x01\0\0\0";
@@ -94,7 +94,7 @@ fn too_large_images_are_refused_by_their_header() {
     }
 }
 
-/// A PNG of one chunk before the pixels, whose data inflate to this many bytes.
+/// A PNG with one chunk before the pixels, whose data inflate to this many bytes.
 fn png(side: u32, chunk: &[u8; 4], inflated: usize, n_pixel_bytes: usize) -> Vec<u8> {
     let packed = |n: usize| miniz_oxide::deflate::compress_to_vec_zlib(&vec![0; n], 6);
     let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
@@ -119,7 +119,7 @@ fn crc(bytes: &[u8]) -> u32 {
     })
 }
 
-/// A small file that stands for a huge image is refused by its header, with a word about the limit.
+/// A small file for a huge image is refused by its header, and the message names the limit.
 #[test]
 fn bombs_are_refused_by_their_headers() {
     let mut limits = Limits::default();
@@ -131,7 +131,7 @@ fn bombs_are_refused_by_their_headers() {
     assert_eq!(decode(&png(64, b"gAMA", 4, 65 * 64)).unwrap().samples.len(), 64 * 64);
 }
 
-/// What no one asks for is not unpacked: a color profile, a text.
+/// Unused data such as a color profile or a text is not decompressed.
 #[test]
 fn profiles_and_texts_are_passed_over() {
     for chunk in [b"iCCP", b"zTXt", b"iTXt"] {
@@ -140,7 +140,7 @@ fn profiles_and_texts_are_passed_over() {
     }
 }
 
-/// Damage in a B44 block is an error if it can be told from pixels, and never a NaN.
+/// Detectable damage in a B44 block is an error, and never a NaN.
 #[test]
 fn damaged_b44_is_no_picture() {
     let file = {
@@ -211,7 +211,7 @@ fn any_interp() -> impl Strategy<Value = Interp> {
 }
 
 prop_compose! {
-    /// Every float there is, in every place that takes one.
+    /// Any float in every position that takes one.
     fn any_options()(
         wrap_s in any_wrap(),
         wrap_t in any_wrap(),
@@ -225,12 +225,12 @@ prop_compose! {
     }
 }
 
-/// A float of any bit pattern: nan, infinite, subnormal and huge ones are as likely as others.
+/// A float with any bit pattern: NaN, infinite, subnormal and huge ones are as likely as others.
 fn any_bits() -> impl Strategy<Value = f32> {
     prop_oneof![any::<u32>().prop_map(f32::from_bits), -3.0_f32..3.0, Just(f32::NAN), Just(f32::INFINITY)]
 }
 
-/// An EXR texture may say how it continues; a lookup may say otherwise.
+/// An EXR texture may specify its wrap; a lookup may override it.
 #[test]
 fn wraps_of_the_file_are_the_default() {
     use exr::prelude::*;
@@ -334,7 +334,7 @@ proptest! {
         prop_assert!(sample.d_ds[0].abs() < 1e-4 && sample.d_dt[0].abs() < 1e-4);
     }
 
-    /// The derivatives are those of the values, inside one texel.
+    /// The derivatives match the values inside one texel.
     #[test]
     fn derivatives_are_slopes(
         texel in (0_usize..8, 0_usize..8),

@@ -1,4 +1,4 @@
-//! Writing: what is written reads back, and a failure leaves the old file alone.
+//! Writing: written files read back, and a failure leaves the old file unchanged.
 #![allow(clippy::unwrap_used, reason = "a test fails by panicking")]
 
 use std::fs;
@@ -23,7 +23,7 @@ fn scalar<'a>(name: &'a str, plane: &'a [f32]) -> Layer<'a> {
     Layer { name, kind: LayerKind::Scalar, planes: vec![plane] }
 }
 
-/// The names of the files in a directory: no temporary one may stay behind.
+/// The names of the files in a directory: no temporary one may remain.
 fn names_in(dir: &Path) -> Vec<String> {
     let mut names: Vec<String> =
         fs::read_dir(dir).unwrap().map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -259,7 +259,7 @@ mod unix {
     fn a_directory_without_write_permission_is_named() {
         let dir = tempfile::tempdir().unwrap();
         fs::set_permissions(dir.path(), fs::Permissions::from_mode(0o555)).unwrap();
-        // The superuser may write everywhere; then there is nothing to see here.
+        // The superuser may write everywhere, so there is nothing to test.
         if fs::write(dir.path().join("probe"), "").is_ok() {
             return;
         }
@@ -272,7 +272,7 @@ mod unix {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Any bit pattern, nan payloads included, comes back as it went.
+    /// Any bit pattern, including NaN payloads, survives a round trip.
     #[test]
     fn exr_round_trip_is_exact(width in 1_usize..20, height in 1_usize..20, seed: u32) {
         let mut state = seed;
