@@ -1,6 +1,6 @@
-//! From a cube to a displaced surface: the control mesh of `nonlinear_noise.ass` at level 7, 98,306 vertices, moved by
-//! osl/nonlinear_noise.osl with the parameters of the scene, and with its costliest kind of noise. Expect: both together
-//! well under half a second on two cores.
+//! From a cube to a displaced surface: the control mesh of `nonlinear_noise.ass` at level 7, 98,306 vertices,
+//! moved by osl/nonlinear_noise.osl with the parameters of the scene and with its most expensive kind of
+//! noise. Expect: both together take well under half a second on two cores.
 
 #![allow(
     clippy::unwrap_used,

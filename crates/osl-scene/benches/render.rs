@@ -1,5 +1,5 @@
-//! Rays a second for each shipped scene. Expect: half a million and more on two cores, fewer where light goes below the
-//! surface.
+//! Rays per second for each shipped scene. Expect: half a million and more on two cores, fewer with
+//! subsurface scattering.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops where something is missing")]
 
@@ -18,7 +18,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The shaders of the repository; those with missing brackets as they were repaired.
+/// The shaders of the repository; those with missing brackets in repaired form.
 struct Repository;
 
 impl Shaders for Repository {

@@ -1,7 +1,7 @@
-//! The perspective camera: which ray goes through a place on the image, and how large things appear there.
+//! The perspective camera: the ray through a position on the image, and the size of objects there.
 //!
-//! Pixels count from the left and from the top; the centre of the first is (0.5, 0.5). It must not know what the rays
-//! hit.
+//! Pixels count from the left and from the top; the centre of the first is (0.5, 0.5). This module must not
+//! know what the rays hit.
 
 use crate::math;
 use glam::{DMat3, DVec2, DVec3, Mat4, Vec3};
@@ -10,11 +10,11 @@ use osl_exec::Spaces;
 /// A perspective camera as scenes describe it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it stands.
+    /// Its position.
     pub position: Vec3,
-    /// What it looks at.
+    /// The point that it looks at.
     pub look_at: Vec3,
-    /// What is upwards on the image.
+    /// The upward direction of the image.
     pub up: Vec3,
     /// Angle between the left and the right border of the image, in degrees: above 0 and below 180.
     pub fov_degrees: f32,
@@ -22,31 +22,31 @@ pub struct Camera {
     pub resolution: [usize; 2],
 }
 
-/// Why there is no picture from a camera.
+/// Why a camera is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
-    /// It looks at itself, or a coordinate is no number.
+    /// It looks at its own position, or a coordinate is NaN or infinite.
     #[error("the camera has no direction: its position and what it looks at are to be two different points")]
     Direction,
-    /// The angle.
+    /// The angle is out of range.
     #[error("the camera's field of view is to lie between 0 and 180 degrees, not {0}")]
     Fov(f32),
-    /// An image without pixels.
+    /// The image has no pixels.
     #[error("the camera's image has no pixels")]
     Resolution,
 }
 
-/// A ray and how it changes from a pixel to the next.
+/// A ray, and its change from one pixel to the next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it starts.
+    /// Its start.
     pub origin: Vec3,
-    /// Where it goes; of length 1.
+    /// Its direction, of length 1.
     pub direction: Vec3,
-    /// How the origin changes to the pixel on the right, and to that above.
+    /// The change of the origin to the pixel on the right, and to the pixel above.
     pub origin_slopes: [Vec3; 2],
-    /// How the direction changes to the pixel on the right, and to that above. Above, so that the cross product of a
-    /// surface's slopes points to the camera, as `calculatenormal` takes it.
+    /// The change of the direction to the pixel on the right, and to the pixel above. Above, so that the
+    /// cross product of a surface's derivatives points to the camera, as `calculatenormal` expects.
     pub direction_slopes: [Vec3; 2],
 }
 
@@ -126,12 +126,12 @@ impl View {
         }
     }
 
-    /// How far a point lies ahead, along the line of sight.
+    /// The distance of a point in front of the camera, along the line of sight.
     pub fn depth(&self, point: Vec3) -> f64 {
         (point.as_dvec3() - self.position).dot(self.forward)
     }
 
-    /// Where a point appears on the image; `None` if it is not ahead.
+    /// The position of a point on the image; `None` if it is not in front of the camera.
     pub fn project(&self, point: Vec3) -> Option<DVec2> {
         let away = point.as_dvec3() - self.position;
         let depth = away.dot(self.forward);
@@ -142,14 +142,15 @@ impl View {
         (depth > 0.0 && place.is_finite()).then_some(place)
     }
 
-    /// Pixels that a unit of length covers at a point, if it lies across the line of sight; at points that are not
-    /// ahead by at least `near`, as many as there.
+    /// Pixels per unit of length at a point, for a length across the line of sight. Points closer than `near`
+    /// count as `near`.
     pub fn pixels_per_unit(&self, point: Vec3, near: f64) -> f64 {
         1.0 / (self.depth(point).max(near) * self.pixel())
     }
 
-    /// Adds the spaces `camera` (x to the right, y up, z ahead), and as destinations `screen` (−1 to 1 over the width,
-    /// z from 0 at `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and `raster` (pixels).
+    /// Adds the spaces `camera` (x to the right, y up, z ahead), and as destinations `screen` (−1 to 1 over
+    /// the width, z from 0 at `near` to 1 at `far`), `NDC` (0 to 1 from the left and from the top) and
+    /// `raster` (pixels).
     pub fn set_spaces(&self, spaces: &mut Spaces, near: f32, far: f32) {
         let axes = DMat3::from_cols(self.right, self.up, self.forward);
         let to_common = Mat4::from_cols(
@@ -158,7 +159,7 @@ impl View {
             axes.z_axis.as_vec3().extend(0.0),
             self.position.as_vec3().extend(1.0),
         );
-        // What glam calls columns are the rows for row vectors.
+        // The columns of glam's matrices are the rows for row vectors.
         let rows = |m: Mat4| m.to_cols_array();
         let from_common = to_common.inverse();
         let focal = (1.0 / self.half_width) as f32;
@@ -212,7 +213,7 @@ mod tests {
     fn slopes_are_differences_to_the_next_rays() {
         let view = camera().view().unwrap();
         let ray = view.ray(100.0, 50.0);
-        // A hundredth of a pixel is a small step, and still far above the rounding of a direction.
+        // A hundredth of a pixel is a small step, yet far above the rounding of a direction.
         let step = 32.0;
         let [dx, dy] = ray.direction_slopes;
         let right = (view.ray(100.0 + step, 50.0).direction - ray.direction) / step;

@@ -1,16 +1,16 @@
-//! Points with data of their own: user data and attributes by name.
+//! Points with additional data: user data and attributes by name.
 
 use osl_exec::{Blocks, Datum, PointSource};
 use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 use std::collections::BTreeMap;
 
-/// What is known by name, the same at all points.
+/// Named data, the same at all points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Data {
-    /// User data of the surface: what interpolated parameters take, and attributes of no object.
+    /// User data of the surface: the values of interpolated parameters, and attributes of no object.
     pub user: BTreeMap<String, Datum>,
-    /// Attributes of no object, where the user data have none of the name.
+    /// Attributes of no object; user data with the same name come first.
     pub attributes: BTreeMap<String, Datum>,
     /// Attributes of objects, by object and name.
     pub objects: BTreeMap<String, BTreeMap<String, Datum>>,
@@ -37,7 +37,7 @@ impl Data {
 pub struct WithData<S> {
     /// The points.
     pub points: S,
-    /// Their data; what these do not have is asked of the points.
+    /// Their data; data not found here are requested from the points.
     pub data: Data,
 }
 

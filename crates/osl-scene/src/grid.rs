@@ -1,15 +1,16 @@
-//! A grid of points on the unit patch, as reference results are recorded on it.
+//! A grid of points on the unit patch, on which reference results are recorded.
 
 use glam::{Mat4, Vec3, Vec4};
 use osl_exec::{Blocks, Datum, PointSource, Spaces};
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
 
-/// `width * height` points, row by row. `u = scale * x/(width-1) + offset`, or at pixel centres; half the scale where
-/// a side has one point. `P = (u, v, 1)`, `N = Ng = (0, 0, 1)`, `dPdu = (1, 0, 0)`, `dPdv = (0, 1, 0)`.
+/// `width * height` points, row by row. `u = scale * x/(width-1) + offset`, or at pixel centres; an axis with
+/// one point gets half the scale. `P = (u, v, 1)`, `N = Ng = (0, 0, 1)`, `dPdu = (1, 0, 0)`,
+/// `dPdv = (0, 1, 0)`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid {
-    /// Points in a row.
+    /// Points per row.
     pub width: usize,
     /// Rows; the first has the smallest v.
     pub height: usize,
@@ -17,7 +18,7 @@ pub struct Grid {
     pub scale: [f32; 2],
     /// Added to u and v.
     pub offset: [f32; 2],
-    /// Whether points lie at pixel centres rather than from border to border.
+    /// Whether points are at pixel centres rather than spread from border to border.
     pub center: bool,
 }
 
@@ -44,7 +45,7 @@ impl Grid {
 }
 
 impl Grid {
-    /// The axis of the texture coordinate that is asked for: the data of the patch are `s`, which is u, and `t`, which is v.
+    /// The axis of a texture coordinate: the patch has the data `s`, which is u, and `t`, which is v.
     pub fn texture_axis(object: &str, name: &str, element: Option<usize>) -> Option<usize> {
         match (object, name, element) {
             ("", "s", None) => Some(0),
@@ -53,14 +54,14 @@ impl Grid {
         }
     }
 
-    /// A texture coordinate, with its slopes.
+    /// A texture coordinate with its derivatives.
     pub fn texture_coordinate(&self, axis: usize, value: f32) -> Datum {
         let global = if axis == 0 { Global::U } else { Global::V };
         let slopes = Axis::BOTH.map(|along| self.slope(global, along)[0]);
         Datum { slopes, ..Datum::one(Const::Float(value)) }
     }
 
-    /// u or v of the points from `first` on; past the last point its own.
+    /// u or v of the points from `first` on; lanes after the last point get its value.
     fn fill_coordinate(&self, axis: usize, first: usize, lanes: &mut [f32]) {
         let n = [self.width, self.height][axis];
         let count = lanes.len().min(self.count().saturating_sub(first));
@@ -97,7 +98,8 @@ impl PointSource for Grid {
         let at = axis as usize;
         let n = [self.width, self.height][at];
         let border = self.scale[at] / n.saturating_sub(1).max(1) as f32;
-        // At pixel centres u and v step by pixels while P keeps the step from border to border, as in the reference.
+        // At pixel centres, u and v step by pixels while P keeps the step from border to border, as in the
+        // reference.
         let own = if self.center { self.scale[at] / n.max(1) as f32 } else { border };
         match (global, axis) {
             (Global::U, Axis::X) | (Global::V, Axis::Y) => [own, 0.0, 0.0],
@@ -126,12 +128,13 @@ impl PointSource for Grid {
     }
 }
 
-/// The spaces of a grid of `width` by `height` points that reference results are recorded on: shader space is rotated by 45° about z and moved by
-/// 1 in x, object space rotated by 90° and moved by 1 in y, `myspace` scaled by (1, 2, 1).
-/// `camera` is a destination only, like the spaces of [`set_screen_spaces`].
+/// The spaces of a grid of `width` by `height` points on which reference results are recorded: shader space
+/// is rotated by 45° about z and moved by 1 in x, object space is rotated by 90° and moved by 1 in y,
+/// `myspace` is scaled by (1, 2, 1). `camera` is a destination only, like the spaces of
+/// [`set_screen_spaces`].
 pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     let mut spaces = Spaces::default();
-    // Rows for row vectors: the transpose of what column vectors take.
+    // Rows for row vectors: the transpose of the form for column vectors.
     let rows = |m: Mat4| m.to_cols_array();
     let half = std::f32::consts::FRAC_1_SQRT_2;
     let shader = Mat4::from_cols(
@@ -155,10 +158,11 @@ pub fn reference_spaces(width: usize, height: usize) -> Spaces {
     spaces
 }
 
-/// Adds the spaces of the image to those of a grid of `width` by `height` points: `screen`, `NDC` and `raster`, which are
-/// destinations only. The camera is the identity, with a field of view of 90°, a near plane at 0.1 and a far one at 1000.
+/// Adds the spaces of the image to those of a grid of `width` by `height` points: `screen`, `NDC` and
+/// `raster`, which are destinations only. The camera is the identity, with a field of view of 90°, a near
+/// plane at 0.1 and a far one at 1000.
 pub fn set_screen_spaces(spaces: &mut Spaces, width: usize, height: usize) {
-    // Rows for row vectors: the transpose of what column vectors take.
+    // Rows for row vectors: the transpose of the form for column vectors.
     let rows = |m: Mat4| m.to_cols_array();
     let (near, far) = (0.1_f32, 1000.0_f32);
     let (a, b) = (far / (far - near), -near * far / (far - near));

@@ -1,8 +1,12 @@
-//! Where shading points come from: the unit patch as a grid, surfaces seen by a camera, vertices that are displaced,
-//! data by name that go with the points, and the renderer of the reference's grid tool.
+//! Supplies the points at which shaders run, and renders pictures of scenes.
 //!
-//! A source gives the shader's globals at its points, in common space. It must not know the terminal, files
-//! or what a shader computes.
+//! A shader is run at *shading points*. This crate generates them: the unit patch as a grid, the points of
+//! surfaces that a camera sees, the vertices of a mesh to be displaced, and named data attached to them. It
+//! also contains a path tracer, which lets a scene's shaders decide how surfaces scatter light, and the
+//! renderer of the reference's tools.
+//!
+//! A source provides a shader's globals at its points, in common space. This crate must not know the
+//! terminal, files or what a shader computes.
 
 pub mod bsdf;
 pub mod camera;
@@ -21,7 +25,7 @@ pub mod surface_points;
 pub mod testrender;
 pub mod view;
 
-// Its types are part of this interface.
+// Types of this crate are part of the interface.
 pub use glam;
 
 pub use data::{Data, WithData};

@@ -1,7 +1,7 @@
 //! Elementary functions with the same bits on every machine.
 //!
-//! Those of the standard library are whatever the machine's own library computes. These come from the crate `libm`, which
-//! computes them itself. Roots and rounding are exact everywhere and need no stand-in.
+//! The standard library's functions call the machine's own library. These come from the crate `libm`, which
+//! computes them itself. Square roots and rounding are exact everywhere and need no replacement.
 
 /// A float that has these functions.
 pub(crate) trait Real: Copy {

@@ -1,5 +1,5 @@
-//! The renderer of the reference's grid tool: a grid with its own spaces, data and attributes, as values are recorded
-//! with it. OSL language specification, "testshade"; what it answers was measured.
+//! The renderer of the reference's grid tool: a grid with its own spaces, data and attributes, used for
+//! recorded values. OSL language specification, "testshade"; its answers were measured.
 
 use crate::grid::{Grid, reference_spaces};
 use osl_exec::{Answer, Blocks, Datum, PointSource, Spaces};
@@ -7,19 +7,19 @@ use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
 use osl_ir::types::Type;
 
-/// A grid, with what the grid tool's renderer answers.
+/// A grid, with the answers of the grid tool's renderer.
 #[derive(Clone, Debug)]
 pub struct ReferenceRenderer {
     /// The points.
     pub grid: Grid,
-    /// Globals whose slopes differ from point to point: P, u, v.
+    /// Globals whose derivatives differ from point to point: P, u, v.
     pub vary: Vec<Global>,
     /// Data of the primitive: name and value.
     pub data: Vec<(String, Datum)>,
 }
 
 impl ReferenceRenderer {
-    /// The renderer of a grid, without data of its own.
+    /// The renderer of a grid, without additional data.
     pub fn new(grid: Grid) -> ReferenceRenderer {
         ReferenceRenderer { grid, vary: Vec::new(), data: Vec::new() }
     }
@@ -35,7 +35,7 @@ impl ReferenceRenderer {
         [self.grid.coordinate(0, x, width), self.grid.coordinate(1, y, height)]
     }
 
-    /// A slope that differs from point to point.
+    /// A derivative that differs from point to point.
     fn own_slope(&self, global: Global, axis: Axis, [u, v]: [f32; 2]) -> [f32; 3] {
         match (global, axis) {
             (Global::P, Axis::X) => [1.0 - u, 1.0 - v, u * 0.5],
@@ -121,7 +121,7 @@ impl PointSource for ReferenceRenderer {
         Answer { found, values: value.map(|value| vec![value]) }
     }
 
-    /// The camera answers for any object and element, data of the surface for neither.
+    /// Camera attributes accept any object and element; data of the surface accept neither.
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
         let [u, v] = self.uv(point);
         let float = |x: f32| Some(Datum::one(Const::Float(x)));
@@ -153,7 +153,7 @@ impl PointSource for ReferenceRenderer {
 }
 
 impl ReferenceRenderer {
-    /// What is known of the camera, and of the renderer.
+    /// Attributes of the camera and of the renderer.
     fn camera(&self, name: &str) -> Option<Datum> {
         let float = |x: f32| Some(Datum::one(Const::Float(x)));
         let aspect = self.grid.width as f32 / self.grid.height as f32;

@@ -1,4 +1,4 @@
-//! Points on surfaces, as rays hit them or vertices lie on them, for the batch interpreter.
+//! Points on surfaces, from ray hits or vertices, for the batch interpreter.
 
 use crate::camera::Ray;
 use crate::mesh::SurfacePoint;
@@ -7,20 +7,20 @@ use osl_exec::PointSource;
 use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 
-/// How much of a surface belongs to a point: what changes to the neighbour along x and along y.
+/// The footprint of a point: the changes to its neighbours along x and along y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Footprint {
-    /// Changes of the position.
+    /// Change of the position.
     pub p: [Vec3; 2],
-    /// Changes of the surface coordinates.
+    /// Change of the surface coordinates.
     pub uv: [Vec2; 2],
-    /// Changes of the direction of the ray.
+    /// Change of the ray's direction.
     pub i: [Vec3; 2],
 }
 
 impl Footprint {
-    /// What a ray that hits a point covers: where its neighbours meet the tangent plane, to first order. H. Igehy,
-    /// "Tracing Ray Differentials", 1999.
+    /// The footprint of a ray at a hit: where its neighbours meet the tangent plane, to first order. H.
+    /// Igehy, "Tracing Ray Differentials", 1999.
     pub fn of(point: &SurfacePoint, ray: &Ray) -> Footprint {
         let t = (point.p - ray.origin).dot(ray.direction);
         let facing = ray.direction.dot(point.ng);
@@ -32,7 +32,7 @@ impl Footprint {
         Footprint { p, uv: p.map(|p| uv_change(point, p)), i: ray.direction_slopes }
     }
 
-    /// A square with sides of a length on the surface, along `dpdu` if there is one.
+    /// A square on the surface with a given side, along `dpdu` if there is one.
     pub fn square(point: &SurfacePoint, side: f32) -> Footprint {
         let flat = |t: Vec3| (t - point.n * point.n.dot(t)).try_normalize();
         let along = flat(point.dpdu).unwrap_or_else(|| point.n.any_orthonormal_vector());
@@ -41,7 +41,7 @@ impl Footprint {
     }
 }
 
-/// How the surface coordinates change over a way along the surface: the least squares solution of
+/// The change of the surface coordinates for a displacement along the surface: the least squares solution of
 /// `dpdu * du + dpdv * dv = way`; 0 where the tangents do not span a plane.
 pub fn uv_change(point: &SurfacePoint, way: Vec3) -> Vec2 {
     let (u, v) = (point.dpdu.as_dvec3(), point.dpdv.as_dvec3());
@@ -56,7 +56,7 @@ pub fn uv_change(point: &SurfacePoint, way: Vec3) -> Vec2 {
     if found.is_finite() { found.as_vec2() } else { Vec2::ZERO }
 }
 
-/// Points on surfaces with all that a shader is told about them.
+/// Points on surfaces with all globals of a shader.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfacePoints {
     points: Vec<SurfacePoint>,
@@ -66,7 +66,7 @@ pub struct SurfacePoints {
 }
 
 impl SurfacePoints {
-    /// No points, with room for some.
+    /// An empty list with room for some points.
     pub fn with_capacity(count: usize) -> SurfacePoints {
         SurfacePoints {
             points: Vec::with_capacity(count),
@@ -75,7 +75,7 @@ impl SurfacePoints {
         }
     }
 
-    /// Adds a point, the direction of the ray that hit it, and how much of the surface belongs to it.
+    /// Adds a point, the direction of the ray that hit it, and its footprint.
     pub fn push(&mut self, point: SurfacePoint, incident: Vec3, footprint: Footprint) {
         self.points.push(point);
         self.incident.push(incident);
@@ -94,7 +94,8 @@ impl SurfacePoints {
         &self.points
     }
 
-    /// Stretches the surface coordinates: `uv * scale + offset`. Tangents and footprints follow. Factors are not 0.
+    /// Transforms the surface coordinates: `uv * scale + offset`. Tangents and footprints follow. Factors
+    /// must not be 0.
     pub fn stretch(&mut self, scale: Vec2, offset: Vec2) {
         for point in &mut self.points {
             point.uv = point.uv * scale + offset;
@@ -104,8 +105,8 @@ impl SurfacePoints {
         self.footprints.iter_mut().flat_map(|f| &mut f.uv).for_each(|uv| *uv *= scale);
     }
 
-    /// How bright each point is by a light at the eye: the cosine between its normal and the way to the eye, whichever
-    /// side it shows.
+    /// The brightness of each point under a light at the eye: the cosine between its normal and the direction
+    /// to the eye, for either side.
     pub fn lit_from_eye(&self) -> Vec<f32> {
         self.points
             .iter()

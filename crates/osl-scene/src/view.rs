@@ -1,4 +1,4 @@
-//! A surface as a camera sees it: the points that its pixels show.
+//! A surface as a camera sees it: the surface points at its pixels.
 
 use crate::camera::{Camera, View};
 use crate::math;
@@ -12,16 +12,16 @@ use rayon::prelude::*;
 /// The points of a picture. Only pixels that show the surface have one.
 #[derive(Clone, Debug)]
 pub struct Seen {
-    /// The points, neighbours on the image next to each other.
+    /// The points; neighbours on the image are adjacent.
     pub points: SurfacePoints,
-    /// The pixel of each point, counted row by row from the top.
+    /// The pixel of each point, numbered row by row from the top.
     pub pixels: Vec<u32>,
 }
 
-/// Pixels of a task.
+/// Pixels per task.
 const TILE: usize = 1 << 12;
 
-/// Looks through the centre of each pixel.
+/// Traces a ray through the centre of each pixel.
 pub fn look(view: &View, surface: &dyn Surface) -> Seen {
     let [width, height] = view.resolution();
     let count = width * height;
@@ -50,18 +50,18 @@ pub fn look(view: &View, surface: &dyn Surface) -> Seen {
     seen
 }
 
-/// Angle of the camera that shows a surface by itself.
+/// Field of view of the camera for a single surface.
 const FOV_DEGREES: f32 = 30.0;
-/// How much farther away it stands than it has to.
+/// Factor on the minimum distance of that camera.
 const MARGIN: f32 = 1.03;
 
-/// A camera that sees all of a surface with a box and a reach: from `eye`, or from the front, a little from the right and
-/// from above, more so where the box is flat.
+/// A camera that shows a whole surface with a box and a reach: from `eye`, or from the front, slightly from
+/// the right and from above, more so if the box is flat.
 pub fn camera_for(bounds: &Bounds, reach: f32, eye: Option<Vec3>, resolution: [usize; 2]) -> Camera {
     let (center, reach) = (bounds.center(), reach.max(f32::MIN_POSITIVE));
     let flat = (bounds.max.y - bounds.min.y) < 0.1 * reach;
     let direction = if flat { Vec3::new(0.3, 1.2, 1.0) } else { Vec3::new(0.5, 0.6, 1.2) };
-    // The ball around the surface nearly touches the narrower side of the image.
+    // The bounding sphere of the surface nearly touches the narrower side of the image.
     let [width, height] = resolution.map(|n| n as f32);
     let narrow = math::tan((FOV_DEGREES * 0.5).to_radians()) * (height / width).min(1.0);
     let distance = reach / math::sin(math::atan(narrow)) * MARGIN;

@@ -1,4 +1,4 @@
-//! Directions around a normal, and how to choose them.
+//! Coordinate frames around a normal, and sampling of directions in them.
 
 use crate::math;
 use glam::{Vec2, Vec3};
@@ -22,7 +22,7 @@ impl Frame {
         Frame { x, y, n }
     }
 
-    /// Axes around a normal, the first along a direction as far as that is possible.
+    /// Axes around a normal; the first follows a direction as closely as possible.
     pub fn along(n: Vec3, tangent: Vec3) -> Frame {
         match (tangent - n * n.dot(tangent)).try_normalize() {
             Some(x) => Frame { x, y: n.cross(x), n },
@@ -30,19 +30,19 @@ impl Frame {
         }
     }
 
-    /// A direction in these axes.
+    /// Converts a direction to these axes.
     pub fn local(&self, v: Vec3) -> Vec3 {
         Vec3::new(self.x.dot(v), self.y.dot(v), self.n.dot(v))
     }
 
-    /// A direction that is given in these axes.
+    /// Converts a direction from these axes.
     pub fn world(&self, v: Vec3) -> Vec3 {
         self.x * v.x + self.y * v.y + self.n * v.z
     }
 }
 
-/// A point of the unit disk, evenly, from one of the unit square. P. Shirley and K. Chiu, "A Low Distortion Map Between
-/// Disk and Square", 1997.
+/// Maps a point of the unit square uniformly to the unit disk. P. Shirley and K. Chiu, "A Low Distortion Map
+/// Between Disk and Square", 1997.
 pub fn disk(u: [f32; 2]) -> Vec2 {
     let [a, b] = u.map(|x| 2.0 * x - 1.0);
     if a == 0.0 && b == 0.0 {
@@ -54,13 +54,13 @@ pub fn disk(u: [f32; 2]) -> Vec2 {
     Vec2::new(r * cos, r * sin)
 }
 
-/// A direction of the upper half, as likely as its cosine is large: the density is z / π.
+/// A direction in the upper half, with the density z / π (cosine-weighted).
 pub fn cosine(u: [f32; 2]) -> Vec3 {
     let p = disk(u);
     Vec3::new(p.x, p.y, (1.0 - p.length_squared()).max(0.0).sqrt())
 }
 
-/// Any direction: the density is 1 / 4π.
+/// A uniform direction, with the density 1 / 4π.
 pub fn sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = (1.0 - z * z).max(0.0).sqrt();

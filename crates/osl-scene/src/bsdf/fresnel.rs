@@ -1,10 +1,10 @@
-//! What an interface between two media reflects, and where it sends the rest.
+//! Reflection and refraction at an interface between two media.
 
 use glam::Vec3;
 
-/// The share of unpolarised light that an interface reflects. `cosine` is that of the angle to the normal, on the side
-/// that the light comes from, from 0 to 1; `eta` the index of refraction beyond by that before. An `eta` that is not above
-/// 0 stands for a mirror: all of it.
+/// The share of unpolarised light that an interface reflects. `cosine` is that of the angle to the normal, on
+/// the side of the incoming light, from 0 to 1; `eta` is the index of refraction on the far side divided by
+/// that on the near side. An `eta` of 0 or less stands for a mirror, which reflects everything.
 pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
     if !(eta > 0.0 && eta.is_finite()) {
         return 1.0;
@@ -26,7 +26,8 @@ pub(super) fn reflect(w: Vec3, n: Vec3) -> Vec3 {
     n * (2.0 * w.dot(n)) - w
 }
 
-/// Where light from `w` goes behind the interface, by `eta` as in [`dielectric`]; `None` where all is reflected.
+/// The direction of light from `w` after the interface, with `eta` as in [`dielectric`]; `None` for total
+/// reflection.
 pub(super) fn refract(w: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     let c = w.dot(n);
     let k = 1.0 - (1.0 - c * c) / (eta * eta);

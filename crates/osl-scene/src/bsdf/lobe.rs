@@ -1,4 +1,4 @@
-//! One way to scatter light, from a component of a closure.
+//! A lobe: one way to scatter light, made from a closure component.
 
 use super::fresnel::{self, reflect, refract};
 use super::microfacet::{Distribution, Facets};
@@ -8,19 +8,19 @@ use osl_exec::Component;
 use osl_ir::ir::Const;
 use std::f32::consts::PI;
 
-/// Below this roughness a surface is a mirror.
+/// A surface with less roughness is a mirror.
 const SMOOTH: f32 = 1e-3;
 
 /// A way to scatter light.
 #[derive(Clone, Debug)]
 pub struct Lobe {
-    /// Red, green and blue factors, not below 0.
+    /// Red, green and blue factors, not negative.
     pub weight: Vec3,
-    /// Which way.
+    /// The kind of scattering.
     pub kind: Kind,
 }
 
-/// Ways to scatter light.
+/// Kinds of scattering.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// Lambert's law.
@@ -33,11 +33,11 @@ pub enum Kind {
         frame: Frame,
         /// The facets.
         facets: Facets,
-        /// Index of refraction behind the surface by that before it; 0 reflects all.
+        /// Index of refraction after the surface divided by that before it; 0 reflects everything.
         eta: f32,
         /// Whether light is reflected.
         reflects: bool,
-        /// Whether light goes through.
+        /// Whether light is transmitted.
         refracts: bool,
     },
     /// A mirror, or glass.
@@ -48,28 +48,28 @@ pub enum Kind {
         eta: f32,
         /// Whether light is reflected.
         reflects: bool,
-        /// Whether light goes through.
+        /// Whether light is transmitted.
         refracts: bool,
     },
     /// Light that passes straight through.
     Transparent,
-    /// Light that enters, is scattered below the surface, and leaves elsewhere.
+    /// Light that enters, scatters below the surface, and leaves elsewhere.
     Subsurface {
-        /// Mean way between two collisions, for each channel.
+        /// Mean free path between two collisions, for each channel.
         radius: Vec3,
-        /// The share of light that comes back.
+        /// The share of light that comes back out.
         albedo: Vec3,
         /// The mean cosine of the scattering angle.
         g: f32,
     },
 }
 
-/// What a lobe does with light from one direction.
+/// The value of a lobe for light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Value {
-    /// What reaches the viewer, times the cosine of the light's direction; without the weight.
+    /// The share that reaches the viewer, times the cosine of the light's direction; without the weight.
     pub value: f32,
-    /// How likely sampling chooses the direction, by solid angle.
+    /// The probability density with which sampling chooses the direction, by solid angle.
     pub pdf: f32,
 }
 
@@ -77,10 +77,10 @@ impl Value {
     pub(super) const NONE: Value = Value { value: 0.0, pdf: 0.0 };
 }
 
-/// Where a surface is, for its lobes.
+/// The viewing situation at a surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct Side {
-    /// To the viewer.
+    /// Direction to the viewer.
     pub wo: Vec3,
     /// The geometric normal on the side of the viewer.
     pub ng: Vec3,
@@ -89,7 +89,7 @@ pub struct Side {
 }
 
 impl Lobe {
-    /// The lobe of a component; `None` if it is no way to scatter light, or one that is not known.
+    /// The lobe of a component; `None` if the component does not scatter light or is unknown.
     pub fn new(component: &Component, side: &Side) -> Option<Lobe> {
         let weight = Vec3::from_array(component.weight);
         let weight = if weight.is_finite() { weight.max(Vec3::ZERO) } else { Vec3::ZERO };
@@ -120,12 +120,12 @@ impl Lobe {
         Some(Lobe { weight, kind })
     }
 
-    /// Whether light comes from one direction alone, or from elsewhere on the surface.
+    /// Whether light comes from a single direction, or from elsewhere on the surface.
     pub fn is_delta(&self) -> bool {
         matches!(self.kind, Kind::Mirror { .. } | Kind::Transparent | Kind::Subsurface { .. })
     }
 
-    /// The share of light that reaches the viewer, about.
+    /// The approximate share of light that reaches the viewer.
     pub fn albedo(&self, wo: Vec3) -> f32 {
         let share = |cosine: f32, eta: f32, reflects: bool, refracts: bool| {
             let f = fresnel::dielectric(cosine, eta);
@@ -140,7 +140,7 @@ impl Lobe {
         }
     }
 
-    /// What it does with light from `wi`; nothing if it is a delta.
+    /// The value for light from `wi`; zero for a delta lobe.
     pub fn value(&self, side: &Side, wi: Vec3) -> Value {
         let above = side.ng.dot(wi) > 0.0;
         match &self.kind {
@@ -173,8 +173,8 @@ impl Lobe {
         }
     }
 
-    /// Chooses where light comes from; the share that it brings where that is a single direction (see
-    /// [`Lobe::is_delta`]), else 1. Not for light below the surface.
+    /// Chooses the direction of incoming light. Also returns the reflected share if that direction is the
+    /// only one (see [`Lobe::is_delta`]), else 1. Not for subsurface scattering.
     pub fn direction(&self, side: &Side, u: [f32; 3]) -> Option<(Vec3, f32)> {
         let wo = side.wo;
         match &self.kind {
@@ -190,7 +190,8 @@ impl Lobe {
                 let f = fresnel::dielectric(local.dot(h), *eta);
                 let back = *reflects && (!*refracts || u[2] < f);
                 let wi = if back { reflect(local, h) } else { refract(local, h, *eta)? };
-                // A facet that turns its back, or sends light below the others, has none for the viewer.
+                // A facet that faces away, or that sends light below the surface, contributes nothing to the
+                // viewer.
                 let right = local.dot(h) > 0.0 && (wi.z > 0.0) == back;
                 right.then(|| (frame.world(wi), 1.0))
             }
@@ -227,13 +228,13 @@ fn microfacet(component: &Component, side: &Side) -> Kind {
     Kind::Facets { frame: Frame::along(n, triple(component, 2)), facets, eta, reflects, refracts }
 }
 
-/// A parameter that is a normal, of length 1 and on the viewer's side.
+/// A parameter that is a normal, with length 1 and on the viewer's side.
 fn normal(component: &Component, at: usize, side: &Side) -> Vec3 {
     let n = triple(component, at).normalize_or(side.ng);
     if n.dot(side.ng) < 0.0 { -n } else { n }
 }
 
-/// The index of refraction as the viewer meets it.
+/// The index of refraction as seen from the viewer's side.
 fn index(eta: f32, side: &Side) -> f32 {
     if side.inside && eta > 0.0 { 1.0 / eta } else { eta.max(0.0) }
 }

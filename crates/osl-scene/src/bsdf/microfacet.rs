@@ -1,12 +1,12 @@
-//! Rough surfaces as tiny mirrors, after B. Walter et al., "Microfacet Models for Refraction through Rough Surfaces",
-//! 2007. Directions are in the axes of the surface, away from it.
+//! Rough surfaces as tiny mirrors, after B. Walter et al., "Microfacet Models for Refraction through Rough
+//! Surfaces", 2007. Directions are in the axes of the surface and point away from it.
 
 use super::{disk, fresnel};
 use crate::math;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
 
-/// How the facets are turned.
+/// The distribution of facet normals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
     /// Long tails.
@@ -25,7 +25,7 @@ pub struct Facets {
 }
 
 impl Facets {
-    /// Area of facets with the normal `h`, by area of the surface and solid angle.
+    /// The density of facets with the normal `h`, by area of the surface and solid angle.
     pub fn density(&self, h: Vec3) -> f32 {
         if h.z <= 0.0 {
             return 0.0;
@@ -41,7 +41,7 @@ impl Facets {
         }
     }
 
-    /// Smith's function: facets that are hidden, by those that are seen from `w`.
+    /// Smith's function: hidden facets relative to those visible from `w`.
     pub(crate) fn hidden(&self, w: Vec3) -> f32 {
         let across = (Vec2::new(w.x, w.y) * self.alpha).length_squared();
         let tan2 = across / (w.z * w.z).max(1e-12);
@@ -58,17 +58,17 @@ impl Facets {
         }
     }
 
-    /// The share of the facets that `w` sees.
+    /// The share of the facets visible from `w`.
     fn seen(&self, w: Vec3) -> f32 {
         1.0 / (1.0 + self.hidden(w))
     }
 
-    /// The share of the facets that both see.
+    /// The share of the facets visible from both directions.
     fn seen_by_both(&self, wo: Vec3, wi: Vec3) -> f32 {
         1.0 / (1.0 + self.hidden(wo) + self.hidden(wi))
     }
 
-    /// A facet's normal, with its density by solid angle from [`Facets::normal_density`].
+    /// Chooses a facet normal, with the density by solid angle of [`Facets::normal_density`].
     pub fn normal(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         match self.distribution {
             Distribution::Ggx => self.visible_normal(wo, u),
@@ -81,7 +81,8 @@ impl Facets {
         }
     }
 
-    /// Facets as `wo` sees them. E. Heitz, "Sampling the GGX Distribution of Visible Normals", 2018.
+    /// Chooses among the facets visible from `wo`. E. Heitz, "Sampling the GGX Distribution of Visible
+    /// Normals", 2018.
     fn visible_normal(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let stretched = Vec3::new(self.alpha.x * wo.x, self.alpha.y * wo.y, wo.z).normalize_or(Vec3::Z);
         let across = Vec3::Z.cross(stretched).try_normalize().unwrap_or(Vec3::X);
@@ -93,7 +94,7 @@ impl Facets {
         Vec3::new(self.alpha.x * n.x, self.alpha.y * n.y, n.z.max(1e-6)).normalize()
     }
 
-    /// How likely [`Facets::normal`] yields `h`, by solid angle.
+    /// The density with which [`Facets::normal`] chooses `h`, by solid angle.
     pub fn normal_density(&self, wo: Vec3, h: Vec3) -> f32 {
         match self.distribution {
             Distribution::Ggx => self.seen(wo) * self.density(h) * wo.dot(h).max(0.0) / wo.z.abs().max(1e-6),
@@ -101,8 +102,8 @@ impl Facets {
         }
     }
 
-    /// What is reflected from `wi` to `wo`, times the cosine of `wi`, by the Fresnel factor; and how likely `wi` is
-    /// chosen. `wo` is above the surface.
+    /// The light reflected from `wi` to `wo`, times the cosine of `wi`, divided by the Fresnel factor; the
+    /// density with which `wi` is chosen; and the half vector. `wo` is above the surface.
     pub fn reflected(&self, wo: Vec3, wi: Vec3) -> Option<(f32, f32, Vec3)> {
         let h = (wo + wi).try_normalize()?;
         if wi.z <= 0.0 || wo.z <= 0.0 || h.z <= 0.0 {
@@ -113,8 +114,8 @@ impl Facets {
         Some((value, self.normal_density(wo, h) / (4.0 * cosine.max(1e-6)), h))
     }
 
-    /// The same for light that comes from below: `eta` is the index of refraction there by that above. Radiance is not
-    /// scaled by the square of `eta`, so that what goes in and comes out is the same again.
+    /// The same for light from below: `eta` is the index of refraction there divided by that above. Radiance
+    /// is not scaled by the square of `eta`, so light that enters and leaves again is unchanged.
     pub fn refracted(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<(f32, f32, Vec3)> {
         let h = (wo + wi * eta).try_normalize()?;
         let h = if h.z < 0.0 { -h } else { h };
@@ -128,7 +129,7 @@ impl Facets {
         Some((value, self.normal_density(wo, h) * turn, h))
     }
 
-    /// The mean Fresnel factor as `wo` sees it, about: that of the flat surface.
+    /// The approximate mean Fresnel factor as seen from `wo`: that of the flat surface.
     pub fn reflectance(&self, wo: Vec3, eta: f32) -> f32 {
         fresnel::dielectric(wo.z, eta)
     }

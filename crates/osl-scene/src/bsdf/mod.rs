@@ -1,6 +1,7 @@
-//! What a surface does with light: closures of shaders as densities that can be evaluated and sampled.
+//! How a surface scatters light: a shader's closures as densities that can be evaluated and sampled.
 //!
-//! Directions point away from the surface and have length 1, in common space. It must not know rays or lights.
+//! Directions point away from the surface and have length 1, in common space. This module must not know rays
+//! or lights.
 
 mod frame;
 mod fresnel;
@@ -17,51 +18,52 @@ use osl_exec::Component;
 use osl_ir::ir::Const;
 use std::sync::Arc;
 
-/// A point of a surface, ready to scatter light.
+/// A point of a surface that is ready to scatter light.
 #[derive(Clone, Debug)]
 pub struct Scatter {
-    /// Where it is seen from.
+    /// The viewing situation.
     pub side: Side,
-    /// Light that it gives off towards the viewer.
+    /// Light that it emits towards the viewer.
     pub emitted: Vec3,
-    /// What its shader marked: name and color.
+    /// The marks (debug closures) of its shader: name and color.
     pub marks: Vec<(Arc<str>, Vec3)>,
-    /// Names of closures that are not known here.
+    /// Names of unknown closures.
     pub unknown: Vec<Arc<str>>,
     lobes: Vec<Lobe>,
-    /// How likely each lobe is chosen.
+    /// The probability of choosing each lobe.
     chances: Vec<f32>,
 }
 
-/// A direction that light comes from.
+/// A direction of incoming light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
     /// The direction.
     pub wi: Vec3,
-    /// What reaches the viewer of light from there, times its cosine, by the density of the choice.
+    /// The share of light from there that reaches the viewer, times the cosine, divided by the density of the
+    /// choice.
     pub weight: Vec3,
-    /// How likely the direction is, by solid angle; 0 where it is the only one.
+    /// The density of the direction by solid angle; 0 if it is the only one.
     pub pdf: f32,
-    /// Whether the direction is the only one, of a mirror.
+    /// Whether the direction is the only one, as for a mirror.
     pub delta: bool,
-    /// Whether light goes on as if nothing were there.
+    /// Whether light passes straight through.
     pub straight: bool,
-    /// Whether the way to scatter that was chosen is a diffuse one.
+    /// Whether the chosen lobe is diffuse.
     pub diffuse: bool,
 }
 
-/// Where a path goes on.
+/// How a path continues.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Next {
     /// In a direction.
     Direction(Chosen),
     /// Below the surface.
     Below {
-        /// The factor of what comes out.
+        /// The factor on the light that comes out.
         weight: Vec3,
-        /// Mean way between two collisions.
+        /// Mean free path between two collisions.
         radius: Vec3,
-        /// The share of light that comes back.
+        /// The share of light that comes back out.
         albedo: Vec3,
         /// The mean cosine of the scattering angle.
         g: f32,
@@ -73,7 +75,8 @@ fn brightness(color: Vec3) -> f32 {
 }
 
 impl Scatter {
-    /// A surface with the components of a closure. `ng` is the geometric normal outside; `wo` points to the viewer.
+    /// A surface with the components of a closure. `ng` is the geometric normal outside; `wo` points to the
+    /// viewer.
     pub fn new(components: &[Component], ng: Vec3, wo: Vec3) -> Scatter {
         let inside = ng.dot(wo) < 0.0;
         let side = Side { wo, ng: if inside { -ng } else { ng }, inside };
@@ -134,17 +137,17 @@ impl Scatter {
         }
     }
 
-    /// Whether it scatters light at all.
+    /// Whether it scatters no light.
     pub fn is_black(&self) -> bool {
         self.chances.iter().all(|c| *c == 0.0)
     }
 
-    /// Whether light from lights can reach the viewer: not from mirrors alone.
+    /// Whether light from lamps can reach the viewer, which is not the case if all lobes are mirrors.
     pub fn is_rough(&self) -> bool {
         self.lobes.iter().any(|l| !l.is_delta())
     }
 
-    /// The share of light that it sends to the viewer, about, without what passes through it.
+    /// The approximate share of light that it sends to the viewer, without transmitted light.
     pub fn albedo(&self) -> Vec3 {
         let seen = self.lobes.iter().filter(|l| !matches!(l.kind, Kind::Transparent));
         seen.map(|l| match &l.kind {
@@ -154,7 +157,8 @@ impl Scatter {
         .sum()
     }
 
-    /// What reaches the viewer of light from `wi`, times its cosine, and how likely sampling chooses `wi`.
+    /// The share of light from `wi` that reaches the viewer, times the cosine, and the density with which
+    /// sampling chooses `wi`.
     pub fn value(&self, wi: Vec3) -> (Vec3, f32) {
         let (mut sum, mut density) = (Vec3::ZERO, 0.0);
         for (lobe, chance) in self.lobes.iter().zip(&self.chances) {
@@ -165,7 +169,7 @@ impl Scatter {
         (sum, density)
     }
 
-    /// Chooses where light comes from; `None` if it comes from nowhere.
+    /// Chooses the direction of incoming light; `None` if there is none.
     pub fn next(&self, choice: f32, u: [f32; 3]) -> Option<Next> {
         let mut rest = choice;
         let mut found = None;
@@ -185,7 +189,7 @@ impl Scatter {
         if lobe.is_delta() {
             let straight = matches!(lobe.kind, Kind::Transparent);
             let same = wi.dot(self.side.ng) > 0.0;
-            // A normal that is bent too far sends a mirror's light to the wrong side.
+            // A normal that is bent too far would send a mirror's light to the wrong side.
             let right = match lobe.kind {
                 Kind::Mirror { reflects, .. } => reflects == same,
                 _ => true,

@@ -1,11 +1,11 @@
-//! Scattering keeps its promises: no energy from nothing, none lost where none should be, densities that are those of the
-//! choices.
+//! Scattering conserves energy: none is created, none is lost where none should be, and densities match the
+//! sampled directions.
 
 use super::*;
 use osl_exec::Param;
 use std::f32::consts::{PI, TAU};
 
-/// Numbers without order: each is the fraction of a multiple of an irrational number.
+/// Quasirandom numbers: each is the fraction of a multiple of an irrational number.
 fn uniform(n: usize) -> [f32; 4] {
     // M. Roberts' extension of the golden ratio to four dimensions.
     const STEPS: [f64; 4] =
@@ -32,7 +32,7 @@ fn facets(name: &str, alpha: [f32; 2], eta: f32, how: i32) -> Component {
     component("microfacet", values)
 }
 
-/// Closures with densities, each by a name.
+/// Closures with densities, with their names.
 fn rough() -> Vec<(&'static str, Component)> {
     vec![
         ("diffuse", component("diffuse", vec![N])),
@@ -50,7 +50,7 @@ fn directions() -> [Vec3; 4] {
     [0.1, 0.7, 1.2, 1.45].map(|angle: f32| Vec3::new(angle.sin() * 0.6, angle.sin() * 0.8, angle.cos()))
 }
 
-/// The share of an even sky's light that reaches the viewer, by sampling.
+/// The share of a uniform sky's light that reaches the viewer, by sampling.
 fn furnace(scatter: &Scatter, samples: usize) -> f32 {
     let mut sum = 0.0_f64;
     for n in 0..samples {
@@ -97,19 +97,19 @@ fn what_loses_nothing_shows_the_sky_as_it_is() {
             assert!((share - 1.0).abs() < 0.01, "{name} from {wo}: {share}");
         }
     }
-    // From inside, all that is not reflected as a whole goes out.
+    // From inside, all light that is not totally reflected leaves.
     for wo in directions() {
         let share = furnace(&Scatter::new(&glass(1.5), Vec3::NEG_Z, wo), 1 << 14);
         assert!((share - 1.0).abs() < 0.01, "glass from inside, from {wo}: {share}");
     }
 }
 
-/// The direction of a place on the unit square, evenly by solid angle.
+/// The direction for a position on the unit square, uniform by solid angle.
 fn direction(s: f32, t: f32) -> Vec3 {
     sphere([s, t])
 }
 
-/// Bins of a histogram: by height and around.
+/// Bins of the histogram: in height and around.
 const BINS: [usize; 2] = [16, 16];
 
 #[test]
@@ -138,16 +138,16 @@ fn directions_are_chosen_as_their_density_says() {
                 }
             }
             assert!(total <= samples as f64 * 1.01, "{name} from {wo}: densities add up to {total}");
-            // Even points scatter less than chance does, and the integral over a bin is not exact.
+            // Stratified points vary less than random ones, and the integral over a bin is not exact.
             assert!(chi < 1.5 * f64::from(freedom) + 30.0, "{name} from {wo}: {chi} of {freedom}");
         }
     }
 }
 
-/// How likely a direction within a bin is chosen: the integral of the density.
+/// The probability of a direction in a bin: the integral of the density.
 fn probability(scatter: &Scatter, bin: usize) -> f64 {
     let (row, column) = (bin / BINS[1], bin % BINS[1]);
-    // At the poles a narrow lobe takes a small part of the height of a bin.
+    // At the poles, a narrow lobe covers a small part of a bin's height.
     let fine = if matches!(row, 0 | 15) { [768, 24] } else { [48, 48] };
     let mut sum = 0.0_f64;
     for n in 0..fine[0] * fine[1] {

@@ -1,16 +1,16 @@
 //! Displacement: a shader moves the vertices of a surface.
 //!
-//! Vertices become shading points, one for each place, so that the shader runs over them in batches like over any
-//! others; what it yields moves them. It must not know how a shader is compiled or run.
+//! Vertices become shading points, one per place, so that the shader runs over them in batches as over any
+//! other points; its output moves them. This module must not know how a shader is compiled or run.
 
 use crate::mesh::{SurfacePoint, Triangles};
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
 
-/// Where the points of a surface go: a value for each point, in order.
+/// The new positions of a surface's points: a value for each point, in order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Displacement {
-    /// So far along the normal.
+    /// A distance along the normal.
     Along(Vec<f32>),
     /// By a vector, in common space.
     By(Vec<Vec3>),
@@ -18,20 +18,21 @@ pub enum Displacement {
     To(Vec<Vec3>),
 }
 
-/// What came of a displacement.
+/// The result of a displacement.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Displaced {
-    /// Points that were moved or could have been.
+    /// Points that were displaced, including those displaced by zero.
     pub points: usize,
-    /// Points that had no place to go, since a number was not finite, or none was given: they stayed.
+    /// Points that stayed in place because their displacement was missing or not finite.
     pub stayed: usize,
-    /// The farthest that a point moved.
+    /// The largest distance that a point moved.
     pub farthest: f32,
 }
 
 impl Triangles {
-    /// The shading points of a surface, one for each place: the normal is smooth across edges, the coordinates are those
-    /// of the first vertex there, and a point covers a square as long as its edges are on average.
+    /// The shading points of a surface, one per place. The normal is smooth across edges, the coordinates are
+    /// those of the first vertex at the place, and the footprint is a square whose side is the mean length of
+    /// the adjacent edges.
     pub fn shading_points(&self) -> SurfacePoints {
         let normals = self.place_normals();
         let sides = self.edge_lengths();
@@ -49,7 +50,7 @@ impl Triangles {
             let get = |list: &[Vec3]| list.get(vertex).copied().unwrap_or_default();
             let point = SurfacePoint {
                 p: get(&self.positions),
-                // Where all vertices have places of their own, their normals are exact.
+                // If every vertex has its own place, its normal is exact.
                 n: if several { flat } else { own },
                 ng: flat,
                 uv: self.uvs.get(vertex).copied().unwrap_or_default(),
@@ -83,11 +84,11 @@ impl Triangles {
     }
 }
 
-/// Moves the points of a surface. `shade` is given the points and yields where they go. All vertices of a place move
-/// together, so that seams stay closed; normals and tangents are made anew.
+/// Displaces the points of a surface. `shade` gets the points and returns their displacement. All vertices of
+/// a place move together, so that seams stay closed; normals and tangents are recomputed.
 ///
 /// # Errors
-/// Those of `shade`; the surface is then as it was.
+/// Those of `shade`; the surface is then unchanged.
 pub fn displace<E>(
     triangles: &mut Triangles,
     shade: impl FnOnce(&SurfacePoints) -> Result<Displacement, E>,

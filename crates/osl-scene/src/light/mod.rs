@@ -1,7 +1,7 @@
-//! Where light comes from: spheres that a point sees, and the sky all around.
+//! Light sources: spherical lamps and the sky.
 //!
-//! Each kind of light can be sampled from a point, and tells how likely that was for a direction that was chosen
-//! otherwise: what multiple importance sampling needs. It must not know surfaces or pictures.
+//! Each kind of light can be sampled from a point, and returns the density of a direction that was chosen
+//! otherwise, as multiple importance sampling requires. This module must not know surfaces or pictures.
 
 mod sky;
 
@@ -12,43 +12,44 @@ use crate::math;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Light on its way to a point.
+/// Light that arrives at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arriving {
-    /// Where it comes from; of length 1.
+    /// The direction that it comes from, of length 1.
     pub wi: Vec3,
-    /// How far.
+    /// Distance to the light.
     pub distance: f32,
-    /// Radiance by density of the choice.
+    /// Radiance divided by the density of the choice.
     pub weight: Vec3,
-    /// How likely the direction is, by solid angle; 0 where there is no other.
+    /// The density of the direction by solid angle; 0 if it is the only one.
     pub pdf: f32,
 }
 
-/// A light that does not fall off with distance: a white diffuse surface that faces it has the radiance `color`.
+/// A light that does not fall off with distance: a white diffuse surface that faces it has the radiance
+/// `color`.
 ///
-/// A sphere of radius `r` at distance `d` covers the share `r²/d²` of the sky by cosine, so that its radiance is
-/// `color · d²/r²`. It blocks no light, and cameras do not see it.
+/// A sphere of radius `r` at distance `d` covers the share `r²/d²` of the cosine-weighted sky, so its
+/// radiance is `color · d²/r²`. It casts no shadow, and cameras do not see it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereLight {
     /// Its center.
     pub position: Vec3,
-    /// Its radius; 0 is a point.
+    /// Its radius; 0 means a point light.
     pub radius: f32,
     /// Color times intensity.
     pub color: Vec3,
 }
 
 impl SphereLight {
-    /// The cosine of the angle from its center to its border, less 1, negative; and its radiance.
+    /// The cosine of its angular radius minus 1 (negative), and its radiance.
     fn cone(&self, p: Vec3) -> Option<(f32, Vec3)> {
         let d2 = (self.position - p).length_squared();
         let sin2 = self.radius * self.radius / d2;
-        // From inside there is no light.
+        // There is no light from inside.
         (sin2 < 1.0 && sin2 > 0.0).then(|| (sin2 / (1.0 + (1.0 - sin2).sqrt()), self.color / sin2))
     }
 
-    /// Light that arrives at a point.
+    /// Samples light that arrives at a point.
     pub fn sample(&self, p: Vec3, u: [f32; 2]) -> Option<Arriving> {
         let to = self.position - p;
         let distance = to.length();
@@ -68,7 +69,8 @@ impl SphereLight {
         Some(Arriving { wi, distance, weight: radiance / pdf, pdf })
     }
 
-    /// Its radiance along a ray that has a free way of `reach`, and how likely sampling chooses that direction.
+    /// Its radiance along a ray that is unobstructed up to `reach`, and the density with which sampling
+    /// chooses that direction.
     pub fn seen(&self, p: Vec3, wi: Vec3, reach: f32) -> Option<(Vec3, f32)> {
         let (open, radiance) = self.cone(p)?;
         let to = self.position - p;
@@ -80,7 +82,7 @@ impl SphereLight {
     }
 }
 
-/// The weight of one of two ways to choose a direction. E. Veach and L. Guibas, "Optimally Combining Sampling
+/// The weight of one of two sampling techniques. E. Veach and L. Guibas, "Optimally Combining Sampling
 /// Techniques", 1995: the balance heuristic.
 pub fn balance(own: f32, other: f32) -> f32 {
     if own + other > 0.0 { own / (own + other) } else { 0.0 }

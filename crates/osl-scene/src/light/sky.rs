@@ -1,25 +1,25 @@
-//! The sky: one color, or an image of all directions, chosen from as bright as it is.
+//! The sky: one color, or an image of all directions that is sampled by its brightness.
 
 use super::Arriving;
 use crate::math;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
-/// Light from all around.
+/// Light from all directions.
 #[derive(Clone, Debug)]
 pub struct Sky {
     image: Option<Image>,
     color: Vec3,
 }
 
-/// Directions as an image: its middle looks along −z, its right half to +x, its first row up to +y.
+/// Directions as an image: the middle is −z, the right half faces +x, and the first row faces up to +y.
 #[derive(Clone, Debug)]
 struct Image {
     size: [usize; 2],
     pixels: Vec<Vec3>,
-    /// Sums of what rows send, up to and with each.
+    /// Running sums of the rows' brightness.
     rows: Vec<f32>,
-    /// The same within each row.
+    /// Running sums within each row.
     columns: Vec<f32>,
 }
 
@@ -29,7 +29,8 @@ impl Sky {
         Sky { image: None, color }
     }
 
-    /// An image of `width` by `height` pixels, row by row from the top. Values that are negative or not finite are 0.
+    /// An image of `width` by `height` pixels, row by row from the top. Negative and non-finite values become
+    /// 0.
     pub fn image([width, height]: [usize; 2], mut pixels: Vec<Vec3>) -> Sky {
         pixels.resize(width * height, Vec3::ZERO);
         for p in &mut pixels {
@@ -53,7 +54,7 @@ impl Sky {
         Sky { color: Vec3::ZERO, image: Some(Image { size: [width, height], pixels, rows, columns }) }
     }
 
-    /// The direction of a place on the image, from 0 to 1 from the left and from the top.
+    /// The direction for a position on the image; coordinates run from 0 to 1 from the left and from the top.
     pub fn direction([s, t]: [f32; 2]) -> Vec3 {
         let (sin_around, cos_around) = math::sin_cos(TAU * (s - 0.5));
         let (sin, cos) = math::sin_cos(PI * t);
@@ -73,7 +74,8 @@ impl Sky {
         }
     }
 
-    /// Light that arrives at any point. A sky of one color has none to choose: there a surface chooses better.
+    /// Samples light from the image. A sky of one color returns `None`, since sampling by the surface is
+    /// better.
     pub fn sample(&self, u: [f32; 2]) -> Option<Arriving> {
         let image = self.image.as_ref()?;
         let (place, pdf) = image.choose(u)?;
@@ -82,13 +84,13 @@ impl Sky {
         Some(Arriving { wi, distance: f32::INFINITY, weight, pdf })
     }
 
-    /// How likely [`Sky::sample`] chooses a direction.
+    /// The density with which [`Sky::sample`] chooses a direction.
     pub fn pdf(&self, w: Vec3) -> f32 {
         self.image.as_ref().map_or(0.0, |image| image.density(Sky::place(w)))
     }
 }
 
-/// The first of increasing sums that is above `x`, and where in its step `x` lies, from 0 to 1.
+/// The index of the first running sum above `x`, and the position of `x` within that step, from 0 to 1.
 fn find(sums: &[f32], x: f32) -> Option<(usize, f32)> {
     let at = sums.partition_point(|s| *s <= x).min(sums.len().checked_sub(1)?);
     let before = at.checked_sub(1).and_then(|b| sums.get(b)).copied().unwrap_or(0.0);
@@ -101,7 +103,7 @@ impl Image {
         self.pixels.get(y * self.size[0] + x).copied().unwrap_or_default()
     }
 
-    /// Between the four pixels around a place.
+    /// Interpolates the four pixels around a position.
     fn at(&self, [s, t]: [f32; 2]) -> Vec3 {
         let [width, height] = self.size;
         let (x, y) = (s * width as f32 - 0.5, (t * height as f32 - 0.5).clamp(0.0, height as f32 - 1.0));
@@ -128,7 +130,7 @@ impl Image {
         let [width, height] = self.size;
         let (x, y) = ((s * width as f32) as usize, (t * height as f32) as usize);
         let (x, y) = (x.min(width - 1), y.min(height - 1));
-        // Rows count by the sine of their middle; the density by that of the place itself.
+        // Rows are weighted by the sine at their middle, the density by the sine at the position itself.
         let middle = math::sin(PI * (y as f32 + 0.5) / height as f32);
         let total = self.rows.last().copied().unwrap_or(0.0);
         let share = self.pixel(x, y).element_sum() * middle / total * (width * height) as f32;

@@ -1,4 +1,4 @@
-//! Lights send what they promise, and tell how they were chosen.
+//! Lights send the right amount of light, and their densities match their samples.
 
 use super::*;
 

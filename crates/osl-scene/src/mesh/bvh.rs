@@ -1,4 +1,4 @@
-//! Which triangle a ray hits first.
+//! Finds the first triangle that a ray hits.
 
 use super::tree::tree;
 use super::{Bounds, FARTHEST, Triangles};
@@ -10,31 +10,31 @@ use obvhs::ray::RayHit;
 use std::hash::{Hash, Hasher};
 use std::ops::Range;
 
-/// How much larger than a triangle its box is, for coordinates of 1.
+/// How much the box of a triangle is enlarged, for coordinates of 1.
 const SLACK: f32 = 1e-6;
 
-/// Where a ray hits a triangle.
+/// The point at which a ray hits a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshHit {
-    /// Distance along the ray, in lengths of its direction.
+    /// Distance along the ray, in units of its direction's length.
     pub t: f32,
-    /// Which triangle.
+    /// Index of the triangle.
     pub triangle: usize,
     /// Weights of its second and third corner.
     pub barycentric: [f32; 2],
 }
 
-/// Triangles, sorted into boxes.
+/// Triangles in a tree of boxes.
 pub struct Bvh {
     tree: Option<CwBvh>,
-    /// Corners in the order of the tree, and the number of each triangle in the mesh.
+    /// Corners in the order of the tree, and the index of each triangle in the mesh.
     corners: Vec<[Vec3; 3]>,
     numbers: Vec<u32>,
 }
 
 impl Bvh {
-    /// Sorts triangles. Those with a coordinate that is not finite, or beyond [`FARTHEST`], are never hit, nor are all but
-    /// the first of those that lie in the same place.
+    /// Builds the tree. Triangles with a coordinate that is not finite or beyond [`FARTHEST`] are never hit;
+    /// of several identical triangles, only the first is kept.
     pub fn new(mesh: &Triangles) -> Bvh {
         let near = |p: &Vec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
         let mut kept: Vec<usize> =
@@ -52,7 +52,8 @@ impl Bvh {
         Bvh { tree: Some(tree), corners, numbers }
     }
 
-    /// The nearest hit of a ray within a range of distances. A ray through a shared edge hits one of its triangles.
+    /// The nearest hit of a ray within a range of distances. A ray through a shared edge hits one of its
+    /// triangles.
     pub fn hit(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> Option<MeshHit> {
         let tree = self.tree.as_ref()?;
         if !(origin.is_finite() && direction.is_finite()) {
@@ -77,7 +78,7 @@ impl Bvh {
         Some(MeshHit { t: hit.t, triangle, barycentric })
     }
 
-    /// Whether anything is within a range of distances along a ray.
+    /// Whether a ray hits anything within a range of distances.
     pub fn blocked(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> bool {
         let Some(tree) = self.tree.as_ref().filter(|_| origin.is_finite() && direction.is_finite()) else {
             return false;
@@ -91,14 +92,15 @@ impl Bvh {
     }
 }
 
-/// The box around a triangle, a little larger, so that rounding loses no ray that meets it.
+/// The box of a triangle, slightly enlarged, so that rounding does not lose a hit.
 fn around(corners: [Vec3; 3]) -> Aabb {
     let bounds = Bounds::of(corners);
     let slack = bounds.min.abs().max(bounds.max.abs()).max_element() * SLACK + f32::MIN_POSITIVE;
     Aabb::new(Vec3A::from(bounds.min) - slack, Vec3A::from(bounds.max) + slack)
 }
 
-/// Leaves out triangles whose corners are those of one before: a ray would have to ask all of a pile.
+/// Removes triangles whose corners equal those of an earlier one, because a ray would have to test each of a
+/// stack.
 fn leave_out_copies(kept: &mut Vec<usize>, mesh: &Triangles) {
     let bits = |at: usize| mesh.corners(at).map(|p| p.to_array().map(f32::to_bits));
     let hash = |at: usize| {
@@ -108,7 +110,7 @@ fn leave_out_copies(kept: &mut Vec<usize>, mesh: &Triangles) {
     };
     let mut hashes: Vec<(u64, usize)> = kept.iter().map(|at| (hash(*at), *at)).collect();
     hashes.sort_unstable();
-    // Those with one hash are nearly always copies; where they are not, the first of a run stands for the comparison.
+    // Triangles with one hash are nearly always copies. Otherwise only the first of a run is compared.
     let mut copies: Vec<usize> = Vec::new();
     for run in hashes.chunk_by(|a, b| a.0 == b.0) {
         let [(_, first), others @ ..] = run else { continue };
@@ -121,15 +123,15 @@ fn leave_out_copies(kept: &mut Vec<usize>, mesh: &Triangles) {
     }
 }
 
-/// A ray as the tree takes it: it goes by the sign of coordinates, and a zero is to have the sign of its inverse.
+/// A ray for the tree, which tests the signs of coordinates: a zero must have the sign of its inverse.
 fn ray_in(origin: Vec3, direction: Vec3, range: Range<f32>) -> ray::Ray {
     ray::Ray::new(origin.into(), (direction + Vec3::ZERO).into(), range.start, range.end)
 }
 
-/// Where a ray meets a triangle, and the weights of its second and third corner.
+/// The distance at which a ray hits a triangle, and the weights of its second and third corner.
 ///
-/// On which side of an edge the ray passes is the sign of a triple product, that for the triangle on the other side is
-/// its exact negative, and 0 is inside: no ray slips through between two.
+/// The sign of a triple product tells on which side of an edge the ray passes. For the triangle on the other
+/// side it is the exact negative, and 0 counts as inside, so no ray passes between two triangles.
 fn meet(corners: &[Vec3; 3], origin: DVec3, direction: DVec3) -> Option<(f32, [f32; 2])> {
     let [a, b, c] = corners.map(|p| p.as_dvec3() - origin);
     let weights = [b.cross(c), c.cross(a), a.cross(b)].map(|side| direction.dot(side));

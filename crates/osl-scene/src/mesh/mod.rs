@@ -1,7 +1,7 @@
-//! Meshes: polygons as scenes and files give them, and triangles as they are rendered.
+//! Meshes: polygons from scenes and files, and triangles for rendering.
 //!
-//! `Mesh` is what comes in, checked by [`Mesh::check`]; `Triangles` is what `subdivide` makes of it. It must not know
-//! cameras or shaders.
+//! `Mesh` is the input, checked by [`Mesh::check`]; `Triangles` is what `subdivide` makes of it. This module
+//! must not know cameras or shaders.
 
 mod bvh;
 mod normals;
@@ -22,23 +22,24 @@ use std::fmt;
 pub struct Mesh {
     /// The vertices.
     pub positions: Vec<Vec3>,
-    /// How many corners each face has. Their sum is the number of corners.
+    /// Number of corners of each face. Their sum is the number of corners.
     pub face_sizes: Vec<u32>,
-    /// For each corner, face by face, which vertex it is. Seen from outside, corners go counterclockwise.
+    /// For each corner, face by face, the index of its vertex. Corners run counterclockwise as seen from
+    /// outside.
     pub corners: Vec<u32>,
     /// Surface coordinates; may be empty.
     pub uvs: Vec<Vec2>,
-    /// For each corner, which surface coordinates it has; empty if there are none.
+    /// For each corner, the index of its surface coordinates; empty if there are none.
     pub uv_corners: Vec<u32>,
     /// Shading normals; may be empty.
     pub normals: Vec<Vec3>,
-    /// For each corner, which normal it has; empty if there are none.
+    /// For each corner, the index of its normal; empty if there are none.
     pub normal_corners: Vec<u32>,
-    /// Edges that stay sharp: two vertices, and for how many levels of subdivision.
+    /// Edges that stay sharp: two vertices, and the number of subdivision levels.
     pub creases: Vec<([u32; 2], f32)>,
 }
 
-/// The largest coordinate of a vertex: sums of areas of boxes around such ones still fit a single float.
+/// The largest permitted coordinate of a vertex: sums of box areas still fit in a single-precision float.
 pub const FARTHEST: f32 = 1e12;
 
 /// What is wrong with a mesh.
@@ -52,10 +53,10 @@ pub enum MeshError {
         /// Listed corners.
         corners: usize,
     },
-    /// A list with one entry for each corner has another number.
+    /// A list with one entry per corner has a different length.
     #[error("there are {corners} corners, but {count} of their {what}")]
     Count {
-        /// What is listed.
+        /// The name of the list.
         what: &'static str,
         /// Corners of the mesh.
         corners: usize,
@@ -65,7 +66,7 @@ pub enum MeshError {
     /// An index beyond its list.
     #[error("{what} {index} does not exist: there are {count}")]
     Index {
-        /// What is indexed.
+        /// The name of the index list.
         what: &'static str,
         /// The index.
         index: u32,
@@ -75,42 +76,42 @@ pub enum MeshError {
     /// A coordinate is not a finite number.
     #[error("{what} {index} is not finite")]
     NotFinite {
-        /// What it is of.
+        /// The name of the coordinate list.
         what: &'static str,
-        /// Which one.
+        /// Its index.
         index: usize,
     },
-    /// A vertex whose distances no single float can hold squared.
+    /// A vertex so far away that squared distances overflow single precision.
     #[error("vertex {index} is farther than {FARTHEST:e} from the origin")]
     Far {
-        /// Which one.
+        /// Its index.
         index: usize,
     },
-    /// Nothing to render.
+    /// There is nothing to render.
     #[error("the mesh has no faces")]
     Empty,
-    /// More than can be numbered.
+    /// There are more vertices or corners than can be numbered.
     #[error("the mesh has more than {most} corners or vertices (--limit scenes.corners=N)")]
     TooLarge {
-        /// How many it may have.
+        /// The permitted number.
         most: u64,
     },
-    /// Cut so finely it would have too many triangles.
+    /// The subdivision would produce too many triangles.
     #[error("there would be more than {most} triangles (--limit scenes.triangles=N)")]
     TooFine {
-        /// How many there may be.
+        /// The permitted number.
         most: u64,
     },
 }
 
-/// What was odd about a mesh and survived.
+/// Irregularities of a mesh that do not prevent rendering.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Oddities {
-    /// Faces with fewer than three different corners; they are left out.
+    /// Faces with fewer than three distinct corners, which are left out.
     pub degenerate_faces: usize,
-    /// Edges with more than two faces, or with two of opposite sides; they stay sharp.
+    /// Edges with more than two faces, or with two faces of opposite orientation, which stay sharp.
     pub bad_edges: usize,
-    /// Vertices at which pieces of the surface merely touch; they stay where they are.
+    /// Vertices at which parts of the surface only touch, which stay in place.
     pub bad_vertices: usize,
 }
 
@@ -136,21 +137,21 @@ impl fmt::Display for Oddities {
 }
 
 impl Mesh {
-    /// Whether all indices and numbers are sound. What else is odd about a mesh, subdivision survives.
+    /// Checks that all indices and numbers are valid. Subdivision tolerates other irregularities.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The first problem found.
     pub fn check(&self) -> Result<(), MeshError> {
         self.check_within(Limits::default().scenes.corners)
     }
 
-    /// As [`Mesh::check`], for a mesh of so many corners and vertices at most.
+    /// Like [`Mesh::check`], with a maximum number of corners and vertices.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The first problem found.
     pub fn check_within(&self, most: u64) -> Result<(), MeshError> {
         let corners = self.corners.len();
-        // Places are numbered with 32 bits, and a level multiplies them by four.
+        // Places are numbered with 32 bits, and each level multiplies them by four.
         if corners.max(self.positions.len()) as u64 > most.min(1 << 28) {
             return Err(MeshError::TooLarge { most });
         }
@@ -190,7 +191,7 @@ impl Mesh {
         self.normals.iter_mut().for_each(turn);
     }
 
-    /// The faces: their first corner and how many they have.
+    /// The faces: the first corner of each and its number of corners.
     pub fn faces(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.face_sizes.iter().scan(0, |first, size| {
             let here = *first;

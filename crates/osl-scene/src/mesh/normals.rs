@@ -4,16 +4,16 @@ use super::Triangles;
 use crate::math;
 use glam::Vec3;
 
-/// Normals of one place that differ by less than this angle's cosine are one smooth normal.
+/// Normals at one place whose angle has a cosine above this are merged into one smooth normal.
 const SAME_NORMAL: f32 = 0.9999;
 
-/// Vertices of one place whose normals are compared with that of another.
+/// Maximum number of vertices at one place whose normals are compared with that of another.
 const COMPARED: usize = 256;
 
 impl Triangles {
-    /// The smooth normal of each place: the sum of the normals around, each by the angle that its triangle has there,
-    /// so that it does not depend on how faces were cut into triangles. G. Thürmer and C. A. Wüthrich, "Computing Vertex
-    /// Normals from Polygonal Facets", 1998.
+    /// The smooth normal of each place: the sum of the adjacent triangles' normals, weighted by the angle of
+    /// the triangle at the place, so that the result does not depend on how faces were triangulated. G.
+    /// Thürmer and C. A. Wüthrich, "Computing Vertex Normals from Polygonal Facets", 1998.
     pub fn place_normals(&self) -> Vec<Vec3> {
         let mut sums = vec![Vec3::ZERO; self.place_count()];
         self.each_corner(|vertex, normal, _| {
@@ -23,8 +23,8 @@ impl Triangles {
         sums.into_iter().map(Vec3::normalize_or_zero).collect()
     }
 
-    /// Makes normals anew from the triangles. Vertices of a place that had one normal share one again, so that smooth
-    /// stays smooth and an edge stays an edge.
+    /// Recomputes normals from the triangles. Vertices of a place that shared a normal share one again, so
+    /// that smooth areas stay smooth and edges stay edges.
     pub fn renew_normals(&mut self) {
         let groups = self.normal_groups();
         let count = groups.iter().max().map_or(0, |last| *last as usize + 1);
@@ -38,16 +38,17 @@ impl Triangles {
         self.normals.iter_mut().zip(renewed).for_each(|(n, sum)| *n = sum.normalize_or(*n));
     }
 
-    /// A number for each vertex: the same for those of one place with one normal.
+    /// A number for each vertex: equal for vertices of one place with one normal.
     fn normal_groups(&self) -> Vec<u32> {
-        // The first vertex of each place, and behind each vertex the next of its place.
+        // The first vertex of each place, and for each vertex the next one of its place.
         let mut first = vec![u32::MAX; self.place_count()];
         let mut next = vec![u32::MAX; self.positions.len()];
         let mut groups: Vec<u32> = (0..self.positions.len() as u32).collect();
         for (vertex, place) in self.places.iter().enumerate() {
             let Some(head) = first.get_mut(*place as usize) else { continue };
             let mut other = *head;
-            // Those of one normal lie side by side: at a place of very many normals not all are compared.
+            // Vertices with one normal are adjacent in the list; at a place with very many normals, not all
+            // are compared.
             for _ in 0..COMPARED {
                 let Some(normal) = self.normals.get(other as usize) else { break };
                 if self.normals.get(vertex).is_some_and(|n| n.dot(*normal) > SAME_NORMAL) {
@@ -62,7 +63,8 @@ impl Triangles {
         groups
     }
 
-    /// Calls `visit` for each corner with its vertex, the triangle's normal times the angle there, and the triangle.
+    /// Calls `visit` for each corner with its vertex, the triangle's normal weighted by the angle there, and
+    /// the triangle.
     fn each_corner(&self, mut visit: impl FnMut(usize, Vec3, usize)) {
         for (triangle, vertices) in self.indices.iter().enumerate() {
             let p = self.corners(triangle);
@@ -72,7 +74,7 @@ impl Triangles {
             }
             for corner in 0..3 {
                 let (to, from) = (p[(corner + 1) % 3] - p[corner], p[(corner + 2) % 3] - p[corner]);
-                // Both have length, else there was no normal.
+                // Both have a nonzero length, or there would be no normal.
                 let cosine = to.dot(from) / (to.length() * from.length());
                 let angle = math::acos(cosine.clamp(-1.0, 1.0));
                 visit(vertices[corner] as usize, normal * angle, triangle);
@@ -80,8 +82,8 @@ impl Triangles {
         }
     }
 
-    /// Makes `dpdu` and `dpdv` of the surface coordinates: at each vertex the mean over its triangles, laid into the
-    /// tangent plane. They are 0 where coordinates do not change.
+    /// Recomputes `dpdu` and `dpdv` from the surface coordinates: at each vertex, the mean over its
+    /// triangles, projected onto the tangent plane. They are 0 where the coordinates do not change.
     pub fn renew_tangents(&mut self) {
         let mut sums = vec![[Vec3::ZERO; 2]; self.positions.len()];
         let mut weights = vec![0.0_f32; self.positions.len()];
@@ -107,7 +109,7 @@ impl Triangles {
         }
     }
 
-    /// How the position changes with u and v on a triangle; `None` where the coordinates do not span a plane.
+    /// The change of the position with u and v on a triangle; `None` if the coordinates do not span a plane.
     fn slopes(&self, triangle: usize) -> Option<[Vec3; 2]> {
         let [p0, p1, p2] = self.corners(triangle);
         let [t0, t1, t2] = self.indices.get(triangle)?.map(|at| self.uvs.get(at as usize).copied());

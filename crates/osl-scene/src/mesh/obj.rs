@@ -1,45 +1,45 @@
-//! Meshes from the text of OBJ files.
+//! Reads meshes from the text of OBJ files.
 
 use super::{Mesh, MeshError};
 use glam::{Vec2, Vec3};
 use osl_limits::Limits;
 use std::collections::HashMap;
 
-/// What is wrong with an OBJ file.
+/// Why an OBJ file was refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ObjError {
     /// A line that cannot be read.
     #[error("{0}")]
     Text(String),
-    /// A number of a vertex that no file has.
+    /// A vertex index that no file can have.
     #[error("line {line}: `{token}` is no vertex")]
     Vertex {
         /// The line, from 1.
         line: usize,
-        /// What stands there.
+        /// The text of the index.
         token: String,
     },
-    /// The mesh that is in it.
+    /// Its mesh is invalid.
     #[error("{0}")]
     Mesh(#[from] MeshError),
 }
 
-/// Digits that the number of a vertex may have.
+/// Maximum number of digits of a vertex index.
 const MAX_DIGITS: usize = 9;
 
-/// Reads the faces of an OBJ file; materials, lines and points are left out. Objects and groups become one mesh, joined
-/// where they share positions.
+/// Reads the faces of an OBJ file; materials, lines and points are ignored. Objects and groups become one
+/// mesh, joined where they share positions.
 ///
 /// # Errors
-/// A line that is wrong, or a mesh that is.
+/// A line or the mesh is invalid.
 pub fn read_obj(text: &str) -> Result<Mesh, ObjError> {
     read_obj_within(text, &Limits::default())
 }
 
-/// As [`read_obj`], with limits of its own.
+/// Like [`read_obj`], with explicit limits.
 ///
 /// # Errors
-/// A line that is wrong, or a mesh that is.
+/// A line or the mesh is invalid.
 pub fn read_obj_within(text: &str, limits: &Limits) -> Result<Mesh, ObjError> {
     let most = limits.scenes.corners;
     numbers_are_sane(text, most)?;
@@ -57,7 +57,7 @@ pub fn read_obj_within(text: &str, limits: &Limits) -> Result<Mesh, ObjError> {
     Ok(mesh)
 }
 
-/// The library multiplies indices before it looks whether they exist, and reads all faces before it says how many there are.
+/// The library multiplies indices before it checks them, and reads all faces before it reports their number.
 fn numbers_are_sane(text: &str, most: u64) -> Result<(), ObjError> {
     let mut corners = 0;
     for (line, content) in text.lines().enumerate() {
@@ -77,13 +77,13 @@ fn numbers_are_sane(text: &str, most: u64) -> Result<(), ObjError> {
     Ok(())
 }
 
-/// Pieces of a file as one mesh.
+/// The parts of a file, joined into one mesh.
 #[derive(Default)]
 struct Joined {
     mesh: Mesh,
-    /// Vertices of the pieces so far, by the bits of their positions.
+    /// Vertices of the parts so far, by the bits of their positions.
     known: HashMap<[u32; 3], u32>,
-    /// Whether all pieces so far have coordinates, and normals.
+    /// Whether all parts so far have coordinates, and whether all have normals.
     complete: Option<[bool; 2]>,
 }
 
@@ -97,7 +97,7 @@ impl Joined {
             return Ok(());
         }
         let triples = |list: &[f32]| -> Vec<Vec3> { list.chunks_exact(3).map(Vec3::from_slice).collect() };
-        // A zero has one sign here, so that equal places have equal bits.
+        // Adding zero gives zeros the same sign, so that equal positions have equal bits.
         let key = |p: Vec3| (p + Vec3::ZERO).to_array().map(f32::to_bits);
         let mut own = Vec::new();
         let mut new = Vec::new();
@@ -110,7 +110,7 @@ impl Joined {
             }
             own.push(vertex);
         }
-        // Vertices of one piece stay apart even where they lie at one place: the file says so.
+        // Vertices of one part stay separate even if they have the same position, as in the file.
         self.known.extend(new);
         let vertex = |at: &u32| own.get(*at as usize).copied().unwrap_or(u32::MAX);
         mesh.corners.extend(piece.indices.iter().map(vertex));
@@ -131,7 +131,7 @@ impl Joined {
         Ok(())
     }
 
-    /// The mesh; what not all faces have is left out.
+    /// The mesh, without the data that only some faces have.
     fn finish(mut self) -> Mesh {
         let [uvs, normals] = self.complete.unwrap_or_default();
         if !uvs {

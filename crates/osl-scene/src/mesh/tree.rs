@@ -1,9 +1,9 @@
-//! The tree of boxes that rays are led through.
+//! The tree of boxes that rays traverse.
 //!
-//! Boxes are halved where that makes what a ray has to look at smallest, as J. D. MacDonald and K. S. Booth estimate it
-//! ("Heuristics for ray tracing using space subdivision", 1990), over a few places along the longest axis. Where that goes
-//! on for too long, as many boxes go to one side as to the other, so that any boxes at all, piled up or within each
-//! other, take no more time than n log² n. It must not know triangles.
+//! Sets of boxes are split where the estimated cost for a ray is smallest (J. D. MacDonald and K. S. Booth,
+//! "Heuristics for ray tracing using space subdivision", 1990), among a few positions along the longest axis.
+//! If the tree becomes too deep, sets are split into halves of equal size, so that any boxes, however stacked
+//! or nested, take at most n log² n time. This module must not know triangles.
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
@@ -12,14 +12,14 @@ use obvhs::bvh2::node::Bvh2Node;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
 
-/// Places along an axis where a set may be parted.
+/// Positions along an axis at which a set may be split.
 const BINS: usize = 16;
-/// Depth beyond that of an even tree at which sets are parted evenly.
+/// Sets at this depth below that of a balanced tree are split evenly.
 const UNEVEN: u32 = 12;
 /// Boxes in a leaf of the wide tree.
 const IN_LEAF: u32 = 3;
 
-/// A part of the boxes that is a node of the tree.
+/// A range of the boxes that forms a node of the tree.
 struct Part {
     node: usize,
     start: usize,
@@ -27,7 +27,7 @@ struct Part {
     depth: u32,
 }
 
-/// The tree of boxes, in whose order `primitive_indices` lists them.
+/// Builds the tree of boxes; `primitive_indices` lists them in its order.
 pub(super) fn tree(boxes: &[Aabb]) -> CwBvh {
     if boxes.is_empty() {
         return CwBvh::default();
@@ -65,8 +65,8 @@ pub(super) fn tree(boxes: &[Aabb]) -> CwBvh {
     bvh2_to_cwbvh(&tree, IN_LEAF, true, false)
 }
 
-/// Sorts two or more boxes into those of one half and those of the other; how many the first has, which is neither none nor
-/// all.
+/// Splits a list of two or more boxes in place. Returns the number of boxes in the first half, which is
+/// neither zero nor all.
 fn part_in_two(list: &mut [u32], boxes: &[Aabb], centers: &[Vec3A], evenly: bool) -> usize {
     let center = |at: &u32| centers[*at as usize];
     let (low, high) = list
@@ -89,7 +89,7 @@ fn part_in_two(list: &mut [u32], boxes: &[Aabb], centers: &[Vec3A], evenly: bool
         counts[bin] += 1;
         bounds[bin] = bounds[bin].union(&boxes[*at as usize]);
     }
-    // The cost of each cut: boxes on either side, by the area around them.
+    // The cost of each split: the number of boxes on either side, weighted by the area around them.
     let mut behind = [0.0_f32; BINS];
     let (mut count, mut around) = (0, Aabb::empty());
     for bin in (1..BINS).rev() {
@@ -128,7 +128,7 @@ mod tests {
         Aabb::new(center - half, center + half)
     }
 
-    /// Each box is in the tree once, wherever boxes are.
+    /// Each box is in the tree exactly once, for any arrangement.
     #[test]
     fn any_boxes_make_a_tree() {
         let spread = |i: u32| Vec3A::new((i * 37 % 101) as f32, (i * 53 % 97) as f32, (i % 7) as f32);
@@ -136,7 +136,7 @@ mod tests {
             (0..1000).map(|i| cube(spread(i), 0.5)).collect(),
             vec![cube(Vec3A::ONE, 1.0); 5000],
             (1..5000).map(|i| cube(Vec3A::ZERO, i as f32)).collect(),
-            // One shared corner: each holds all that came before.
+            // One shared corner: each box contains all earlier ones.
             (1..5000).map(|i| Aabb::new(Vec3A::ZERO, Vec3A::splat(i as f32))).collect(),
             (0..120).map(|i| cube(Vec3A::X * 2.0_f32.powi(i - 90), 1e-9)).collect(),
         ];

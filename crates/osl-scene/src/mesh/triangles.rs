@@ -1,27 +1,27 @@
-//! Triangles as they are rendered, and a point on them.
+//! Triangles for rendering, and points on them.
 
 use glam::{Mat4, Vec2, Vec3};
 
-/// A box around something.
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// Least coordinates; above `max` if the box is empty.
+    /// Minimum coordinates; above `max` if the box is empty.
     pub min: Vec3,
-    /// Greatest coordinates.
+    /// Maximum coordinates.
     pub max: Vec3,
 }
 
 impl Bounds {
-    /// The box around nothing.
+    /// The empty box.
     pub const EMPTY: Bounds = Bounds { min: Vec3::INFINITY, max: Vec3::NEG_INFINITY };
 
-    /// The box around points.
+    /// The box around some points.
     pub fn of(points: impl IntoIterator<Item = Vec3>) -> Bounds {
         let grow = |b: Bounds, p: Vec3| Bounds { min: b.min.min(p), max: b.max.max(p) };
         points.into_iter().fold(Bounds::EMPTY, grow)
     }
 
-    /// Whether there is nothing in it.
+    /// Whether it is empty.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()
     }
@@ -37,10 +37,10 @@ impl Bounds {
     }
 }
 
-/// What a shader is told about a point of a surface.
+/// The shading data of a surface point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where it is.
+    /// Its position.
     pub p: Vec3,
     /// Shading normal, of length 1.
     pub n: Vec3,
@@ -48,14 +48,14 @@ pub struct SurfacePoint {
     pub ng: Vec3,
     /// Surface coordinates.
     pub uv: Vec2,
-    /// How the position changes with u; 0 on surfaces without coordinates.
+    /// The change of the position with u; 0 on surfaces without coordinates.
     pub dpdu: Vec3,
-    /// How the position changes with v; 0 on surfaces without coordinates.
+    /// The change of the position with v; 0 on surfaces without coordinates.
     pub dpdv: Vec3,
 }
 
 impl SurfacePoint {
-    /// The point of a surface that is moved by a matrix; the inverse is that of the matrix.
+    /// The surface point transformed by a matrix, given with its inverse.
     #[must_use]
     pub fn transform(&self, matrix: &Mat4, inverse: &Mat4) -> SurfacePoint {
         let for_normals = inverse.transpose();
@@ -73,28 +73,28 @@ impl SurfacePoint {
 
 /// Triangles that share vertices.
 ///
-/// Vertices with different coordinates or normals may lie at one place, where a seam passes: they have one number in
-/// `places`, and stay together whatever moves them.
+/// At a seam, several vertices with different coordinates or normals are at the same position. They have the
+/// same number in `places` and move together.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Triangles {
-    /// Where each vertex is.
+    /// Position of each vertex.
     pub positions: Vec<Vec3>,
     /// Smooth normal of each vertex, of length 1.
     pub normals: Vec<Vec3>,
     /// Surface coordinates of each vertex; all 0 if the surface has none.
     pub uvs: Vec<Vec2>,
-    /// How the position changes with u at each vertex; 0 if the surface has no coordinates.
+    /// Change of the position with u at each vertex; 0 if the surface has no coordinates.
     pub dpdu: Vec<Vec3>,
-    /// How the position changes with v at each vertex.
+    /// Change of the position with v at each vertex.
     pub dpdv: Vec<Vec3>,
-    /// The place of each vertex.
+    /// The place number of each vertex.
     pub places: Vec<u32>,
-    /// The vertices of each triangle; seen from outside they go counterclockwise.
+    /// The vertices of each triangle, counterclockwise as seen from outside.
     pub indices: Vec<[u32; 3]>,
 }
 
 impl Triangles {
-    /// Where the corners of a triangle are. A triangle that does not exist has them all at the origin.
+    /// The corners of a triangle. If it does not exist, all are at the origin.
     pub fn corners(&self, triangle: usize) -> [Vec3; 3] {
         self.attribute(&self.positions, triangle)
     }
@@ -132,7 +132,7 @@ impl Triangles {
         }
     }
 
-    /// Moves the triangles by a matrix. A matrix that mirrors keeps normals outside.
+    /// Transforms the triangles by a matrix. If it mirrors, normals still point outwards.
     pub fn transform(&mut self, matrix: &Mat4) {
         self.positions.iter_mut().for_each(|p| *p = matrix.transform_point3(*p));
         let for_normals = matrix.inverse().transpose();
@@ -146,7 +146,7 @@ impl Triangles {
         }
     }
 
-    /// How many places there are: one more than the greatest number of one.
+    /// The number of places: one more than the largest place number.
     pub fn place_count(&self) -> usize {
         self.places.iter().max().map_or(0, |last| *last as usize + 1)
     }

@@ -1,4 +1,4 @@
-//! What a picture holds beside its light: the layers, as sums over the samples of each pixel.
+//! The layers of a picture besides its light, as sums over the samples of each pixel.
 
 use glam::Vec3;
 use osl_exec::Plane;
@@ -10,13 +10,13 @@ use std::sync::Arc;
 pub struct Layer {
     /// Its name; empty for the light itself.
     pub name: Arc<str>,
-    /// What its values are: a color, a normal, a float …
+    /// The type of its values: a color, a normal, a float …
     pub ty: Type,
-    /// A plane for each component: a value for each pixel, row by row from the top.
+    /// A plane for each component, with a value for each pixel, row by row from the top.
     pub planes: Vec<Vec<f32>>,
 }
 
-/// A layer in the making.
+/// A layer in progress.
 #[derive(Clone, Debug)]
 struct Sum {
     name: Arc<str>,
@@ -29,7 +29,7 @@ struct Sum {
 pub(super) struct Layers {
     pixels: usize,
     list: Vec<Sum>,
-    /// Samples of each pixel that met a surface.
+    /// Number of each pixel's samples that hit a surface.
     hits: Vec<u32>,
 }
 
@@ -46,7 +46,7 @@ impl Layers {
         layers
     }
 
-    /// The layer of a name, made if there is none.
+    /// The layer with a name, created if necessary.
     fn layer(&mut self, name: &str, ty: Type) -> usize {
         if let Some(at) = self.list.iter().position(|l| &*l.name == name) {
             return at;
@@ -101,8 +101,8 @@ impl Layers {
         }
     }
 
-    /// Takes the means into the layers of a picture; `place` tells which of its pixels is which. Depth is the mean over
-    /// those samples that meet something, and infinite where none does.
+    /// Writes the means to the layers of a picture; `place` maps pixels to those of the picture. Depth is the
+    /// mean over the samples that hit something, and infinite if none does.
     pub(super) fn finish(
         self,
         picture: &mut Vec<Layer>,

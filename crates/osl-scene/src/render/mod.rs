@@ -1,8 +1,9 @@
 //! A small path tracer for previews.
 //!
-//! The picture is cut into tiles, each the work of one thread. A tile follows thousands of paths at once, surface by
-//! surface, so that shaders run over many points of one material together. What a tile yields depends on nothing but the
-//! world, the options and its place: not on threads. It must not know files or terminals.
+//! The picture is divided into tiles, each computed by one thread. A tile follows thousands of paths at once,
+//! surface by surface, so that shaders run over many points of one material together. The result of a tile
+//! depends only on the world, the options and its position, not on threads. This module must not know files
+//! or terminals.
 
 mod layers;
 mod path;
@@ -25,16 +26,17 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use tile::{SIDE, Tile};
 
-/// How to render.
+/// Options of the renderer.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderOptions {
-    /// Paths for a pixel, 65536 at most; with `max_error`, as many where they are needed.
+    /// Paths per pixel, at most 65536; with `max_error`, only where needed.
     pub samples: u32,
-    /// The standard error at which a pixel needs no more paths: of its brightness as a screen shows it, from 0 to 1.
+    /// A pixel is finished when its standard error falls below this; measured in displayed brightness, from 0
+    /// to 1.
     pub max_error: Option<f32>,
-    /// Another number, other noise.
+    /// Seed of the random numbers.
     pub seed: u32,
-    /// How directions to lights are chosen.
+    /// How directions to lights are sampled.
     pub strategy: Strategy,
 }
 
@@ -51,23 +53,24 @@ pub struct Picture {
     pub width: usize,
     /// Its height in pixels.
     pub height: usize,
-    /// The light, whose name is empty; `samples` and `error` of each pixel; `albedo`, `normal` and `depth` of what the
-    /// camera sees; marks and outputs of its shaders.
+    /// The light, whose name is empty; `samples` and `error` of each pixel; `albedo`, `normal` and `depth` of
+    /// the visible surface; marks and outputs of its shaders.
     pub layers: Vec<Layer>,
-    /// What shaders had to say, each message once.
+    /// Messages of shaders, each once.
     pub messages: Vec<Said>,
     /// Closures of shaders that are not rendered.
     pub unknown: Vec<Arc<str>>,
-    /// Paths that were followed.
+    /// Number of paths.
     pub samples: u64,
-    /// Rays that were traced.
+    /// Number of rays.
     pub rays: u64,
 }
 
-/// Renders a picture on the threads of the current pool. `progress` is called with the share that is done, from 0 to 1.
+/// Renders a picture on the threads of the current pool. `progress` is called with the completed share, from
+/// 0 to 1.
 ///
 /// # Errors
-/// A loop of a shader beyond its budget.
+/// A shader's loop exceeds its budget.
 pub fn render(
     world: &World,
     options: &RenderOptions,
@@ -82,7 +85,7 @@ pub fn render(
         .collect();
     let options = RenderOptions { samples: options.samples.clamp(1, 1 << 16), ..*options };
     let done = AtomicUsize::new(0);
-    // Tiles are handed out one by one: some take much longer than others.
+    // Tiles are distributed one by one, since some take much longer than others.
     let tiles: Vec<Result<Tile, Stop>> = areas
         .par_iter()
         .with_max_len(1)

@@ -1,4 +1,5 @@
-//! Paths from the camera, many at once: all go one step, then all that meet surfaces are shaded, material by material.
+//! Paths from the camera, many at once: all take one step, then all surface hits are shaded, material by
+//! material.
 
 use super::layers::Layers;
 use super::sampler::Sampler;
@@ -14,31 +15,31 @@ use glam::Vec3;
 use osl_exec::{Said, Stop, unite};
 use std::sync::Arc;
 
-/// Surfaces that a path meets, at most, with those that it passes straight through.
+/// Maximum number of surfaces on a path, including those that it passes straight through.
 const MAX_VERTICES: u32 = 64;
-/// Surfaces after which weak paths end by chance.
+/// After this many surfaces, weak paths are terminated at random (Russian roulette).
 const SURE_VERTICES: u32 = 3;
-/// How fast a diffusely reflected ray widens: textures that are seen by it need no detail.
+/// How fast a diffusely reflected ray widens; textures seen by such rays need little detail.
 const DIFFUSE_SPREAD: f32 = 0.2;
 
-/// A way to choose directions to lights.
+/// How directions to lights are chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
-    /// As surfaces scatter and as lights lie, each counted by how well it does.
+    /// By surfaces and by lights, combined by multiple importance sampling.
     #[default]
     Both,
-    /// As surfaces scatter alone.
+    /// By surfaces only.
     Surfaces,
 }
 
-/// What paths of a tile yield.
+/// Results of a tile's paths besides light.
 #[derive(Debug, Default)]
 pub(super) struct Notes {
     /// Rays traced.
     pub(super) rays: u64,
-    /// What shaders said.
+    /// Messages of shaders.
     pub(super) messages: Vec<Said>,
-    /// Closures that are not known.
+    /// Names of unknown closures.
     pub(super) unknown: Vec<Arc<str>>,
 }
 
@@ -54,31 +55,31 @@ impl Notes {
     }
 }
 
-/// A path on its way.
+/// A path in progress.
 struct Path {
-    /// Where its light is added.
+    /// The sample that receives its light.
     slot: usize,
     pixel: usize,
     sampler: Sampler,
     origin: Vec3,
     direction: Vec3,
-    /// What of the light at its end reaches the camera.
+    /// The share of light at its end that reaches the camera.
     throughput: Vec3,
-    /// How likely its direction was chosen; 0 where there was no other.
+    /// The density of its direction; 0 if it was the only one.
     pdf: f32,
-    /// The ray of the camera, with those of its neighbours, until something turns it.
+    /// The camera ray with its derivatives, until a surface changes its direction.
     lens: Option<Ray>,
-    /// Width of the ray, and how it grows by length.
+    /// Width of the ray, and its growth per unit of length.
     width: f32,
     spread: f32,
     diffuse: u32,
     glossy: u32,
     vertex: u32,
-    /// Whether it looks for lights alone: it has met as many surfaces as it may.
+    /// Whether the path only looks for lights because it has reached the maximum number of surfaces.
     last: bool,
 }
 
-/// Paths through the pixels of a tile.
+/// Traces the paths through the pixels of a tile.
 pub(super) struct Tracer<'w> {
     pub(super) world: &'w World,
     pub(super) strategy: Strategy,
@@ -86,7 +87,7 @@ pub(super) struct Tracer<'w> {
     pub(super) notes: &'w mut Notes,
 }
 
-/// A sample to take: a pixel of the tile, its place on the image, its numbers.
+/// A sample to take: a pixel of the tile, its position on the image, its random numbers.
 pub(super) struct Sample {
     pub(super) pixel: usize,
     pub(super) corner: [f32; 2],
@@ -94,7 +95,7 @@ pub(super) struct Sample {
 }
 
 impl Tracer<'_> {
-    /// The light of each sample.
+    /// Returns the light of each sample.
     pub(super) fn trace(&mut self, samples: &[Sample]) -> Result<Vec<Vec3>, Stop> {
         let mut light = vec![Vec3::ZERO; samples.len()];
         let mut paths: Vec<Path> = samples.iter().enumerate().map(|(slot, s)| self.start(slot, s)).collect();
@@ -142,7 +143,7 @@ impl Tracer<'_> {
         Ok(light)
     }
 
-    /// Notes what shaders said, at the pixels of the hits.
+    /// Records the messages of shaders at the pixels of the hits.
     fn note(&mut self, mut shaded: Shaded, pixel: impl Fn(usize) -> usize) {
         for said in &mut shaded.messages {
             said.first = pixel(said.first);
@@ -178,7 +179,7 @@ impl Tracer<'_> {
         }
     }
 
-    /// Light of the sky and of lights along the way of a path.
+    /// Light of the sky and of lamps along a path.
     fn gathered(&self, path: &Path, hit: Option<&Hit>) -> Vec3 {
         let share = |pdf: f32| match self.strategy {
             Strategy::Both if path.pdf > 0.0 => balance(path.pdf, pdf),
@@ -200,7 +201,7 @@ impl Tracer<'_> {
         light * path.throughput
     }
 
-    /// What a shader is told about a hit.
+    /// The shading data of a hit.
     fn meet(index: usize, path: &Path, hit: Hit) -> Met {
         let footprint = match &path.lens {
             Some(ray) => Footprint::of(&hit.point, ray),
@@ -209,7 +210,7 @@ impl Tracer<'_> {
         Met { path: index, hit, incident: path.direction, footprint }
     }
 
-    /// The light that a surface sends back along a path, and the path from there on.
+    /// The light that a surface sends back along a path, and the continuation of the path.
     fn scatter(&mut self, path: &Path, met: &Met, scatter: &Scatter) -> (Vec3, Option<Path>) {
         let mut light = scatter.emitted * path.throughput;
         let vertex = path.vertex + 1;
@@ -229,7 +230,7 @@ impl Tracer<'_> {
                         let medium = Medium::new(radius, albedo, g);
                         walk::walk(&object.body, &met.hit.point, &medium, &mut random)
                     }
-                    // A plane has no other side: light comes out where it went in.
+                    // A plane has no interior: light leaves where it entered.
                     _ => Some(walk::Exit { point: met.hit.point, weight: albedo }),
                 };
                 let Some(exit) = exit else { return (light, None) };
@@ -244,12 +245,12 @@ impl Tracer<'_> {
         }
     }
 
-    /// The set of numbers for a step: each has some for itself and for every light.
+    /// The number of a random set for a step: each step has sets for itself and for every light.
     fn set(&self, step: u32) -> u32 {
         1 + step * (2 + self.world.lights.len() as u32)
     }
 
-    /// Light that comes straight from lights and from the sky, by choosing directions to them.
+    /// Direct light from lamps and from the sky, by sampling directions to them.
     fn lamps(&mut self, path: &Path, point: &SurfacePoint, scatter: &Scatter, step: u32) -> Vec3 {
         if !scatter.is_rough() {
             return Vec3::ZERO;
@@ -257,7 +258,7 @@ impl Tracer<'_> {
         let set = self.set(step) + 1;
         let mut light = Vec3::ZERO;
         let mut add = |tracer: &mut Self, arriving: Arriving| {
-            // A light without size cannot be met by chance.
+            // A point light cannot be hit by chance.
             if tracer.strategy == Strategy::Surfaces && arriving.pdf > 0.0 {
                 return;
             }
@@ -310,7 +311,7 @@ impl Tracer<'_> {
             ..*path
         };
         if chosen.straight {
-            // As if nothing had been there.
+            // As if there were no surface.
             next.pdf = 0.0;
             return Some(next);
         }

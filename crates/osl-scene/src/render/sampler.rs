@@ -1,4 +1,5 @@
-//! Numbers from 0 to 1 for a sample of a pixel: the same for the same seed, whoever asks, in whatever order.
+//! Random numbers from 0 to 1 for a sample of a pixel: they depend only on the seed, the pixel and the
+//! sample.
 
 use sobol_burley::{NUM_DIMENSION_SETS_4D, sample_4d};
 
@@ -24,20 +25,20 @@ impl Sampler {
         Sampler { index: index & 0xffff, seed: mix(pixel ^ mix(seed.wrapping_add(0x9e37_79b9))) }
     }
 
-    /// Four numbers; others for another `set`. Those of the samples of a pixel lie evenly.
+    /// Four numbers; another `set` gives others. The numbers of a pixel's samples are evenly distributed.
     pub(super) fn four(&self, set: u32) -> [f32; 4] {
         let round = set / NUM_DIMENSION_SETS_4D;
         let seed = if round == 0 { self.seed } else { mix(self.seed ^ round) };
         sample_4d(self.index, set % NUM_DIMENSION_SETS_4D, seed)
     }
 
-    /// A source of as many numbers as are wanted, without order.
+    /// An endless stream of independent numbers.
     pub(super) fn stream(&self, set: u32) -> Stream {
         Stream(mix(self.seed ^ mix(self.index ^ mix(set))) | 1)
     }
 }
 
-/// Numbers one after the other: G. Marsaglia's xorshift, 2003.
+/// A stream of numbers: G. Marsaglia's xorshift, 2003.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stream(u32);
 

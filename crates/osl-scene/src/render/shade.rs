@@ -1,4 +1,4 @@
-//! Running shaders where paths meet surfaces: all hits of a material together.
+//! Runs shaders at surface hits: all hits of a material together.
 
 use super::layers::Layers;
 use super::world::{Hit, Material, World};
@@ -7,9 +7,9 @@ use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Stop};
 
-/// A hit that is to be shaded.
+/// A hit to be shaded.
 pub(super) struct Met {
-    /// Which path.
+    /// Index of the path.
     pub(super) path: usize,
     pub(super) hit: Hit,
     /// The direction of the ray.
@@ -19,15 +19,15 @@ pub(super) struct Met {
 
 /// Hits of one material, shaded.
 pub(super) struct Shaded {
-    /// What each does with light, in order.
+    /// The scattering of each hit, in order.
     pub(super) scatter: Vec<Scatter>,
     /// The outputs.
     pub(super) planes: Vec<Plane>,
-    /// What the shader said.
+    /// Messages of the shader.
     pub(super) messages: Vec<Said>,
 }
 
-/// Shades hits of one material; `seen` says that the camera sees them, so that all outputs are wanted.
+/// Shades hits of one material. `seen` means that the camera sees them, so all outputs are needed.
 pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) -> Result<Shaded, Stop> {
     let nothing = || Shaded { scatter: Vec::new(), planes: Vec::new(), messages: Vec::new() };
     let Some(Material { program, lean, services, color }) = world.materials.get(material) else {
@@ -38,7 +38,7 @@ pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) ->
         points.push(hit.hit.point, hit.incident, hit.footprint);
     }
     let program = if seen { program } else { lean };
-    // One tile, so that it runs on this thread alone: others have tiles of their own.
+    // One tile, so that it runs on this thread only; the other threads have tiles of their own.
     let options = RunOptions { tile: hits.len().max(1), closures: color.is_none(), ..RunOptions::default() };
     let run = Run::new(program, services, &points, &options);
     let Frame { planes, messages, closures, .. } = run.points(0..points.count(), &|_| ())?;
@@ -56,13 +56,13 @@ pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) ->
     Ok(Shaded { scatter, planes, messages })
 }
 
-/// The value of an output as a color of a surface: from 0 to 1.
+/// The value of an output as a surface color, from 0 to 1.
 fn matt(planes: &[Plane], name: &str, at: usize) -> Vec3 {
     let mut color = Vec3::ZERO;
     for plane in planes.iter().filter(|p| &*p.output == name) {
         let x = plane.words.get(at).map_or(0.0, |w| f32::from_bits(*w));
         match plane.component {
-            // A single number is grey.
+            // A single number gives grey.
             0 => color = Vec3::splat(x),
             1 => color.y = x,
             _ => color.z = x,
@@ -71,7 +71,7 @@ fn matt(planes: &[Plane], name: &str, at: usize) -> Vec3 {
     if color.is_finite() { color.clamp(Vec3::ZERO, Vec3::ONE) } else { Vec3::ZERO }
 }
 
-/// Adds what the camera sees of a hit to the layers.
+/// Records a visible hit in the layers.
 pub(super) fn record(layers: &mut Layers, pixel: usize, hit: &Met, shaded: &Shaded, at: usize, depth: f32) {
     let Some(scatter) = shaded.scatter.get(at) else { return };
     layers.add_surface(pixel, scatter.albedo(), hit.hit.point.n, depth);

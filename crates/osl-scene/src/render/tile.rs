@@ -1,4 +1,5 @@
-//! A tile of the picture: rounds of samples, until all pixels have as many as they may, or know their value well enough.
+//! A tile of the picture: samples in rounds, until each pixel has its maximum or its value is accurate
+//! enough.
 
 use super::layers::Layers;
 use super::path::{Notes, Sample, Tracer};
@@ -8,14 +9,14 @@ use super::{RenderOptions, World};
 use glam::{DVec3, Vec3};
 use osl_exec::Stop;
 
-/// Pixels along a side of a tile.
+/// Side of a tile in pixels.
 pub(super) const SIDE: usize = 32;
-/// Samples of a round: enough to fill the batches of the interpreter.
+/// Samples per round: enough to fill the interpreter's batches.
 const ROUND: u32 = 8;
-/// Samples that a pixel has before its error is believed.
+/// Minimum samples before a pixel's error estimate is trusted.
 const SURE: u32 = 16;
 
-/// What is known of a pixel.
+/// Statistics of a pixel.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pixel {
     count: u32,
@@ -38,7 +39,7 @@ impl Pixel {
         (self.sum / f64::from(self.count.max(1))).as_vec3()
     }
 
-    /// The standard error of its brightness as a screen shows it, from 0 to 1.
+    /// The standard error of its displayed brightness, from 0 to 1.
     fn error(&self) -> f32 {
         let n = f64::from(self.count);
         if self.count < 2 {
@@ -51,7 +52,7 @@ impl Pixel {
     }
 }
 
-/// A tile that is done.
+/// A finished tile.
 pub(super) struct Tile {
     /// Left and top, width and height.
     pub(super) area: [usize; 4],
@@ -114,8 +115,8 @@ impl Tile {
     }
 }
 
-/// The pixels whose error is too large, or that of a neighbour: few samples can all be wrong in the same way, those of
-/// nine pixels hardly.
+/// The pixels whose error, or that of a neighbour, is too large. A few samples of one pixel can all be wrong
+/// in the same way, but hardly those of nine pixels.
 fn unsure(pixels: &[Pixel], columns: usize, most: f32) -> Vec<usize> {
     let errors: Vec<f32> = pixels.iter().map(Pixel::error).collect();
     let rows = pixels.len() / columns.max(1);

@@ -1,7 +1,8 @@
-//! Light below a surface, as a walk from collision to collision until it comes out again.
+//! Light below a surface: a random walk from collision to collision until it leaves.
 //!
-//! Albedo and mean way are those of M. Chiang, P. Kutz and B. Burley, "Practical and Controllable Subsurface Scattering
-//! for Production Path Tracing", 2016: their fit makes the share of light that comes back the color that was asked for.
+//! Albedo and mean free path follow M. Chiang, P. Kutz and B. Burley, "Practical and Controllable Subsurface
+//! Scattering for Production Path Tracing", 2016: with their fit, the share of light that leaves is the
+//! requested color.
 
 use super::sampler::Stream;
 use super::world::{Body, leave};
@@ -11,47 +12,48 @@ use crate::mesh::SurfacePoint;
 use glam::Vec3;
 use std::f32::consts::TAU;
 
-/// Collisions of a walk, at most.
+/// Maximum number of collisions.
 const MAX_STEPS: usize = 256;
-/// Collisions after which weak walks end by chance.
+/// After this many collisions, weak walks are terminated at random.
 const SURE_STEPS: usize = 8;
 
-/// A medium, for each channel.
+/// A medium, with values for each channel.
 pub(super) struct Medium {
-    /// Collisions by unit of length.
+    /// Collisions per unit of length.
     density: Vec3,
-    /// The share of a collision that is scattered.
+    /// The scattered share of light at a collision.
     scattered: Vec3,
     /// Mean cosine of the scattering angle.
     g: f32,
 }
 
 impl Medium {
-    /// The medium whose surface sends back `albedo`, of light that scatters over about `radius`.
+    /// The medium whose surface has the color `albedo` and whose light scatters over about `radius`.
     pub(super) fn new(radius: Vec3, albedo: Vec3, g: f32) -> Medium {
         let scattered =
             albedo.map(|a| 1.0 - math::exp(-5.094_06 * a + 2.611_88 * a * a - 4.318_05 * a * a * a));
         let scale = albedo.map(|a| 1.9 - a + 3.5 * (a - 0.8) * (a - 0.8));
         let density = 1.0 / (radius * scale).max(Vec3::splat(1e-6));
-        // A medium that scatters forward needs as many more collisions to turn light around.
+        // A medium that scatters forward needs more collisions to turn light around.
         Medium { density: density / (1.0 - g.max(0.0)), scattered, g }
     }
 }
 
-/// Where a walk comes out, and the factor of what comes out there.
+/// The point at which a walk leaves, and the factor on the light there.
 pub(super) struct Exit {
     pub(super) point: SurfacePoint,
     pub(super) weight: Vec3,
 }
 
-/// Walks through an object from a point of its surface; `None` if the light stays below.
+/// Walks through an object from a point on its surface; `None` if the light is absorbed.
 pub(super) fn walk(body: &Body, from: &SurfacePoint, medium: &Medium, random: &mut Stream) -> Option<Exit> {
     let below = crate::bsdf::cosine([random.next(), random.next()]);
     let mut direction = Frame::around(-from.ng).world(below);
     let mut p = leave(from.p, from.ng, direction);
     let mut weight = Vec3::ONE;
     for step in 0..MAX_STEPS {
-        // A channel is chosen by what is left of it; all channels then count for the way that it takes.
+        // A channel is chosen in proportion to its remaining light; all channels then count for the chosen
+        // path.
         let chances = weight / weight.element_sum();
         let u = random.next();
         let channel = if u < chances.x {
@@ -67,7 +69,7 @@ pub(super) fn walk(body: &Body, from: &SurfacePoint, medium: &Medium, random: &m
         if let Some((t, point)) = hit {
             let left = passed(t);
             weight *= left / left.dot(chances);
-            // Seen from inside, the surface turns its back; else the walk has got outside.
+            // From inside, the surface faces away; otherwise the walk has left the object.
             return (direction.dot(point.ng) > 0.0 && weight.is_finite()).then_some(Exit { point, weight });
         }
         let met = passed(way) * medium.density;

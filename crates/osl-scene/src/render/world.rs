@@ -1,4 +1,4 @@
-//! What there is to see, ready to be met by rays.
+//! The scene in the form that rays traverse.
 
 use crate::camera::View;
 use crate::light::{Sky, SphereLight};
@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 use osl_exec::{Program, Services};
 use std::sync::Arc;
 
-/// Something that rays meet.
+/// A surface that rays can hit.
 pub enum Body {
     /// Triangles, in common space.
     Solid(Solid),
@@ -32,7 +32,7 @@ impl Body {
         }
     }
 
-    /// How many triangles it has.
+    /// The number of triangles.
     pub fn triangles(&self) -> usize {
         match self {
             Body::Solid(solid) => solid.triangles.indices.len(),
@@ -41,75 +41,75 @@ impl Body {
     }
 }
 
-/// Something with what shades it.
+/// A surface with its material.
 pub struct Object {
-    /// Its form.
+    /// Its shape.
     pub body: Body,
-    /// Which of the materials.
+    /// Index of its material.
     pub material: usize,
 }
 
-/// An endless plane with what shades it. Its coordinates are lengths along two axes.
+/// An infinite plane with its material. Its coordinates are lengths along two axes.
 #[derive(Clone, Copy, Debug)]
 pub struct Ground {
     /// A point of it, where u and v are 0.
     pub point: Vec3,
     /// Its normal, of length 1.
     pub normal: Vec3,
-    /// Which of the materials.
+    /// Index of its material.
     pub material: usize,
 }
 
-/// What shades a surface.
+/// The shaders of a surface.
 #[derive(Debug)]
 pub struct Material {
-    /// Yields the closure and all other outputs; it runs for what the camera sees.
+    /// Computes the closure and all other outputs, for surfaces that the camera sees.
     pub program: Program,
-    /// Yields the closure, or the color that stands for it; it runs for all other rays.
+    /// Computes only the closure, or the color in its place, for all other rays.
     pub lean: Program,
-    /// What both may ask for.
+    /// The services of both programs.
     pub services: Services,
-    /// The output that is shown as a matt color, where there is no closure.
+    /// The output that is rendered as a matt color if there is no closure.
     pub color: Option<Arc<str>>,
 }
 
-/// All that a picture needs.
+/// Everything needed to render a picture.
 pub struct World {
     /// The camera.
     pub view: View,
-    /// Things of triangles.
+    /// Objects.
     pub objects: Vec<Object>,
     /// Planes.
     pub grounds: Vec<Ground>,
-    /// What shades them.
+    /// Their materials.
     pub materials: Vec<Material>,
     /// Lights.
     pub lights: Vec<SphereLight>,
-    /// Light from all around.
+    /// Light from all directions.
     pub sky: Option<Sky>,
     /// Whether the camera sees the sky.
     pub background: bool,
-    /// Times that light is reflected diffusely before it meets what the camera sees.
+    /// Maximum number of diffuse reflections before light reaches the visible surface.
     pub diffuse_depth: u32,
-    /// The same for mirrors and gloss.
+    /// The same for mirrors and glossy reflections.
     pub glossy_depth: u32,
 }
 
-/// A surface that a ray meets.
+/// A surface hit by a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Hit {
     pub(super) t: f32,
     pub(super) point: SurfacePoint,
     pub(super) material: usize,
-    /// Which of the objects; a plane is none.
+    /// Index of the object; `None` for a plane.
     pub(super) object: Option<usize>,
 }
 
-/// Farther than anything.
+/// Beyond any distance.
 const FAR: f32 = 1e30;
 
-/// Where a ray leaves a point of a surface: a little off, on the side that it goes to, so that rounding does not let it
-/// meet the surface again.
+/// The start of a ray that leaves a surface point: slightly off the surface, on the side of its direction, so
+/// that rounding does not make it hit the surface again.
 pub(super) fn leave(p: Vec3, ng: Vec3, direction: Vec3) -> Vec3 {
     let step = 2e-5 * p.abs().max_element().max(1e-2);
     p + ng * if ng.dot(direction) < 0.0 { -step } else { step }
@@ -135,7 +135,7 @@ impl World {
         best
     }
 
-    /// Whether anything is on the way.
+    /// Whether anything obstructs a ray.
     pub(super) fn blocked(&self, origin: Vec3, direction: Vec3, distance: f32) -> bool {
         let reach = distance.min(FAR);
         self.grounds.iter().any(|g| g.hit(origin, direction, reach).is_some())
@@ -151,7 +151,7 @@ impl Ground {
     }
 
     fn at(&self, p: Vec3) -> SurfacePoint {
-        // Exactly on the plane, whatever the distance did to the point.
+        // Moves the point exactly onto the plane, regardless of rounding in the distance.
         let p = p - self.normal * (p - self.point).dot(self.normal);
         let (x, y) = self.axes();
         let away = p - self.point;
@@ -159,7 +159,7 @@ impl Ground {
         SurfacePoint { p, n: self.normal, ng: self.normal, uv, dpdu: x, dpdv: y }
     }
 
-    /// Along u and v: for a floor +x and −z.
+    /// The directions of u and v: +x and −z for a floor.
     fn axes(&self) -> (Vec3, Vec3) {
         let aside = if self.normal.x.abs() > 0.9 { Vec3::Y } else { Vec3::X };
         let x = (aside - self.normal * self.normal.dot(aside)).normalize_or(Vec3::X);

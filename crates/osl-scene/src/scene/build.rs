@@ -1,4 +1,4 @@
-//! From a description to a world that rays can meet: triangles, programs, lights.
+//! Builds a world for rendering from a description: triangles, programs, lights.
 
 use super::describe::{Description, Form, SkyNode, Surface};
 use super::message::{Messages, Place};
@@ -15,17 +15,17 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 use osl_exec::{Frame, Program, RunOptions, Services};
 use std::sync::Arc;
 
-/// What a scene needs from outside.
+/// External inputs of a scene.
 pub struct Surroundings<'a> {
-    /// Width and height of the picture; those of the file if there are none.
+    /// Width and height of the picture; `None` means those of the file.
     pub size: Option<[usize; 2]>,
-    /// What shaders may ask for: textures, and spaces, which each object changes.
+    /// Services for shaders: textures, and spaces, which are adapted for each object.
     pub services: &'a dyn Fn() -> Services,
 }
 
-/// Pixels of the image that a sky's shader is run for: width and height.
+/// Pixels of the image for which a sky's shader runs: width and height.
 const SKY: [usize; 2] = [1024, 512];
-/// Pixels that edges of displaced shapes are long at most.
+/// Maximum edge length of displaced shapes, in pixels.
 const EDGE: f64 = 1.5;
 
 /// Builds the world of a scene; `None` after an error.
@@ -110,13 +110,13 @@ fn add_surface(
     Some(())
 }
 
-/// What a form becomes.
+/// The result for a shape.
 enum Made {
     Ground(Vec3, Vec3),
     Object(Box<Body>),
 }
 
-/// A form, displaced, in common space.
+/// A shape, displaced, in common space.
 fn form(
     surface: &Surface,
     world: &World,
@@ -125,7 +125,7 @@ fn form(
     messages: &mut Messages,
 ) -> Option<Made> {
     let matrix = surface.matrix;
-    // All surfaces share the triangles that there may be.
+    // All surfaces share the permitted number of triangles.
     let mut limits = messages.limits().scenes;
     let used: usize = world.objects.iter().map(|object| object.body.triangles()).sum();
     limits.triangles = limits.triangles.saturating_sub(used as u64);
@@ -163,7 +163,7 @@ fn form(
     Some(Made::Object(Box::new(Body::Solid(Solid::new(triangles)))))
 }
 
-/// Displaces triangles, if the surface asks for it.
+/// Displaces triangles, if the surface has a displacement.
 fn displaced(
     surface: &Surface,
     triangles: &mut Triangles,
@@ -176,7 +176,8 @@ fn displaced(
     move_by(&network, &services(), surface, triangles, messages)
 }
 
-/// The spaces of an object: `object` and `shader` are its own, `camera` and those behind it the view's.
+/// The spaces of an object: `object` and `shader` are its own, `camera` and the later ones belong to the
+/// view.
 fn with_spaces(mut services: Services, matrix: &Mat4, view: &View) -> Services {
     let rows = matrix.to_cols_array();
     services.spaces.set("object", rows);
@@ -185,7 +186,7 @@ fn with_spaces(mut services: Services, matrix: &Mat4, view: &View) -> Services {
     services
 }
 
-/// The sky that the camera sees is the one that lights the scene; without one, a single sky lights it unseen.
+/// The visible sky also lights the scene. If no sky is visible, a single sky lights the scene invisibly.
 fn add_sky(
     scene: &Description,
     world: &mut World,
@@ -219,8 +220,8 @@ fn add_sky(
     Some(())
 }
 
-/// Runs the shader of a sky for all directions: `I` and `P` are the direction, `N` points back, `u` and `v` go around from
-/// the left and from the top.
+/// Runs the shader of a sky for all directions: `I` and `P` are the direction, `N` is its opposite, `u` and
+/// `v` are the position on the image from the left and from the top.
 fn shaded_sky(
     node: &SkyNode,
     network: &Network,
@@ -264,7 +265,7 @@ fn run(
     osl_exec::run(program, services, points, &options, &|_| ())
 }
 
-/// What a shader said while a scene was built.
+/// Reports the messages of a shader that ran while the scene was built.
 pub(super) fn say(frame: &Frame, place: &Place, messages: &mut Messages) {
     for (error, text) in frame.said(|_| String::new()) {
         if error { messages.error(place, text) } else { messages.warning(place, text) }
@@ -280,7 +281,7 @@ fn plane_color(frame: &Frame, name: &Arc<str>, at: usize) -> Vec3 {
     Vec3::new(first, value(1).unwrap_or(first), value(2).unwrap_or(first))
 }
 
-/// The light of closures `background` and `emission`.
+/// The light of the closures `background` and `emission`.
 fn background_color(frame: &Frame, at: usize) -> Vec3 {
     let list = frame.closures.iter().find(|c| &*c.output == "Ci").and_then(|c| c.points.get(at));
     let shines = |name: &str| matches!(name, "background" | "emission");

@@ -1,4 +1,4 @@
-//! From nodes to what they describe: camera, surfaces, lights, sky; the rest are shaders.
+//! Converts nodes to a description: camera, surfaces, lights, sky; all other nodes are shaders.
 
 use super::fields::Fields;
 use super::message::{Messages, Place};
@@ -8,20 +8,20 @@ use crate::camera::Camera;
 use crate::light::SphereLight;
 use glam::{Mat4, Vec3};
 
-/// What a scene file describes. Lengths are those of the file, in common space where nothing else is said.
+/// The contents of a scene file. Lengths are those of the file, in common space unless stated otherwise.
 #[derive(Clone, Debug, Default)]
 pub struct Description {
-    /// The file as a whole, for what is missing.
+    /// The file as a whole, for messages about missing parts.
     pub place: Place,
-    /// How to render it.
+    /// How to render the scene.
     pub settings: Settings,
-    /// Where from, whatever the size of the picture; none if the file has no camera.
+    /// The camera, independent of the picture's size; `None` if the file has none.
     pub camera: Option<Camera>,
-    /// What there is to see.
+    /// The surfaces.
     pub surfaces: Vec<Surface>,
     /// Lights.
     pub lights: Vec<SphereLight>,
-    /// The skies: nodes of kind `sky`.
+    /// The skies: nodes of type `sky`.
     pub skies: Vec<SkyNode>,
     /// All other nodes, which are shaders.
     pub shaders: Vec<Node>,
@@ -32,13 +32,14 @@ pub struct Description {
 pub struct Settings {
     /// `xres` and `yres`.
     pub size: (u32, u32),
-    /// Paths for a pixel: the square of `AA_samples`, times that of `GI_diffuse_samples`, which are as many diffuse rays.
+    /// Paths per pixel: the square of `AA_samples` times the square of `GI_diffuse_samples`.
     pub samples: u32,
-    /// Times that light is reflected diffusely before it meets the surface that is seen: `GI_diffuse_depth`.
+    /// Maximum number of diffuse reflections before light reaches the visible surface: `GI_diffuse_depth`.
     pub diffuse_depth: u32,
-    /// The same for mirrors and gloss: `GI_glossy_depth`, `GI_reflection_depth` and `GI_refraction_depth`, the largest.
+    /// The same for mirrors and glossy reflections: the largest of `GI_glossy_depth`, `GI_reflection_depth`
+    /// and `GI_refraction_depth`.
     pub glossy_depth: u32,
-    /// The sky that the camera sees: `background`.
+    /// The visible sky: `background`.
     pub background: Option<String>,
 }
 
@@ -48,27 +49,27 @@ impl Default for Settings {
     }
 }
 
-/// Something that light meets.
+/// A surface of the scene.
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// Its name.
     pub name: String,
-    /// Where it is described.
+    /// Its location in the file.
     pub place: Place,
-    /// Its form, in object space.
+    /// Its shape, in object space.
     pub form: Form,
     /// From object to common space, for column vectors.
     pub matrix: Mat4,
-    /// Name of the node that shades it.
+    /// Name of the shader node for its appearance.
     pub shader: Option<String>,
-    /// Name of the node that displaces it.
+    /// Name of the shader node for its displacement.
     pub displacement: Option<String>,
 }
 
-/// Forms of surfaces.
+/// Shapes of surfaces.
 #[derive(Clone, Debug)]
 pub enum Form {
-    /// An endless plane.
+    /// An infinite plane.
     Plane {
         /// A point of it.
         point: Vec3,
@@ -95,22 +96,22 @@ pub enum Form {
     Mesh(Polygons),
 }
 
-/// A `sky`: light from all around.
+/// A `sky`: light from all directions.
 #[derive(Clone, Debug)]
 pub struct SkyNode {
     /// Its name.
     pub name: String,
-    /// Where it is described.
+    /// Its location in the file.
     pub place: Place,
-    /// Its color, where no shader gives it.
+    /// Its color, if no shader computes it.
     pub color: Vec3,
-    /// The node whose shader gives its color.
+    /// The node whose shader computes its color.
     pub shader: Option<String>,
     /// A factor.
     pub intensity: f32,
 }
 
-/// Sorts the nodes of a file.
+/// Sorts the nodes of a file by purpose.
 pub(super) fn describe(place: Place, nodes: Vec<Node>, messages: &mut Messages) -> Description {
     let mut scene = Description { place, ..Description::default() };
     for node in nodes {

@@ -1,4 +1,4 @@
-//! The parameters of a node by name and type, with a word about those that nothing asks for.
+//! Reads the parameters of a node by name and type, and reports those that are unused.
 
 use super::message::{Messages, Place};
 use super::text::{Node, Param, Value, Word};
@@ -16,7 +16,7 @@ impl<'a> Fields<'a> {
         Fields { node, used: vec![false; node.params.len()], messages }
     }
 
-    /// A parameter as it is written. Where it is given twice, the last counts.
+    /// A parameter as written. If it is given twice, the last one counts.
     pub(super) fn take(&mut self, name: &str) -> Option<&'a Param> {
         let node = self.node;
         let mut found = None;
@@ -33,7 +33,7 @@ impl<'a> Fields<'a> {
         self.messages.error(&param.place, format!("parameter `{}` is to be {what}", param.name));
     }
 
-    /// As many numbers as `N`; an error where they are others, or not finite.
+    /// Exactly `N` numbers; an error if there are more or fewer, or if one is not finite.
     fn numbers_of<const N: usize>(&mut self, name: &str, what: &str) -> Option<[f32; N]> {
         let param = self.take(name)?;
         let found = numbers(&param.value).filter(|list| list.iter().all(|x| (*x as f32).is_finite()));
@@ -67,7 +67,7 @@ impl<'a> Fields<'a> {
         self.numbers_of::<3>(name, "three numbers").map_or(default, Vec3::from_array)
     }
 
-    /// A matrix for row vectors, row by row; what is singular is an error.
+    /// A matrix for row vectors, row by row; a singular matrix is an error.
     pub(super) fn matrix(&mut self, name: &str) -> Mat4 {
         let numbers = self.numbers_of::<16>(name, "a matrix: 16 numbers, row by row");
         let Some(numbers) = numbers else { return Mat4::IDENTITY };
@@ -135,7 +135,7 @@ impl<'a> Fields<'a> {
         Some(list?.into_iter().map(|x| x as u32).collect())
     }
 
-    /// Says which parameters nothing asked for.
+    /// Warns about parameters that were not used.
     pub(super) fn finish(self) {
         for (param, used) in self.node.params.iter().zip(&self.used) {
             if !used {
@@ -153,7 +153,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// A value as numbers, if it is numbers.
+/// A value as numbers, if it consists of numbers.
 fn numbers(value: &Value) -> Option<Vec<f64>> {
     match value {
         Value::Numbers(list) => Some(list.clone()),

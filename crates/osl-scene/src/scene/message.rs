@@ -1,26 +1,26 @@
-//! What there is to say about a scene file, with the line that it is about.
+//! Messages about a scene file, with their lines.
 
 use osl_limits::Limits;
 use std::fmt;
 use std::sync::Arc;
 
-/// A place in a scene file.
+/// A location in a scene file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
-    /// The file, as it was asked for.
+    /// The file, as it was requested.
     pub file: Arc<str>,
-    /// Its line, from 1; 0 is the file as a whole.
+    /// Its line, from 1; 0 means the file as a whole.
     pub line: u32,
 }
 
 /// An error or a warning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// Whether the scene cannot be rendered because of it.
+    /// Whether it prevents rendering.
     pub error: bool,
-    /// Where.
+    /// Its location.
     pub place: Place,
-    /// What, in words for the user.
+    /// Its text.
     pub text: String,
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for Message {
     }
 }
 
-/// All that there is to say, in the order of the file, and the limits that the scene is read and built under.
+/// All messages, in the order of the file, and the limits for reading and building the scene.
 #[derive(Clone, Debug, Default)]
 pub struct Messages {
     list: Vec<Message>,
@@ -44,7 +44,7 @@ pub struct Messages {
 }
 
 impl Messages {
-    /// No messages so far, about a scene that has these limits.
+    /// No messages yet, for a scene with these limits.
     pub fn within(limits: &Limits) -> Messages {
         Messages { limits: limits.clone(), ..Messages::default() }
     }
@@ -66,7 +66,7 @@ impl Messages {
     }
 
     fn add(&mut self, error: bool, place: &Place, text: String) {
-        // The first error is kept whatever was said before it.
+        // The first error is kept regardless of earlier messages.
         if (self.list.len() as u64) < self.limits.scenes.messages || (error && self.errors == 1) {
             self.list.push(Message { error, place: place.clone(), text });
         }

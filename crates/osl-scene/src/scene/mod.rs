@@ -1,8 +1,8 @@
 //! Scene files: the part of the `.ass` text format that preview scenes need.
 //!
-//! [`read`] turns a file and what it includes into a [`Description`]; [`Networks`] makes programs of its shader nodes. Any
-//! node whose kind is not one of those here is an OSL shader. Nothing here opens files: texts and shaders come from
-//! whoever asks.
+//! [`read`] turns a file and its includes into a [`Description`]; [`Networks`] compiles its shader nodes to
+//! programs. A node whose type is not one of those here is an OSL shader. Nothing here opens files: the
+//! caller provides texts and shaders.
 
 mod build;
 mod describe;
@@ -23,16 +23,16 @@ pub use text::{Node, Param, Value, Word};
 use std::sync::Arc;
 use text::Item;
 
-/// Where included files come from.
+/// Provides included files.
 pub trait SceneFiles {
-    /// The text of a file that another one includes, and its own name.
+    /// The text of a file that another file includes, and its own name.
     ///
     /// # Errors
-    /// Why there is none, in words for the user.
+    /// Why the file is not available, as text for the user.
     fn include(&self, name: &str, from: &str) -> Result<(String, String), String>;
 }
 
-/// Reads a scene. What cannot be read is an error among the messages; what is not known is a warning.
+/// Reads a scene. Invalid text is an error among the messages; an unknown item is a warning.
 pub fn read(file: &str, text: &str, files: &dyn SceneFiles, messages: &mut Messages) -> Description {
     let mut reading = Reading { files, messages, nodes: Vec::new(), bytes: 0, count: 0 };
     reading.file(&file.into(), text, 0);

@@ -1,7 +1,8 @@
-//! Shader nodes as groups: what a node is linked to becomes layers before it.
+//! Shader nodes as groups: the nodes that a node is linked to become earlier layers.
 //!
-//! A parameter whose value is the name of a node takes that node's first suitable output; `node.output` names the output,
-//! `node.r` or `node.x` a component of the first. Where a parameter is a string, its value is that string.
+//! A parameter whose value is the name of a node takes that node's first suitable output; `node.output` names
+//! the output, `node.r` or `node.x` a component of the first one. If a parameter is a string, its value is
+//! always that string.
 
 use super::describe::Description;
 use super::message::{Messages, Place};
@@ -17,29 +18,29 @@ use osl_ir::{lower, passes};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-/// What a network is for.
+/// The purpose of a network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Use {
-    /// How a surface looks: all outputs, and the closure.
+    /// The appearance of a surface: all outputs, and the closure.
     Surface,
-    /// Where its points are moved to: one vector, or a height.
+    /// The displacement of its points: one vector, or a height.
     Displacement,
     /// The color of a sky.
     Sky,
 }
 
-/// A network that runs.
+/// A compiled network.
 #[derive(Debug)]
 pub struct Network {
     /// Name of its last node.
     pub name: String,
-    /// Yields all that is wanted.
+    /// Computes all required outputs.
     pub program: Program,
-    /// Of a surface, yields its closure or the color that stands for it, and nothing else.
+    /// For a surface, computes only its closure or the color in its place.
     pub lean: Program,
-    /// Whether it yields a closure.
+    /// Whether it has a closure.
     pub closure: bool,
-    /// The output that says it where there is no closure: of a displacement, or the color to show.
+    /// The output used if there is no closure: the displacement, or the color.
     pub output: Option<Arc<str>>,
     /// Whether that output is a single number.
     pub scalar: bool,
@@ -49,12 +50,12 @@ pub struct Network {
 pub struct Networks<'a> {
     nodes: HashMap<&'a str, &'a Node>,
     shaders: &'a mut dyn Shaders,
-    /// Kinds of nodes that were found to be shaders.
+    /// Types of nodes that were found to be shaders.
     known: HashSet<&'a str>,
 }
 
 impl<'a> Networks<'a> {
-    /// The shader nodes of a description. Says which names are taken twice, and which kinds nobody knows.
+    /// The shader nodes of a description. Reports duplicate names and unknown node types.
     pub fn new(
         scene: &'a Description,
         shaders: &'a mut dyn Shaders,
@@ -87,7 +88,8 @@ impl<'a> Networks<'a> {
         networks
     }
 
-    /// The program of a node and all that it needs; `None` after an error. `place` is where the node is asked for.
+    /// Compiles the program of a node and its inputs; `None` after an error. `place` is where the node is
+    /// referenced.
     pub fn compile(
         &mut self,
         name: &str,
@@ -118,7 +120,7 @@ impl<'a> Networks<'a> {
     }
 }
 
-/// Runs the passes for what is wanted of a network.
+/// Runs the passes for the purpose of a network.
 fn finish(
     node: &Node,
     last: &hir::Program,
@@ -167,7 +169,7 @@ fn program(mut body: Body, outputs: Option<Vec<Arc<str>>>) -> Program {
     Program::new(&body)
 }
 
-/// The first output of a type.
+/// The first output with a suitable type.
 fn output_of(program: &hir::Program, wanted: impl Fn(Type) -> bool) -> Option<(Arc<str>, Type)> {
     let outputs = program.shader.params.iter().filter(|p| p.output);
     let mut outputs = outputs.filter_map(|p| program.vars.get(p.var.0 as usize));
@@ -182,25 +184,25 @@ fn name_of(node: &Node) -> Option<&str> {
     }
 }
 
-/// A group in the making.
+/// A group under construction.
 struct Building<'b, 'a> {
     networks: &'b mut Networks<'a>,
     group: Group,
-    /// Nodes whose layers are being made, from the last one on.
+    /// Nodes whose layers are being made, starting with the last node.
     open: Vec<String>,
-    /// The layers that are there, by their nodes.
+    /// The finished layers, by node name.
     done: HashMap<String, Arc<hir::Program>>,
     messages: &'b mut Messages,
 }
 
-/// A link to be made: output, and parameter.
+/// A pending link: output and parameter.
 struct Link<'p> {
     from: (String, Option<String>),
     to: &'p Param,
 }
 
 impl Building<'_, '_> {
-    /// Adds the layer of a node behind those that it needs.
+    /// Adds the layer of a node after its inputs.
     fn layer(&mut self, node: &Node) -> Option<Arc<hir::Program>> {
         let name = name_of(node)?.to_string();
         if let Some(program) = self.done.get(&name) {
@@ -243,7 +245,7 @@ impl Building<'_, '_> {
         Some(program)
     }
 
-    /// The node that a value names, and the part of it; `None` where it is a value.
+    /// The node that a value refers to, and the named part of it; `None` if it is a plain value.
     fn link(&self, program: &hir::Program, param: &Param) -> Option<(String, Option<String>)> {
         let Value::Words(words) = &param.value else { return None };
         let [word] = &words[..] else { return None };

@@ -1,4 +1,5 @@
-//! The arrays of a polymesh as a mesh. What is out of range ends the scene; what is merely odd is said where it is built.
+//! Converts the arrays of a polymesh to a mesh. Values out of range are errors; irregularities are reported
+//! when the mesh is built.
 
 use super::fields::Fields;
 use crate::mesh::Mesh;
@@ -10,11 +11,11 @@ use glam::{Vec2, Vec3};
 pub struct Polygons {
     /// The mesh, in object space. It has passed [`Mesh::check`].
     pub mesh: Mesh,
-    /// Whether normals are smooth over edges.
+    /// Whether normals are smooth across edges.
     pub smooth: bool,
-    /// How it is subdivided.
+    /// The subdivision scheme.
     pub scheme: Scheme,
-    /// How often.
+    /// The number of subdivisions.
     pub iterations: u32,
 }
 
@@ -40,7 +41,7 @@ pub(super) fn polygons(fields: &mut Fields<'_>) -> Option<Polygons> {
     let normal_corners = indices(fields, "nlist", lists, normals.len(), normal_corners);
     let mesh = Mesh {
         positions: points.into_iter().map(Vec3::from_array).collect(),
-        // Without `nsides` all polygons are triangles.
+        // Without `nsides`, all polygons are triangles.
         face_sizes: sides.unwrap_or_else(|| vec![3; corners.len() / 3]),
         uvs: if uv_corners.is_empty() { Vec::new() } else { uvs },
         normals: if normal_corners.is_empty() { Vec::new() } else { normals },
@@ -58,7 +59,7 @@ pub(super) fn polygons(fields: &mut Fields<'_>) -> Option<Polygons> {
     }
 }
 
-/// Which value of a list each corner has, where the file leaves that to be understood: one a point, or one a corner.
+/// The value index of each corner, if the file leaves it out: one value per vertex, or one per corner.
 fn indices(
     fields: &mut Fields<'_>,
     name: &str,

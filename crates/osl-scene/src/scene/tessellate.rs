@@ -1,4 +1,4 @@
-//! From polygons to triangles: subdivided, displaced by a shader, in common space.
+//! From polygons to triangles: subdivided and displaced, in common space.
 
 use super::build::say;
 use super::describe::Surface;
@@ -13,7 +13,7 @@ use glam::{Mat4, Vec3};
 use osl_exec::{Frame, RunOptions, Services, Stop};
 use osl_limits::Scenes;
 
-/// The triangles of polygons, moved by a matrix; `None` after an error.
+/// The triangles of polygons, transformed by a matrix; `None` after an error.
 pub(super) fn tessellate(
     surface: &Surface,
     polygons: &Polygons,

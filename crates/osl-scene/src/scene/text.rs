@@ -1,8 +1,9 @@
-//! The text of a scene: nodes with their parameters, as words and arrays.
+//! The syntax of scenes: nodes with their parameters, as words and arrays.
 //!
-//! A node is `kind { name value … }`, one parameter a line. Values go on over lines that begin with a number or a quoted
-//! text; arrays say how many elements they have: `vlist 8 1 POINT …`, or `b64POINT` with the bytes of little-endian floats
-//! in base64. `#` begins a comment. This module must not know which nodes there are.
+//! A node is `kind { name value … }`, with one parameter per line. Values continue on lines that begin with a
+//! number or a quoted text. Arrays state their number of elements: `vlist 8 1 POINT …`, or `b64POINT` with
+//! the bytes of little-endian floats in base64. `#` begins a comment. This module must not know which nodes
+//! exist.
 
 use super::message::{Messages, Place};
 use base64::Engine;
@@ -10,10 +11,10 @@ use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use std::sync::Arc;
 
-/// A node as it is written.
+/// A node as written.
 #[derive(Clone, Debug)]
 pub struct Node {
-    /// What it is: `polymesh`, or the name of a shader.
+    /// Its type: `polymesh`, or the name of a shader.
     pub kind: String,
     /// Where it begins.
     pub place: Place,
@@ -26,20 +27,20 @@ pub struct Node {
 pub struct Param {
     /// Its name.
     pub name: String,
-    /// Where it is.
+    /// Its location.
     pub place: Place,
     /// Its value.
     pub value: Value,
 }
 
-/// A value as it is written.
+/// A value as written.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// Words, one at least.
+    /// One or more words.
     Words(Vec<Word>),
-    /// Numbers of an array whose length was given: the components one after the other.
+    /// Numbers of an array with a given length: the components in sequence.
     Numbers(Vec<f64>),
-    /// Texts of an array whose length was given.
+    /// Texts of an array with a given length.
     Texts(Vec<String>),
 }
 
@@ -52,16 +53,16 @@ pub struct Word {
     pub quoted: bool,
 }
 
-/// What stands at the top of a file.
+/// A top-level item of a file.
 #[derive(Clone, Debug)]
 pub(super) enum Item {
     /// A node.
     Node(Node),
-    /// The name of a file whose items stand here.
+    /// The name of an included file, whose items belong here.
     Include(String, Place),
 }
 
-/// Reads a text. What cannot be read is left out with an error.
+/// Reads a text. Invalid parts are skipped with an error.
 pub(super) fn read(file: &Arc<str>, text: &str, messages: &mut Messages) -> Vec<Item> {
     let mut reader = Reader { tokens: Tokens::new(text), file: file.clone(), messages, ahead: None };
     let mut items = Vec::new();
@@ -86,7 +87,7 @@ pub(super) fn read(file: &Arc<str>, text: &str, messages: &mut Messages) -> Vec<
     items
 }
 
-/// A word of the text with where it stands.
+/// A word of the text with its location.
 #[derive(Clone, Debug)]
 struct Token {
     text: String,
@@ -193,17 +194,17 @@ impl Reader<'_> {
         self.ahead.as_ref()
     }
 
-    /// The next word, if it is one that `wanted` takes.
+    /// The next word, if `wanted` accepts it.
     fn next_if(&mut self, wanted: impl Fn(&Token) -> bool) -> Option<Token> {
         if self.peek().is_some_and(wanted) { self.next() } else { None }
     }
 
-    /// Elements that an array may have.
+    /// Maximum number of array elements.
     fn most(&self) -> u64 {
         self.messages.limits().scenes.elements
     }
 
-    /// Goes on behind the end of the node.
+    /// Skips to the end of the node.
     fn skip(&mut self) {
         while self.next().is_some_and(|t| !t.is("}")) {}
     }
@@ -279,7 +280,7 @@ impl Reader<'_> {
             };
         }
         let mut numbers = if packed { self.packed(total)? } else { self.plain(total)? };
-        // Of several times of a moving thing the first counts.
+        // If a moving object has values for several times, the first one counts.
         numbers.truncate(count * components);
         Ok(Value::Numbers(numbers))
     }
@@ -299,7 +300,7 @@ impl Reader<'_> {
         Ok(numbers)
     }
 
-    /// Floats in base64, over any number of lines that hold nothing else.
+    /// Floats in base64, over any number of lines that contain nothing else.
     fn packed(&mut self, total: usize) -> Result<Vec<f64>, String> {
         let bytes = total * 4;
         let letters = (bytes * 4).div_ceil(3);
@@ -323,14 +324,14 @@ impl Reader<'_> {
     }
 }
 
-/// How to permit more elements.
+/// The option that permits more elements.
 const HINT: &str = "--limit scenes.elements=N";
 
 fn short(found: usize, total: usize) -> String {
     format!("the array ends after {found} of {total} elements")
 }
 
-/// What the elements of an array are.
+/// The element type of an array.
 struct Element {
     components: usize,
     packed: bool,
@@ -341,7 +342,7 @@ impl Element {
     const NUMBER: Element = Element { components: 1, packed: false, texts: false };
 }
 
-/// The elements that a type name of an array says.
+/// The element type for the type name of an array.
 fn element(name: &str) -> Option<Element> {
     let (packed, plain) = match name.strip_prefix("b64") {
         Some(rest) => (true, rest),

@@ -1,4 +1,4 @@
-//! Where rays hit surfaces that have a formula.
+//! Intersects rays with analytic shapes.
 
 use super::solve::roots;
 use super::{FACES, Shape};
@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// A place that a ray may hit: its distance, the face, and u and v.
+/// A candidate hit: its distance, the face, and u and v.
 type Candidate = (f64, usize, [f64; 2]);
 
 /// The nearest hit within a range of distances.
@@ -23,7 +23,7 @@ pub(super) fn nearest(
         return None;
     }
     let mut best: Option<Candidate> = None;
-    // From the point of the ray next to the centre on, numbers are as small as the shape.
+    // Computed from the ray's closest point to the centre, numbers are as small as the shape.
     let along = direction / length;
     let shift = -origin.dot(along);
     let ray = Line { start: origin + along * shift, along };
@@ -46,7 +46,7 @@ pub(super) fn nearest(
     best.map(|(t, face, uv)| (t as f32, shape.point(face, uv)))
 }
 
-/// A ray from the point that is next to the centre; the direction has length 1.
+/// A ray that starts at its closest point to the centre; the direction has length 1.
 struct Line {
     start: DVec3,
     along: DVec3,
@@ -58,14 +58,14 @@ impl Line {
     }
 }
 
-/// Part of a turn around the y axis, from 0 to 1 at the back.
+/// The angle around the y axis as a fraction of a turn; 0 and 1 are at the back.
 fn turn(p: DVec3) -> f64 {
     math::atan2(p.x, p.z) / TAU + 0.5
 }
 
 fn sphere(ray: &Line, radius: f64, offer: &mut impl FnMut(f64, usize, [f64; 2])) {
     let half = (radius * radius - ray.start.length_squared()).sqrt();
-    // A ray that misses has nan here, which no range holds.
+    // For a ray that misses, this is NaN, which is in no range.
     for s in [-half, half] {
         let p = ray.at(s);
         let v = 0.5 + math::atan2(p.y, math::hypot(p.x, p.z)) / PI;
@@ -88,8 +88,8 @@ fn cylinder(ray: &Line, radius: f64, height: f64, offer: &mut impl FnMut(f64, us
     }
 }
 
-/// (|p|² + R² − r²)² = 4 R² (x² + z²), of degree four along the ray; without a cubic term, since the ray starts at the
-/// point next to the centre.
+/// (|p|² + R² − r²)² = 4 R² (x² + z²), of degree four along the ray, without a cubic term because the ray
+/// starts at its closest point to the centre.
 fn torus(ray: &Line, major: f64, minor: f64, offer: &mut impl FnMut(f64, usize, [f64; 2])) {
     let (start, along) = (ray.start, ray.along);
     let reach = (major + minor) * (major + minor) - start.length_squared();
@@ -101,7 +101,7 @@ fn torus(ray: &Line, major: f64, minor: f64, offer: &mut impl FnMut(f64, usize, 
     let flat = |a: DVec3, b: DVec3| a.x * b.x + a.z * b.z;
     let polynomial = [
         k * k - four * flat(start, start),
-        // The ray's start is across it only up to rounding.
+        // The start of the ray is perpendicular to it only up to rounding.
         4.0 * k * start.dot(along) - 2.0 * four * flat(start, along),
         2.0 * k - four * flat(along, along),
         0.0,

@@ -1,7 +1,8 @@
-//! Surfaces that have a formula: sphere, cylinder, torus, plane, cube; and what a ray can hit at all.
+//! Analytic shapes: sphere, cylinder, torus, plane, cube; and the trait of everything that a ray can hit.
 //!
-//! Each lies around the origin, y up, and maps the unit square of u and v to its points such that the normal is along
-//! `dPdu × dPdv` and points outwards; u goes to the right where one looks along −z. It must not know cameras or shaders.
+//! Each shape is centred at the origin with y up. It maps the unit square of u and v to its points such that
+//! the normal points along `dPdu × dPdv` and outwards; u increases to the right for a view along −z. This
+//! module must not know cameras or shaders.
 
 mod hit;
 mod solve;
@@ -13,58 +14,61 @@ use glam::{DVec2, DVec3, Mat4, Vec3};
 use std::f64::consts::{PI, TAU};
 use std::ops::Range;
 
-/// A surface with a formula. Lengths are above 0.
+/// An analytic shape. Lengths are positive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// A sphere: u is the longitude, from behind around the front (u = 1/2 lies on +z, u = 0 and 1 on −z), v goes from
-    /// the lower pole to the upper.
+    /// A sphere. u is the longitude, from the back around the front (u = 1/2 is +z, u = 0 and 1 are −z); v
+    /// runs from the lower pole to the upper.
     Sphere {
         /// Its radius.
         radius: f32,
     },
-    /// A tube without ends: u goes around like that of the sphere, v from the lower border to the upper.
+    /// A tube without ends: u runs around like that of the sphere, v from the lower border to the upper.
     Cylinder {
         /// Its radius.
         radius: f32,
         /// From border to border.
         height: f32,
     },
-    /// A ring around the y axis: u goes around the ring like that of the sphere, v around its body, with 1/2 outermost.
+    /// A ring around the y axis: u runs around the ring like that of the sphere, v around the tube, with 1/2
+    /// at the outside.
     Torus {
-        /// From the centre to the middle of the body.
+        /// From the centre to the middle of the tube.
         major: f32,
-        /// Radius of the body; less than `major`.
+        /// Radius of the tube; less than `major`.
         minor: f32,
     },
-    /// The plane y = 0, seen from above: u goes along x, v along −z, from 0 to 1 over the square around the origin.
+    /// The plane y = 0, seen from above: u runs along x, v along −z, from 0 to 1 over the square around the
+    /// origin.
     Plane {
         /// Side of the square.
         size: f32,
-        /// Whether it ends at the square; else it goes on for ever, and so do u and v.
+        /// Whether it ends at the square; otherwise it is infinite, and so are u and v.
         bounded: bool,
     },
-    /// A cube: u and v go from 0 to 1 on each face, v upwards at the sides.
+    /// A cube: u and v run from 0 to 1 on each face, v upwards on the sides.
     Cube {
         /// Its side.
         size: f32,
     },
 }
 
-/// What a ray can hit.
+/// A surface that a ray can hit.
 pub trait Surface: Sync {
-    /// The nearest point on a ray within a range of distances, and its distance; in lengths of the direction.
+    /// The nearest hit of a ray within a range of distances: distance and point. Distances are in units of
+    /// the direction's length.
     fn hit(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> Option<(f32, SurfacePoint)>;
 
     /// A box around it.
     fn bounds(&self) -> Bounds;
 
-    /// How far it reaches from the middle of the box, or a little less than that.
+    /// The radius around the middle of the box; it may be slightly smaller.
     fn reach(&self) -> f32 {
         self.bounds().radius()
     }
 }
 
-/// Axes of the faces of a cube: where u and v go to.
+/// The directions of u and v on the faces of a cube.
 const FACES: [[DVec3; 2]; 6] = [
     [DVec3::NEG_Z, DVec3::Y],
     [DVec3::Z, DVec3::Y],
@@ -74,7 +78,7 @@ const FACES: [[DVec3; 2]; 6] = [
     [DVec3::NEG_X, DVec3::Y],
 ];
 
-/// A point with its tangents and normal, in 64 bits.
+/// A point with its tangents and normal, in double precision.
 struct Exact {
     p: DVec3,
     dpdu: DVec3,
@@ -83,7 +87,7 @@ struct Exact {
 }
 
 impl Shape {
-    /// The names that shapes go by, each with its usual form: about two units wide.
+    /// The names of shapes, each with its default form: about two units wide.
     pub const NAMED: [(&'static str, Shape); 5] = [
         ("sphere", Shape::Sphere { radius: 1.0 }),
         ("cylinder", Shape::Cylinder { radius: 1.0, height: 2.0 }),
@@ -92,12 +96,12 @@ impl Shape {
         ("cube", Shape::Cube { size: 2.0 }),
     ];
 
-    /// The shape of a name.
+    /// The shape with a name.
     pub fn named(name: &str) -> Option<Shape> {
         Shape::NAMED.iter().find(|(known, _)| *known == name).map(|(_, shape)| *shape)
     }
 
-    /// The point at some coordinates; `face` counts for the cube alone: +x, −x, +y, −y, +z, −z.
+    /// The point at some coordinates; `face` matters only for the cube: +x, −x, +y, −y, +z, −z.
     pub fn point(&self, face: usize, uv: [f64; 2]) -> SurfacePoint {
         let Exact { p, dpdu, dpdv, n } = self.exact(face, uv);
         let n = n.as_vec3();
@@ -106,7 +110,7 @@ impl Shape {
     }
 
     fn exact(&self, face: usize, [u, v]: [f64; 2]) -> Exact {
-        // A direction around the y axis, and where it goes with u.
+        // A direction around the y axis, and its derivative with respect to u.
         let (sin, cos) = math::sin_cos(TAU * (u - 0.5));
         let (out, around) = (DVec3::new(sin, 0.0, cos), DVec3::new(cos, 0.0, -sin));
         match *self {
@@ -144,7 +148,7 @@ impl Shape {
         }
     }
 
-    /// How many pieces have u and v of their own.
+    /// The number of faces with separate u and v.
     pub fn faces(&self) -> usize {
         if matches!(self, Shape::Cube { .. }) { FACES.len() } else { 1 }
     }
@@ -179,16 +183,16 @@ impl Surface for Shape {
     }
 }
 
-/// Triangles with what finds those that a ray hits.
+/// Triangles with their tree for ray intersection.
 pub struct Solid {
     /// The triangles.
     pub triangles: Triangles,
-    /// The boxes around them.
+    /// The tree.
     pub bvh: Bvh,
 }
 
 impl Solid {
-    /// Sorts triangles.
+    /// Builds the tree of the triangles.
     pub fn new(triangles: Triangles) -> Solid {
         let bvh = Bvh::new(&triangles);
         Solid { triangles, bvh }
@@ -211,7 +215,7 @@ impl Surface for Solid {
     }
 }
 
-/// A surface that was moved.
+/// A surface with a transformation.
 pub struct Placed<S> {
     surface: S,
     to_common: Mat4,
@@ -219,7 +223,7 @@ pub struct Placed<S> {
 }
 
 impl<S> Placed<S> {
-    /// Moves a surface by a matrix; `None` if the matrix flattens it.
+    /// Transforms a surface by a matrix; `None` if the matrix is singular.
     pub fn new(surface: S, to_common: Mat4) -> Option<Placed<S>> {
         let from_common = to_common.inverse();
         let sound = to_common.is_finite() && from_common.is_finite() && to_common.determinant() != 0.0;
@@ -229,7 +233,7 @@ impl<S> Placed<S> {
 
 impl<S: Surface> Surface for Placed<S> {
     fn hit(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> Option<(f32, SurfacePoint)> {
-        // Distances are in lengths of the direction, so they are the same on both sides.
+        // Distances are in units of the direction's length, so they are the same on both sides.
         let origin = self.from_common.transform_point3(origin);
         let direction = self.from_common.transform_vector3(direction);
         let (t, point) = self.surface.hit(origin, direction, range)?;

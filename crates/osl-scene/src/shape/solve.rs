@@ -1,9 +1,9 @@
 //! Roots of polynomials.
 
-/// The roots of a polynomial between two bounds, in order; coefficients from the constant on. A root that the polynomial
-/// only touches may be missing.
+/// The roots of a polynomial between two bounds, in order; coefficients begin with the constant. A double
+/// root may be missing.
 ///
-/// Between two roots of its derivative a polynomial rises or falls all the way, so each such piece has one root at most.
+/// Between two roots of its derivative a polynomial is monotonic, so each such interval has at most one root.
 pub(super) fn roots(polynomial: &[f64], low: f64, high: f64) -> Vec<f64> {
     let value = |x: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * x + c);
     if polynomial.len() < 2 {
@@ -17,7 +17,8 @@ pub(super) fn roots(polynomial: &[f64], low: f64, high: f64) -> Vec<f64> {
     pieces.map(|piece| refine(&value, piece[0], piece[1])).collect()
 }
 
-/// Halves the piece that has the root until its ends are neighbours, with steps along the secant while these do better.
+/// Bisects the interval with the root until its ends are neighbours, using secant steps while these are
+/// faster.
 fn refine(value: &impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let (mut at_low, mut at_high) = (value(low), value(high));
     for step in 0..200 {

@@ -1,4 +1,4 @@
-//! Shapes as triangles, to be displaced.
+//! Shapes as triangles, for displacement.
 
 use super::Shape;
 use crate::mesh::{Mesh, MeshError, Triangles};
@@ -7,12 +7,12 @@ use glam::{Mat4, Vec2, Vec3};
 use osl_limits::Scenes;
 
 impl Shape {
-    /// The shape as triangles, moved by a matrix, with the normals and tangents of the shape itself; the level, and
-    /// whether the detail is reached. A level halves the steps of u and v; at level 0 round shapes have eight steps
-    /// around. A plane ends at its square.
+    /// The shape as triangles, transformed by a matrix, with the normals and tangents of the shape itself.
+    /// Also returns the level, and whether the detail is reached. Each level halves the steps of u and v; at
+    /// level 0, round shapes have eight steps around. A plane ends at its square.
     ///
     /// # Errors
-    /// A level has too many triangles.
+    /// The level has too many triangles.
     pub fn triangles(
         &self,
         to_common: &Mat4,
@@ -21,10 +21,10 @@ impl Shape {
         self.triangles_within(to_common, detail, &Scenes::default())
     }
 
-    /// As [`Shape::triangles`], with limits of its own.
+    /// Like [`Shape::triangles`], with explicit limits.
     ///
     /// # Errors
-    /// A level has too many triangles.
+    /// The level has too many triangles.
     pub fn triangles_within(
         &self,
         to_common: &Mat4,
@@ -58,7 +58,7 @@ impl Shape {
         }
     }
 
-    /// Steps of u and v.
+    /// Number of steps of u and v.
     fn steps(&self, level: u32) -> [usize; 2] {
         let first = match self {
             Shape::Sphere { .. } => [8, 4],
@@ -75,7 +75,7 @@ impl Shape {
         for row in 0..=up {
             for column in 0..=across {
                 let pole = self.is_pole(row, up);
-                // At a pole u belongs to the triangle between two meridians.
+                // At a pole, u belongs to the triangle between two meridians.
                 let u = if pole { column as f64 + 0.5 } else { column as f64 } / across as f64;
                 let point = self.point(0, [u, row as f64 / up as f64]);
                 // Where the surface closes, the place is that on the other side.
@@ -110,24 +110,24 @@ impl Shape {
         row * (across + 1) + column
     }
 
-    /// Whether a row is one point.
+    /// Whether a row is a single point.
     fn is_pole(&self, row: usize, up: usize) -> bool {
         matches!(self, Shape::Sphere { .. }) && (row == 0 || row == up)
     }
 
-    /// The first row that lies where a row does.
+    /// The first row at the same position as a row.
     fn around(&self, row: usize, up: usize) -> usize {
         if matches!(self, Shape::Torus { .. }) && row == up { 0 } else { row }
     }
 
-    /// The first column that lies where a column does.
+    /// The first column at the same position as a column.
     fn closed(&self, column: usize, across: usize, pole: bool) -> usize {
         let round = !matches!(self, Shape::Plane { .. });
         if pole || (round && column == across) { 0 } else { column }
     }
 }
 
-/// Numbers places from 0 on without gaps; each was the number of its first vertex.
+/// Numbers the places from 0 without gaps; each was the number of its first vertex.
 fn number_places(t: &mut Triangles) {
     let mut numbers = vec![0; t.places.len()];
     let mut count = 0;

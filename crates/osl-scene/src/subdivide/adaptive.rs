@@ -1,16 +1,16 @@
-//! The level at which edges are short enough in the picture.
+//! Chooses the subdivision level at which edges are short enough in the picture.
 //!
-//! All faces of a mesh have one level, so that there are no cracks.
+//! All faces of a mesh have the same level, so that there are no cracks.
 
 use crate::camera::View;
 use crate::mesh::Triangles;
 use glam::{DVec2, Vec3};
 
-/// Parts of the distance to the camera that are nearer than this to the plane it stands on are cut away.
+/// Edges are cut at this fraction of their distance in front of the camera plane.
 const NEAR: f64 = 1e-4;
 
-/// The first level at which no edge in the picture is longer than `edge` pixels, up to `most`. With the level comes
-/// whether it is one.
+/// The first level at which no edge in the picture is longer than `edge` pixels, up to `most`. Also returns
+/// whether that was reached.
 pub(crate) fn choose(
     at_level: impl Fn(u32) -> Triangles,
     most: u32,
@@ -25,15 +25,15 @@ pub(crate) fn choose(
         if fine || level >= most {
             return (triangles, level, fine);
         }
-        // Each level halves edges, or nearly so; one less than that takes is surely not too fine. Without a number
-        // there is no end to it.
+        // Each level roughly halves edges, so one level less than estimated is certainly not too fine. For
+        // NaN there is no limit.
         let levels = libm::log2(longest / edge).floor();
         let further = if levels.is_finite() { levels.max(1.0) as u32 } else { most };
         level = level.saturating_add(further).min(most);
     }
 }
 
-/// The length of the longest edge in the picture, in pixels; of edges that are partly in it, the part that is.
+/// The length of the longest edge in the picture, in pixels; only the visible part of an edge counts.
 pub fn longest_edge(triangles: &Triangles, view: &View) -> f64 {
     let mut longest = 0.0_f64;
     for triangle in 0..triangles.indices.len() {
@@ -45,14 +45,14 @@ pub fn longest_edge(triangles: &Triangles, view: &View) -> f64 {
     longest
 }
 
-/// The length of what is seen of an edge, in pixels.
+/// The visible length of an edge, in pixels.
 fn seen_length(a: Vec3, b: Vec3, view: &View) -> f64 {
     let near = NEAR * f64::from(a.distance(view.position()).max(b.distance(view.position())));
     let (depth_a, depth_b) = (view.depth(a), view.depth(b));
     if depth_a < near && depth_b < near {
         return 0.0;
     }
-    // The end that is not ahead moves to where the edge comes ahead.
+    // An end behind the camera is moved to where the edge comes in front of it.
     let ahead = |behind: Vec3, depth: f64, other: Vec3, other_depth: f64| {
         if depth >= near {
             return behind;
@@ -66,7 +66,7 @@ fn seen_length(a: Vec3, b: Vec3, view: &View) -> f64 {
     }
 }
 
-/// The length of the part of a line that lies in the picture.
+/// The length of the part of a line inside the picture.
 fn inside(a: DVec2, b: DVec2, [width, height]: [f64; 2]) -> f64 {
     let way = b - a;
     let (mut from, mut to) = (0.0_f64, 1.0_f64);

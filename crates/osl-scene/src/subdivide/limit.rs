@@ -1,8 +1,9 @@
-//! Where the vertices of a level end up on the limit surface, and its normals there.
+//! The positions of a level's vertices on the limit surface, and the normals there.
 //!
-//! In a mesh of quads the limit of a vertex is a fixed mean of it and the ring of vertices around it, and so are two
-//! tangents. M. Halstead, M. Kass and T. DeRose, "Efficient, Fair Interpolation using Catmull-Clark Surfaces", 1993; at
-//! borders H. Biermann, A. Levin and D. Zorin, "Piecewise Smooth Subdivision Surfaces with Normal Control", 2000.
+//! In a mesh of quads, the limit of a vertex is a fixed weighted mean of it and the ring of vertices around
+//! it, and so are two tangents. M. Halstead, M. Kass and T. DeRose, "Efficient, Fair Interpolation using
+//! Catmull-Clark Surfaces", 1993; at borders H. Biermann, A. Levin and D. Zorin, "Piecewise Smooth
+//! Subdivision Surfaces with Normal Control", 2000.
 
 use super::topology::{Level, NONE};
 use crate::math;
@@ -12,12 +13,12 @@ use std::f64::consts::PI;
 /// The limit of the first vertices of a level of quads.
 pub(super) struct Limit {
     pub(super) positions: Vec<DVec3>,
-    /// Normals of length 1; 0 where the surface has none of its own, at creases and corners.
+    /// Normals of length 1; 0 at creases and corners, where the surface has none.
     pub(super) normals: Vec<DVec3>,
 }
 
-/// The vertices around one, counterclockwise: across edges, and across faces; the face behind each edge. Where the fan
-/// ends at a border, there is one edge more than faces.
+/// The vertices around one, counterclockwise: across edges and across faces; each edge is followed by its
+/// face. If the fan ends at a border, there is one edge more than faces.
 #[derive(Default)]
 struct Ring {
     edges: Vec<DVec3>,
@@ -38,11 +39,11 @@ impl Level {
                 let border = self.ring(start, &mut ring);
                 let crease = creases.as_ref().map(|c| c[vertex]).unwrap_or_default();
                 let smooth = if border { *v } else { ring.position(*v) };
-                // A curve of cubic segments ends up at (a + 4v + b) / 6.
+                // The limit of a cubic spline curve is (a + 4v + b) / 6.
                 position = crease.blend(smooth, *v, |others| (others + *v * 4.0) / 6.0);
                 normal = match (border, crease.count) {
                     (false, 0 | 1) => ring.normal(),
-                    // Both sharp edges are the border.
+                    // Both sharp edges form the border.
                     (true, 2) => ring.border_normal(*v),
                     _ => DVec3::ZERO,
                 };
@@ -53,7 +54,7 @@ impl Level {
         limit
     }
 
-    /// A corner of each vertex; at a border the one from which all others follow.
+    /// A corner of each vertex; at a border, the first corner of the fan.
     fn first_corners(&self) -> Vec<u32> {
         let mut first = vec![NONE; self.positions.len()];
         for (corner, vertex) in (0..).zip(&self.corners) {
@@ -65,7 +66,7 @@ impl Level {
         first
     }
 
-    /// Walks around the vertex of a corner; whether it ends at a border.
+    /// Collects the ring around the vertex of a corner. Returns whether it ends at a border.
     fn ring(&self, start: u32, ring: &mut Ring) -> bool {
         ring.edges.clear();
         ring.faces.clear();
@@ -80,7 +81,7 @@ impl Level {
                 ring.edges.push(at(third));
                 return true;
             }
-            // Twins pair half edges, so the walk comes back to where it started.
+            // Twins are paired half edges, so the walk returns to its start.
             if twin == start {
                 return false;
             }
@@ -97,8 +98,8 @@ impl Ring {
         (v * (n * n) + sum(&self.edges) * 4.0 + sum(&self.faces)) / (n * (n + 5.0))
     }
 
-    /// The cross product of the tangents: sums over the ring with the cosines, and with the sines, of the angles that a
-    /// regular ring has.
+    /// The cross product of the tangents, which are sums over the ring weighted by the cosines and the sines
+    /// of the angles in a regular ring.
     fn normal(&self) -> DVec3 {
         if let ([e0, e1, e2, e3], [f0, f1, f2, f3]) = (self.edges.as_slice(), self.faces.as_slice()) {
             let along = (*e0 - *e2) * 4.0 + (*f0 - *f1 - *f2 + *f3);
@@ -117,7 +118,8 @@ impl Ring {
         along.cross(across)
     }
 
-    /// The same where the fan ends at a smooth border; 0 at a single face, which has a tangent along the border only.
+    /// The same for a fan that ends at a smooth border; 0 for a single face, which has a tangent along the
+    /// border only.
     fn border_normal(&self, v: DVec3) -> DVec3 {
         let k = self.faces.len();
         let (Some(first), Some(last)) = (self.edges.first(), self.edges.last()) else { return DVec3::ZERO };

@@ -1,8 +1,9 @@
-//! From polygons to triangles: meshes as they are, linearly refined, or Catmull-Clark surfaces.
+//! From polygons to triangles: unchanged meshes, linear refinement, or Catmull-Clark surfaces.
 //!
-//! `topology` joins faces along edges, `refine` makes a level of the one before, `limit` moves vertices onto the limit
-//! surface, `triangles` cuts what comes of it, `adaptive` chooses the level. Arithmetic is in 64 bits. Surface coordinates
-//! are interpolated linearly within each face of the mesh. It must not know shaders.
+//! `topology` joins faces along edges, `refine` computes a level from the previous one, `limit` moves
+//! vertices to the limit surface, `triangles` triangulates the result, and `adaptive` chooses the level. The
+//! arithmetic is in double precision. Surface coordinates are interpolated linearly within each face of the
+//! mesh. This module must not know shaders.
 
 mod adaptive;
 mod limit;
@@ -18,28 +19,28 @@ use crate::mesh::{Mesh, MeshError, Oddities, Triangles};
 use osl_limits::Scenes;
 use topology::Level;
 
-/// What a mesh stands for.
+/// The surface that a mesh represents.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scheme {
-    /// The faces themselves; levels cut them finer.
+    /// The faces themselves; levels only divide them.
     #[default]
     Linear,
     /// The smooth surface of E. Catmull and J. Clark, "Recursively generated B-spline surfaces on arbitrary
-    /// topological meshes", 1978. Creases after T. DeRose, M. Kass and T. Truong, "Subdivision Surfaces in Character
-    /// Animation", 1998; borders are creases.
+    /// topological meshes", 1978. Creases after T. DeRose, M. Kass and T. Truong, "Subdivision Surfaces in
+    /// Character Animation", 1998; borders are creases.
     CatmullClark,
 }
 
-/// How finely a surface is cut.
+/// How finely a surface is divided.
 #[derive(Clone, Copy, Debug)]
 pub enum Detail<'a> {
-    /// So many times into four.
+    /// This many levels, each of which divides faces into four.
     Level(u32),
     /// Until no edge in the picture is longer than a number of pixels.
     Pixels {
         /// The camera.
         view: &'a View,
-        /// Pixels.
+        /// The maximum length in pixels.
         edge: f64,
     },
 }
@@ -49,27 +50,28 @@ pub enum Detail<'a> {
 pub struct Tessellated {
     /// The triangles.
     pub triangles: Triangles,
-    /// How often faces were cut into four.
+    /// The number of levels.
     pub level: u32,
-    /// Whether the detail that was asked for is reached; a level always is.
+    /// Whether the requested detail was reached; a level always is.
     pub fine: bool,
-    /// What was odd about the mesh.
+    /// Irregularities of the mesh.
     pub oddities: Oddities,
 }
 
-/// Cuts a mesh into triangles: all faces into four, as often as the detail asks, so that there are no cracks. Vertices of
-/// a Catmull-Clark surface lie on the limit surface, with its normals.
+/// Divides a mesh into triangles: each level divides all faces into four, so that there are no cracks.
+/// Vertices of a Catmull-Clark surface are on the limit surface and have its normals.
 ///
 /// # Errors
-/// The mesh is wrong, or a level has too many triangles. Pixels only go as far as there may be triangles.
+/// The mesh is invalid, or a level has too many triangles. A detail in pixels stops at the permitted number
+/// instead.
 pub fn tessellate(mesh: &Mesh, scheme: Scheme, detail: &Detail<'_>) -> Result<Tessellated, MeshError> {
     tessellate_within(mesh, scheme, detail, &Scenes::default())
 }
 
-/// As [`tessellate`], with limits of its own.
+/// Like [`tessellate`], with explicit limits.
 ///
 /// # Errors
-/// As those of [`tessellate`].
+/// Those of [`tessellate`].
 pub fn tessellate_within(
     mesh: &Mesh,
     scheme: Scheme,
@@ -77,7 +79,7 @@ pub fn tessellate_within(
     limits: &Scenes,
 ) -> Result<Tessellated, MeshError> {
     mesh.check_within(limits.corners)?;
-    // Known before anything is made.
+    // Checked before anything is allocated.
     if let Detail::Level(level) = *detail
         && (level > most_level(mesh.corners.len(), limits.triangles)
             || mesh.corners.len() as u64 > limits.triangles)
@@ -103,9 +105,9 @@ pub fn tessellate_within(
     }
 }
 
-/// The finest level at which a mesh with so many corners has no more triangles than it may.
+/// The finest level at which a mesh with this many corners stays within the permitted number of triangles.
 fn most_level(corners: usize, triangles: u64) -> u32 {
-    // The first level has a quad for each corner, each further one four times as many.
+    // The first level has one quad per corner, each further level four times as many.
     (0..30).take_while(|level| (corners as u64).saturating_mul(2 << (2 * level)) <= triangles).count() as u32
 }
 

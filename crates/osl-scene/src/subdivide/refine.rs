@@ -1,7 +1,8 @@
-//! A level of the one before: each face becomes a quad for each of its corners.
+//! Computes a level from the previous one: each face becomes one quad per corner.
 //!
-//! Vertices keep their numbers; behind them come those of edges, then those of faces. The quad of a corner has the
-//! corner's number; its corners are the vertex, the edge behind it, the face, and the edge before it.
+//! Vertices keep their numbers; they are followed by the edges' vertices, then those of the faces. The quad
+//! of a corner has the corner's number; its corners are the vertex, the next edge, the face, and the previous
+//! edge.
 
 use super::Scheme;
 use super::topology::{Level, NONE};
@@ -45,8 +46,8 @@ impl Level {
         self.ends.iter().zip(&self.sharpness).zip(around).map(point).collect()
     }
 
-    /// Where vertices go: (Q + 2R + (n − 3)V) / n, with Q the mean of the face points around, R that of the middles of
-    /// the n edges; on creases (a + 6V + b) / 8.
+    /// The new positions of vertices: (Q + 2R + (n − 3)V) / n, with Q the mean of the adjacent face points
+    /// and R that of the midpoints of the n edges; on creases (a + 6V + b) / 8.
     fn vertex_points(&self, faces: &[DVec3]) -> Vec<DVec3> {
         let mut sums = vec![DVec3::ZERO; self.positions.len()];
         let mut valence = vec![0_u32; self.positions.len()];
@@ -66,7 +67,7 @@ impl Level {
                 return *v;
             }
             let n = f64::from(n);
-            // Q is the sum of the faces over n, R half of V and half of the mean of the other ends.
+            // Q is the sum of the faces over n; R is half of V plus half of the mean of the other ends.
             let smooth = sum / (n * n) + *v * ((n - 2.0) / n);
             match &creases {
                 Some(creases) => creases[vertex].blend(smooth, *v, |others| (others + *v * 6.0) / 8.0),
@@ -151,7 +152,7 @@ impl Level {
 /// The sharp edges at a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Crease {
-    /// How many there are.
+    /// Their number.
     pub(super) count: u32,
     /// Sum of their other ends.
     pub(super) others: DVec3,
@@ -160,8 +161,8 @@ pub(super) struct Crease {
 }
 
 impl Crease {
-    /// A vertex between its smooth rule and that of its sharp edges: with one it is smooth, with two `crease` of their
-    /// other ends, with more it stays.
+    /// Blends the smooth rule and the rule for sharp edges: with one sharp edge the vertex is smooth, with
+    /// two it is on the crease, given by their other ends; with more it stays in place.
     pub(super) fn blend(&self, smooth: DVec3, stays: DVec3, crease: impl Fn(DVec3) -> DVec3) -> DVec3 {
         let sharp = match self.count {
             0 | 1 => return smooth,
@@ -178,7 +179,7 @@ fn mean<T: Default + Add<Output = T> + Mul<f64, Output = T>>(list: impl Iterator
     sum * (1.0 / f64::from(count.max(1)))
 }
 
-/// What the corners of a face's quads have, from what its corners have.
+/// The values at the corners of a face's quads, from those at its corners.
 fn quartered<T: Copy + Default + Add<Output = T> + Mul<f64, Output = T>>(corners: &[T]) -> Vec<T> {
     let middle = mean(corners.iter().copied());
     let count = corners.len();

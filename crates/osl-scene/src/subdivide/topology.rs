@@ -1,7 +1,8 @@
-//! Faces joined along edges, whatever the mesh is like.
+//! Joins faces along edges, for any mesh.
 //!
-//! A corner is also the half edge from its vertex to that of the next corner. Edges join vertices, whatever the number of
-//! faces on them, so that there are no cracks; twins join half edges where two faces lie properly side by side.
+//! A corner also stands for the half edge from its vertex to that of the next corner. Edges join vertices,
+//! whatever the number of faces on them, so that there are no cracks. Twins pair half edges where two faces
+//! are properly adjacent.
 
 use super::Scheme;
 use crate::mesh::{Mesh, MeshError, Oddities};
@@ -14,7 +15,7 @@ pub(super) const NONE: u32 = u32::MAX;
 /// A level of subdivision.
 pub(super) struct Level {
     pub(super) positions: Vec<DVec3>,
-    /// Vertices that stay in place, among the first; there are no others behind.
+    /// Vertices that stay in place; later vertices never do.
     pub(super) fixed: Vec<bool>,
     /// First corner of each face, and the number of corners.
     pub(super) starts: Vec<u32>,
@@ -32,12 +33,12 @@ pub(super) struct Level {
     pub(super) sharpness: Vec<f64>,
     /// Surface coordinates of each corner; empty if there are none.
     pub(super) uvs: Vec<DVec2>,
-    /// Normals of each corner, if the mesh has its own and stays as it is; else empty.
+    /// Normals of each corner, if the mesh has its own and is not smoothed; else empty.
     pub(super) normals: Vec<DVec3>,
 }
 
 impl Level {
-    /// The mesh itself. It was checked.
+    /// The mesh itself, after [`Mesh::check`].
     pub(super) fn new(mesh: &Mesh, scheme: Scheme) -> Result<(Level, Oddities), MeshError> {
         let mut oddities = Oddities::default();
         let kept = sound_faces(mesh, &mut oddities);
@@ -75,12 +76,12 @@ impl Level {
         Ok((level, oddities))
     }
 
-    /// The faces: their corners.
+    /// The ranges of the faces' corners.
     pub(super) fn faces(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         self.starts.windows(2).map(|w| w[0] as usize..w[1] as usize)
     }
 
-    /// The corner behind another in its face.
+    /// The next corner in the face.
     pub(super) fn after(&self, corner: u32) -> u32 {
         if self.quads {
             return if corner % 4 == 3 { corner - 3 } else { corner + 1 };
@@ -90,7 +91,7 @@ impl Level {
         if corner + 1 == end { first } else { corner + 1 }
     }
 
-    /// The corner before another in its face.
+    /// The previous corner in the face.
     pub(super) fn before(&self, corner: u32) -> u32 {
         if self.quads {
             return if corner.is_multiple_of(4) { corner + 3 } else { corner - 1 };
@@ -100,9 +101,9 @@ impl Level {
         if corner == first { end - 1 } else { corner - 1 }
     }
 
-    /// Finds edges, twins and what is sharp.
+    /// Finds edges, twins and sharp edges.
     fn join(&mut self, mesh: &Mesh, oddities: &mut Oddities) {
-        /// An edge while it is built: its number, its first half edge, and how many there are.
+        /// An edge under construction: its number, its first half edge, and the number of half edges.
         struct Found {
             number: u32,
             first: u32,
@@ -146,7 +147,7 @@ impl Level {
         for ([a, b], sharpness) in &mesh.creases {
             if let Some(found) = known.get(&[*a.min(b), *a.max(b)]) {
                 let edge = &mut self.sharpness[found.number as usize];
-                // Comparisons with nan are false: such a crease is none.
+                // A comparison with NaN is false: such a crease is ignored.
                 if f64::from(*sharpness) > *edge {
                     *edge = f64::from(*sharpness);
                 }
@@ -154,11 +155,11 @@ impl Level {
         }
     }
 
-    /// Fixes vertices at which several fans of faces meet: no rule of the surface covers them.
+    /// Fixes vertices at which several fans of faces meet, for which the surface has no rule.
     fn fix_meeting_points(&mut self, oddities: &mut Oddities) {
         let mut fans = vec![0_u32; self.positions.len()];
         let mut seen = vec![false; self.corners.len()];
-        // First the fans that end at a border, from their first corner, then those that close.
+        // First the fans that end at a border, from their first corner, then the closed ones.
         for at_border in [true, false] {
             for corner in 0..self.corners.len() {
                 if seen[corner] || (at_border && self.twins[corner] != NONE) {
@@ -178,13 +179,13 @@ impl Level {
     }
 }
 
-/// The faces that are left: their first corners, and which corner of the mesh each corner was.
+/// The remaining faces: their first corners, and for each corner its index in the mesh.
 struct Kept {
     starts: Vec<u32>,
     from: Vec<u32>,
 }
 
-/// Leaves out corners that repeat the one before, and faces with fewer than three different vertices.
+/// Removes corners that repeat the previous one, and faces with fewer than three distinct vertices.
 fn sound_faces(mesh: &Mesh, oddities: &mut Oddities) -> Kept {
     let mut kept = Kept { starts: vec![0], from: Vec::with_capacity(mesh.corners.len()) };
     for (first, size) in mesh.faces() {

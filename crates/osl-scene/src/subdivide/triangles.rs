@@ -1,4 +1,4 @@
-//! A level as triangles: corners side by side around a place become one vertex, unless a seam parts them.
+//! A level as triangles: adjacent corners at a place become one vertex, unless a seam separates them.
 
 use super::Scheme;
 use super::limit::Limit;
@@ -39,7 +39,7 @@ fn as_it_is(level: &Level) -> Limit {
     Limit { positions: level.positions.clone(), normals: vec![DVec3::ZERO; level.positions.len()] }
 }
 
-/// Makes triangles of faces; `cut` is given a face and adds triangles of its corners.
+/// Makes triangles from faces; `cut` gets a face and adds triangles of its corners.
 fn triangles(
     level: &Level,
     limit: Limit,
@@ -71,7 +71,7 @@ fn triangles(
     triangles
 }
 
-/// The vertices, as many as are needed.
+/// The vertices after welding.
 struct Welded {
     triangles: Triangles,
     /// The vertex of each corner.
@@ -114,12 +114,12 @@ impl Welded {
 }
 
 impl Level {
-    /// The first corner of those around a vertex that no seam parts from this one.
+    /// The first of the corners around a vertex that no seam separates from this one.
     fn first_of_sector(&self, corner: u32) -> u32 {
         let mut first = corner;
         while !self.is_seam(first) {
             let next = self.after(self.twins[first as usize]);
-            // Around once there is no first.
+            // A full turn has no first corner.
             if next == corner {
                 return corner;
             }
@@ -128,7 +128,7 @@ impl Level {
         first
     }
 
-    /// Whether coordinates or normals on the sides of a half edge differ, or there is no other side.
+    /// Whether coordinates or normals differ on the two sides of a half edge, or it has no other side.
     fn is_seam(&self, half: u32) -> bool {
         let twin = self.twins[half as usize];
         if twin == NONE {

@@ -1,7 +1,7 @@
-//! Light from all around: a table of its brightness by which directions are chosen.
+//! Light from all directions: a table of its brightness, by which directions are sampled.
 //!
-//! The table lies over the azimuth around z and the cosine of the angle to z, so that all cells have the same solid angle.
-//! It must not know how the light is computed.
+//! The table covers the azimuth around z and the cosine of the angle to z, so that all cells have the same
+//! solid angle. This module must not know how the light is computed.
 
 use super::dual::Dual3;
 use glam::Vec3;
@@ -12,31 +12,31 @@ use std::f32::consts::{PI, TAU};
 #[derive(Clone, Debug)]
 pub struct Table {
     side: usize,
-    /// Light of each cell by its density, row by row.
+    /// Light of each cell divided by its density, row by row.
     weights: Vec<Vec3>,
-    /// Sums of the brightness of rows up to each, from 0 to 1.
+    /// Running sums of the rows' brightness, from 0 to 1.
     rows: Vec<f32>,
-    /// The same within each row.
+    /// Running sums within each row.
     columns: Vec<f32>,
 }
 
-/// A direction, and what comes from there.
+/// A sampled direction and its light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chosen {
-    /// The direction, with those of the cell's neighbours.
+    /// The direction, with its derivatives to the neighbouring cells.
     pub direction: Dual3,
-    /// The light by the density.
+    /// The light divided by the density.
     pub weight: Vec3,
     /// The density by solid angle.
     pub pdf: f32,
 }
 
-/// The fewest cells along a side.
+/// Minimum number of cells along a side.
 const MIN_SIDE: usize = 32;
 /// The largest number below 1.
 const BELOW_ONE: f32 = 0.999_999_94;
 
-/// The direction at a place of a table, with its changes from cell to cell.
+/// The direction at a position of a table, with its change from cell to cell.
 fn direction(x: f32, y: f32, side: usize) -> Dual3 {
     let scale = 1.0 / side as f32;
     let (sin, cos) = sincos(TAU * x * scale);
@@ -60,13 +60,13 @@ pub fn centers(resolution: usize) -> Vec<Dual3> {
     cells.map(|(x, y)| direction(x as f32 + 0.5, y as f32 + 0.5, side)).collect()
 }
 
-/// What belongs to an index in sums.
+/// The difference between the running sum at an index and the previous one.
 fn part(sums: &[f32], at: usize) -> f32 {
     let sum = |at: usize| sums.get(at).copied().unwrap_or(0.0);
     sum(at) - if at > 0 { sum(at - 1) } else { 0.0 }
 }
 
-/// The index whose part of the sums a number from 0 to 1 falls into, and where in it.
+/// The index whose step in the running sums contains a number from 0 to 1, and the position within that step.
 fn find(sums: &[f32], x: f32) -> (usize, f32) {
     let at = sums.partition_point(|sum| *sum <= x).min(sums.len().saturating_sub(1));
     let before = if at > 0 { sums.get(at - 1).copied().unwrap_or(0.0) } else { 0.0 };
@@ -113,7 +113,7 @@ impl Table {
         part(&self.rows, y) * part(row, x) * (self.side * self.side) as f32 / (4.0 * PI)
     }
 
-    /// The light from a direction by its density, and the density.
+    /// The light from a direction divided by its density, and the density.
     pub fn light(&self, direction: Vec3) -> (Vec3, f32) {
         let turn = atan2(direction.y, direction.x) / TAU;
         let u = if turn < 0.0 { turn + 1.0 } else { turn };
@@ -152,7 +152,7 @@ mod tests {
             let chosen = table.sample(u);
             assert!((chosen.direction.value.length() - 1.0).abs() < 1e-5);
             let (light, pdf) = table.light(chosen.direction.value);
-            // Rounding may lead to a cell beside.
+            // Rounding may lead to a neighbouring cell.
             assert!((pdf / chosen.pdf - 1.0).abs() < 0.2, "{pdf} {}", chosen.pdf);
             assert!(light.distance(chosen.weight) < 0.2 * light.length());
         }

@@ -1,4 +1,4 @@
-//! The camera of a scene and rays with the width of their pixels.
+//! The camera of a scene, and rays with a width.
 
 use super::dual::Dual3;
 use glam::Vec3;
@@ -7,13 +7,13 @@ use osl_ir::numeric::strict;
 /// A camera as a scene describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it stands.
+    /// Its position.
     pub eye: Vec3,
-    /// Where it looks to, of length 1.
+    /// Its viewing direction, of length 1.
     pub dir: Vec3,
-    /// About where it has its upper side.
+    /// The approximate upward direction.
     pub up: Vec3,
-    /// The angle of view in degrees. The picture is as high as the tangent of half of it at distance 1.
+    /// The field of view in degrees. At distance 1, the picture is as high as the tangent of half of it.
     pub fov: f32,
 }
 
@@ -23,21 +23,22 @@ impl Default for Camera {
     }
 }
 
-/// A ray, with how wide it is and becomes.
+/// A ray with its width and spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Where it begins.
+    /// Its start.
     pub origin: Vec3,
-    /// Where it goes, of length 1.
+    /// Its direction, of length 1.
     pub direction: Vec3,
-    /// How wide it begins.
+    /// Its width at the start.
     pub radius: f32,
-    /// How much wider it gets over a distance of 1.
+    /// The growth of its width per unit of distance.
     pub spread: f32,
 }
 
 impl Ray {
-    /// The point at a distance, with the way to the neighbours: at right angles to the ray, as far as it is wide there.
+    /// The point at a distance, with the displacements to the neighbours: perpendicular to the ray, as long
+    /// as its width there.
     pub fn point(&self, distance: f32) -> Dual3 {
         let radius = self.radius_at(distance);
         Dual3 {
@@ -46,18 +47,18 @@ impl Ray {
         }
     }
 
-    /// The direction, with those of the neighbours.
+    /// The direction with its derivatives.
     pub fn dual_direction(&self) -> Dual3 {
         Dual3 { value: self.direction, slopes: orthogonal(self.direction).map(|axis| axis * self.spread) }
     }
 
-    /// How wide it is at a distance.
+    /// Its width at a distance.
     pub fn radius_at(&self, distance: f32) -> f32 {
         self.radius + self.spread * distance
     }
 }
 
-/// Two directions at right angles to a direction of length 1 and to each other.
+/// Two directions perpendicular to a unit vector and to each other.
 pub fn orthogonal(n: Vec3) -> [Vec3; 2] {
     let aside = if n.x.abs() > 0.01 { Vec3::new(n.z, 0.0, -n.x) } else { Vec3::new(0.0, -n.z, n.y) };
     let x = aside.normalize_or_zero();
@@ -75,7 +76,7 @@ pub struct View {
 }
 
 impl View {
-    /// The view of a camera in a picture of some pixels.
+    /// The view of a camera for a picture size.
     pub fn new(camera: &Camera, size: [usize; 2]) -> View {
         let size = size.map(|n| n.max(1) as f32);
         let k = strict::tan(camera.fov.to_radians() / 2.0);
@@ -84,7 +85,7 @@ impl View {
         View { eye: camera.eye, dir: camera.dir, across: [right, up], size }
     }
 
-    /// The ray through a place of the picture, in pixels from its upper left corner.
+    /// The ray through a position of the picture, in pixels from its upper left corner.
     pub fn ray(&self, [x, y]: [f32; 2]) -> Ray {
         let [right, up] = self.across;
         let way = right * (x / self.size[0] - 0.5) + up * (0.5 - y / self.size[1]) + self.dir;

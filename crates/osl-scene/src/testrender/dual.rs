@@ -1,36 +1,36 @@
-//! Numbers with their changes to the neighbour along x and along y of the picture.
+//! Numbers with their derivatives along x and y of the picture.
 
 use glam::Vec3;
 use osl_ir::numeric::strict;
 use std::ops::{Add, Mul, Neg, Sub};
 
-/// A number and its two changes.
+/// A number and its two derivatives.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dual {
     /// The number.
     pub value: f32,
-    /// Its changes along x and y.
+    /// Its derivatives along x and y.
     pub slopes: [f32; 2],
 }
 
 impl Dual {
-    /// A number that does not change.
+    /// A constant.
     pub const fn constant(value: f32) -> Dual {
         Dual { value, slopes: [0.0; 2] }
     }
 
-    /// A function of this number, by its value and its derivative there.
+    /// Applies a function, given its value and its derivative at this number.
     fn map(self, value: f32, derivative: f32) -> Dual {
         Dual { value, slopes: self.slopes.map(|s| s * derivative) }
     }
 
-    /// The square root; without slopes at 0.
+    /// The square root; at 0 the derivatives are 0.
     pub fn sqrt(self) -> Dual {
         let root = self.value.max(0.0).sqrt();
         self.map(root, if root > 0.0 { 0.5 / root } else { 0.0 })
     }
 
-    /// The angle in radians whose cosine this is; outside of −1 to 1 that of the border, without slopes.
+    /// The arc cosine in radians. Outside −1 to 1 it is that of the border, with derivatives 0.
     pub fn acos(self) -> Dual {
         let inside = 1.0 - self.value * self.value;
         self.map(strict::acos(self.value), if inside > 0.0 { -1.0 / inside.sqrt() } else { 0.0 })
@@ -66,7 +66,7 @@ impl Neg for Dual {
     }
 }
 
-/// The slope of a product along an axis.
+/// The derivative of a product along an axis.
 fn product_rule(a: Dual, b: Dual, axis: usize) -> f32 {
     a.value * b.slopes[axis] + a.slopes[axis] * b.value
 }
@@ -85,12 +85,12 @@ impl Mul<f32> for Dual {
     }
 }
 
-/// A vector and its changes along x and y.
+/// A vector and its derivatives along x and y.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dual3 {
     /// The vector.
     pub value: Vec3,
-    /// Its changes along x and y.
+    /// Its derivatives along x and y.
     pub slopes: [Vec3; 2],
 }
 
@@ -100,7 +100,7 @@ impl Dual3 {
         Dual { value: self.value[index], slopes: self.slopes.map(|s| s[index]) }
     }
 
-    /// The product with a vector that does not change.
+    /// The dot product with a constant vector.
     pub fn dot(self, b: Vec3) -> Dual {
         Dual { value: self.value.dot(b), slopes: self.slopes.map(|s| s.dot(b)) }
     }
@@ -112,7 +112,7 @@ impl Dual3 {
         Dual3 { value, slopes: self.slopes.map(|s| (s - value * s.dot(value)) * scale) }
     }
 
-    /// The vector from a point that does not change, times a factor.
+    /// The vector from a constant point, times a factor.
     pub fn from(self, origin: Vec3, factor: f32) -> Dual3 {
         Dual3 { value: (self.value - origin) * factor, slopes: self.slopes.map(|s| s * factor) }
     }
@@ -122,7 +122,7 @@ impl Dual3 {
 mod tests {
     use super::*;
 
-    /// Compares slopes with differences.
+    /// Compares derivatives with differences.
     fn check(f: impl Fn(Dual, Dual) -> Dual, x: f32, y: f32) {
         let found = f(Dual { value: x, slopes: [1.0, 0.0] }, Dual { value: y, slopes: [0.0, 1.0] });
         let at = |x: f32, y: f32| f(Dual::constant(x), Dual::constant(y)).value;

@@ -1,8 +1,8 @@
-//! Paths from the camera, many at once: all go to their next surface, then those on surfaces of one shader group are shaded
-//! together.
+//! Paths from the camera, many at once: all advance to their next surface, then all hits with the same shader
+//! group are shaded together.
 //!
-//! A path has random numbers of its own, and each path is computed as if it were alone: results do not depend on threads or
-//! on which paths go together.
+//! A path has its own random numbers and is computed as if it were alone, so results do not depend on threads
+//! or on the grouping of paths.
 
 use super::camera::Ray;
 use super::closures::{self, Surface};
@@ -15,16 +15,16 @@ use osl_exec::Stop;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// How to render.
+/// Options of the renderer.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Each pixel has the square of this number of paths.
+    /// The square root of the number of paths per pixel.
     pub samples: usize,
-    /// Surfaces that a path leaves, at most.
+    /// Maximum number of surfaces on a path.
     pub max_bounces: usize,
     /// The bounce from which paths may be absorbed.
     pub absorbed_from: usize,
-    /// Shows the albedo of what the camera sees, times this factor, instead of light.
+    /// Renders the albedo of visible surfaces, times this factor, instead of light.
     pub albedo: Option<f32>,
 }
 
@@ -39,23 +39,25 @@ impl Default for Options {
 pub struct Picture {
     /// Red, green and blue of each pixel, row by row.
     pub planes: [Vec<f32>; 3],
-    /// What shaders said.
+    /// Messages of shaders.
     pub notes: Notes,
 }
 
-/// Paths that are followed together.
+/// Paths that are traced together.
 const WAVE: usize = 1 << 13;
-/// Pixels of a task.
+/// Pixels per task.
 const PIXELS: usize = 1 << 8;
-/// Surfaces that a path meets, at most, whatever the scene asks for: mirrors face each other for ever.
+/// Maximum number of surfaces on a path, whatever the scene requests, since light between two mirrors never
+/// ends.
 const MAX_BOUNCES: usize = 1 << 12;
-/// The square root of the paths that a pixel may have.
+/// The square root of the maximum number of paths per pixel.
 const MAX_SAMPLES: usize = 256;
 
-/// Renders a picture on the threads of the current pool. `progress` is called with the share that is done, from 0 to 1.
+/// Renders a picture on the threads of the current pool. `progress` is called with the completed share, from
+/// 0 to 1.
 ///
 /// # Errors
-/// A loop of a shader beyond its budget.
+/// A shader's loop exceeds its budget.
 pub fn render(world: &World, options: &Options, progress: &(dyn Fn(f32) + Sync)) -> Result<Picture, Stop> {
     let options = Options {
         samples: options.samples.clamp(1, MAX_SAMPLES),
@@ -89,17 +91,17 @@ pub fn render(world: &World, options: &Options, progress: &(dyn Fn(f32) + Sync))
     Ok(picture)
 }
 
-/// A path on its way.
+/// A path in progress.
 struct Path {
-    /// Where its light is added.
+    /// The sample that receives its light.
     slot: usize,
     sampler: Sampler,
     ray: Ray,
-    /// What of the light at its end reaches the camera.
+    /// The share of light at its end that reaches the camera.
     throughput: Vec3,
-    /// The density with which its direction was chosen.
+    /// The density of its direction.
     pdf: f32,
-    /// The shape that it left.
+    /// The shape at which it starts.
     from: Option<usize>,
 }
 
@@ -109,11 +111,11 @@ struct Met {
     shape: usize,
     group: usize,
     point: Point,
-    /// How wide the ray is there.
+    /// Width of the ray there.
     radius: f32,
 }
 
-/// A light that a point sees.
+/// A light that may be visible from a point.
 struct Seen {
     slot: usize,
     group: usize,
@@ -122,7 +124,7 @@ struct Seen {
     share: Vec3,
 }
 
-/// Follows the paths of one task.
+/// Traces the paths of one task.
 struct Tracer<'w> {
     stage: &'w Stage<'w>,
     options: Options,
@@ -202,7 +204,7 @@ impl Tracer<'_> {
         Ok(light)
     }
 
-    /// A path at the surface that it meets; `None` if nothing shades that.
+    /// A path at the surface that it hits; `None` if that has no shader.
     fn meet(&self, path: Path, shape: usize, distance: f32) -> Option<Met> {
         let hit = self.stage.world.shapes.get(shape)?;
         let point = hit.form.point(&path.ray, distance);
@@ -210,7 +212,7 @@ impl Tracer<'_> {
         Some(Met { group: hit.group?, shape, point, radius, path })
     }
 
-    /// Adds the light of the background to paths that meet nothing.
+    /// Adds the light of the background to paths that hit nothing.
     fn around(&mut self, missed: &[Path], bounce: usize, light: &mut [Vec3]) -> Result<(), Stop> {
         if missed.is_empty() || !self.stage.has_background() {
             return Ok(());
@@ -237,8 +239,8 @@ impl Tracer<'_> {
         Ok(())
     }
 
-    /// Adds the light that a surface sends back along a path, notes the lights that it sees, and yields the path from there
-    /// on.
+    /// Adds the light that a surface sends back along a path, records the lights visible from it, and returns
+    /// the continuation of the path.
     fn scatter(
         &self,
         hit: Met,
@@ -305,7 +307,7 @@ impl Tracer<'_> {
         Some(path)
     }
 
-    /// Adds the light of lights that points see.
+    /// Adds the light of visible lamps.
     fn lights(&mut self, mut seen: Vec<Seen>, light: &mut [Vec3]) -> Result<(), Stop> {
         seen.sort_by_key(|s| s.group);
         for seen in seen.chunk_by(|a, b| a.group == b.group) {

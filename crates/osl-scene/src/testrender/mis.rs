@@ -1,13 +1,13 @@
-//! How samples of several techniques are weighed. E. Veach, "Robust Monte Carlo Methods for Light Transport Simulation",
-//! 1997, chapter 9.
+//! Weights for samples of several techniques. E. Veach, "Robust Monte Carlo Methods for Light Transport
+//! Simulation", 1997, chapter 9.
 //!
-//! A weight is a value by its density, so a product of weights or values needs factors of the densities to make it an
-//! estimate. Densities may be infinite: those of mirrors.
+//! A weight is a value divided by its density, so a product of weights or values needs factors of the
+//! densities to become an estimate. Densities may be infinite, such as those of mirrors.
 
 use crate::testrender::positive;
 use glam::Vec3;
 
-/// The power heuristic with exponent 2 for a sample that was chosen with the density `own`.
+/// The power heuristic with exponent 2 for a sample chosen with the density `own`.
 pub(super) fn power(own: f32, other: f32) -> f32 {
     if own > other {
         1.0 / (1.0 + (other / own).powi(2))
@@ -18,12 +18,12 @@ pub(super) fn power(own: f32, other: f32) -> f32 {
     }
 }
 
-/// The factor of a product of two weights, of which the first has the density that the sample was chosen with.
+/// The factor of a product of two weights; the first weight has the density with which the sample was chosen.
 pub(super) fn of_weights(own: f32, other: f32) -> f32 {
     if other > 0.0 { power(own, other) * other } else { 0.0 }
 }
 
-/// The factor of a product of a weight with the density `other` and a value that stands for itself, where the sample was
+/// The factor of a product of a weight with the density `other` and a plain value, where the sample was
 /// chosen with the density `own`.
 pub(super) fn of_value(own: f32, other: f32) -> f32 {
     if own > other {
@@ -35,7 +35,8 @@ pub(super) fn of_value(own: f32, other: f32) -> f32 {
     }
 }
 
-/// Mixes another technique into a weight and its density by the balance heuristic. `chance` is the probability of the other.
+/// Mixes another technique into a weight and its density by the balance heuristic. `chance` is the other's
+/// probability.
 pub(super) fn mix((weight, pdf): (&mut Vec3, &mut f32), other: Vec3, other_pdf: f32, chance: f32) {
     let other_pdf = other_pdf * chance;
     if !positive(other_pdf) {
@@ -65,7 +66,7 @@ mod tests {
 
     #[test]
     fn factors_make_estimates_of_products() {
-        // A light of radiance 2 that is chosen with density 4, a surface with value 3 and density 0.5.
+        // A light of radiance 2 chosen with density 4, and a surface with value 3 and density 0.5.
         let estimate = 2.0 * 3.0 / 4.0 * power(4.0, 0.5);
         assert!((2.0 / 4.0 * (3.0 / 0.5) * of_weights(4.0, 0.5) - estimate).abs() < 1e-6);
         assert!((2.0 * (3.0 / 0.5) * of_value(4.0, 0.5) - estimate).abs() < 1e-6);

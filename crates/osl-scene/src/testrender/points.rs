@@ -5,12 +5,12 @@ use osl_exec::{Datum, PointSource};
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Const};
 
-/// What shaders can ask the renderer for, beside the globals.
+/// Attributes that shaders can request from the renderer, besides the globals.
 #[derive(Clone, Debug)]
 pub(super) struct Attributes {
     /// Size of the picture in pixels.
     pub(super) resolution: [usize; 2],
-    /// The camera's angle of view in degrees.
+    /// The camera's field of view in degrees.
     pub(super) fov: f32,
 }
 
@@ -27,7 +27,7 @@ pub const VARYING: [Global; 10] = [
     Global::Backfacing,
     Global::SurfaceArea,
 ];
-/// The globals that change from a point to its neighbours.
+/// The globals with derivatives.
 pub const SLOPES: [Global; 4] = [Global::P, Global::I, Global::U, Global::V];
 
 /// Points of shapes that one shader group shades.

@@ -1,17 +1,17 @@
 //! The random numbers of a path: an Owen-scrambled Sobol sequence in three dimensions.
 //!
-//! Pictures are compared with recorded ones at few paths a pixel, so the numbers are part of the format. Sources:
-//! S. Joe and F. Kuo's direction numbers; B. Burley, "Practical Hash-based Owen Scrambling", 2020.
+//! Pictures with few paths per pixel are compared with recorded ones, so the numbers are part of the format.
+//! Sources: S. Joe and F. Kuo's direction numbers; B. Burley, "Practical Hash-based Owen Scrambling", 2020.
 
 /// The numbers of one path, three at a time.
 #[derive(Clone, Copy, Debug)]
 pub struct Sampler {
     seed: u32,
-    /// The number of the path with its bits reversed, as scrambling expects it.
+    /// The index of the path with its bits reversed, as scrambling requires.
     index: u32,
 }
 
-/// Points of the sequence that are told apart.
+/// Number of distinct points in the sequence.
 const MASK: u32 = 0xff_ffff;
 
 /// The columns of the third dimension.
@@ -27,7 +27,7 @@ impl Sampler {
         Sampler { seed, index: (path as u32).reverse_bits() }
     }
 
-    /// The next three, from 0 to less than 1.
+    /// The next three numbers, from 0 to less than 1.
     pub fn three(&mut self) -> [f32; 3] {
         let seeds = [0, 1, 2, 3].map(|k| hash(self.seed.wrapping_add(k)));
         self.seed = self.seed.wrapping_add(4);
@@ -54,7 +54,7 @@ fn hash(mut s: u32) -> u32 {
     s ^ (s >> 15)
 }
 
-/// Nested uniform scrambling of a number whose bits are reversed; the result has them in order.
+/// Nested uniform scrambling of a number with reversed bits; the result has them in order.
 fn scramble(mut p: u32, seed: u32) -> u32 {
     p ^= p.wrapping_mul(0x3d20_adea);
     p = p.wrapping_add(seed);
@@ -64,7 +64,7 @@ fn scramble(mut p: u32, seed: u32) -> u32 {
     p.reverse_bits()
 }
 
-/// The distance from a pixel's center of a number from 0 to 1, with a tent of width 2.
+/// Maps a number from 0 to 1 to an offset from a pixel's center, distributed as a tent of width 2.
 pub fn tent(j: f32) -> f32 {
     let j = 2.0 * j;
     if j < 1.0 { j.sqrt() - 1.0 } else { 1.0 - (2.0 - j).sqrt() }

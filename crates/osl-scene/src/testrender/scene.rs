@@ -1,5 +1,5 @@
-//! From the XML of a scene to what it describes. Shader groups stay text or statements: this module must not know how shaders
-//! are found.
+//! Reads a scene from XML. Shader groups stay text or statements: this module must not know how shaders are
+//! found.
 
 use super::camera::Camera;
 use super::shapes::{Form, Shape};
@@ -15,7 +15,7 @@ use osl_limits::Limits;
 pub struct GroupText {
     /// Its name.
     pub name: String,
-    /// What it is for: `surface`.
+    /// Its purpose: `surface`.
     pub usage: String,
     /// Its text; may be empty.
     pub commands: String,
@@ -23,12 +23,12 @@ pub struct GroupText {
     pub statements: Vec<Statement>,
 }
 
-/// What is around all shapes.
+/// The surroundings of all shapes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Background {
     /// The shader group.
     pub group: Option<usize>,
-    /// Side of the table by which directions are chosen, 1024 if not given; 0 for none.
+    /// Side of the table by which directions are sampled, 1024 by default; 0 for none.
     pub resolution: usize,
 }
 
@@ -37,13 +37,13 @@ pub struct Background {
 pub struct Scene {
     /// The camera.
     pub camera: Camera,
-    /// Options with whole numbers, in order.
+    /// Integer options, in order.
     pub options: Vec<(String, i32)>,
     /// The shader groups.
     pub groups: Vec<GroupText>,
     /// The shapes: spheres before quads.
     pub shapes: Vec<Shape>,
-    /// What is around.
+    /// The background.
     pub background: Option<Background>,
 }
 
@@ -54,19 +54,19 @@ impl Scene {
     }
 }
 
-/// Why a text is no scene.
+/// Why a text is not a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneError {
-    /// It is no XML.
+    /// It is not XML.
     #[error("XML parsed with errors: {0}")]
     Xml(#[from] XmlError),
-    /// It has another root.
+    /// Its root element is not `World`.
     #[error("Error reading scene: Root element <World> is missing")]
     NoWorld,
     /// It has too many shapes.
     #[error("Error reading scene: more than {most} shapes")]
     TooManyShapes {
-        /// As many as it may have.
+        /// The permitted number.
         most: u64,
     },
 }
@@ -74,7 +74,7 @@ pub enum SceneError {
 /// Reads a scene.
 ///
 /// # Errors
-/// Why it cannot be read.
+/// The reason why it cannot be read.
 pub fn read(text: &str, limits: &Limits) -> Result<Scene, SceneError> {
     let limits = &limits.scenes;
     let document = xml::read(text, limits.xml_depth)?;
@@ -170,7 +170,7 @@ fn word(text: &str) -> Word {
     Word { text: text.into(), span: Span::default() }
 }
 
-/// A value with its type before it; a text without one is a string.
+/// A value preceded by its type; a text without a type is a string.
 fn parameter(name: &str, value: &str) -> Statement {
     let types = [
         ("int", Base::Int, 1),
@@ -191,7 +191,7 @@ fn parameter(name: &str, value: &str) -> Statement {
     Statement::Param { ty, name: word(name), values, interpolated: false, span: Span::default() }
 }
 
-/// Three numbers with blanks or commas between them.
+/// Three numbers separated by blanks or commas.
 fn vector(text: &str) -> Option<Vec3> {
     let mut numbers = text.split([' ', '\t', ',']).filter(|w| !w.is_empty());
     let mut next = || numbers.next().and_then(|w| w.parse::<f32>().ok()).filter(|x| x.is_finite());

@@ -1,4 +1,4 @@
-//! Spheres and quads: where rays hit them, what shaders know of a hit, and how light from them is sampled.
+//! Spheres and quads: ray intersection, shading data of a hit, and sampling of light from them.
 
 use super::camera::{Ray, orthogonal};
 use super::dual::{Dual, Dual3};
@@ -7,7 +7,7 @@ use glam::Vec3;
 use osl_ir::numeric::strict::sincos;
 use std::f32::consts::{PI, TAU};
 
-/// The form of a shape.
+/// The geometry of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Form {
     /// A sphere.
@@ -33,20 +33,20 @@ pub enum Form {
 pub struct Shape {
     /// Its form.
     pub form: Form,
-    /// Which shader group shades it.
+    /// The index of its shader group.
     pub group: Option<usize>,
-    /// Whether paths look for it as a light.
+    /// Whether it is sampled as a light.
     pub is_light: bool,
 }
 
-/// What a shader is told about a point of a shape.
+/// The shading data of a point on a shape.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point {
     /// The position.
     pub p: Dual3,
     /// The ray's direction.
     pub i: Dual3,
-    /// The normal, on the side of the viewer.
+    /// The normal on the viewer's side.
     pub n: Vec3,
     /// Surface coordinates.
     pub u: Dual,
@@ -58,7 +58,7 @@ pub struct Point {
     pub dpdv: Vec3,
     /// Whether the viewer sees the back.
     pub backfacing: bool,
-    /// The area that a shader is told.
+    /// The surface area that a shader sees.
     pub area: f32,
 }
 
@@ -72,7 +72,7 @@ pub struct ToLight {
 }
 
 impl Form {
-    /// The distance at which a ray hits it. `from_itself` says that the ray begins on it.
+    /// The distance at which a ray hits it. `from_itself` means that the ray starts on it.
     pub fn hit(&self, ray: &Ray, from_itself: bool) -> Option<f32> {
         match self {
             Form::Sphere { center, radius } => {
@@ -85,7 +85,7 @@ impl Form {
                 let half = discriminant.sqrt();
                 let (near, far) = (b - half, b + half);
                 let found = match from_itself {
-                    // The root near 0 is the point where the ray begins.
+                    // The root near 0 is the start of the ray.
                     true if near.abs() > far.abs() => near,
                     true => far,
                     false if near > 0.0 => near,
@@ -115,7 +115,7 @@ impl Form {
         }
     }
 
-    /// What a shader is told about the point at which a ray hits it.
+    /// The shading data of the point at which a ray hits it.
     pub fn point(&self, ray: &Ray, distance: f32) -> Point {
         let (p, i) = (ray.point(distance), ray.dual_direction());
         let (n, [u, v], [dpdu, dpdv], area) = match self {
@@ -123,7 +123,7 @@ impl Form {
                 let n = p.from(*center, 1.0 / radius).normalize();
                 let [x, y, z] = [0, 1, 2].map(|k| n.component(k));
                 let angle = x.atan2(z);
-                // Measured: the slopes of u point the other way.
+                // Measured: the derivatives of u have the opposite sign.
                 let u =
                     (Dual { slopes: angle.slopes.map(|s| -s), ..angle } + Dual::constant(PI)) * (1.0 / TAU);
                 let v = y.acos() * (1.0 / PI);
@@ -144,12 +144,12 @@ impl Form {
         Point { p, i, n, u, v, dpdu, dpdv, backfacing, area }
     }
 
-    /// The cosine of half the angle of the cone that a sphere fills as seen from a point.
+    /// The cosine of the angular radius of a sphere as seen from a point.
     fn cone(center: Vec3, radius: f32, from: Vec3) -> f32 {
         (1.0 - radius * radius / (center - from).length_squared()).max(0.0).sqrt()
     }
 
-    /// The density with which [`Form::sample`] chooses the direction from one point to another that lies on the shape.
+    /// The density with which [`Form::sample`] chooses the direction from one point to another on the shape.
     pub fn pdf(&self, from: Vec3, on: Vec3) -> f32 {
         match self {
             Form::Sphere { center, radius } => 1.0 / (TAU * (1.0 - Form::cone(*center, *radius, from))),
@@ -164,7 +164,7 @@ impl Form {
         way.length_squared() / (area * facing)
     }
 
-    /// Chooses a direction from a point to the shape by two numbers from 0 to 1.
+    /// Samples a direction from a point to the shape with two numbers from 0 to 1.
     pub fn sample(&self, from: Vec3, [xi, yi]: [f32; 2]) -> ToLight {
         match self {
             Form::Sphere { center, radius } => {
@@ -185,8 +185,8 @@ impl Form {
     }
 }
 
-/// The nearest shape that a ray hits, and its distance; the first of several at the same distance. `from` is the shape that
-/// the ray begins on.
+/// The nearest shape that a ray hits, and its distance; the first of several at the same distance. `from` is
+/// the shape on which the ray starts.
 pub fn nearest(shapes: &[Shape], ray: &Ray, from: Option<usize>) -> Option<(usize, f32)> {
     let mut best: Option<(usize, f32)> = None;
     for (index, shape) in shapes.iter().enumerate() {
@@ -241,7 +241,7 @@ mod tests {
             };
             let t = form.hit(&ray, false).expect("a hit");
             let here = form.point(&ray, t);
-            // dP = dPdu du + dPdv dv, for the part of dP on the surface.
+            // dP = dPdu du + dPdv dv, for the component of dP on the surface.
             for axis in 0..2 {
                 let flat = here.p.slopes[axis] - here.n * here.p.slopes[axis].dot(here.n);
                 let sign = if form == SPHERE { -1.0 } else { 1.0 };

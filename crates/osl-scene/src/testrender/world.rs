@@ -11,27 +11,27 @@ use osl_exec::{
 };
 use rayon::prelude::*;
 
-/// Why a shader runs: what `raytype` tells it.
+/// The purpose of a shader run, as reported by `raytype`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ray {
     /// The camera sees the point.
     Camera,
-    /// A path meets it.
+    /// A path reaches the point.
     Bounce,
-    /// It sends light to a point.
+    /// The point sends light to another one.
     Light,
-    /// The table of the background asks.
+    /// The background table is computed.
     Table,
 }
 
-/// What shaders may ask for, by the kind of ray.
+/// Services for shaders, by ray type.
 #[derive(Debug)]
 pub struct RayServices([Services; 4]);
 
 impl RayServices {
-    /// Services that differ by their kind of ray; `make` makes one.
+    /// Services that differ by ray type; `make` creates one.
     pub fn new(make: impl Fn() -> Services) -> RayServices {
-        // A ray of no kind still has a name: the empty one stands for the camera.
+        // A ray without a type still has a name: the empty name stands for the camera.
         let kinds = ["camera", "diffuse", "shadow", "none"];
         RayServices(kinds.map(|kind| Services { ray: kind.to_string(), ..make() }))
     }
@@ -41,7 +41,7 @@ impl RayServices {
     }
 }
 
-/// All that a picture needs.
+/// Everything needed to render a picture.
 pub struct World {
     /// The camera.
     pub camera: Camera,
@@ -49,26 +49,26 @@ pub struct World {
     pub size: [usize; 2],
     /// The shapes.
     pub shapes: Vec<Shape>,
-    /// The shader groups, each yields `Ci`.
+    /// The shader groups; each computes `Ci`.
     pub groups: Vec<Program>,
-    /// What they may ask for.
+    /// Their services.
     pub services: RayServices,
-    /// The shader group of what is around.
+    /// The shader group of the background.
     pub background: Option<usize>,
     /// Side of its table; 0 for none.
     pub resolution: usize,
 }
 
-/// What shaders said while a picture was made.
+/// Messages of shaders.
 #[derive(Clone, Debug, Default)]
 pub struct Notes {
     /// Errors and warnings.
     pub messages: Vec<Said>,
-    /// What they printed.
+    /// Printed texts.
     pub printed: Vec<Printed>,
 }
 
-/// Printed texts that are kept.
+/// Maximum number of printed texts to keep.
 const MAX_PRINTED: usize = 1 << 16;
 
 impl Notes {
@@ -79,7 +79,7 @@ impl Notes {
     }
 }
 
-/// A world, ready to be traced.
+/// A world, ready for rendering.
 pub(super) struct Stage<'w> {
     pub(super) world: &'w World,
     pub(super) view: View,
@@ -91,7 +91,7 @@ pub(super) struct Stage<'w> {
 const PIECE: usize = 1 << 13;
 
 impl<'w> Stage<'w> {
-    /// Prepares a world; the table of its background is made on all threads.
+    /// Prepares a world; the background table is computed on all threads.
     pub(super) fn new(world: &'w World, notes: &mut Notes) -> Result<Stage<'w>, Stop> {
         let attributes = Attributes { resolution: world.size, fov: world.camera.fov };
         let view = View::new(&world.camera, world.size);
@@ -116,7 +116,7 @@ impl<'w> Stage<'w> {
         Ok(stage)
     }
 
-    /// Whether something is around.
+    /// Whether there is a background.
     pub(super) fn has_background(&self) -> bool {
         self.world.background.is_some()
     }
@@ -146,7 +146,7 @@ impl<'w> Stage<'w> {
             return Ok(vec![Vec::new(); points.len()]);
         };
         let source = Points { list: points, attributes: &self.attributes };
-        // One tile, so that it runs on this thread alone: others have points of their own.
+        // One tile, so that it runs on this thread only; the other threads have their own points.
         let options = RunOptions { tile: points.len(), closures: true, ..RunOptions::default() };
         let run = Run::new(program, self.world.services.of(ray), &source, &options);
         let Frame { messages, printed, mut closures, .. } = run.points(0..source.count(), &|_| ())?;

@@ -1,8 +1,8 @@
-//! XML as the scenes of `testrender` are written: elements, attributes and text.
+//! The XML of `testrender` scenes: elements, attributes and text.
 //!
-//! The reader is as lenient as the one that those scenes were made for (pugixml): it accepts several root elements, repeated
-//! attributes and unknown entities. Errors have its words and its byte offsets, since scripts compare them. It must
-//! not know what the elements mean.
+//! The reader is as lenient as the one for which those scenes were written (pugixml): it accepts several root
+//! elements, repeated attributes and unknown entities. Errors have the same texts and byte offsets, since
+//! scripts compare them. This module must not know what the elements mean.
 
 /// An element.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -11,9 +11,9 @@ pub struct Element {
     pub name: String,
     /// Names and values of its attributes, in order.
     pub attributes: Vec<(String, String)>,
-    /// The elements in it.
+    /// The elements inside it.
     pub children: Vec<Element>,
-    /// The first text in it that is not blank.
+    /// The first nonblank text inside it.
     pub text: Option<String>,
 }
 
@@ -24,13 +24,13 @@ impl Element {
     }
 }
 
-/// Why a text is no XML.
+/// Why a text is not valid XML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{what} at offset {offset}")]
 pub struct XmlError {
     /// What is wrong.
     pub what: &'static str,
-    /// At which byte.
+    /// The byte offset.
     pub offset: usize,
 }
 
@@ -46,11 +46,11 @@ const MISMATCH: &str = "Start-end tags mismatch";
 const NOTHING: &str = "No document element found";
 const DEPTH: &str = "Elements are nested too deeply";
 
-/// Reads a text, in which so many elements may contain each other. The result is a nameless element with the elements at the
-/// top.
+/// Reads a text with at most `depth` nested elements. The result is a nameless element that contains the
+/// top-level elements.
 ///
 /// # Errors
-/// The first thing that is wrong.
+/// The first problem found.
 pub fn read(text: &str, depth: u64) -> Result<Element, XmlError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = Reader { text, at: 0, open: vec![Element::default()], depth };
@@ -68,9 +68,9 @@ pub fn read(text: &str, depth: u64) -> Result<Element, XmlError> {
 struct Reader<'a> {
     text: &'a str,
     at: usize,
-    /// The elements that have begun, from the document on.
+    /// The open elements, starting with the document.
     open: Vec<Element>,
-    /// How many elements may contain each other.
+    /// Maximum nesting depth.
     depth: u64,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Reader<'a> {
         self.text.get(self.at..).unwrap_or("")
     }
 
-    /// An error here. The end of the text counts as its last byte.
+    /// An error at the current position. The end of the text counts as its last byte.
     fn error<T>(&self, what: &'static str) -> Result<T, XmlError> {
         Err(XmlError { what, offset: self.at.min(self.text.len().saturating_sub(1)) })
     }
@@ -102,7 +102,7 @@ impl<'a> Reader<'a> {
         there
     }
 
-    /// The text up to a mark, which is passed too.
+    /// The text up to a mark; the mark is consumed too.
     fn until(&mut self, mark: &str, what: &'static str) -> Result<&'a str, XmlError> {
         let rest = self.rest();
         match rest.find(mark) {
@@ -125,7 +125,7 @@ impl<'a> Reader<'a> {
         &rest[..len]
     }
 
-    /// Text, a tag, or whatever comes next.
+    /// Reads the next item: text or a tag.
     fn next(&mut self) -> Result<(), XmlError> {
         let rest = self.rest();
         let len = rest.find('<').unwrap_or(rest.len());
@@ -208,7 +208,7 @@ impl<'a> Reader<'a> {
         if self.rest().starts_with(begins_name) {
             return self.error(ATTRIBUTE);
         }
-        // Line ends and tabs in values are blanks.
+        // Line ends and tabs in values become blanks.
         Ok((name, resolve(&value.replace("\r\n", " ").replace(['\t', '\n', '\r'], " "))))
     }
 

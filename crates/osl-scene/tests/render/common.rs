@@ -1,4 +1,4 @@
-//! Scenes of text, with shaders of text.
+//! Scenes and shaders from text.
 
 use osl::pipeline;
 use osl_exec::Services;
@@ -10,7 +10,7 @@ use osl_syntax::source::SourceMap;
 use osl_syntax::{NoFiles, Options};
 use std::sync::Arc;
 
-/// Shaders by their texts: the names are those that the texts say.
+/// Shaders given by their texts; each has the name in its text.
 pub(crate) struct Texts<'a>(pub(crate) &'a [&'a str]);
 
 impl Shaders for Texts<'_> {
@@ -37,7 +37,7 @@ impl SceneFiles for NoIncludes {
     }
 }
 
-/// The world of a scene, or what is said instead.
+/// The world of a scene, or the messages about it.
 pub(crate) fn world(text: &str, shaders: &[&str], size: [usize; 2]) -> Result<World, String> {
     let mut messages = Messages::default();
     let scene = scene::read("test.ass", text, &NoIncludes, &mut messages);
@@ -49,13 +49,13 @@ pub(crate) fn world(text: &str, shaders: &[&str], size: [usize; 2]) -> Result<Wo
     world.ok_or_else(|| said.join("\n"))
 }
 
-/// A picture of a scene that has nothing wrong with it.
+/// A picture of a valid scene.
 pub(crate) fn picture(text: &str, shaders: &[&str], size: [usize; 2], options: RenderOptions) -> Picture {
     let world = world(text, shaders, size).unwrap();
     render(&world, &options, &|_| ()).unwrap()
 }
 
-/// The mean of each channel of the light, over pixels for which `wanted` is true, with its standard error.
+/// The mean of each channel over the pixels for which `wanted` is true, with its standard error.
 pub(crate) fn mean(picture: &Picture, wanted: impl Fn(usize, usize) -> bool) -> [(f64, f64); 3] {
     [0, 1, 2].map(|channel| {
         let plane = &picture.layers[0].planes[channel];

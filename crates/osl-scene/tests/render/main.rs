@@ -1,4 +1,5 @@
-//! The renderer: no light from nothing, the same light however it is summed, the same picture on any number of threads.
+//! The renderer: it creates no light, gives the same light in every way of sampling, and the same picture on
+//! any number of threads.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 
@@ -11,7 +12,7 @@ use osl_scene::render::{RenderOptions, Strategy, render};
 const CAMERA: &str = "persp_camera {\n position 0 0 4\n look_at 0 0 0\n fov 20\n}\n";
 const EVEN_SKY: &str = "sky {\n name s\n color 1 1 1\n}\n";
 
-/// A ball that fills the picture, in an even sky that the camera sees too.
+/// A ball that fills the picture, in a uniform visible sky.
 fn furnace(depth: u32) -> String {
     format!(
         "options {{\n background s\n GI_diffuse_depth {depth}\n GI_glossy_depth 60\n}}\n{CAMERA}{EVEN_SKY}\
@@ -66,7 +67,8 @@ fn in_an_even_sky_nothing_is_brighter_than_the_sky() {
 
 #[test]
 fn light_from_below_the_surface_has_the_color_that_was_asked_for() {
-    // The fit that the medium comes from is one for flat, thick things: a ball that is large for the light.
+    // The medium's fit assumes flat, thick objects: here, a ball that is large relative to the mean free
+    // path.
     let shader = material("subsurface(1.4, 0.0, color(0.005), color(0.8, 0.5, 0.2))");
     let text = furnace(1).replace("radius 0.6", "radius 3").replace("0 0 4", "0 0 9");
     let picture = picture(&text, &[&shader], [12, 12], options(64));
@@ -97,7 +99,7 @@ fn the_sum_of_two_ways_is_that_of_one() {
         let (size, strategy) = ([16, 12], Strategy::Surfaces);
         let both = picture(LIT, &shaders, size, options(256));
         let brute = picture(LIT, &shaders, size, RenderOptions { strategy, seed: 7, ..options(2048) });
-        // Pixel by pixel the same mean, so that the mean of the differences is 0 within its error.
+        // Every pixel has the same mean, so the mean of the differences is 0 within its error.
         for channel in 0..3 {
             let (a, b) = (&both.layers[0].planes[channel], &brute.layers[0].planes[channel]);
             let differences: Vec<f64> = a.iter().zip(b).map(|(a, b)| f64::from(a - b)).collect();

@@ -1,4 +1,4 @@
-//! The scene reader: what is wrong has its line, what is odd survives, and noise does no harm.
+//! The scene reader: errors have their line, irregular scenes are tolerated, and random damage does no harm.
 
 use crate::common::{NoIncludes, Texts};
 use osl_exec::Services;
@@ -22,7 +22,7 @@ const CUBE: &str = "polymesh {\n name box\n nsides 6 1 UINT 4 4 4 4 4 4\n vidxs 
     vlist 8 1 POINT\n  -1 -1 -1  1 -1 -1  1 -1 1  -1 -1 1  -1 1 -1  1 1 -1  1 1 1  -1 1 1\n shader grey\n}\n";
 const GREY: &str = "lambert {\n name grey\n}\n";
 
-/// What is said about a scene, and whether it has a world that renders.
+/// The messages about a scene, and whether it has a world that renders.
 fn said(text: &str, files: &dyn SceneFiles) -> String {
     let mut messages = Messages::default();
     let scene = scene::read("test.ass", text, files, &mut messages);
@@ -68,7 +68,7 @@ fn the_published_scene_says_what_it_does() {
     let Form::Mesh(polygons) = &cube.form else { panic!("a mesh") };
     assert_eq!((polygons.mesh.face_sizes.len(), polygons.iterations, polygons.smooth), (6, 7, true));
     assert_eq!(polygons.mesh.positions[6], Vec3::new(250.0, 500.0, 250.0));
-    // Rows for row vectors: the last row is the translation, and x goes to the first.
+    // Rows for row vectors: the last row is the translation, and x is multiplied by the first.
     let x = cube.matrix.transform_vector3(Vec3::X);
     assert!((x - Vec3::new(0.94693, 0.0, 0.321439)).length() < 1e-6, "{x}");
     assert_eq!(cube.displacement.as_deref(), Some("sphere_disp"));
@@ -179,7 +179,7 @@ fn what_is_included_is_part_of_the_scene() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Bytes changed, lost, doubled: no panic, and no world without a word where none can be.
+    /// Changed, removed or doubled bytes: no panic, and an error message where there is no world.
     #[test]
     fn scenes_with_damage_are_survived(
         changes in proptest::collection::vec((0.0..1.0_f64, 0..5_usize, any::<u8>()), 1..12),

@@ -1,4 +1,4 @@
-//! Meshes that several tests take.
+//! Meshes for several tests.
 
 use glam::{Vec2, Vec3};
 use osl_scene::mesh::{Mesh, Triangles};
@@ -45,7 +45,7 @@ pub(crate) fn grid(side: u32) -> Mesh {
     mesh
 }
 
-/// How many triangles each edge has, by the places of its ends, and in which direction they use it.
+/// The number of triangles at each edge, by the places of its ends and by direction.
 pub(crate) fn edges(triangles: &Triangles) -> HashMap<[u32; 2], [u32; 2]> {
     let mut edges: HashMap<[u32; 2], [u32; 2]> = HashMap::new();
     for vertices in &triangles.indices {
@@ -58,7 +58,7 @@ pub(crate) fn edges(triangles: &Triangles) -> HashMap<[u32; 2], [u32; 2]> {
     edges
 }
 
-/// Every edge is used once in each direction, and all vertices of a place are at one position.
+/// Every edge is used once in each direction, and all vertices of a place have the same position.
 pub(crate) fn assert_watertight(triangles: &Triangles) {
     let open = edges(triangles).into_values().filter(|uses| *uses != [1, 1]).count();
     assert_eq!(open, 0, "edges without exactly two triangles");

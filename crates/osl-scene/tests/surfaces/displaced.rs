@@ -1,4 +1,4 @@
-//! Displacement: what moves, what stays closed, what is survived.
+//! Displacement: moved points, closed seams, and tolerated errors.
 
 use crate::common::{assert_watertight, cube, cube_with_uvs, grid};
 use glam::Vec3;
@@ -19,7 +19,7 @@ fn run(t: &mut Triangles, f: impl FnOnce(&SurfacePoints) -> Displacement) -> Dis
     displace(t, |points| Ok::<_, Infallible>(f(points))).unwrap()
 }
 
-/// A height that is different everywhere.
+/// A height that differs everywhere.
 fn rough(points: &SurfacePoints) -> Displacement {
     let height = |p: Vec3| 0.2 * ((p.x * 7.1).sin() + (p.y * 5.3).sin() * (p.z * 9.7).cos());
     Displacement::Along(points.points().iter().map(|point| height(point.p)).collect())
@@ -50,7 +50,7 @@ fn a_swollen_surface_keeps_its_normals() {
     for vertex in 0..t.positions.len() {
         let way = t.positions[vertex] - before.positions[vertex];
         assert!(way.distance(before.normals[vertex] * 0.25) < 1e-6);
-        // The surface at an equal distance everywhere has the same normals.
+        // An offset surface has the same normals.
         assert!(t.normals[vertex].dot(before.normals[vertex]) > 0.999, "{}", t.normals[vertex]);
     }
 }
@@ -82,7 +82,7 @@ fn points_know_their_surroundings() {
     assert_eq!(points.count(), 17 * 17);
     let mut lanes = vec![0.0; 3 * 17 * 17];
     points.fill_slope(Global::P, Axis::X, 0, 17 * 17, &mut lanes);
-    // Four edges of a quarter and the diagonals.
+    // Four edges per quarter, and the diagonals.
     assert!(lanes[..17 * 17].iter().all(|dx| (0.25..0.36).contains(dx)), "along u");
     assert!(lanes[17 * 17..].iter().all(|x| x.abs() < 1e-6));
     points.fill_slope(Global::V, Axis::Y, 0, 17 * 17, &mut lanes);

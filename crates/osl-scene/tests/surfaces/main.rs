@@ -1,4 +1,4 @@
-//! Surfaces against what geometry says about them.
+//! Surfaces compared with geometric facts.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! Rays against triangles: none slips through a closed surface, and the nearest is found.
+//! Rays against triangles: none passes through a closed surface, and the nearest hit is found.
 
 use crate::common::cube_with_uvs;
 use glam::Vec3;
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use std::convert::Infallible;
 use std::sync::LazyLock;
 
-/// A bumpy ball with seams, sorted.
+/// A bumpy ball with seams, and its tree.
 static BALL: LazyLock<(Triangles, Bvh)> = LazyLock::new(|| {
     let mut ball = tessellate(&cube_with_uvs(), Scheme::CatmullClark, &Detail::Level(4)).unwrap().triangles;
     displace(&mut ball, |points| {
@@ -27,7 +27,7 @@ const ALL: std::ops::Range<f32> = 0.0..f32::INFINITY;
 fn no_ray_slips_out_between_triangles() {
     let (ball, bvh) = &*BALL;
     let inside = Vec3::new(0.01, -0.02, 0.03);
-    // Straight at vertices, at edges, and along the axes.
+    // Directly at vertices, at edges, and along the axes.
     let vertices = ball.positions.iter().map(|p| *p - inside);
     let edges = (0..ball.indices.len()).map(|t| {
         let [a, b, _] = ball.corners(t);
@@ -42,7 +42,7 @@ fn no_ray_slips_out_between_triangles() {
     }
 }
 
-/// Distance to a triangle by the plain formula.
+/// Distance to a triangle by the textbook formula.
 fn plain([a, b, c]: [Vec3; 3], origin: Vec3, direction: Vec3) -> Option<f32> {
     let (e1, e2) = ((b - a).as_dvec3(), (c - a).as_dvec3());
     let (o, d) = ((origin - a).as_dvec3(), direction.as_dvec3());

@@ -1,4 +1,4 @@
-//! Shapes with a formula against finite differences, and rays against the formula.
+//! Analytic shapes against finite differences, and rays against the formula.
 
 use crate::common::{assert_watertight, edges};
 use glam::{DVec3, Mat4, Vec3};
@@ -34,7 +34,7 @@ proptest! {
         let point = shape.point(face, [u, v]);
         let h = 1.0 / 64.0;
         let at = |u: f64, v: f64| shape.point(face, [u, v]).p.as_dvec3();
-        // Central differences of two steps, so that the error is of the fourth order.
+        // Central differences of two steps, so that the error is of fourth order.
         let slope = |to: &dyn Fn(f64) -> DVec3| {
             let wide = (to(h) - to(-h)) / (2.0 * h);
             let half = (to(h / 2.0) - to(-h / 2.0)) / h;
@@ -53,7 +53,7 @@ proptest! {
         }
     }
 
-    /// A ray towards a point of the shape, from outside, finds that point or one before it that is on the shape too.
+    /// A ray from outside towards a point of the shape hits that point or an earlier one on the shape.
     #[test]
     fn rays_find_points(
         which in 0..9_usize, face in 0..6_usize, u in inside(), v in inside(),
@@ -86,7 +86,7 @@ proptest! {
     }
 }
 
-/// A point of a surface through a place on the image.
+/// A point of a surface at a position on the image.
 fn seen(surface: &dyn Surface, camera: &Camera, x: f32, y: f32) -> Option<(SurfacePoint, Footprint)> {
     let ray = camera.view().unwrap().ray(x, y);
     let (_, point) = surface.hit(ray.origin, ray.direction, 0.0..f32::INFINITY)?;
@@ -151,7 +151,7 @@ fn what_is_moved_is_hit_where_it_is() {
             else {
                 continue;
             };
-            // At silhouettes the triangles may be behind the surface by much.
+            // At silhouettes, the triangles may be far behind the surface.
             if a.n.dot(camera.position - a.p) < 1.0 {
                 continue;
             }

@@ -1,4 +1,4 @@
-//! Catmull-Clark surfaces against limit masks, splines and deep subdivision; odd meshes.
+//! Catmull-Clark surfaces against limit masks, splines and deep subdivision; irregular meshes.
 
 use crate::common::{assert_watertight, cube, cube_with_uvs, edges, grid};
 use glam::{DVec3, Vec2, Vec3};
@@ -28,13 +28,14 @@ fn the_cube_goes_to_its_limit_at_every_level() {
         if level == 0 {
             continue;
         }
-        // Middle of a face: (16 f + 4 Σ edges + Σ corners) / 36 of level 1, where f = 1, edges are at 3/4 and corners
-        // at 5/9: 68/81.
+        // Middle of a face: (16 f + 4 Σ edges + Σ corners) / 36 of level 1, where f = 1, edges are at 3/4 and
+        // corners at 5/9: 68/81.
         let (p, n) = find(&t, Vec3::X);
         assert!(p.distance(Vec3::X * (68.0 / 81.0)) < 1e-7, "level {level}: {p}");
         assert!(n.distance(Vec3::X) < 1e-6, "level {level}: {n}");
-        // Middle of an edge: a regular vertex of level 1 at (3/4, 3/4, 0), between two corners at 5/9 and two faces at 1,
-        // with four more middles of edges behind them: (16 · 3/4 + 4 (2 · 5/9 + 1) + 2 · 3/4) / 36 = 395/648.
+        // Middle of an edge: a regular vertex of level 1 at (3/4, 3/4, 0), between two corners at 5/9 and two
+        // faces at 1, with four more midpoints of edges after them: (16 · 3/4 + 4 (2 · 5/9 + 1) + 2 · 3/4) /
+        // 36 = 395/648.
         let (p, _) = find(&t, Vec3::new(1.0, 1.0, 0.0));
         let expected = Vec3::new(395.0 / 648.0, 395.0 / 648.0, 0.0);
         assert!(p.distance(expected) < 1e-7, "level {level}: {p} {expected}");
@@ -43,7 +44,7 @@ fn the_cube_goes_to_its_limit_at_every_level() {
 
 #[test]
 fn levels_lie_on_one_surface() {
-    // What is on the limit at level 2 is so at level 4, at the same vertices.
+    // Vertices on the limit surface at level 2 keep their position at level 4.
     let (coarse, deep) = (smooth(&cube(), 2), smooth(&cube(), 4));
     for p in &coarse.positions {
         let (near, _) = find(&deep, *p);
@@ -53,7 +54,7 @@ fn levels_lie_on_one_surface() {
 
 #[test]
 fn limit_normals_are_those_of_fine_triangles() {
-    // A pyramid on a pentagon: valences 3 and 5, a face of five corners.
+    // A pyramid on a pentagon: valences 3 and 5, and a face with five corners.
     let ring = |i: i32| {
         let angle = i as f32 * std::f32::consts::TAU / 5.0;
         Vec3::new(angle.cos(), angle.sin(), 0.3 * (i % 2) as f32)
@@ -77,7 +78,7 @@ fn limit_normals_are_those_of_fine_triangles() {
 
 #[test]
 fn a_border_is_a_spline_and_its_normals_are_exact() {
-    // Bent along x, the same for all y: the surface is the cubic spline of the profile.
+    // Bent along x and constant along y: the surface is the cubic spline of the profile.
     let mut mesh = grid(6);
     mesh.positions.iter_mut().for_each(|p| p.z = 0.1 * p.x * p.x);
     let t = smooth(&mesh, 3);
@@ -87,7 +88,7 @@ fn a_border_is_a_spline_and_its_normals_are_exact() {
         if inside {
             assert!((p.z - (0.1 * p.x * p.x + 0.1 / 3.0)).abs() < 1e-5, "{p}");
             let exact = DVec3::new(-0.2 * f64::from(p.x), 0.0, 1.0).normalize().as_vec3();
-            // The corners of the border aside, which have no tangent of their own across it.
+            // Except at the border, whose vertices have no tangent of their own across it.
             assert!(n.distance(exact) < 2e-4, "{p}: {n} {exact}");
         }
     }
@@ -162,7 +163,7 @@ fn edges_are_as_short_as_asked_and_no_shorter_than_needed() {
         }
         assert!(level < before, "farther is coarser: {level} after {before}");
         before = level;
-        // Between vertices the triangles leave the limit surface by far less than an edge.
+        // Between vertices, the triangles deviate from the limit surface by far less than an edge.
         let deep = smooth(&cube(), level + 3);
         for triangle in (0..triangles.indices.len()).step_by(triangles.indices.len() / 12) {
             let [a, b, c] = triangles.corners(triangle);
@@ -186,7 +187,7 @@ fn a_camera_on_the_surface_ends() {
 
 #[test]
 fn odd_meshes_are_survived_and_counted() {
-    // Three faces on one edge.
+    // Three faces share one edge.
     let mut fin = grid(2);
     fin.positions.push(Vec3::new(1.0, 0.0, 1.0));
     fin.positions.push(Vec3::new(1.0, 1.0, 1.0));
@@ -206,7 +207,7 @@ fn odd_meshes_are_survived_and_counted() {
     assert_eq!(found.oddities, Oddities { bad_vertices: 1, ..Oddities::default() });
     assert_watertight(&found.triangles);
 
-    // Faces without area are left out, corners that repeat are one.
+    // Faces without area are left out, and repeated corners are merged.
     let mut flat = cube();
     flat.face_sizes.extend([2, 3, 1]);
     flat.corners.extend([0, 1, 0, 1, 0, 5]);
@@ -214,7 +215,7 @@ fn odd_meshes_are_survived_and_counted() {
     assert_eq!(found.oddities, Oddities { degenerate_faces: 3, ..Oddities::default() });
     assert_watertight(&found.triangles);
 
-    // A face turned inside out makes its border sharp, and leaves no gap.
+    // An inverted face makes its border sharp and leaves no gap.
     let mut turned = cube();
     turned.corners[0..4].reverse();
     let found = tessellate(&turned, Scheme::CatmullClark, &Detail::Level(2)).unwrap();
@@ -248,7 +249,8 @@ fn wrong_meshes_are_errors() {
 }
 
 proptest! {
-    /// Any faces over a few vertices: a result or an error, finite, with normals of length 1, and every face covered.
+    /// Random faces over a few vertices give a result or an error: finite, with normals of length 1, and
+    /// every face covered.
     #[test]
     fn any_faces_are_survived(
         sizes in prop::collection::vec(0_u32..6, 1..8),
@@ -272,7 +274,7 @@ proptest! {
             prop_assert!(t.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-3));
             prop_assert!(t.indices.iter().flatten().all(|v| (*v as usize) < t.positions.len()));
             let bounds = t.bounds();
-            // The surface lies within the hull of its vertices.
+            // The surface is inside the hull of its vertices.
             prop_assert!(bounds.min.min_element() > -1e-3 && bounds.max.max_element() < 6.001);
         }
     }

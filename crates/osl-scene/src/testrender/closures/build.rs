@@ -1,4 +1,4 @@
-//! From the components of a closure to lobes and emitted light.
+//! Converts the components of a closure to lobes and emitted light.
 
 use super::diffuse::{self, Diffuse};
 use super::facets::{self, FacetLobe};
@@ -10,19 +10,19 @@ use glam::{Vec2, Vec3};
 use osl_exec::Component;
 use osl_ir::ir::Const;
 
-/// A point as its closure describes it.
+/// A surface point as described by its closure.
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
-    /// Light that it gives off.
+    /// Light that it emits.
     pub emitted: Vec3,
     /// Ways to scatter light.
     pub lobes: Lobes,
 }
 
-/// Closures in closures.
+/// Maximum nesting depth of closures.
 const MAX_DEPTH: usize = 32;
 
-/// Where a point is seen from.
+/// The viewing situation of a point.
 #[derive(Clone, Copy)]
 struct Side {
     wo: Vec3,
@@ -30,7 +30,7 @@ struct Side {
 }
 
 impl Side {
-    /// An index of refraction as the viewer meets it.
+    /// The index of refraction as seen from the viewer's side.
     fn index(self, eta: f32) -> f32 {
         if self.backfacing { 1.0 / eta } else { eta }
     }
@@ -47,7 +47,7 @@ impl Surface {
     }
 }
 
-/// The light of a closure alone.
+/// Only the emitted light of a closure.
 pub fn emitted(components: &[Component]) -> Vec3 {
     let mut light = Vec3::ZERO;
     each(components, Vec3::ONE, 0, &mut |component, weight| match &*component.name {
@@ -64,7 +64,7 @@ pub fn background(components: &[Component]) -> Vec3 {
     components.iter().filter(shines).map(|c| Vec3::from_array(c.weight)).sum()
 }
 
-/// Calls a function with each component and its weight; layers count as what they consist of.
+/// Calls a function with each component and its weight; layers are replaced by their components.
 fn each(components: &[Component], around: Vec3, depth: usize, f: &mut dyn FnMut(&Component, Vec3)) {
     for component in components {
         match parts(component).filter(|_| depth < MAX_DEPTH) {
@@ -77,7 +77,7 @@ fn each(components: &[Component], around: Vec3, depth: usize, f: &mut dyn FnMut(
     }
 }
 
-/// Top and base of a layer.
+/// The top and the base of a layer.
 fn parts(component: &Component) -> Option<[&[Component]; 2]> {
     if &*component.name != "layer" {
         return None;
@@ -94,7 +94,7 @@ struct Builder {
 }
 
 impl Builder {
-    /// Finds the index of refraction: the last component with one counts.
+    /// Finds the index of refraction: the last component that has one counts.
     fn media(&mut self, components: &[Component], depth: usize) {
         for component in components {
             if let Some(parts) = parts(component) {
@@ -119,7 +119,7 @@ impl Builder {
         }
     }
 
-    /// Adds the components of a closure, with the weight around it.
+    /// Adds the components of a closure, multiplied by a weight.
     fn add(&mut self, components: &[Component], around: Vec3, depth: usize) {
         for component in components {
             if let Some([top, base]) = parts(component) {
@@ -143,7 +143,7 @@ impl Builder {
         }
     }
 
-    /// The share of light that a closure keeps from what lies below it.
+    /// The share of light that a closure keeps from the layers below it.
     fn opacity(&self, components: &[Component], depth: usize) -> Vec3 {
         let mut sum = Vec3::ZERO;
         for component in components {
@@ -198,7 +198,7 @@ impl Builder {
             "dielectric_bsdf" => {
                 let eta = transmits(c).then_some(self.index);
                 let tints = [triple(c, 2), triple(c, 3)];
-                // Its share of reflected light is that from outside on both sides.
+                // Its share of reflected light is that from outside, on both sides.
                 let fresnel = Fresnel::Dielectric { eta: float(c, 6), tints };
                 white(self.tinted(c, [4, 5], text(c, 7), fresnel, eta))
             }
@@ -213,7 +213,7 @@ impl Builder {
                     exponent: float(c, 8),
                     tints: [triple(c, 2), triple(c, 3)],
                 };
-                // The name of its distribution does not count.
+                // The name of its distribution is ignored.
                 white(self.tinted(c, [4, 5], "ggx", fresnel, transmits(c).then_some(self.index)))
             }
             _ => None,
@@ -234,12 +234,12 @@ impl Builder {
     }
 }
 
-/// Whether a dielectric or Schlick lobe lets light through.
+/// Whether a dielectric or Schlick lobe transmits light.
 fn transmits(c: &Component) -> bool {
     triple(c, 3) != Vec3::ZERO
 }
 
-/// The index of refraction with the mean reflection of a Schlick lobe at normal incidence.
+/// The index of refraction that has the mean reflection of a Schlick lobe at normal incidence.
 fn schlick_index(c: &Component) -> f32 {
     let root = (triple(c, 6).element_sum() / 3.0).clamp(0.0, 0.99).sqrt();
     (1.0 + root) / (1.0 - root)
@@ -259,7 +259,7 @@ fn text(c: &Component, at: usize) -> &str {
     }
 }
 
-/// Whether a keyword is given with a number other than 0.
+/// Whether a keyword is given with a nonzero number.
 fn key(c: &Component, name: &str) -> bool {
     let given = c.params.iter().rev().find(|p| p.key.as_deref() == Some(name));
     matches!(given.and_then(|p| p.values.first()), Some(Const::Int(n)) if *n != 0)

@@ -1,4 +1,4 @@
-//! Lobes without a direction of their own: they are chosen by their cosine, or evenly.
+//! Lobes without a preferred direction: they are sampled by their cosine, or uniformly.
 
 use super::{Sample, frame};
 use crate::bsdf::cosine;
@@ -9,22 +9,23 @@ use std::f32::consts::{PI, TAU};
 /// A diffuse lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Diffuse {
-    /// The normal on the side that the light comes from.
+    /// The normal on the side of the incoming light.
     pub(super) n: Vec3,
     /// A factor for each channel.
     pub(super) albedo: Vec3,
     pub(super) kind: Kind,
 }
 
-/// How the light depends on the directions.
+/// How the reflected light depends on the directions.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
     /// Lambert's law.
     Lambert,
-    /// M. Oren and S. Nayar, "Generalization of Lambert's Reflectance Model", 1994, the qualitative model: its two
-    /// coefficients.
+    /// M. Oren and S. Nayar, "Generalization of Lambert's Reflectance Model", 1994, the qualitative model:
+    /// its two coefficients.
     OrenNayar(f32, f32),
-    /// J. Portsmouth, P. Kutz and S. Hill, "EON: A Practical Energy-Preserving Rough Diffuse BRDF", 2025: the roughness.
+    /// J. Portsmouth, P. Kutz and S. Hill, "EON: A Practical Energy-Preserving Rough Diffuse BRDF", 2025: the
+    /// roughness.
     Preserving(f32),
     /// B. Burley, "Physically-Based Shading at Disney", 2012: the roughness.
     Burley(f32),
@@ -40,7 +41,7 @@ impl Kind {
     }
 }
 
-/// What Oren and Nayar's model multiplies with its second coefficient, and the two cosines.
+/// The factor of the second coefficient in Oren and Nayar's model, and the two cosines.
 fn retro(n: Vec3, wo: Vec3, wi: Vec3) -> (f32, f32, f32) {
     let (i, o) = (n.dot(wi), n.dot(wo));
     (wi.dot(wo) - i * o, i, o)
@@ -127,7 +128,7 @@ impl Diffuse {
                 let radius = (1.0 - y * y).max(0.0).sqrt();
                 Vec3::new(radius * cos, radius * sin, y)
             }
-            // The map of the square to the disk takes its numbers the other way round.
+            // The map from square to disk takes its numbers in reverse order.
             _ => cosine([y, x]),
         };
         self.eval(wo, frame(self.n).world(local))

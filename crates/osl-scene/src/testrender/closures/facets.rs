@@ -1,4 +1,4 @@
-//! Microfacet lobes: normals are chosen as the viewer sees them, by their slopes. E. Heitz and E. d'Eon, "Importance Sampling
+//! Microfacet lobes: visible normals are sampled by their slopes. E. Heitz and E. d'Eon, "Importance Sampling
 //! Microfacet-Based BSDFs using the Distribution of Visible Normals", 2014.
 
 use super::fresnel::{self, Fresnel, dielectric};
@@ -18,18 +18,19 @@ pub(super) struct FacetLobe {
     kind: Kind,
 }
 
-/// What facets do with light.
+/// How facets scatter light.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind {
-    /// Those of `microfacet`: a dielectric that reflects, refracts, or chooses between both by the Fresnel term.
+    /// Those of `microfacet`: a dielectric that reflects, refracts, or chooses between the two by the Fresnel
+    /// term.
     Plain { eta: f32, reflects: bool, refracts: bool },
-    /// Those of MaterialX: the Fresnel term, and the index of refraction if light goes through.
+    /// Those of MaterialX: the Fresnel term, and the index of refraction if light is transmitted.
     Tinted { fresnel: Fresnel, eta: Option<f32> },
 }
 
-/// Probabilities and visibility of the facets with a normal, for a pair of directions.
+/// Densities and visibility of the facets with a normal, for a pair of directions.
 struct Terms {
-    /// The facets that both directions see, by those that the viewer sees.
+    /// The facets visible from both directions, relative to those that the viewer sees.
     shadowing: f32,
     /// The density of the facets that the viewer sees.
     density: f32,
@@ -57,7 +58,7 @@ impl FacetLobe {
         }
     }
 
-    /// The index of refraction if light goes through.
+    /// The index of refraction if light is transmitted.
     fn transmits(&self) -> Option<f32> {
         match self.kind {
             Kind::Plain { eta, refracts, .. } => refracts.then_some(eta),
@@ -73,7 +74,8 @@ impl FacetLobe {
         }
     }
 
-    /// Weight and probability of reflection, and of transmission, at a facet; `sampled` if the facet was chosen at random.
+    /// Weight and probability of reflection and of transmission at a facet; `sampled` if the facet was chosen
+    /// at random.
     fn choices(&self, cosine: f32, sampled: bool) -> [(Vec3, f32); 2] {
         match &self.kind {
             Kind::Plain { eta, reflects, refracts } => {
@@ -92,8 +94,8 @@ impl FacetLobe {
                 let through = t.element_sum() / (f.element_sum() + t.element_sum()).max(f32::MIN_POSITIVE);
                 let back = 1.0 - through;
                 let by = |share: Vec3, chance: f32| if chance > 0.0 { share / chance } else { Vec3::ZERO };
-                // Measured: reflection is sampled with the density of transmission; where a direction is given rather
-                // than sampled, transmission has the share of reflection.
+                // Measured: reflection is sampled with the density of transmission; where a direction is
+                // given rather than sampled, transmission has the share of reflection.
                 match sampled {
                     true => [(by(f, back), through), (by(t, through), through)],
                     false => [(by(f, back), back), (by(f, 0.5), 0.5)],
@@ -120,7 +122,8 @@ impl FacetLobe {
                 let m = if eta < 1.0 { -m } else { m };
                 let m = m.normalize_or_zero();
                 let choice = self.choices(m.dot(o), false)[1];
-                // Measured: the length of the half vector does not count here, as it does where the direction is sampled.
+                // Measured: here the length of the half vector is not included, unlike where the direction is
+                // sampled.
                 self.refracted([o, i, m], choice, eta * eta, wi)
             }
             _ => nothing,
@@ -180,7 +183,7 @@ impl FacetLobe {
         }
     }
 
-    /// The normal of a facet as the viewer sees them.
+    /// Samples a facet normal among those that the viewer sees.
     fn visible_normal(&self, o: Vec3, u: [f32; 2]) -> Vec3 {
         let alpha = self.facets.alpha;
         let stretched = Vec3::new(o.x * alpha.x, o.y * alpha.y, o.z).normalize_or(Vec3::Z);
@@ -199,17 +202,17 @@ impl FacetLobe {
     }
 }
 
-/// A slope of GGX facets with roughness 1 as seen under a cosine, the first component along the view.
+/// A slope of GGX facets with roughness 1, seen under a cosine; the first component is along the view.
 fn ggx_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
     let c = cosine.max(1e-6);
-    // The projected area up to a slope, solved for the slope's tangent.
+    // Solves the projected area up to a slope for the slope's tangent.
     let q = (1.0 + c) * x - c;
     let top = c * ((1.0 - c) * (1.0 + c)).max(0.0).sqrt() - q * ((1.0 - q) * (1.0 + q)).max(0.0).sqrt();
     let bottom = (q - c) * (q + c);
     let least = 1.0 / 4_294_967_296.0;
     let bottom = if bottom.abs() < least { least.copysign(bottom) } else { bottom };
     let along = top / bottom;
-    // Across: their rational fit of the inverse.
+    // Across the view: a rational fit of the inverse.
     let side = 1.0 - 2.0 * y;
     let v = side.abs();
     let fit = (v * (v * (v * 0.273_85 - 0.733_69) + 0.463_41))
@@ -217,7 +220,8 @@ fn ggx_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
     Vec2::new(along, side.signum() * fit * (1.0 + along * along).sqrt())
 }
 
-/// The same for Beckmann facets. W. Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann Distribution", 2014.
+/// The same for Beckmann facets. W. Jakob, "An Improved Visible Normal Sampling Routine for the Beckmann
+/// Distribution", 2014.
 fn beckmann_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
     let c = cosine.max(1e-6);
     let tan = (1.0 - c * c).max(0.0).sqrt() / c;
@@ -225,7 +229,7 @@ fn beckmann_slope(cosine: f32, [x, y]: [f32; 2]) -> Vec2 {
     let root_pi = PI.sqrt().recip();
     let largest = erf(cot);
     let x = x.max(1e-6);
-    // The first guess is a fit; the solution is sought as the error function of the slope.
+    // The first guess is a fit; the solution is searched in terms of the slope's error function.
     let angle = acos(c);
     let fit = 1.0 + angle * (-0.876 + angle * (0.4265 - 0.0594 * angle));
     let mut b = largest - (1.0 + largest) * math::powf(1.0 - x, fit);

@@ -1,23 +1,23 @@
-//! The share of light that an interface reflects, and the way of the rest.
+//! The share of light that an interface reflects, and the direction of the rest.
 
 use crate::testrender::positive;
 use glam::Vec3;
 use osl_ir::numeric::strict::pow;
 
-/// What an interface of a microfacet lobe reflects and transmits.
+/// Reflection and transmission at an interface of a microfacet lobe.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Fresnel {
-    /// A dielectric: its index of refraction, and factors of what is reflected and transmitted.
+    /// A dielectric: its index of refraction, and the tints of reflected and transmitted light.
     Dielectric { eta: f32, tints: [Vec3; 2] },
     /// A conductor: the real and imaginary part of its index.
     Conductor { n: Vec3, k: Vec3 },
-    /// C. Schlick, "An Inexpensive BRDF Model", 1994: reflection at normal and grazing incidence and the exponent, with the
-    /// same factors.
+    /// C. Schlick, "An Inexpensive BRDF Model", 1994: reflection at normal and at grazing incidence, the
+    /// exponent, and the same tints.
     Schlick { f0: Vec3, f90: Vec3, exponent: f32, tints: [Vec3; 2] },
 }
 
 impl Fresnel {
-    /// The share that is reflected and the share that is transmitted, at a cosine.
+    /// The reflected and the transmitted share at a cosine.
     pub(super) fn shares(&self, cosine: f32) -> [Vec3; 2] {
         match self {
             Fresnel::Dielectric { eta, tints } => {
@@ -37,9 +37,10 @@ impl Fresnel {
     }
 }
 
-/// The share of unpolarised light that a dielectric reflects, in R. Cook and K. Torrance's form of the Fresnel equations, 1982. An
-/// index of 0 reflects all. From behind, where the cosine is negative, the index counts the other way. Cosines above 1
-/// occur where a shader's normal or tangent is too long.
+/// The share of unpolarised light that a dielectric reflects, in R. Cook and K. Torrance's form of the
+/// Fresnel equations,
+/// 1982. An index of 0 reflects everything. From behind, where the cosine is negative, the index is inverted.
+///       Cosines above 1 occur where a shader's normal or tangent is too long.
 pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
     if eta == 0.0 {
         return 1.0;
@@ -56,7 +57,7 @@ pub(super) fn dielectric(cosine: f32, eta: f32) -> f32 {
     0.5 * a * a * (1.0 + b * b)
 }
 
-/// What a mirror reflects; nothing from behind.
+/// The reflection of a mirror; zero from behind.
 pub(super) fn mirror(cosine: f32, eta: f32) -> Vec3 {
     Vec3::splat(if cosine > 0.0 { dielectric(cosine, eta) } else { 0.0 })
 }
@@ -76,8 +77,8 @@ fn conductor(cosine: f32, n: f32, k: f32) -> f32 {
     0.5 * (across + along)
 }
 
-/// Where light from `wo` goes behind a smooth interface, and the share that does; `None` where all is reflected. From
-/// behind the normal, the index counts the other way.
+/// The direction of light from `wo` after a smooth interface, and the transmitted share; `None` for total
+/// reflection. From behind the normal, the index is inverted.
 pub(super) fn refract(wo: Vec3, n: Vec3, eta: f32) -> Option<(Vec3, f32)> {
     let (cosine, n, ratio) = match n.dot(wo) {
         c if c > 0.0 => (c, n, 1.0 / eta),

@@ -1,4 +1,4 @@
-//! Shiny lobes without microfacets: Phong's and Ward's.
+//! Glossy lobes without microfacets: Phong's and Ward's.
 
 use super::{Sample, frame, frame_along};
 use crate::bsdf::Frame;
@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use osl_ir::numeric::strict::{exp, log, pow, sincos, tan};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-/// B. T. Phong, "Illumination for Computer Generated Pictures", 1975, made to keep energy.
+/// B. T. Phong, "Illumination for Computer Generated Pictures", 1975, modified to conserve energy.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Phong {
     pub(super) n: Vec3,
@@ -44,8 +44,8 @@ impl Phong {
     }
 }
 
-/// G. Ward, "Measuring and Modeling Anisotropic Reflection", 1992, by the equations of B. Walter, "Notes on the Ward BRDF",
-/// 2005.
+/// G. Ward, "Measuring and Modeling Anisotropic Reflection", 1992, with the equations of B. Walter, "Notes on
+/// the Ward BRDF", 2005.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ward {
     axes: Frame,
@@ -80,7 +80,8 @@ impl Ward {
         if !positive(self.axes.n.dot(wo)) {
             return Sample::default();
         }
-        // Equation 6: the azimuth, quarter by quarter. Measured: the second and the fourth are filled backwards.
+        // Equation 6: the azimuth, quadrant by quadrant. Measured: the second and the fourth are filled in
+        // reverse.
         let quarter = (4.0 * x).floor();
         let inside = 4.0 * x - quarter;
         let inside = if quarter == 1.0 || quarter == 3.0 { 1.0 - inside } else { inside };

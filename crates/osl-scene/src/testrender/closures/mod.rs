@@ -1,8 +1,9 @@
-//! What a surface of a scene does with light: the components of its closure, as weights and densities.
+//! How a surface of a scene scatters light: the components of its closure, as weights and densities.
 //!
-//! Directions point away from the surface and have length 1. Unlike [`crate::bsdf`], whose pictures are to be right, these
-//! follow the reference's integrator to the letter, with its approximations: pictures are compared at few paths a pixel, so
-//! that the noise has to be the same. It must not know rays, lights or how shaders run.
+//! Directions point away from the surface and have length 1. Unlike [`crate::bsdf`], which aims for correct
+//! pictures, this module follows the reference's integrator exactly, including its approximations: test
+//! pictures have few paths per pixel, so the noise must be the same. This module must not know rays, lights
+//! or how shaders run.
 
 mod build;
 mod diffuse;
@@ -21,16 +22,16 @@ use gloss::{Phong, Ward};
 
 pub use build::{Surface, background, emitted};
 
-/// What a lobe does with light from a direction.
+/// The value of a lobe for a direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     /// The direction.
     pub wi: Vec3,
-    /// What reaches the viewer, times the cosine, by the density.
+    /// The share that reaches the viewer, times the cosine, divided by the density.
     pub weight: Vec3,
-    /// The density by solid angle; infinite where it is the only direction.
+    /// The density by solid angle; infinite if it is the only direction.
     pub pdf: f32,
-    /// How rough the surface is, from 0 to 1: rays that leave it become as wide.
+    /// The roughness of the surface, from 0 to 1: reflected rays widen accordingly.
     pub roughness: f32,
 }
 
@@ -48,20 +49,21 @@ enum Lobe {
     Transparent,
 }
 
-/// Axes around a normal, as all lobes have them.
+/// Axes around a normal, for all lobes.
 fn frame(n: Vec3) -> Frame {
     let [x, y] = orthogonal(n);
     Frame { x, y, n }
 }
 
-/// Axes around a normal, the first along a tangent if there is one. Measured: they are as long as the tangent.
+/// Axes around a normal, the first along a tangent if there is one. Measured: their length is that of the
+/// tangent.
 fn frame_along(n: Vec3, tangent: Vec3) -> Frame {
     let y = n.cross(tangent);
     if y.length_squared() > 0.0 { Frame { x: y.cross(n), y, n } } else { frame(n) }
 }
 
 impl Lobe {
-    /// About the share of light that reaches the viewer.
+    /// The approximate share of light that reaches the viewer.
     fn albedo(&self, wo: Vec3) -> Vec3 {
         match self {
             Lobe::Diffuse(lobe) => lobe.albedo(wo),
@@ -72,7 +74,7 @@ impl Lobe {
         }
     }
 
-    /// What it does with light from a direction; nothing if it has a single one.
+    /// The value for light from a direction; zero if it has only one direction.
     fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
         match self {
             Lobe::Diffuse(lobe) => lobe.eval(wo, wi),
@@ -83,7 +85,7 @@ impl Lobe {
         }
     }
 
-    /// Chooses a direction by three numbers from 0 to 1.
+    /// Samples a direction with three numbers from 0 to 1.
     fn sample(&self, wo: Vec3, u: [f32; 3]) -> Sample {
         let only = |wi: Vec3, weight: Vec3| Sample { wi, weight, pdf: f32::INFINITY, roughness: 0.0 };
         match self {
@@ -108,7 +110,7 @@ impl Lobe {
     }
 }
 
-/// Lobes that a point keeps; further ones have no effect.
+/// Maximum number of lobes at a point; further ones have no effect.
 const MAX_LOBES: usize = 8;
 /// The largest number below 1.
 const BELOW_ONE: f32 = 0.999_999_94;
@@ -128,8 +130,8 @@ impl Lobes {
         }
     }
 
-    /// Sets the probabilities of the lobes for a path that brings `throughput`. Unless paths may be `absorbed`, they sum
-    /// to 1.
+    /// Sets the probabilities of the lobes for a path with this throughput. Unless paths may be `absorbed`,
+    /// they sum to 1.
     pub fn prepare(&mut self, wo: Vec3, throughput: Vec3, absorbed: bool) {
         let whole = 1.0 / throughput.element_sum();
         let chance = |(lobe, weight): &(Lobe, Vec3)| weight.dot(throughput * lobe.albedo(wo)) * whole;
@@ -140,12 +142,12 @@ impl Lobes {
         }
     }
 
-    /// About the share of light that reaches the viewer.
+    /// The approximate share of light that reaches the viewer.
     pub fn albedo(&self, wo: Vec3) -> Vec3 {
         self.lobes.iter().map(|(lobe, weight)| *weight * lobe.albedo(wo)).sum()
     }
 
-    /// What all lobes do with light from a direction.
+    /// The sum of all lobes for light from a direction.
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> Sample {
         let mut all = Sample { wi, ..Sample::default() };
         for at in 0..self.lobes.len() {
@@ -162,7 +164,7 @@ impl Lobes {
         sample.roughness += other.roughness * chance;
     }
 
-    /// Chooses a direction by three numbers from 0 to 1. The density is 0 if the light is absorbed.
+    /// Samples a direction with three numbers from 0 to 1. The density is 0 if the light is absorbed.
     pub fn sample(&self, wo: Vec3, [xi, yi, zi]: [f32; 3]) -> Sample {
         let mut before = 0.0;
         for (at, (lobe, weight)) in self.lobes.iter().enumerate() {

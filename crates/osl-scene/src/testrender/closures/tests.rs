@@ -1,4 +1,4 @@
-//! Lobes: densities integrate to what is sampled, and no lobe makes light.
+//! Lobes: densities integrate to the sampled amount, and no lobe creates light.
 
 use super::facets::{FacetLobe, Kind};
 use super::*;
@@ -39,7 +39,7 @@ fn rough() -> Vec<(&'static str, Lobe)> {
     ]
 }
 
-/// Directions that are spread evenly over the sphere.
+/// Directions distributed evenly over the sphere.
 fn directions(count: usize) -> impl Iterator<Item = Vec3> {
     (0..count).map(move |k| {
         let z = 1.0 - (2.0 * k as f32 + 1.0) / count as f32;
@@ -54,7 +54,7 @@ fn densities_are_those_of_the_samples() {
     for (name, lobe) in rough() {
         let count = 200_000;
         let area = 4.0 * PI / count as f32;
-        // The probability of directions to one side, and all light: by the density, and by sampling.
+        // The probability of directions on one side, and the total light: by the density, and by sampling.
         let (mut sure, mut light) = ([0.0; 2], 0.0);
         for wi in directions(count) {
             let sample = lobe.eval(wo(), wi);
@@ -64,12 +64,13 @@ fn densities_are_those_of_the_samples() {
         let (mut seen, mut gathered) = ([0.0; 2], 0.0);
         for path in 0..4096 {
             let sample = lobe.sample(wo(), Sampler::new(0, 0, path).three());
-            // A microfacet may send light below the surface, where evaluation yields nothing.
+            // A microfacet may send light below the surface, where evaluation returns zero.
             if sample.pdf > 0.0 && lobe.eval(wo(), sample.wi).pdf > 0.0 {
                 seen[usize::from(sample.wi.x > 0.2)] += 1.0 / 4096.0;
                 gathered += sample.weight.x / 4096.0;
                 let again = lobe.eval(wo(), sample.wi);
-                // Transmission is evaluated with another density than it is sampled with: see `FacetLobe`.
+                // Transmission is evaluated with a different density than it is sampled with: see
+                // `FacetLobe`.
                 let known = sample.wi.z < 0.0;
                 assert!(
                     known || (again.pdf / sample.pdf - 1.0).abs() < 0.02,
@@ -79,7 +80,7 @@ fn densities_are_those_of_the_samples() {
                 );
             }
         }
-        // Burley's model is known to reflect a little more than it receives.
+        // Burley's model is known to reflect slightly more than it receives.
         let limit = if name == "burley" { 1.05 } else { 1.01 };
         assert!(gathered < limit, "{name} makes light: {gathered}");
         if lobe.eval(wo(), Vec3::NEG_Z).pdf > 0.0 {
