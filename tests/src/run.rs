@@ -2,7 +2,7 @@
 
 use crate::golden::Golden;
 use crate::host;
-use osl_exec::{Frame, PointSource, RunOptions, Services};
+use osl_exec::{Arithmetic, Frame, PointSource, RunOptions, Services};
 use osl_image::TextureCache;
 use osl_ir::params::{self, ParamValues};
 use osl_ir::passes;
@@ -54,8 +54,20 @@ pub fn run(
     grid: &Grid,
     options: &RunOptions,
 ) -> Result<Frame, String> {
+    run_in(Arithmetic::Strict, (name, text, params), grid, options)
+}
+
+/// The same in one of the arithmetics.
+///
+/// # Errors
+/// The diagnostics, as text.
+pub fn run_in(
+    arithmetic: Arithmetic,
+    (name, text, params): (&str, &str, &[(String, String)]),
+    grid: &Grid,
+    options: &RunOptions,
+) -> Result<Frame, String> {
     let varying = grid.varying().to_vec();
-    let arithmetic = options.arithmetic;
     let passes = passes::Options { varying, arithmetic, ..passes::Options::default() };
     let compiled = compile(name, text, params, &passes)?;
     osl_exec::run(&compiled.program, &services(), grid, options, &|_| ()).map_err(|e| e.to_string())
@@ -86,7 +98,6 @@ pub fn like(
         varying: host.varying().to_vec(),
         slopes: host.varying_slopes().to_vec(),
         traces: host.traces(),
-        arithmetic: options.arithmetic,
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &passes);

@@ -14,14 +14,11 @@ use osl_scene::Grid;
 use osl_tests::run;
 use std::f64::consts::PI;
 
-fn double() -> RunOptions {
-    RunOptions { arithmetic: Arithmetic::Double, ..RunOptions::default() }
-}
-
-/// Runs statements that set `out` from `u` and `v`, and yields u, v and the values.
-fn values(body: &str, grid: &Grid, options: &RunOptions) -> Vec<(f64, f64, f64)> {
+/// Runs statements that set `out` from `u` and `v` in double precision, and yields u, v and the values.
+fn values(body: &str, grid: &Grid) -> Vec<(f64, f64, f64)> {
     let text = format!("shader s(output float out = 0, output point where = 0) {{ where = P; {body} }}");
-    let frame = run::run("s.osl", &text, &[], grid, options).unwrap();
+    let shader = ("s.osl", text.as_str(), &[][..]);
+    let frame = run::run_in(Arithmetic::Double, shader, grid, &RunOptions::default()).unwrap();
     let plane = |name: &str, component: usize| {
         frame.planes.iter().find(|p| &*p.output == name && p.component == component).unwrap().doubles()
     };
@@ -114,7 +111,7 @@ fn double_precision_is_mathematics() {
     for (body, expected) in ANALYTIC {
         // Coordinates that are floats, and no round ones.
         let grid = Grid { scale: [0.875, 0.8125], offset: [0.015625, 0.03125], ..Grid::new(33, 17) };
-        for (u, v, got) in values(body, &grid, &double()) {
+        for (u, v, got) in values(body, &grid) {
             let expected = expected(u, v);
             if (got - expected).abs() > 2e-14 * expected.abs().max(1.0) {
                 wrong.push(format!("{body} at {u}, {v}: {got:e} for {expected:e}, {:e} off", got - expected));
@@ -140,7 +137,7 @@ fn double_precision_keeps_the_domains_of_the_language() {
         ("out = inversesqrt(u - u);", 0.0),
     ];
     for (body, expected) in cases {
-        for (u, _, got) in values(body, &Grid::new(5, 2), &double()) {
+        for (u, _, got) in values(body, &Grid::new(5, 2)) {
             assert!(
                 (got - expected).abs() <= 1e-14 * expected.abs(),
                 "{body} at {u}: {got:e} for {expected:e}"
@@ -158,7 +155,7 @@ fn noise_in_double_precision_is_the_same_far_from_the_origin() {
             let at = |offset: &str| {
                 let period = format!("point({far})");
                 let body = format!("point Q = P * 1.375 + {offset}; out = {noise}, {period});");
-                values(&body, &grid, &double())
+                values(&body, &grid)
             };
             for ((u, v, near), (_, _, far)) in at("0").into_iter().zip(at(far)) {
                 assert!((near - far).abs() < 1e-6, "{noise} at {u}, {v}: {near} and {far}");
@@ -167,11 +164,8 @@ fn noise_in_double_precision_is_the_same_far_from_the_origin() {
     }
     // Simplex noise has no periods: its value is that of the coordinates themselves.
     let grid = Grid { scale: [7.0, 5.0], ..Grid::new(21, 13) };
-    let got = values(
-        "point Q = P * 1.375 + 1000000; out = snoise(Q[0], Q[1]) + noise(\"simplex\", Q);",
-        &grid,
-        &double(),
-    );
+    let got =
+        values("point Q = P * 1.375 + 1000000; out = snoise(Q[0], Q[1]) + noise(\"simplex\", Q);", &grid);
     for (u, v, got) in got {
         let q = [u * 1.375 + 1e6, v * 1.375 + 1e6, 1.375 + 1e6];
         let (mut plane, mut space) = ([0.0_f64], [0.0_f64]);
@@ -198,7 +192,7 @@ fn derivatives_of_noise_in_double_precision_are_slopes() {
              q = (P + vector({h}, 0, 0)) * 3.5; float after = {call};
              out = slope - (after - before) / (2 * {h});"
         );
-        for (u, v, got) in values(&body, &Grid { offset: [0.1, 0.2], ..Grid::new(17, 9) }, &double()) {
+        for (u, v, got) in values(&body, &Grid { offset: [0.1, 0.2], ..Grid::new(17, 9) }) {
             assert!(got.abs() < 1e-6, "{call} at {u}, {v}: {got:e}");
         }
     }
@@ -222,19 +216,19 @@ const SEEDS: &[Seed] = &[
     ("branches", "crates/oslrun/benches/shaders/branches.osl", &[]),
 ];
 
-fn seed(file: &str, params: &[(&str, &str)], options: &RunOptions) -> Frame {
+fn seed(arithmetic: Arithmetic, file: &str, params: &[(&str, &str)], options: &RunOptions) -> Frame {
     let text = std::fs::read_to_string(run::root().join(file)).unwrap();
     let params: Vec<_> = params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
     let grid = Grid { scale: [2.0, 2.0], ..Grid::new(96, 64) };
-    run::run(file, &text, &params, &grid, options).unwrap()
+    run::run_in(arithmetic, (file, &text, &params), &grid, options).unwrap()
 }
 
 #[test]
 fn strict_and_double_precision_agree_where_single_suffices() {
     let mut wrong = Vec::new();
     for (name, file, params) in SEEDS {
-        let strict = seed(file, params, &RunOptions::default());
-        let exact = seed(file, params, &double());
+        let strict = seed(Arithmetic::Strict, file, params, &RunOptions::default());
+        let exact = seed(Arithmetic::Double, file, params, &RunOptions::default());
         for (a, b) in strict.planes.iter().zip(&exact.planes) {
             assert_eq!(b.wide.len(), b.words.len());
             let (a, b) = (a.doubles(), b.doubles());
@@ -254,23 +248,18 @@ fn strict_and_double_precision_agree_where_single_suffices() {
 fn each_arithmetic_has_the_same_results_however_it_is_run() {
     for arithmetic in [Arithmetic::Fast, Arithmetic::Double] {
         for (name, file, params) in SEEDS {
-            let plain = RunOptions {
-                arithmetic,
-                batch: Some(64),
-                tile: 10_000,
-                isa: Isa::baseline(),
-                ..RunOptions::default()
-            };
+            let plain =
+                RunOptions { batch: Some(64), tile: 10_000, isa: Isa::baseline(), ..RunOptions::default() };
             for isa in Isa::all() {
                 // Fast numbers depend on the instruction set, and on nothing else.
                 let plain = match arithmetic {
                     Arithmetic::Fast => RunOptions { isa, ..plain.clone() },
                     _ => plain.clone(),
                 };
-                let expected = seed(file, params, &plain);
+                let expected = seed(arithmetic, file, params, &plain);
                 for (batch, native) in [(16, Native::Always), (600, Native::Never)] {
                     let options = RunOptions { isa, native, batch: Some(batch), tile: 1024, ..plain.clone() };
-                    let got = seed(file, params, &options);
+                    let got = seed(arithmetic, file, params, &options);
                     for (a, b) in expected.planes.iter().zip(&got.planes) {
                         assert_eq!(a.words, b.words, "{name} {} {isa:?} {batch}", a.output);
                         let bits =

@@ -7,7 +7,6 @@ use crate::message::{Event, Keeping, Printed, Said, unite};
 use crate::native::Native;
 use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
-use osl_ir::numeric::Arithmetic;
 use osl_ir::types::Type;
 use osl_limits::Limits;
 use osl_noise::Isa;
@@ -31,9 +30,6 @@ pub struct RunOptions {
     pub profile: bool,
     /// Which runs of operations become machine code.
     pub native: Native,
-    /// Which numbers to compute with. The program should be compiled for the same
-    /// ([`passes::Options`](osl_ir::passes::Options)): constants that single precision has rounded stay so.
-    pub arithmetic: Arithmetic,
     /// How messages are kept.
     pub keeping: Keeping,
 }
@@ -48,7 +44,6 @@ impl Default for RunOptions {
             closures: false,
             profile: false,
             native: Native::Recurring,
-            arithmetic: Arithmetic::Strict,
             keeping: Keeping::default(),
         }
     }

@@ -23,7 +23,7 @@ mod services;
 pub mod source;
 
 pub use frame::{Closures, Frame, Plane, RunOptions};
-pub use machine::{Component, Param, Stop, show_closure};
+pub use machine::{Component, Param, RunError, show_closure};
 pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;
 pub use order::Blocks;

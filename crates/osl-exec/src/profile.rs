@@ -3,7 +3,7 @@
 //! A machine without a profile asks once a block whether there is one, and measures nothing.
 
 use crate::arithmetic::Arithmetic;
-use crate::machine::{Machine, Stop};
+use crate::machine::{Machine, RunError};
 use crate::program::{Program, Steps};
 use osl_ir::Span;
 use std::time::{Duration, Instant};
@@ -83,7 +83,7 @@ impl Profile {
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Runs steps and notes what each takes.
-    pub(crate) fn profiled(&mut self, steps: &'a Steps, mask: &crate::machine::Mask) -> Result<(), Stop> {
+    pub(crate) fn profiled(&mut self, steps: &'a Steps, mask: &crate::machine::Mask) -> Result<(), RunError> {
         let lanes = self.lanes_in(mask);
         for (step, mark) in steps.list.iter().zip(&steps.marks) {
             let outer = self.profile.as_mut().map(|p| std::mem::take(&mut p.inner)).unwrap_or_default();

@@ -12,11 +12,14 @@ mod step;
 mod uses;
 mod weight;
 
+use crate::machine::RunError;
 use crate::native::Plans;
 use crate::register::LINE;
+use crate::source::PointSource;
 use compile::Compiler;
 use osl_ir::hir::Global;
-use osl_ir::ir::{Axis, Body, Kernel, Kind, Op, Rate};
+use osl_ir::ir::{Assumptions, Axis, Body, Kernel, Kind, Op, Rate};
+use osl_ir::numeric::Arithmetic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
@@ -66,6 +69,8 @@ pub struct Program {
     pub(crate) shared: bool,
     /// Steps that count for each point before anything runs.
     pub(crate) base: u64,
+    /// What it was compiled for.
+    assumptions: Assumptions,
 }
 
 /// Points of a batch where nothing speaks for more.
@@ -139,7 +144,34 @@ impl Program {
             layers: body.layers.clone(),
             groups: shared::groups(body),
             native: Arc::default(),
+            assumptions: body.assumptions.clone(),
         }
+    }
+
+    /// The numbers that it computes with.
+    pub fn arithmetic(&self) -> Arithmetic {
+        self.assumptions.arithmetic
+    }
+
+    /// Checks that a source keeps to what the program was compiled for.
+    ///
+    /// # Errors
+    /// Something differs from point to point that the program takes for the same at all of them, or the source traces rays
+    /// and the program was compiled without them.
+    pub(crate) fn accepts(&self, source: &dyn PointSource) -> Result<(), RunError> {
+        let Assumptions { varying, slopes, traces, .. } = &self.assumptions;
+        let beyond =
+            |here: &[Global], known: &[Global]| here.iter().find(|global| !known.contains(global)).copied();
+        if let Some(global) = beyond(source.varying(), varying) {
+            return Err(RunError::VariesMore(global));
+        }
+        if let Some(global) = beyond(source.varying_slopes(), slopes) {
+            return Err(RunError::SlopesVaryMore(global));
+        }
+        if source.traces() && !traces {
+            return Err(RunError::Traces);
+        }
+        Ok(())
     }
 
     /// The layer that a place of the source belongs to, and its names.

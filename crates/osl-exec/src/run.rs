@@ -10,7 +10,7 @@ mod tile;
 use crate::arithmetic;
 use crate::dictionary::Documents;
 use crate::frame::{Closures, Frame, Plane, RunOptions};
-use crate::machine::Stop;
+use crate::machine::RunError;
 use crate::message::Messages;
 use crate::order::Blocks;
 use crate::profile::Profile;
@@ -30,14 +30,14 @@ const SLOT_BYTES: u64 = 256;
 /// Runs a program over all points of a source. `progress` is called with the number of points done.
 ///
 /// # Errors
-/// A limit of a point or of the run.
+/// A limit of a point or of the run, or the program was not compiled for such a source.
 pub fn run(
     program: &Program,
     services: &Services,
     source: &dyn PointSource,
     options: &RunOptions,
     progress: &(dyn Fn(usize) + Sync),
-) -> Result<Frame, Stop> {
+) -> Result<Frame, RunError> {
     Run::new(program, services, source, options).points(0..source.count(), progress)
 }
 
@@ -80,7 +80,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// There are too many of them.
-    pub fn planes(&self) -> Result<Vec<Plane>, Stop> {
+    pub fn planes(&self) -> Result<Vec<Plane>, RunError> {
         let slots = self.slots(1)?.planes;
         Ok(slots.iter().map(|slot| self.plane(slot, 0)).collect())
     }
@@ -89,13 +89,13 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// They may not.
-    pub fn fits(&self, points: usize) -> Result<(), Stop> {
+    pub fn fits(&self, points: usize) -> Result<(), RunError> {
         self.slots(points).map(|_| ())
     }
 
     fn plane(&self, slot: &Slot, count: usize) -> Plane {
         let mut plane = plane(&self.program.outputs[slot.output], slot.element, slot.component, count);
-        if self.options.arithmetic.is_double() {
+        if self.program.arithmetic().is_double() {
             plane.wide = vec![0.0; count];
         }
         plane
@@ -105,9 +105,10 @@ impl<'a> Run<'a> {
     /// of the frame have these points alone. `progress` is called with the number of points that the run has done.
     ///
     /// # Errors
-    /// A limit of a point or of the run.
-    pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, Stop> {
-        match self.options.arithmetic {
+    /// A limit of a point or of the run, or the program was not compiled for such a source.
+    pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, RunError> {
+        self.program.accepts(self.source)?;
+        match self.program.arithmetic() {
             Arithmetic::Strict => self.points_in::<arithmetic::Strict>(points, progress),
             Arithmetic::Fast => self.points_in::<arithmetic::Fast>(points, progress),
             Arithmetic::Double => self.points_in::<arithmetic::Double>(points, progress),
@@ -118,7 +119,7 @@ impl<'a> Run<'a> {
         &self,
         points: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
-    ) -> Result<Frame, Stop> {
+    ) -> Result<Frame, RunError> {
         let Run { program, source, options, .. } = self;
         let blocks = source.blocks();
         let points = points.start..points.end.min(source.count()).max(points.start);
@@ -173,11 +174,11 @@ impl<'a> Run<'a> {
     }
 
     /// What the program delivers for each of so many points, if all of it is as small as it has to be.
-    fn slots(&self, points: usize) -> Result<Slots, Stop> {
+    fn slots(&self, points: usize) -> Result<Slots, RunError> {
         let count = self.program.outputs.iter().map(|plan| plan.ty_len(self.program) as u64 * 16);
         // None is made before it is known that there are few.
         let most = self.options.limits.running.frame_bytes;
-        let each = if self.options.arithmetic.is_double() { 12 } else { 4 };
+        let each = if self.program.arithmetic().is_double() { 12 } else { 4 };
         let bytes = |planes: u64| {
             let of_plane = (points as u64).saturating_mul(each).saturating_add(SLOT_BYTES);
             planes.saturating_mul(of_plane)
@@ -187,17 +188,20 @@ impl<'a> Run<'a> {
         } else {
             Some(Slots::of(self.program, self.options)).filter(|s| bytes(s.planes.len() as u64) <= most)
         };
-        slots.ok_or_else(|| Stop::TooMuch {
+        slots.ok_or_else(|| RunError::TooMuch {
             what: format!("the outputs of {points} points take more than {most} bytes"),
             limit: "running.frame_bytes",
         })
     }
 
     /// For how many threads and points of a batch there is memory.
-    fn machines<A: arithmetic::Arithmetic>(&self, wanted: (usize, usize)) -> Result<(usize, usize), Stop> {
+    fn machines<A: arithmetic::Arithmetic>(
+        &self,
+        wanted: (usize, usize),
+    ) -> Result<(usize, usize), RunError> {
         let most = self.options.limits.running.memory;
         let fit = self.program.fit(wanted, most, size_of::<A::Word>());
-        fit.map_err(|bytes| Stop::TooMuch {
+        fit.map_err(|bytes| RunError::TooMuch {
             what: format!("the arrays of a point take {bytes} bytes, more than {most}"),
             limit: "running.memory",
         })
@@ -216,7 +220,7 @@ impl<'a> Run<'a> {
     }
 
     /// The first error in the order of the points, if there is one.
-    fn judge(&self, results: &[Tile]) -> Result<(), Stop> {
+    fn judge(&self, results: &[Tile]) -> Result<(), RunError> {
         let all: Bytes = results.iter().fold(Bytes::default(), |sum, tile| sum + tile.bytes);
         // What the pieces of the run before these points keep.
         let before = |total: &AtomicU64, here: u64| total.load(Ordering::Relaxed).saturating_sub(here);
@@ -233,7 +237,7 @@ impl<'a> Run<'a> {
             ] {
                 if bytes > most {
                     let what = format!("all points together {what} more than {most} bytes");
-                    return Err(Stop::TooMuch { what, limit });
+                    return Err(RunError::TooMuch { what, limit });
                 }
             }
             if let Some(stop) = &tile.stop {

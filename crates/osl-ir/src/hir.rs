@@ -77,6 +77,48 @@ pub enum Global {
     Backfacing,
 }
 
+impl Global {
+    /// All of them.
+    pub const ALL: [Global; 15] = [
+        Global::P,
+        Global::I,
+        Global::N,
+        Global::Ng,
+        Global::U,
+        Global::V,
+        Global::DPdu,
+        Global::DPdv,
+        Global::Ps,
+        Global::Time,
+        Global::Dtime,
+        Global::DPdtime,
+        Global::Ci,
+        Global::SurfaceArea,
+        Global::Backfacing,
+    ];
+
+    /// Its name, or the call that yields it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Global::P => "P",
+            Global::I => "I",
+            Global::N => "N",
+            Global::Ng => "Ng",
+            Global::U => "u",
+            Global::V => "v",
+            Global::DPdu => "dPdu",
+            Global::DPdv => "dPdv",
+            Global::Ps => "Ps",
+            Global::Time => "time",
+            Global::Dtime => "dtime",
+            Global::DPdtime => "dPdtime",
+            Global::Ci => "Ci",
+            Global::SurfaceArea => "surfacearea()",
+            Global::Backfacing => "backfacing()",
+        }
+    }
+}
+
 /// Each global with its name, type, and whether a shader may assign it without a warning.
 pub const GLOBALS: [(Global, &str, Type, bool); 13] = [
     (Global::P, "P", Type::POINT, true),

@@ -229,9 +229,8 @@ fn samples_are_cheaper_where_that_is_good_enough() {
         [(rough("3"), 0.1, true), (rough("3"), 1e-5, false), (rough("1e6"), 0.1, false)]
     {
         let fast = compile(&text, Arithmetic::Fast);
-        let options = RunOptions { arithmetic: Arithmetic::Fast, ..RunOptions::default() };
         shading(&text, &grid, Filter::default(), |s| {
-            let offered = Shading { cheaper: Some((&fast, &options)), ..s.clone() };
+            let offered = Shading { cheaper: Some(&fast), ..s.clone() };
             let image = max_error(&offered, 0..128, MaxError { error, most: 1024.min((1e3 * error) as u32) });
             let image = image.unwrap();
             assert_eq!(image.tally.cheaper.is_some(), good, "{text} {error} {:?}", image.tally);

@@ -52,7 +52,7 @@ fn arithmetics(c: &mut Criterion) {
             let options = passes::Options { varying, arithmetic, ..passes::Options::default() };
             let body = pipeline::lower(&source, &params).expect("a body");
             let program = pipeline::finish(body, &options).program;
-            let options = RunOptions { arithmetic, ..RunOptions::default() };
+            let options = RunOptions::default();
             let shade = || osl_exec::run(&program, &services, &grid, &options, &|_| ()).expect("a frame");
             group.bench_function(arithmetic.name(), |b| b.iter(|| one.install(shade)));
         }

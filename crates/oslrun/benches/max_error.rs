@@ -226,7 +226,6 @@ fn main() {
     let textures = TextureCache::new(vec![root.clone()]);
     let services = Services { spaces: Spaces::default(), textures, ..Services::default() };
     let options = RunOptions::default();
-    let fast = RunOptions { arithmetic: Arithmetic::Fast, ..RunOptions::default() };
     let samples = if quick { 64 } else { MOST };
     println!(
         "| shader | error | kept at | samples a pixel | best fixed | samples a pixel | time | evaluations |"
@@ -241,7 +240,7 @@ fn main() {
             services: &services,
             surface: &grid,
             options: &options,
-            cheaper: shader.fast.as_ref().map(|program| (program, &fast)),
+            cheaper: shader.fast.as_ref(),
             pattern: Pattern::new(samples, 0),
             filter: Filter::default(),
         };

@@ -1,6 +1,6 @@
 //! Branches and loops: which lanes take which way, and what comes of it.
 
-use super::{Machine, Mask, Stop};
+use super::{Machine, Mask, RunError};
 use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::program::{LoopParam, Operand, Steps};
@@ -14,7 +14,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         otherwise: &'a Steps,
         results: &[[Operand; 3]],
         mask: &Mask,
-    ) -> Result<(), Stop> {
+    ) -> Result<(), RunError> {
         let (yes, no) = match self.arg(cond) {
             Arg::Same(word) if word[0].bits() != 0 => (None, Mask::none()),
             Arg::Same(_) => (Some(Mask::none()), Mask::none()),
@@ -44,7 +44,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         cond: Operand,
         span: Span,
         mask: &Mask,
-    ) -> Result<(), Stop> {
+    ) -> Result<(), RunError> {
         let all = Mask::all(self.width);
         for p in params {
             self.copy(p.init, p.param, &all);

@@ -3,7 +3,7 @@
 //! What all lanes share needs none of them and is computed at once, as are values of cells; the others find their
 //! arguments once for a batch.
 
-use super::{Machine, Mask, Stop};
+use super::{Machine, Mask, RunError};
 use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread};
 use crate::native::{Files, Key, MAX_RUN, Waiting};
@@ -51,7 +51,7 @@ impl<'a> Queue<'a> {
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
     /// Runs steps, but for lane operations behind the last other step, which wait in the queue.
-    pub(super) fn follow(&mut self, steps: &'a [Step], mask: &Mask) -> Result<(), Stop> {
+    pub(super) fn follow(&mut self, steps: &'a [Step], mask: &Mask) -> Result<(), RunError> {
         for step in steps {
             match step {
                 Step::Lane(step) => self.queue(step),

@@ -36,13 +36,28 @@ use crate::source::PointSource;
 pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 use osl_ir::Span;
+use osl_ir::hir::Global;
 use osl_ir::ir::{Const, Kind};
 use osl_limits::{Halt, Limits};
 use osl_noise::Isa;
 
 /// Why a run stopped.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Stop {
+pub enum RunError {
+    /// A global that differs from point to point, and the program was compiled for points that share it.
+    #[error(
+        "`{}` differs from point to point, and the program was compiled for points that share it", .0.name()
+    )]
+    VariesMore(Global),
+    /// The same for how a global changes from pixel to pixel.
+    #[error(
+        "the change of `{}` from pixel to pixel differs from point to point, and the program was compiled for points \
+         that share it", .0.name()
+    )]
+    SlopesVaryMore(Global),
+    /// The points trace rays, and the program was compiled for points that do not.
+    #[error("the points trace rays, and the program was compiled for points that do not")]
+    Traces,
     /// A point takes more steps than it may.
     #[error("point {point} takes more than {steps} steps")]
     TooManySteps {
@@ -176,10 +191,10 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     ///
     /// # Errors
     /// A single point is beyond its limits; or several points, where it is not known which of them are.
-    pub(crate) fn run(&mut self, first: usize, points: usize, each: bool) -> Result<(), Stop> {
+    pub(crate) fn run(&mut self, first: usize, points: usize, each: bool) -> Result<(), RunError> {
         let source = self.source;
         if let Some(why) = self.limits.halted() {
-            return Err(Stop::Halted(why));
+            return Err(RunError::Halted(why));
         }
         if self.program.shared && self.ran && !self.messages.keeps_each() {
             // It holds the results of every point.
@@ -288,7 +303,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    fn steps(&mut self, steps: &'a Steps, mask: &Mask) -> Result<(), Stop> {
+    fn steps(&mut self, steps: &'a Steps, mask: &Mask) -> Result<(), RunError> {
         self.spend(steps.weight, mask);
         if self.profile.is_some() {
             return self.profiled(steps, mask);
@@ -299,7 +314,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     }
 
     #[inline(always)]
-    pub(crate) fn step(&mut self, step: &'a Step, mask: &Mask) -> Result<(), Stop> {
+    pub(crate) fn step(&mut self, step: &'a Step, mask: &Mask) -> Result<(), RunError> {
         match step {
             Step::Lane(step) => {
                 self.queue(step);

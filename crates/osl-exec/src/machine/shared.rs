@@ -6,7 +6,7 @@
 
 use super::lane::Queue;
 use super::mask::Mask;
-use super::{Machine, Stop};
+use super::{Machine, RunError};
 use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::program::{CellPlace, Export, Operand, Place, Program, Steps};
@@ -154,7 +154,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         steps: &'a Steps,
         exports: &'a [Export],
         mask: &Mask,
-    ) -> Result<(), Stop> {
+    ) -> Result<(), RunError> {
         let count = self.shared.counts[usize::from(group)];
         if count == 0 || self.shared.running {
             if self.profile.is_some() {

@@ -7,7 +7,7 @@
 //! is exact. This module must not know which kernel takes what.
 
 use super::mask::Mask;
-use super::{Machine, Stop};
+use super::{Machine, RunError};
 use crate::arithmetic::Arithmetic;
 use crate::program::SERIAL;
 use osl_ir::Span;
@@ -174,25 +174,25 @@ impl<A: Arithmetic> Machine<'_, A> {
     ///
     /// # Errors
     /// A limit of a point; for a batch of more than one, it only tells that smaller ones have to be tried.
-    pub(super) fn within_limits(&self, span: Option<Span>) -> Result<(), Stop> {
+    pub(super) fn within_limits(&self, span: Option<Span>) -> Result<(), RunError> {
         let position = self.source.blocks().map_or(self.first, |blocks| blocks.position(self.first));
         let point = self.source.pixel(position);
         if let Some(Over::Memory) = self.work.over {
-            return Err(Stop::TooMuchMemory { point, bytes: self.work.may_keep, span });
+            return Err(RunError::TooMuchMemory { point, bytes: self.work.may_keep, span });
         }
         if self.work.over.is_some() || self.work.is_beyond() {
-            return Err(Stop::TooManySteps { point, steps: self.work.limit, span });
+            return Err(RunError::TooManySteps { point, steps: self.work.limit, span });
         }
         Ok(())
     }
 
     /// The same at a round of a loop, where the command may also have to end.
-    pub(super) fn next_round(&mut self, span: Span) -> Result<(), Stop> {
+    pub(super) fn next_round(&mut self, span: Span) -> Result<(), RunError> {
         self.work.rounds = self.work.rounds.wrapping_add(1);
         if self.work.rounds.is_multiple_of(ROUNDS)
             && let Some(why) = self.limits.halted()
         {
-            return Err(Stop::Halted(why));
+            return Err(RunError::Halted(why));
         }
         if self.work.spent > self.work.limit { self.within_limits(Some(span)) } else { Ok(()) }
     }

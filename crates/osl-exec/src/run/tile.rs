@@ -2,7 +2,7 @@
 
 use super::{Slot, Work};
 use crate::arithmetic::Arithmetic;
-use crate::machine::{Component, Machine, Stop};
+use crate::machine::{Component, Machine, RunError};
 use crate::message::Messages;
 use crate::profile::Profile;
 use crate::register::LINE;
@@ -39,7 +39,7 @@ pub(super) struct Tile {
     /// What its points keep, up to the one that it ended with.
     pub(super) bytes: Bytes,
     /// Why it ended early.
-    pub(super) stop: Option<Stop>,
+    pub(super) stop: Option<RunError>,
 }
 
 /// What a tile writes of a plane: its words, and doubles where the plane has them.
@@ -144,7 +144,7 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
     }
 
     /// Runs some points together, or, where that is beyond a limit, in smaller batches, last one by one.
-    fn batch(&mut self, running: &mut Running<'p>, first: usize, count: usize) -> Result<(), Stop> {
+    fn batch(&mut self, running: &mut Running<'p>, first: usize, count: usize) -> Result<(), RunError> {
         let (size, each) = self.size();
         if count > size {
             return (0..count)
@@ -152,7 +152,7 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
                 .try_for_each(|at| self.batch(running, first + at, size.min(count - at)));
         }
         match self.together(running, first, count, each) {
-            Err(Stop::TooManySteps { .. } | Stop::TooMuchMemory { .. }) if count > 1 => {
+            Err(RunError::TooManySteps { .. } | RunError::TooMuchMemory { .. }) if count > 1 => {
                 if each {
                     return (0..count).try_for_each(|at| self.together(running, first + at, 1, false));
                 }
@@ -173,7 +173,7 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
         first: usize,
         count: usize,
         each: bool,
-    ) -> Result<(), Stop> {
+    ) -> Result<(), RunError> {
         let work = self.work;
         let width = self.size().0.max(LINE);
         if self.machine.width() <= width {
@@ -207,7 +207,7 @@ fn advance<A: Arithmetic>(
     running: &mut Running<'_>,
     row: &mut (Vec<u32>, Vec<f64>),
     (first, count, each): (usize, usize, bool),
-) -> Result<(), Stop> {
+) -> Result<(), RunError> {
     let printed = match machine.run(first, count, each) {
         Ok(()) => machine.messages.printed_bytes(),
         Err(stop) => {

@@ -1,7 +1,8 @@
 //! Writing IR: the builder that lowering and the table's composed built-ins share.
 
 use super::{
-    Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId, Values,
+    Assumptions, Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value,
+    ValueId, Values,
 };
 use crate::numeric::known::Known;
 use osl_limits::Compiling;
@@ -57,6 +58,7 @@ impl Builder {
             entry: BlockId(0),
             outputs: Vec::new(),
             layers: Vec::new(),
+            assumptions: Assumptions::default(),
         };
         Builder {
             body,

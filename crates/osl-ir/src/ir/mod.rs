@@ -24,6 +24,7 @@ pub use lane::{LaneOp, LaneShape};
 pub use print::print;
 
 use crate::hir::Global;
+use crate::numeric::Arithmetic;
 use osl_syntax::span::Span;
 use smallvec::SmallVec;
 use std::sync::Arc;
@@ -303,6 +304,34 @@ pub struct Body {
     pub outputs: Vec<Output>,
     /// The layers that it was made of, each with the start of its source: see [`Body::names`].
     pub layers: Vec<(u32, crate::builtins::Names)>,
+    /// What the passes took for granted.
+    pub assumptions: Assumptions,
+}
+
+/// What a body was made for: what the passes take for granted of the points, and of the numbers that a run computes with.
+/// Where that does not hold, values are wrong.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Assumptions {
+    /// The globals that may differ from point to point. All points share the values of the others.
+    pub varying: Vec<Global>,
+    /// The globals whose change from pixel to pixel may differ from point to point.
+    pub slopes: Vec<Global>,
+    /// Whether somebody may trace rays. Otherwise no ray hits anything.
+    pub traces: bool,
+    /// The numbers to compute with.
+    pub arithmetic: Arithmetic,
+}
+
+impl Default for Assumptions {
+    /// Nothing of the points, and the strict arithmetic.
+    fn default() -> Assumptions {
+        Assumptions {
+            varying: Global::ALL.to_vec(),
+            slopes: Global::ALL.to_vec(),
+            traces: true,
+            arithmetic: Arithmetic::Strict,
+        }
+    }
 }
 
 impl Body {

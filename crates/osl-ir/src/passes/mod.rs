@@ -124,7 +124,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        let varying: Vec<Global> = crate::hir::GLOBALS.iter().map(|(global, ..)| *global).collect();
+        let varying = Global::ALL.to_vec();
         Options {
             outputs: None,
             slopes: varying.clone(),
@@ -156,7 +156,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     // The roots' rewrites hold for rounded roots; cells are shared by words of 32 bits.
     let without =
         |pass| options.without.contains(&pass) || exact && matches!(pass, Pass::Algebra | Pass::Share);
+    body.assumptions.arithmetic = options.arithmetic;
     if !options.traces {
+        body.assumptions.traces = false;
         rays::run(body);
     }
     let mut count = body.count();
@@ -213,7 +215,11 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             }
             Pass::Cse => cse::run(body),
             Pass::Dce => dce::run(body),
-            Pass::Rate => rate::run(body, &options.varying, &options.slopes),
+            Pass::Rate => {
+                rate::run(body, &options.varying, &options.slopes);
+                body.assumptions.varying.clone_from(&options.varying);
+                body.assumptions.slopes.clone_from(&options.slopes);
+            }
             Pass::Flatten => flatten::run(body),
             Pass::Algebra => algebra::run(body),
             Pass::Share => share::run(body),

@@ -3,7 +3,7 @@
 use super::error::Block;
 use super::image::{Image, Shading, not_finite};
 use super::pattern::MAX_SAMPLES;
-use osl_exec::{Frame, Stop};
+use osl_exec::{Frame, RunError};
 use std::ops::Range;
 
 /// Samples that every pixel gets, so that its error can be estimated.
@@ -55,7 +55,7 @@ impl<'a> Refiner<'a> {
 
     /// Brings the active pixels to `samples`, a power of two and at least twice their current number. Without
     /// `estimate`, their errors are unknown afterwards.
-    pub(super) fn round(&mut self, samples: u32, estimate: bool) -> Result<(), Stop> {
+    pub(super) fn round(&mut self, samples: u32, estimate: bool) -> Result<(), RunError> {
         if self.shading.pattern.count() < samples {
             self.shading.pattern = self.shading.pattern.clone().with(samples);
         }
@@ -116,7 +116,7 @@ impl<'a> Refiner<'a> {
 ///
 /// # Errors
 /// A loop exceeds its budget.
-pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> Result<Image, Stop> {
+pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> Result<Image, RunError> {
     let pixels = shading.pixels(rows);
     let most = power_below(wanted.most);
     let width = shading.surface.size().0;

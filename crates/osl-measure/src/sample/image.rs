@@ -5,7 +5,7 @@ use super::filter::Filter;
 use super::pattern::Pattern;
 use super::points::SamplePoints;
 use super::surface::Surface;
-use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services, Stop};
+use osl_exec::{Frame, Plane, PointSource, Program, Run, RunError, RunOptions, Services};
 use osl_ir::ir::Kind;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -24,9 +24,8 @@ pub struct Shading<'a> {
     pub surface: &'a dyn Surface,
     /// Options of the run.
     pub options: &'a RunOptions,
-    /// The same shader in a cheaper arithmetic and the options to run that. It may be used where its error is
-    /// permitted.
-    pub cheaper: Option<(&'a Program, &'a RunOptions)>,
+    /// The same shader in a cheaper arithmetic. It may be used where its error is permitted.
+    pub cheaper: Option<&'a Program>,
     /// Where the samples lie.
     pub pattern: Pattern,
     /// The reconstruction filter.
@@ -131,7 +130,7 @@ impl<'a> Shading<'a> {
     ///
     /// # Errors
     /// They do not fit.
-    pub fn fits(&self, pixels: usize) -> Result<(), Stop> {
+    pub fn fits(&self, pixels: usize) -> Result<(), RunError> {
         let none = SamplePoints::centres(self.surface, &[], (&self.pattern, &self.filter));
         Run::new(self.program, self.services, &none, self.options).fits(pixels)
     }
@@ -146,7 +145,7 @@ impl<'a> Shading<'a> {
     }
 
     /// The centres of pixels: for each plane the values of the pixels.
-    pub(super) fn centres(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, Stop> {
+    pub(super) fn centres(&self, pixels: &[u32], said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
         self.values(&SamplePoints::centres(self.surface, pixels, (&self.pattern, &self.filter)), said)
     }
 
@@ -156,12 +155,12 @@ impl<'a> Shading<'a> {
         pixels: &[u32],
         samples: Range<u32>,
         said: &mut Frame,
-    ) -> Result<Vec<Vec<f32>>, Stop> {
+    ) -> Result<Vec<Vec<f32>>, RunError> {
         self.values(&SamplePoints::new(self.surface, pixels, samples, (&self.pattern, &self.filter)), said)
     }
 
     /// For each plane the values of some points.
-    fn values(&self, points: &SamplePoints<'_>, said: &mut Frame) -> Result<Vec<Vec<f32>>, Stop> {
+    fn values(&self, points: &SamplePoints<'_>, said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
         let frame = self.run(points, 0..points.count())?;
         let values = frame.planes.iter().map(Plane::floats).collect();
         said.add(Frame { planes: Vec::new(), ..frame });
@@ -169,7 +168,12 @@ impl<'a> Shading<'a> {
     }
 
     /// Samples pixels and sums up each; also computes the variance if `estimate` is set.
-    pub(super) fn batch(&self, pixels: &[u32], samples: Range<u32>, estimate: bool) -> Result<Batch, Stop> {
+    pub(super) fn batch(
+        &self,
+        pixels: &[u32],
+        samples: Range<u32>,
+        estimate: bool,
+    ) -> Result<Batch, RunError> {
         let each = samples.len().max(1);
         let mut batch = Batch::default();
         for pixels in pixels.chunks((TOGETHER / each).max(1)) {
@@ -187,7 +191,7 @@ impl<'a> Shading<'a> {
         samples: Range<u32>,
         estimate: bool,
         batch: &mut Batch,
-    ) -> Result<(), Stop> {
+    ) -> Result<(), RunError> {
         let tools = (&self.pattern, &self.filter);
         let points = SamplePoints::new(self.surface, pixels, samples.clone(), tools);
         let each = samples.len().max(1);
@@ -228,7 +232,7 @@ impl<'a> Shading<'a> {
         own.map(|[x, y]| self.filter.place(*x).1 * self.filter.place(*y).1).collect()
     }
 
-    fn run(&self, points: &dyn PointSource, range: Range<usize>) -> Result<Frame, Stop> {
+    fn run(&self, points: &dyn PointSource, range: Range<usize>) -> Result<Frame, RunError> {
         Run::new(self.program, self.services, points, self.options).points(range, &|_| ())
     }
 
@@ -254,7 +258,7 @@ impl<'a> Shading<'a> {
     ///
     /// # Errors
     /// A loop exceeds its budget.
-    pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, Stop> {
+    pub fn rows(&self, rows: Range<usize>, samples: u32) -> Result<Image, RunError> {
         let pixels = self.pixels(rows);
         let samples = samples.clamp(1, self.pattern.count());
         let mut image = Image::default();
@@ -279,7 +283,7 @@ impl Shading<'_> {
     ///
     /// # Errors
     /// A loop exceeds its budget.
-    pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, Stop> {
+    pub fn chosen(&self, pixels: &[u32], samples: u32) -> Result<Vec<Vec<f32>>, RunError> {
         let batch = self.batch(pixels, 0..samples.clamp(1, self.pattern.count()), false)?;
         Ok(batch.blocks.iter().map(|plane| plane.iter().map(Block::mean).collect()).collect())
     }

@@ -3,7 +3,7 @@
 use super::error::Block;
 use super::image::{Image, Shading};
 use super::pattern::{MAX_SAMPLES, Pattern, hash};
-use osl_exec::{Frame, Stop};
+use osl_exec::{Frame, RunError};
 
 /// Reference values of some pixels, with their standard errors.
 #[derive(Clone, Debug, Default)]
@@ -26,7 +26,7 @@ pub struct Oracle {
 ///
 /// # Errors
 /// A loop exceeds its budget.
-pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Oracle, Stop> {
+pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Oracle, RunError> {
     let samples = samples.clamp(2, MAX_SAMPLES).next_power_of_two();
     let half = |seed: u32| {
         let own = Shading { pattern: Pattern::new(samples / 2, seed), ..shading.clone() };
@@ -155,7 +155,7 @@ impl Watch {
     ///
     /// # Errors
     /// A loop exceeds its budget.
-    pub fn check(&self, shading: &Shading<'_>, limit: f64, samples: u32) -> Result<Check, Stop> {
+    pub fn check(&self, shading: &Shading<'_>, limit: f64, samples: u32) -> Result<Check, RunError> {
         let pixels = self.pixels.get(..self.noted).unwrap_or(&[]);
         let truth = oracle(shading, pixels, samples)?;
         Ok(check(&self.values, &truth, limit, |pixel| pixels.binary_search(&pixel).unwrap_or(0)))

@@ -1,7 +1,7 @@
 //! One evaluation for several pixels: the pixels of a lattice are computed, the others are interpolated.
 
 use super::image::{Image, Shading, not_finite};
-use osl_exec::Stop;
+use osl_exec::RunError;
 use rayon::prelude::*;
 use std::fmt;
 use std::ops::Range;
@@ -47,7 +47,7 @@ pub(super) fn ticks(range: Range<usize>, step: usize) -> Vec<usize> {
 ///
 /// # Errors
 /// A loop exceeds its budget.
-pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<Image, Stop> {
+pub fn at_rate(shading: &Shading<'_>, rows: Range<usize>, rate: Rate) -> Result<Image, RunError> {
     if rate == Rate([1, 1]) {
         return shading.rows(rows, 1);
     }

@@ -2,7 +2,7 @@
 
 use crate::trace::{self, OnePoint, Trace};
 use osl::pipeline;
-use osl_exec::{Arithmetic, Datum, PointSource, RunOptions, Services, Stop};
+use osl_exec::{Arithmetic, Datum, PointSource, RunError, RunOptions, Services};
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Body};
 use osl_ir::passes;
@@ -110,15 +110,14 @@ impl<'a> Subject<'a> {
     ///
     /// # Errors
     /// A budget of the run is used up.
-    pub fn run(&self, base: &Base, points: &Swept, tries: bool) -> Result<Planes, Stop> {
+    pub fn run(&self, base: &Base, points: &Swept, tries: bool) -> Result<Planes, RunError> {
         let mut limits = self.limits.clone();
         if tries {
             limits.running.point_steps = limits.running.point_steps.min(limits.running.tried_steps);
         }
-        let strict = RunOptions { limits, ..RunOptions::default() };
-        let exact = RunOptions { arithmetic: Arithmetic::Double, ..strict.clone() };
-        let strict = osl_exec::run(&base.strict, self.services, points, &strict, &|_| ())?;
-        let exact = osl_exec::run(&base.exact, self.services, points, &exact, &|_| ())?;
+        let options = RunOptions { limits, ..RunOptions::default() };
+        let strict = osl_exec::run(&base.strict, self.services, points, &options, &|_| ())?;
+        let exact = osl_exec::run(&base.exact, self.services, points, &options, &|_| ())?;
         let mut planes = Planes::default();
         for (a, b) in strict.planes.iter().zip(&exact.planes) {
             let single = !a.ty.base.is_triple() && a.ty.base != osl_ir::types::Base::Matrix;

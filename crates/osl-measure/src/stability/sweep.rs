@@ -2,7 +2,7 @@
 
 use super::subject::{Base, Planes, Subject, Swept};
 use crate::explain::short;
-use osl_exec::Stop;
+use osl_exec::RunError;
 use osl_scene::Grid;
 use serde::Serialize;
 
@@ -150,7 +150,7 @@ pub fn measure(
     }
 }
 
-fn stop_text(stop: &Stop) -> String {
+fn stop_text(stop: &RunError) -> String {
     stop.to_string()
 }
 

@@ -17,7 +17,7 @@ use crate::sample::{
     max_error, oracle,
 };
 use front::front;
-use osl_exec::{Frame, Plane, Stop};
+use osl_exec::{Frame, Plane, RunError};
 use serde::Serialize;
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -65,7 +65,7 @@ impl Setting {
     ///
     /// # Errors
     /// A loop exceeds its budget.
-    pub fn image(self, shading: &Shading<'_>) -> Result<Image, Stop> {
+    pub fn image(self, shading: &Shading<'_>) -> Result<Image, RunError> {
         let rows = 0..shading.surface.size().1;
         match self {
             Setting::Rate(rate) => at_rate(shading, rows, rate),
@@ -190,7 +190,7 @@ const REPEATS: (usize, usize) = (3, 9);
 ///
 /// # Errors
 /// A loop exceeds its budget.
-pub fn tradeoff(request: &Request<'_>) -> Result<Trade, Stop> {
+pub fn tradeoff(request: &Request<'_>) -> Result<Trade, RunError> {
     let (oracle_name, best) = &request.oracle;
     let size = best.surface.size();
     let pixels: Vec<u32> = (0..(size.0 * size.1) as u32).collect();
@@ -238,7 +238,7 @@ struct Tried<'r, 'a> {
 }
 
 /// Runs all settings in turns for about `seconds`. Returns the number of rounds.
-fn time(tried: &mut [Tried<'_, '_>], seconds: f64) -> Result<usize, Stop> {
+fn time(tried: &mut [Tried<'_, '_>], seconds: f64) -> Result<usize, RunError> {
     let started = Instant::now();
     let mut repeats = 0;
     while repeats < REPEATS.1 {

@@ -19,7 +19,7 @@ pub use path::Strategy;
 pub use tone::{display, tone};
 pub use world::{Body, Ground, Material, Object, World};
 
-use osl_exec::{Said, Stop};
+use osl_exec::{RunError, Said};
 use osl_ir::types::Type;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -75,7 +75,7 @@ pub fn render(
     world: &World,
     options: &RenderOptions,
     progress: &(dyn Fn(f32) + Sync),
-) -> Result<Picture, Stop> {
+) -> Result<Picture, RunError> {
     let [width, height] = world.view.resolution();
     let areas: Vec<[usize; 4]> = (0..height)
         .step_by(SIDE)
@@ -86,7 +86,7 @@ pub fn render(
     let options = RenderOptions { samples: options.samples.clamp(1, 1 << 16), ..*options };
     let done = AtomicUsize::new(0);
     // Tiles are distributed one by one, since some take much longer than others.
-    let tiles: Vec<Result<Tile, Stop>> = areas
+    let tiles: Vec<Result<Tile, RunError>> = areas
         .par_iter()
         .with_max_len(1)
         .map(|area| {

@@ -12,7 +12,7 @@ use crate::light::{Arriving, balance};
 use crate::mesh::SurfacePoint;
 use crate::surface_points::Footprint;
 use glam::Vec3;
-use osl_exec::{Said, Stop, unite};
+use osl_exec::{RunError, Said, unite};
 use std::sync::Arc;
 
 /// Maximum number of surfaces on a path, including those that it passes straight through.
@@ -96,7 +96,7 @@ pub(super) struct Sample {
 
 impl Tracer<'_> {
     /// Returns the light of each sample.
-    pub(super) fn trace(&mut self, samples: &[Sample]) -> Result<Vec<Vec3>, Stop> {
+    pub(super) fn trace(&mut self, samples: &[Sample]) -> Result<Vec<Vec3>, RunError> {
         let mut light = vec![Vec3::ZERO; samples.len()];
         let mut paths: Vec<Path> = samples.iter().enumerate().map(|(slot, s)| self.start(slot, s)).collect();
         while !paths.is_empty() {

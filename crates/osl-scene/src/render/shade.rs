@@ -5,7 +5,7 @@ use super::world::{Hit, Material, World};
 use crate::bsdf::Scatter;
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::Vec3;
-use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Stop};
+use osl_exec::{Frame, Plane, PointSource, Run, RunError, RunOptions, Said};
 
 /// A hit to be shaded.
 pub(super) struct Met {
@@ -28,7 +28,7 @@ pub(super) struct Shaded {
 }
 
 /// Shades hits of one material. `seen` means that the camera sees them, so all outputs are needed.
-pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) -> Result<Shaded, Stop> {
+pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) -> Result<Shaded, RunError> {
     let nothing = || Shaded { scatter: Vec::new(), planes: Vec::new(), messages: Vec::new() };
     let Some(Material { program, lean, services, color }) = world.materials.get(material) else {
         return Ok(nothing());

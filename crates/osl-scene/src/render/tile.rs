@@ -7,7 +7,7 @@ use super::sampler::Sampler;
 use super::tone::display;
 use super::{RenderOptions, World};
 use glam::{DVec3, Vec3};
-use osl_exec::Stop;
+use osl_exec::RunError;
 
 /// Side of a tile in pixels.
 pub(super) const SIDE: usize = 32;
@@ -68,7 +68,7 @@ impl Tile {
         options: &RenderOptions,
         area: [usize; 4],
         width: usize,
-    ) -> Result<Tile, Stop> {
+    ) -> Result<Tile, RunError> {
         let [left, top, columns, rows] = area;
         let count = columns * rows;
         let (mut layers, mut notes) = (Layers::new(count), Notes::default());

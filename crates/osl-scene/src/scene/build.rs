@@ -260,7 +260,7 @@ fn run(
     services: &Services,
     points: &SurfacePoints,
     closures: bool,
-) -> Result<Frame, osl_exec::Stop> {
+) -> Result<Frame, osl_exec::RunError> {
     let options = RunOptions { closures, ..RunOptions::default() };
     osl_exec::run(program, services, points, &options, &|_| ())
 }

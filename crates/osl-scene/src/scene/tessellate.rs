@@ -10,7 +10,7 @@ use crate::mesh::Triangles;
 use crate::subdivide::{self, Detail, Scheme};
 use crate::surface_points::SurfacePoints;
 use glam::{Mat4, Vec3};
-use osl_exec::{Frame, RunOptions, Services, Stop};
+use osl_exec::{Frame, RunError, RunOptions, Services};
 use osl_limits::Scenes;
 
 /// The triangles of polygons, transformed by a matrix; `None` after an error.
@@ -54,7 +54,7 @@ pub(super) fn move_by(
     triangles: &mut Triangles,
     messages: &mut Messages,
 ) -> Option<()> {
-    let shade = |points: &SurfacePoints| -> Result<(Displacement, Frame), Stop> {
+    let shade = |points: &SurfacePoints| -> Result<(Displacement, Frame), RunError> {
         let frame = osl_exec::run(&network.program, services, points, &RunOptions::default(), &|_| ())?;
         Ok((displacement(network, &frame), frame))
     };
@@ -62,7 +62,7 @@ pub(super) fn move_by(
     let moved = displace(triangles, |points| {
         let (displacement, frame) = shade(points)?;
         said = frame;
-        Ok::<_, Stop>(displacement)
+        Ok::<_, RunError>(displacement)
     });
     say(&said, &surface.place, messages);
     match moved {

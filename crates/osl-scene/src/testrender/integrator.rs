@@ -11,7 +11,7 @@ use super::sampler::{Sampler, tent};
 use super::shapes::{Point, nearest};
 use super::world::{self, Notes, Stage, World};
 use glam::Vec3;
-use osl_exec::Stop;
+use osl_exec::RunError;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -58,7 +58,11 @@ const MAX_SAMPLES: usize = 256;
 ///
 /// # Errors
 /// A shader's loop exceeds its budget.
-pub fn render(world: &World, options: &Options, progress: &(dyn Fn(f32) + Sync)) -> Result<Picture, Stop> {
+pub fn render(
+    world: &World,
+    options: &Options,
+    progress: &(dyn Fn(f32) + Sync),
+) -> Result<Picture, RunError> {
     let options = Options {
         samples: options.samples.clamp(1, MAX_SAMPLES),
         max_bounces: options.max_bounces.min(MAX_BOUNCES),
@@ -79,7 +83,7 @@ pub fn render(world: &World, options: &Options, progress: &(dyn Fn(f32) + Sync))
             progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f32 / tasks as f32);
             Ok((light, tracer.notes))
         })
-        .collect::<Result<_, Stop>>()?;
+        .collect::<Result<_, RunError>>()?;
     let mut picture = Picture::default();
     for (light, more) in parts {
         notes.add(more);
@@ -133,7 +137,7 @@ struct Tracer<'w> {
 
 impl Tracer<'_> {
     /// The mean light of some pixels.
-    fn pixels(&mut self, first: usize, count: usize) -> Result<Vec<Vec3>, Stop> {
+    fn pixels(&mut self, first: usize, count: usize) -> Result<Vec<Vec3>, RunError> {
         let paths = self.options.samples * self.options.samples;
         let mut means = vec![Vec3::ZERO; count];
         let round = (WAVE / count.max(1)).max(1);
@@ -163,7 +167,7 @@ impl Tracer<'_> {
     }
 
     /// The light of each path.
-    fn trace(&mut self, mut paths: Vec<Path>, count: usize) -> Result<Vec<Vec3>, Stop> {
+    fn trace(&mut self, mut paths: Vec<Path>, count: usize) -> Result<Vec<Vec3>, RunError> {
         let mut light = vec![Vec3::ZERO; count];
         for bounce in 0..=self.options.max_bounces {
             if paths.is_empty() {
@@ -213,7 +217,7 @@ impl Tracer<'_> {
     }
 
     /// Adds the light of the background to paths that hit nothing.
-    fn around(&mut self, missed: &[Path], bounce: usize, light: &mut [Vec3]) -> Result<(), Stop> {
+    fn around(&mut self, missed: &[Path], bounce: usize, light: &mut [Vec3]) -> Result<(), RunError> {
         if missed.is_empty() || !self.stage.has_background() {
             return Ok(());
         }
@@ -308,7 +312,7 @@ impl Tracer<'_> {
     }
 
     /// Adds the light of visible lamps.
-    fn lights(&mut self, mut seen: Vec<Seen>, light: &mut [Vec3]) -> Result<(), Stop> {
+    fn lights(&mut self, mut seen: Vec<Seen>, light: &mut [Vec3]) -> Result<(), RunError> {
         seen.sort_by_key(|s| s.group);
         for seen in seen.chunk_by(|a, b| a.group == b.group) {
             for seen in seen.chunks(WAVE) {

@@ -7,7 +7,7 @@ use super::dual::Dual3;
 use super::points::{Attributes, Points};
 use super::shapes::{Point, Shape};
 use osl_exec::{
-    Component, Frame, PointSource, Printed, Program, Run, RunOptions, Said, Services, Stop, unite,
+    Component, Frame, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services, unite,
 };
 use rayon::prelude::*;
 
@@ -92,7 +92,7 @@ const PIECE: usize = 1 << 13;
 
 impl<'w> Stage<'w> {
     /// Prepares a world; the background table is computed on all threads.
-    pub(super) fn new(world: &'w World, notes: &mut Notes) -> Result<Stage<'w>, Stop> {
+    pub(super) fn new(world: &'w World, notes: &mut Notes) -> Result<Stage<'w>, RunError> {
         let attributes = Attributes { resolution: world.size, fov: world.camera.fov };
         let view = View::new(&world.camera, world.size);
         let mut stage = Stage { world, view, table: None, attributes };
@@ -105,7 +105,7 @@ impl<'w> Stage<'w> {
                     let light = stage.background(directions, Ray::Table, &mut notes)?;
                     Ok((light, notes))
                 })
-                .collect::<Result<_, Stop>>()?;
+                .collect::<Result<_, RunError>>()?;
             let mut light = Vec::with_capacity(centers.len());
             for (part, more) in pieces {
                 light.extend(part);
@@ -127,7 +127,7 @@ impl<'w> Stage<'w> {
         directions: &[Dual3],
         ray: Ray,
         notes: &mut Notes,
-    ) -> Result<Vec<glam::Vec3>, Stop> {
+    ) -> Result<Vec<glam::Vec3>, RunError> {
         let Some(group) = self.world.background else { return Ok(Vec::new()) };
         let points: Vec<Point> = directions.iter().map(|i| Point { i: *i, ..Point::default() }).collect();
         let found = self.shade(group, &points, ray, notes)?;
@@ -141,7 +141,7 @@ impl<'w> Stage<'w> {
         points: &[Point],
         ray: Ray,
         notes: &mut Notes,
-    ) -> Result<Vec<Vec<Component>>, Stop> {
+    ) -> Result<Vec<Vec<Component>>, RunError> {
         let Some(program) = self.world.groups.get(group).filter(|_| !points.is_empty()) else {
             return Ok(vec![Vec::new(); points.len()]);
         };

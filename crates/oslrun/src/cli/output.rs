@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::args::RunArgs;
-use osl_exec::{Frame, Plane, Printed, Run, Stop};
+use osl_exec::{Frame, Plane, Printed, Run, RunError};
 use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
     BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
@@ -150,7 +150,7 @@ pub(super) enum Broken {
     /// The file.
     Image(ImageError),
     /// The run.
-    Stop(Stop),
+    Run(RunError),
     /// There is nothing to write.
     Empty,
 }
@@ -203,13 +203,13 @@ fn is_exr(path: &Path) -> bool {
 /// An image that comes some rows at a time, from the first on.
 pub(super) trait Rows {
     /// The planes that its pieces have, without their words.
-    fn planes(&self) -> Result<Vec<Plane>, Stop>;
+    fn planes(&self) -> Result<Vec<Plane>, RunError>;
 
     /// Whether the planes of so many points may be in memory.
-    fn fits(&self, points: usize) -> Result<(), Stop>;
+    fn fits(&self, points: usize) -> Result<(), RunError>;
 
     /// Its next rows.
-    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop>;
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError>;
 
     /// Words of memory that it takes for each word of a piece.
     fn weight(&self) -> usize {
@@ -225,15 +225,15 @@ pub(super) struct Points<'a, 'b> {
 }
 
 impl Rows for Points<'_, '_> {
-    fn planes(&self) -> Result<Vec<Plane>, Stop> {
+    fn planes(&self) -> Result<Vec<Plane>, RunError> {
         self.run.planes()
     }
 
-    fn fits(&self, points: usize) -> Result<(), Stop> {
+    fn fits(&self, points: usize) -> Result<(), RunError> {
         self.run.fits(points)
     }
 
-    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop> {
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError> {
         self.run.points(rows.start * self.width..rows.end * self.width, self.progress)
     }
 }
@@ -246,12 +246,12 @@ fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
 
 /// Computes a whole image.
 pub(super) fn whole(image: &mut dyn Rows, (width, height): (usize, usize)) -> Result<Frame, Broken> {
-    let planes = image.planes().map_err(Broken::Stop)?.len();
-    image.fits(width * height).map_err(Broken::Stop)?;
+    let planes = image.planes().map_err(Broken::Run)?.len();
+    image.fits(width * height).map_err(Broken::Run)?;
     let step = together(image, width, planes);
     let mut frame = Frame::default();
     for row in (0..height).step_by(step) {
-        frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Stop)?);
+        frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Run)?);
     }
     Ok(frame)
 }
@@ -264,7 +264,7 @@ pub(super) fn stream(
     args: &RunArgs,
 ) -> Result<(Frame, Duration, Unsaved, Rounded), Broken> {
     let (width, height) = args.grid;
-    let planes = image.planes().map_err(Broken::Stop)?;
+    let planes = image.planes().map_err(Broken::Run)?;
     if planes.is_empty() {
         return Err(Broken::Empty);
     }
@@ -278,7 +278,7 @@ pub(super) fn stream(
         let started = Instant::now();
         let here = row..height.min(row + rows);
         row += rows;
-        let piece = image.rows(here).map_err(Broken::Stop)?;
+        let piece = image.rows(here).map_err(Broken::Run)?;
         let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
         rounded.count(&piece.planes, args);
         frame.add(Frame { planes: Vec::new(), ..piece });

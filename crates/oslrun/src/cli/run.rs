@@ -8,7 +8,7 @@ use super::shading::{self, Report};
 use super::{Failure, closures, data, on, output, profile};
 use crate::pipeline::{self, Compiled};
 use indicatif::{ProgressBar, ProgressStyle};
-use osl_exec::{Frame, Isa, PointSource, Program, Run, RunOptions, Services, Spaces, Stop};
+use osl_exec::{Frame, Isa, PointSource, Program, Run, RunError, RunOptions, Services, Spaces};
 use osl_files::Unsaved;
 use osl_image::TextureCache;
 use osl_ir::numeric::Arithmetic;
@@ -191,7 +191,6 @@ fn shade(
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
     let options = RunOptions { keeping: shading::keeping(sources), closures, ..options(args) };
-    let fast = RunOptions { arithmetic: Arithmetic::Fast, ..options.clone() };
     let bar = progress(points.count());
     let tick = |done: usize| bar.set_position(done as u64);
     let run = Run::new(programs.usual, services, points, &options);
@@ -200,19 +199,19 @@ fn shade(
         if plan == Plan::Plain {
             return computed(&mut plain, closures, args);
         }
-        let cheaper = programs.cheaper.map(|program| (program, &fast));
+        let cheaper = programs.cheaper;
         let shading =
             Shading { cheaper, ..sampling::shading(programs.usual, services, points, &options, plan) };
         let mut sampled = Sampled::new(&shading, plan, args.stats, &tick);
         let shaded = computed(&mut sampled, closures, args)?;
-        let said = sampled.said().map_err(Broken::Stop)?;
+        let said = sampled.said().map_err(Broken::Run)?;
         Ok(Shaded { said: Some(said), ..shaded })
     };
     let result = on_threads(args, work)?;
     bar.finish_and_clear();
     result.map_err(|broken| match broken {
         Broken::Image(error) => Failure::new(error),
-        Broken::Stop(stop) => stopped(&stop, sources),
+        Broken::Run(stop) => stopped(&stop, sources),
         Broken::Empty => Failure::new(output::EMPTY),
     })
 }
@@ -229,7 +228,6 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
         isa: args.isa.unwrap_or_else(Isa::detect),
         closures: args.closures,
         profile: args.profile.is_some(),
-        arithmetic: args.arithmetic.unwrap_or_default(),
         ..RunOptions::default()
     }
 }
@@ -268,14 +266,16 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
 }
 
 /// A run that ended early, in words.
-pub(super) fn stopped(stop: &Stop, sources: &SourceMap) -> Failure {
+pub(super) fn stopped(stop: &RunError, sources: &SourceMap) -> Failure {
     let (span, hint) = match stop {
-        Stop::TooManySteps { span, .. } => (*span, "; --max-steps sets the limit".to_string()),
-        Stop::TooMuchMemory { span, .. } => {
+        RunError::TooManySteps { span, .. } => (*span, "; --max-steps sets the limit".to_string()),
+        RunError::TooMuchMemory { span, .. } => {
             (*span, "; --limit running.point_memory=N sets the limit".to_string())
         }
-        Stop::TooMuch { limit, .. } => (None, format!("; --limit {limit}=N sets the limit")),
-        Stop::Halted(_) => (None, String::new()),
+        RunError::TooMuch { limit, .. } => (None, format!("; --limit {limit}=N sets the limit")),
+        RunError::Halted(_) | RunError::VariesMore(_) | RunError::SlopesVaryMore(_) | RunError::Traces => {
+            (None, String::new())
+        }
     };
     let place = span
         .and_then(|span| sources.place(span))

@@ -3,7 +3,7 @@
 use super::Failure;
 use super::output::Rows;
 use clap::Args;
-use osl_exec::{Frame, Plane, Program, RunOptions, Services, Stop};
+use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};
 use osl_measure::sample::{
     Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading,
     Surface, Tally, Watch, adaptive, at_rate, max_error,
@@ -192,7 +192,7 @@ impl<'a, 'b> Sampled<'a, 'b> {
         Sampled { shading, plan, tally: Tally::default(), watch, progress }
     }
 
-    fn piece(&self, rows: Range<usize>) -> Result<Image, Stop> {
+    fn piece(&self, rows: Range<usize>) -> Result<Image, RunError> {
         match self.plan {
             Plan::Plain => self.shading.rows(rows, 1),
             Plan::Samples(samples, ..) => self.shading.rows(rows, samples),
@@ -203,7 +203,7 @@ impl<'a, 'b> Sampled<'a, 'b> {
     }
 
     /// What the image took, and how far it is off.
-    pub(super) fn said(self) -> Result<Said, Stop> {
+    pub(super) fn said(self) -> Result<Said, RunError> {
         let mut text = spent(&self.tally);
         if let Some(watch) = &self.watch {
             let most = self.tally.by_samples.last().map_or(1, |(samples, _)| *samples);
@@ -216,16 +216,16 @@ impl<'a, 'b> Sampled<'a, 'b> {
 }
 
 impl Rows for Sampled<'_, '_> {
-    fn planes(&self) -> Result<Vec<Plane>, Stop> {
+    fn planes(&self) -> Result<Vec<Plane>, RunError> {
         self.shading.fits(1)?;
         Ok(self.shading.planes())
     }
 
-    fn fits(&self, points: usize) -> Result<(), Stop> {
+    fn fits(&self, points: usize) -> Result<(), RunError> {
         self.shading.fits(points)
     }
 
-    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, Stop> {
+    fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError> {
         let width = self.shading.surface.size().0;
         let first = rows.start * width;
         let image = self.piece(rows)?;

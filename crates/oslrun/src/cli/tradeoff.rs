@@ -66,7 +66,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
     let services = services(run, folder, super::run::grid_spaces(run));
     let programs = Programs::new(&body, run, &points);
-    let bench = Bench { services: &services, surface: &points };
+    let bench = Bench { services: &services, surface: &points, options: options(run) };
     let measured = on_threads(run, || bench.measure(&name, &programs, args.budget))?;
     let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
@@ -98,18 +98,12 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     report.print(&frame.messages, err).judge(run.lints.denies_errors())
 }
 
-/// A form of the program, and how it is run.
-struct Form {
-    compiled: Compiled,
-    options: RunOptions,
-}
-
 /// The program in its forms: in each arithmetic, and with its steps widened for some numbers of samples.
 struct Programs {
-    strict: Form,
-    fast: Form,
-    double: Form,
-    widened: Vec<(u32, Form)>,
+    strict: Compiled,
+    fast: Compiled,
+    double: Compiled,
+    widened: Vec<(u32, Compiled)>,
 }
 
 impl Programs {
@@ -127,8 +121,7 @@ impl Programs {
                 prefilter,
                 limits: args.read.limits.limits().clone(),
             };
-            let compiled = pipeline::finish(body.clone(), &passes);
-            Form { compiled, options: RunOptions { arithmetic, ..options(args) } }
+            pipeline::finish(body.clone(), &passes)
         };
         let widened = [1, 4, 16].map(|n: u32| (n, form(Arithmetic::Strict, Some(1.0 / (n as f32).sqrt()))));
         Programs {
@@ -144,22 +137,23 @@ impl Programs {
 struct Bench<'a> {
     services: &'a Services,
     surface: &'a dyn Surface,
+    options: RunOptions,
 }
 
 impl Bench<'_> {
-    fn shading<'s>(&'s self, form: &'s Form) -> Shading<'s> {
+    fn shading<'s>(&'s self, form: &'s Compiled) -> Shading<'s> {
         Shading {
-            program: &form.compiled.program,
+            program: &form.program,
             services: self.services,
             surface: self.surface,
-            options: &form.options,
+            options: &self.options,
             cheaper: None,
             pattern: tradeoff::pattern(),
             filter: Filter::default(),
         }
     }
 
-    fn measure(&self, name: &str, programs: &Programs, budget: f64) -> Result<Trade, osl_exec::Stop> {
+    fn measure(&self, name: &str, programs: &Programs, budget: f64) -> Result<Trade, osl_exec::RunError> {
         let variant = |name: &str, form, settings: Vec<Setting>| Variant {
             name: name.into(),
             shading: self.shading(form),
@@ -183,7 +177,7 @@ impl Bench<'_> {
     }
 
     /// What a run has to say.
-    fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::Stop> {
+    fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::RunError> {
         Ok(self.shading(&programs.strict).rows(0..self.surface.size().1, 1)?.frame)
     }
 }

@@ -8,7 +8,7 @@ use super::Work;
 use super::peek::{Peeks, distance};
 use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
-use osl_exec::Stop;
+use osl_exec::RunError;
 
 /// Minimum number of peeks: with fewer, rare errors would be missed.
 const ENOUGH: usize = 1024;
@@ -18,13 +18,13 @@ const SHARE: f32 = 0.02;
 impl<'a> Work<'_, 'a> {
     /// Samples pending pixels in the cheaper arithmetic from here on, if there is one and it is accurate
     /// enough. The bound is then reduced by its largest error.
-    pub(super) fn choose_arithmetic(&mut self, peeks: &Peeks, pending: &[bool]) -> Result<(), Stop> {
-        let Some((program, options)) = self.shading.cheaper else { return Ok(()) };
+    pub(super) fn choose_arithmetic(&mut self, peeks: &Peeks, pending: &[bool]) -> Result<(), RunError> {
+        let Some(program) = self.shading.cheaper else { return Ok(()) };
         let open = peeks.open(pending);
         if open.len() < ENOUGH {
             return Ok(());
         }
-        let cheaper = Shading { program, options, cheaper: None, ..self.shading.clone() };
+        let cheaper = Shading { program, cheaper: None, ..self.shading.clone() };
         let largest = self.difference(&cheaper, peeks, &open)?;
         if largest <= SHARE * self.wanted.error {
             let pixels = pending.iter().filter(|pending| **pending).count() as u64;
@@ -36,7 +36,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// The largest difference between the peeks and another way to run the shader.
-    fn difference(&mut self, other: &Shading<'_>, peeks: &Peeks, slots: &[usize]) -> Result<f32, Stop> {
+    fn difference(&mut self, other: &Shading<'_>, peeks: &Peeks, slots: &[usize]) -> Result<f32, RunError> {
         let pixels: Vec<u32> = slots.iter().map(|slot| peeks.pixels[*slot] + self.first).collect();
         let batch = other.batch(&pixels, 0..1, false)?;
         self.evaluations += pixels.len() as u64;

@@ -2,7 +2,7 @@
 
 use super::{COARSE, Work, above};
 use crate::sample::rate::{mix, stretched, ticks};
-use osl_exec::Stop;
+use osl_exec::RunError;
 
 /// A bend above this multiple of the limit marks an edge.
 const EDGE: f32 = 4.0;
@@ -24,7 +24,7 @@ impl Work<'_, '_> {
     }
 
     /// Computes the coarsest lattice and interpolates all other pixels.
-    pub(super) fn coarse(&mut self) -> Result<(), Stop> {
+    pub(super) fn coarse(&mut self) -> Result<(), RunError> {
         let (width, rows) = (self.width, 0..self.height);
         let (columns, lines) = (ticks(0..width, COARSE), ticks(rows.clone(), COARSE));
         let pixels: Vec<u32> =
@@ -39,7 +39,7 @@ impl Work<'_, '_> {
 
     /// Computes the pixels that cells with pending pixels, and their estimates, need; then interpolates
     /// inside these cells.
-    pub(super) fn lattice(&mut self, step: usize, pending: &[bool]) -> Result<(), Stop> {
+    pub(super) fn lattice(&mut self, step: usize, pending: &[bool]) -> Result<(), RunError> {
         let mut needed = vec![false; pending.len()];
         for [x, y] in self.wanted(step, pending) {
             self.around([x, y], step, |pixel| needed[pixel] = true);
@@ -49,7 +49,7 @@ impl Work<'_, '_> {
     }
 
     /// Computes the corners of the cells with pending pixels and interpolates inside these cells.
-    pub(super) fn cells(&mut self, step: usize, pending: &[bool]) -> Result<(), Stop> {
+    pub(super) fn cells(&mut self, step: usize, pending: &[bool]) -> Result<(), RunError> {
         let cells: Vec<[usize; 4]> =
             self.wanted(step, pending).into_iter().map(|[x, y]| self.cell(x, y, step)).collect();
         let mut needed = vec![false; pending.len()];

@@ -25,7 +25,7 @@ mod scaled;
 use super::adapt::{Refiner, power_below};
 use super::image::{Cheaper, Image, Shading, not_finite};
 use learn::Steps;
-use osl_exec::{Frame, Stop};
+use osl_exec::{Frame, RunError};
 use peek::{Peeks, Tried, trust};
 use pilot::estimate;
 use std::ops::Range;
@@ -101,7 +101,7 @@ const WIDEST: f32 = 4.0;
 ///
 /// # Errors
 /// A loop exceeds its budget.
-pub fn max_error(shading: &Shading<'_>, rows: Range<usize>, wanted: MaxError) -> Result<Image, Stop> {
+pub fn max_error(shading: &Shading<'_>, rows: Range<usize>, wanted: MaxError) -> Result<Image, RunError> {
     let (width, height) = shading.surface.size();
     let rows = rows.start.min(height)..rows.end.min(height);
     let mut work = Work {
@@ -154,7 +154,7 @@ struct Work<'s, 'a> {
 }
 
 impl<'a> Work<'_, 'a> {
-    fn run(&mut self) -> Result<Image, Stop> {
+    fn run(&mut self) -> Result<Image, RunError> {
         let mut pending = vec![true; self.width * self.height];
         self.coarse()?;
         let mut off = 0.0;
@@ -168,7 +168,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Settles as many pixels as lattices can. Returns how many of them may exceed the bound.
-    fn lattices(&mut self, peeks: &mut Peeks, pending: &mut [bool]) -> Result<f32, Stop> {
+    fn lattices(&mut self, peeks: &mut Peeks, pending: &mut [bool]) -> Result<f32, RunError> {
         let mut steps = vec![COARSE];
         let mut found = self.settle_by(&steps, peeks, PEEK[0], pending)?;
         for (step, each) in [(2, PEEK[1]), (1, PEEK[2])] {
@@ -206,7 +206,7 @@ impl<'a> Work<'_, 'a> {
         peeks: &mut Peeks,
         each: usize,
         pending: &mut [bool],
-    ) -> Result<Found, Stop> {
+    ) -> Result<Found, RunError> {
         let (fewest, most) = PEEKS;
         let wanted = (pending.len() / each).clamp(fewest, most).min(pending.len());
         self.peek(peeks, wanted.saturating_sub(peeks.count()))?;
@@ -222,7 +222,7 @@ impl<'a> Work<'_, 'a> {
     /// Settles the pending pixels that the coarser lattice nearly settled by a finer one, if the finer one is
     /// right around a few peeks among them. The curvature of the finer lattice is not needed for that, which
     /// saves computing its neighbours.
-    fn settle_near(&mut self, step: usize, peeks: &Peeks, pending: &mut [bool]) -> Result<(), Stop> {
+    fn settle_near(&mut self, step: usize, peeks: &Peeks, pending: &mut [bool]) -> Result<(), RunError> {
         let width = self.width;
         let limit = NEAR * self.wanted.error;
         let bends = self.bends(2 * step);
@@ -238,13 +238,13 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Whether a lattice is right around some peeks.
-    fn is_right(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<bool, Stop> {
+    fn is_right(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<bool, RunError> {
         let tried = self.try_some(peeks, open, step)?;
         Ok(tried.iter().all(|(_, error)| *error <= CLOSE * self.wanted.error))
     }
 
     /// Tries a lattice around some peeks. Returns the estimated and the actual errors.
-    fn try_some(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, Stop> {
+    fn try_some(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
         let needed = peeks.stencils(self, &some, step);
@@ -259,7 +259,7 @@ impl<'a> Work<'_, 'a> {
         peeks: &Peeks,
         pending: &mut [bool],
         off: f32,
-    ) -> Result<Found, Stop> {
+    ) -> Result<Found, RunError> {
         if step < COARSE {
             self.lattice(step, pending)?;
         }
@@ -285,7 +285,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Whether a finer lattice is right around enough of the pending peeks.
-    fn is_worth(&mut self, peeks: &Peeks, pending: &[bool], step: usize) -> Result<bool, Stop> {
+    fn is_worth(&mut self, peeks: &Peeks, pending: &[bool], step: usize) -> Result<bool, RunError> {
         let tried = self.try_some(peeks, peeks.open(pending), step)?;
         let trust = trust(&tried, self.wanted.error, f32::MAX, 0);
         let some = tried.len() as f32;
@@ -293,7 +293,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Computes the needed centres that are not known yet.
-    fn centres(&mut self, needed: &[bool]) -> Result<(), Stop> {
+    fn centres(&mut self, needed: &[bool]) -> Result<(), RunError> {
         let missing = |pixel: &usize| needed[*pixel] && !self.known[*pixel];
         let pixels: Vec<usize> = (0..needed.len()).filter(missing).collect();
         let all: Vec<u32> = pixels.iter().map(|pixel| *pixel as u32 + self.first).collect();
@@ -314,7 +314,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
-    fn sample(&mut self, pending: &[bool], off: f32) -> Result<[Refiner<'a>; 2], Stop> {
+    fn sample(&mut self, pending: &[bool], off: f32) -> Result<[Refiner<'a>; 2], RunError> {
         let mut pixels: Vec<u32> =
             (0..pending.len()).filter(|p| pending[*p]).map(|p| p as u32 + self.first).collect();
         if pixels.is_empty() {
@@ -331,7 +331,7 @@ impl<'a> Work<'_, 'a> {
     }
 
     /// Samples pixels with the limits that the pilot found.
-    fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), Stop> {
+    fn follow(&mut self, refiner: &mut Refiner<'a>, guards: &[f32], steps: &Steps) -> Result<(), RunError> {
         let mut estimates = vec![0.0; guards.len()];
         for (samples, limit) in &steps.limits {
             if refiner.active.is_empty() {

@@ -7,7 +7,7 @@
 use super::{BELOW_FAILED, CLOSE, EVIDENCE, FEW, Work, above};
 use crate::sample::oracle::some_pixels;
 use crate::sample::pattern::hash;
-use osl_exec::Stop;
+use osl_exec::RunError;
 
 /// Samples for a pixel whose peek failed: the mean of the pixel may still be right.
 const SECOND_LOOK: u32 = 64;
@@ -64,7 +64,7 @@ impl Peeks {
 
 impl Work<'_, '_> {
     /// Peeks at `wanted` more pixels.
-    pub(super) fn peek(&mut self, peeks: &mut Peeks, wanted: usize) -> Result<(), Stop> {
+    pub(super) fn peek(&mut self, peeks: &mut Peeks, wanted: usize) -> Result<(), RunError> {
         let seed = hash(self.first ^ 0x9110 ^ peeks.count() as u32);
         let chosen = some_pixels(self.known.len(), wanted, seed);
         let pixels: Vec<u32> = chosen.iter().map(|pixel| pixel + self.first).collect();
@@ -89,7 +89,12 @@ impl Work<'_, '_> {
     }
 
     /// Judges a lattice at some peeks: for each, the estimated and the actual error.
-    pub(super) fn judge(&mut self, peeks: &Peeks, slots: &[usize], step: usize) -> Result<Vec<Tried>, Stop> {
+    pub(super) fn judge(
+        &mut self,
+        peeks: &Peeks,
+        slots: &[usize],
+        step: usize,
+    ) -> Result<Vec<Tried>, RunError> {
         let mut tried: Vec<Tried> = slots
             .iter()
             .map(|slot| {
@@ -132,7 +137,7 @@ impl Work<'_, '_> {
 
     /// Takes more samples of some pixels and returns how far their means are from the lattice, plus the
     /// uncertainty of these means.
-    fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, Stop> {
+    fn look_again(&mut self, pixels: &[u32], step: usize) -> Result<Vec<f32>, RunError> {
         let all: Vec<u32> = pixels.iter().map(|pixel| pixel + self.first).collect();
         let samples = SECOND_LOOK.min(self.shading.pattern.count());
         let seen = self.shading.samples(&all, 0..samples, &mut self.said)?;

@@ -7,14 +7,14 @@ use super::peek::distance;
 use super::{BOLD, CAREFUL, DROPPED, NEARLY, PILOT, PROMISED, THRIFT, WITNESSES, Work};
 use crate::sample::adapt::Refiner;
 use crate::sample::oracle::some_pixels;
-use osl_exec::Stop;
+use osl_exec::RunError;
 use pxfm::{f_hypotf, f_log2f, f_powf};
 use rayon::prelude::*;
 
 impl<'a> Work<'_, 'a> {
     /// Chooses the pilot pixels and samples them until they show how to sample the others. `allowed` is the
     /// share of the pixels that may exceed the bound.
-    pub(super) fn pilot(&mut self, pixels: &[u32], allowed: f32) -> Result<(Refiner<'a>, Steps), Stop> {
+    pub(super) fn pilot(&mut self, pixels: &[u32], allowed: f32) -> Result<(Refiner<'a>, Steps), RunError> {
         let (of_all, of_these, fewest) = PILOT;
         let wanted = (self.known.len() / of_all).min(pixels.len() / of_these).max(fewest);
         let seed = self.first ^ 0x2b07;
@@ -88,7 +88,7 @@ impl<'a> Pilot<'a> {
     }
 
     /// Doubles the sample count and records the estimates and the values.
-    fn double(&mut self) -> Result<(), Stop> {
+    fn double(&mut self) -> Result<(), RunError> {
         let samples = (2 * self.refiner.samples).max(2);
         self.refiner.round(samples, true)?;
         let mut estimates = vec![f32::NAN; self.guards.len()];

@@ -10,7 +10,7 @@ use super::options::{self, Known};
 use super::told::Teller;
 use crate::pipeline;
 use job::{Job, Order};
-use osl_exec::{Frame, Keeping, PointSource, Program, Run, RunOptions, Services, Stop};
+use osl_exec::{Frame, Keeping, PointSource, Program, Run, RunError, RunOptions, Services};
 use osl_ir::group::Group;
 use osl_ir::group::text::Statement;
 use osl_ir::lower::{self, Last, Requests};
@@ -211,7 +211,7 @@ fn run(
             Some(pool) => pool.install(work),
             None => work(),
         };
-        let mut frame = found.map_err(|stop: Stop| format!("ERROR: {stop}"))?;
+        let mut frame = found.map_err(|stop: RunError| format!("ERROR: {stop}"))?;
         if let Some(teller) = &mut teller {
             teller.tell(&std::mem::take(&mut frame.events), program, console)?;
         }
