@@ -5,8 +5,7 @@
 
 use std::path::Path;
 
-use image::ImageEncoder;
-use image::codecs::jpeg::JpegEncoder;
+use jpeg_encoder::{ColorType, Encoder};
 
 use crate::error::ImageError;
 use crate::exr_out::{ExrOptions, Layer, LayerKind, SampleType, check_plane, check_size, exr_file};
@@ -139,18 +138,16 @@ fn pixels<S: Copy, T>(planes: &[&[S]], n_pixels: usize, convert: impl Fn(S) -> T
 
 fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Result<Unsaved, ImageError> {
     let color = match planes.len() {
-        1 => image::ExtendedColorType::L8,
-        3 => image::ExtendedColorType::Rgb8,
+        1 => ColorType::Luma,
+        3 => ColorType::Rgb,
         n => return Err(ImageError::input(path, format!("a JPEG takes 1 or 3 channels, not {n}"))),
     };
     let stored = pixels(planes, width * height, |x| Transfer::Srgb.quantize(x, 255) as u8);
+    let (Ok(width), Ok(height)) = (u16::try_from(width), u16::try_from(height)) else {
+        return Err(ImageError::input(path, "a JPEG has at most 65535 pixels a side"));
+    };
     let mut bytes = Vec::new();
-    let encoded = JpegEncoder::new_with_quality(&mut bytes, 98).write_image(
-        &stored,
-        width as u32,
-        height as u32,
-        color,
-    );
+    let encoded = Encoder::new(&mut bytes, 98).encode(&stored, width, height, color);
     encoded.map_err(|e| ImageError::format(path, format!("cannot encode JPEG: {e}")))?;
     file::with(path, &bytes)
 }

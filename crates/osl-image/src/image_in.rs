@@ -1,17 +1,19 @@
-//! Reads PNG, JPEG and Radiance HDR files, which contain one image of one to four channels.
+//! Reads PNG and JPEG files, which contain one image of one to four channels, and tells them from HDR files.
 //!
 //! Only pixels are read; color profiles, texts and previews are skipped. This module must not know other
 //! formats.
 
 use std::path::Path;
 
-use image::codecs::hdr::HdrDecoder;
-use image::codecs::jpeg::JpegDecoder;
-use image::{DynamicImage, ImageDecoder};
 use png::{BitDepth, Transformations};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 use crate::decoded::{Admission, Claim, Decoded};
 use crate::error::ImageError;
+use crate::hdr_in;
 use crate::jpeg_head::JpegHead;
 use crate::read::{Opened, Source, StoredType, channel_names};
 use crate::texels::Texels;
@@ -22,7 +24,7 @@ const PNG_BUFFERS: u64 = 1 << 20;
 /// Decodes a file in one of these formats. The error for other files lists all formats that this crate reads.
 pub(crate) fn decode(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
     if file.head.starts_with(b"#?RADIANCE") || file.head.starts_with(b"#?RGBE") {
-        decode_hdr(file, admission)
+        hdr_in::decode(file, admission)
     } else if file.head.starts_with(b"\x89PNG\r\n\x1a\n") {
         decode_png(file.path, file.source, admission)
     } else if file.head.starts_with(b"\xff\xd8\xff") {
@@ -98,40 +100,29 @@ fn decode_jpeg(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, I
     let n_channels = head.n_channels.max(1);
     let working = length.saturating_add(head.decoder_bytes());
     admission.admit(path, &claim(size, n_channels, StoredType::U8, working))?;
-    let decoder = JpegDecoder::new(std::io::Cursor::new(bytes));
-    decoded(path, size, decoder.map_err(|error| ImageError::format(path, error))?)
-}
-
-fn decode_hdr(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
-    let Opened { path, head, source, .. } = file;
-    // The decoder keeps all lines of the header.
-    if !head.windows(2).any(|pair| pair == b"\n\n") {
-        return Err(ImageError::format(path, "HDR file whose header does not end"));
-    }
-    // The strict decoder accepts only the first of the two signatures.
-    let decoder = HdrDecoder::new_nonstrict(source).map_err(|error| ImageError::format(path, error))?;
-    let size = decoder.dimensions();
-    let working = u64::from(size.0).saturating_mul(16);
-    admission.admit(path, &claim(size, 3, StoredType::Float, working))?;
-    decoded(path, size, decoder)
-}
-
-/// The pixels from a decoder that has read the header and whose image was admitted.
-fn decoded(path: &Path, size: (u32, u32), decoder: impl ImageDecoder) -> Result<Decoded, ImageError> {
-    if decoder.dimensions() != size {
-        return Err(ImageError::format(path, "image with two headers of different sizes"));
-    }
-    let image = DynamicImage::from_decoder(decoder).map_err(|error| ImageError::format(path, error))?;
-    let n_channels = usize::from(image.color().channel_count());
-    let values = match image {
-        DynamicImage::ImageLuma8(image) => (StoredType::U8, Texels::U8(image.into_raw())),
-        DynamicImage::ImageLumaA8(image) => (StoredType::U8, Texels::U8(image.into_raw())),
-        DynamicImage::ImageRgb8(image) => (StoredType::U8, Texels::U8(image.into_raw())),
-        DynamicImage::ImageRgba8(image) => (StoredType::U8, Texels::U8(image.into_raw())),
-        DynamicImage::ImageRgb32F(image) => (StoredType::Float, Texels::Float(image.into_raw())),
-        _ => return Err(ImageError::format(path, "image of a kind that its format does not have")),
+    let mut decoder = jpeg_decoder(&bytes, None);
+    let damaged = |error| ImageError::format(path, format!("JPEG: {error}"));
+    decoder.decode_headers().map_err(damaged)?;
+    let (color, n_channels) = match decoder.input_colorspace() {
+        Some(ColorSpace::Luma) => (ColorSpace::Luma, 1),
+        _ => (ColorSpace::RGB, 3),
     };
-    Ok(plain(size, n_channels, values))
+    // The color of what comes out is an option of a decoder that has not started.
+    let mut decoder = jpeg_decoder(&bytes, Some(color));
+    let texels = decoder.decode().map_err(damaged)?;
+    let n_texels = u64::from(size.0) * u64::from(size.1) * n_channels as u64;
+    if texels.len() as u64 != n_texels {
+        return Err(ImageError::format(path, "JPEG with two headers of different sizes"));
+    }
+    Ok(plain(size, n_channels, (StoredType::U8, Texels::U8(texels))))
+}
+
+/// A decoder that takes what is damaged as far as it can, as other readers do.
+fn jpeg_decoder(bytes: &[u8], color: Option<ColorSpace>) -> JpegDecoder<ZCursor<&[u8]>> {
+    let options = DecoderOptions::default().set_strict_mode(false);
+    let options = options.set_max_width(usize::MAX).set_max_height(usize::MAX);
+    let options = color.map_or(options, |color| options.jpeg_set_out_colorspace(color));
+    JpegDecoder::new_with_options(ZCursor::new(bytes), options)
 }
 
 fn plain((width, height): (u32, u32), n_channels: usize, values: (StoredType, Texels)) -> Decoded {

@@ -24,6 +24,7 @@ mod exr_zip;
 mod file;
 mod filter;
 mod footprint;
+mod hdr_in;
 mod image_in;
 mod jpeg_head;
 mod levels;
