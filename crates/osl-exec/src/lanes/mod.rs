@@ -422,7 +422,8 @@ macro_rules! call {
 }
 
 macro_rules! stamp {
-    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $path:path;)*) => {
+    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
+        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
         impl<W: Word, R: Element<W>> Kernel for Stamped<'_, W, R> {
             type Output = ();
             #[inline(always)]
@@ -432,7 +433,7 @@ macro_rules! stamp {
                     return;
                 }
                 match call.op {
-                    $(LaneOp::$name => call!(call, W, R, $path, ($($arg),*) -> $ret)),*
+                    $(LaneOp::$name => call!(call, W, R, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
                 }
             }
         }

@@ -5,7 +5,7 @@
 //! lane by lane costs each point its time, so it counts by that: [`SERIAL`] steps for 16 nanoseconds.
 
 use super::{Array, Step};
-use osl_ir::ir::{Kernel, LaneOp};
+use osl_ir::ir::{Cost, Kernel, LaneOp};
 
 /// Steps for 16 nanoseconds of what is done for a lane by itself.
 pub(crate) const SERIAL: u64 = 8;
@@ -29,15 +29,12 @@ pub(crate) fn of_arrays(arrays: &[Array]) -> u64 {
 }
 
 fn of_op(op: LaneOp) -> u64 {
-    use LaneOp as L;
-    match op {
-        L::Blackbody | L::Wavelength | L::BlackbodyIn | L::WavelengthIn => 300,
-        L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn => 60,
-        L::MInverse | L::MMul | L::MDet => 20,
-        L::Sin | L::Cos | L::Tan | L::Asin | L::Acos | L::Atan | L::Atan2 => 4,
-        L::Sinh | L::Cosh | L::Tanh | L::Cbrt | L::Erf | L::Erfc | L::Fmod | L::FmodExact => 4,
-        L::Pow | L::Exp | L::Exp2 | L::Expm1 | L::Log | L::Log2 | L::Log10 => 4,
-        _ => 1,
+    match op.cost() {
+        Cost::Part | Cost::Cheap | Cost::Root | Cost::Medium => 1,
+        Cost::Elementary => 4,
+        Cost::Matrix => 20,
+        Cost::System => 60,
+        Cost::Spectrum => 300,
     }
 }
 

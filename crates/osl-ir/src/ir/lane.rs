@@ -1,187 +1,195 @@
-//! The lane operations: everything that works point by point, declared once with its arithmetic.
+//! The lane operations: everything that works point by point, declared once with its body and all facts about it.
 //!
-//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each with its shape and the body that computes one
-//! lane. Folding calls the body here ([`LaneOp::eval`]); the interpreter stamps the same body into loops. So
-//! folding and running are one arithmetic by construction.
+//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each with its shape, the body that computes one lane, and what
+//! passes and reports ask of it: [`Cost`], [`Continuity`], [`Precision`], [`Derivative`]. A line that lacks one of them
+//! does not compile. Folding calls the body ([`LaneOp::eval`], in `eval`); the interpreter stamps the same body into
+//! loops. So folding and running are one arithmetic by construction. This module must not know passes.
 
-use super::{Const, Kind};
-use crate::numeric::Real;
+mod eval;
 
-/// Calls `$callback!` with the rows of all lane operations:
-/// `Name "text" class (argument types) -> result type, path of the body;`
+use super::Kind;
+
+/// Calls `$callback!` with the lines of all lane operations:
+/// `Name "text" class (argument types) -> result type, module::body, cost continuity precision, derivative;`
 ///
-/// Types: `F` float, `I` int, `T` triple, `M` matrix, `S` string (its number in the string table).
-/// Class `each` works per component where an argument is a triple (other arguments are then used for every
-/// component); class `whole` takes exactly the types that it names.
+/// - Types: `F` float, `I` int, `T` triple, `M` matrix, `S` string (its number in the string table), `K` closure.
+/// - Class `each` works per component where an argument is a triple (other arguments are then used for every
+///   component); class `whole` takes exactly the types that it names.
+/// - Body: a function of `osl_ir::numeric`.
+/// - Cost, continuity, precision: a variant of [`Cost`](crate::ir::Cost), [`Continuity`](crate::ir::Continuity) and
+///   [`Precision`](crate::ir::Precision), in small letters.
+/// - Derivative: `none`, `zero` or `late`, see [`Derivative`](crate::ir::Derivative), or a function of
+///   `passes/derive/rules`.
 #[macro_export]
 macro_rules! for_each_lane_op {
     ($callback:ident) => {
         $callback! {
             // Arithmetic.
-            FAdd "fadd" each (F, F) -> F, $crate::numeric::lane::add;
-            FSub "fsub" each (F, F) -> F, $crate::numeric::lane::sub;
-            FMul "fmul" each (F, F) -> F, $crate::numeric::lane::mul;
-            FDiv "fdiv" each (F, F) -> F, $crate::numeric::arith::div;
-            FDivBy "fdiv.const" each (F, F) -> F, $crate::numeric::arith::div_by_constant;
+            FAdd "fadd" each (F, F) -> F, lane::add, cheap smooth strict, sum;
+            FSub "fsub" each (F, F) -> F, lane::sub, cheap smooth strict, difference;
+            FMul "fmul" each (F, F) -> F, lane::mul, cheap smooth strict, product;
+            FDiv "fdiv" each (F, F) -> F, arith::div, root smooth strict, quotient;
+            FDivBy "fdiv.const" each (F, F) -> F, arith::div_by_constant, root smooth strict, quotient;
             // a b + c, and c - a b, for arithmetics that fuse them.
-            FMulAdd "fmul.add" each (F, F, F) -> F, $crate::numeric::lane::mul_add;
-            FMulSub "fmul.sub" each (F, F, F) -> F, $crate::numeric::lane::mul_sub;
-            FNeg "fneg" each (F) -> F, $crate::numeric::lane::neg;
-            IAdd "iadd" whole (I, I) -> I, $crate::numeric::arith::int_add;
-            ISub "isub" whole (I, I) -> I, $crate::numeric::arith::int_sub;
-            IMul "imul" whole (I, I) -> I, $crate::numeric::arith::int_mul;
-            IDiv "idiv" whole (I, I) -> I, $crate::numeric::arith::int_div;
-            IMod "imod" whole (I, I) -> I, $crate::numeric::arith::int_rem;
-            INeg "ineg" whole (I) -> I, $crate::numeric::arith::int_neg;
-            IAnd "iand" whole (I, I) -> I, $crate::numeric::lane::int_and;
-            IOr "ior" whole (I, I) -> I, $crate::numeric::lane::int_or;
-            IXor "ixor" whole (I, I) -> I, $crate::numeric::lane::int_xor;
-            ICompl "icompl" whole (I) -> I, $crate::numeric::lane::int_compl;
-            IShl "ishl" whole (I, I) -> I, $crate::numeric::arith::shl;
-            IShr "ishr" whole (I, I) -> I, $crate::numeric::arith::shr;
-            IMin "imin" whole (I, I) -> I, $crate::numeric::common::int_min;
-            IMax "imax" whole (I, I) -> I, $crate::numeric::common::int_max;
-            IAbs "iabs" whole (I) -> I, $crate::numeric::arith::int_abs;
+            FMulAdd "fmul.add" each (F, F, F) -> F, lane::mul_add, cheap smooth strict, late;
+            FMulSub "fmul.sub" each (F, F, F) -> F, lane::mul_sub, cheap smooth strict, late;
+            FNeg "fneg" each (F) -> F, lane::neg, cheap smooth strict, negative;
+            IAdd "iadd" whole (I, I) -> I, arith::int_add, cheap discrete strict, none;
+            ISub "isub" whole (I, I) -> I, arith::int_sub, cheap discrete strict, none;
+            IMul "imul" whole (I, I) -> I, arith::int_mul, cheap discrete strict, none;
+            IDiv "idiv" whole (I, I) -> I, arith::int_div, cheap discrete strict, none;
+            IMod "imod" whole (I, I) -> I, arith::int_rem, cheap discrete strict, none;
+            INeg "ineg" whole (I) -> I, arith::int_neg, cheap discrete strict, none;
+            IAnd "iand" whole (I, I) -> I, lane::int_and, cheap discrete strict, none;
+            IOr "ior" whole (I, I) -> I, lane::int_or, cheap discrete strict, none;
+            IXor "ixor" whole (I, I) -> I, lane::int_xor, cheap discrete strict, none;
+            ICompl "icompl" whole (I) -> I, lane::int_compl, cheap discrete strict, none;
+            IShl "ishl" whole (I, I) -> I, arith::shl, cheap discrete strict, none;
+            IShr "ishr" whole (I, I) -> I, arith::shr, cheap discrete strict, none;
+            IMin "imin" whole (I, I) -> I, common::int_min, cheap discrete strict, none;
+            IMax "imax" whole (I, I) -> I, common::int_max, cheap discrete strict, none;
+            IAbs "iabs" whole (I) -> I, arith::int_abs, cheap discrete strict, none;
             // Comparison and choice. Truth values are 0 and 1.
-            FLt "flt" whole (F, F) -> I, $crate::numeric::lane::lt;
-            FLe "fle" whole (F, F) -> I, $crate::numeric::lane::le;
-            FGt "fgt" whole (F, F) -> I, $crate::numeric::lane::gt;
-            FGe "fge" whole (F, F) -> I, $crate::numeric::lane::ge;
-            FEq "feq" whole (F, F) -> I, $crate::numeric::lane::eq;
-            FNe "fne" whole (F, F) -> I, $crate::numeric::lane::ne;
-            TEq "teq" whole (T, T) -> I, $crate::numeric::lane::triple_eq;
-            TNe "tne" whole (T, T) -> I, $crate::numeric::lane::triple_ne;
-            MEq "meq" whole (M, M) -> I, $crate::numeric::lane::matrix_eq;
-            MNe "mne" whole (M, M) -> I, $crate::numeric::lane::matrix_ne;
-            ILt "ilt" whole (I, I) -> I, $crate::numeric::lane::int_lt;
-            ILe "ile" whole (I, I) -> I, $crate::numeric::lane::int_le;
-            IGt "igt" whole (I, I) -> I, $crate::numeric::lane::int_gt;
-            IGe "ige" whole (I, I) -> I, $crate::numeric::lane::int_ge;
-            IEq "ieq" whole (I, I) -> I, $crate::numeric::lane::int_eq;
-            INe "ine" whole (I, I) -> I, $crate::numeric::lane::int_ne;
-            SEq "seq" whole (S, S) -> I, $crate::numeric::lane::int_eq;
-            SNe "sne" whole (S, S) -> I, $crate::numeric::lane::int_ne;
-            Choose "choose" each (I, F, F) -> F, $crate::numeric::lane::choose;
-            IChoose "ichoose" whole (I, I, I) -> I, $crate::numeric::lane::choose_int;
-            MChoose "mchoose" whole (I, M, M) -> M, $crate::numeric::lane::choose_matrix;
-            SChoose "schoose" whole (I, S, S) -> S, $crate::numeric::lane::choose_int;
-            KChoose "kchoose" whole (I, K, K) -> K, $crate::numeric::lane::choose_int;
-            KSome "ksome" whole (K) -> I, $crate::numeric::lane::int_truth;
+            FLt "flt" whole (F, F) -> I, lane::lt, cheap compare strict, none;
+            FLe "fle" whole (F, F) -> I, lane::le, cheap compare strict, none;
+            FGt "fgt" whole (F, F) -> I, lane::gt, cheap compare strict, none;
+            FGe "fge" whole (F, F) -> I, lane::ge, cheap compare strict, none;
+            FEq "feq" whole (F, F) -> I, lane::eq, cheap compare strict, none;
+            FNe "fne" whole (F, F) -> I, lane::ne, cheap compare strict, none;
+            TEq "teq" whole (T, T) -> I, lane::triple_eq, cheap compare strict, none;
+            TNe "tne" whole (T, T) -> I, lane::triple_ne, cheap compare strict, none;
+            MEq "meq" whole (M, M) -> I, lane::matrix_eq, cheap compare strict, none;
+            MNe "mne" whole (M, M) -> I, lane::matrix_ne, cheap compare strict, none;
+            ILt "ilt" whole (I, I) -> I, lane::int_lt, cheap discrete strict, none;
+            ILe "ile" whole (I, I) -> I, lane::int_le, cheap discrete strict, none;
+            IGt "igt" whole (I, I) -> I, lane::int_gt, cheap discrete strict, none;
+            IGe "ige" whole (I, I) -> I, lane::int_ge, cheap discrete strict, none;
+            IEq "ieq" whole (I, I) -> I, lane::int_eq, cheap discrete strict, none;
+            INe "ine" whole (I, I) -> I, lane::int_ne, cheap discrete strict, none;
+            SEq "seq" whole (S, S) -> I, lane::int_eq, cheap discrete strict, none;
+            SNe "sne" whole (S, S) -> I, lane::int_ne, cheap discrete strict, none;
+            Choose "choose" each (I, F, F) -> F, lane::choose, cheap smooth strict, choose;
+            IChoose "ichoose" whole (I, I, I) -> I, lane::choose_int, cheap discrete strict, none;
+            MChoose "mchoose" whole (I, M, M) -> M, lane::choose_matrix, cheap smooth strict, none;
+            SChoose "schoose" whole (I, S, S) -> S, lane::choose_int, cheap discrete strict, none;
+            KChoose "kchoose" whole (I, K, K) -> K, lane::choose_int, cheap discrete strict, none;
+            KSome "ksome" whole (K) -> I, lane::int_truth, cheap discrete strict, none;
             // Conversion and parts.
-            ToFloat "float" whole (I) -> F, $crate::numeric::arith::int_to_float;
-            ToInt "int" whole (F) -> I, $crate::numeric::arith::float_to_int;
-            Triple "triple" whole (F, F, F) -> T, $crate::numeric::lane::triple;
-            Splat "splat" whole (F) -> T, $crate::numeric::lane::splat;
-            X "x" whole (T) -> F, $crate::numeric::lane::x;
-            Y "y" whole (T) -> F, $crate::numeric::lane::y;
-            Z "z" whole (T) -> F, $crate::numeric::lane::z;
-            Get "get" whole (T, I) -> F, $crate::numeric::lane::component;
-            Set "set" whole (T, I, F) -> T, $crate::numeric::lane::with_component;
-            MGet "mget" whole (M, I, I) -> F, $crate::numeric::lane::element;
-            MSet "mset" whole (M, I, I, F) -> M, $crate::numeric::lane::with_element;
-            MDiag "mdiag" whole (F) -> M, $crate::numeric::matrix::diagonal;
+            ToFloat "float" whole (I) -> F, arith::int_to_float, cheap discrete strict, none;
+            ToInt "int" whole (F) -> I, arith::float_to_int, cheap step strict, none;
+            Triple "triple" whole (F, F, F) -> T, lane::triple, part smooth strict, parts;
+            Splat "splat" whole (F) -> T, lane::splat, part smooth strict, parts;
+            X "x" whole (T) -> F, lane::x, part smooth strict, parts;
+            Y "y" whole (T) -> F, lane::y, part smooth strict, parts;
+            Z "z" whole (T) -> F, lane::z, part smooth strict, parts;
+            Get "get" whole (T, I) -> F, lane::component, cheap smooth strict, get;
+            Set "set" whole (T, I, F) -> T, lane::with_component, cheap smooth strict, set;
+            MGet "mget" whole (M, I, I) -> F, lane::element, cheap smooth strict, none;
+            MSet "mset" whole (M, I, I, F) -> M, lane::with_element, cheap smooth strict, none;
+            MDiag "mdiag" whole (F) -> M, matrix::diagonal, cheap smooth strict, none;
             // A constant of the library, by its number.
-            Known "known" whole (I) -> F, $crate::numeric::known::of;
+            Known "known" whole (I) -> F, known::of, cheap discrete strict, none;
             // Common functions.
-            Abs "abs" each (F) -> F, $crate::numeric::common::abs;
-            Sign "sign" each (F) -> F, $crate::numeric::common::sign;
-            Floor "floor" each (F) -> F, $crate::numeric::lane::floor;
-            Ceil "ceil" each (F) -> F, $crate::numeric::lane::ceil;
-            Trunc "trunc" each (F) -> F, $crate::numeric::lane::trunc;
-            Round "round" each (F) -> F, $crate::numeric::lane::round;
-            Min "min" each (F, F) -> F, $crate::numeric::common::min;
-            Max "max" each (F, F) -> F, $crate::numeric::common::max;
+            Abs "abs" each (F) -> F, common::abs, cheap smooth strict, magnitude;
+            Sign "sign" each (F) -> F, common::sign, cheap step strict, none;
+            Floor "floor" each (F) -> F, lane::floor, cheap step strict, none;
+            Ceil "ceil" each (F) -> F, lane::ceil, cheap step strict, none;
+            Trunc "trunc" each (F) -> F, lane::trunc, cheap step strict, none;
+            Round "round" each (F) -> F, lane::round, cheap step strict, none;
+            Min "min" each (F, F) -> F, common::min, cheap smooth strict, minimum;
+            Max "max" each (F, F) -> F, common::max, cheap smooth strict, maximum;
             // The first where it is below the second.
-            Lower "lower" each (F, F) -> F, $crate::numeric::lane::lower;
-            Clamp "clamp" each (F, F, F) -> F, $crate::numeric::common::clamp;
-            Mix "mix" each (F, F, F) -> F, $crate::numeric::common::mix;
-            Select "select" each (F, F, F) -> F, $crate::numeric::common::select;
-            Step "step" each (F, F) -> F, $crate::numeric::common::step;
-            Smoothstep "smoothstep" each (F, F, F) -> F, $crate::numeric::common::smoothstep;
-            Linearstep "linearstep" each (F, F, F) -> F, $crate::numeric::common::linearstep;
-            Mod "mod" each (F, F) -> F, $crate::numeric::common::modulo;
+            Lower "lower" each (F, F) -> F, lane::lower, cheap smooth strict, late;
+            Clamp "clamp" each (F, F, F) -> F, common::clamp, cheap smooth strict, clamp;
+            Mix "mix" each (F, F, F) -> F, common::mix, cheap smooth strict, mix;
+            Select "select" each (F, F, F) -> F, common::select, cheap jump strict, select;
+            Step "step" each (F, F) -> F, common::step, cheap step strict, none;
+            Smoothstep "smoothstep" each (F, F, F) -> F, common::smoothstep, root smooth strict, smoothstep;
+            Linearstep "linearstep" each (F, F, F) -> F, common::linearstep, root smooth strict, linearstep;
+            Mod "mod" each (F, F) -> F, common::modulo, root jump strict, modulo;
             // The divisor is known before running, and not 0.
-            ModBy "mod.const" each (F, F) -> F, $crate::numeric::common::modulo_by_constant;
-            Fmod "fmod" each (F, F) -> F, $crate::numeric::lane::fmod;
+            ModBy "mod.const" each (F, F) -> F, common::modulo_by_constant, root jump strict, modulo;
+            Fmod "fmod" each (F, F) -> F, lane::fmod, elementary jump strict, first;
             // The divisor is known before running.
-            FmodExact "fmod.exact" each (F, F) -> F, $crate::numeric::lane::fmod_exact;
-            IsNan "isnan" whole (F) -> I, $crate::numeric::common::isnan;
-            IsInf "isinf" whole (F) -> I, $crate::numeric::common::isinf;
-            IsFinite "isfinite" whole (F) -> I, $crate::numeric::common::isfinite;
+            FmodExact "fmod.exact" each (F, F) -> F, lane::fmod_exact, elementary jump strict, first;
+            IsNan "isnan" whole (F) -> I, common::isnan, cheap compare strict, none;
+            IsInf "isinf" whole (F) -> I, common::isinf, cheap compare strict, none;
+            IsFinite "isfinite" whole (F) -> I, common::isfinite, cheap compare strict, none;
             // Elementary functions.
-            Sin "sin" each (F) -> F, $crate::numeric::lane::sin;
-            Cos "cos" each (F) -> F, $crate::numeric::lane::cos;
-            Tan "tan" each (F) -> F, $crate::numeric::lane::tan;
-            Asin "asin" each (F) -> F, $crate::numeric::lane::asin;
-            Acos "acos" each (F) -> F, $crate::numeric::lane::acos;
-            Atan "atan" each (F) -> F, $crate::numeric::lane::atan;
-            Atan2 "atan2" each (F, F) -> F, $crate::numeric::lane::atan2;
-            Sinh "sinh" each (F) -> F, $crate::numeric::lane::sinh;
-            Cosh "cosh" each (F) -> F, $crate::numeric::lane::cosh;
-            Tanh "tanh" each (F) -> F, $crate::numeric::lane::tanh;
-            Exp "exp" each (F) -> F, $crate::numeric::lane::exp;
-            Exp2 "exp2" each (F) -> F, $crate::numeric::lane::exp2;
-            Expm1 "expm1" each (F) -> F, $crate::numeric::lane::expm1;
-            Log "log" each (F) -> F, $crate::numeric::lane::log;
-            Log2 "log2" each (F) -> F, $crate::numeric::lane::log2;
-            Log10 "log10" each (F) -> F, $crate::numeric::lane::log10;
-            Logb "logb" each (F) -> F, $crate::numeric::lane::logb;
-            Pow "pow" each (F, F) -> F, $crate::numeric::lane::pow;
-            Sqrt "sqrt" each (F) -> F, $crate::numeric::common::sqrt;
-            InverseSqrt "inversesqrt" each (F) -> F, $crate::numeric::common::inversesqrt;
-            Cbrt "cbrt" each (F) -> F, $crate::numeric::lane::cbrt;
-            Erf "erf" each (F) -> F, $crate::numeric::lane::erf;
-            Erfc "erfc" each (F) -> F, $crate::numeric::lane::erfc;
+            Sin "sin" each (F) -> F, lane::sin, elementary smooth approximated, sin;
+            Cos "cos" each (F) -> F, lane::cos, elementary smooth approximated, cos;
+            Tan "tan" each (F) -> F, lane::tan, elementary smooth approximated, tan;
+            Asin "asin" each (F) -> F, lane::asin, elementary smooth approximated, asin;
+            Acos "acos" each (F) -> F, lane::acos, elementary smooth approximated, acos;
+            Atan "atan" each (F) -> F, lane::atan, elementary smooth approximated, atan;
+            Atan2 "atan2" each (F, F) -> F, lane::atan2, elementary smooth approximated, arc_tangent;
+            Sinh "sinh" each (F) -> F, lane::sinh, elementary smooth approximated, sinh;
+            Cosh "cosh" each (F) -> F, lane::cosh, elementary smooth approximated, cosh;
+            Tanh "tanh" each (F) -> F, lane::tanh, elementary smooth approximated, tanh;
+            Exp "exp" each (F) -> F, lane::exp, elementary smooth approximated, exp;
+            Exp2 "exp2" each (F) -> F, lane::exp2, elementary smooth approximated, exp2;
+            Expm1 "expm1" each (F) -> F, lane::expm1, elementary smooth approximated, expm1;
+            Log "log" each (F) -> F, lane::log, elementary smooth approximated, log;
+            Log2 "log2" each (F) -> F, lane::log2, elementary smooth approximated, log2;
+            Log10 "log10" each (F) -> F, lane::log10, elementary smooth approximated, log10;
+            Logb "logb" each (F) -> F, lane::logb, cheap step strict, none;
+            Pow "pow" each (F, F) -> F, lane::pow, elementary smooth approximated, power;
+            Sqrt "sqrt" each (F) -> F, common::sqrt, root smooth strict, sqrt;
+            InverseSqrt "inversesqrt" each (F) -> F, common::inversesqrt, root smooth approximated, inversesqrt;
+            Cbrt "cbrt" each (F) -> F, lane::cbrt, elementary smooth approximated, cbrt;
+            Erf "erf" each (F) -> F, lane::erf, elementary smooth approximated, erf;
+            Erfc "erfc" each (F) -> F, lane::erfc, elementary smooth approximated, erfc;
             // Geometry.
-            Dot "dot" whole (T, T) -> F, $crate::numeric::geometry::dot;
-            Cross "cross" whole (T, T) -> T, $crate::numeric::geometry::cross;
-            Length "length" whole (T) -> F, $crate::numeric::geometry::length;
-            Distance "distance" whole (T, T) -> F, $crate::numeric::geometry::distance;
+            Dot "dot" whole (T, T) -> F, geometry::dot, cheap smooth strict, dot;
+            Cross "cross" whole (T, T) -> T, geometry::cross, cheap smooth strict, cross;
+            Length "length" whole (T) -> F, geometry::length, cheap smooth strict, length;
+            Distance "distance" whole (T, T) -> F, geometry::distance, cheap smooth strict, distance;
             // The distance is its root.
-            SquareDistance "square_distance" whole (T, T) -> F, $crate::numeric::geometry::square_distance;
-            Root "root" each (F) -> F, $crate::numeric::lane::root;
-            Normalize "normalize" whole (T) -> T, $crate::numeric::geometry::normalize;
-            FaceForward "faceforward" whole (T, T, T) -> T, $crate::numeric::geometry::faceforward;
-            Reflect "reflect" whole (T, T) -> T, $crate::numeric::geometry::reflect;
-            Refract "refract" whole (T, T, F) -> T, $crate::numeric::geometry::refract;
+            SquareDistance "square_distance" whole (T, T) -> F, geometry::square_distance, cheap smooth strict, late;
+            Root "root" each (F) -> F, lane::root, cheap smooth strict, late;
+            Normalize "normalize" whole (T) -> T, geometry::normalize, cheap smooth strict, normalize;
+            FaceForward "faceforward" whole (T, T, T) -> T, geometry::faceforward, cheap smooth strict, zero;
+            Reflect "reflect" whole (T, T) -> T, geometry::reflect, cheap smooth strict, reflect;
+            Refract "refract" whole (T, T, F) -> T, geometry::refract, medium smooth strict, refract;
             // Matrices, row vectors from the left.
-            MMul "mmul" whole (M, M) -> M, $crate::numeric::matrix::multiply;
-            MScale "mscale" whole (M, F) -> M, $crate::numeric::matrix::scale;
-            MInverse "minverse" whole (M) -> M, $crate::numeric::matrix::inverse;
-            MTranspose "mtranspose" whole (M) -> M, $crate::numeric::matrix::transpose;
-            MDet "mdet" whole (M) -> F, $crate::numeric::matrix::determinant;
-            TransformPoint "transform.point" whole (M, T) -> T, $crate::numeric::matrix::transform_point;
-            TransformVector "transform.vector" whole (M, T) -> T, $crate::numeric::matrix::transform_vector;
-            TransformNormal "transform.normal" whole (M, T) -> T, $crate::numeric::matrix::transform_normal;
+            MMul "mmul" whole (M, M) -> M, matrix::multiply, matrix smooth strict, none;
+            MScale "mscale" whole (M, F) -> M, matrix::scale, cheap smooth strict, none;
+            MInverse "minverse" whole (M) -> M, matrix::inverse, matrix smooth strict, none;
+            MTranspose "mtranspose" whole (M) -> M, matrix::transpose, cheap smooth strict, none;
+            MDet "mdet" whole (M) -> F, matrix::determinant, matrix smooth strict, none;
+            TransformPoint "transform.point" whole (M, T) -> T, matrix::transform_point, cheap smooth strict, transform_point;
+            TransformVector "transform.vector" whole (M, T) -> T, matrix::transform_vector, cheap smooth strict, transform;
+            TransformNormal "transform.normal" whole (M, T) -> T, matrix::transform_normal, cheap smooth strict, transform;
             // Color.
-            HsvToRgb "hsv_to_rgb" whole (T) -> T, $crate::numeric::color::hsv_to_rgb;
-            RgbToHsv "rgb_to_hsv" whole (T) -> T, $crate::numeric::color::rgb_to_hsv;
-            HslToRgb "hsl_to_rgb" whole (T) -> T, $crate::numeric::color::hsl_to_rgb;
-            RgbToHsl "rgb_to_hsl" whole (T) -> T, $crate::numeric::color::rgb_to_hsl;
-            YiqToRgb "yiq_to_rgb" whole (T) -> T, $crate::numeric::color::yiq_to_rgb;
-            RgbToYiq "rgb_to_yiq" whole (T) -> T, $crate::numeric::color::rgb_to_yiq;
-            XyzToRgb "xyz_to_rgb" whole (T) -> T, $crate::numeric::lane::xyz_to_rgb;
-            RgbToXyz "rgb_to_xyz" whole (T) -> T, $crate::numeric::lane::rgb_to_xyz;
-            XyyToXyz "xyy_to_xyz" whole (T) -> T, $crate::numeric::color::xyy_to_xyz;
-            XyzToXyy "xyz_to_xyy" whole (T) -> T, $crate::numeric::color::xyz_to_xyy;
-            HsvToRgbTangent "hsv_to_rgb.tangent" whole (T, T) -> T, $crate::numeric::tangent::hsv_to_rgb;
-            RgbToHsvTangent "rgb_to_hsv.tangent" whole (T, T) -> T, $crate::numeric::tangent::rgb_to_hsv;
-            HslToRgbTangent "hsl_to_rgb.tangent" whole (T, T) -> T, $crate::numeric::tangent::hsl_to_rgb;
-            RgbToHslTangent "rgb_to_hsl.tangent" whole (T, T) -> T, $crate::numeric::tangent::rgb_to_hsl;
-            XyyToXyzTangent "xyy_to_xyz.tangent" whole (T, T) -> T, $crate::numeric::tangent::xyy_to_xyz;
-            XyzToXyyTangent "xyz_to_xyy.tangent" whole (T, T) -> T, $crate::numeric::tangent::xyz_to_xyy;
-            SrgbToLinear "srgb_to_linear" each (F) -> F, $crate::numeric::color::srgb_to_linear;
-            LinearToSrgb "linear_to_srgb" each (F) -> F, $crate::numeric::color::linear_to_srgb;
-            Blackbody "blackbody" whole (F) -> T, $crate::numeric::spectrum::blackbody;
-            Wavelength "wavelength_color" whole (F) -> T, $crate::numeric::spectrum::wavelength_color;
-            Still "still" each (F) -> F, $crate::numeric::lane::still;
-            Luminance "luminance" whole (T) -> F, $crate::numeric::lane::luminance;
+            HsvToRgb "hsv_to_rgb" whole (T) -> T, color::hsv_to_rgb, medium smooth strict, hsv_to_rgb;
+            RgbToHsv "rgb_to_hsv" whole (T) -> T, color::rgb_to_hsv, medium smooth strict, rgb_to_hsv;
+            HslToRgb "hsl_to_rgb" whole (T) -> T, color::hsl_to_rgb, medium smooth strict, hsl_to_rgb;
+            RgbToHsl "rgb_to_hsl" whole (T) -> T, color::rgb_to_hsl, medium smooth strict, rgb_to_hsl;
+            YiqToRgb "yiq_to_rgb" whole (T) -> T, color::yiq_to_rgb, medium smooth strict, linear;
+            RgbToYiq "rgb_to_yiq" whole (T) -> T, color::rgb_to_yiq, cheap smooth strict, linear;
+            XyzToRgb "xyz_to_rgb" whole (T) -> T, lane::xyz_to_rgb, medium smooth strict, linear;
+            RgbToXyz "rgb_to_xyz" whole (T) -> T, lane::rgb_to_xyz, cheap smooth strict, linear;
+            XyyToXyz "xyy_to_xyz" whole (T) -> T, color::xyy_to_xyz, medium smooth strict, xyy_to_xyz;
+            XyzToXyy "xyz_to_xyy" whole (T) -> T, color::xyz_to_xyy, cheap smooth strict, xyz_to_xyy;
+            HsvToRgbTangent "hsv_to_rgb.tangent" whole (T, T) -> T, tangent::hsv_to_rgb, cheap smooth strict, zero;
+            RgbToHsvTangent "rgb_to_hsv.tangent" whole (T, T) -> T, tangent::rgb_to_hsv, cheap smooth strict, zero;
+            HslToRgbTangent "hsl_to_rgb.tangent" whole (T, T) -> T, tangent::hsl_to_rgb, cheap smooth strict, zero;
+            RgbToHslTangent "rgb_to_hsl.tangent" whole (T, T) -> T, tangent::rgb_to_hsl, cheap smooth strict, zero;
+            XyyToXyzTangent "xyy_to_xyz.tangent" whole (T, T) -> T, tangent::xyy_to_xyz, cheap smooth strict, zero;
+            XyzToXyyTangent "xyz_to_xyy.tangent" whole (T, T) -> T, tangent::xyz_to_xyy, cheap smooth strict, zero;
+            SrgbToLinear "srgb_to_linear" each (F) -> F, color::srgb_to_linear, medium smooth strict, srgb_to_linear;
+            LinearToSrgb "linear_to_srgb" each (F) -> F, color::linear_to_srgb, medium smooth strict, linear_to_srgb;
+            Blackbody "blackbody" whole (F) -> T, spectrum::blackbody, spectrum smooth strict, zero;
+            Wavelength "wavelength_color" whole (F) -> T, spectrum::wavelength_color, spectrum smooth strict, zero;
+            // The value itself, without derivatives.
+            Still "still" each (F) -> F, lane::still, cheap smooth strict, zero;
+            Luminance "luminance" whole (T) -> F, lane::luminance, cheap smooth strict, linear;
             // The same in the RGB system of a number.
-            XyzToRgbIn "xyz_to_rgb.in" whole (T, I) -> T, $crate::numeric::lane::xyz_to_rgb_in;
-            RgbToXyzIn "rgb_to_xyz.in" whole (T, I) -> T, $crate::numeric::lane::rgb_to_xyz_in;
-            LuminanceIn "luminance.in" whole (T, I) -> F, $crate::numeric::lane::luminance_in;
-            BlackbodyIn "blackbody.in" whole (F, I) -> T, $crate::numeric::spectrum::blackbody_in;
-            WavelengthIn "wavelength_color.in" whole (F, I) -> T, $crate::numeric::spectrum::wavelength_in;
+            XyzToRgbIn "xyz_to_rgb.in" whole (T, I) -> T, lane::xyz_to_rgb_in, system smooth strict, linear_in;
+            RgbToXyzIn "rgb_to_xyz.in" whole (T, I) -> T, lane::rgb_to_xyz_in, system smooth strict, linear_in;
+            LuminanceIn "luminance.in" whole (T, I) -> F, lane::luminance_in, system smooth strict, linear_in;
+            BlackbodyIn "blackbody.in" whole (F, I) -> T, spectrum::blackbody_in, spectrum smooth strict, zero;
+            WavelengthIn "wavelength_color.in" whole (F, I) -> T, spectrum::wavelength_in, spectrum smooth strict, zero;
         }
     };
 }
@@ -195,6 +203,80 @@ pub struct LaneShape {
     pub args: &'static [Kind],
     /// Kind of the result, where no argument is a triple in a per-component operation.
     pub result: Kind,
+}
+
+/// What an operation costs, roughly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cost {
+    /// Takes a triple apart or puts one together: nothing is computed.
+    Part,
+    /// An addition, or a few.
+    Cheap,
+    /// A division or a square root.
+    Root,
+    /// Some ten operations.
+    Medium,
+    /// A polynomial with its reduction: sine, power, exact remainder.
+    Elementary,
+    /// A product, inverse or determinant of matrices.
+    Matrix,
+    /// A change of RGB system that is known only as the program runs.
+    System,
+    /// A sum over wavelengths.
+    Spectrum,
+}
+
+impl Cost {
+    /// The cost in additions.
+    pub fn additions(self) -> usize {
+        match self {
+            Cost::Part => 0,
+            Cost::Cheap => 1,
+            Cost::Root => 4,
+            Cost::Medium => 8,
+            Cost::Elementary => 16,
+            Cost::Matrix | Cost::System | Cost::Spectrum => 100,
+        }
+    }
+}
+
+/// What a result does where the arguments change ever so little.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Continuity {
+    /// It changes little too, except at single places such as the corner of `abs`.
+    Smooth,
+    /// It changes little, and jumps at some places: `mod`, `select`.
+    Jump,
+    /// It stays, and jumps at some places: `floor`, `step`, the conversion to int.
+    Step,
+    /// It says whether something holds of floats.
+    Compare,
+    /// Its arguments are ints, strings or closures, which do not change ever so little.
+    Discrete,
+}
+
+/// What the fast arithmetic makes of an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Precision {
+    /// The same as the strict arithmetic, except that products and sums may be one operation.
+    Strict,
+    /// A cheaper formula, of `numeric::fast`.
+    Approximated,
+}
+
+/// The derivative of an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Derivative {
+    /// There is none: the result is no float or triple, or stays the same between jumps. Nobody asks for the derivatives of
+    /// the arguments.
+    None,
+    /// Zero, whatever the arguments do. Their derivatives are asked for all the same, as the reference does, which
+    /// decides about last bits of what computes them.
+    Zero,
+    /// None is needed: only passes after `derive` write the operation.
+    Late,
+    /// A function of `passes::derive::rules` writes it.
+    Rule,
 }
 
 macro_rules! kind {
@@ -227,34 +309,79 @@ macro_rules! per_component {
     };
 }
 
-macro_rules! lane {
-    (F $real:ident) => {
-        $real
+/// A variant by its word in the list.
+macro_rules! fact {
+    (part) => {
+        Cost::Part
     };
-    (I $real:ident) => {
-        i32
+    (cheap) => {
+        Cost::Cheap
     };
-    (T $real:ident) => {
-        [$real; 3]
+    (root) => {
+        Cost::Root
     };
-    (M $real:ident) => {
-        [$real; 16]
+    (medium) => {
+        Cost::Medium
+    };
+    (elementary) => {
+        Cost::Elementary
+    };
+    (matrix) => {
+        Cost::Matrix
+    };
+    (system) => {
+        Cost::System
+    };
+    (spectrum) => {
+        Cost::Spectrum
+    };
+    (smooth) => {
+        Continuity::Smooth
+    };
+    (jump) => {
+        Continuity::Jump
+    };
+    (step) => {
+        Continuity::Step
+    };
+    (compare) => {
+        Continuity::Compare
+    };
+    (discrete) => {
+        Continuity::Discrete
+    };
+    (strict) => {
+        Precision::Strict
+    };
+    (approximated) => {
+        Precision::Approximated
+    };
+}
+
+macro_rules! derivative {
+    (none) => {
+        Derivative::None
+    };
+    (zero) => {
+        Derivative::Zero
+    };
+    (late) => {
+        Derivative::Late
+    };
+    ($rule:ident) => {
+        Derivative::Rule
     };
 }
 
 macro_rules! declare {
-    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $path:path;)*) => {
+    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
+        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
         /// An operation that works point by point.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[expect(missing_docs, reason = "each is described by its built-in or by the language's operator")]
         pub enum LaneOp { $($name),* }
 
         impl LaneOp {
-    /// Whether the second operand is the number of an RGB system, and the first one color.
-    pub fn takes_system(self) -> bool {
-        matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn)
-    }
-
             /// All operations.
             pub const ALL: &[LaneOp] = &[$(LaneOp::$name),*];
 
@@ -274,131 +401,40 @@ macro_rules! declare {
                 }
             }
 
-            /// One lane of the operation on arguments of exactly the row's kinds.
-            fn eval_lane<R: Real>(self, args: &[Const]) -> Option<Const> {
-                match self {
-                    $(LaneOp::$name => eval_row!(R, args, $path, ($($arg),*) -> $ret)),*
-                }
+            /// What it costs.
+            pub fn cost(self) -> Cost {
+                match self { $(LaneOp::$name => fact!($cost)),* }
+            }
+
+            /// What its result does where arguments change ever so little.
+            pub fn continuity(self) -> Continuity {
+                match self { $(LaneOp::$name => fact!($continuity)),* }
+            }
+
+            /// What the fast arithmetic makes of it.
+            pub fn precision(self) -> Precision {
+                match self { $(LaneOp::$name => fact!($precision)),* }
+            }
+
+            /// What its derivative is.
+            pub fn derivative(self) -> Derivative {
+                match self { $(LaneOp::$name => derivative!($derivative)),* }
             }
         }
     };
 }
 
-macro_rules! eval_row {
-    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
-    // Strings compare by value in `LaneOp::eval`, never by number.
-    ($real:ident, $args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
-    // Of closures only null is a constant.
-    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> K) => {{ None }};
-    ($real:ident, $args:ident, $path:path, (K) -> $ret:ident) => {{ None }};
-    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
-        let mut args = $args.iter();
-        let result: lane!($ret $real) = $path($(<lane!($arg $real)>::from_const(args.next()?)?),*);
-        result.into_const()
-    }};
-}
-
-trait FromConst: Sized {
-    fn from_const(value: &Const) -> Option<Self>;
-}
-
-trait IntoConst {
-    /// The constant, if single precision has it.
-    fn into_const(self) -> Option<Const>;
-}
-
-impl FromConst for i32 {
-    fn from_const(value: &Const) -> Option<Self> {
-        if let Const::Int(n) = value { Some(*n) } else { None }
-    }
-}
-
-impl IntoConst for i32 {
-    fn into_const(self) -> Option<Const> {
-        Some(Const::Int(self))
-    }
-}
-
-/// A float as single precision has it, if it does.
-fn single<R: Real>(x: R) -> Option<f32> {
-    let single = x.to_f32();
-    (single.is_nan() || f64::from(single) == x.to_f64()).then_some(single)
-}
-
-fn singles<R: Real, const C: usize>(list: [R; C]) -> Option<[f32; C]> {
-    let mut all = [0.0; C];
-    for (to, from) in all.iter_mut().zip(list) {
-        *to = single(from)?;
-    }
-    Some(all)
-}
-
-impl<R: Real> FromConst for R {
-    fn from_const(value: &Const) -> Option<Self> {
-        if let Const::Float(x) = value { Some(R::lit(*x)) } else { None }
-    }
-}
-
-impl<R: Real> IntoConst for R {
-    fn into_const(self) -> Option<Const> {
-        single(self).map(Const::Float)
-    }
-}
-
-impl<R: Real> FromConst for [R; 3] {
-    fn from_const(value: &Const) -> Option<Self> {
-        if let Const::Triple(t) = value { Some(t.map(R::lit)) } else { None }
-    }
-}
-
-impl<R: Real> IntoConst for [R; 3] {
-    fn into_const(self) -> Option<Const> {
-        singles(self).map(Const::Triple)
-    }
-}
-
-impl<R: Real> FromConst for [R; 16] {
-    fn from_const(value: &Const) -> Option<Self> {
-        if let Const::Matrix(m) = value { Some(m.map(R::lit)) } else { None }
-    }
-}
-
-impl<R: Real> IntoConst for [R; 16] {
-    fn into_const(self) -> Option<Const> {
-        singles(self).map(|m| Const::Matrix(Box::new(m)))
-    }
-}
-
 crate::for_each_lane_op!(declare);
 
 impl LaneOp {
+    /// Whether the second operand is the number of an RGB system, and the first one color.
+    pub fn takes_system(self) -> bool {
+        matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn)
+    }
+
     /// Whether the fast arithmetic computes it by a cheaper formula: the functions of `numeric::fast`.
     pub fn is_approximated(self) -> bool {
-        use LaneOp as L;
-        matches!(
-            self,
-            L::Sin
-                | L::Cos
-                | L::Tan
-                | L::Asin
-                | L::Acos
-                | L::Atan
-                | L::Atan2
-                | L::Sinh
-                | L::Cosh
-                | L::Tanh
-                | L::Exp
-                | L::Exp2
-                | L::Expm1
-                | L::Log
-                | L::Log2
-                | L::Log10
-                | L::Pow
-                | L::Cbrt
-                | L::Erf
-                | L::Erfc
-                | L::InverseSqrt
-        )
+        self.precision() == Precision::Approximated
     }
 
     /// Kind of the result for arguments of these kinds.
@@ -409,45 +445,5 @@ impl LaneOp {
         } else {
             shape.result
         }
-    }
-
-    /// The result for constant arguments, by the arithmetic of a strict run. `None` if the arguments do not suit it.
-    pub fn eval(self, args: &[Const]) -> Option<Const> {
-        self.eval_in::<f32>(args)
-    }
-
-    /// The result for constant arguments in double precision, if single precision has it: an arithmetic that knows more
-    /// must not find less in a constant.
-    pub fn eval_exactly(self, args: &[Const]) -> Option<Const> {
-        self.eval_in::<f64>(args)
-    }
-
-    fn eval_in<R: Real>(self, args: &[Const]) -> Option<Const> {
-        match (self, args) {
-            (LaneOp::SEq, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a == b).into())),
-            (LaneOp::SNe, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a != b).into())),
-            (LaneOp::SChoose, [Const::Int(c), a @ Const::Str(_), b @ Const::Str(_)]) => {
-                return Some(if *c != 0 { a.clone() } else { b.clone() });
-            }
-            (LaneOp::KSome, [Const::Null]) => return Some(Const::Int(0)),
-            _ => {}
-        }
-        let per_component = self.shape().per_component && args.iter().any(|a| a.kind() == Kind::Triple);
-        if !per_component {
-            return self.eval_lane::<R>(args);
-        }
-        let mut result = [0.0; 3];
-        for (component, out) in result.iter_mut().enumerate() {
-            let lane: Vec<Const> = args
-                .iter()
-                .map(|a| match a {
-                    Const::Triple(t) => Const::Float(t[component]),
-                    other => other.clone(),
-                })
-                .collect();
-            let Const::Float(value) = self.eval_lane::<R>(&lane)? else { return None };
-            *out = value;
-        }
-        Some(Const::Triple(result))
     }
 }

@@ -20,7 +20,7 @@ pub(crate) use build::Excess;
 pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
 };
-pub use lane::{LaneOp, LaneShape};
+pub use lane::{Continuity, Cost, Derivative, LaneOp, LaneShape, Precision};
 pub use print::print;
 
 use crate::hir::Global;

@@ -1,7 +1,7 @@
 //! Small branches become selections: where both sides are some cheap operations, computing both and choosing
 //! is faster than masks. Needs the rates, since a uniform condition is better branched on.
 
-use crate::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId};
+use crate::ir::{BlockId, Body, Inst, Kernel, Kind, NoiseField, Op, Rate, ValueId};
 use smallvec::smallvec;
 
 /// Operations that both sides together may have.
@@ -59,8 +59,8 @@ fn is_cheap(body: &Body, then: BlockId, otherwise: BlockId) -> bool {
         match &inst.op {
             Op::Const(_) => {}
             Op::Lane(op, args) => {
-                operations +=
-                    weight(*op) * if args.iter().any(|a| body.kind(*a) == Kind::Triple) { 3 } else { 1 };
+                operations += op.cost().additions()
+                    * if args.iter().any(|a| body.kind(*a) == Kind::Triple) { 3 } else { 1 };
             }
             Op::Kernel(Kernel::Noise { field: NoiseField::Cell | NoiseField::Hash, .. }, _) => {
                 operations += HASH;
@@ -72,35 +72,4 @@ fn is_cheap(body: &Body, then: BlockId, otherwise: BlockId) -> bool {
         }
     }
     true
-}
-
-/// Rough cost in additions.
-fn weight(op: LaneOp) -> usize {
-    use LaneOp as L;
-    match op {
-        L::X | L::Y | L::Z | L::Triple | L::Splat => 0,
-        L::FDiv
-        | L::FDivBy
-        | L::Sqrt
-        | L::InverseSqrt
-        | L::Mod
-        | L::ModBy
-        | L::Smoothstep
-        | L::Linearstep => 4,
-        L::MMul | L::MInverse | L::MDet | L::Blackbody | L::Wavelength => 100,
-        L::BlackbodyIn | L::WavelengthIn | L::LuminanceIn | L::XyzToRgbIn | L::RgbToXyzIn => 100,
-        L::Fmod => 16,
-        op if op.is_approximated() => 16,
-        L::HsvToRgb
-        | L::HslToRgb
-        | L::YiqToRgb
-        | L::XyzToRgb
-        | L::XyyToXyz
-        | L::RgbToHsv
-        | L::RgbToHsl
-        | L::SrgbToLinear
-        | L::LinearToSrgb
-        | L::Refract => 8,
-        _ => 1,
-    }
 }

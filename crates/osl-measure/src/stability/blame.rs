@@ -12,7 +12,7 @@
 
 use crate::trace::{Exact, NodeId, Trace, What, eval};
 use osl_ir::Span;
-use osl_ir::ir::{Const, LaneOp};
+use osl_ir::ir::{Const, Continuity, LaneOp};
 use rustc_hash::FxHashMap;
 
 /// What an instruction did to the outputs of one point, as shares of an output's range.
@@ -238,27 +238,10 @@ impl<'a> Steps<'a> {
 
     /// Whether the result jumps for a tiny change of the arguments.
     fn jumps(&self) -> bool {
-        use LaneOp as L;
-        matches!(
-            self.trace.node(self.id).what,
-            What::Lane(
-                L::FLt
-                    | L::FLe
-                    | L::FGt
-                    | L::FGe
-                    | L::FEq
-                    | L::FNe
-                    | L::TEq
-                    | L::TNe
-                    | L::Floor
-                    | L::Ceil
-                    | L::Round
-                    | L::Trunc
-                    | L::ToInt
-                    | L::Step
-                    | L::Sign
-            )
-        )
+        match &self.trace.node(self.id).what {
+            What::Lane(op) => matches!(op.continuity(), Continuity::Step | Continuity::Compare),
+            _ => false,
+        }
     }
 
     /// Whether the arguments are nearly right, so that a wrong result is the instruction's own fault.

@@ -165,10 +165,11 @@ macro_rules! row {
 }
 
 macro_rules! stamp {
-    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $path:path;)*) => {
+    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
+        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
         fn one(op: LaneOp, args: &[Exact]) -> Option<Exact> {
             match op {
-                $(LaneOp::$name => row!(args, $path, ($($arg),*) -> $ret)),*
+                $(LaneOp::$name => row!(args, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
             }
         }
     };

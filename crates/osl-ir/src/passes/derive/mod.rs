@@ -3,10 +3,11 @@
 //! `Dx`, `Dy` and what is made of them ask, and texture lookups: the area that a point covers is how its coordinates
 //! change from pixel to pixel. Demand runs backward from them to the globals; tangents are then written forward,
 //! beside the values that they belong to, and arrays get arrays of tangents. The rules of lane operations stand in
-//! `rules` and `vectors`, over the arithmetic of `dual`; those of kernels here. Source: OSL language specification,
+//! `rules`, `elementary` and `vectors`, over the arithmetic of `dual`; those of kernels here. Source: OSL language specification,
 //! chapter on derivatives.
 
 mod dual;
+mod elementary;
 mod rules;
 mod vectors;
 
@@ -50,11 +51,6 @@ pub(super) fn run(body: &mut Body) -> bool {
         super::fold::rename_outputs(body, &renaming);
     }
     demand.any
-}
-
-/// Whether an operation hands on the tangents of its arguments, so that it is smooth but for single places.
-pub(super) fn is_smooth(op: LaneOp) -> bool {
-    rules::has_rule(op)
 }
 
 /// Whether anything asks for tangents.
@@ -112,7 +108,7 @@ impl Demand {
                     self.any = true;
                     self.want(*of);
                 }
-                Op::Lane(op, args) if rules::has_rule(*op) && inst.results.iter().any(|r| self.has(*r)) => {
+                Op::Lane(op, args) if rules::asks(*op) && inst.results.iter().any(|r| self.has(*r)) => {
                     args.iter().for_each(|a| self.want(*a));
                 }
                 Op::Kernel(kernel, args) if kernel.is_smooth() => {
@@ -306,7 +302,7 @@ impl Writer<'_> {
                     }
                 }
             }
-            Op::Lane(op, args) if rules::has_rule(*op) => {
+            Op::Lane(op, args) if rules::asks(*op) => {
                 let args: Vec<Dual> = args.iter().map(|a| self.dual(*a)).collect();
                 if args.iter().all(|a| a.d.iter().all(Option::is_none)) {
                     return;

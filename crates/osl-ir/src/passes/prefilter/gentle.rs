@@ -1,7 +1,6 @@
 //! Which values reach the outputs by smooth functions, sums and choices alone, so that their mean is of use.
 
-use crate::ir::{BlockId, Body, Kernel, LaneOp, Op, ValueId};
-use crate::passes::derive;
+use crate::ir::{BlockId, Body, Continuity, Derivative, Kernel, LaneOp, Op, ValueId};
 
 /// For each value, whether it does.
 pub(super) fn find(body: &Body) -> Vec<bool> {
@@ -26,11 +25,8 @@ fn block(body: &Body, id: BlockId, gentle: &mut [bool]) {
                 }
             }
             Op::Lane(op, args) => {
-                let rough = matches!(
-                    op,
-                    LaneOp::Mod | LaneOp::ModBy | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Select
-                );
-                if rough || !derive::is_smooth(*op) || !smooth(gentle) {
+                let rough = op.continuity() != Continuity::Smooth || op.derivative() == Derivative::None;
+                if rough || !smooth(gentle) {
                     args.iter().for_each(|v| clear(gentle, *v));
                 }
             }

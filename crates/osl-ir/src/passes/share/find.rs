@@ -1,6 +1,8 @@
 //! Which instructions form groups, and what their roots are.
 
-use crate::ir::{BlockId, Body, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId, Values};
+use crate::ir::{
+    BlockId, Body, Continuity, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId, Values,
+};
 use smallvec::smallvec;
 
 /// Sets of groups are words of this many bits; further groups are not made.
@@ -358,9 +360,9 @@ impl Members {
     }
 }
 
-/// Operations whose results have steps.
+/// Whether a result is a float with steps.
 fn is_step(op: LaneOp) -> bool {
-    matches!(op, LaneOp::Floor | LaneOp::Ceil | LaneOp::Trunc | LaneOp::Round | LaneOp::Step | LaneOp::Sign)
+    op.continuity() == Continuity::Step && op.shape().result == Kind::Float
 }
 
 /// Whether an instruction can be computed as soon as what it reads is known.

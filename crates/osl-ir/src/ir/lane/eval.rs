@@ -1,0 +1,163 @@
+//! Lane operations on constants, by the bodies of the list.
+
+use super::LaneOp;
+use crate::ir::{Const, Kind};
+use crate::numeric::Real;
+
+macro_rules! lane {
+    (F $real:ident) => {
+        $real
+    };
+    (I $real:ident) => {
+        i32
+    };
+    (T $real:ident) => {
+        [$real; 3]
+    };
+    (M $real:ident) => {
+        [$real; 16]
+    };
+}
+
+macro_rules! eval_row {
+    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
+    // Strings compare by value in `LaneOp::eval`, never by number.
+    ($real:ident, $args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
+    // Of closures only null is a constant.
+    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> K) => {{ None }};
+    ($real:ident, $args:ident, $path:path, (K) -> $ret:ident) => {{ None }};
+    ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
+        let mut args = $args.iter();
+        let result: lane!($ret $real) = $path($(<lane!($arg $real)>::from_const(args.next()?)?),*);
+        result.into_const()
+    }};
+}
+
+macro_rules! stamp {
+    ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
+        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
+        impl LaneOp {
+            /// One lane of the operation on arguments of exactly the line's kinds.
+            fn eval_lane<R: Real>(self, args: &[Const]) -> Option<Const> {
+                match self {
+                    $(LaneOp::$name => eval_row!(R, args, crate::numeric::$module::$body, ($($arg),*) -> $ret)),*
+                }
+            }
+        }
+    };
+}
+
+trait FromConst: Sized {
+    fn from_const(value: &Const) -> Option<Self>;
+}
+
+trait IntoConst {
+    /// The constant, if single precision has it.
+    fn into_const(self) -> Option<Const>;
+}
+
+impl FromConst for i32 {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Int(n) = value { Some(*n) } else { None }
+    }
+}
+
+impl IntoConst for i32 {
+    fn into_const(self) -> Option<Const> {
+        Some(Const::Int(self))
+    }
+}
+
+/// A float as single precision has it, if it does.
+fn single<R: Real>(x: R) -> Option<f32> {
+    let single = x.to_f32();
+    (single.is_nan() || f64::from(single) == x.to_f64()).then_some(single)
+}
+
+fn singles<R: Real, const C: usize>(list: [R; C]) -> Option<[f32; C]> {
+    let mut all = [0.0; C];
+    for (to, from) in all.iter_mut().zip(list) {
+        *to = single(from)?;
+    }
+    Some(all)
+}
+
+impl<R: Real> FromConst for R {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Float(x) = value { Some(R::lit(*x)) } else { None }
+    }
+}
+
+impl<R: Real> IntoConst for R {
+    fn into_const(self) -> Option<Const> {
+        single(self).map(Const::Float)
+    }
+}
+
+impl<R: Real> FromConst for [R; 3] {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Triple(t) = value { Some(t.map(R::lit)) } else { None }
+    }
+}
+
+impl<R: Real> IntoConst for [R; 3] {
+    fn into_const(self) -> Option<Const> {
+        singles(self).map(Const::Triple)
+    }
+}
+
+impl<R: Real> FromConst for [R; 16] {
+    fn from_const(value: &Const) -> Option<Self> {
+        if let Const::Matrix(m) = value { Some(m.map(R::lit)) } else { None }
+    }
+}
+
+impl<R: Real> IntoConst for [R; 16] {
+    fn into_const(self) -> Option<Const> {
+        singles(self).map(|m| Const::Matrix(Box::new(m)))
+    }
+}
+
+crate::for_each_lane_op!(stamp);
+
+impl LaneOp {
+    /// The result for constant arguments, by the arithmetic of a strict run. `None` if the arguments do not suit it.
+    pub fn eval(self, args: &[Const]) -> Option<Const> {
+        self.eval_in::<f32>(args)
+    }
+
+    /// The result for constant arguments in double precision, if single precision has it: an arithmetic that knows more
+    /// must not find less in a constant.
+    pub fn eval_exactly(self, args: &[Const]) -> Option<Const> {
+        self.eval_in::<f64>(args)
+    }
+
+    fn eval_in<R: Real>(self, args: &[Const]) -> Option<Const> {
+        match (self, args) {
+            (LaneOp::SEq, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a == b).into())),
+            (LaneOp::SNe, [Const::Str(a), Const::Str(b)]) => return Some(Const::Int((a != b).into())),
+            (LaneOp::SChoose, [Const::Int(c), a @ Const::Str(_), b @ Const::Str(_)]) => {
+                return Some(if *c != 0 { a.clone() } else { b.clone() });
+            }
+            (LaneOp::KSome, [Const::Null]) => return Some(Const::Int(0)),
+            _ => {}
+        }
+        let per_component = self.shape().per_component && args.iter().any(|a| a.kind() == Kind::Triple);
+        if !per_component {
+            return self.eval_lane::<R>(args);
+        }
+        let mut result = [0.0; 3];
+        for (component, out) in result.iter_mut().enumerate() {
+            let lane: Vec<Const> = args
+                .iter()
+                .map(|a| match a {
+                    Const::Triple(t) => Const::Float(t[component]),
+                    other => other.clone(),
+                })
+                .collect();
+            let Const::Float(value) = self.eval_lane::<R>(&lane)? else { return None };
+            *out = value;
+        }
+        Some(Const::Triple(result))
+    }
+}

@@ -1,0 +1,56 @@
+//! The facts in the lines of the lane operations fit each other, and what is known of operations elsewhere.
+
+#![allow(missing_docs, reason = "a test says what must hold")]
+
+use osl_ir::ir::{Continuity, Derivative, Kind, LaneOp};
+use osl_ir::numeric::fast::BOUNDS;
+use std::collections::BTreeSet;
+
+fn is_number(kind: Kind) -> bool {
+    matches!(kind, Kind::Float | Kind::Triple)
+}
+
+/// What has a derivative is a float or triple, made of one, and does not stay between jumps.
+#[test]
+fn only_what_changes_has_a_derivative() {
+    for op in LaneOp::ALL.iter().filter(|op| op.derivative() == Derivative::Rule) {
+        let shape = op.shape();
+        assert!(is_number(shape.result), "{op:?}");
+        assert!(shape.args.iter().any(|kind| is_number(*kind)), "{op:?}");
+        assert!(matches!(op.continuity(), Continuity::Smooth | Continuity::Jump), "{op:?}");
+    }
+}
+
+/// What is smooth has a derivative, if it is a float or triple that is made of such: matrices carry none.
+#[test]
+fn what_is_smooth_says_what_its_derivative_is() {
+    for op in LaneOp::ALL.iter().filter(|op| op.continuity() == Continuity::Smooth) {
+        let shape = op.shape();
+        if is_number(shape.result) && shape.args.iter().any(|kind| is_number(*kind)) {
+            assert_ne!(op.derivative(), Derivative::None, "{op:?}");
+        }
+    }
+}
+
+#[test]
+fn continuity_suits_the_kinds() {
+    for op in LaneOp::ALL {
+        let shape = op.shape();
+        let of_floats =
+            shape.args.iter().any(|kind| matches!(kind, Kind::Float | Kind::Triple | Kind::Matrix));
+        assert_eq!(op.continuity() == Continuity::Discrete, !of_floats, "{op:?}");
+        if op.continuity() == Continuity::Compare {
+            assert_eq!(shape.result, Kind::Int, "{op:?}");
+        }
+    }
+}
+
+/// How good an approximation is stands in a list of its own: of each function of one argument, and of no other.
+#[test]
+fn every_approximated_function_of_one_argument_has_a_bound() {
+    let one = |op: &&LaneOp| op.is_approximated() && op.shape().args.len() == 1;
+    let approximated: BTreeSet<&str> = LaneOp::ALL.iter().filter(one).map(|op| op.text()).collect();
+    let bounded: BTreeSet<&str> = BOUNDS.iter().map(|bound| bound.name).collect();
+    assert_eq!(approximated, bounded);
+    assert_eq!(BOUNDS.len(), bounded.len());
+}
