@@ -1,4 +1,4 @@
-//! Turns `src/grammar.lalrpop` into the LR tables of the parser, only when the grammar changes.
+//! Generates the LR tables of the parser from `src/grammar.lalrpop`, only when the grammar changes.
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("cargo::rerun-if-changed=src/grammar.lalrpop");

@@ -1,18 +1,18 @@
-//! The syntax tree of one translation unit, as written: no names resolved, no types.
+//! The syntax tree of one translation unit, as written: no names are resolved, and there are no types.
 //!
-//! Expressions and statements sit in arenas of the [`Ast`] behind typed `u32` ids; everything carries the
-//! [`Span`] of the user's text. The tree is a value: what resolution learns goes into tables keyed by id,
-//! never into the tree. It must not know types, overloads or what a built-in is.
+//! Expressions and statements are in arenas of the [`Ast`], addressed by typed `u32` ids; each has the
+//! [`Span`] of its source text. The tree is a value: later stages put their results into tables keyed by id,
+//! never into the tree. This module must not know types, overloads or built-ins.
 
 use crate::span::Span;
 use std::sync::Arc;
 
-/// An identifier and where it stands.
+/// An identifier and its location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Name {
     /// The identifier's text.
     pub text: Arc<str>,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 
@@ -103,7 +103,7 @@ pub struct FieldDecl {
     pub ty: TypeSpec,
     /// The field's name.
     pub name: Name,
-    /// `[n]` behind the name.
+    /// `[n]` after the name.
     pub array: Option<ArrayLen>,
 }
 
@@ -114,7 +114,7 @@ pub struct FunctionDecl {
     pub span: Span,
     /// Return type.
     pub ret: TypeSpec,
-    /// The name, `__operator__add__` and the like included.
+    /// The name, which may also be `__operator__add__` and the like.
     pub name: Name,
     /// Formal parameters.
     pub formals: Vec<Formal>,
@@ -141,7 +141,7 @@ pub struct ShaderDecl {
     pub body: Block,
 }
 
-/// What kind of shader a declaration makes.
+/// The kind of a shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShaderKind {
     /// `shader`: any use.
@@ -159,13 +159,13 @@ pub enum ShaderKind {
 pub struct Formal {
     /// From the type (or `output`) to the end of its metadata.
     pub span: Span,
-    /// Whether `output` stands before the type.
+    /// Whether `output` precedes the type.
     pub output: bool,
     /// Type (of the elements, for an array).
     pub ty: TypeSpec,
     /// The parameter's name.
     pub name: Name,
-    /// `[n]` or `[]` behind the name.
+    /// `[n]` or `[]` after the name.
     pub array: Option<ArrayLen>,
     /// Default value.
     pub init: Option<ExprId>,
@@ -180,13 +180,13 @@ pub struct Metadatum {
     pub ty: TypeSpec,
     /// Name.
     pub name: Name,
-    /// `[n]` behind the name.
+    /// `[n]` after the name.
     pub array: Option<ArrayLen>,
     /// Value.
     pub value: ExprId,
 }
 
-/// The brackets behind a declared name.
+/// The brackets after a declared name.
 #[derive(Clone, Copy, Debug)]
 pub struct ArrayLen {
     /// The brackets.
@@ -198,9 +198,9 @@ pub struct ArrayLen {
 /// A type as written.
 #[derive(Clone, Debug)]
 pub struct TypeSpec {
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
-    /// `closure` before the name. Every such type is `closure color`.
+    /// Whether `closure` precedes the name. Every such type is `closure color`.
     pub closure: bool,
     /// The type's name.
     pub name: TypeName,
@@ -235,9 +235,9 @@ pub struct Block {
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Stmt {
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
-    /// What it is.
+    /// Its kind.
     pub kind: StmtKind,
 }
 
@@ -299,7 +299,7 @@ pub enum StmtKind {
     Return(Option<ExprId>),
     /// A function declared inside a block.
     Function(Arc<FunctionDecl>),
-    /// Where the parser recovered. A diagnostic covers the same span.
+    /// A place where the parser recovered from an error. A diagnostic covers the same span.
     Error,
 }
 
@@ -308,7 +308,7 @@ pub enum StmtKind {
 pub struct Declarator {
     /// The name.
     pub name: Name,
-    /// `[n]` behind the name.
+    /// `[n]` after the name.
     pub array: Option<ArrayLen>,
     /// Initialiser; an [`ExprKind::InitList`] for `{…}`.
     pub init: Option<ExprId>,
@@ -317,9 +317,9 @@ pub struct Declarator {
 /// One expression as written.
 #[derive(Clone, Debug)]
 pub struct Expr {
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
-    /// What it is.
+    /// Its kind.
     pub kind: ExprKind,
 }
 
@@ -330,15 +330,16 @@ pub enum ExprKind {
     Int(i32),
     /// A float literal.
     Float(f32),
-    /// A string literal: escapes replaced, neighbours joined. Bytes above 0x7f stand as the user's UTF-8.
+    /// A string literal: escapes are replaced, and adjacent literals are joined. Bytes above 0x7f are UTF-8,
+    /// as in the source.
     Str(Arc<str>),
     /// A variable by name.
     Name(Arc<str>),
     /// A prefix operator. Unary plus is dropped by the parser.
     Unary(UnaryOp, ExprId),
-    /// `++` and `--` before or behind an lvalue.
+    /// `++` and `--` before or after an lvalue.
     Step {
-        /// Whether it stands before its operand.
+        /// Whether it precedes its operand.
         prefix: bool,
         /// `++` rather than `--`.
         increment: bool,
@@ -368,13 +369,13 @@ pub enum ExprKind {
     Index(ExprId, ExprId),
     /// `base.field`
     Field(ExprId, Name),
-    /// `a, b, c` where a comma list may stand; the value is the last.
+    /// `a, b, c` where a comma list is permitted; its value is the last one.
     Comma(Vec<ExprId>),
     /// `( inner )`
     Paren(ExprId),
     /// `{ a, b, c }`
     InitList(Vec<ExprId>),
-    /// Where the parser recovered. A diagnostic covers the same span.
+    /// A place where the parser recovered from an error. A diagnostic covers the same span.
     Error,
 }
 
@@ -389,7 +390,7 @@ pub enum UnaryOp {
     Compl,
 }
 
-/// Binary operators, loosest last within a family.
+/// Binary operators, from tighter to looser within a family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[expect(missing_docs, reason = "named as in operator overloads, __operator__X__")]
 pub enum BinaryOp {

@@ -1,24 +1,25 @@
-//! Which bracket belongs to which, in a stream where some may be missing.
+//! Matches brackets in a stream in which some may be missing.
 //!
-//! A `}` closes the nearest `{` and whatever is open inside it; a `)` or `]` closes only what was opened since the
-//! last `{`. What finds no partner is left alone.
+//! A `}` closes the nearest `{` and everything open inside it; a `)` or `]` closes only brackets opened since
+//! the last `{`. Brackets without a partner are ignored.
 
 use crate::token::Token;
 
 /// The brackets of a stream of tokens.
 #[derive(Debug)]
 pub(crate) struct Brackets {
-    /// For each token and for the end: the innermost opener around it.
+    /// For each token and for the end: the innermost opening bracket around it.
     parent: Vec<Option<u32>>,
-    /// For each opener its closer.
+    /// For each opening bracket, its closing bracket.
     partner: Vec<Option<u32>>,
-    /// For each token the innermost `{` around it: among many open parentheses the way up to it is long.
+    /// For each token, the innermost `{` around it, stored because the path through many open parentheses
+    /// would be long.
     block: Vec<Option<u32>>,
-    /// Brackets without a partner.
+    /// Number of brackets without a partner.
     pub(crate) n_lonely: usize,
 }
 
-/// Openers that wait for their closers, and where among them those of each kind are, so that a closer finds its partner
+/// Opening brackets that are not closed yet, also listed by kind, so that a closing bracket finds its partner
 /// without a search.
 #[derive(Default)]
 struct Open {
@@ -42,8 +43,8 @@ impl Open {
         self.all.get(*braces.last()?).copied()
     }
 
-    /// Closes the opener that a closer of this kind belongs to, with all that is open inside it. Returns that opener,
-    /// and how many inside it stay without a partner.
+    /// Closes the opening bracket for a closing bracket of this kind, with everything open inside it. Returns
+    /// that bracket, and the number of brackets inside it that stay without a partner.
     fn close(&mut self, kind: usize) -> Option<(u32, usize)> {
         let nearest = self.by_kind.get(kind)?.last().copied()?;
         let [.., braces] = &self.by_kind;
@@ -77,7 +78,7 @@ impl Brackets {
             if is_opener {
                 open.push(at, kind);
                 if *token == Token::LMeta {
-                    // It takes two closers.
+                    // It takes two closing brackets.
                     open.push(at, kind);
                 }
             } else if let Some((opener, n_inside)) = open.close(kind) {
@@ -93,12 +94,12 @@ impl Brackets {
         Self { parent, partner, block, n_lonely: n_lonely + open.all.len() }
     }
 
-    /// The innermost opener around token `at`.
+    /// The innermost opening bracket around token `at`.
     pub(crate) fn parent(&self, at: usize) -> Option<usize> {
         self.parent.get(at).copied().flatten().map(|p| p as usize)
     }
 
-    /// The closer of an opener.
+    /// The closing bracket of an opening one.
     pub(crate) fn partner(&self, opener: usize) -> Option<usize> {
         self.partner.get(opener).copied().flatten().map(|p| p as usize)
     }
@@ -108,7 +109,7 @@ impl Brackets {
         self.block.get(at).copied().flatten().map(|p| p as usize)
     }
 
-    /// The openers around token `at`, innermost first.
+    /// The opening brackets around token `at`, innermost first.
     pub(crate) fn around(&self, at: usize) -> impl Iterator<Item = usize> {
         std::iter::successors(self.parent(at), |o| self.parent(*o))
     }
@@ -117,7 +118,7 @@ impl Brackets {
 /// The kind of `{` and `}`.
 const BRACE: usize = 2;
 
-/// Which kind of bracket a token is, and whether it opens.
+/// The kind of a bracket, and whether it opens; `None` for other tokens.
 fn kind(token: &Token) -> Option<(usize, bool)> {
     match token {
         Token::LParen => Some((0, true)),
@@ -130,7 +131,7 @@ fn kind(token: &Token) -> Option<(usize, bool)> {
     }
 }
 
-/// The closer that an opener asks for.
+/// The closing bracket that an opening one requires.
 pub(crate) fn closer(opener: &Token) -> Option<Token> {
     match opener {
         Token::LParen => Some(Token::RParen),

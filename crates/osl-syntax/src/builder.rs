@@ -1,7 +1,8 @@
-//! What the grammar's actions call: builds the tree and judges what the rules accept beyond the language.
+//! The functions that the grammar's actions call: they build the tree and reject constructs that the rules
+//! accept beyond the language.
 //!
-//! The rules take any expression as a target and any list as an initialiser, so that the message can say what is
-//! wrong instead of which token was not expected. It must not know types or names.
+//! The rules accept any expression as an assignment target and any list as an initialiser, so that the
+//! message can state the mistake instead of an unexpected token. This module must not know types or names.
 
 mod declare;
 mod express;
@@ -23,7 +24,7 @@ pub(crate) struct Builder<'a> {
     options: &'a Options,
     pub(crate) ast: Ast,
     pub(crate) diagnostics: Sink,
-    /// How deep each expression and statement reaches below itself, so that later visits may recurse.
+    /// The depth of the subtree below each expression and statement, so that later visitors may recurse.
     expr_depths: Vec<u32>,
     stmt_depths: Vec<u32>,
     too_deep: bool,
@@ -43,7 +44,7 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// The place of the tokens `l..r`.
+    /// The location of the tokens `l..r`.
     fn span(&self, l: u32, r: u32) -> Span {
         let first = self.token_span(l);
         match r.checked_sub(1).filter(|last| *last > l) {
@@ -60,7 +61,7 @@ impl<'a> Builder<'a> {
         self.diagnostics.push(d);
     }
 
-    /// Adds an expression, or an error where it would reach too deep.
+    /// Adds an expression, or an error node if it would be nested too deeply.
     pub(crate) fn expr(&mut self, l: u32, r: u32, kind: ExprKind) -> ExprId {
         let span = self.span(l, r);
         self.expr_at(span, kind)
@@ -77,7 +78,7 @@ impl<'a> Builder<'a> {
         self.ast.expr(span, kind)
     }
 
-    /// Adds a statement, or an error where it would reach too deep.
+    /// Adds a statement, or an error node if it would be nested too deeply.
     pub(crate) fn stmt(&mut self, l: u32, r: u32, kind: StmtKind) -> StmtId {
         let span = self.span(l, r);
         let depth = 1 + self.stmt_children_depth(&kind);
@@ -91,7 +92,7 @@ impl<'a> Builder<'a> {
     }
 
     fn deep(&mut self, span: Span) {
-        // Constructs around it would only say the same again.
+        // The constructs around it would only repeat the error.
         if !std::mem::replace(&mut self.too_deep, true) {
             self.report(errors::nesting(span, self.options.limits.reading.nesting));
         }
@@ -170,7 +171,7 @@ impl<'a> Builder<'a> {
         self.ast.exprs.get(id.0 as usize).unwrap_or(NONE)
     }
 
-    /// A comma behind the last argument or initialiser.
+    /// A comma after the last argument or initialiser.
     pub(crate) fn trailing_comma(&mut self, at: u32) {
         self.report(errors::trailing_comma(self.options.strict, self.token_span(at)));
     }
@@ -180,7 +181,7 @@ impl<'a> Builder<'a> {
         self.report(errors::stray_semicolon(self.options.strict, self.token_span(at)));
     }
 
-    /// A `}` at file level, where nothing is open. Right before the shader it is a quirk.
+    /// A `}` at file level that closes nothing. Directly before the shader it is a quirk.
     pub(crate) fn stray_brace(&mut self, at: u32) {
         let span = self.token_span(at);
         let before_shader = matches!(self.tokens.get(at as usize + 1), Some(Token::ShaderKind(_)));

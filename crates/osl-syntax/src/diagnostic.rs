@@ -1,11 +1,11 @@
 //! The diagnostics model: codes, spans, notes and edits, as data.
 //!
-//! Every crate of the compiler reports through it; each declares its codes beside the constructors of its
-//! messages. Rendering lives in [`crate::render`]. The model must not know terminals or colors.
+//! Every crate of the compiler reports through it and declares its codes next to the constructors of its
+//! messages. [`crate::render`] formats diagnostics. The model must not know terminals or colors.
 
 use crate::span::Span;
 
-/// A stable code with the short name that `-W`/`-A` take.
+/// A stable code with the short name for `-W` and `-A`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Code {
     /// `E0123` or `W0123`.
@@ -14,10 +14,10 @@ pub struct Code {
     pub name: &'static str,
 }
 
-/// How grave a diagnostic is.
+/// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Compilation goes on and succeeds.
+    /// Compilation continues and succeeds.
     Warning,
     /// The file does not compile.
     Error,
@@ -26,16 +26,16 @@ pub enum Severity {
 /// One replacement of source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Edit {
-    /// What is replaced; empty for an insertion.
+    /// The replaced text; empty for an insertion.
     pub span: Span,
     /// The new text.
     pub text: String,
 }
 
-/// A suggested change: applied together or not at all.
+/// A suggested change, whose edits are applied together or not at all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fix {
-    /// What it does, as an imperative: `remove the stray brace`.
+    /// Its title, in the imperative: `remove the stray brace`.
     pub title: String,
     /// The edits, in order of position.
     pub edits: Vec<Edit>,
@@ -52,9 +52,9 @@ pub struct Diagnostic {
     pub message: String,
     /// The offending token or construct.
     pub span: Span,
-    /// A few words set at the primary span.
+    /// A few words at the primary span.
     pub label: String,
-    /// Further places that matter, each with its words.
+    /// Further locations, each with a few words.
     pub labels: Vec<(Span, String)>,
     /// Facts that explain the message.
     pub notes: Vec<String>,
@@ -89,19 +89,19 @@ impl Diagnostic {
         }
     }
 
-    /// Sets the words at the primary span.
+    /// Sets the text at the primary span.
     pub fn label(mut self, text: impl Into<String>) -> Self {
         self.label = text.into();
         self
     }
 
-    /// Adds a further place.
+    /// Adds a further location.
     pub fn also(mut self, span: Span, text: impl Into<String>) -> Self {
         self.labels.push((span, text.into()));
         self
     }
 
-    /// Adds a fact.
+    /// Adds a note.
     pub fn note(mut self, text: impl Into<String>) -> Self {
         self.notes.push(text.into());
         self
@@ -125,15 +125,15 @@ impl Diagnostic {
     }
 }
 
-/// A list of diagnostics that stops growing at a limit, so that a hostile file cannot fill the memory with them.
-/// Warnings have a limit of their own: they must not crowd out an error.
+/// A list of diagnostics with a maximum length, so that a hostile file cannot fill the memory. Warnings have
+/// a limit of their own, so that they do not displace an error.
 #[derive(Clone, Debug)]
 pub(crate) struct Sink {
     pub(crate) list: Vec<Diagnostic>,
     limit: u64,
     n_errors: u64,
     n_warnings: u64,
-    /// Where the first error was dropped.
+    /// The location of the first dropped error.
     pub(crate) dropped: Option<Span>,
 }
 

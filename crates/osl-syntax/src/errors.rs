@@ -1,7 +1,7 @@
 //! The codes of this crate and one constructor for each message.
 //!
-//! `E00xx`, `W00xx`: preprocessing. `E01xx`: lexis and syntax. `W01xx`: quirks, which strict syntax makes errors of
-//! the same code. The constructors must not decide when a message is due.
+//! `E00xx`, `W00xx`: preprocessing. `E01xx`: tokens and syntax. `W01xx`: quirks, which become errors with the
+//! same code under strict syntax. The constructors must not decide when a message is due.
 
 mod lexical;
 mod preprocessing;
@@ -16,12 +16,12 @@ pub(crate) use syntax::*;
 
 use crate::diagnostic::{Code, Diagnostic};
 
-/// Whether a diagnostic is what the reference calls a syntax error: it reads no further.
+/// Whether a diagnostic is a syntax error for the reference, which stops reading there.
 pub fn is_of_syntax(d: &Diagnostic) -> bool {
     d.is_error() && [SYNTAX, UNCLOSED, STRAY_CLOSER, NOT_ASSIGNABLE, NOT_INDEXABLE].contains(&d.code)
 }
 
-/// Every code of this crate, in order of its number.
+/// Every code of this crate, in numerical order.
 pub const CODES: &[Code] = &[
     INCLUDE_NOT_FOUND,
     INCLUDE_DEPTH,

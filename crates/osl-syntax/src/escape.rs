@@ -1,20 +1,22 @@
-//! Text of others in messages: what commands a terminal, or turns the direction of text around, is written out.
+//! Escapes foreign text in messages: terminal control sequences and marks that change the text direction are
+//! written out.
 //!
-//! A shader, the name of a file or an argument of the command line may hold escape sequences. Every message goes through [`shown`]; what a
-//! page of HTML needs besides is with the pages. It must not know who reads the message.
+//! A shader, a file name or a command-line argument may contain escape sequences. Every message goes through
+//! [`shown`]; further escaping for HTML belongs to the pages. This module must not know who reads the
+//! message.
 
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Whether a character does something other than stand for itself: controls (ESC, BEL, backspace, those above 127 too),
-/// separators of lines, and marks that change the direction of the text around them.
+/// Whether a character does more than stand for itself: control characters (ESC, BEL, backspace, also those
+/// above 127), line separators, and marks that change the direction of the surrounding text.
 pub fn is_control(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}' | '\u{2029}')
         || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{feff}')
 }
 
-/// The text with controls written out, `\x1b` or `\u{202e}`; line breaks and tabs stay.
+/// The text with control characters written out, as `\x1b` or `\u{202e}`; line breaks and tabs stay.
 pub fn shown(text: &str) -> Cow<'_, str> {
     let commands = |c: char| is_control(c) && !matches!(c, '\n' | '\t');
     if !text.contains(commands) {
@@ -35,7 +37,8 @@ pub fn shown(text: &str) -> Cow<'_, str> {
     out.into()
 }
 
-/// The text with controls replaced by characters of as many bytes, so that places in it stay where they are.
+/// The text with control characters replaced by characters of the same length in bytes, so that positions do
+/// not change.
 pub(crate) fn same_places(text: &str) -> Cow<'_, str> {
     let commands = |c: char| is_control(c) && !matches!(c, '\n' | '\t');
     if !text.contains(commands) {
@@ -43,7 +46,7 @@ pub(crate) fn same_places(text: &str) -> Cow<'_, str> {
     }
     let plain = |c: char| match c.len_utf8() {
         _ if !commands(c) => c,
-        // The end of a line as other systems write it.
+        // A line end of other systems.
         1 if c == '\r' => ' ',
         1 => '?',
         2 => '¿',

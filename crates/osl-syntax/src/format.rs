@@ -1,24 +1,25 @@
-//! The formatter: the same file in one style.
+//! The formatter: rewrites a file in one style.
 //!
-//! It works on the text before preprocessing, since the tree has lost comments, directives and macros. `pieces`
-//! splits the text, `structure` finds the lines and what each piece is to its neighbours (`role`), and `layout`
-//! writes them with the line breaks that the width asks for. Only white space between tokens is changed.
+//! It works on the text before preprocessing, because the tree has no comments, directives and macros.
+//! `pieces` splits the text, `structure` finds the lines and the role of each piece (`role`), and `layout`
+//! writes them with the line breaks that the width requires. Only white space between tokens changes.
 //!
 //! The style:
-//! - four spaces a level; the brace on the line of its header; one statement a line; a body without braces on a line
-//!   of its own; at most one blank line, none at the inner ends of a block;
-//! - spaces around binary operators, behind commas and casts, inside `[[ ]]`; none inside parentheses;
-//! - lines of up to [`WIDTH`] columns. A longer one is broken behind a comma, before a binary operator or before
-//!   `[[`, outside of brackets rather than inside; it goes on two levels deeper. What cannot be broken stays longer;
-//! - declared parameters one a line where they do not fit on one, where one has metadata or a comment of its own,
-//!   or where the line was broken behind the `(` before;
-//! - an initialiser whose line was broken behind the `{` keeps its rows; other line breaks are not kept;
-//! - a comment stays on a line of its own, or behind the code that it stood behind;
-//! - directives, text behind `#if 0`, and the uses of macros with their arguments stay byte for byte.
+//! - four spaces per level; the brace on the line of its header; one statement per line; a body without
+//!   braces on its own line; at most one blank line, none at the inner ends of a block;
+//! - spaces around binary operators, after commas and casts, and inside `[[ ]]`; none inside parentheses;
+//! - lines of up to [`WIDTH`] columns. A longer line is broken after a comma, before a binary operator or
+//!   before `[[`, preferably outside brackets; its continuation is indented by two levels. What cannot be
+//!   broken stays longer;
+//! - declared parameters one per line if they do not fit on one line, if one has metadata or a comment of its
+//!   own, or if the line was broken after the `(` before;
+//! - an initialiser whose line was broken after the `{` keeps its rows; other line breaks are not kept;
+//! - a comment stays on its own line, or after the code that it followed;
+//! - directives, text after `#if 0`, and macro calls with their arguments stay byte for byte.
 //!
-//! Conditionals are not evaluated: all branches are laid out. What only a macro makes whole, such as a brace from a
-//! macro's body, counts as it stands in the text. `__LINE__` gives the new line. A macro that an included file
-//! defines is known only by its name in capitals.
+//! Conditionals are not evaluated: all branches are formatted. Code that only a macro makes complete, such as
+//! a brace from a macro's body, is formatted as it appears in the text. `__LINE__` gives the new line. A
+//! macro that an included file defines is recognised only by its name in capitals.
 
 mod layout;
 mod pieces;
@@ -30,18 +31,19 @@ use crate::errors;
 use crate::span::Span;
 use pieces::{Kind, Piece};
 
-/// Columns that a line should keep to.
+/// Maximum number of columns in a line, where possible.
 pub const WIDTH: usize = 99;
 
-/// The text of a file in the style of this module. `name` is what a diagnostic calls the file; its spans are bytes
-/// of `text`.
+/// The text of a file in the style of this module. `name` is the file name in diagnostics, whose spans are
+/// bytes of `text`.
 ///
-/// What the compiler only warns of is kept: a string literal broken over lines, a stray `}` before the shader. If,
-/// against expectation, white space alone could not carry a token over, the text comes back as it is.
+/// Constructs that the compiler only warns about are kept: a string literal broken over lines, a stray `}`
+/// before the shader. If, unexpectedly, changing white space would change a token, the text is returned
+/// unchanged.
 ///
 /// # Errors
-/// What is no token of the language, strings, comments and conditionals without an end, brackets out of balance
-/// or nested too deep: there the lines cannot be told with certainty, and nothing should be written.
+/// Invalid tokens; strings, comments and conditionals without an end; unbalanced brackets; too deep nesting.
+/// The lines are then uncertain, and nothing should be written.
 pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
     let Ok(end) = u32::try_from(text.len()) else {
         return Err(vec![errors::too_large(Span::default(), name)]);
@@ -53,7 +55,7 @@ pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
     Ok(if kept { out } else { text.to_owned() })
 }
 
-/// Whether two texts differ in nothing but the white space between their pieces.
+/// Whether two texts differ only in the white space between their pieces.
 fn same(before: &[Piece<'_>], after: &[Piece<'_>]) -> bool {
     let text = |p: &Piece<'_>| match p.kind {
         Kind::Lines(_) => p.text.trim_end_matches(['\r', '\n']).len(),

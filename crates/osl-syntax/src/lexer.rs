@@ -1,7 +1,8 @@
-//! Preprocessing tokens: what the text is made of before macros and keywords have a meaning.
+//! Preprocessing tokens: the units of the text before macros and keywords have a meaning.
 //!
 //! [`Raw`] is the alphabet (a logos automaton), [`Interner`] holds the spelling of names and literals, and a
-//! [`PpToken`] is one occurrence with its place. It must not know directives, keywords or the values of literals.
+//! [`PpToken`] is one occurrence with its location. This module must not know directives, keywords or the
+//! values of literals.
 
 use crate::span::Span;
 use logos::Logos;
@@ -16,7 +17,7 @@ pub(crate) enum Raw {
     Space,
     #[token("\n")]
     Newline,
-    // A backslash before the line break carries the comment on.
+    // A backslash before the line break continues the comment.
     #[regex(r"//([^\\\n]|\\[^\r\n]|\\\r?\n)*\\?", allow_greedy = true)]
     LineComment,
     /// `/*` up to `*/`, or to the end of the text.
@@ -24,16 +25,16 @@ pub(crate) enum Raw {
     BlockComment,
     #[regex(r"[A-Za-z_][A-Za-z0-9_]*")]
     Ident,
-    /// A number and whatever letters stick to it; `token` splits them.
+    /// A number with the letters attached to it; `token` splits them.
     #[regex(r"0[xX][0-9a-fA-F]+[A-Za-z0-9_]*")]
     #[regex(r"([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?([A-Za-z_][A-Za-z0-9_]*)?")]
     Number,
     #[regex(r#""([^"\\\n]|\\\r?\n|\\[^\n])*""#)]
     Str,
-    /// A `"` whose line holds no closing one.
+    /// A `"` without a closing one on its line.
     #[regex(r#""([^"\\\n]|\\\r?\n|\\[^\n])*\\?"#)]
     OpenStr,
-    /// Text between two `'`, which only conditions of the preprocessor know.
+    /// Text between two `'`, which is valid only in preprocessor conditions.
     #[token("'", character)]
     Char,
     /// A `'` without a partner nearby.
@@ -132,9 +133,9 @@ pub(crate) enum Raw {
     LBrace,
     #[token("}")]
     RBrace,
-    /// A character that belongs to no token of the language.
+    /// A character that is not part of any token.
     Other,
-    /// Stands for an empty macro argument beside `##`.
+    /// Stands for an empty macro argument next to `##`.
     Placemarker,
 }
 
@@ -143,11 +144,11 @@ fn block_comment(lexer: &mut logos::Lexer<Raw>) {
     lexer.bump(rest.find("*/").map_or(rest.len(), |n| n + 2));
 }
 
-/// Bytes between two `'`, at most. A search to the end of the line, begun anew behind each `'`, would take the square of
-/// its length.
+/// Maximum number of bytes between two `'`. A search to the end of the line, repeated after each `'`, would
+/// take quadratic time.
 const MAX_CHARACTER: usize = 128;
 
-/// Takes the text behind a `'` up to its partner on the line; false where there is none, or nothing before it.
+/// Accepts the text after a `'` up to its partner on the line; false if there is none or the text is empty.
 fn character(lexer: &mut logos::Lexer<Raw>) -> bool {
     let rest = lexer.remainder().as_bytes();
     let mut at = 0;
@@ -165,14 +166,14 @@ fn character(lexer: &mut logos::Lexer<Raw>) -> bool {
     false
 }
 
-/// The next piece of `text` at or behind `at`, white space and comments included: its kind and its end.
+/// The next piece of `text` at or after `at`, including white space and comments: its kind and its end.
 pub(crate) fn scan(text: &str, at: usize) -> Option<(Raw, usize)> {
     let rest = text.get(at..)?;
     let mut lexer = Raw::lexer(rest);
     match lexer.next()? {
         Ok(raw) => Some((raw, at + lexer.span().end)),
         Err(()) if rest.starts_with('\'') => Some((Raw::OpenChar, at + 1)),
-        // Nothing matched here: exactly one character is to blame.
+        // Nothing matched here: exactly one character is invalid.
         Err(()) => rest.chars().next().map(|c| (Raw::Other, at + c.len_utf8())),
     }
 }
@@ -182,7 +183,7 @@ pub(crate) fn scan(text: &str, at: usize) -> Option<(Raw, usize)> {
 pub(crate) struct Sym(u32);
 
 impl Sym {
-    /// The empty spelling; interned first by every [`Interner`].
+    /// The empty spelling, which every [`Interner`] interns first.
     pub(crate) const EMPTY: Sym = Sym(0);
 }
 
@@ -232,12 +233,12 @@ pub(crate) struct PpToken {
     pub(crate) kind: Raw,
     /// Its spelling.
     pub(crate) sym: Sym,
-    /// Its place in the user's text. Tokens of a macro's body stand at the invocation.
+    /// Its location in the source text. Tokens of a macro's body get the location of the call.
     pub(crate) span: Span,
-    /// Whether white space stands before it.
+    /// Whether white space precedes it.
     pub(crate) space: bool,
     /// Whether it is the first of its line.
     pub(crate) line_start: bool,
-    /// Whether it names a macro that was being expanded when it was seen; it stays a plain name for ever.
+    /// Whether it names a macro that was being expanded when the token was read; then it never expands.
     pub(crate) painted: bool,
 }

@@ -1,8 +1,9 @@
-//! Open Shading Language, from text to syntax tree.
+//! Reads Open Shading Language source and returns its syntax tree.
 //!
-//! The way of the data: [`source`] holds the text, the preprocessor turns it into tokens, the grammar
-//! turns those into an [`ast`], and whatever is wrong becomes a [`diagnostic`]. This crate must not know
-//! types, lanes, or the disk.
+//! This is the first step from a shader to pixels. [`source`] holds the text, the preprocessor turns it into
+//! tokens, the grammar turns tokens into an [`ast`], and every mistake becomes a [`diagnostic`]. `parse`
+//! never fails: even a broken file gives a tree of its sound parts. This crate must not know types, lanes, or
+//! the disk.
 
 pub mod ast;
 mod brackets;
@@ -33,11 +34,12 @@ use token::Token;
 /// How often a mistake is reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reports {
-    /// Every mistake, once.
+    /// Every mistake once.
     #[default]
     Once,
-    /// As often as the reference reports it, for scripts that count its lines: nothing after the first syntax error, one
-    /// error for each format, and an expression with an error once more where it is assigned, returned or passed.
+    /// As often as the reference reports it, for scripts that count its lines: nothing after the first syntax
+    /// error, one error for each format, and an expression with an error once more where it is assigned,
+    /// returned or passed.
     AsReference,
 }
 
@@ -50,39 +52,40 @@ pub struct Options {
     pub reports: Reports,
     /// Macros to define first, as `-Dname=value` does.
     pub defines: Vec<(String, String)>,
-    /// Whether [`Parsed::tokens`] is wanted.
+    /// Whether to return [`Parsed::tokens`].
     pub keep_tokens: bool,
-    /// What reading may cost. All of it is counted, not timed: the answer is the same on every machine.
+    /// Budgets for reading. They count work, not time, so the result is the same on every machine.
     pub limits: Limits,
 }
 
-/// What became of a file. With an error among the diagnostics the tree may have holes.
+/// The result of reading a file. If there is an error among the diagnostics, the tree may have gaps.
 #[derive(Debug)]
 pub struct Parsed {
     /// The tree.
     pub ast: Ast,
     /// The files that were read; the first is the main file.
     pub sources: SourceMap,
-    /// The tokens that the grammar saw, with their places, if [`Options::keep_tokens`] asks for them.
+    /// The tokens that the grammar saw, with their locations, if [`Options::keep_tokens`] is set.
     pub tokens: Vec<(Token, Span)>,
-    /// What is wrong, in order of position.
+    /// All diagnostics, in order of position.
     pub diagnostics: Vec<Diagnostic>,
-    /// Lines on which `#pragma osl nowarn` drops warnings, also those of later stages.
+    /// Lines on which `#pragma osl nowarn` suppresses warnings, also those of later stages.
     pub nowarn: Vec<Span>,
-    /// What stands before the first syntax error.
+    /// The declarations before the first syntax error.
     before_error: Option<Ast>,
-    /// Whether preprocessing met no error.
+    /// Whether preprocessing was free of errors.
     preprocessed: bool,
 }
 
 impl Parsed {
-    /// Whether a diagnostic is a warning that `#pragma osl nowarn` drops.
+    /// Whether a diagnostic is a warning suppressed by `#pragma osl nowarn`.
     pub fn is_silenced(&self, d: &Diagnostic) -> bool {
         !d.is_error() && self.nowarn.iter().any(|s| s.start <= d.span.start && d.span.start < s.end)
     }
 
-    /// The declarations that can be resolved in spite of errors: all, or those before the first syntax error, with
-    /// whether they are all. `None` where preprocessing failed: names would be missing that nobody forgot.
+    /// The declarations that can be resolved in spite of errors: all of them, or those before the first
+    /// syntax error. The flag tells whether they are all. `None` if preprocessing failed, since missing names
+    /// would then be reported wrongly.
     pub fn sound(&self) -> Option<(&Ast, bool)> {
         match (&self.before_error, self.preprocessed) {
             (_, false) => None,
@@ -91,18 +94,18 @@ impl Parsed {
         }
     }
 
-    /// Whether an error was found.
+    /// Whether there is an error.
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(Diagnostic::is_error)
     }
 }
 
-/// Reads a file into a tree. Never fails: whatever is wrong is among the diagnostics.
+/// Reads a file into a tree. Never fails: every problem becomes a diagnostic.
 ///
-/// `name` is what diagnostics and `__FILE__` call the file, and what the provider sees as the including file.
+/// `name` is the file's name in diagnostics and `__FILE__`, and the including file for the provider.
 pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Parsed {
     let mut pre = preprocess::preprocess(name, text, provider, options);
-    // Nothing is made of a file that is too large.
+    // A file that is too large gives an empty tree.
     let raw = if pre.stopped { Vec::new() } else { std::mem::take(&mut pre.tokens) };
     let (tokens, spans) = token::convert(&raw, &pre.names, &mut pre.diagnostics);
     drop(raw);
@@ -150,7 +153,7 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     parsed
 }
 
-/// The text of a file after preprocessing: what macros and includes make of it, line by line.
+/// The text of a file after preprocessing, with macros and includes expanded, line by line.
 pub fn preprocessed(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> String {
     let pre = preprocess::preprocess(name, text, provider, options);
     let mut out = String::new();
@@ -166,8 +169,8 @@ pub fn preprocessed(name: &str, text: &str, provider: &dyn SourceProvider, optio
     out
 }
 
-/// What was said before parsing: lines with an error, and from where on text was swallowed by an open comment or the
-/// open arguments of a macro.
+/// Errors reported before parsing: the lines with an error, and the position from which an open comment or
+/// the open arguments of a macro swallowed text.
 struct Told {
     lines: Vec<(String, u32)>,
     swallowed_from: u32,
@@ -186,14 +189,14 @@ fn lines_with_errors(found: &[Diagnostic], sources: &SourceMap) -> Told {
     }
 }
 
-/// Whether a syntax error only repeats what was said before parsing.
+/// Whether a syntax error only repeats an earlier error.
 fn is_echo(d: &Diagnostic, told: &Told, sources: &SourceMap) -> bool {
     let syntax = [errors::SYNTAX, errors::UNCLOSED, errors::STRAY_CLOSER].contains(&d.code);
     let line = sources.place(d.span).map(|p| (p.file, p.line));
     syntax && (d.span.start >= told.swallowed_from || line.is_some_and(|l| told.lines.contains(&l)))
 }
 
-/// A provider that finds no file: for text that includes none but the standard header.
+/// A provider without files, for text that includes only the standard header.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct NoFiles;
 

@@ -1,7 +1,7 @@
-//! From tokens to the tree: runs the generated parser, says what is wrong, cuts out the smallest construct around
-//! an error and goes on behind it.
+//! From tokens to the tree: runs the generated parser, explains errors, cuts out the smallest construct
+//! around an error and continues after it.
 //!
-//! It must not know text or macros; a place is the index of a token until a message is written.
+//! This module must not know text or macros; a position is the index of a token until a message is written.
 
 mod expected;
 mod recover;
@@ -29,21 +29,21 @@ mod grammar {
     pub(crate) use generated::UnitParser;
 }
 
-/// Tokens with their places; the last place is the end of the text.
+/// Tokens with their locations; the last location is the end of the text.
 #[derive(Clone, Debug)]
 pub(crate) struct Stream {
     pub(crate) tokens: Vec<Token>,
     pub(crate) spans: Vec<Span>,
-    /// Where the text ends.
+    /// The end of the text.
     pub(crate) end: Span,
 }
 
 /// Why a parse ended early.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure {
-    /// The token that fits nothing; the number of tokens at the end of the text.
+    /// The token that does not fit; at the end of the text, the number of tokens.
     pub(crate) at: usize,
-    /// Terminals of the grammar that would have fitted.
+    /// Terminals of the grammar that would fit.
     pub(crate) expected: Vec<String>,
 }
 
@@ -55,13 +55,13 @@ pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sin
     }
 }
 
-/// The declarations before the first failure; `None` if there is none.
+/// The declarations before the first failure; `None` if parsing succeeds.
 pub(crate) fn before_failure(stream: &Stream, options: &Options) -> Option<Ast> {
     let (before, _, failure) = run(stream, options);
     failure.map(|_| before)
 }
 
-/// One run of the parser; the tree of a run that fails holds the declarations before the failure.
+/// One run of the parser. If it fails, the tree contains the declarations before the failure.
 fn run(stream: &Stream, options: &Options) -> (Ast, Sink, Option<Failure>) {
     let mut builder = Builder::new(&stream.tokens, &stream.spans, options);
     let tokens = stream.tokens.iter().enumerate().map(|(n, t)| (n as u32, t.clone(), n as u32 + 1));
@@ -78,8 +78,8 @@ fn run(stream: &Stream, options: &Options) -> (Ast, Sink, Option<Failure>) {
     (builder.ast, builder.diagnostics, failure)
 }
 
-/// Parses with recovery: every error is reported, and the tree holds what is sound. The second tree is what stands
-/// before the first failure.
+/// Parses with recovery: every error is reported, and the tree contains the sound parts. The second tree
+/// contains the declarations before the first failure.
 pub(crate) fn parse(
     mut stream: Stream,
     options: &Options,
@@ -99,7 +99,7 @@ pub(crate) fn parse(
             return (ast, before_failure, reported);
         };
         before_failure.get_or_insert(ast);
-        // A stand-in that does not fit is the error before it again; what is behind was not read yet.
+        // A stand-in that does not fit repeats the previous error; the text after it was not read yet.
         let stand_in =
             matches!(stream.tokens.get(failure.at), Some(Token::Stray | Token::Bad | Token::BadExpr));
         let place = stream.spans.get(failure.at).copied().unwrap_or(stream.end);

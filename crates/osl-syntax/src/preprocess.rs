@@ -1,8 +1,9 @@
-//! The C preprocessor on tokens: files in, one stream of preprocessing tokens out, each with its place in the
-//! user's text.
+//! The C preprocessor on tokens: turns files into one stream of preprocessing tokens, each with its location
+//! in the source text.
 //!
-//! Macro expansion follows ISO C, section 6.10.3: arguments are expanded first, the result is scanned again, and a
-//! name met during its own expansion is painted, so that it never expands. It must not know keywords or grammar.
+//! Macro expansion follows ISO C, section 6.10.3: arguments are expanded first, the result is scanned again,
+//! and a name found during its own expansion is painted, so that it never expands. This module must not know
+//! keywords or grammar.
 
 mod condition;
 mod directive;
@@ -23,18 +24,18 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// The version of the reference that the version macros name.
+/// The version of the reference that the version macros report.
 const VERSION: [u32; 3] = [1, 13, 12];
 
-/// What preprocessing makes of a file.
+/// The result of preprocessing.
 pub(crate) struct Preprocessed {
     pub(crate) tokens: Vec<PpToken>,
     pub(crate) names: Interner,
     pub(crate) sources: SourceMap,
     pub(crate) diagnostics: Sink,
-    /// Lines whose warnings `#pragma osl nowarn` drops.
+    /// Lines on which `#pragma osl nowarn` suppresses warnings.
     pub(crate) nowarn: Vec<Span>,
-    /// Whether a budget cut the stream short.
+    /// Whether a budget ended the stream early.
     pub(crate) stopped: bool,
 }
 
@@ -57,14 +58,14 @@ pub(crate) fn preprocess(
     }
 }
 
-/// A file that has been read: where its text lies, and whether `#pragma once` guards it.
+/// A file that was read: the location of its text, and whether `#pragma once` guards it.
 #[derive(Clone)]
 struct Known {
     text: Arc<str>,
     base: u32,
 }
 
-/// An `#if` that waits for its `#endif`.
+/// An `#if` without its `#endif` so far.
 struct Conditional {
     opened: Span,
     /// Whether one of its branches was taken.
@@ -86,27 +87,27 @@ struct Preprocessor<'a> {
     known: FxHashMap<String, Known>,
     once: FxHashSet<String>,
     n_includes: u64,
-    /// Bytes of the files that were entered so far, again and again the same ones too.
+    /// Total bytes of all entered files; a file counts each time it is entered.
     n_included: u64,
     /// Bytes of the tokens in the output.
     n_bytes: u64,
-    /// Whether files within files have met the limit.
+    /// Whether the nesting of includes has reached the limit.
     too_deep: bool,
     contexts: Vec<Context>,
-    /// Contexts below this belong to an outer expansion and must not be read.
+    /// Contexts below this index belong to an outer expansion and must not be read.
     floor: usize,
-    /// Whether tokens come from the contexts alone, not from the files.
+    /// Whether tokens come only from the contexts, not from the files.
     isolated: bool,
-    /// Tokens that expansion has made so far.
+    /// Number of tokens that expansion has made so far.
     n_expanded: u64,
-    /// Macro calls within arguments of macro calls.
+    /// Nesting depth of macro calls within arguments of macro calls.
     depth: u64,
-    /// Set when a budget is used up: the stream ends here.
+    /// Set when a budget is used up; the stream then ends.
     stopped: bool,
     special: Special,
 }
 
-/// Names with a meaning of their own.
+/// Names with a special meaning.
 struct Special {
     defined: Sym,
     line: Sym,
@@ -185,12 +186,13 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
-    /// Enters the header that every file includes before its first line: the provider's, else that of the compiler.
+    /// Enters the header that is included before the first line of every file: the provider's, else the
+    /// compiler's.
     fn enter_standard(&mut self) {
         match self.provider.standard() {
             Some(Ok((name, text))) => {
                 self.enter_text(&name, text, Span::default());
-                // It says again what the compiler knows, which needs no warning.
+                // It repeats what the compiler knows, so its warnings are suppressed.
                 self.nowarn.extend(self.files.last().map(|file| file.span(0, file.text.len())));
             }
             Some(Err(why)) => {
@@ -203,7 +205,8 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
-    /// Enters a header that comes with the compiler, unless `#pragma once` has closed it; whether there is one.
+    /// Enters a header that comes with the compiler, unless `#pragma once` prevents it. Returns whether the
+    /// header exists.
     fn enter_built_in(&mut self, name: &str, at: Span) -> bool {
         let Some(text) = headers::text(name) else { return false };
         if !self.once.contains(name) {
@@ -212,7 +215,7 @@ impl<'a> Preprocessor<'a> {
         true
     }
 
-    /// Defines the version macros and what the options define, in a file of its own before the main one is read.
+    /// Defines the version macros and the macros from the options, in a separate file before the main one.
     fn predefine(&mut self) {
         let [major, minor, patch] = VERSION;
         let mut text = format!(
@@ -221,7 +224,7 @@ impl<'a> Preprocessor<'a> {
             10_000 * major + 100 * minor + patch
         );
         for (name, value) in &self.options.defines {
-            // A line break would begin another directive.
+            // A line break would start another directive.
             let value = value.replace(['\n', '\r'], " ");
             text.push_str(&format!("#define {} {value}\n", name.replace(['\n', '\r'], " ")));
         }
@@ -229,7 +232,7 @@ impl<'a> Preprocessor<'a> {
         while self.next_expanded().is_some() {}
     }
 
-    /// Goes on with the text of a file; `at` is where it was asked for.
+    /// Continues with the text of a file; `at` is the location of the include.
     fn enter_text(&mut self, name: &str, text: Arc<str>, at: Span) {
         self.n_included += text.len() as u64;
         if self.n_included > self.options.limits.reading.included_bytes {
@@ -261,7 +264,7 @@ impl<'a> Preprocessor<'a> {
         self.files.push(FileCursor::new(name, known.text, known.base));
     }
 
-    /// The next token with macros expanded; the end of everything is `None`.
+    /// The next token with macros expanded; `None` at the end of the input.
     fn next_expanded(&mut self) -> Option<PpToken> {
         while !self.stopped {
             let token = self.next_token()?;
@@ -276,8 +279,8 @@ impl<'a> Preprocessor<'a> {
         None
     }
 
-    /// The next token without expansion: from the innermost expansion, else from the files, where directives are
-    /// carried out on the way.
+    /// The next token without expansion: from the innermost expansion, else from the files, where directives
+    /// are executed on the way.
     fn next_token(&mut self) -> Option<PpToken> {
         loop {
             if self.stopped {
@@ -309,7 +312,7 @@ impl<'a> Preprocessor<'a> {
         }
     }
 
-    /// The line, from 1, of an offset in the file that is being read; of one before it the first.
+    /// The line, from 1, of an offset in the current file; the first line for an earlier offset.
     fn line_of(&self, offset: u32) -> u32 {
         let base = self.files.last().map_or(0, |file| file.base);
         let file = self.sources.file_at(base);

@@ -1,7 +1,7 @@
 //! The tree and the tokens as readable text, for snapshots and for people.
 //!
-//! The text says everything that the tree holds but places, so that two trees mean the same exactly if they print
-//! the same. One construct a line, two spaces a level; expressions as prefix forms in parentheses.
+//! The text contains everything in the tree except locations, so two trees mean the same exactly if they
+//! print the same. One construct per line, two spaces per level; expressions in prefix form in parentheses.
 
 mod expr;
 
@@ -29,11 +29,11 @@ pub fn ast(ast: &Ast) -> String {
     p.out
 }
 
-/// The tokens with line and column, one a line.
+/// The tokens with line and column, one per line.
 pub fn tokens(tokens: &[(Token, Span)], sources: &SourceMap) -> String {
     let mut out = String::new();
     for (token, span) in tokens {
-        // Text can always be written.
+        // Writing to a string cannot fail.
         let _ = match sources.place(*span) {
             Some(place) => writeln!(out, "{:>3}:{:<3} {token:?}", place.line, place.column),
             None => writeln!(out, "        {token:?}"),

@@ -1,6 +1,6 @@
 //! Diagnostics as text for people: excerpts of the source with labels, notes, help, and fixes as patches.
 //!
-//! Drawing is annotate-snippets' business. Only the caller knows whether its reader sees color.
+//! The crate annotate-snippets draws the excerpts. Only the caller knows whether the reader sees color.
 
 use crate::diagnostic::{Diagnostic, Edit, Severity};
 use crate::escape::{same_places, shown};
@@ -11,9 +11,9 @@ use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Snippet};
 use std::borrow::Cow;
 use std::ops::Range;
 
-/// Bytes of a line that is shown; a longer one is only named.
+/// Maximum length of a displayed line in bytes; a longer one is only referred to.
 const MAX_LINE: usize = 1000;
-/// Bytes of a message that are shown.
+/// Maximum length of a displayed message in bytes.
 const MAX_MESSAGE: usize = 600;
 
 /// How to draw.
@@ -23,7 +23,7 @@ pub struct RenderStyle {
     pub color: bool,
 }
 
-/// Diagnostics as text, in their order, one blank line between them.
+/// Diagnostics as text, in their order, separated by blank lines.
 pub fn render(diagnostics: &[Diagnostic], sources: &SourceMap, style: RenderStyle) -> String {
     let renderer = if style.color { Renderer::styled() } else { Renderer::plain() };
     let renderer = renderer.decor_style(DecorStyle::Ascii);
@@ -35,7 +35,7 @@ pub fn render(diagnostics: &[Diagnostic], sources: &SourceMap, style: RenderStyl
     out
 }
 
-/// Where a diagnostic begins and ends; `None` for a span outside of the files.
+/// Where a diagnostic begins and ends; `None` for a span outside the files.
 pub fn places(span: Span, sources: &SourceMap) -> Option<(Place, Place)> {
     Some((sources.place(span)?, sources.place(Span::new(span.end, span.end))?))
 }
@@ -87,14 +87,15 @@ fn report<'a>(d: &'a Diagnostic, sources: &'a SourceMap) -> Vec<Group<'a>> {
     groups
 }
 
-/// The lines of a file that an excerpt needs, so that drawing costs what is shown and not what the file holds.
+/// The lines of a file that an excerpt needs, so that the cost of drawing does not depend on the size of the
+/// file.
 struct Window {
     range: Range<usize>,
     first_line: usize,
 }
 
 impl Window {
-    /// The lines around the ranges; `None` where one of the lines that would be shown is too long to be read.
+    /// The lines around the ranges; `None` if one of them is too long to display.
     fn around(file: &SourceFile, ranges: &[Range<usize>]) -> Option<Window> {
         let text = file.text.as_bytes();
         let start = ranges.iter().map(|r| r.start).min()?;
@@ -122,7 +123,7 @@ impl Window {
     }
 }
 
-/// The text as it is shown, cut where it is too long to be read.
+/// The text for display, cut if it is too long.
 fn clipped(text: &str) -> Cow<'_, str> {
     let text = match shown(text) {
         Cow::Borrowed(text) if text.len() <= MAX_MESSAGE => return text.into(),
@@ -146,7 +147,7 @@ fn patch<'a>(file: &SourceFile, window: &Window, edit: &'a Edit) -> Option<Patch
     Some(Patch::new(window.within(range_in(file, edit.span)?), shown(&edit.text)))
 }
 
-/// The files that a diagnostic speaks of, that of its main place first.
+/// The files of a diagnostic; that of its main location comes first.
 fn files_of<'a>(d: &Diagnostic, sources: &'a SourceMap) -> Vec<&'a SourceFile> {
     let mut files: Vec<&SourceFile> = Vec::new();
     for span in std::iter::once(&d.span).chain(d.labels.iter().map(|(s, _)| s)) {
@@ -159,7 +160,7 @@ fn files_of<'a>(d: &Diagnostic, sources: &'a SourceMap) -> Vec<&'a SourceFile> {
     files
 }
 
-/// A span as bytes of a file, cut to it and to whole characters.
+/// A span as a byte range of a file, clipped to the file and to whole characters.
 fn range_in(file: &SourceFile, span: Span) -> Option<Range<usize>> {
     let len = file.text.len();
     let start = span.start.checked_sub(file.base)? as usize;

@@ -1,10 +1,11 @@
-//! Repair of files that lost brackets or semicolons: the fewest insertions that make a file parse.
+//! Repairs files with missing brackets or semicolons: finds the fewest insertions that make a file parse.
 //!
-//! A best-first search (A*) over insertions. A state is the stream with some tokens inserted; the parser tells where
-//! it fails and what it expects there, and each bracket or `;` that it expects is a step, inserted where it fails. A
-//! `}` may also go before an earlier declaration at the left margin, where a lost brace has swallowed a function. The
-//! brackets still without a partner are what a state costs at least. All budgets count tokens, not seconds, so that
-//! the answer is the same on every machine.
+//! It is a best-first search (A*) over insertions. A state is the stream with some tokens inserted. The
+//! parser tells where it fails and which tokens it expects there; each expected bracket or `;` is a step,
+//! inserted where the parser fails. A `}` may also be inserted before an earlier declaration at the left
+//! margin, because a missing brace can swallow a function. The number of unmatched brackets is a lower bound
+//! on the remaining cost. All budgets count tokens, not seconds, so that the result is the same on every
+//! machine.
 
 mod place;
 
@@ -20,32 +21,32 @@ use rustc_hash::FxHashSet;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// The part of the budget that a search for the sake of a better message may use.
+/// A search that only improves a message may use the budget divided by this.
 const MESSAGE_PART: u64 = 4;
 
-/// Insertions, at most.
+/// Maximum number of insertions.
 const MAX_INSERTIONS: usize = 24;
 
 /// Cost of an insertion.
 const INSERTION: u32 = 8;
 
-/// Added for an insertion in the middle of a line.
+/// Additional cost of an insertion in the middle of a line.
 const MID_LINE: u32 = 3;
 
-/// Taken off for a `}` before a declaration at the left margin.
+/// Subtracted for a `}` before a declaration at the left margin.
 const AT_MARGIN: u32 = 1;
 
 /// A repaired file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Repair {
-    /// The insertions, in order of position; spans are those of the file as it was.
+    /// The insertions, in order of position; spans refer to the original file.
     pub edits: Vec<Edit>,
-    /// The text with the insertions made.
+    /// The text with the insertions.
     pub text: String,
 }
 
-/// Finds the fewest insertions of `)` `]` `}` `{` `;` that make a file parse. `None` when it parses as it is, when
-/// something else is wrong with it, or when the search exceeds its budget.
+/// Finds the fewest insertions of `)` `]` `}` `{` `;` that make a file parse. `None` if it parses already, if
+/// it has other errors, or if the search exceeds its budget.
 pub fn repair(name: &str, text: &str, provider: &dyn SourceProvider, options: &Options) -> Option<Repair> {
     let mut pre = crate::preprocess::preprocess(name, text, provider, options);
     let (tokens, spans) = crate::token::convert(&pre.tokens, &pre.names, &mut pre.diagnostics);
@@ -61,7 +62,7 @@ pub fn repair(name: &str, text: &str, provider: &dyn SourceProvider, options: &O
     (!parsed.has_errors()).then_some(Repair { edits, text })
 }
 
-/// Makes edits, which must lie in the text in order of position.
+/// Applies edits, which must be in the text and in order of position.
 pub fn apply(text: &str, edits: &[Edit]) -> Option<String> {
     let mut out = String::with_capacity(text.len());
     let mut at = 0;
@@ -74,23 +75,23 @@ pub fn apply(text: &str, edits: &[Edit]) -> Option<String> {
     Some(out)
 }
 
-/// One insertion: before which token of the stream as it was, and what.
+/// One insertion: the token, and the index of the original token before which it goes.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Insertion {
     before: usize,
     token: Token,
 }
 
-/// A state of the search: what has been inserted so far, and at what cost.
+/// A state of the search: the insertions so far, and their cost.
 struct State {
     insertions: Vec<Insertion>,
     cost: u32,
 }
 
-/// A stream with insertions made, those at one place in their order.
+/// A stream with its insertions; those at one position keep their order.
 struct Patched {
     stream: Stream,
-    /// For each token, and for the end, its index in the stream as it was.
+    /// For each token, and for the end, its index in the original stream.
     origin: Vec<usize>,
 }
 
@@ -130,8 +131,8 @@ struct Found {
     diagnostics: Vec<Diagnostic>,
 }
 
-/// Explains a stream that does not parse by what was lost: one error for each place where something is missing, the
-/// first with the fix. `None` when no insertions make it parse.
+/// Explains a stream that does not parse by missing tokens: one error for each position, the first with the
+/// fix. `None` if no insertions make it parse.
 pub(crate) fn explain(
     stream: &Stream,
     text: &str,
@@ -154,7 +155,7 @@ pub(crate) fn explain(
     errors.dedup();
     let edits = place::edits(stream, text, &insertions);
     if let Some(first) = errors.first_mut() {
-        // A guess, so it is offered and not made.
+        // It is a guess, so it is offered but not applied.
         first.fixes = vec![Fix { title: "insert what is missing".to_owned(), edits }];
         errors.iter_mut().skip(1).for_each(|e| e.fixes.clear());
     }
@@ -162,7 +163,7 @@ pub(crate) fn explain(
     Some((ast, diagnostics))
 }
 
-/// The fewest insertions that make a stream parse; `None` when it does as it is, or when none are found.
+/// The fewest insertions that make a stream parse; `None` if it parses already, or if none are found.
 fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option<Found> {
     let mut states = vec![Some(State { insertions: Vec::new(), cost: 0 })];
     let mut queue = BinaryHeap::from([(Reverse(0), 0, Reverse(0))]);
@@ -203,13 +204,13 @@ fn search(stream: &Stream, text: &str, options: &Options, budget: u64) -> Option
     None
 }
 
-/// Whether something seems to be lost at all: a bracket has no partner, or a line ends where a `;` would fit.
+/// Whether anything seems to be missing: a bracket has no partner, or a line ends where a `;` would fit.
 fn worth_a_search(stream: &Stream, failure: &Failure, brackets: &Brackets, text: &str) -> bool {
     let semicolon = failure.expected.iter().any(|e| e == "\";\"");
     brackets.n_lonely > 0 || (semicolon && place::ends_line(stream, failure.at, text))
 }
 
-/// The insertions worth trying: place in the stream, token, cost.
+/// The insertions to try: position in the stream, token, cost.
 fn steps(stream: &Stream, failure: &Failure, around: &[usize], text: &str) -> Vec<(usize, Token, u32)> {
     let kinds = [
         ("\")\"", Token::RParen),
@@ -221,7 +222,7 @@ fn steps(stream: &Stream, failure: &Failure, around: &[usize], text: &str) -> Ve
     let at = failure.at;
     let mut steps = Vec::new();
     for (name, token) in kinds {
-        // A closer must have something to close.
+        // A closing bracket must close something.
         let useless = match token {
             Token::LBrace | Token::Semi => false,
             _ => around.is_empty(),
@@ -231,7 +232,7 @@ fn steps(stream: &Stream, failure: &Failure, around: &[usize], text: &str) -> Ve
             steps.push((at, token, INSERTION + mid));
         }
     }
-    // What fits nothing may be a token late: in `a[2 = {` the parser has taken the `=` for an assignment.
+    // The error may be detected one token late: in `a[2 = {` the parser has taken the `=` for an assignment.
     if let Some(token) = around.first().and_then(|o| stream.tokens.get(*o)).and_then(closer)
         && let Some(before) = at.checked_sub(1)
         && around.first() < Some(&before)

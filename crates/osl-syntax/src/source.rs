@@ -1,6 +1,6 @@
-//! The source map: which files were read, and where a global offset lies in them.
+//! The source map: the files that were read, and their ranges of global offsets.
 //!
-//! Files arrive through a [`SourceProvider`]; this crate never opens one itself.
+//! Files come from a [`SourceProvider`]; this crate never opens one itself.
 
 use crate::span::Span;
 use std::sync::{Arc, OnceLock};
@@ -12,13 +12,13 @@ pub struct FileId(pub u32);
 /// One source file.
 #[derive(Clone, Debug)]
 pub struct SourceFile {
-    /// The name as diagnostics show it.
+    /// The name shown in diagnostics.
     pub name: String,
     /// Its text.
     pub text: Arc<str>,
     /// Global offset of its first byte.
     pub base: u32,
-    /// Where its lines start, found at the first question: a file of which nothing is said needs none.
+    /// The starts of its lines, computed on first use, since most files are never mentioned.
     lines: OnceLock<Arc<[u32]>>,
 }
 
@@ -30,17 +30,17 @@ impl SourceFile {
         })
     }
 
-    /// The line, from 1, that holds an offset of the text. It takes a search among the lines, not a walk through the text.
+    /// The line, from 1, that contains an offset of the text, by binary search.
     pub fn line_at(&self, offset: usize) -> u32 {
         self.lines().partition_point(|start| *start as usize <= offset) as u32
     }
 
-    /// Where a line, from 1, starts in the text.
+    /// The start of a line, counted from 1, in the text.
     pub fn line_start(&self, line: u32) -> Option<usize> {
         self.lines().get(line.checked_sub(1)? as usize).map(|start| *start as usize)
     }
 
-    /// The text of a line, from 1, without its end.
+    /// The text of a line, counted from 1, without its end.
     pub fn line(&self, line: u32) -> Option<&str> {
         let start = self.line_start(line)?;
         let end = self.line_start(line + 1).unwrap_or(self.text.len());
@@ -56,7 +56,7 @@ pub struct SourceMap {
     files: Vec<SourceFile>,
 }
 
-/// A place as people count: file name, 1-based line, 1-based column in characters.
+/// A human-readable location: file name, 1-based line, 1-based column in characters.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Place {
     /// Name of the file.
@@ -68,9 +68,9 @@ pub struct Place {
 }
 
 impl SourceMap {
-    /// Adds a file. `None` when the offset space (4 GiB) is used up.
+    /// Adds a file. `None` if the offset space (4 GiB) is used up.
     pub fn add(&mut self, name: impl Into<String>, text: Arc<str>) -> Option<FileId> {
-        // One unused offset between files keeps an end of one apart from the start of the next.
+        // One unused offset between files separates the end of one from the start of the next.
         let base = match self.files.last() {
             None => 0,
             Some(f) => f.base.checked_add(u32::try_from(f.text.len()).ok()?)?.checked_add(1)?,
@@ -80,8 +80,8 @@ impl SourceMap {
         Some(FileId(self.files.len() as u32 - 1))
     }
 
-    /// Adds all files of another map behind its own. Returns what to add to a span of the other map to make it one of
-    /// this; `None` when the offset space is used up.
+    /// Appends all files of another map. Returns the number to add to a span of the other map to make it one
+    /// of this map; `None` if the offset space is used up.
     pub fn append(&mut self, other: &SourceMap) -> Option<u32> {
         let base = match self.files.last() {
             None => 0,
@@ -93,18 +93,18 @@ impl SourceMap {
         Some(base)
     }
 
-    /// The files in the order of their first reading.
+    /// The files in the order in which they were first read.
     pub fn files(&self) -> &[SourceFile] {
         &self.files
     }
 
-    /// The file that holds a global offset.
+    /// The file that contains a global offset.
     pub fn file_at(&self, offset: u32) -> Option<&SourceFile> {
         let after = self.files.partition_point(|f| f.base <= offset);
         self.files.get(after.checked_sub(1)?)
     }
 
-    /// The text of a span; empty where it does not lie within one file.
+    /// The text of a span; empty if it is not within one file.
     pub fn text(&self, span: Span) -> &str {
         self.file_at(span.start)
             .and_then(|f| f.text.get((span.start - f.base) as usize..span.end.checked_sub(f.base)? as usize))
@@ -128,17 +128,17 @@ impl SourceMap {
     }
 }
 
-/// Where `#include` finds its files. The driver implements it; tests use a map.
+/// Finds the files for `#include`. The driver implements it; tests use a map.
 pub trait SourceProvider {
-    /// Finds the file that `#include` names. `from` is the name of the including file as the
-    /// provider gave it; `quoted` tells `"x"` from `<x>`. Returns its full name and text.
+    /// Finds the file that `#include` names. `from` is the name of the including file as the provider
+    /// returned it; `quoted` distinguishes `"x"` from `<x>`. Returns the file's full name and text.
     ///
     /// # Errors
-    /// The reason, in words for the user: not found, not text, too large.
+    /// The reason, as text for the user: not found, not text, too large.
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String>;
 
-    /// A `stdosl.h` to read before the first line of every shader, in place of the one of the compiler: its full name
-    /// and text. `None` if there is none, an error in words if it cannot be read.
+    /// A `stdosl.h` to read before the first line of every shader in place of the compiler's: its full name
+    /// and text. `None` if there is none; an error as text if it cannot be read.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
         None
     }

@@ -1,7 +1,7 @@
 //! Positions in source text: 8-byte spans over one global offset space.
 //!
-//! The [`SourceMap`](crate::source::SourceMap) gives every file a range of global byte offsets; a span is
-//! a half-open range of them. A span must not know which file it lies in: the map answers that.
+//! The [`SourceMap`](crate::source::SourceMap) gives every file a range of global byte offsets; a span is a
+//! half-open range of them. A span does not know its file, which is found through the map.
 
 /// A half-open range `start..end` of global byte offsets.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
@@ -18,7 +18,7 @@ impl Span {
         Self { start, end }
     }
 
-    /// The span of a file map that was appended to another: see [`crate::source::SourceMap::append`].
+    /// A span of a source map that was appended to another: see [`crate::source::SourceMap::append`].
     #[must_use]
     pub fn moved(self, by: u32) -> Span {
         Span::new(self.start.saturating_add(by), self.end.saturating_add(by))

@@ -1,18 +1,18 @@
-//! Which known name a misspelt one probably meant.
+//! Suggests the known name that a misspelt one probably meant.
 //!
-//! All suggestions of the project go through [`closest`], so that they keep one rule: nothing is better than a wrong
-//! word. Names are compared by optimal string alignment distance without regard to case. Input cannot make this slow:
-//! long names are not compared, and of many names only so many.
+//! All suggestions of the project use [`closest`] and thus the same rule: no suggestion is better than a
+//! wrong one. Names are compared by optimal string alignment distance, ignoring case. Input cannot make this
+//! slow: long names are not compared, and the number of comparisons is limited.
 
-/// Names of more bytes than this are not compared: nobody needs help with them, and comparing takes the product of
-/// their lengths.
+/// Longer names, in bytes, are not compared: they need no suggestion, and a comparison takes time
+/// proportional to the product of the lengths.
 const MAX_NAME: usize = 64;
 
-/// At most so many names of about the right length are compared with one.
+/// Maximum number of names of about the right length to compare.
 const MAX_COMPARED: usize = 1000;
 
-/// The name most like `name`, of those that differ from it in at most a third of the letters of the shorter one.
-/// Of several the one that stands first in the alphabet.
+/// The name most similar to `name`, among those that differ from it in at most a third of the letters of the
+/// shorter one. Of several, the alphabetically first one.
 pub fn closest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     if name.len() > MAX_NAME {
         return None;

@@ -1,7 +1,8 @@
-//! Tokens of the grammar, and the step from preprocessing tokens to them: keywords, reserved words, the values of
-//! literals, joined strings.
+//! Tokens of the grammar, and their conversion from preprocessing tokens: keywords, reserved words, the
+//! values of literals, joined strings.
 //!
-//! It must not know the grammar, except that `shader` and its kin are keywords by position only.
+//! This module must not know the grammar, except that `shader`, `surface` and the like are keywords by
+//! position only.
 
 use crate::ast::{BinaryOp, ShaderKind, TypeName, UnaryOp};
 use crate::diagnostic::Sink;
@@ -33,7 +34,7 @@ pub enum Token {
     Return,
     Struct,
     While,
-    /// `public`, `illuminate`, `illuminance`: words that no rule uses.
+    /// `public`, `illuminate`, `illuminance`: words that the grammar does not use.
     Unused,
     LParen,
     RParen,
@@ -65,15 +66,15 @@ pub enum Token {
     Pipe,
     AndAnd,
     OrOr,
-    /// Something that is no token; reported already.
+    /// An invalid token, which was reported already.
     Stray,
-    /// A statement, declaration, formal or metadatum that recovery has cut out.
+    /// A statement, declaration, formal or metadatum that recovery has removed.
     Bad,
-    /// An expression that recovery has cut out.
+    /// An expression that recovery has removed.
     BadExpr,
 }
 
-/// The keyword or operator that a preprocessing token is; `None` for names, literals and what is no token.
+/// The keyword or operator for a preprocessing token; `None` for names, literals and invalid tokens.
 pub(crate) fn fixed(kind: Raw, text: &str) -> Option<Token> {
     match kind {
         Raw::Ident => match word(text) {
@@ -84,7 +85,8 @@ pub(crate) fn fixed(kind: Raw, text: &str) -> Option<Token> {
     }
 }
 
-/// Turns preprocessing tokens into tokens of the grammar, one for one but for joined strings and dropped modifiers.
+/// Converts preprocessing tokens to tokens of the grammar, one for one, except for joined strings and dropped
+/// modifiers.
 pub(crate) fn convert(tokens: &[PpToken], names: &Interner, out: &mut Sink) -> (Vec<Token>, Vec<Span>) {
     let mut c = Converter {
         names,
@@ -114,7 +116,7 @@ struct Converter<'a> {
     out: &'a mut Sink,
     tokens: Vec<Token>,
     spans: Vec<Span>,
-    /// The values of the string literals so far: each is kept once, however often macros repeat it.
+    /// The values of the string literals so far; each is kept once, however often macros repeat it.
     strings: FxHashMap<Sym, Arc<str>>,
 }
 
@@ -150,7 +152,7 @@ impl Converter<'_> {
         self.spans.push(t.span);
     }
 
-    /// A string literal with those that follow it: they are one.
+    /// Joins a string literal with those that follow it.
     fn strings(&mut self, first: PpToken, more: &[PpToken]) {
         let mut value = self.string(first);
         let mut span = first.span;
@@ -176,7 +178,7 @@ impl Converter<'_> {
         let (end, token) = number(text);
         let (digits, suffix) = text.split_at(end);
         if !suffix.is_empty() {
-            // Only a number that stands in the text as such has its suffix at a known place.
+            // The position of the suffix is known only if the number occurs in the text itself.
             let literal = (t.span.end - t.span.start) as usize == text.len();
             let at = if literal { Span::new(t.span.start + end as u32, t.span.end) } else { t.span };
             self.out.push(errors::number_suffix(t.span, at, digits, suffix));
@@ -188,7 +190,7 @@ impl Converter<'_> {
     }
 }
 
-/// Splits a number from the letters behind it; the token is `None` for an int beyond 32 bits.
+/// Splits a number from the letters after it; the token is `None` for an int beyond 32 bits.
 fn number(text: &str) -> (usize, Option<Token>) {
     let bytes = text.as_bytes();
     let run = |from: usize, ok: fn(&u8) -> bool| from + bytes.iter().skip(from).take_while(|b| ok(b)).count();
@@ -262,7 +264,7 @@ pub(crate) fn unescape(literal: &str) -> String {
 
 enum Word {
     Token(Token),
-    /// `modifier`: it may stand before a type, and the rest makes sense without it.
+    /// `modifier`: it may precede a type, and the rest is valid without it.
     Reserved {
         modifier: bool,
     },
@@ -357,8 +359,8 @@ fn operator(kind: Raw) -> Option<Token> {
     })
 }
 
-/// `shader` and its kin begin a shader where an identifier and then `(` or metadata follow, unless a struct has
-/// taken the name: inside brackets too, so that a missing brace before the shader does not hide it.
+/// `shader` and the like begin a shader if an identifier and then `(` or metadata follow, unless a struct has
+/// that name. This also applies inside brackets, so that a missing brace before the shader does not hide it.
 fn mark_shaders(tokens: &mut [Token]) {
     let structs: FxHashSet<Arc<str>> = tokens
         .windows(2)

@@ -1,4 +1,4 @@
-//! One snapshot for each code: the source and what is said about it.
+//! One snapshot for each code: the source and its diagnostics.
 
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;
@@ -97,7 +97,7 @@ fn each_message() {
 
 #[test]
 fn every_code_has_its_snapshot_and_a_number_of_its_own() {
-    // Four gibibytes of sources are not for a test.
+    // A test cannot use four gibibytes of source.
     let missing: Vec<_> =
         CODES.iter().filter(|c| c.id != "E0017" && !CASES.iter().any(|(id, ..)| *id == c.id)).collect();
     assert!(missing.is_empty(), "{missing:?}");

@@ -1,4 +1,4 @@
-//! The style, case by case, and what is left alone.
+//! The style, case by case, and the text that stays unchanged.
 
 #![allow(clippy::unwrap_used, reason = "a test says what must hold")]
 
@@ -8,7 +8,7 @@ mod common;
 use common::read;
 use osl_syntax::format::format;
 
-/// Formats a text that can be, twice: the second time changes nothing.
+/// Formats a valid text twice: the second time changes nothing.
 fn tidy(text: &str) -> String {
     let once = format("test.osl", text).unwrap();
     assert_eq!(format("test.osl", &once).unwrap(), once, "not stable");
@@ -22,7 +22,7 @@ fn body(text: &str) -> String {
     inner.lines().map(|l| l.strip_prefix("    ").unwrap_or(l)).collect::<Vec<_>>().join("\n")
 }
 
-/// The codes of what is wrong with a text that cannot be formatted.
+/// The codes of the errors in a text that cannot be formatted.
 fn refused(text: &str) -> Vec<&'static str> {
     format("test.osl", text).unwrap_err().iter().map(|d| d.code.id).collect()
 }
@@ -163,7 +163,7 @@ fn macro_uses_stay_byte_for_byte() {
         tidy("#define STR(x) #x\nint  n=strlen( STR( a+b,( \")\"\n'  ) ) );\n"),
         "#define STR(x) #x\nint n = strlen(STR( a+b,( \")\"\n'  ) ));\n"
     );
-    // Those of an included file are known by their capitals, if a file is included.
+    // Macros of an included file are recognised by their capitals, if a file is included.
     let call = "int  n=ASSERT_EQ( a+b ,c );\n";
     assert_eq!(
         tidy(&format!("#include \"m.h\"\n{call}")),
@@ -173,7 +173,7 @@ fn macro_uses_stay_byte_for_byte() {
         tidy(&format!("#include <stdosl.h>\n{call}")),
         "#include <stdosl.h>\nint n = ASSERT_EQ(a + b, c);\n"
     );
-    // One that stands alone on its line is a statement of its own.
+    // A macro alone on its line is a separate statement.
     assert_eq!(
         tidy("#define M(x) x\nM(1)\nM(2)\nint a;M(3) int b;\n"),
         "#define M(x) x\nM(1)\nM(2)\nint a;\nM(3) int b;\n"
@@ -182,7 +182,7 @@ fn macro_uses_stay_byte_for_byte() {
 
 #[test]
 fn broken_strings_stay_byte_for_byte() {
-    // What stands behind the string on its last line decides how it is read: no quote may get there.
+    // Text after the string on its last line decides how it is read: no quote may get there.
     assert_eq!(
         body("f(\"a\n   b\",\n\"http://c\");\ns = \"a\nb\"; // \"\n"),
         "f(\"a\n   b\",\n        \"http://c\");\ns = \"a\nb\";\n// \""
@@ -192,7 +192,7 @@ fn broken_strings_stay_byte_for_byte() {
 #[test]
 fn line_ends_and_byte_order_mark() {
     assert_eq!(tidy("int f( );\r\n\r\n\r\nint g( );"), "int f();\r\n\r\nint g();\r\n");
-    // Line breaks within comments and directives stay as they are, and say nothing of the others.
+    // Line breaks within comments and directives stay unchanged and do not affect the others.
     assert_eq!(tidy("\r\n/* a\n*/ int f();\n"), "/* a\n*/ int f();\r\n");
     assert_eq!(tidy("#define X\r\nint f();"), "#define X\r\nint f();\r\n");
     assert_eq!(tidy("\u{feff}int f( );\n"), "\u{feff}int f();\n");

@@ -1,4 +1,5 @@
-//! Real files: formatted they mean the same, formatted again they stay the same, however they were spaced before.
+//! Real files: formatting keeps their meaning, and formatting again changes nothing, whatever the original
+//! white space.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test says what must hold")]
 
@@ -26,14 +27,14 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The shader files of the repository that can be read, with their texts.
+/// The valid shader files of the repository, with their texts.
 fn texts() -> Vec<(String, String)> {
     let mut found = Vec::new();
     for folder in ["osl", "tests", "crates/osl-syntax/tests/data/format"] {
         files(&Path::new(ROOT).join(folder), &mut found);
     }
     let texts = found.iter().map(|p| (p.display().to_string(), std::fs::read_to_string(p).unwrap()));
-    // The number of a line is what formatting changes.
+    // Formatting changes line numbers.
     texts.filter(|(_, text)| !text.contains("__LINE__") && !lenient(text).has_errors()).collect()
 }
 
@@ -43,7 +44,7 @@ fn tree(text: &str) -> String {
     print::ast(&parsed.ast)
 }
 
-/// Formats, and checks that it means the same and that doing it again changes nothing.
+/// Formats, and checks that the meaning is the same and that formatting again changes nothing.
 fn check(name: &str, text: &str) -> String {
     let once = format(name, text).unwrap_or_else(|d| panic!("{name}: {d:#?}\n{text}"));
     assert_eq!(squeezed(&once), squeezed(text), "{name}\n{text}");
@@ -61,14 +62,14 @@ fn real_files_mean_the_same_and_stay() {
         let once = check(name, text);
         let code = |line: &&str| !line.contains("//") && line.chars().count() > osl_syntax::format::WIDTH;
         for line in once.lines().filter(code) {
-            // A long string is what cannot be broken.
+            // A long string cannot be broken.
             let longest = line.split('"').map(str::len).max().unwrap_or(0);
             assert!(line.contains("[[") || longest > 40, "{name}: {line}");
         }
     }
 }
 
-/// What may stand between two tokens without changing what they mean.
+/// Text that may separate two tokens without changing their meaning.
 const GAPS: [&str; 14] = [
     " ",
     "  \t ",
@@ -86,7 +87,7 @@ const GAPS: [&str; 14] = [
     "\n#ifdef NO\n#else\n#endif\n",
 ];
 
-/// Where the tokens of a text begin, but for those that are part of a directive or of a macro.
+/// The starts of the tokens of a text, except those in directives and macros.
 fn places(text: &str) -> Vec<usize> {
     let parsed = lenient(text);
     let mut starts: Vec<usize> = parsed.tokens.iter().map(|(_, s)| s.start as usize).collect();
@@ -114,7 +115,7 @@ proptest! {
         for (at, gap) in gaps.iter().rev() {
             spaced.insert_str(*at, gap);
         }
-        // A comment with a quote behind a broken string is another program.
+        // A comment with a quote after a broken string makes a different program.
         prop_assume!(!lenient(&spaced).has_errors());
         check(name, &spaced);
     }

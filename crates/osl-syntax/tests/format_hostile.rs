@@ -1,4 +1,4 @@
-//! Any text at all: a result or an error, never a panic, in time that grows with the text.
+//! Any text gives a result or an error, never a panic, in time that grows with the length of the text.
 
 #![allow(clippy::unwrap_used, reason = "a test says what must hold")]
 
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 
 const MANY: usize = 10_000;
 
-/// Formats; what comes of it has the same tokens and stays the same.
+/// Formats a text; the result has the same tokens, and formatting it again changes nothing.
 fn check(text: &str) {
     let Ok(once) = format("fuzz.osl", text) else { return };
     assert_eq!(format("fuzz.osl", &once).as_ref(), Ok(&once), "not stable:\n{text:?}\n{once}");
@@ -49,7 +49,7 @@ fn deep_but_flat_for_the_formatter() {
         "if (a) ; else ".repeat(n) + "if (a) ;",
         "#if 0\n".repeat(n) + &"#endif\n".repeat(n),
         "#define F(x) x\n".to_owned() + &"F(".repeat(n) + &")".repeat(n),
-        // Each way through a conditional leaves all the headers again.
+        // Each path through a conditional leaves all headers again.
         "if (a) ".repeat(deep) + "x;\n" + &"#if 1\n".repeat(n) + &"y;\n#else\nz;\n#endif\n".repeat(n),
         "if (a) ".repeat(deep) + "x;\n" + &"// c\n".repeat(n) + "else x;",
     ] {
@@ -67,7 +67,7 @@ fn much_of_everything() {
         ("{", false),
         ("}", false),
         ("[[", false),
-        // Pairs of quotes, empty strings all of them.
+        // Pairs of quotes, which are empty strings.
         ("\"", true),
         ("\"\n", true),
         ("'", false),
@@ -98,7 +98,7 @@ fn much_of_everything() {
     }
 }
 
-/// Pieces that make text which is nearly OSL.
+/// Fragments that combine to text that resembles OSL.
 const PIECES: [&str; 78] = [
     "shader",
     "s",
@@ -180,7 +180,7 @@ const PIECES: [&str; 78] = [
     "é",
 ];
 
-/// Balanced pieces, so that much of what they make is formatted.
+/// Balanced fragments, so that most combinations can be formatted.
 const WHOLE: [&str; 48] = [
     "a",
     "b;",

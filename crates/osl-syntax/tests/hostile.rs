@@ -1,4 +1,4 @@
-//! Text that means harm: nothing panics, nothing hangs, and the message says which limit was met.
+//! Hostile text: nothing panics, nothing hangs, and the message names the limit that was reached.
 
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;
@@ -137,7 +137,7 @@ fn text_that_macros_paste_or_quote_is_bounded() {
     }
 }
 
-/// Pieces that make text which is nearly OSL.
+/// Fragments that combine to text that resembles OSL.
 const PIECES: [&str; 52] = [
     "shader",
     "s",

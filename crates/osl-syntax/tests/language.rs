@@ -1,4 +1,4 @@
-//! What the grammar takes and refuses, after the tables of the language specification.
+//! What the grammar accepts and rejects, after the tables of the language specification.
 
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;

@@ -50,7 +50,7 @@ fn macros() {
         ("#define A /* none */ 1 // one\nA;", "1 ;"),
         ("#define f (1)\nf", "( 1 )"),
         ("#define foo() bar\n#define foo2 foo\nfoo2 ()", "bar"),
-        // The examples of ISO C, 6.10.3.5, in part.
+        // Some of the examples of ISO C, 6.10.3.5.
         (
             "#define x 3\n#define f(a) f(x * (a))\n#undef x\n#define x 2\n#define g f\n#define z z[0]\n\
              #define h g(~\n#define m(a) a(w)\n#define w 0,1\n#define t(a) a\nf(y+1) + f(f(z)) * t(t(g)(0) + t)(1);",

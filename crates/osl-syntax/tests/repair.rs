@@ -1,4 +1,4 @@
-//! Repair of lost brackets and semicolons.
+//! Repair of missing brackets and semicolons.
 
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;

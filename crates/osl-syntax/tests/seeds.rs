@@ -1,4 +1,4 @@
-//! The shaders that users gave us: as published they parse or are repaired; repaired, they are what they were.
+//! The published seed shaders: each parses or is repaired, and the repaired form is the recorded one.
 
 #[allow(dead_code, reason = "each test file uses its part")]
 mod common;

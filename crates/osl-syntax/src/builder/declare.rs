@@ -7,7 +7,7 @@ use crate::ast::{
 };
 use crate::errors;
 
-/// Everything of a function but its body. Metadata may stand before and behind the parameters.
+/// A function except its body. Metadata may precede or follow the parameters.
 pub(crate) struct FunctionHead {
     pub(crate) ret: TypeSpec,
     pub(crate) name: Name,
@@ -15,7 +15,7 @@ pub(crate) struct FunctionHead {
     pub(crate) metadata: (Option<Vec<Metadatum>>, Option<Vec<Metadatum>>),
 }
 
-/// Everything of a shader but its body.
+/// A shader except its body.
 pub(crate) struct ShaderHead {
     pub(crate) kind: ShaderKind,
     pub(crate) name: Name,
@@ -55,7 +55,7 @@ impl Builder<'_> {
         ArrayLen { span: self.span(l, r), len }
     }
 
-    /// Lengths that a place demands: `[]` is for parameters only.
+    /// Rejects `[]` where a length is required: it is permitted only for parameters.
     fn check_sized(&mut self, array: Option<ArrayLen>) {
         if let Some(ArrayLen { span, len: None }) = array {
             self.report(errors::array_length(span));
@@ -181,7 +181,7 @@ impl Builder<'_> {
         self.stmt(l, r, StmtKind::For { init, cond, iter, body })
     }
 
-    /// Parentheses that recovery has emptied.
+    /// The parentheses of a `for` whose contents recovery has removed.
     pub(crate) fn bad_for(&mut self, l: u32, r: u32) -> ForHead {
         ForHead { init: None, cond: Some(self.expr(l, r, ExprKind::Error)), iter: None }
     }

@@ -4,11 +4,11 @@ use super::Builder;
 use crate::ast::{BinaryOp, ExprId, ExprKind, Name, TypeSpec};
 use crate::errors;
 
-/// Indices in a row, at most: those of an array of matrices.
+/// Maximum number of consecutive indices: those of an array of matrices.
 const MAX_INDICES: usize = 3;
 
 impl Builder<'_> {
-    /// `a, b, c`; one alone is itself.
+    /// `a, b, c`; a single expression stays itself.
     pub(crate) fn comma(&mut self, l: u32, r: u32, parts: Vec<ExprId>) -> ExprId {
         match parts.as_slice() {
             [one] => *one,
@@ -42,7 +42,7 @@ impl Builder<'_> {
         self.expr(l, r, ExprKind::InitList(values))
     }
 
-    /// Reports lists that say nothing.
+    /// Reports empty lists.
     pub(super) fn check_lists<'i>(&mut self, values: impl IntoIterator<Item = &'i ExprId>) {
         for id in values {
             let value = self.get(*id);
@@ -82,8 +82,9 @@ impl Builder<'_> {
         self.expr(l, r, ExprKind::Field(base, field))
     }
 
-    /// Whether an expression has the form of a variable: a name with fields and indices. Bases were checked when
-    /// they were made, so the outermost form decides; errors pass, as they are reported already.
+    /// Whether an expression has the form of a variable: a name with fields and indices. The bases were
+    /// checked when they were made, so only the outermost form is examined; error nodes pass, since they were
+    /// reported already.
     fn is_lvalue(&self, id: ExprId) -> bool {
         matches!(
             self.get(id).kind,

@@ -24,14 +24,14 @@ pub(crate) fn stray_character(span: Span, text: &str) -> Diagnostic {
     }
 }
 
-/// E0102: a string that its line does not close.
+/// E0102: a string that is not closed on its line.
 pub(crate) fn unterminated_string(span: Span) -> Diagnostic {
     Diagnostic::error(UNTERMINATED_STRING, span, "unterminated string")
         .label("the line ends before the closing quote")
         .help("close it with `\"`; a string goes on in the next line only after a backslash")
 }
 
-/// E0103: a comment that the file does not close.
+/// E0103: a comment that is not closed.
 pub(crate) fn unterminated_comment(span: Span, end: Span) -> Diagnostic {
     Diagnostic::error(UNTERMINATED_COMMENT, span, "this comment never ends")
         .label("opened here")
@@ -45,7 +45,7 @@ pub(crate) fn int_too_large(span: Span, text: &str) -> Diagnostic {
         .note("decimal literals go up to 2147483648, hexadecimal ones up to 0xffffffff; both wrap to negative values")
 }
 
-/// E0105: letters behind a number.
+/// E0105: letters after a number.
 pub(crate) fn number_suffix(span: Span, suffix: Span, number: &str, text: &str) -> Diagnostic {
     let d = Diagnostic::error(NUMBER_SUFFIX, span, format!("`{text}` behind the number `{number}`"))
         .label("not a number of OSL");

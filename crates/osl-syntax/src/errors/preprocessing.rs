@@ -34,7 +34,7 @@ pub(crate) fn include_not_found(span: Span, name: &str, reason: &str) -> Diagnos
         .help("add the folder that holds it to the include path (-I)")
 }
 
-/// E0002: files that include each other without end.
+/// E0002: files that include each other endlessly.
 pub(crate) fn include_depth(span: Span, name: &str, limit: u64) -> Diagnostic {
     Diagnostic::error(INCLUDE_DEPTH, span, format!("\"{name}\" is included more than {limit} levels deep"))
         .label("this level is not read")
@@ -49,13 +49,13 @@ pub(crate) fn include_count(span: Span, limit: u64) -> Diagnostic {
         .help("guard the files with `#pragma once` or with `#ifndef NAME` … `#endif`")
 }
 
-/// E0004: a directive whose line does not have its form.
+/// E0004: a directive with invalid syntax.
 pub(crate) fn bad_directive(span: Span, directive: &str, form: &str) -> Diagnostic {
     Diagnostic::error(BAD_DIRECTIVE, span, format!("malformed `#{directive}`"))
         .label(format!("expected `#{directive} {form}`"))
 }
 
-/// E0005: a word behind `#` that is no directive.
+/// E0005: an unknown directive.
 pub(crate) fn unknown_directive(span: Span, name: &str) -> Diagnostic {
     let known = [
         "include", "define", "undef", "if", "ifdef", "ifndef", "elif", "else", "endif", "error", "warning",
@@ -69,7 +69,7 @@ pub(crate) fn unknown_directive(span: Span, name: &str) -> Diagnostic {
     }
 }
 
-/// E0006: a definition that cannot be: its name, its parameters or its body.
+/// E0006: an invalid definition: its name, its parameters or its body.
 pub(crate) fn bad_define(span: Span, what: &str) -> Diagnostic {
     Diagnostic::error(BAD_DEFINE, span, format!("malformed macro definition: {what}")).label("here")
 }
@@ -93,20 +93,20 @@ pub(crate) fn unterminated_invocation(span: Span, name: &str) -> Diagnostic {
         .label("its `(` has no `)`")
 }
 
-/// E0009: `##` made something that is no token.
+/// E0009: `##` made an invalid token.
 pub(crate) fn bad_paste(span: Span, left: &str, right: &str) -> Diagnostic {
     Diagnostic::error(BAD_PASTE, span, format!("`##` of `{left}` and `{right}` does not make one token"))
         .label("pasted here")
 }
 
-/// E0010: an `#if` whose expression has no value.
+/// E0010: an `#if` with an invalid expression.
 pub(crate) fn condition(span: Span, why: &str) -> Diagnostic {
     Diagnostic::error(CONDITION, span, format!("cannot evaluate the condition: {why}"))
         .label("here")
         .note("a condition is an integer expression of literals, macros and `defined(NAME)`")
 }
 
-/// E0011: `#else`, `#elif` or `#endif` that continues nothing.
+/// E0011: `#else`, `#elif` or `#endif` without an `#if`.
 pub(crate) fn unbalanced_conditional(span: Span, directive: &str, opened: Option<Span>) -> Diagnostic {
     let d = Diagnostic::error(
         UNBALANCED_CONDITIONAL,
@@ -123,7 +123,7 @@ pub(crate) fn unbalanced_conditional(span: Span, directive: &str, opened: Option
     }
 }
 
-/// E0012: a conditional that the file does not end.
+/// E0012: a conditional without an `#endif`.
 pub(crate) fn unterminated_conditional(span: Span, end: Span) -> Diagnostic {
     Diagnostic::error(UNTERMINATED_CONDITIONAL, span, "this conditional never ends")
         .label("opened here")
@@ -135,20 +135,20 @@ pub(crate) fn error_directive(span: Span, text: &str) -> Diagnostic {
     Diagnostic::error(ERROR_DIRECTIVE, span, format!("#error: {text}")).label("reported by the source itself")
 }
 
-/// E0014: macros that grow without end.
+/// E0014: macros that grow endlessly.
 pub(crate) fn expansion_budget(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(EXPANSION_BUDGET, span, format!("macro expansion makes more than {limit} tokens"))
         .label("given up here")
         .note("macros that double each other grow without bound")
 }
 
-/// E0015: macro arguments within macro arguments, too deep.
+/// E0015: macro calls in macro arguments, nested too deeply.
 pub(crate) fn expansion_depth(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(EXPANSION_DEPTH, span, format!("macro calls nested more than {limit} levels deep"))
         .label("not expanded any further")
 }
 
-/// E0016: a translation unit of too many tokens.
+/// E0016: a translation unit with too many tokens.
 pub(crate) fn token_budget(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(
         TOKEN_BUDGET,
@@ -158,7 +158,7 @@ pub(crate) fn token_budget(span: Span, limit: u64) -> Diagnostic {
     .label("nothing from here on is read")
 }
 
-/// E0016: a translation unit of which the tokens are too long.
+/// E0016: a translation unit whose tokens are too long.
 pub(crate) fn token_bytes(span: Span, limit: u64) -> Diagnostic {
     let message = format!("the tokens of the file have more than {limit} bytes after preprocessing");
     Diagnostic::error(TOKEN_BUDGET, span, message)
@@ -166,7 +166,7 @@ pub(crate) fn token_bytes(span: Span, limit: u64) -> Diagnostic {
         .note("a macro repeats a long name or string at each of its uses")
 }
 
-/// E0017: files that are included too often, or are too large together.
+/// E0017: files that are included too often, or that are too large together.
 pub(crate) fn included_bytes(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(TOO_LARGE, span, format!("all included files together may hold {limit} bytes"))
         .label("no further file is read")
@@ -180,7 +180,7 @@ pub(crate) fn too_large(span: Span, name: &str) -> Diagnostic {
         .label("not read")
 }
 
-/// E0017: a file that is too large by itself.
+/// E0017: a single file that is too large.
 pub(crate) fn file_too_large(span: Span, name: &str, limit: u64) -> Diagnostic {
     let text = match limit >> 20 {
         0 => format!("{name} does not fit: a file may hold {limit} bytes"),
@@ -194,7 +194,7 @@ pub(crate) fn pragma_error(span: Span, text: &str) -> Diagnostic {
     Diagnostic::error(PRAGMA_ERROR, span, text.to_owned()).label("reported by the source itself")
 }
 
-/// W0001: a second definition that differs. Fatal to the reference.
+/// W0001: a second, different definition. Fatal in the reference.
 pub(crate) fn macro_redefined(strict: bool, span: Span, name: &str, first: Span) -> Diagnostic {
     super::quirk(strict, MACRO_REDEFINED, span, format!("macro `{name}` is defined again with another body"))
         .label("the new body counts from here")
@@ -202,7 +202,7 @@ pub(crate) fn macro_redefined(strict: bool, span: Span, name: &str, first: Span)
         .help(format!("put `#undef {name}` before the new definition"))
 }
 
-/// W0002: `#warning`. Fatal to the reference.
+/// W0002: `#warning`. Fatal in the reference.
 pub(crate) fn warning_directive(strict: bool, span: Span, text: &str) -> Diagnostic {
     super::quirk(strict, WARNING_DIRECTIVE, span, format!("#warning: {text}"))
         .label("reported by the source itself")
@@ -213,14 +213,14 @@ pub(crate) fn pragma_warning(span: Span, text: &str) -> Diagnostic {
     Diagnostic::warning(PRAGMA_WARNING, span, text.to_owned()).label("reported by the source itself")
 }
 
-/// W0004: `#pragma osl` with a word that it does not know.
+/// W0004: `#pragma osl` with an unknown word.
 pub(crate) fn unknown_osl_pragma(span: Span, word: &str) -> Diagnostic {
     Diagnostic::warning(UNKNOWN_OSL_PRAGMA, span, format!("unknown pragma `osl {word}`"))
         .label("ignored")
         .note("the only one is `#pragma osl nowarn`")
 }
 
-/// W0005: `/*` within a comment. Fatal to the reference.
+/// W0005: `/*` within a comment. Fatal in the reference.
 pub(crate) fn nested_comment(strict: bool, span: Span) -> Diagnostic {
     super::quirk(strict, NESTED_COMMENT, span, "`/*` inside a comment")
         .label("comments do not nest: the next `*/` ends both")

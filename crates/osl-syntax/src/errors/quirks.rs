@@ -1,4 +1,4 @@
-//! Slips that published shaders show and that cannot change the meaning: warnings by default, errors of the same
+//! Slips found in published shaders that cannot change the meaning: warnings by default, errors with the same
 //! code under strict syntax.
 
 use crate::diagnostic::{Code, Diagnostic, Edit, Severity};
@@ -10,7 +10,7 @@ pub(crate) const TRAILING_COMMA: Code = Code { id: "W0103", name: "trailing-comm
 pub(crate) const STRAY_SEMICOLON: Code = Code { id: "W0104", name: "stray-semicolon" };
 pub(crate) const COMMA_OPERATOR: Code = Code { id: "W0105", name: "comma-operator" };
 
-/// A warning that strict syntax makes an error.
+/// A warning that becomes an error under strict syntax.
 pub(super) fn quirk(strict: bool, code: Code, span: Span, message: impl Into<String>) -> Diagnostic {
     let mut d = Diagnostic::warning(code, span, message);
     if strict {
@@ -37,20 +37,20 @@ pub(crate) fn broken_string(strict: bool, span: Span, repaired: String) -> Diagn
         .fix("join the lines", vec![Edit { span, text: repaired }])
 }
 
-/// W0103: a comma behind the last argument or initialiser.
+/// W0103: a comma after the last argument or initialiser.
 pub(crate) fn trailing_comma(strict: bool, span: Span) -> Diagnostic {
     let d = quirk(strict, TRAILING_COMMA, span, "trailing comma").label("nothing follows it");
     remove(d, "comma", span)
 }
 
-/// W0104: `;` behind the body of a function or shader.
+/// W0104: `;` after the body of a function or shader.
 pub(crate) fn stray_semicolon(strict: bool, span: Span) -> Diagnostic {
     let d = quirk(strict, STRAY_SEMICOLON, span, "stray `;` between declarations")
         .label("only a struct ends with one");
     remove(d, "semicolon", span)
 }
 
-/// W0105: `(a, b)`; fine for the reference too, which warns alike.
+/// W0105: `(a, b)`. The reference accepts it too, with a warning.
 pub(crate) fn comma_operator(span: Span) -> Diagnostic {
     Diagnostic::warning(COMMA_OPERATOR, span, "comma operator inside parentheses")
         .label("its value is the last part alone")

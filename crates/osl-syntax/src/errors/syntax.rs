@@ -19,7 +19,7 @@ pub(crate) fn syntax(span: Span, found: &str, expected: &str) -> Diagnostic {
     Diagnostic::error(SYNTAX, span, format!("expected {expected}, found {found}")).label("not expected here")
 }
 
-/// E0111: brackets that are never closed, where the text ends or turns to something else.
+/// E0111: brackets that are still open at the end of the text or where something else begins.
 pub(crate) fn unclosed(span: Span, found: &str, opener: Span, bracket: &str) -> Diagnostic {
     Diagnostic::error(UNCLOSED, span, format!("found {found}, but a `{bracket}` is still open"))
         .label("not expected inside the brackets")
@@ -33,21 +33,21 @@ pub(crate) fn stray_closer(span: Span, bracket: &str) -> Diagnostic {
         .fix(format!("remove the `{bracket}`"), vec![Edit { span, text: String::new() }])
 }
 
-/// E0113: constructs within constructs, too deep.
+/// E0113: constructs that are nested too deeply.
 pub(crate) fn nesting(span: Span, limit: u64) -> Diagnostic {
     Diagnostic::error(NESTING, span, format!("nested more than {limit} levels deep"))
         .label("this part nests too deep")
         .help("split it: give parts of it names of their own")
 }
 
-/// E0114: `=`, `++` and the like on something that is no variable.
+/// E0114: `=`, `++` and the like on something that is not a variable.
 pub(crate) fn not_assignable(span: Span, action: &str) -> Diagnostic {
     Diagnostic::error(NOT_ASSIGNABLE, span, format!("cannot {action} this expression"))
         .label("not a variable")
         .note("a target is a name, with indices and fields behind it; parentheses make it a value")
 }
 
-/// E0115: `[ ]` or `.` behind something that is no variable.
+/// E0115: `[ ]` or `.` after something that is not a variable.
 pub(crate) fn not_indexable(span: Span, action: &str) -> Diagnostic {
     Diagnostic::error(NOT_INDEXABLE, span, format!("cannot {action} this expression"))
         .label("not a variable")
@@ -55,28 +55,28 @@ pub(crate) fn not_indexable(span: Span, action: &str) -> Diagnostic {
         .help("assign it to a variable first")
 }
 
-/// E0115: a fourth index in a row.
+/// E0115: a fourth consecutive index.
 pub(crate) fn too_many_indices(span: Span) -> Diagnostic {
     Diagnostic::error(NOT_INDEXABLE, span, "more than three indices in a row")
         .label("the fourth")
         .note("an array of matrices, which takes three, is the deepest there is")
 }
 
-/// E0116: a length that is no positive int literal.
+/// E0116: a length that is not a positive int literal.
 pub(crate) fn array_length(span: Span) -> Diagnostic {
     Diagnostic::error(ARRAY_LENGTH, span, "an array length is an int literal of at least 1")
         .label("not such a literal")
         .help("a macro that stands for a literal will do")
 }
 
-/// E0117: an array that begins as something that is no list.
+/// E0117: an array initialiser that is not a list.
 pub(crate) fn array_initializer(span: Span) -> Diagnostic {
     Diagnostic::error(ARRAY_INITIALIZER, span, "an array is initialised by a list in braces")
         .label("not a list")
         .help("to copy another array, declare first and assign then")
 }
 
-/// E0118: `{ }` that says nothing.
+/// E0118: an empty `{ }`.
 pub(crate) fn empty_initializer(span: Span) -> Diagnostic {
     Diagnostic::error(EMPTY_INITIALIZER, span, "empty initialiser list")
         .label("at least one value is needed")

@@ -1,7 +1,8 @@
-//! Logical lines as text: which brackets put their content one a line, where a line is broken, how deep it stands.
+//! Writes logical lines as text: which brackets put their content on separate lines, where a line is broken,
+//! and how far it is indented.
 //!
-//! Every decision depends on the pieces and on the few line breaks that the output keeps, so that formatting the
-//! output changes nothing. It must not know statements.
+//! Every decision depends only on the pieces and on the few line breaks that the output keeps, so that
+//! formatting the output again changes nothing. This module must not know statements.
 
 use super::WIDTH;
 use super::pieces::{Kind, Piece};
@@ -9,19 +10,19 @@ use super::role::{Role, space};
 use super::structure::{Fact, Line, Structure};
 use std::ops::Range;
 
-/// Columns of a level.
+/// Columns per level.
 const LEVEL: usize = 4;
 
-/// Levels that are shown, at most: deeper code stands no further to the right.
+/// Maximum number of displayed levels: deeper code is not indented further.
 const MAX_LEVELS: u32 = 32;
 
-/// Levels by which a broken line goes on deeper.
+/// Additional levels for the continuation of a broken line.
 const CONTINUED: u32 = 2;
 
-/// What a bracket around a line break counts for, in columns left empty.
+/// The cost of a line break inside a bracket, in columns left empty.
 const BRACKET_COST: usize = 40;
 
-/// What a step of binding strength counts for.
+/// The cost of a step in binding strength.
 const BINDING_COST: usize = 2;
 
 /// The text of all lines.
@@ -54,8 +55,8 @@ pub(super) fn layout(text: &str, pieces: &[Piece<'_>], structure: &Structure) ->
     w.out
 }
 
-/// The line break that the file uses: its first one between pieces, since those within them may differ and stay; if
-/// it has none, the first one of all.
+/// The line break of the file: the first one between pieces, because those within pieces may differ and stay;
+/// if there is none, the first one of all.
 fn line_end(text: &str, pieces: &[Piece<'_>]) -> &'static str {
     let ends = pieces.iter().map(|p| p.start + p.text.len());
     let starts = pieces.iter().map(|p| p.start).chain([text.len()]);
@@ -77,10 +78,10 @@ fn prev_code(pieces: &[Piece<'_>]) -> Vec<Option<usize>> {
     pieces.iter().enumerate().map(step).collect()
 }
 
-/// How the content of a bracket is laid out, at the index of its opener.
+/// The layout of a bracket's content, at the index of the opening bracket.
 #[derive(Clone, Copy, Debug, Default)]
 struct Bracket {
-    /// How the content is divided into lines of its own.
+    /// How the content is divided into lines.
     rows: Rows,
     /// The level of its content.
     level: u32,
@@ -88,12 +89,12 @@ struct Bracket {
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Rows {
-    /// Not at all.
+    /// Not divided.
     #[default]
     None,
-    /// As the lines were.
+    /// As in the input.
     Kept,
-    /// Each element a line.
+    /// One line per element.
     Each,
 }
 
@@ -103,7 +104,7 @@ struct Writer<'p, 'a> {
     next_code: &'p [Option<usize>],
     prev_code: Vec<Option<usize>>,
     brackets: Vec<Bracket>,
-    /// The pieces of the line that is being written.
+    /// The pieces of the current line.
     line: Range<usize>,
     indent: u32,
     eol: &'static str,
@@ -171,7 +172,7 @@ impl<'a> Writer<'_, 'a> {
         self.out.push_str(self.eol);
     }
 
-    /// Whether a space stands before a piece that does not begin a line.
+    /// Whether a space precedes a piece that does not begin a line.
     fn space(&self, at: usize) -> bool {
         match (self.piece(at - 1), self.piece(at)) {
             (Some(a), Some(b)) => space(a, self.fact(at - 1).role, b, self.fact(at).role),
@@ -198,7 +199,7 @@ impl<'a> Writer<'_, 'a> {
         }
     }
 
-    /// Whether parameters may stand on one line: it is not too long, and nothing in it asks for more than one.
+    /// Whether parameters fit on one line and nothing in them requires several.
     fn is_plain(&self, opener: usize) -> bool {
         let mut width = LEVEL * self.indent.min(MAX_LEVELS) as usize;
         let mut inside = false;
@@ -213,7 +214,7 @@ impl<'a> Writer<'_, 'a> {
             }
             inside |= at == opener;
             width += piece.text.chars().count() + usize::from(at > self.line.start && self.space(at));
-            // What trails is allowed to be too long.
+            // A trailing part may be too long.
             if fact.role == Role::BlockOpen {
                 break;
             }
@@ -240,7 +241,7 @@ impl<'a> Writer<'_, 'a> {
         if begins || before_close { around.level } else { around.level + CONTINUED }
     }
 
-    /// Whether a blank line stands before a piece that begins a line, but not the first: only between rows.
+    /// Whether a blank line precedes a piece that begins a line other than the first: only between rows.
     fn blank_before(&self, at: usize) -> bool {
         let prev = self.prev_code.get(at).copied().flatten();
         let opens = prev.is_some_and(|n| self.fact(n).role.opens());
@@ -249,7 +250,7 @@ impl<'a> Writer<'_, 'a> {
         between && self.piece(at).is_some_and(|p| p.breaks > 1)
     }
 
-    /// Whether what follows this piece of code begins a row.
+    /// Whether a row begins after this piece of code.
     fn begins_row(&self, prev: Option<usize>) -> bool {
         let Some(prev) = prev else { return false };
         let fact = self.fact(prev);
@@ -259,7 +260,7 @@ impl<'a> Writer<'_, 'a> {
         }
     }
 
-    /// Where the line that begins with piece `start` at a column ends.
+    /// The end of the line that begins with piece `start` at a column.
     fn fit(&self, start: usize, columns: usize) -> usize {
         let mut column = columns;
         let mut broken = false;
@@ -270,7 +271,7 @@ impl<'a> Writer<'_, 'a> {
                 if self.must_break(at) {
                     return at;
                 }
-                // A quote on the last line of a broken string would change how that is read.
+                // A quote on the last line of a broken string would change how that string is read.
                 if broken && piece.text.contains('"') {
                     return best.map_or(at, |(_, best)| best);
                 }
@@ -278,7 +279,7 @@ impl<'a> Writer<'_, 'a> {
                     if column > WIDTH {
                         return best.map_or(at, |(_, best)| best);
                     }
-                    // Metadata that does not fit goes to a line of its own, however short the first one is.
+                    // Metadata that does not fit goes to its own line, however short the first line is.
                     let metadata = self.fact(at).role == Role::MetaOpen;
                     let cost = if metadata { 0 } else { cost + WIDTH - column };
                     if best.is_none_or(|(least, _)| cost <= least) {
@@ -293,7 +294,7 @@ impl<'a> Writer<'_, 'a> {
                 _ => (piece.text, None),
             };
             column += first.chars().count();
-            // A comment at the end of a line may be too long: breaking the code would not shorten it.
+            // A comment at the end of a line may be too long, since breaking the code would not shorten it.
             if column > WIDTH
                 && piece.kind != Kind::LineComment
                 && let Some((_, best)) = best
@@ -308,7 +309,7 @@ impl<'a> Writer<'_, 'a> {
         self.line.end
     }
 
-    /// Whether a line must end before a piece that is not its first.
+    /// Whether a line must end before a piece other than its first.
     fn must_break(&self, at: usize) -> bool {
         let (Some(before), Some(piece)) = (self.piece(at - 1), self.piece(at)) else { return true };
         let lines = |p: &Piece<'_>| matches!(p.kind, Kind::Lines(_));
@@ -328,7 +329,7 @@ impl<'a> Writer<'_, 'a> {
         !piece.trails && (before.is_code() || before.trails) && self.row_break(at)
     }
 
-    /// Whether a row ends before a piece, the first but for comments that trail.
+    /// Whether a row ends before a piece that is the first of its line, apart from trailing comments.
     fn row_break(&self, at: usize) -> bool {
         let Some(prev) = self.prev_code.get(at).copied().flatten().filter(|n| self.line.contains(n)) else {
             return false;
@@ -342,7 +343,7 @@ impl<'a> Writer<'_, 'a> {
         }
     }
 
-    /// What it costs to break a line before a piece; `None` where no break may be.
+    /// The cost of a line break before a piece; `None` where no break is permitted.
     fn break_cost(&self, at: usize) -> Option<usize> {
         let piece = self.piece(at).filter(|p| p.is_code())?;
         let fact = self.fact(at);

@@ -1,9 +1,9 @@
-//! What a file is made of before preprocessing: tokens, comments, and text that is kept as it is.
+//! Splits a file before preprocessing into tokens, comments, and text that is kept unchanged.
 //!
-//! Kept as they are: directives with their continuation lines, the text behind `#if 0`, and the uses of macros with
-//! their arguments, since an argument may be turned into a string. A name is taken for that of a macro behind its
-//! `#define`, and in a file that includes others where it is a call in capitals. What is no token of the language
-//! and not among these is an error. It must not know layout.
+//! Kept unchanged are directives with their continuation lines, the text after `#if 0`, and macro calls with
+//! their arguments, because an argument may be turned into a string. A name counts as a macro after its
+//! `#define`, and also, in a file that includes others, if it is a call in capitals. Anything else that is
+//! not a token of the language is an error. This module must not know layout.
 
 use crate::Options;
 use crate::diagnostic::{Diagnostic, Sink};
@@ -14,20 +14,20 @@ use crate::span::Span;
 use crate::token::{Token, fixed};
 use rustc_hash::FxHashSet;
 
-/// What a piece is.
+/// The kind of a piece.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Kind {
     /// A keyword or an operator.
     Fixed(Token),
-    /// A name that is no macro of the file.
+    /// A name that is not a macro of the file.
     Name,
     /// A number.
     Number,
-    /// A string literal; it may hold line breaks.
+    /// A string literal; it may contain line breaks.
     Str,
-    /// A macro of the file, with its arguments if it has some; they may hold line breaks.
+    /// A macro of the file, with its arguments if it has any; they may contain line breaks.
     Macro,
-    /// `//`, without the white space behind it.
+    /// `//`, without the white space after it.
     LineComment,
     /// `/* */`
     BlockComment,
@@ -35,7 +35,7 @@ pub(super) enum Kind {
     Lines(Directive),
 }
 
-/// What whole lines mean for the code around them.
+/// The meaning of whole lines for the code around them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Directive {
     /// `#if`, `#ifdef`, `#ifndef`
@@ -44,29 +44,29 @@ pub(super) enum Directive {
     Else,
     /// `#endif`
     Endif,
-    /// Any other, or the text behind `#if 0`.
+    /// Any other directive, or the text after `#if 0`.
     Other,
 }
 
 /// A piece of the text.
 #[derive(Clone, Debug)]
 pub(super) struct Piece<'a> {
-    /// What it is.
+    /// Its kind.
     pub(super) kind: Kind,
     /// As written.
     pub(super) text: &'a str,
     /// Where it begins, in bytes.
     pub(super) start: usize,
-    /// Line breaks before it; the begin of the text counts as one.
+    /// Line breaks before it; the start of the text counts as one.
     pub(super) breaks: u32,
-    /// Of a comment: whether no code follows on its line.
+    /// For a comment: whether no code follows on its line.
     pub(super) ends_line: bool,
-    /// Of a comment: whether code stands before it on its line and none behind it.
+    /// For a comment: whether code precedes it on its line and none follows.
     pub(super) trails: bool,
 }
 
 impl<'a> Piece<'a> {
-    /// A piece of which nothing is known yet as a comment.
+    /// A piece that has not been classified as a comment yet.
     fn new(kind: Kind, text: &'a str, start: usize, breaks: u32) -> Piece<'a> {
         Piece { kind, text, start, breaks, ends_line: false, trails: false }
     }
@@ -86,12 +86,12 @@ impl<'a> Piece<'a> {
         matches!(&self.kind, Kind::Fixed(t) if t == token)
     }
 
-    /// Whether it ends on another line than it begins on, in or behind a string literal.
+    /// Whether it is, or contains, a string literal and spans several lines.
     pub(super) fn is_broken_string(&self) -> bool {
         matches!(self.kind, Kind::Str | Kind::Macro) && self.text.contains('\n') && self.text.contains('"')
     }
 
-    /// Its place.
+    /// Its location.
     pub(super) fn span(&self) -> Span {
         Span::new(self.start as u32, (self.start + self.text.len()) as u32)
     }
@@ -100,7 +100,7 @@ impl<'a> Piece<'a> {
 /// Splits a text.
 ///
 /// # Errors
-/// What is no token, a comment or the arguments of a macro that never end, conditionals out of balance.
+/// Invalid tokens, unterminated comments or macro arguments, unbalanced conditionals.
 pub(super) fn split(text: &str) -> Result<Vec<Piece<'_>>, Vec<Diagnostic>> {
     let mut s = Splitter {
         text,
@@ -126,7 +126,7 @@ pub(super) fn split(text: &str) -> Result<Vec<Piece<'_>>, Vec<Diagnostic>> {
     if s.found.list.is_empty() { Ok(s.pieces) } else { Err(s.found.list) }
 }
 
-/// Finds the comments that end lines.
+/// Marks the comments that end lines.
 fn mark_comments(pieces: &mut [Piece<'_>]) {
     let mut code_follows = false;
     for piece in pieces.iter_mut().rev() {
@@ -145,18 +145,18 @@ struct Splitter<'a> {
     at: usize,
     /// Where the line begins.
     line: usize,
-    /// Whether nothing but white space and comments came on this line so far.
+    /// Whether the line so far contains only white space and comments.
     line_start: bool,
     breaks: u32,
     macros: FxHashSet<&'a str>,
-    /// Whether files are included whose macros are not seen here.
+    /// Whether there are includes, whose macros are unknown here.
     includes: bool,
     conditionals: Vec<Conditional>,
     found: Sink,
     pieces: Vec<Piece<'a>>,
 }
 
-/// An `#if` that waits for its `#endif`.
+/// An `#if` without its `#endif` so far.
 struct Conditional {
     opened: Span,
     /// The `#else`, once seen.
@@ -164,7 +164,7 @@ struct Conditional {
 }
 
 impl<'a> Splitter<'a> {
-    /// Takes what has just been scanned, and what belongs to it.
+    /// Handles the piece that was just scanned.
     fn step(&mut self, kind: Raw, end: usize) {
         let from = self.at;
         let span = Span::new(from as u32, end as u32);
@@ -222,11 +222,11 @@ impl<'a> Splitter<'a> {
         self.at = end;
     }
 
-    /// Keeps whole lines as they are.
+    /// Keeps whole lines unchanged.
     fn push_lines(&mut self, kind: Directive, start: usize, end: usize) {
         let mut text = self.text.get(start..end).unwrap_or("");
         if end == self.text.len() {
-            // A backslash before the last line break has carried the line on to nothing.
+            // A backslash before the last line break continues the line with nothing.
             let trimmed = text.strip_suffix('\n').map(|t| t.strip_suffix('\r').unwrap_or(t));
             text = trimmed.filter(|t| t.ends_with('\\')).unwrap_or(text);
         }
@@ -252,7 +252,7 @@ impl<'a> Splitter<'a> {
             Arguments::Until(end) => self.push(Kind::Macro, end),
             Arguments::Endless => {
                 self.found.push(errors::unterminated_invocation(name, text));
-                // What is behind it was read to the end: once is enough.
+                // The rest was already read to the end; once is enough.
                 self.at = self.text.len();
             }
         }
@@ -281,7 +281,7 @@ impl<'a> Splitter<'a> {
         if depth == 0 { Arguments::None } else { Arguments::Endless }
     }
 
-    /// Takes the directive whose `#` stands at `at`.
+    /// Handles the directive whose `#` is at `at`.
     fn directive(&mut self) {
         let hash = self.at;
         let end = directive_end(self.text, hash);
@@ -304,7 +304,7 @@ impl<'a> Splitter<'a> {
             }
             _ => {}
         }
-        // The white space before the `#` is part of how the directive is written, a comment before it is not.
+        // White space before the `#` is part of the directive; a comment before it is not.
         let before = self.text.get(self.line..hash).unwrap_or("");
         let start = if before.contains("*/") { hash } else { self.line };
         self.push_lines(kind, start, end);
@@ -326,7 +326,7 @@ impl<'a> Splitter<'a> {
         }
     }
 
-    /// Keeps the text behind `#if 0` up to the directive that ends it.
+    /// Keeps the text after `#if 0` up to the directive that ends it.
     fn skip(&mut self) {
         let from = self.at;
         let (mut at, mut line, mut line_start, mut inner) = (from, from, true, 0usize);
@@ -362,7 +362,7 @@ enum Arguments {
     Endless,
 }
 
-/// The end of the directive whose `#` stands at `at`, its line break included.
+/// The end of the directive whose `#` is at `at`, including its line break.
 fn directive_end(text: &str, mut at: usize) -> usize {
     while let Some((kind, end)) = scan(text, at) {
         at = match kind {
@@ -374,7 +374,7 @@ fn directive_end(text: &str, mut at: usize) -> usize {
     text.len()
 }
 
-/// The first words of a directive behind its `#`, three at most.
+/// The first words of a directive after its `#`, at most three.
 fn words(text: &str, hash: usize, end: usize) -> Vec<&str> {
     let mut words = Vec::new();
     let mut at = hash + 1;
@@ -390,14 +390,14 @@ fn words(text: &str, hash: usize, end: usize) -> Vec<&str> {
     words
 }
 
-/// A comment to the end of the line without white space at its end, where that does not change what it is.
+/// A line comment without trailing white space, unless removing it would change the comment's meaning.
 fn line_comment(text: &str, is_last: bool) -> &str {
     let text = if is_last { text.trim_end_matches(['\n', '\r']) } else { text.trim_end_matches('\r') };
     let trimmed = text.trim_end();
     if trimmed.ends_with('\\') { text } else { trimmed }
 }
 
-/// Whether a name is written as macros are: capitals, digits and underscores, two at least.
+/// Whether a name is written like a macro: at least two capitals, digits and underscores.
 fn is_capitals(name: &str) -> bool {
     name.len() > 1
         && name.bytes().any(|b| b.is_ascii_uppercase())

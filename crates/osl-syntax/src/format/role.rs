@@ -1,12 +1,12 @@
-//! What a piece is to its neighbours, and whether a space stands between two of them.
+//! The syntactic role of a piece, and whether a space separates two pieces.
 //!
-//! It must not know lines or columns.
+//! This module must not know lines or columns.
 
 use super::pieces::{Kind, Piece};
 use crate::lexer::scan;
 use crate::token::Token;
 
-/// What a piece is to its neighbours.
+/// The syntactic role of a piece.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Role {
     /// A comment, or whole lines.
@@ -18,7 +18,7 @@ pub(super) enum Role {
     Type,
     /// Any other word.
     Keyword,
-    /// An operator between two operands, by how tightly it binds.
+    /// An operator between two operands, with its binding strength.
     Binary(u8),
     /// `=` and the like.
     Assign,
@@ -50,17 +50,17 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// Whether an operand may end here, so that a `-` behind it is one between two operands.
+    /// Whether an operand may end here, so that a following `-` is a binary operator.
     fn ends_operand(self) -> bool {
         matches!(self, Role::Operand | Role::Postfix | Role::Close | Role::MetaClose | Role::ListClose)
     }
 
-    /// Whether a `(` behind it holds arguments.
+    /// Whether a following `(` contains arguments.
     pub(super) fn is_callee(self) -> bool {
         matches!(self, Role::Operand | Role::Type)
     }
 
-    /// Whether a `{` behind it begins an initialiser and not a block.
+    /// Whether a following `{` begins an initialiser rather than a block.
     pub(super) fn wants_list(self) -> bool {
         matches!(self, Role::Assign | Role::Comma | Role::Binary(_) | Role::Prefix | Role::Keyword)
     }
@@ -75,7 +75,7 @@ impl Role {
     }
 }
 
-/// The role of a piece that is no bracket; `before` is that of the code before it.
+/// The role of a piece that is not a bracket; `before` is the role of the code before it.
 pub(super) fn of(piece: &Piece<'_>, before: Role) -> Role {
     let token = match &piece.kind {
         Kind::Fixed(token) => token,
@@ -91,7 +91,7 @@ pub(super) fn of(piece: &Piece<'_>, before: Role) -> Role {
         Token::Step(_) if before.ends_operand() => Role::Postfix,
         Token::Plus | Token::Minus if before.ends_operand() => Role::Binary(7),
         Token::Step(_) | Token::Plus | Token::Minus => Role::Prefix,
-        // The word needs the space that the sign does without.
+        // The word needs a space, the sign does not.
         Token::Prefix(_) if piece.text != "not" => Role::Prefix,
         Token::Question | Token::Colon => Role::Binary(0),
         Token::OrOr => Role::Binary(1),
@@ -105,7 +105,7 @@ pub(super) fn of(piece: &Piece<'_>, before: Role) -> Role {
     }
 }
 
-/// Whether a statement or a declaration may begin with a piece, and nothing can go on with it.
+/// Whether a statement or declaration may begin with a piece, and none can continue with it.
 pub(super) fn begins_statement(piece: &Piece<'_>) -> bool {
     match &piece.kind {
         Kind::Name | Kind::Macro | Kind::Lines(_) => true,
@@ -127,7 +127,7 @@ pub(super) fn begins_statement(piece: &Piece<'_>) -> bool {
     }
 }
 
-/// Whether a space stands between two pieces on a line, by their roles.
+/// Whether a space separates two pieces on a line, by their roles.
 fn spaced(a: Role, b: Role) -> bool {
     let tight_before = match b {
         Role::Comma | Role::Semi | Role::Dot | Role::Postfix | Role::Call => true,
@@ -138,7 +138,7 @@ fn spaced(a: Role, b: Role) -> bool {
     !(tight_before || tight_behind || empty_block)
 }
 
-/// Whether a space stands between two neighbours on a line.
+/// Whether a space separates two adjacent pieces on a line.
 pub(super) fn space(a: &Piece<'_>, a_role: Role, b: &Piece<'_>, b_role: Role) -> bool {
     spaced(a_role, b_role) || b.kind == Kind::LineComment || glue(a.text, b.text)
 }

@@ -1,11 +1,11 @@
-//! Which pieces make a line, how deep it stands, and what each piece is to its neighbours.
+//! Finds the lines: the pieces of each, its indentation, and the role of each piece.
 //!
-//! A line here is a logical one: a statement, the header of a block, a `}` with what follows it, a comment or a
-//! directive of its own. Statements are told by `;`, braces and the keywords of control flow, without a grammar.
-//! Where conditionals have several branches, each is read from where its `#if` stood, and the first one counts for
-//! what follows. It must not know columns.
+//! A line here is a logical line: a statement, the header of a block, a `}` with the text that follows it, or
+//! a comment or directive on its own. Statements are recognised by `;`, braces and control-flow keywords,
+//! without a grammar. Each branch of a conditional is read from the state at its `#if`, and the state after
+//! the first branch counts for the text that follows. This module must not know columns.
 //!
-//! [`nesting`] holds what is open, [`statement`] reads outside of brackets, [`bracket`] inside.
+//! [`nesting`] holds what is open, [`statement`] reads outside brackets, [`bracket`] inside.
 
 mod bracket;
 mod nesting;
@@ -26,37 +26,37 @@ pub(super) struct Line {
     pub(super) pieces: Range<usize>,
     /// Its level.
     pub(super) indent: u32,
-    /// Whether it goes on with a statement that another branch of a conditional has ended already.
+    /// Whether it continues a statement that another branch of a conditional has already ended.
     pub(super) continued: bool,
     /// The `(` of the parameters that it declares.
     pub(super) params: Option<usize>,
 }
 
-/// What is known of a piece.
+/// The classification of a piece.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Fact {
-    /// What it is to its neighbours.
+    /// Its role.
     pub(super) role: Role,
     /// The innermost bracket around it in its statement.
     pub(super) outer: Option<usize>,
-    /// Brackets around it in its statement.
+    /// Number of brackets around it in its statement.
     pub(super) depth: u32,
-    /// Of a closer, its opener.
+    /// For a closing bracket, its opening bracket.
     pub(super) opener: Option<usize>,
 }
 
-/// The lines of a file and what is known of its pieces.
+/// The lines of a file and the classification of its pieces.
 pub(super) struct Structure {
     pub(super) lines: Vec<Line>,
     pub(super) facts: Vec<Fact>,
-    /// For each piece the next one that is code.
+    /// For each piece, the next piece of code.
     pub(super) next_code: Vec<Option<usize>>,
 }
 
 /// Finds the lines.
 ///
 /// # Errors
-/// Brackets out of balance, or nested too deep.
+/// Brackets are unbalanced, or nested too deeply.
 pub(super) fn structure(pieces: &[Piece<'_>], end: u32) -> Result<Structure, Box<Diagnostic>> {
     let mut b = Builder {
         pieces,
@@ -83,7 +83,7 @@ pub(super) fn structure(pieces: &[Piece<'_>], end: u32) -> Result<Structure, Box
     Ok(Structure { lines: b.lines, facts: b.facts, next_code: b.next_code })
 }
 
-/// For each piece the next one behind it that fulfils a condition.
+/// For each piece, the next one that satisfies a condition.
 fn next(pieces: &[Piece<'_>], wanted: impl Fn(&Piece<'_>) -> bool) -> Vec<Option<usize>> {
     let mut next = vec![None; pieces.len()];
     let mut found = None;
@@ -104,13 +104,13 @@ struct Builder<'p, 'a> {
     lines: Vec<Line>,
     at: usize,
     next_code: Vec<Option<usize>>,
-    /// The next piece that is no comment.
+    /// The next piece that is not a comment.
     next_solid: Vec<Option<usize>>,
     nodes: Vec<Node>,
     state: State,
-    /// The line that is being read; it has no end yet.
+    /// The current line, which has no end yet.
     open: Option<Line>,
-    /// For each open conditional where reading stood at its `#if`, and at the end of its first branch.
+    /// For each open conditional, the state at its `#if` and the state at the end of its first branch.
     branches: Vec<(State, Option<State>)>,
 }
 
@@ -119,7 +119,7 @@ impl<'a> Builder<'_, 'a> {
         self.pieces.get(at)
     }
 
-    /// The next piece behind `at` but for comments.
+    /// The next piece after `at` that is not a comment.
     fn solid_after(&self, at: usize) -> Option<&Piece<'a>> {
         self.next_solid.get(at).copied().flatten().and_then(|n| self.piece(n))
     }
@@ -136,7 +136,7 @@ impl<'a> Builder<'_, 'a> {
         self.check_nesting()
     }
 
-    /// Takes whole lines: in the middle of a statement they are part of its line.
+    /// Handles whole lines: in the middle of a statement they are part of its line.
     fn lines(&mut self, at: usize, directive: Directive) {
         self.place(at, Role::None);
         match directive {
@@ -162,7 +162,7 @@ impl<'a> Builder<'_, 'a> {
         }
     }
 
-    /// Takes a comment: between statements it is a line of its own, unless code follows on its line.
+    /// Handles a comment: between statements it is its own line, unless code follows on its line.
     fn comment(&mut self, at: usize) {
         self.place(at, Role::None);
         if !self.state.fresh {
@@ -188,7 +188,7 @@ impl<'a> Builder<'_, 'a> {
         }
     }
 
-    /// Writes down what is known of a piece.
+    /// Records the classification of a piece.
     fn place(&mut self, at: usize, role: Role) {
         let top = self.top().filter(|n| n.depth > 0);
         if let Some(fact) = self.facts.get_mut(at) {
@@ -204,12 +204,12 @@ impl<'a> Builder<'_, 'a> {
         at.and_then(|n| self.facts.get(n)).map_or(Role::None, |f| f.role)
     }
 
-    /// What a piece is to its neighbours, but for brackets.
+    /// The role of a piece that is not a bracket.
     fn role(&self, at: usize) -> Role {
         self.piece(at).map_or(Role::None, |p| role::of(p, self.role_of(self.state.prev)))
     }
 
-    /// Begins a line with the piece at `at`, unless one is open. A statement that is being read keeps its level.
+    /// Begins a line with the piece at `at`, unless one is open. A statement in progress keeps its level.
     fn open_line(&mut self, at: usize, indent: u32) {
         if self.open.is_none() {
             let continued = self.state.indent.is_some() && !self.state.fresh;
@@ -218,11 +218,11 @@ impl<'a> Builder<'_, 'a> {
         }
     }
 
-    /// Ends the open line before piece `end`, or behind the comments that follow on the same line.
+    /// Ends the open line before piece `end`, or after the comments that follow on the same line.
     fn finish(&mut self, mut end: usize) {
         let Some(mut line) = self.open.take() else { return };
         let pieces = self.pieces.get(line.pieces.start..end).unwrap_or_default();
-        // A quote behind a broken string on its last line would change how that is read.
+        // A quote after a broken string on its last line would change how the string is read.
         let broken = pieces.iter().any(Piece::is_broken_string);
         while let Some(p) = self.piece(end)
             && p.is_comment()

@@ -1,4 +1,4 @@
-//! The words of a syntax error: what was found, what would have fitted, and what the likely slip is.
+//! The text of a syntax error: the token found, the tokens that would fit, and the likely slip.
 
 use super::{Failure, Stream};
 use crate::ast::{BinaryOp, TypeName, UnaryOp};
@@ -10,7 +10,7 @@ use crate::source::SourceMap;
 use crate::span::Span;
 use crate::token::Token;
 
-/// The message about a failure. `sources` tells which tokens share a line.
+/// The message for a failure. `sources` tells which tokens are on one line.
 pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -> Diagnostic {
     let at = failure.at;
     let span = stream.spans.get(at).copied().unwrap_or(stream.end);
@@ -38,7 +38,8 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     if expanded { d.note("the token comes from the expansion of a macro") } else { d }
 }
 
-/// Whether the token is spelled one way only, so that other text at its place means that a macro made it.
+/// Whether the token has only one spelling, so that different text at its location means that a macro made
+/// it.
 fn has_fixed_spelling(token: &Token) -> bool {
     let words = matches!(token, Token::AndAnd | Token::OrOr | Token::Prefix(_) | Token::Unused);
     !words
@@ -52,7 +53,7 @@ fn fixed_at(sources: &SourceMap, span: Span) -> String {
     format!("`{}`", sources.text(span))
 }
 
-/// A bracket that is open where the file, a statement or the text before the shader ends.
+/// A bracket that is still open at the end of the file or statement, or before the shader.
 fn unclosed(stream: &Stream, at: usize, span: Span, found: &str) -> Option<Diagnostic> {
     let brackets = Brackets::of(&stream.tokens);
     let opener = brackets.around(at).find(|o| brackets.partner(*o).is_none_or(|p| p >= at))?;
@@ -78,7 +79,7 @@ fn same_line(sources: &SourceMap, a: Span, b: Span) -> bool {
     sources.place(a).map(|p| (p.file, p.line)) == sources.place(b).map(|p| (p.file, p.line))
 }
 
-/// Adds what the likely slip is.
+/// Adds a hint about the likely slip.
 fn hint(stream: &Stream, at: usize, d: Diagnostic) -> Diagnostic {
     let token = stream.tokens.get(at);
     let before = |n: usize| at.checked_sub(n).and_then(|n| stream.tokens.get(n));
@@ -124,7 +125,7 @@ fn is_keyword(token: Option<&Token>) -> bool {
     })
 }
 
-/// The terminals that would have fitted, in words: classes where a class fits, else the tokens themselves.
+/// The terminals that would fit, in words: a class where possible, else the tokens themselves.
 fn words(expected: &[String]) -> String {
     let has = |t: &str| expected.iter().any(|e| e.trim_matches('"') == t);
     let mut words: Vec<String> = Vec::new();
@@ -201,7 +202,7 @@ fn op(op: BinaryOp) -> String {
     format!("`{}`", print::binary_op(op))
 }
 
-/// The spelling of tokens that have just one.
+/// The spelling of tokens that have only one.
 fn fixed(token: &Token) -> &'static str {
     match token {
         Token::Break => "break",

@@ -1,5 +1,5 @@
-//! Cutting out what does not parse: the smallest construct around the error gives way to a stand-in that the grammar
-//! knows, so that the rest of the file is read as if it had not been there.
+//! Recovery: replaces the smallest construct around an error by a stand-in that the grammar knows, so that
+//! the rest of the file is read as if the construct had not been there.
 
 use super::Stream;
 use crate::brackets::{Brackets, closer};
@@ -7,7 +7,7 @@ use crate::span::Span;
 use crate::token::Token;
 use std::ops::{Range, RangeInclusive};
 
-/// Replaces the smallest construct around token `at` by a stand-in. False when nothing is left to cut.
+/// Replaces the smallest construct around token `at` by a stand-in. Returns false if nothing is left to cut.
 pub(super) fn cut(stream: &mut Stream, at: usize) -> bool {
     let brackets = Brackets::of(&stream.tokens);
     if matches!(stream.tokens.get(at), None | Some(Token::ShaderKind(_))) && brackets.parent(at).is_some() {
@@ -23,9 +23,9 @@ pub(super) fn cut(stream: &mut Stream, at: usize) -> bool {
                     return true;
                 }
             }
-            // Parameters that never close: no declaration can be told from another until the next shader.
+            // Parameters that are never closed: declarations cannot be told apart until the next shader.
             None if is_list && brackets.parent(opener).is_none() => return replace_rest(stream, opener),
-            // A parenthesis that never closes: its statement ends at the next semicolon.
+            // A parenthesis that is never closed: its statement ends at the next semicolon.
             None if is_list => {}
             end => return replace_statement(stream, &brackets, Some(opener), end, at),
         }
@@ -33,7 +33,7 @@ pub(super) fn cut(stream: &mut Stream, at: usize) -> bool {
     replace_statement(stream, &brackets, None, None, at)
 }
 
-/// Closes everything that is open before token `at`: the shader, or the end of the text.
+/// Closes everything that is open before token `at`, which is the shader or the end of the text.
 fn close_all(stream: &mut Stream, brackets: &Brackets, at: usize) -> bool {
     let here = stream.spans.get(at).copied().unwrap_or(stream.end);
     let here = Span::new(here.start, here.start);
@@ -53,8 +53,8 @@ fn close_all(stream: &mut Stream, brackets: &Brackets, at: usize) -> bool {
     true
 }
 
-/// Whether a `{` opens a list of initialisers rather than a block. What stands before the first `{` of a row decides for
-/// all of them; `known` holds the last row that was looked at, from its first `{` on, and the answer.
+/// Whether a `{` opens an initialiser list rather than a block. The token before the first `{` of a sequence
+/// decides for all of them; `known` caches the last examined sequence, from its first `{`, and the answer.
 fn is_init_list(tokens: &[Token], opener: usize, known: &mut Option<(RangeInclusive<usize>, bool)>) -> bool {
     if let Some((_, is_list)) = known.as_ref().filter(|(row, _)| row.contains(&opener)) {
         return *is_list;
@@ -73,7 +73,7 @@ fn is_stand_in(token: &Token) -> bool {
     matches!(token, Token::Bad | Token::BadExpr)
 }
 
-/// Replaces one part of a list in brackets, or all of it; false when it is a stand-in already.
+/// Replaces one element of a bracketed list, or the whole list; false if it is a stand-in already.
 fn replace_in_list(stream: &mut Stream, brackets: &Brackets, opener: usize, end: usize, at: usize) -> bool {
     let all = opener + 1..end;
     let whole = opener.checked_sub(1).and_then(|n| stream.tokens.get(n)) == Some(&Token::For);
@@ -94,7 +94,7 @@ fn replace_in_list(stream: &mut Stream, brackets: &Brackets, opener: usize, end:
     false
 }
 
-/// What stands for a part of the list that `opener` opens: a declaration or an expression.
+/// The stand-in for an element of the list that `opener` opens: a declaration or an expression.
 fn stand_in(tokens: &[Token], opener: usize) -> Token {
     let before = |n: usize| opener.checked_sub(n).and_then(|n| tokens.get(n));
     let declares = match (tokens.get(opener), before(1)) {
@@ -120,11 +120,11 @@ fn replace_statement(
         brackets.parent(*n) == opener && stream.tokens.get(*n) == Some(&Token::Semi)
             || (closes_block(stream, brackets, opener, *n))
     };
-    // The stand-in itself does not fit: the statement before it goes too.
+    // The stand-in itself does not fit: the statement before it is replaced too.
     let again = stream.tokens.get(at).is_some_and(is_stand_in);
     let mut behind = (block.start..at).rev().filter(ends);
     let start = if again { behind.nth(1) } else { behind.next() }.map_or(block.start, |n| n + 1);
-    // A `;` in parentheses counts too: they may lack their end.
+    // A `;` in parentheses counts too, since their end may be missing.
     let in_block = |n: usize| brackets.block(n) == opener;
     let stop = |n: &usize| match stream.tokens.get(*n) {
         Some(Token::Semi) => in_block(*n),
@@ -154,7 +154,7 @@ fn replace_rest(stream: &mut Stream, opener: usize) -> bool {
     true
 }
 
-/// Whether token `at` closes a block that lies directly in the block of `opener`, with no `else` behind it.
+/// Whether token `at` closes a block directly inside the block of `opener`, with no `else` after it.
 fn closes_block(stream: &Stream, brackets: &Brackets, opener: Option<usize>, at: usize) -> bool {
     if stream.tokens.get(at) != Some(&Token::RBrace) || stream.tokens.get(at + 1) == Some(&Token::Else) {
         return false;

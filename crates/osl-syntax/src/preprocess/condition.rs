@@ -6,7 +6,7 @@ use crate::lexer::{PpToken, Raw};
 use crate::span::Span;
 
 impl Preprocessor<'_> {
-    /// Whether the condition holds; false, with a message, when it has no value.
+    /// Whether the condition holds; false, with a message, if it has no value.
     pub(super) fn condition(&mut self, at: Span, tokens: &[PpToken]) -> bool {
         match self.replace_defined(tokens) {
             Err(fault) => self.report(at, fault),
@@ -63,7 +63,7 @@ impl Preprocessor<'_> {
     }
 }
 
-/// Why a condition has no value, and where.
+/// Why and where a condition has no value.
 struct Fault {
     span: Option<Span>,
     why: &'static str,
@@ -93,7 +93,7 @@ impl Eval<'_, '_> {
         Fault { span: self.tokens.get(self.at).or(self.tokens.last()).map(|t| t.span), why }
     }
 
-    /// `live` tells whether the value counts: division by zero in a branch that does not is no fault.
+    /// `live` tells whether the value counts: a division by zero in an unused branch is not a fault.
     fn ternary(&mut self, live: bool) -> Value {
         self.depth += 1;
         if self.depth > self.pp.options.limits.reading.condition_depth {
@@ -180,7 +180,7 @@ impl Eval<'_, '_> {
     }
 }
 
-/// How tight a binary operator binds, loosest 0.
+/// The binding strength of a binary operator; 0 is the loosest.
 fn level(op: Raw, text: Option<&str>) -> Option<u8> {
     Some(match op {
         Raw::PipePipe => 0,

@@ -8,7 +8,7 @@ use crate::span::Span;
 use std::rc::Rc;
 
 impl Preprocessor<'_> {
-    /// Carries out the directive whose `#` has been read.
+    /// Executes the directive whose `#` has been read.
     pub(super) fn directive(&mut self, hash: PpToken) {
         let line = self.rest_of_line();
         let Some((head, rest)) = line.split_first() else { return };
@@ -37,7 +37,7 @@ impl Preprocessor<'_> {
                     self.open_conditional(span, false);
                 }
             },
-            // The branch that was being read ends here: a later one is never read.
+            // The current branch ends here, and later branches are never read.
             "elif" | "else" => {
                 if self.check_open(&name, span) {
                     self.skip();
@@ -108,7 +108,7 @@ impl Preprocessor<'_> {
 
     fn include_file(&mut self, name: &str, quoted: bool, span: Span) {
         if self.files.len() as u64 >= self.options.limits.reading.include_depth {
-            // Once says it: files that include themselves twice would say it without end.
+            // Reported once: files that include themselves twice would repeat it endlessly.
             if !std::mem::replace(&mut self.too_deep, true) {
                 self.diagnostics.push(errors::include_depth(
                     span,
@@ -167,13 +167,14 @@ impl Preprocessor<'_> {
                 let text = self.names.text(name.sym);
                 self.diagnostics.push(errors::macro_redefined(self.options.strict, name.span, &text, first));
             }
-            // Expansions of the old body that are being read go on to guard the name.
+            // Current expansions of the old body continue to guard the name.
             made.active = old.active;
         }
         self.macros.insert(name.sym, made);
     }
 
-    /// The parameters of `(a, b, ...)`, whether the last takes all the rest, and how many tokens the list has.
+    /// The parameters of `(a, b, ...)`, whether the last one takes all remaining arguments, and the number of
+    /// tokens in the list.
     fn parameters(&self, tokens: &[PpToken]) -> Option<(Rc<Params>, bool, usize)> {
         let mut params = Params::default();
         let mut at = 1;
@@ -225,7 +226,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Checks that `#else` or `#elif` continues a conditional, and notes an `#else`.
+    /// Checks that `#else` or `#elif` continues a conditional, and records an `#else`.
     fn check_open(&mut self, name: &str, span: Span) -> bool {
         let open = self.files.last_mut().and_then(|f| f.conditionals.last_mut());
         let other = match open {
@@ -239,7 +240,7 @@ impl Preprocessor<'_> {
             None => None,
         };
         self.diagnostics.push(errors::unbalanced_conditional(span, name, other));
-        // Behind a second `#else` nothing is read; without any `#if` everything is.
+        // After a second `#else` nothing is read; without any `#if` everything is.
         other.is_some()
     }
 
@@ -251,7 +252,7 @@ impl Preprocessor<'_> {
         false
     }
 
-    /// Skips text up to the branch that is to be read, or behind the `#endif`.
+    /// Skips text up to the next branch to read, or past the `#endif`.
     fn skip(&mut self) {
         let mut inner = 0usize;
         while let Some(hash) = self.skip_to_directive() {
@@ -290,7 +291,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// The word behind the `#` that was read last, without consuming it.
+    /// The word after the last `#`, without consuming it.
     fn peek_word(&self) -> Option<(Span, String)> {
         let file = self.files.last()?;
         let mut at = file.at;
@@ -356,7 +357,7 @@ impl Preprocessor<'_> {
     }
 }
 
-/// Whether two definitions are one: parameters, spellings and where white space stands.
+/// Whether two definitions are equal: parameters, spellings and the positions of white space.
 fn same(a: &Macro, b: &Macro) -> bool {
     let body = |m: &Macro| {
         m.body.iter().enumerate().map(|(n, t)| (t.kind, t.sym, n > 0 && t.space)).collect::<Vec<_>>()

@@ -7,7 +7,7 @@ use crate::span::Span;
 use rustc_hash::FxHashMap;
 use std::rc::Rc;
 
-/// Bytes that `#` and `##` may make for each token of the budget.
+/// Bytes that `#` and `##` may make per token of the budget.
 const BYTES_A_TOKEN: usize = 16;
 
 /// A macro.
@@ -15,16 +15,17 @@ const BYTES_A_TOKEN: usize = 16;
 pub(super) struct Macro {
     /// Parameters; `None` for an object-like macro.
     pub(super) params: Option<Rc<Params>>,
-    /// Whether the last parameter takes all arguments that are left.
+    /// Whether the last parameter takes all remaining arguments.
     pub(super) variadic: bool,
     pub(super) body: Rc<[PpToken]>,
-    /// Where its name stands in the definition.
+    /// The location of its name in the definition.
     pub(super) span: Span,
-    /// How many of its expansions are being read; while there is one, its name does not expand.
+    /// Number of its expansions in progress; while there is one, its name does not expand.
     pub(super) active: u32,
 }
 
-/// The parameters of a macro: their names with their places, the first of a name. A macro may have as many as its line holds.
+/// The parameters of a macro: their names with their indices, the first index for a repeated name. A macro
+/// may have as many parameters as its line holds.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Params {
     places: FxHashMap<Sym, usize>,
@@ -42,11 +43,11 @@ impl Params {
     }
 }
 
-/// Tokens that expansion has put before the rest of the input.
+/// Tokens that expansion has placed before the rest of the input.
 pub(super) struct Context {
     pub(super) tokens: Rc<[PpToken]>,
     pub(super) at: usize,
-    /// The macro that they come from.
+    /// The macro from which they come.
     pub(super) name: Option<Sym>,
 }
 
@@ -58,11 +59,11 @@ impl Context {
     }
 }
 
-/// What became of a name.
+/// The result of examining a name.
 pub(super) enum Outcome {
-    /// It is no macro call: the token itself.
+    /// It is not a macro call: the token itself.
     Plain(PpToken),
-    /// Its expansion lies before the rest of the input.
+    /// Its expansion was placed before the rest of the input.
     Pushed,
 }
 
@@ -133,13 +134,13 @@ impl Preprocessor<'_> {
         } else {
             return None;
         };
-        // A name that `#line` gives may be long, and asked for often.
+        // A name from `#line` may be long and used often.
         self.charge(text.len() / BYTES_A_TOKEN, token.span);
         let sym = self.names.intern(&text);
         Some(PpToken { kind, sym, ..token })
     }
 
-    /// Reads the arguments behind `(`; `None`, with a message, when they never end.
+    /// Reads the arguments after `(`; `None`, with a message, if they never end.
     fn arguments(&mut self, name: PpToken, open: PpToken, n_params: usize, variadic: bool) -> Option<Call> {
         let mut args = vec![Vec::new()];
         let mut depth = 0usize;
@@ -167,7 +168,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// Fits the number of arguments to the parameters; `None`, with a message, when it cannot.
+    /// Matches the number of arguments to the parameters; `None`, with a message, if that is impossible.
     fn check_arguments(
         &mut self,
         name: PpToken,
@@ -196,7 +197,7 @@ impl Preprocessor<'_> {
         None
     }
 
-    /// The body of a macro with its arguments in place. Tokens of the body stand at the call.
+    /// The body of a macro with its arguments substituted. Tokens of the body get the location of the call.
     fn substitute(&mut self, found: &Macro, args: &[Vec<PpToken>], call: Span) -> Vec<PpToken> {
         let param = |t: &PpToken| {
             found.params.as_ref().filter(|_| t.kind == Raw::Ident).and_then(|params| params.place(t.sym))
@@ -257,7 +258,7 @@ impl Preprocessor<'_> {
         out
     }
 
-    /// Appends tokens, the first one glued to the last before it if a `##` stands between.
+    /// Appends tokens; the first is glued to the previous token if there is a `##` between them.
     fn append(&mut self, out: &mut Vec<PpToken>, paste: &mut bool, tokens: &[PpToken]) {
         let mut tokens = tokens;
         if std::mem::take(paste)
@@ -301,7 +302,8 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// `#` of an argument: its spelling as a string literal, runs of white space as one space.
+    /// `#` applied to an argument: its spelling as a string literal, with each run of white space as one
+    /// space.
     fn stringify(&mut self, arg: &[PpToken]) -> Sym {
         let mut text = String::from("\"");
         for (n, token) in arg.iter().enumerate() {
@@ -323,7 +325,7 @@ impl Preprocessor<'_> {
         self.names.intern(&text)
     }
 
-    /// Expands tokens as if they were all of the input.
+    /// Expands tokens as if they were the whole input.
     pub(super) fn expand_alone(&mut self, tokens: &[PpToken]) -> Vec<PpToken> {
         if tokens.iter().all(|t| t.kind != Raw::Ident) {
             return tokens.to_vec();

@@ -1,4 +1,4 @@
-//! Reading one file: white space and comments away, strings checked, lines counted.
+//! Reads one file: removes white space and comments, checks strings, and counts lines.
 
 use super::{Conditional, Preprocessor};
 use crate::errors;
@@ -6,10 +6,10 @@ use crate::lexer::{PpToken, Raw, Sym, scan};
 use crate::span::Span;
 use std::sync::Arc;
 
-/// Lines that a broken string literal may take before it counts as one that was never closed.
+/// Maximum number of lines of a broken string literal; a longer one counts as never closed.
 const MAX_STRING_LINES: usize = 16;
 
-/// Where reading stands in a file.
+/// The position in a file.
 pub(super) struct FileCursor {
     pub(super) name: String,
     pub(super) text: Arc<str>,
@@ -18,15 +18,15 @@ pub(super) struct FileCursor {
     /// Whether the next token is the first of its line.
     line_start: bool,
     pub(super) conditionals: Vec<Conditional>,
-    /// How `#line` has shifted the line numbers.
+    /// The shift of line numbers from `#line`.
     pub(super) line_shift: i64,
-    /// The name that `#line` has given.
+    /// The file name from `#line`.
     pub(super) line_file: Option<Arc<str>>,
 }
 
 impl FileCursor {
     pub(super) fn new(name: &str, text: Arc<str>, base: u32) -> Self {
-        // A byte order mark is no part of the text.
+        // A byte order mark is not part of the text.
         let at = if text.starts_with('\u{feff}') { 3 } else { 0 };
         Self {
             name: name.to_owned(),
@@ -40,7 +40,7 @@ impl FileCursor {
         }
     }
 
-    /// The empty span where reading stands.
+    /// The empty span at the current position.
     pub(super) fn here(&self) -> Span {
         self.span(self.at, self.at)
     }
@@ -49,7 +49,7 @@ impl FileCursor {
         Span::new(self.base + from as u32, self.base + to as u32)
     }
 
-    /// Goes on behind line breaks that follow one another: a file may hold millions of them.
+    /// Skips consecutive line breaks: a file may contain millions of them.
     fn skip_empty_lines(&mut self) {
         let rest = self.text.as_bytes().get(self.at..).unwrap_or_default();
         self.at += rest.iter().take_while(|b| **b == b'\n').count();
@@ -67,7 +67,7 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// The rest of the line of the innermost file, its end consumed.
+    /// The rest of the innermost file's current line, including its end.
     pub(super) fn rest_of_line(&mut self) -> Vec<PpToken> {
         let mut line = Vec::new();
         while let Some(Piece::Token(t)) = self.piece(true) {
@@ -76,8 +76,8 @@ impl Preprocessor<'_> {
         line
     }
 
-    /// The first tokens of the next line that is a directive, with its `#`; `None` at the end of the file.
-    /// Nothing on the way is judged: it is skipped text.
+    /// The first tokens of the next directive line, with its `#`; `None` at the end of the file. Skipped text
+    /// is not checked for errors.
     pub(super) fn skip_to_directive(&mut self) -> Option<PpToken> {
         loop {
             match self.piece(false)? {
@@ -87,7 +87,8 @@ impl Preprocessor<'_> {
         }
     }
 
-    /// The next token or line end of the innermost file. `live` text is judged, skipped text is not.
+    /// The next token or line end of the innermost file. `live` text is checked for errors, skipped text is
+    /// not.
     fn piece(&mut self, live: bool) -> Option<Piece> {
         let strict = self.options.strict;
         let file = self.files.last_mut()?;
@@ -156,9 +157,9 @@ enum Piece {
     LineEnd,
 }
 
-/// The end of a string literal that begins at `from` and goes on over line breaks, if it looks like one: it closes
-/// within a few lines, and the quotes behind it on its last line come in pairs. An odd one there says that the
-/// literal was meant to end earlier.
+/// The end of a string literal that begins at `from` and continues over line breaks, if it looks like one: it
+/// closes within a few lines, and the quotes after it on its last line are paired. An odd number of them
+/// suggests that the literal was meant to end earlier.
 pub(crate) fn broken_string(text: &str, from: usize) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut lines = 0;

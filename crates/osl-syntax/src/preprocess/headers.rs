@@ -1,7 +1,7 @@
-//! The headers that come with the compiler: the text of each by its name.
+//! The headers that come with the compiler: the text of each, by name.
 //!
-//! They are found last, after every file of the provider, as if their folder stood at the end of the search path. It
-//! must not know who includes them.
+//! They are found last, after every file of the provider, as if their folder were at the end of the search
+//! path. This module must not know who includes them.
 
 /// The name of the header that is read before the first line of every shader.
 pub(super) const STANDARD: &str = "stdosl.h";
@@ -16,7 +16,7 @@ const HEADERS: &[(&str, &str)] = headers! {
     "stdosl.h" "color2.h" "color4.h" "matrix33.h" "oslutil.h" "vector2.h" "vector4.h"
 };
 
-/// The text of a header, if one of this name comes with the compiler.
+/// The text of a header, if the compiler has one with this name.
 pub(super) fn text(name: &str) -> Option<&'static str> {
     HEADERS.iter().find(|(of, _)| *of == name).map(|(_, text)| *text)
 }

@@ -1,4 +1,4 @@
-//! Where insertions go in the text, and how they look there.
+//! Where insertions go in the text, and how they are formatted.
 
 use super::Insertion;
 use crate::brackets::Brackets;
@@ -7,8 +7,8 @@ use crate::parser::Stream;
 use crate::span::Span;
 use crate::token::Token;
 
-/// Whether text can be inserted before token `at`: both neighbours stand in the main file, in order, and not in
-/// one expansion.
+/// Whether text can be inserted before token `at`: both neighbours are in the main file, in order, and not in
+/// the same macro expansion.
 pub(super) fn is_plain(stream: &Stream, at: usize, text: &str) -> bool {
     let next = stream.spans.get(at).copied().unwrap_or(stream.end);
     match at.checked_sub(1).and_then(|n| stream.spans.get(n)) {
@@ -29,7 +29,7 @@ pub(super) fn ends_line(stream: &Stream, at: usize, text: &str) -> bool {
     at == stream.tokens.len() || gap(stream, at, text).contains('\n')
 }
 
-/// The first token behind `from` and up to `to` that begins a declaration at the left margin.
+/// The first token after `from` and up to `to` that begins a declaration at the left margin.
 pub(super) fn next_at_margin(stream: &Stream, from: usize, to: usize, text: &str) -> Option<usize> {
     (from + 1..to).find(|at| {
         let declares = match (stream.tokens.get(*at), stream.tokens.get(*at + 1)) {
@@ -44,7 +44,7 @@ pub(super) fn next_at_margin(stream: &Stream, from: usize, to: usize, text: &str
     })
 }
 
-/// The insertions as edits of the text, those at one place joined.
+/// The insertions as edits of the text; those at one position are joined.
 pub(super) fn edits(stream: &Stream, text: &str, insertions: &[Insertion]) -> Vec<Edit> {
     let mut sorted: Vec<&Insertion> = insertions.iter().collect();
     sorted.sort_by_key(|i| i.before);
@@ -72,7 +72,7 @@ pub(super) fn edits(stream: &Stream, text: &str, insertions: &[Insertion]) -> Ve
     edits
 }
 
-/// The end of the line behind `at`, if nothing but white space and a line comment stands there.
+/// The end of the line after `at`, if it contains only white space and a line comment.
 fn end_of_line(text: &str, at: u32) -> u32 {
     let rest = text.get(at as usize..).unwrap_or("");
     let line = rest.split('\n').next().unwrap_or("").trim_end();
@@ -90,12 +90,12 @@ fn spelling(token: &Token) -> &'static str {
     }
 }
 
-/// The indents of the lines whose braces the inserted ones close, in order of insertion.
+/// The indentation of the lines whose braces the inserted ones close, in order of insertion.
 struct Indents(std::vec::IntoIter<String>);
 
 impl Indents {
     fn new(stream: &Stream, text: &str, insertions: &[&Insertion]) -> Self {
-        // The stream as repaired: the partner of an inserted brace is where its indent comes from.
+        // The repaired stream: the partner of an inserted brace determines its indentation.
         let mut tokens = Vec::new();
         let mut spans = Vec::new();
         let mut inserted = Vec::new();

@@ -37,7 +37,7 @@ pub(crate) fn codes(parsed: &Parsed) -> Vec<&'static str> {
     parsed.diagnostics.iter().map(|d| d.code.id).collect()
 }
 
-/// The printed tree of a text that must be sound under strict syntax.
+/// The printed tree of a text that must be valid under strict syntax.
 pub(crate) fn tree(text: &str) -> String {
     let parsed = strict(text);
     assert!(parsed.diagnostics.is_empty(), "{text}\n{:#?}", parsed.diagnostics);
@@ -50,8 +50,8 @@ pub(crate) fn expr(text: &str) -> String {
     tree.lines().last().unwrap_or("").trim().to_owned()
 }
 
-/// A text without white space and the backslashes that join lines: code, comments and directives, all that a
-/// formatter must not touch.
+/// A text without white space and without the backslashes that join lines: the code, comments and directives,
+/// which a formatter must not change.
 pub(crate) fn squeezed(text: &str) -> String {
     text.chars().filter(|c| !c.is_whitespace() && *c != '\\').collect()
 }

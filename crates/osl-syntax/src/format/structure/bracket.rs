@@ -8,7 +8,7 @@ use crate::diagnostic::Diagnostic;
 use crate::token::Token;
 
 impl Builder<'_, '_> {
-    /// A piece within brackets, or one that opens or closes some.
+    /// A piece inside brackets, or a bracket itself.
     pub(super) fn inside(&mut self, at: usize) -> Result<(), Box<Diagnostic>> {
         self.open_line(at, 0);
         let before = self.role_of(self.state.prev);
@@ -70,7 +70,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// Whether the `)` that comes now makes a cast of what stands since the `(`.
+    /// Whether the current `)` makes a cast of the text since the `(`.
     fn is_cast(&self, opener: usize) -> bool {
         self.role_of(Some(opener)) == Role::Group
             && self.next_code.get(opener).copied().flatten() == self.state.prev

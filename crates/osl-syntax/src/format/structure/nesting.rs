@@ -1,7 +1,7 @@
-//! What is open where reading stands: brackets, blocks, headers that wait for their body.
+//! The open brackets, blocks, and headers without their body so far.
 //!
-//! The stack is a linked one, so that going back to where an `#if` stood costs nothing. It must not know how
-//! statements are told apart.
+//! The stack is a linked list, so that returning to the state at an `#if` costs nothing. This module must not
+//! know how statements are recognised.
 
 use super::super::pieces::Piece;
 use super::Builder;
@@ -11,27 +11,27 @@ use crate::errors;
 use crate::span::Span;
 use crate::token::Token;
 
-/// What is open.
+/// An open construct.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Frame {
     Paren,
     Bracket,
     /// `[[`, before the first `]`.
     Meta,
-    /// `[[`, behind the first `]`.
+    /// `[[`, after the first `]`.
     MetaEnd,
     /// The braces of an initialiser.
     List,
     /// The braces of a block.
     Block,
-    /// `if (…)` and the like, whose body is to come or, when `done`, has come.
+    /// `if (…)` and the like, whose body follows or, if `done`, is complete.
     Header {
         word: Word,
         done: bool,
     },
 }
 
-/// Words that a body follows.
+/// Keywords followed by a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Word {
     If,
@@ -40,7 +40,7 @@ pub(super) enum Word {
     Do,
 }
 
-/// An entry of the stack of what is open.
+/// An entry of the stack.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
     pub(super) frame: Frame,
@@ -51,20 +51,20 @@ pub(super) struct Node {
     pub(super) indent: u32,
     /// Brackets within a statement, this one included.
     pub(super) depth: u32,
-    /// Entries below it.
+    /// The entry below it.
     below: u32,
-    /// Of a header, the entry that takes its place once its body has come. It is made once, however often reading
-    /// goes back to an `#if`.
+    /// For a header, the entry that replaces it once its body is complete. It is made once, however often
+    /// reading returns to an `#if`.
     finished: Option<usize>,
 }
 
-/// Where reading stands; a copy can be returned to.
+/// The state of reading; returning to a copy is possible.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct State {
     pub(super) top: Option<usize>,
-    /// The level of the statement that is being read.
+    /// The level of the current statement.
     pub(super) indent: Option<u32>,
-    /// Whether nothing of the statement has been read yet.
+    /// Whether nothing of the statement has been read so far.
     pub(super) fresh: bool,
     /// A header whose condition is being read.
     pub(super) head: Option<Word>,
@@ -87,8 +87,8 @@ impl Builder<'_, '_> {
         self.state.top = Some(self.nodes.len() - 1);
     }
 
-    /// Refuses what is nested deeper than anything that compiles: each way through a conditional may have to leave
-    /// all of it, so that the time would grow with the square of the text.
+    /// Refuses code that is nested deeper than anything that compiles. Each path through a conditional may
+    /// have to leave all of it, so the time would be quadratic in the length of the text.
     pub(super) fn check_nesting(&self) -> Result<(), Box<Diagnostic>> {
         let limit = 2 * Options::default().limits.reading.nesting;
         match self.top() {
@@ -104,7 +104,7 @@ impl Builder<'_, '_> {
         self.state.top = self.top().and_then(|n| n.parent);
     }
 
-    /// Whether a header of that kind is on top.
+    /// Whether a header of this kind is on top.
     pub(super) fn header(&self, word: Word, done: bool) -> bool {
         self.top().is_some_and(|n| n.frame == Frame::Header { word, done })
     }
@@ -118,7 +118,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Leaves the headers that are complete, given the next piece of code: `else` and `while` may go on with one.
+    /// Leaves the complete headers, given the next piece of code: `else` and `while` may continue one.
     pub(super) fn settle(&mut self, next: Option<usize>) {
         let next = next.and_then(|n| self.pieces.get(n));
         let is_next = |token: &Token| next.is_some_and(|p| p.is(token));
@@ -133,7 +133,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// The statement is complete, and so is the header whose body it is.
+    /// Marks the statement as complete, and also the header whose body it is.
     pub(super) fn statement_done(&mut self) {
         self.state = State { top: self.state.top, fresh: true, ..State::default() };
         if let Some(node) = self.top()

@@ -1,4 +1,4 @@
-//! Statements and blocks: told by `;`, braces and the keywords of control flow, without a grammar.
+//! Statements and blocks: recognised by `;`, braces and control-flow keywords, without a grammar.
 
 use super::super::pieces::{Kind, Piece};
 use super::super::role::{self, Role};
@@ -59,7 +59,7 @@ impl Builder<'_, '_> {
     /// `if`, `for` or `while`: its condition comes first.
     fn head(&mut self, at: usize, word: Word) {
         self.open_line(at, self.level());
-        // What ends with this `if` ends the `else` before it.
+        // Whatever ends this `if` also ends the `else` before it.
         if word == Word::If && self.header(Word::Else, false) {
             self.pop();
         }
@@ -68,7 +68,7 @@ impl Builder<'_, '_> {
         self.state.fresh = false;
     }
 
-    /// A header is complete: the body comes next, on the same line if it is a block or `stays`.
+    /// A header is complete: the body follows, on the same line if it is a block or `stays`.
     pub(super) fn body(&mut self, at: usize, word: Word, stays: bool) {
         if matches!(word, Word::Else | Word::Do) {
             self.place(at, Role::Keyword);
@@ -83,7 +83,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// A macro that stands alone on its line and is followed by the begin of something.
+    /// A macro alone on its line, followed by the start of a new statement.
     fn is_lone_macro(&self, at: usize) -> bool {
         let Some(piece) = self.piece(at) else { return false };
         let next = self.solid_after(at);
@@ -118,7 +118,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// The `{` of a block ends its line, unless nothing is in it.
+    /// The `{` of a block ends its line, unless the block is empty.
     fn open_block(&mut self, at: usize) {
         let indent = self.state.indent.unwrap_or(0);
         self.place(at, Role::BlockOpen);
@@ -134,7 +134,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// The `}` of a block, and what belongs on its line.
+    /// The `}` of a block, and the text that belongs on its line.
     fn close_block(&mut self, at: usize) -> Result<(), Box<Diagnostic>> {
         while let Some(Node { frame: Frame::Header { .. }, .. }) = self.top() {
             self.pop();
@@ -164,7 +164,7 @@ impl Builder<'_, '_> {
         Ok(())
     }
 
-    /// A `}` that closes nothing is passed over by the compiler right before the shader.
+    /// The compiler ignores a `}` that closes nothing directly before the shader.
     fn before_shader(&self, at: usize) -> bool {
         let is_kind = |p: &Piece<'_>| matches!(p.text, "shader" | "surface" | "displacement" | "volume");
         at > 0 && self.next_code.get(at).copied().flatten().and_then(|n| self.piece(n)).is_some_and(is_kind)
