@@ -64,14 +64,14 @@ fn scenes_and_meshes_are_refused_or_read() {
         for surface in &scene.surfaces {
             let osl_scene::scene::Form::Mesh(polygons) = &surface.form else { continue };
             let detail = Detail::Level(polygons.iterations);
-            if let Ok(found) = tessellate_within(&polygons.mesh, polygons.scheme, &detail, &limits.scenes) {
+            if let Ok(found) = tessellate_within(&polygons.mesh, polygons.scheme, &detail, &limits) {
                 assert!(found.triangles.indices.len() as u64 <= limits.scenes.triangles, "seed {seed}");
                 let _ = osl_scene::mesh::Bvh::new(&found.triangles);
                 read += 1;
             }
         }
         if let Ok(mesh) = read_obj_within(&scenes::mesh(&bytes(seed)), &limits) {
-            let _ = tessellate_within(&mesh, Scheme::CatmullClark, &Detail::Level(1), &limits.scenes);
+            let _ = tessellate_within(&mesh, Scheme::CatmullClark, &Detail::Level(1), &limits);
             read += 1;
         }
     }

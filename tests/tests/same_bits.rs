@@ -130,7 +130,8 @@ fn any_pieces() {
         let pieces = Run::new(&compiled.program, &services, &grid, &options);
         let mut frame = Frame::default();
         for rows in [0..32, 32..64, 64..90] {
-            frame.add(pieces.points(rows.start * 50..rows.end * 50, &|_| ()).unwrap());
+            let piece = pieces.points(rows.start * 50..rows.end * 50, &|_| ()).unwrap();
+            frame.add(piece, &options.limits.running);
         }
         assert_eq!(words(&frame), words(&whole), "{name}");
         assert_eq!(frame.messages, whole.messages, "{name}");

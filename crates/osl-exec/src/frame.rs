@@ -8,7 +8,7 @@ use crate::native::Native;
 use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
-use osl_limits::Limits;
+use osl_limits::{Limits, Running};
 use osl_noise::Isa;
 use std::sync::Arc;
 
@@ -102,10 +102,11 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Adds what the points behind its own yielded, in the order of the pieces of a [`Run`](crate::Run); planes grow by theirs.
-    pub fn add(&mut self, next: Frame) {
+    /// Appends the results of the points after its own: the next piece of a [`Run`](crate::Run). `limits` bound
+    /// the messages.
+    pub fn add(&mut self, next: Frame, limits: &Running) {
         let Frame { planes, messages, printed, events, closures, profile } = next;
-        unite(&mut self.messages, messages);
+        unite(&mut self.messages, messages, limits);
         self.events.extend(events);
         self.printed.extend(printed);
         if self.planes.is_empty() {

@@ -5,6 +5,7 @@
 
 use crate::order::Blocks;
 use osl_ir::Span;
+use osl_limits::Running;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -106,10 +107,28 @@ impl std::fmt::Debug for Keeping {
     }
 }
 
-/// Different messages that are kept of a tile, and of a run.
-const MAX_MESSAGES: usize = 1000;
-/// Bytes of the messages that are kept of a tile, and of a run, if it has more than one.
-const MAX_BYTES: usize = 1 << 20;
+/// How many messages are kept of a tile, and of a run, and how many bytes of them if there is more than one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Room {
+    messages: usize,
+    bytes: usize,
+}
+
+impl Room {
+    /// What limits permit.
+    pub(crate) fn of(limits: &Running) -> Room {
+        let [messages, bytes] =
+            [limits.messages, limits.message_bytes].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        Room { messages, bytes }
+    }
+}
+
+impl Default for Room {
+    fn default() -> Room {
+        Room::of(&Running::default())
+    }
+}
+
 /// Bytes that count for a printed text or a message beside its own.
 const BESIDE: u64 = 64;
 
@@ -149,7 +168,7 @@ impl Points {
 struct Known {
     list: FxHashMap<Message, Points>,
     sorted: BTreeMap<Order, Message>,
-    /// The first that there was no room for: nothing behind it is kept.
+    /// Position of the first message that found no room. Later messages are not kept.
     end: Option<Order>,
     bytes: usize,
 }
@@ -171,6 +190,7 @@ pub(crate) struct Messages {
     /// The order of the points; by their numbers without.
     blocks: Option<Blocks>,
     keeping: Keeping,
+    room: Room,
     /// The first point of the batch that runs.
     batch: usize,
     known: Known,
@@ -188,13 +208,13 @@ pub(crate) struct Messages {
 
 impl Messages {
     /// Nothing said yet, by points in this order.
-    pub(crate) fn new(blocks: Option<Blocks>, keeping: Keeping) -> Messages {
-        Messages { blocks, keeping, ..Messages::default() }
+    pub(crate) fn new(blocks: Option<Blocks>, keeping: Keeping, room: Room) -> Messages {
+        Messages { blocks, keeping, room, ..Messages::default() }
     }
 
     /// Takes what was said, and starts anew.
     pub(crate) fn take(&mut self) -> Messages {
-        let anew = Messages::new(self.blocks, self.keeping.clone());
+        let anew = Messages::new(self.blocks, self.keeping.clone(), self.room);
         std::mem::replace(self, anew)
     }
 
@@ -265,7 +285,7 @@ impl Messages {
         if self.before.known.is_none() {
             self.before.known = Some(Box::new(self.known.clone()));
         }
-        let batch = self.batch;
+        let (batch, room) = (self.batch, self.room);
         let known = &mut self.known;
         if let Some(points) = known.list.get_mut(message) {
             points.count(batch, point);
@@ -284,7 +304,7 @@ impl Messages {
         points.count(batch, point);
         known.list.insert(message.clone(), points);
         known.sorted.insert(here, message.clone());
-        while known.sorted.len() > MAX_MESSAGES || known.bytes > MAX_BYTES && known.sorted.len() > 1 {
+        while known.sorted.len() > room.messages || known.bytes > room.bytes && known.sorted.len() > 1 {
             let Some((order, message)) = known.sorted.pop_last() else { break };
             known.list.remove(&message);
             known.bytes -= message.text.len();
@@ -321,7 +341,10 @@ impl Messages {
     }
 
     /// All of several threads in the order of their points: each message once, printed text, events.
-    pub(crate) fn merge(all: impl IntoIterator<Item = Messages>) -> (Vec<Said>, Vec<Printed>, Vec<Event>) {
+    pub(crate) fn merge(
+        all: impl IntoIterator<Item = Messages>,
+        limits: &Running,
+    ) -> (Vec<Said>, Vec<Printed>, Vec<Event>) {
         let (mut list, mut printed, mut events) = (Vec::new(), Vec::new(), Vec::new());
         for mut one in all {
             let Known { list: known, sorted, end, .. } = one.known;
@@ -336,13 +359,14 @@ impl Messages {
         printed.sort_by_key(|p| p.point);
         events.sort_by_key(|(order, _)| *order);
         let mut messages = Vec::new();
-        unite(&mut messages, list.into_iter().map(|(_, said)| said));
+        unite(&mut messages, list.into_iter().map(|(_, said)| said), limits);
         (messages, printed, events.into_iter().map(|(_, event)| event).collect())
     }
 }
 
 /// Adds messages to a list that has each once, as long as there is room for them. `more` begins with what is said first.
-pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>) {
+pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>, limits: &Running) {
+    let room = Room::of(limits);
     let mut known: FxHashMap<Message, usize> =
         list.iter().enumerate().map(|(at, said)| (said.message.clone(), at)).collect();
     for said in more {
@@ -360,10 +384,10 @@ pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>) {
     let mut bytes = 0;
     let fits = |said: &&Said| {
         bytes += said.message.text.len();
-        bytes <= MAX_BYTES
+        bytes <= room.bytes
     };
-    let fit = list.iter().take(MAX_MESSAGES).take_while(fits).count().max(1);
-    // Where some are left out, or were before, it is not known which points say those that are left.
+    let fit = list.iter().take(room.messages).take_while(fits).count().max(1);
+    // Once messages have been dropped, the number of points that say one of the others is unknown.
     if list.len() > fit || list.iter().any(|said| said.points.is_none()) {
         list.truncate(fit);
         list.iter_mut().for_each(|said| said.points = None);
@@ -377,7 +401,7 @@ mod tests {
     /// What is kept of messages that 40 points say, each its own and some that all say, of so many bytes; `batch` points
     /// say each before any says the next.
     fn kept(batch: usize, bytes: usize) -> Vec<Said> {
-        let mut all = Messages::new(None, Keeping::default());
+        let mut all = Messages::new(None, Keeping::default(), Room::default());
         for first in (0..40).step_by(batch) {
             all.begin(first);
             for step in 0..60 {
@@ -388,16 +412,17 @@ mod tests {
                 }
             }
         }
-        Messages::merge([all]).0
+        Messages::merge([all], &Running::default()).0
     }
 
     #[test]
     fn which_messages_are_kept_does_not_depend_on_who_came_first() {
         for bytes in [0, 500, 3000, 40_000] {
             let expected = kept(1, bytes);
-            assert!(expected.len() <= MAX_MESSAGES && expected.len() > 3, "{bytes}: {}", expected.len());
+            let room = Room::default();
+            assert!(expected.len() <= room.messages && expected.len() > 3, "{bytes}: {}", expected.len());
             let sum: usize = expected.iter().map(|m| m.message.text.len()).sum();
-            assert!(sum <= MAX_BYTES);
+            assert!(sum <= room.bytes);
             for batch in [3, 16, 40] {
                 assert!(kept(batch, bytes) == expected, "{batch} points together, {bytes} bytes");
             }
@@ -406,9 +431,9 @@ mod tests {
 
     #[test]
     fn one_message_is_kept_however_long() {
-        let mut all = Messages::new(None, Keeping::default());
+        let mut all = Messages::new(None, Keeping::default(), Room::default());
         all.add([1], Message::warning("x".repeat(2 << 20)));
         all.add([2], Message::warning("y"));
-        assert_eq!(Messages::merge([all]).0.len(), 1);
+        assert_eq!(Messages::merge([all], &Running::default()).0.len(), 1);
     }
 }

@@ -57,7 +57,7 @@ pub struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A run of which nothing is done.
+    /// A run that has not shaded any point yet.
     pub fn new(
         program: &'a Program,
         services: &'a Services,
@@ -159,7 +159,8 @@ impl<'a> Run<'a> {
         results.sort_by_key(|(index, _)| *index);
         let results: Vec<Tile> = results.into_iter().map(|(_, tile)| tile).collect();
         self.judge(&results)?;
-        let mut frame = gather(program, blocks, points.start, (planes, slots.closures), results);
+        let mut frame =
+            gather((program, self.options), blocks, points.start, (planes, slots.closures), results);
         for said in &mut frame.messages {
             // A program that all points share has run for a batch and stands for the others.
             if program.shared {
@@ -306,7 +307,7 @@ impl Slots {
 
 /// Puts together what the tiles of a range of points yield.
 fn gather(
-    program: &Program,
+    (program, options): (&Program, &RunOptions),
     blocks: Option<Blocks>,
     start: usize,
     (planes, closures): (Vec<Plane>, Vec<Slot>),
@@ -334,7 +335,7 @@ fn gather(
             all.points = sorted.into_iter().map(|(_, list)| list).collect();
         }
     }
-    let (messages, printed, events) = Messages::merge(said);
+    let (messages, printed, events) = Messages::merge(said, &options.limits.running);
     Frame { planes, messages, printed, events, closures: outputs, profile: profile.entries(program) }
 }
 

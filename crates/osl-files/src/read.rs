@@ -78,6 +78,12 @@ pub fn open_named(path: &Path) -> Result<Opened, FileError> {
     Opened::new(file, path.to_owned())
 }
 
+/// Whether two paths lead to one existing file.
+pub fn is_same(a: &Path, b: &Path) -> bool {
+    let real = |path: &Path| std::fs::canonicalize(path).ok();
+    real(a).is_some_and(|a| real(b) == Some(a))
+}
+
 /// Whether a path is one of the system's names for open file descriptors.
 fn is_handle(path: &Path) -> bool {
     path.starts_with("/dev") || path.starts_with("/proc")

@@ -164,6 +164,11 @@ impl<'a> Admission<'a> {
         Ok(())
     }
 
+    /// Fails once the command has to stop.
+    pub(crate) fn goes_on(&self, path: &Path) -> Result<(), ImageError> {
+        self.limits.halted().map_or(Ok(()), |why| Err(ImageError::format(path, why)))
+    }
+
     /// The reserved memory, which is released when this is dropped.
     pub(crate) fn into_reserved(self) -> Option<Reservation<'a>> {
         self.reserved.into_inner()

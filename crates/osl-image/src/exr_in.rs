@@ -70,6 +70,7 @@ pub(crate) fn decode(
     };
     let mut chunks = reader.filter_chunks(false, wanted).map_err(damaged)?;
     while let Some(chunk) = chunks.read_next_chunk() {
+        admission.goes_on(path)?;
         let chunk = chunk.map_err(damaged)?;
         check_chunk(&chunk, index, header).map_err(|why| ImageError::format(path, why))?;
         let block = UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false).map_err(damaged)?;

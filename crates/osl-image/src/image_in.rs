@@ -76,9 +76,22 @@ fn decode_png(
         Texels::U8(bytes) => bytes,
         _ => &mut [],
     };
-    let frame = reader.next_frame(buffer).map_err(damaged)?;
-    if (frame.width, frame.height) != size {
+    // Of an animation this is the first frame.
+    let frame = reader.info().frame_control.map_or(size, |frame| (frame.width, frame.height));
+    if frame != size {
         return Err(ImageError::format(path, "PNG whose first frame is not of the image's size"));
+    }
+    if reader.info().interlaced {
+        reader.next_frame(buffer).map_err(damaged)?;
+    } else {
+        let row = reader.output_line_size(size.0).unwrap_or(0).max(1);
+        for row in buffer.chunks_exact_mut(row) {
+            admission.goes_on(path)?;
+            let ended = || ImageError::format(path, "PNG that ends before its last row");
+            reader.read_row(row).map_err(damaged)?.ok_or_else(ended)?;
+        }
+        // What follows the last row is checked as well.
+        reader.read_row(&mut []).map_err(damaged)?;
     }
     if let Texels::U16(words) = &mut texels {
         words.iter_mut().for_each(|word| *word = u16::from_be(*word));

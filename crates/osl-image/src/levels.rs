@@ -5,14 +5,16 @@
 use crate::read::StoredType;
 use crate::texels::Texels;
 use crate::texture::Level;
+use osl_limits::Limits;
 
 /// The size of an axis in the next coarser level.
 pub(crate) fn half_size(n: usize) -> usize {
     (n / 2).max(1)
 }
 
-/// The levels below the finest, down to a single texel.
-pub(crate) fn made(finest: &Level, n_channels: usize, stored: StoredType) -> Vec<Level> {
+/// The levels below the finest, down to a single texel. If the command has to stop, some are missing: the run
+/// fails anyway.
+pub(crate) fn made(finest: &Level, n_channels: usize, stored: StoredType, limits: &Limits) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     loop {
         let previous = levels.last().unwrap_or(finest);
@@ -20,14 +22,15 @@ pub(crate) fn made(finest: &Level, n_channels: usize, stored: StoredType) -> Vec
         if width <= 1 && height <= 1 {
             return levels;
         }
-        levels.push(halved(previous, n_channels, stored));
+        let Some(level) = halved(previous, n_channels, stored, limits) else { return levels };
+        levels.push(level);
     }
 }
 
 /// The next coarser level. Each texel is the bilinear sample of the finer level at the texel's center, with
 /// the border repeated, and is stored with the precision of the file. For odd sizes not all texels
 /// contribute. The rounding is visible: 8-bit textures have 8-bit levels in the reference too (measured).
-fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
+fn halved(level: &Level, n_channels: usize, stored: StoredType, limits: &Limits) -> Option<Level> {
     let (width, height) = (half_size(level.full.0), half_size(level.full.1));
     let columns = pairs(level.full.0, width);
     let rows = pairs(level.full.1, height);
@@ -36,6 +39,9 @@ fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
         level.texel(x, y).map_or(0.0, |start| level.texels.in_stored_units(start + channel, stored))
     };
     for row in &rows {
+        if limits.halted().is_some() {
+            return None;
+        }
         for column in &columns {
             for channel in 0..n_channels {
                 let across = |y| {
@@ -47,7 +53,7 @@ fn halved(level: &Level, n_channels: usize, stored: StoredType) -> Level {
             }
         }
     }
-    Level::new(width, height, n_channels, texels)
+    Some(Level::new(width, height, n_channels, texels))
 }
 
 /// Two neighbouring texels of an axis, and the share of the second.

@@ -135,6 +135,42 @@ impl ImageData {
 pub(crate) trait Source: BufRead + Seek {}
 impl<T: BufRead + Seek> Source for T {}
 
+/// A source that fails once the command has to stop. Decoders read through it, so each of them notices.
+struct Watched<'a> {
+    source: &'a mut dyn Source,
+    limits: &'a Limits,
+}
+
+impl Watched<'_> {
+    fn goes_on(&self) -> std::io::Result<()> {
+        self.limits.halted().map_or(Ok(()), |why| Err(std::io::Error::other(why)))
+    }
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        self.goes_on()?;
+        self.source.read(buffer)
+    }
+}
+
+impl BufRead for Watched<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        self.goes_on()?;
+        self.source.fill_buf()
+    }
+
+    fn consume(&mut self, amount: usize) {
+        self.source.consume(amount);
+    }
+}
+
+impl Seek for Watched<'_> {
+    fn seek(&mut self, position: SeekFrom) -> std::io::Result<u64> {
+        self.source.seek(position)
+    }
+}
+
 /// What is known of a file before decoding. The path is used only in error messages.
 pub(crate) struct Opened<'a> {
     pub(crate) path: &'a Path,
@@ -188,6 +224,7 @@ pub(crate) fn decode(
     part: SubImage<'_>,
     admission: &Admission<'_>,
 ) -> Result<Decoded, ImageError> {
+    let source: &mut dyn Source = &mut Watched { source, limits: admission.limits };
     let unreadable = |error: std::io::Error| ImageError::io(path, "read the file", error);
     let mut head = Vec::new();
     let most = admission.limits.images.header_bytes;

@@ -30,6 +30,8 @@ pub struct Texture {
     data_window: [i32; 4],
     display_window: [i32; 4],
     attributes: Attributes,
+    /// Tells whether the command has to stop.
+    limits: Limits,
 }
 
 /// One resolution of a texture.
@@ -164,6 +166,7 @@ impl Texture {
             data_window,
             display_window,
             attributes,
+            limits: limits.clone(),
         }
     }
 
@@ -276,7 +279,7 @@ impl Texture {
     /// single pixel.
     pub(crate) fn coarser(&self) -> &[Level] {
         self.coarser.get_or_init(|| match self.has_levels {
-            true => made(&self.finest, self.channels.len(), self.stored),
+            true => made(&self.finest, self.channels.len(), self.stored, &self.limits),
             false => Vec::new(),
         })
     }

@@ -4,10 +4,11 @@
 //! by id. This module must not know scopes, overloads or how values are stored.
 
 use osl_syntax::span::Span;
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::{Arc, OnceLock};
 
-/// The longest array.
+/// The longest array. This is a property of types, not a limit to set: `compiling.array_words` bounds the memory
+/// of arrays.
 pub const MAX_ARRAY_LENGTH: i32 = 1 << 20;
 
 /// Index of a struct in the [`StructTable`].
@@ -180,6 +181,9 @@ pub struct StructTable {
     places: Vec<OnceLock<FxHashMap<Arc<str>, usize>>>,
 }
 
+/// Pairs of structs.
+type Pairs = FxHashSet<(StructId, StructId)>;
+
 impl StructTable {
     /// Adds a struct.
     pub fn add(&mut self, decl: Struct) -> StructId {
@@ -244,6 +248,12 @@ impl StructTable {
 
     /// Same type; any two triples; arrays of equivalent elements where lengths agree or one is open.
     pub fn equivalent(&self, a: Type, b: Type) -> bool {
+        self.equivalent_known(a, b, &mut Pairs::default())
+    }
+
+    /// The same. `known` holds the pairs of structs that were compared before, so that each pair is compared once:
+    /// without it, the time would double with each level of structs that hold the level below twice.
+    fn equivalent_known(&self, a: Type, b: Type, known: &mut Pairs) -> bool {
         if a.is_error() || b.is_error() {
             return true;
         }
@@ -253,16 +263,20 @@ impl StructTable {
             (Extent::Array(n), Extent::Array(m)) => n == m,
             _ => true,
         };
-        extents && self.equivalent_base(a.base, b.base)
+        extents && self.equivalent_base(a.base, b.base, known)
     }
 
-    fn equivalent_base(&self, a: Base, b: Base) -> bool {
+    fn equivalent_base(&self, a: Base, b: Base, known: &mut Pairs) -> bool {
         match (a, b) {
             (Base::Struct(a), Base::Struct(b)) if a != b => {
+                // The first pair that differs ends the whole comparison, so a known pair has not differed.
+                if !known.insert((a, b)) {
+                    return true;
+                }
                 let (a, b) = (self.get(a), self.get(b));
                 a.name == b.name
                     && a.fields.len() == b.fields.len()
-                    && a.fields.iter().zip(&b.fields).all(|(x, y)| self.equivalent(x.ty, y.ty))
+                    && a.fields.iter().zip(&b.fields).all(|(x, y)| self.equivalent_known(x.ty, y.ty, known))
             }
             _ => a == b || (a.is_triple() && b.is_triple()),
         }
@@ -276,11 +290,37 @@ impl StructTable {
             return true;
         }
         if let (Extent::Array(n), Extent::Array(m)) = (dst.extent, src.extent) {
-            return m <= n && self.equivalent_base(dst.base, src.base);
+            return m <= n && self.equivalent_base(dst.base, src.base, &mut Pairs::default());
         }
         if dst.is_array() || !src.is_number() {
             return false;
         }
         matches!(dst.base, Base::Int | Base::Float | Base::Matrix) || dst.base.is_triple()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Adds a chain of structs, each with two fields of the one before; the last.
+    fn chain(table: &mut StructTable, depth: usize, end: Type) -> Type {
+        let mut inner = end;
+        for level in 0..depth {
+            let field = |name: &str| Field { name: name.into(), ty: inner };
+            let fields = vec![field("a"), field("b")];
+            let id = table.add(Struct { name: format!("s{level}").into(), fields, span: Span::default() });
+            inner = Type { base: Base::Struct(id), extent: Extent::One };
+        }
+        inner
+    }
+
+    #[test]
+    fn structs_are_compared_in_time() {
+        let mut table = StructTable::default();
+        let [a, b] = [Type::COLOR, Type::POINT].map(|end| chain(&mut table, 100, end));
+        let other = chain(&mut table, 100, Type::INT);
+        assert!(table.equivalent(a, b) && table.assignable(b, a));
+        assert!(!table.equivalent(a, other) && !table.assignable(other, b));
     }
 }

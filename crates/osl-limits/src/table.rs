@@ -140,6 +140,8 @@ limits! {
         written_operations = 400_000, "operations", "E0601";
         /// Symbols of a compiled shader that is written.
         written_symbols = 500_000, "symbols", "E0601";
+        /// Warnings of the lints about one file, the first ones of the file.
+        findings = 200, "warnings", "later warnings are not shown";
     }
     /// What a program does.
     running: Running {
@@ -167,6 +169,20 @@ limits! {
         traces = 2_000_000, "instructions", "other points are not followed";
         /// Steps of a point at each of the many settings that `stability` tries besides the given one.
         tried_steps = 128 << 10, "steps", "takes more than";
+        /// Length of one string.
+        string_bytes = 1 << 20, "bytes", "the string is cut";
+        /// Size of a compiled regular expression.
+        regex_bytes = 1 << 20, "bytes", "malformed regular expression";
+        /// Times that the match of a regular expression goes back and tries again.
+        regex_retries = 4_000, "times", "there is no match";
+        /// Different messages that a run keeps, those of the first points.
+        messages = 1000, "messages", "later messages are not shown";
+        /// Text of all messages that a run keeps.
+        message_bytes = 1 << 20, "bytes", "later messages are not shown";
+        /// Points of a grid, or pixels of a view.
+        points = 1 << 30, "points", "--limit running.points";
+        /// Pixels of an image that `tradeoff` measures: it keeps the image and the oracle in memory.
+        measured_pixels = 1 << 24, "pixels", "--limit running.measured_pixels";
         /// XML documents that are kept for other points.
         xml_cache_bytes = 32 << 20, "bytes", "the oldest are parsed again";
     }
@@ -226,6 +242,12 @@ limits! {
         shapes = 1 << 14, "shapes", "shapes";
         /// Elements of XML that contain each other.
         xml_depth = 256, "elements", "Elements are nested too deeply";
+        /// Paths that a pixel has at most, whatever the scene or the command asks for.
+        samples = 1 << 16, "paths", "fewer paths are followed";
+        /// Surfaces that a path of testrender meets at most, whatever the scene asks for.
+        bounces = 1 << 12, "surfaces", "paths end there";
+        /// Texts that the shaders of testrender print.
+        printed = 1 << 16, "texts", "later texts are not printed";
         /// Side of the table by which testrender chooses directions of a background.
         background = 1 << 11, "cells", "the table has this side";
     }

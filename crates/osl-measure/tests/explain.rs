@@ -47,7 +47,7 @@ fn explained(source: &str, outputs: Option<&[&str]>, at: (usize, usize), exact: 
         varying: grid.varying().to_vec(),
         ..passes::Options::default()
     };
-    let mut body = prepare(noted, &options.varying, &[]);
+    let mut body = prepare(noted, &options.varying, &[], &options.limits);
     if let Some(wanted) = outputs {
         body.outputs.retain(|o| wanted.contains(&o.name));
     }
@@ -90,7 +90,8 @@ fn what_is_traced_is_what_a_run_computes() {
         let compiled = pipeline::finish(plain, &options);
         let frame =
             osl_exec::run(&compiled.program, &services, &grid, &RunOptions::default(), &|_| ()).unwrap();
-        let body = prepare(pipeline::lower_noted(&program, &[]).unwrap(), &options.varying, &[]);
+        let body =
+            prepare(pipeline::lower_noted(&program, &[]).unwrap(), &options.varying, &[], &options.limits);
         for pixel in [0, 11, 17, 34] {
             let point = OnePoint::at_pixel(&grid, 7, 5, pixel % 7, pixel / 7).unwrap();
             let trace = follow(&body, &services, OnePoint { source: &grid, point }, &Limits::default());

@@ -69,14 +69,14 @@ fn samples_do_not_depend_on_how_the_image_is_cut() {
         let whole = s.rows(0..24, 7).unwrap().frame;
         let mut pieces = Frame::default();
         for rows in [0..5, 5..16, 16..24] {
-            pieces.add(s.rows(rows, 7).unwrap().frame);
+            pieces.add(s.rows(rows, 7).unwrap().frame, &s.options.limits.running);
         }
         assert_eq!(values(&whole, 1), values(&pieces, 1));
         for rate in Rate::ALL {
             let whole = at_rate(s, 0..24, rate).unwrap().frame;
             let mut pieces = Frame::default();
             for rows in [0..8, 8..20, 20..24] {
-                pieces.add(at_rate(s, rows, rate).unwrap().frame);
+                pieces.add(at_rate(s, rows, rate).unwrap().frame, &s.options.limits.running);
             }
             assert_eq!(values(&whole, 1), values(&pieces, 1), "{rate}");
         }

@@ -27,7 +27,7 @@ fn examine(name: &str, text: &str, knobs: &[Knob]) -> Examined {
     let base = |params: &[(String, String)]| {
         let plain = pipeline::lower(&program, params).ok()?;
         let noted = pipeline::lower_noted(&program, params).ok()?;
-        Some(Base::new(plain, noted, None))
+        Some(Base::new(plain, noted, None, &Limits::default()))
     };
     let services = Services::default();
     let limits = Limits::default();

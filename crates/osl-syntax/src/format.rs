@@ -29,6 +29,7 @@ mod structure;
 use crate::diagnostic::Diagnostic;
 use crate::errors;
 use crate::span::Span;
+use osl_limits::Limits;
 use pieces::{Kind, Piece};
 
 /// Maximum number of columns in a line, where possible.
@@ -45,13 +46,22 @@ pub const WIDTH: usize = 99;
 /// Invalid tokens; strings, comments and conditionals without an end; unbalanced brackets; too deep nesting.
 /// The lines are then uncertain, and nothing should be written.
 pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
+    format_within(name, text, &Limits::default())
+}
+
+/// As [`format`], with limits of its own: for the text of a source, for nesting, for errors.
+///
+/// # Errors
+/// Those of [`format`].
+pub fn format_within(name: &str, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let Ok(end) = u32::try_from(text.len()) else {
         return Err(vec![errors::too_large(Span::default(), name)]);
     };
-    let pieces = pieces::split(text)?;
-    let structure = structure::structure(&pieces, end).map_err(|d| vec![*d])?;
+    let reading = &limits.reading;
+    let pieces = pieces::split(text, reading.diagnostics)?;
+    let structure = structure::structure(&pieces, end, reading.nesting).map_err(|d| vec![*d])?;
     let out = layout::layout(text, &pieces, &structure);
-    let kept = pieces::split(&out).is_ok_and(|after| same(&pieces, &after));
+    let kept = pieces::split(&out, reading.diagnostics).is_ok_and(|after| same(&pieces, &after));
     Ok(if kept { out } else { text.to_owned() })
 }
 

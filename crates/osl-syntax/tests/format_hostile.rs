@@ -6,7 +6,7 @@
 mod common;
 
 use common::{lenient, squeezed};
-use osl_syntax::format::format;
+use osl_syntax::format::{format, format_within};
 use proptest::prelude::*;
 
 const MANY: usize = 10_000;
@@ -252,4 +252,16 @@ proptest! {
         check(&format!("shader s({}) {{ }}", pieces.join(" ")));
         check(&format!("int a[] = {{\n{}\n}};", pieces.join(" ")));
     }
+}
+
+#[test]
+fn nesting_and_errors_have_limits() {
+    let mut limits = osl_limits::Limits::default();
+    (limits.reading.nesting, limits.reading.diagnostics) = (4, 2);
+    let deep = |n: usize| format!("float f() {{ return {}1{}; }}", "(".repeat(n), ")".repeat(n));
+    assert!(format_within("a.osl", &deep(4), &limits).is_ok());
+    let refused = format_within("a.osl", &deep(20), &limits).unwrap_err();
+    assert_eq!(refused[0].code.id, "E0113");
+    let many = format_within("a.osl", "\"a\n\"b\n\"c\n\"d\n\\ \\ \\ \\ \\", &limits).unwrap_err();
+    assert!(many.len() <= 3, "{many:?}");
 }

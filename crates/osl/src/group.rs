@@ -6,6 +6,7 @@ use osl_ir::lower::{self, Last, Requests};
 use osl_ir::params::{self, ParamError, ParamValues};
 use osl_ir::types::{Base, Type};
 use osl_ir::{hir, passes};
+use osl_limits::Limits;
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 
@@ -25,13 +26,27 @@ impl Group {
 pub struct GroupBuilder {
     group: group::Group,
     sources: SourceMap,
+    limits: Limits,
     failed: Option<Error>,
 }
 
 impl GroupBuilder {
     /// A group of this name, which shaders can ask for.
     pub fn named(name: &str) -> GroupBuilder {
-        GroupBuilder { group: group::Group::new(name), sources: SourceMap::default(), failed: None }
+        GroupBuilder {
+            group: group::Group::new(name),
+            sources: SourceMap::default(),
+            limits: Limits::default(),
+            failed: None,
+        }
+    }
+
+    /// Sets the limits of the group: for its layers from here on, for compiling it, and for running its program.
+    #[must_use]
+    pub fn limits(mut self, limits: &Limits) -> GroupBuilder {
+        self.group = self.group.with_limits(limits);
+        self.limits = limits.clone();
+        self
     }
 
     /// Adds a layer. Its name is unlike those of the other layers.
@@ -85,7 +100,7 @@ impl GroupBuilder {
     /// # Errors
     /// A step of the building failed, there is no such output, or the program is too large.
     pub fn compile(self, outputs: &[&str]) -> Result<Program, Error> {
-        let GroupBuilder { group, sources, failed } = self;
+        let GroupBuilder { group, sources, limits, failed } = self;
         if let Some(error) = failed {
             return Err(error);
         }
@@ -105,7 +120,7 @@ impl GroupBuilder {
             [] => Last::All,
             _ => Last::Named(outputs.iter().map(|name| (*name).into()).collect()),
         };
-        let requests = Requests { outputs: others, last, ..Requests::default() };
+        let requests = Requests { outputs: others, last, limits: limits.clone(), ..Requests::default() };
         let mut body =
             lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
         if outputs.is_empty() {
@@ -113,8 +128,9 @@ impl GroupBuilder {
             body.outputs.retain(|output| output.ty.base != Base::Closure);
         }
         let wanted = (!outputs.is_empty()).then(|| outputs.iter().map(|name| (*name).into()).collect());
-        let options = passes::Options { outputs: wanted, ..passes::Options::default() };
-        Ok(Program::new(pipeline::finish(body, &options).program, sources))
+        let options =
+            passes::Options { outputs: wanted, limits: limits.clone(), ..passes::Options::default() };
+        Ok(Program::new(pipeline::finish(body, &options).program, sources, limits))
     }
 
     /// Takes a step, if none has failed.

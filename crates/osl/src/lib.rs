@@ -36,6 +36,18 @@
 //! assert!(error.to_string().contains("y"));
 //! ```
 //!
+//! [`Limits`] bound what shaders, groups and textures cost; `docs/limits.md` lists them. To use other values than
+//! the defaults, pass them to [`Shader::compile_within`], [`GroupBuilder::limits`] and [`Renderer::within`].
+//!
+//! ```
+//! let shader = osl::Shader::compile("a.osl", "shader a(output float o = 0) { while (1) o += u; }")?;
+//! let mut limits = osl::Limits::default();
+//! limits.running.point_steps = 1000;
+//! let program = osl::Group::builder().limits(&limits).layer("a", &shader).compile(&["o"])?;
+//! assert!(program.run(&osl::Points::new(1).u([0.5])).is_err());
+//! # Ok::<(), osl::Error>(())
+//! ```
+//!
 //! This crate must not know command lines, terminals, or files other than textures. No type of the compiler behind it shows in
 //! its interface.
 
@@ -53,6 +65,7 @@ mod value;
 pub use closure::{Argument, Closure};
 pub use error::{Diagnostic, Error};
 pub use group::{Group, GroupBuilder};
+pub use osl_limits::{Halt, Limits};
 pub use points::Points;
 pub use program::{Message, Outputs, Program};
 pub use services::{Renderer, RendererServices};

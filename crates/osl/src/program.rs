@@ -4,6 +4,7 @@ use crate::points::Source;
 use crate::{Closure, Error, Points, Renderer};
 use osl_exec::{Frame, Plane, RunOptions};
 use osl_ir::ir::Kind;
+use osl_limits::Limits;
 use osl_syntax::source::SourceMap;
 
 /// A compiled group. It may run any number of times, from any thread.
@@ -11,11 +12,12 @@ use osl_syntax::source::SourceMap;
 pub struct Program {
     program: osl_exec::Program,
     sources: SourceMap,
+    limits: Limits,
 }
 
 impl Program {
-    pub(crate) fn new(program: osl_exec::Program, sources: SourceMap) -> Program {
-        Program { program, sources }
+    pub(crate) fn new(program: osl_exec::Program, sources: SourceMap, limits: Limits) -> Program {
+        Program { program, sources, limits }
     }
 
     /// Runs at all points, on all cores, without anyone to ask: there are no attributes, and textures are looked for
@@ -34,7 +36,7 @@ impl Program {
     pub fn run_with(&self, points: &Points, renderer: &Renderer) -> Result<Outputs, Error> {
         points.check()?;
         let source = Source { points, services: &*renderer.answers };
-        let options = RunOptions { closures: true, ..RunOptions::default() };
+        let options = RunOptions { closures: true, limits: self.limits.clone(), ..RunOptions::default() };
         let frame = osl_exec::run(&self.program, &renderer.services, &source, &options, &|_| ());
         let frame = frame.map_err(Error::new)?;
         let messages = frame.said(|span| {

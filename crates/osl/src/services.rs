@@ -3,6 +3,7 @@
 use crate::Value;
 use osl_exec::{FindSpace, Services, Spaces};
 use osl_image::TextureCache;
+use osl_limits::Limits;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -56,12 +57,17 @@ pub struct Renderer {
 impl Renderer {
     /// A renderer that answers by these services.
     pub fn new(services: impl RendererServices + 'static) -> Renderer {
+        Renderer::within(services, &Limits::default())
+    }
+
+    /// The same, with limits for the textures that it reads.
+    pub fn within(services: impl RendererServices + 'static, limits: &Limits) -> Renderer {
         let answers: Arc<dyn RendererServices> = Arc::new(services);
         let mut spaces = Spaces::default();
         let asked = answers.clone();
         let find: FindSpace = Arc::new(move |space: &str| asked.transform(space));
         spaces.set_lookup(find);
-        let textures = TextureCache::new(answers.texture_folders());
+        let textures = TextureCache::within(answers.texture_folders(), limits);
         let services =
             Arc::new(Services { ray: answers.ray_type(), spaces, textures, ..Services::default() });
         Renderer { answers, services }

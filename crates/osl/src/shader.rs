@@ -3,6 +3,7 @@
 use crate::error::{self, Diagnostic, Error};
 use crate::pipeline;
 use osl_ir::hir;
+use osl_limits::Limits;
 use osl_syntax::source::{SourceMap, SourceProvider};
 use osl_syntax::{NoFiles, Options};
 use std::sync::Arc;
@@ -33,7 +34,7 @@ impl Shader {
     /// # Errors
     /// The text has errors.
     pub fn compile(name: &str, text: &str) -> Result<Shader, Error> {
-        Shader::read(name, text, &NoFiles)
+        Shader::read(name, text, &NoFiles, &Limits::default())
     }
 
     /// Compiles a text with files that it includes: `include` yields the text of a name. A `stdosl.h` that it yields is
@@ -47,11 +48,25 @@ impl Shader {
         text: &str,
         include: impl Fn(&str) -> Option<String>,
     ) -> Result<Shader, Error> {
-        Shader::read(name, text, &Includes(include))
+        Shader::compile_within(name, text, include, &Limits::default())
     }
 
-    fn read(name: &str, text: &str, files: &dyn SourceProvider) -> Result<Shader, Error> {
-        let checked = pipeline::check(name, text, files, &Options::default());
+    /// As [`Shader::compile_with`], with limits of its own for reading.
+    ///
+    /// # Errors
+    /// As [`Shader::compile_with`].
+    pub fn compile_within(
+        name: &str,
+        text: &str,
+        include: impl Fn(&str) -> Option<String>,
+        limits: &Limits,
+    ) -> Result<Shader, Error> {
+        Shader::read(name, text, &Includes(include), limits)
+    }
+
+    fn read(name: &str, text: &str, files: &dyn SourceProvider, limits: &Limits) -> Result<Shader, Error> {
+        let options = Options { limits: limits.clone(), ..Options::default() };
+        let checked = pipeline::check(name, text, files, &options);
         let Some(program) = checked.program else {
             return Err(Error::of(&checked.diagnostics, &checked.sources));
         };

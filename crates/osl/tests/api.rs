@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
-use osl::{Error, Group, Points, Renderer, RendererServices, Shader, Value};
+use osl::{Error, Group, Limits, Points, Renderer, RendererServices, Shader, Value};
 use std::path::{Path, PathBuf};
 
 fn shader(text: &str) -> Shader {
@@ -225,4 +225,53 @@ fn closures_are_data() {
     let all = Group::builder().layer("s", &shader).compile(&[]).unwrap();
     let outputs = all.run(&Points::new(2).u([0.0, 0.5])).unwrap();
     assert_eq!((outputs.names(), outputs.closures("Ci")), (vec!["r"], None));
+}
+
+#[test]
+fn limits_are_handed_on() {
+    let text =
+        "shader s(string f = \"\", output float o = 0) { for (int i = 0; i < 100; i++) o += sin(u * i); }";
+    let limited = |set: fn(&mut Limits)| {
+        let mut limits = Limits::default();
+        set(&mut limits);
+        limits
+    };
+    let few = limited(|limits| limits.reading.tokens = 5);
+    let wrong = Shader::compile_within("s.osl", text, |_| None, &few).unwrap_err();
+    assert_eq!(wrong.diagnostics()[0].code, "E0016");
+    let compile = |limits: &Limits| {
+        Group::builder().limits(limits).layer("a", &shader(text)).layer("b", &shader(text)).compile(&["o"])
+    };
+    assert!(compile(&Limits::default()).is_ok());
+    assert!(compile(&limited(|limits| limits.reading.layers = 1)).is_err());
+    assert!(compile(&limited(|limits| limits.compiling.values = 5)).is_err());
+    let program = compile(&limited(|limits| limits.running.point_steps = 100)).unwrap();
+    let stopped = program.run(&Points::new(2).u([0.5, 1.0])).unwrap_err();
+    assert!(stopped.to_string().contains("takes more than"), "{stopped}");
+    // The order to stop reaches a program through any copy.
+    let limits = Limits::default();
+    let program = compile(&limits).unwrap();
+    limits.halt(osl::Halt::Time);
+    assert!(program.run(&Points::new(2).u([0.5, 1.0])).is_err());
+}
+
+#[test]
+fn textures_have_limits() {
+    struct Files;
+    impl RendererServices for Files {
+        fn texture_folders(&self) -> Vec<PathBuf> {
+            vec![Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/textures")]
+        }
+    }
+    let look = shader("shader s(output color c = 0) { c = (color)texture(\"tex64.png\", 0.25, 0.25); }");
+    let program = Group::builder().layer("s", &look).compile(&["c"]).unwrap();
+    let messages = |limits: &Limits| {
+        let out = program.run_with(&Points::new(1), &Renderer::within(Files, limits)).unwrap();
+        out.messages().to_vec()
+    };
+    assert!(messages(&Limits::default()).is_empty());
+    let mut limits = Limits::default();
+    limits.images.samples = 1;
+    let said = messages(&limits);
+    assert!(said.iter().any(|m| m.text.contains("images.samples")), "{said:?}");
 }

@@ -95,7 +95,8 @@ fn command_line() {
     let place = Place::new();
     let flakes = seed("flakes.osl");
     place.refuses(&[&flakes, "-g", "0x4"], 2, "at least one point");
-    place.refuses(&[&flakes, "-g", "99999999x99999999"], 2, "at most");
+    place.refuses(&[&flakes, "-g", "99999999x99999999"], 1, "--limit running.points");
+    place.refuses(&[&flakes, "-g", "9999999999999x9999999999999"], 2, "cannot be counted");
     place.refuses(&[&flakes, "-g", "big"], 2, "WIDTHxHEIGHT");
     place.refuses(&[&flakes, "--threads", "0"], 2, "--threads");
     place.refuses(&[&flakes, "--no-such"], 2, "--no-such");

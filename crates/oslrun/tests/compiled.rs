@@ -81,3 +81,28 @@ surface all [[ string help = \"a \\\"quoted\\\" word\", int version = 3 ]]
     assert_eq!(command(&["compile", &path, "-o", &oso]).0, 0);
     assert_eq!(command(&["info", "--json", &oso]).1, json);
 }
+
+#[test]
+fn a_command_does_not_write_over_what_it_reads() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("a.osl"), "shader a(output float o = 0) { o = u; }").unwrap();
+    let run = |args: &[&str]| {
+        let oslrun = std::process::Command::new(env!("CARGO_BIN_EXE_oslrun"));
+        let output = { oslrun }.current_dir(dir.path()).args(args).output().unwrap();
+        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    };
+    assert_eq!(run(&["compile", "./a.osl"]), (Some(0), String::new()));
+    let old = std::fs::read(dir.path().join("a.oso")).unwrap();
+    std::fs::create_dir(dir.path().join("sub")).unwrap();
+    for command in ["compile", "oslc"] {
+        for input in ["a.oso", "./a.oso", "sub/../a.oso"] {
+            let (code, err) = run(&[command, input]);
+            assert!(code == Some(1) && err.contains("name another one with -o"), "{command} {input}: {err}");
+            assert_eq!(std::fs::read(dir.path().join("a.oso")).unwrap(), old);
+        }
+    }
+    // A name that the user gives is the user's own affair, and so is another folder.
+    assert_eq!(run(&["compile", "./a.oso", "-o", "b.oso"]), (Some(0), String::new()));
+    std::fs::rename(dir.path().join("b.oso"), dir.path().join("sub/b.oso")).unwrap();
+    assert_eq!(run(&["compile", "sub/b.oso"]), (Some(0), String::new()));
+}

@@ -96,7 +96,7 @@ pub fn told(bytes: &[u8]) -> u64 {
         ..passes::Options::default()
     };
     explain::table(&explain::cost(&body, &options));
-    let followed = trace::prepare(noted.clone(), &options.varying, &options.slopes);
+    let followed = trace::prepare(noted.clone(), &options.varying, &options.slopes, &options.limits);
     let Some(point) = OnePoint::at_pixel(&points, 4, 4, 1, 2) else { return 2 };
     let one = OnePoint { source: &points, point };
     let mut limits = Limits::default();
@@ -108,10 +108,10 @@ pub fn told(bytes: &[u8]) -> u64 {
     if once.is_err() || !hash(bytes).is_multiple_of(4) {
         return kind(&body);
     }
-    let base = Base::new(body.clone(), noted.clone(), None);
+    let base = Base::new(body.clone(), noted.clone(), None, &options.limits);
     let subject = Subject::new(laws::services(), base, &limits);
     let knob = Knob { name: "none".to_string(), values: vec!["nan".to_string()] };
-    let variant = |_: &str, _: &str| Some(Base::new(body.clone(), noted.clone(), None));
+    let variant = |_: &str, _: &str| Some(Base::new(body.clone(), noted.clone(), None, &options.limits));
     let examined = stability::examine(
         &subject,
         &Grid::new(2, 2),

@@ -2,7 +2,7 @@
 
 use super::data::Place;
 use super::{contents, message, outcome};
-use crate::laws;
+use crate::{laws, textures as chance};
 use image::{ExtendedColorType, ImageEncoder};
 use osl_exec::{Program, RunOptions, Services};
 use osl_image::TextureCache;
@@ -80,8 +80,16 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     let row: &[u8] = &[2, 2, 0, 9, 137, 40, 137, 41, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9, 137, 129];
     seeds
         .push([b"#?RGBE\nEXPOSURE=2.0\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 9\n".as_slice(), row, row].concat());
+    seeds.extend((0..24_u32).map(|n| {
+        let choice = |at: u32| (at + 300 * n).wrapping_mul(2_654_435_761).to_be_bytes()[0];
+        std::iter::once(CHOICES).chain((0..300).map(choice)).collect()
+    }));
     seeds
 }
+
+/// The first byte of an input that drives the generator of image files, instead of being a file: headers that
+/// are almost right, absurd sizes, bombs, files that end too early. No image format begins with this byte.
+const CHOICES: u8 = 0;
 
 const SHADER: &str = r#"shader looks(string f = "t.img", output color o = 0, output float a = 0) {
     o = (color)texture(f, u * 1.5, v, "alpha", a, "missingcolor", color(0.5), "wrap", "periodic");
@@ -99,9 +107,11 @@ static PROGRAM: LazyLock<Program> = LazyLock::new(|| {
     pipeline::finish(body, &passes::Options::default()).program
 });
 
-/// The bytes of an image file: a shader looks it up in every way and asks what it says of itself. No result but a value
-/// or a message.
+/// The bytes of an image file, or choices from which one is generated. A shader looks the image up in every way
+/// and queries its metadata. The result is a value or a message.
 pub fn textures(bytes: &[u8]) -> u64 {
+    let made = bytes.strip_prefix(&[CHOICES]).map(|choices| chance::texture(choices).1);
+    let bytes = made.as_deref().unwrap_or(bytes);
     let place = Place::get();
     place.file("t.img", bytes);
     let mut limits = Limits::default();

@@ -162,6 +162,9 @@ fn each_of(args: &[Value], f: impl Fn(&[f32]) -> Result<f32, Stop>) -> Result<Va
     Ok(Value::Triple(result))
 }
 
+/// Bytes of a string, as the usual limits have it.
+const MAX_STRING: u64 = 1 << 20;
+
 /// Functions whose result has the sign of their argument, for NaN too. Nothing says what sign a NaN has.
 const SHOW_SIGN: &[&str] = &["asin", "atan", "atan2", "cbrt", "erf", "erfc", "expm1", "pow", "sinh", "tanh"];
 
@@ -297,7 +300,7 @@ fn strings(name: &str, args: &[Value]) -> Result<Value, Stop> {
         _ => return Err(Stop::Open("a function that the walker does not know")),
     };
     let consts: Vec<Const> = args.iter().flat_map(|a| consts(a).unwrap_or_default()).collect();
-    Ok(match function.eval(&consts) {
+    Ok(match function.eval(&consts, MAX_STRING) {
         Const::Int(n) => Value::Int(n),
         Const::Float(x) => Value::Float(x),
         _ => Value::Nothing,
@@ -322,7 +325,7 @@ fn formatted(args: &[Value], flavour: Flavour) -> Result<String, Stop> {
     for arg in &args[1..] {
         values.push(text::Value::Consts(consts(arg).ok_or(Stop::Open("a closure"))?));
     }
-    let text = text::format(&format, &values, flavour);
+    let text = text::format(&format, &values, flavour, MAX_STRING);
     if text.len() > 10_000 { Err(Stop::Open("a long string")) } else { Ok(text) }
 }
 

@@ -1,7 +1,8 @@
 //! A document as a flat tree, and the search of it.
 //!
-//! Elements lie in the order of the document, so that those below one lie behind it, and the text of one with all in it is a
-//! piece of all text: what a document takes grows with its length alone.
+//! The tree lists elements in the order of the document: an element comes first, then all elements within it.
+//! The text of an element, with the text of all elements within it, is therefore one range of the text of the
+//! document. A tree takes memory in proportion to the length of its document, however deep that is nested.
 
 use super::path::{Step, Test};
 use super::{BYTES_A_STEP, too_long};

@@ -224,7 +224,7 @@ pub fn show(component: &Component) -> String {
 }
 
 fn number(x: f32) -> String {
-    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print)
+    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print, 64)
 }
 
 fn constant(value: &Const) -> String {

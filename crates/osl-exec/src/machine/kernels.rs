@@ -27,7 +27,10 @@ impl<A: Arithmetic> Machine<'_, A> {
             }
             Kernel::Volume { options, quiet, .. } => self.volume(options, *quiet, step, mask),
             Kernel::TextureInfo { kind, count } => self.texture_info(*kind, usize::from(*count), step, mask),
-            Kernel::Text(function) => self.pure(step, mask, |args| function.eval(args)),
+            Kernel::Text(function) => {
+                let most = self.limits.running.string_bytes;
+                self.pure(step, mask, |args| function.eval(args, most));
+            }
             Kernel::DictFind => self.dict_find(step, mask),
             Kernel::DictNext => self.dict_next(step, mask),
             Kernel::DictValue { kind, count } => self.dict_value(*kind, usize::from(*count), step, mask),

@@ -26,7 +26,7 @@ use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::{Dictionaries, Documents};
 use crate::frame::RunOptions;
 use crate::lanes::{Arg, Ready};
-use crate::message::{Message, Messages};
+use crate::message::{Message, Messages, Room};
 use crate::native;
 use crate::profile::Profile;
 use crate::program::{Array, KernelStep, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
@@ -127,7 +127,8 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     closures: closure::Closures,
     dictionaries: Dictionaries<'a>,
     named: named::Named<A::Word>,
-    /// The pattern that each lane used last, and behind them the one that any did.
+    /// The regular expression that each lane used last. Two more follow: the last one that all lanes shared,
+    /// and the last one of this machine.
     patterns: Vec<u32>,
     /// Which blocks of each array hold more than zeros.
     dirty: Vec<Vec<bool>>,
@@ -176,7 +177,11 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             named: named::Named::default(),
             patterns: Vec::new(),
             dirty: program.arrays.iter().map(|a| vec![false; array::blocks(a)]).collect(),
-            messages: Messages::new(source.blocks(), options.keeping.clone()),
+            messages: Messages::new(
+                source.blocks(),
+                options.keeping.clone(),
+                Room::of(&options.limits.running),
+            ),
             profile: None,
         }
     }

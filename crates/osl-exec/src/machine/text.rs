@@ -112,7 +112,7 @@ impl<A: Arithmetic> Machine<'_, A> {
 
     /// The text of a format string and values, counted.
     fn formatted(&mut self, format: &str, values: &[Value], flavour: Flavour) -> String {
-        let text = text::format(format, values, flavour);
+        let text = text::format(format, values, flavour, self.limits.running.string_bytes);
         self.pay_text(format.len() + 4 * text.len());
         text
     }
@@ -217,7 +217,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 return;
             }
             let search = if whole { text::Pattern::whole } else { text::Pattern::find };
-            let found = text::Pattern::with(&pattern, whole, |pattern| {
+            let found = text::Pattern::with(&pattern, whole, &self.limits.running, |pattern| {
                 // What a search may take depends on both: it is counted before.
                 let steps = pattern.cost(s.len());
                 self.work.affords(steps).then(|| {

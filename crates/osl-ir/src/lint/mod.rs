@@ -24,6 +24,7 @@ pub(crate) use walk::{Walk, bodies, count_writes, each_stmt};
 pub use codes::*;
 
 use crate::hir::Program;
+use osl_limits::Limits;
 use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
 use osl_syntax::source::SourceMap;
@@ -55,10 +56,9 @@ pub struct Options {
     pub known_spaces: Vec<String>,
     /// Lines on which the file silences warnings.
     pub silenced: Vec<Span>,
+    /// How much they may report; a file that earns more will not be read to the end either.
+    pub limits: Limits,
 }
-
-/// Findings, at most; a file that earns more will not be read to the end either.
-const MAX_FINDINGS: usize = 200;
 
 /// Bytes before a statement that may be its indent.
 const MAX_INDENT: usize = 1000;
@@ -84,7 +84,12 @@ pub fn once_a_name(list: &mut Vec<Diagnostic>) {
 pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options) -> Vec<Diagnostic> {
     let mut silenced = options.silenced.clone();
     silenced.sort_unstable_by_key(|line| line.start);
-    let mut found = Findings { sources, silenced, list: Vec::new() };
+    let mut found = Findings {
+        sources,
+        silenced,
+        list: Vec::new(),
+        most: usize::try_from(options.limits.compiling.findings).unwrap_or(usize::MAX),
+    };
     let walk = walk::Walk::new(program);
     usage::run(ast, &walk, &mut found);
     flow::run(&walk, &mut found);
@@ -103,6 +108,8 @@ struct Findings<'a> {
     /// Whole lines, in the order of their files.
     silenced: Vec<Span>,
     list: Vec<Diagnostic>,
+    /// How many are kept.
+    most: usize,
 }
 
 impl Findings<'_> {
@@ -111,7 +118,7 @@ impl Findings<'_> {
         if self.in_main_file(diagnostic.span) && !self.is_silenced(diagnostic.span) {
             self.list.push(diagnostic);
             // A file may earn one for each of its statements.
-            if self.list.len() > 16 * MAX_FINDINGS {
+            if self.list.len() > self.most.saturating_mul(16) {
                 self.keep_first();
             }
         }
@@ -120,7 +127,7 @@ impl Findings<'_> {
     /// Keeps those that stand first in the text.
     fn keep_first(&mut self) {
         self.list.sort_by_key(|d| (d.span.start, d.span.end, d.code));
-        self.list.truncate(MAX_FINDINGS);
+        self.list.truncate(self.most);
     }
 
     /// Whether the file silences warnings there.

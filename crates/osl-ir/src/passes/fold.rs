@@ -13,24 +13,33 @@ pub(super) use meaning::{only_meaning, settle};
 use smallvec::smallvec;
 use std::cell::Cell;
 
-/// Runs the pass. `text`: bytes of strings that may still be computed while compiling; what is not remains for the run.
-pub(super) fn run(body: &mut Body, text: &mut u64) {
+/// How much text of strings may be computed while compiling; what is not remains for the run.
+pub(super) struct Strings {
+    /// Bytes of all strings that may still be computed.
+    pub(super) left: u64,
+    /// Bytes that one string may have.
+    pub(super) string: u64,
+}
+
+/// Runs the pass.
+pub(super) fn run(body: &mut Body, text: &mut Strings) {
     let _ = fold(body, false, false, text);
 }
 
 /// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it. `exact`: only
 /// results that double precision has too are constants.
-pub(super) fn again(body: &mut Body, exact: bool, text: &mut u64) {
+pub(super) fn again(body: &mut Body, exact: bool, text: &mut Strings) {
     let _ = fold(body, true, exact, text);
 }
 
 /// Yields what was found out that changes the meaning.
-fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut u64) -> Meaning {
+fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut Strings) -> Meaning {
     let values = body.values.len();
     let mut fold = Fold {
         settled,
         exact,
-        text: Cell::new(*text),
+        text: Cell::new(text.left),
+        string: text.string,
         renaming: Renaming::default(),
         known: vec![None; values],
         lanes: vec![None; values],
@@ -38,7 +47,7 @@ fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut u64) -> Meaning 
     };
     fold.block(body, body.entry);
     rename_outputs(body, &fold.renaming);
-    *text = fold.text.get();
+    text.left = fold.text.get();
     fold.meaning
 }
 
@@ -58,6 +67,8 @@ struct Fold {
     exact: bool,
     /// Bytes of strings that may still be read and made.
     text: Cell<u64>,
+    /// Bytes that one string may have.
+    string: u64,
     renaming: Renaming,
     /// The constant that a value is.
     known: Vec<Option<Const>>,
@@ -330,7 +341,7 @@ impl Fold {
                 let all: Option<Vec<Const>> = args.iter().map(|a| self.constant(*a).cloned()).collect();
                 match all {
                     Some(all) if spend(&self.text, &all) => {
-                        let result = function.eval(&all);
+                        let result = function.eval(&all, self.string);
                         spend(&self.text, std::slice::from_ref(&result));
                         Outcome::Constant(result)
                     }

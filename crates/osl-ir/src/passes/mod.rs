@@ -162,7 +162,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
         rays::run(body);
     }
     let mut count = body.count();
-    let mut text = options.limits.compiling.folded_bytes;
+    let limits = &options.limits;
+    let (left, string) = (limits.compiling.folded_bytes, limits.running.string_bytes);
+    let mut text = fold::Strings { left, string };
     for pass in Pass::ALL {
         match pass {
             Pass::Ssa | Pass::Derive => {}

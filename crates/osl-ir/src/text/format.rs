@@ -2,7 +2,6 @@
 //! triple, matrix or array, its numbers separated by blanks. Printed text follows the reference's library where that
 //! differs from C: a precision does not switch zero padding off, and zeros fill on whichever side there is room.
 
-use super::MAX_STRING;
 use crate::ir::Const;
 
 /// The two ways in which the language formats.
@@ -24,8 +23,10 @@ pub enum Value {
     Ready(String),
 }
 
-/// The text. Conversions without a value print nothing; values without a conversion are dropped.
-pub fn format(text: &str, values: &[Value], flavour: Flavour) -> String {
+/// The text, cut after `most` bytes. Conversions without a value print nothing; values without a conversion
+/// are dropped.
+pub fn format(text: &str, values: &[Value], flavour: Flavour, most: u64) -> String {
+    let most = usize::try_from(most).unwrap_or(usize::MAX);
     let mut out = String::new();
     let mut values = values.iter();
     let mut rest = text;
@@ -46,7 +47,7 @@ pub fn format(text: &str, values: &[Value], flavour: Flavour) -> String {
                 let mut first = true;
                 for value in consts {
                     // The rest is cut off anyway.
-                    if out.len() > MAX_STRING {
+                    if out.len() > most {
                         break;
                     }
                     spec.value(value, flavour, &mut first, &mut out);
@@ -54,23 +55,23 @@ pub fn format(text: &str, values: &[Value], flavour: Flavour) -> String {
             }
             None => {}
         }
-        if out.len() > MAX_STRING {
+        if out.len() > most {
             break;
         }
     }
     out.push_str(rest);
-    truncate(&mut out);
+    truncate(&mut out, most);
     out
 }
 
 /// Letters that end a conversion.
 const CONVERSIONS: &str = "cdefgimnopsuvxX";
-/// Largest width and precision.
+/// Largest width and precision: larger ones count as this. A property of the language rather than a budget.
 const MAX_WIDTH: usize = 4096;
 
-fn truncate(out: &mut String) {
-    if out.len() > MAX_STRING {
-        let mut end = MAX_STRING;
+fn truncate(out: &mut String, most: usize) {
+    if out.len() > most {
+        let mut end = most;
         while !out.is_char_boundary(end) {
             end -= 1;
         }
@@ -267,7 +268,7 @@ mod tests {
 
     fn print(text: &str, values: &[Const]) -> String {
         let values: Vec<Value> = values.iter().map(|v| Value::Consts(vec![v.clone()])).collect();
-        format(text, &values, Flavour::Print)
+        format(text, &values, Flavour::Print, 1 << 20)
     }
 
     #[test]
@@ -287,7 +288,7 @@ mod tests {
     fn flags() {
         let both = |text: &str, value: Const| {
             let values = [Value::Consts(vec![value])];
-            [Flavour::Print, Flavour::Format].map(|flavour| format(text, &values, flavour))
+            [Flavour::Print, Flavour::Format].map(|flavour| format(text, &values, flavour, 1 << 20))
         };
         for (text, n, want) in [
             ("%#o", 9, ["011", "011"]),
@@ -332,7 +333,7 @@ mod tests {
     fn strings_and_leftovers() {
         let s = vec![Const::Str("abc".into())];
         assert_eq!(print("%5s|", &s), "abc  |");
-        assert_eq!(format("%5.1s|%%", &[Value::Consts(s.clone())], Flavour::Format), "    a|%%");
+        assert_eq!(format("%5.1s|%%", &[Value::Consts(s.clone())], Flavour::Format, 1 << 20), "    a|%%");
         assert_eq!(print("%s %d %", &s), "abc  %");
         assert_eq!(print("%99999999999s", &s).len(), MAX_WIDTH);
     }

@@ -16,9 +16,6 @@ pub use regex::{Groups, Pattern};
 use crate::ir::{Const, Kind};
 use std::sync::Arc;
 
-/// Bytes that one string may have; longer results are cut.
-pub const MAX_STRING: usize = 1 << 20;
-
 /// A function of strings without effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TextFn {
@@ -67,8 +64,9 @@ impl TextFn {
         }
     }
 
-    /// The result for arguments of the right kinds; 0 or empty for others.
-    pub fn eval(self, args: &[Const]) -> Const {
+    /// The result for arguments of the right kinds; 0 or empty for others. A result of more than `most` bytes
+    /// is cut.
+    pub fn eval(self, args: &[Const], most: u64) -> Const {
         let text = |at: usize| match args.get(at) {
             Some(Const::Str(s)) => &**s,
             _ => "",
@@ -79,7 +77,7 @@ impl TextFn {
         };
         let s = text(0);
         match self {
-            TextFn::Concat => Const::Str(concat((0..args.len()).map(text))),
+            TextFn::Concat => Const::Str(concat((0..args.len()).map(text), most)),
             TextFn::Length => Const::Int(s.len() as i32),
             TextFn::Substring => Const::Str(substring(s, int(1), int(2))),
             TextFn::Character => {
@@ -95,10 +93,10 @@ impl TextFn {
     }
 }
 
-fn concat<'a>(parts: impl Iterator<Item = &'a str>) -> Arc<str> {
+fn concat<'a>(parts: impl Iterator<Item = &'a str>, most: u64) -> Arc<str> {
     let mut out = String::new();
     for part in parts {
-        if out.len() + part.len() > MAX_STRING {
+        if (out.len() + part.len()) as u64 > most {
             break;
         }
         out.push_str(part);

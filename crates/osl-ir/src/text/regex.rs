@@ -6,12 +6,11 @@
 //! [`Pattern::cost`].
 
 use fancy_regex::{Regex, RegexBuilder};
+use osl_limits::Running;
 use std::cell::RefCell;
 
-/// Steps that a match may go back and try again.
-const MAX_STEPS: usize = 4_000;
-/// Bytes that a compiled pattern may have, in classes: a pattern is of the first that it fits.
-const SIZES: [usize; 3] = [1 << 14, 1 << 17, 1 << 20];
+/// Sizes of compiled patterns, as shares of the largest: a pattern is of the first that it fits.
+const SHARES: [usize; 3] = [64, 8, 1];
 /// Bytes of a compiled pattern that count for a place in it.
 const PLACE: u64 = 256;
 /// Bytes of a string that a place meets in one of the steps that the caller counts.
@@ -24,7 +23,14 @@ pub type Groups = Vec<Option<(usize, usize)>>;
 
 thread_local! {
     /// The pattern that this thread used last: a shader asks for the same one at every point.
-    static LAST: RefCell<(String, Option<Pattern>)> = const { RefCell::new((String::new(), None)) };
+    static LAST: RefCell<Last> = const { RefCell::new(Last { text: String::new(), limits: (0, 0), compiled: None }) };
+}
+
+/// A pattern, the limits that it was compiled under, and what came of it.
+struct Last {
+    text: String,
+    limits: (u64, u64),
+    compiled: Option<Pattern>,
 }
 
 /// A compiled pattern.
@@ -33,17 +39,22 @@ pub struct Pattern {
     regex: Regex,
     /// Bytes that it may have.
     size: usize,
-    /// Whether a search may go back and try again.
-    retries: bool,
+    /// Times that a search may go back and try again.
+    retries: u64,
 }
 
 impl Pattern {
     /// Does something with a pattern, compiled; `whole`: with one that is to match a whole string.
     ///
     /// # Errors
-    /// The pattern is malformed.
+    /// The pattern is malformed, or larger than the limits permit.
     #[expect(clippy::result_unit_err, reason = "there is one way to fail, and callers word it")]
-    pub fn with<T>(pattern: &str, whole: bool, f: impl FnOnce(&Pattern) -> T) -> Result<T, ()> {
+    pub fn with<T>(
+        pattern: &str,
+        whole: bool,
+        limits: &Running,
+        f: impl FnOnce(&Pattern) -> T,
+    ) -> Result<T, ()> {
         let wrapped;
         let text = if whole {
             wrapped = format!("^(?:{pattern})$");
@@ -51,16 +62,20 @@ impl Pattern {
         } else {
             pattern
         };
-        LAST.with_borrow_mut(|(last, compiled)| {
-            if compiled.is_none() || last != text {
-                *compiled = SIZES.into_iter().find_map(|size| {
+        let known = (limits.regex_bytes, limits.regex_retries);
+        let [bytes, most] = [known.0, known.1].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        LAST.with_borrow_mut(|last| {
+            if last.compiled.is_none() || last.text != text || last.limits != known {
+                last.compiled = SHARES.into_iter().find_map(|share| {
+                    let size = bytes / share;
                     let mut builder = RegexBuilder::new(text);
-                    let regex = builder.backtrack_limit(MAX_STEPS).delegate_size_limit(size).build().ok()?;
-                    Some(Pattern { regex, size, retries: retries(pattern) })
+                    let regex = builder.backtrack_limit(most).delegate_size_limit(size).build().ok()?;
+                    let retries = if retries(pattern) { known.1 } else { 0 };
+                    Some(Pattern { regex, size, retries })
                 });
-                *last = text.to_string();
+                (last.text, last.limits) = (text.to_string(), known);
             }
-            compiled.as_ref().map(f).ok_or(())
+            last.compiled.as_ref().map(f).ok_or(())
         })
     }
 
@@ -75,8 +90,8 @@ impl Pattern {
     /// Steps that a search of so many bytes may take, as the caller counts them: every place of the pattern meets every byte.
     pub fn cost(&self, bytes: usize) -> u64 {
         let (places, bytes) = (self.size as u64 / PLACE, bytes as u64);
-        let once = SEARCH + (places * bytes).div_ceil(BYTES_A_STEP);
-        if self.retries { once + MAX_STEPS as u64 * (1 + bytes / 64) } else { once }
+        let once = SEARCH.saturating_add(places.saturating_mul(bytes).div_ceil(BYTES_A_STEP));
+        once.saturating_add(self.retries.saturating_mul(1 + bytes / 64))
     }
 
     /// Where it is first found.
@@ -107,11 +122,11 @@ mod tests {
     use super::*;
 
     fn find(s: &str, pattern: &str) -> Result<Option<Groups>, ()> {
-        Pattern::with(pattern, false, |p| p.find(s))
+        Pattern::with(pattern, false, &Running::default(), |p| p.find(s))
     }
 
     fn whole(s: &str, pattern: &str) -> Result<Option<Groups>, ()> {
-        Pattern::with(pattern, true, |p| p.whole(s))
+        Pattern::with(pattern, true, &Running::default(), |p| p.whole(s))
     }
 
     #[test]
@@ -130,7 +145,9 @@ mod tests {
 
     #[test]
     fn large_patterns_and_long_strings_cost_more() {
-        let cost = |pattern: &str, bytes| Pattern::with(pattern, false, |p| p.cost(bytes)).unwrap_or(0);
+        let cost = |pattern: &str, bytes| {
+            Pattern::with(pattern, false, &Running::default(), |p| p.cost(bytes)).unwrap_or(0)
+        };
         assert!(cost("a+b", 10) < 100);
         assert!(cost("\\pL{1,20}", 1000) > 4 * cost("a+b", 1000));
         assert!(cost("(a)\\1", 10) > 4000);

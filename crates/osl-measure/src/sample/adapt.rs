@@ -74,7 +74,7 @@ impl<'a> Refiner<'a> {
             }
         }
         self.evaluations += pixels.len() as u64 * u64::from(samples - self.samples);
-        self.said.add(batch.said);
+        self.said.add(batch.said, &self.shading.options.limits.running);
         self.active.iter().for_each(|slot| self.each[*slot] = samples);
         self.samples = samples;
         Ok(())

@@ -163,7 +163,7 @@ impl<'a> Shading<'a> {
     fn values(&self, points: &SamplePoints<'_>, said: &mut Frame) -> Result<Vec<Vec<f32>>, RunError> {
         let frame = self.run(points, 0..points.count())?;
         let values = frame.planes.iter().map(Plane::floats).collect();
-        said.add(Frame { planes: Vec::new(), ..frame });
+        said.add(Frame { planes: Vec::new(), ..frame }, &self.options.limits.running);
         Ok(values)
     }
 
@@ -197,7 +197,7 @@ impl<'a> Shading<'a> {
         let each = samples.len().max(1);
         let mut frame = self.run(&points, 0..points.count())?;
         let planes = std::mem::take(&mut frame.planes);
-        batch.said.add(frame);
+        batch.said.add(frame, &self.options.limits.running);
         batch.blocks.resize(planes.len(), Vec::new());
         let signs = self.signs(pixels, samples.clone());
         for (plane, blocks) in planes.iter().zip(&mut batch.blocks) {

@@ -41,7 +41,7 @@ pub fn oracle(shading: &Shading<'_>, pixels: &[u32], samples: u32) -> Result<Ora
     };
     let (values, errors) = (both(|a, b| 0.5 * (a + b)), both(|a, b| 0.5 * (a - b).abs()));
     let mut said = first.said;
-    said.add(second.said);
+    said.add(second.said, &shading.options.limits.running);
     Ok(Oracle { pixels: pixels.to_vec(), samples, values, errors, said })
 }
 

@@ -55,12 +55,13 @@ pub struct Base {
 
 impl Base {
     /// A lowered body, without notes and with them.
-    pub fn new(plain: Body, noted: Body, outputs: Option<Vec<Arc<str>>>) -> Base {
+    pub fn new(plain: Body, noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
         let grid = Grid::new(2, 2);
         let options = passes::Options {
             outputs: outputs.clone(),
             varying: grid.varying().to_vec(),
             slopes: grid.varying_slopes().to_vec(),
+            limits: limits.clone(),
             ..passes::Options::default()
         };
         let strict = pipeline::finish(plain.clone(), &options);
@@ -68,7 +69,7 @@ impl Base {
         let exact = pipeline::finish(plain, &double).program;
         let insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
         let differentiates = insts.into_iter().any(|i| matches!(i.op, osl_ir::ir::Op::Slope(..)));
-        let mut noted = trace::prepare(noted, &options.varying, &options.slopes);
+        let mut noted = trace::prepare(noted, &options.varying, &options.slopes, limits);
         if let Some(wanted) = outputs {
             noted.outputs.retain(|o| wanted.contains(&o.name));
         }

@@ -40,7 +40,7 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Li
     let mut follower = Follower {
         body,
         limits,
-        kernels: Kernels { services, point },
+        kernels: Kernels { services, point, limits },
         values: vec![NONE; body.values.len()],
         arrays: [0, 1].map(|_| body.slots.iter().map(elements).collect()),
         nodes: Vec::new(),

@@ -5,6 +5,7 @@ use super::{Exact, OnePoint};
 use osl_exec::{Program, RunOptions, Services};
 use osl_ir::ir::{Body, Builder, Const, Kernel, Kind, NoiseField, Output, Shape, Sink, SlotId, Source};
 use osl_ir::types::{Base, Extent, Type};
+use osl_limits::Limits;
 use osl_noise::{Isa, Kind as Field};
 
 /// A call of a noise field.
@@ -123,13 +124,15 @@ fn type_of(kind: Kind, len: Option<u32>) -> Type {
     Type { base, extent: len.map_or(Extent::One, Extent::Array) }
 }
 
-/// Steps per call, since following one point calls kernels many times.
+/// Steps per call, since following one point calls kernels many times. This is a property of tracing, not a
+/// limit to set: `running.trace` bounds the number of calls.
 const STEPS: u64 = 1 << 15;
 
 /// Runs kernels for a point.
 pub(super) struct Kernels<'a> {
     pub(super) services: &'a Services,
     pub(super) point: OnePoint<'a>,
+    pub(super) limits: &'a Limits,
 }
 
 impl Kernels<'_> {
@@ -186,8 +189,8 @@ impl Kernels<'_> {
         // No passes run: there are no scalar slots, everything is varying already, and derivatives were
         // written out earlier.
         let program = Program::new(&b.body);
-        let mut options = RunOptions::default();
-        options.limits.running.point_steps = STEPS;
+        let mut options = RunOptions { limits: self.limits.clone(), ..RunOptions::default() };
+        options.limits.running.point_steps = options.limits.running.point_steps.min(STEPS);
         let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &options, &|_| ()) else {
             return (zeros, Vec::new());
         };

@@ -20,6 +20,7 @@ use osl_ir::Span;
 use osl_ir::hir::Global;
 use osl_ir::ir::{Axis, Body, Const, Kernel, LaneOp};
 use osl_ir::types::Type;
+use osl_limits::Limits;
 use std::sync::Arc;
 
 /// Number of a node of a [`Trace`].
@@ -81,7 +82,7 @@ impl Trace {
 }
 
 /// The body that a trace follows: derivatives written out, everything else as lowered.
-pub fn prepare(mut body: Body, varying: &[Global], slopes: &[Global]) -> Body {
+pub fn prepare(mut body: Body, varying: &[Global], slopes: &[Global], limits: &Limits) -> Body {
     use osl_ir::passes::{Options, Pass, run};
     let without = Pass::ALL.into_iter().filter(|p| !matches!(p, Pass::Ssa | Pass::Derive | Pass::Rate));
     let options = Options {
@@ -89,6 +90,7 @@ pub fn prepare(mut body: Body, varying: &[Global], slopes: &[Global]) -> Body {
         varying: varying.to_vec(),
         slopes: slopes.to_vec(),
         without: without.collect(),
+        limits: limits.clone(),
         ..Options::default()
     };
     run(&mut body, &options);

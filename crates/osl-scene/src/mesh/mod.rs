@@ -14,7 +14,7 @@ pub use obj::{ObjError, read_obj, read_obj_within};
 pub use triangles::{Bounds, SurfacePoint, Triangles};
 
 use glam::{Mat4, Vec2, Vec3};
-use osl_limits::Limits;
+use osl_limits::{Halt, Limits};
 use std::fmt;
 
 /// A mesh of polygons.
@@ -102,6 +102,9 @@ pub enum MeshError {
         /// The permitted number.
         most: u64,
     },
+    /// The command has to stop.
+    #[error("{0}")]
+    Halted(Halt),
 }
 
 /// Irregularities of a mesh that do not prevent rendering.

@@ -29,7 +29,7 @@ use tile::{SIDE, Tile};
 /// Options of the renderer.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderOptions {
-    /// Paths per pixel, at most 65536; with `max_error`, only where needed.
+    /// Paths per pixel, as far as the limits permit; with `max_error`, only where needed.
     pub samples: u32,
     /// A pixel is finished when its standard error falls below this; measured in displayed brightness, from 0
     /// to 1.
@@ -70,7 +70,7 @@ pub struct Picture {
 /// 0 to 1.
 ///
 /// # Errors
-/// A shader's loop exceeds its budget.
+/// A shader exceeds its budget, or the command has to stop.
 pub fn render(
     world: &World,
     options: &RenderOptions,
@@ -83,7 +83,8 @@ pub fn render(
             (0..width).step_by(SIDE).map(move |x| [x, y, SIDE.min(width - x), SIDE.min(height - y)])
         })
         .collect();
-    let options = RenderOptions { samples: options.samples.clamp(1, 1 << 16), ..*options };
+    let most = u32::try_from(world.limits.scenes.samples).unwrap_or(u32::MAX).max(1);
+    let options = RenderOptions { samples: options.samples.clamp(1, most), ..*options };
     let done = AtomicUsize::new(0);
     // Tiles are distributed one by one, since some take much longer than others.
     let tiles: Vec<Result<Tile, RunError>> = areas
@@ -116,7 +117,7 @@ pub fn render(
         for said in &mut tile.notes.messages {
             said.first = place(said.first);
         }
-        notes.add(std::mem::take(&mut tile.notes));
+        notes.add(std::mem::take(&mut tile.notes), &world.limits);
         let counts: Vec<u32> = (0..columns * rows).map(|pixel| tile.count(pixel)).collect();
         tile.layers.finish(&mut picture.layers, size, |pixel| counts.get(pixel).copied().unwrap_or(0), place);
     }

@@ -13,9 +13,11 @@ use crate::mesh::SurfacePoint;
 use crate::surface_points::Footprint;
 use glam::Vec3;
 use osl_exec::{RunError, Said, unite};
+use osl_limits::Limits;
 use std::sync::Arc;
 
-/// Maximum number of surfaces on a path, including those that it passes straight through.
+/// Maximum number of surfaces on a path, including those that it passes straight through. This is a property
+/// of the renderer, not a limit to set: Russian roulette ends most paths earlier.
 const MAX_VERTICES: u32 = 64;
 /// After this many surfaces, weak paths are terminated at random (Russian roulette).
 const SURE_VERTICES: u32 = 3;
@@ -44,9 +46,10 @@ pub(super) struct Notes {
 }
 
 impl Notes {
-    pub(super) fn add(&mut self, more: Notes) {
+    /// Adds the notes of other paths. `limits` bound the messages.
+    pub(super) fn add(&mut self, more: Notes, limits: &Limits) {
         self.rays += more.rays;
-        unite(&mut self.messages, more.messages);
+        unite(&mut self.messages, more.messages, &limits.running);
         for name in more.unknown {
             if !self.unknown.contains(&name) {
                 self.unknown.push(name);
@@ -102,6 +105,7 @@ impl Tracer<'_> {
         while !paths.is_empty() {
             let mut met: Vec<Met> = Vec::new();
             for (index, path) in paths.iter().enumerate() {
+                self.world.goes_on()?;
                 let hit = self.world.hit(path.origin, path.direction);
                 self.notes.rays += 1;
                 if let Some(light) = light.get_mut(path.slot) {
@@ -120,6 +124,7 @@ impl Tracer<'_> {
                 let seen = camera(first);
                 let shaded = shade::shade(self.world, first.hit.material, hits, seen)?;
                 for (at, hit) in hits.iter().enumerate() {
+                    self.world.goes_on()?;
                     let (Some(path), Some(scatter)) = (paths.get(hit.path), shaded.scatter.get(at)) else {
                         continue;
                     };
@@ -154,7 +159,8 @@ impl Tracer<'_> {
                 unknown.push(name.clone());
             }
         }
-        self.notes.add(Notes { rays: 0, messages: shaded.messages, unknown });
+        let notes = Notes { rays: 0, messages: shaded.messages, unknown };
+        self.notes.add(notes, &self.world.limits);
     }
 
     fn start(&self, slot: usize, sample: &Sample) -> Path {
@@ -279,6 +285,10 @@ impl Tracer<'_> {
             add(self, arriving);
         }
         for (index, lamp) in world.lights.iter().enumerate() {
+            // The caller returns the error.
+            if world.limits.halted().is_some() {
+                break;
+            }
             let [a, b, ..] = path.sampler.four(set + 1 + index as u32);
             if let Some(arriving) = lamp.sample(point.p, [a, b]) {
                 add(self, arriving);

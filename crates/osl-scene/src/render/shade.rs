@@ -39,7 +39,12 @@ pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) ->
     }
     let program = if seen { program } else { lean };
     // One tile, so that it runs on this thread only; the other threads have tiles of their own.
-    let options = RunOptions { tile: hits.len().max(1), closures: color.is_none(), ..RunOptions::default() };
+    let options = RunOptions {
+        tile: hits.len().max(1),
+        closures: color.is_none(),
+        limits: world.limits.clone(),
+        ..RunOptions::default()
+    };
     let run = Run::new(program, services, &points, &options);
     let Frame { planes, messages, closures, .. } = run.points(0..points.count(), &|_| ())?;
     let of = |at: usize, hit: &Met| match color {

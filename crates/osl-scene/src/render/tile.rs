@@ -76,6 +76,7 @@ impl Tile {
         let mut open: Vec<usize> = (0..count).collect();
         let mut done = 0;
         while !open.is_empty() && done < options.samples {
+            world.goes_on()?;
             let round = ROUND.min(options.samples - done);
             let mut samples = Vec::with_capacity(open.len() * round as usize);
             for pixel in &open {

@@ -5,7 +5,8 @@ use crate::light::{Sky, SphereLight};
 use crate::mesh::SurfacePoint;
 use crate::shape::{Placed, Shape, Solid, Surface};
 use glam::{Vec2, Vec3};
-use osl_exec::{Program, Services};
+use osl_exec::{Program, RunError, Services};
+use osl_limits::Limits;
 use std::sync::Arc;
 
 /// A surface that rays can hit.
@@ -93,6 +94,8 @@ pub struct World {
     pub diffuse_depth: u32,
     /// The same for mirrors and glossy reflections.
     pub glossy_depth: u32,
+    /// What shaders and the picture may cost.
+    pub limits: Limits,
 }
 
 /// A surface hit by a ray.
@@ -116,6 +119,11 @@ pub(super) fn leave(p: Vec3, ng: Vec3, direction: Vec3) -> Vec3 {
 }
 
 impl World {
+    /// Fails once the command has to stop.
+    pub(super) fn goes_on(&self) -> Result<(), RunError> {
+        self.limits.halted().map_or(Ok(()), |why| Err(RunError::Halted(why)))
+    }
+
     /// The nearest surface along a ray.
     pub(super) fn hit(&self, origin: Vec3, direction: Vec3) -> Option<Hit> {
         let mut best: Option<Hit> = None;

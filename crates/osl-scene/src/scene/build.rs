@@ -13,6 +13,7 @@ use crate::subdivide::Detail;
 use crate::surface_points::{Footprint, SurfacePoints};
 use glam::{Mat4, Quat, Vec2, Vec3};
 use osl_exec::{Frame, Program, RunOptions, Services};
+use osl_limits::Limits;
 use std::sync::Arc;
 
 /// External inputs of a scene.
@@ -65,6 +66,7 @@ pub fn build(
         background: false,
         diffuse_depth: scene.settings.diffuse_depth,
         glossy_depth: scene.settings.glossy_depth,
+        limits: messages.limits().clone(),
     };
     if scene.surfaces.is_empty() {
         messages.warning(&scene.place, "there is no surface to be seen");
@@ -126,9 +128,9 @@ fn form(
 ) -> Option<Made> {
     let matrix = surface.matrix;
     // All surfaces share the permitted number of triangles.
-    let mut limits = messages.limits().scenes;
+    let mut limits = messages.limits().clone();
     let used: usize = world.objects.iter().map(|object| object.body.triangles()).sum();
-    limits.triangles = limits.triangles.saturating_sub(used as u64);
+    limits.scenes.triangles = limits.scenes.triangles.saturating_sub(used as u64);
     let (shape, own) = match &surface.form {
         Form::Plane { point, normal } => {
             let for_normals = matrix.inverse().transpose();
@@ -242,7 +244,7 @@ fn shaded_sky(
         let footprint = Footprint { p: slopes, uv: [dx, dy], i: slopes };
         points.push(SurfacePoint { p, n: -p, ng: -p, uv, dpdu, dpdv }, p, footprint);
     }
-    let frame = run(&network.program, services, &points, network.closure);
+    let frame = run(&network.program, services, &points, network.closure, messages.limits());
     let frame = frame
         .map_err(|why| messages.error(&node.place, format!("shader of sky `{}`: {why}", node.name)))
         .ok()?;
@@ -260,8 +262,9 @@ fn run(
     services: &Services,
     points: &SurfacePoints,
     closures: bool,
+    limits: &Limits,
 ) -> Result<Frame, osl_exec::RunError> {
-    let options = RunOptions { closures, ..RunOptions::default() };
+    let options = RunOptions { closures, limits: limits.clone(), ..RunOptions::default() };
     osl_exec::run(program, services, points, &options, &|_| ())
 }
 

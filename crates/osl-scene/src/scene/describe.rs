@@ -144,8 +144,8 @@ pub(super) fn describe(place: Place, nodes: Vec<Node>, messages: &mut Messages) 
 
 fn settings(fields: &mut Fields<'_>) -> Settings {
     let default = Settings::default();
-    // The number of pixels is checked when the size of the picture is known.
-    const MAX_SIDE: u32 = 1 << 15;
+    // `build` checks the number of pixels, the renderer the number of paths.
+    const MAX_SIDE: u32 = i32::MAX as u32;
     let size = (
         fields.int("xres", default.size.0, (1, MAX_SIDE)),
         fields.int("yres", default.size.1, (1, MAX_SIDE)),
@@ -157,7 +157,7 @@ fn settings(fields: &mut Fields<'_>) -> Settings {
         ["GI_glossy_depth", "GI_reflection_depth", "GI_refraction_depth"].map(|n| bounces(fields, n));
     Settings {
         size,
-        samples: (aa * aa * diffuse * diffuse).min(1 << 16),
+        samples: aa * aa * diffuse * diffuse,
         diffuse_depth: fields.int("GI_diffuse_depth", default.diffuse_depth, (0, 64)),
         glossy_depth: glossy.into_iter().max().filter(|n| *n > 0).unwrap_or(default.glossy_depth),
         background: fields.word("background").map(|w| w.text.clone()),

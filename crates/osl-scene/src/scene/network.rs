@@ -12,9 +12,11 @@ use osl_ir::group::text::Shaders;
 use osl_ir::group::{Group, Layer};
 use osl_ir::hir;
 use osl_ir::ir::Body;
+use osl_ir::lower::{self, Requests};
 use osl_ir::params::{self, ParamError, ParamValues};
+use osl_ir::passes;
 use osl_ir::types::{Base, Type};
-use osl_ir::{lower, passes};
+use osl_limits::Limits;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -103,7 +105,7 @@ impl<'a> Networks<'a> {
         };
         let mut building = Building {
             networks: self,
-            group: Group::new(name),
+            group: Group::new(name).with_limits(messages.limits()),
             open: Vec::new(),
             done: HashMap::new(),
             messages,
@@ -111,7 +113,8 @@ impl<'a> Networks<'a> {
         building.layer(node)?;
         let group = building.group;
         let last = group.layers().last()?.program.clone();
-        let body = lower::lower_group(&group, &[]);
+        let requests = Requests { limits: messages.limits().clone(), ..Requests::default() };
+        let body = lower::lower_group_for(&group, &requests);
         let body = body.map_err(|list| {
             let why = list.first().map_or_else(String::new, |d| d.message.clone());
             messages.error(&node.place, format!("node `{name}` cannot be compiled: {why}"));
@@ -156,16 +159,17 @@ fn finish(
         _ => None,
     };
     let main = output.as_ref().map_or_else(|| "Ci".into(), |(name, _)| name.clone());
-    let lean = program(body.clone(), Some(vec![main]));
-    let program = program(body, outputs);
+    let lean = program(body.clone(), Some(vec![main]), messages.limits());
+    let program = program(body, outputs, messages.limits());
     let scalar = output.as_ref().is_some_and(|(_, ty)| *ty == Type::FLOAT);
     let output = output.map(|(name, _)| name);
     Some(Network { name, program, lean, closure, output, scalar })
 }
 
 /// The program for some outputs of a body.
-fn program(mut body: Body, outputs: Option<Vec<Arc<str>>>) -> Program {
-    passes::run(&mut body, &passes::Options { outputs, ..passes::Options::default() });
+fn program(mut body: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Program {
+    let options = passes::Options { outputs, limits: limits.clone(), ..passes::Options::default() };
+    passes::run(&mut body, &options);
     Program::new(&body)
 }
 

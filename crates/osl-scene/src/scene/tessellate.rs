@@ -11,14 +11,14 @@ use crate::subdivide::{self, Detail, Scheme};
 use crate::surface_points::SurfacePoints;
 use glam::{Mat4, Vec3};
 use osl_exec::{Frame, RunError, RunOptions, Services};
-use osl_limits::Scenes;
+use osl_limits::Limits;
 
 /// The triangles of polygons, transformed by a matrix; `None` after an error.
 pub(super) fn tessellate(
     surface: &Surface,
     polygons: &Polygons,
     matrix: &Mat4,
-    limits: &Scenes,
+    limits: &Limits,
     messages: &mut Messages,
 ) -> Option<Triangles> {
     let mut mesh = polygons.mesh.clone();
@@ -54,8 +54,9 @@ pub(super) fn move_by(
     triangles: &mut Triangles,
     messages: &mut Messages,
 ) -> Option<()> {
+    let options = RunOptions { limits: messages.limits().clone(), ..RunOptions::default() };
     let shade = |points: &SurfacePoints| -> Result<(Displacement, Frame), RunError> {
-        let frame = osl_exec::run(&network.program, services, points, &RunOptions::default(), &|_| ())?;
+        let frame = osl_exec::run(&network.program, services, points, &options, &|_| ())?;
         Ok((displacement(network, &frame), frame))
     };
     let mut said = Frame::default();

@@ -4,7 +4,7 @@ use super::Shape;
 use crate::mesh::{Mesh, MeshError, Triangles};
 use crate::subdivide::{Detail, Scheme, choose, tessellate_within};
 use glam::{Mat4, Vec2, Vec3};
-use osl_limits::Scenes;
+use osl_limits::Limits;
 
 impl Shape {
     /// The shape as triangles, transformed by a matrix, with the normals and tangents of the shape itself.
@@ -18,19 +18,20 @@ impl Shape {
         to_common: &Mat4,
         detail: &Detail<'_>,
     ) -> Result<(Triangles, u32, bool), MeshError> {
-        self.triangles_within(to_common, detail, &Scenes::default())
+        self.triangles_within(to_common, detail, &Limits::default())
     }
 
     /// Like [`Shape::triangles`], with explicit limits.
     ///
     /// # Errors
-    /// The level has too many triangles.
+    /// The level has too many triangles, or the command has to stop.
     pub fn triangles_within(
         &self,
         to_common: &Mat4,
         detail: &Detail<'_>,
-        limits: &Scenes,
+        limits: &Limits,
     ) -> Result<(Triangles, u32, bool), MeshError> {
+        let bounds = &limits.scenes;
         if let Shape::Cube { size } = *self {
             let mut mesh = cube(size);
             mesh.transform(to_common);
@@ -38,9 +39,12 @@ impl Shape {
             return Ok((found.triangles, found.level, found.fine));
         }
         let at = |level: u32| {
+            if let Some(why) = limits.halted() {
+                return Err(MeshError::Halted(why));
+            }
             let mut triangles = self.grid(level);
             triangles.transform(to_common);
-            triangles
+            Ok(triangles)
         };
         let [across, up] = self.steps(0);
         let most = |triangles: u64| {
@@ -48,12 +52,12 @@ impl Shape {
             (0..16).take_while(finer).count() as u32
         };
         match *detail {
-            Detail::Level(level) if level > most(limits.triangles) => {
-                Err(MeshError::TooFine { most: limits.triangles })
+            Detail::Level(level) if level > most(bounds.triangles) => {
+                Err(MeshError::TooFine { most: bounds.triangles })
             }
-            Detail::Level(level) => Ok((at(level), level, true)),
+            Detail::Level(level) => Ok((at(level)?, level, true)),
             Detail::Pixels { view, edge } => {
-                Ok(choose(at, most(limits.pixel_triangles.min(limits.triangles)), view, edge))
+                choose(at, most(bounds.pixel_triangles.min(bounds.triangles)), view, edge)
             }
         }
     }

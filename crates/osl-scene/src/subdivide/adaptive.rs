@@ -3,7 +3,7 @@
 //! All faces of a mesh have the same level, so that there are no cracks.
 
 use crate::camera::View;
-use crate::mesh::Triangles;
+use crate::mesh::{MeshError, Triangles};
 use glam::{DVec2, Vec3};
 
 /// Edges are cut at this fraction of their distance in front of the camera plane.
@@ -12,18 +12,18 @@ const NEAR: f64 = 1e-4;
 /// The first level at which no edge in the picture is longer than `edge` pixels, up to `most`. Also returns
 /// whether that was reached.
 pub(crate) fn choose(
-    at_level: impl Fn(u32) -> Triangles,
+    at_level: impl Fn(u32) -> Result<Triangles, MeshError>,
     most: u32,
     view: &View,
     edge: f64,
-) -> (Triangles, u32, bool) {
+) -> Result<(Triangles, u32, bool), MeshError> {
     let mut level = 0;
     loop {
-        let triangles = at_level(level);
+        let triangles = at_level(level)?;
         let longest = longest_edge(&triangles, view);
         let fine = longest <= edge;
         if fine || level >= most {
-            return (triangles, level, fine);
+            return Ok((triangles, level, fine));
         }
         // Each level roughly halves edges, so one level less than estimated is certainly not too fine. For
         // NaN there is no limit.

@@ -16,7 +16,7 @@ pub use adaptive::longest_edge;
 
 use crate::camera::View;
 use crate::mesh::{Mesh, MeshError, Oddities, Triangles};
-use osl_limits::Scenes;
+use osl_limits::Limits;
 use topology::Level;
 
 /// The surface that a mesh represents.
@@ -65,41 +65,42 @@ pub struct Tessellated {
 /// The mesh is invalid, or a level has too many triangles. A detail in pixels stops at the permitted number
 /// instead.
 pub fn tessellate(mesh: &Mesh, scheme: Scheme, detail: &Detail<'_>) -> Result<Tessellated, MeshError> {
-    tessellate_within(mesh, scheme, detail, &Scenes::default())
+    tessellate_within(mesh, scheme, detail, &Limits::default())
 }
 
 /// Like [`tessellate`], with explicit limits.
 ///
 /// # Errors
-/// Those of [`tessellate`].
+/// Those of [`tessellate`]; the command has to stop.
 pub fn tessellate_within(
     mesh: &Mesh,
     scheme: Scheme,
     detail: &Detail<'_>,
-    limits: &Scenes,
+    limits: &Limits,
 ) -> Result<Tessellated, MeshError> {
-    mesh.check_within(limits.corners)?;
+    let bounds = &limits.scenes;
+    mesh.check_within(bounds.corners)?;
     // Checked before anything is allocated.
     if let Detail::Level(level) = *detail
-        && (level > most_level(mesh.corners.len(), limits.triangles)
-            || mesh.corners.len() as u64 > limits.triangles)
+        && (level > most_level(mesh.corners.len(), bounds.triangles)
+            || mesh.corners.len() as u64 > bounds.triangles)
     {
-        return Err(MeshError::TooFine { most: limits.triangles });
+        return Err(MeshError::TooFine { most: bounds.triangles });
     }
     let (base, oddities) = Level::new(mesh, scheme)?;
     let most = |triangles| most_level(base.corners.len(), triangles);
     match *detail {
         Detail::Level(level) => {
-            let triangles = at_level(&base, level, scheme);
+            let triangles = at_level(&base, level, scheme, limits)?;
             Ok(Tessellated { triangles, level, fine: true, oddities })
         }
         Detail::Pixels { view, edge } => {
             let (triangles, level, fine) = choose(
-                |level| at_level(&base, level, scheme),
-                most(limits.pixel_triangles.min(limits.triangles)),
+                |level| at_level(&base, level, scheme, limits),
+                most(bounds.pixel_triangles.min(bounds.triangles)),
                 view,
                 edge,
-            );
+            )?;
             Ok(Tessellated { triangles, level, fine, oddities })
         }
     }
@@ -111,15 +112,20 @@ fn most_level(corners: usize, triangles: u64) -> u32 {
     (0..30).take_while(|level| (corners as u64).saturating_mul(2 << (2 * level)) <= triangles).count() as u32
 }
 
-fn at_level(base: &Level, level: u32, scheme: Scheme) -> Triangles {
-    match level {
+/// The triangles of a level. Fails before a level if the command has to stop.
+fn at_level(base: &Level, level: u32, scheme: Scheme, limits: &Limits) -> Result<Triangles, MeshError> {
+    let goes_on = || limits.halted().map_or(Ok(()), |why| Err(MeshError::Halted(why)));
+    goes_on()?;
+    Ok(match level {
         0 => triangles::of_base(base, scheme),
         _ => {
             let mut current = base.refine(scheme);
             for _ in 1..level {
+                goes_on()?;
                 current = current.refine(scheme);
             }
+            goes_on()?;
             triangles::of_quads(&current, scheme)
         }
-    }
+    })
 }

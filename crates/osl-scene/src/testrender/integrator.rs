@@ -47,25 +47,23 @@ pub struct Picture {
 const WAVE: usize = 1 << 13;
 /// Pixels per task.
 const PIXELS: usize = 1 << 8;
-/// Maximum number of surfaces on a path, whatever the scene requests, since light between two mirrors never
-/// ends.
-const MAX_BOUNCES: usize = 1 << 12;
-/// The square root of the maximum number of paths per pixel.
-const MAX_SAMPLES: usize = 256;
 
 /// Renders a picture on the threads of the current pool. `progress` is called with the completed share, from
 /// 0 to 1.
 ///
 /// # Errors
-/// A shader's loop exceeds its budget.
+/// A shader exceeds its budget, or the command has to stop.
 pub fn render(
     world: &World,
     options: &Options,
     progress: &(dyn Fn(f32) + Sync),
 ) -> Result<Picture, RunError> {
+    let limits = &world.limits.scenes;
+    let most = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);
     let options = Options {
-        samples: options.samples.clamp(1, MAX_SAMPLES),
-        max_bounces: options.max_bounces.min(MAX_BOUNCES),
+        samples: options.samples.clamp(1, most(limits.samples.isqrt()).max(1)),
+        // Light between two mirrors never ends.
+        max_bounces: options.max_bounces.min(most(limits.bounces)),
         ..*options
     };
     let mut notes = Notes::default();
@@ -86,7 +84,7 @@ pub fn render(
         .collect::<Result<_, RunError>>()?;
     let mut picture = Picture::default();
     for (light, more) in parts {
-        notes.add(more);
+        notes.add(more, &world.limits);
         for (channel, plane) in picture.planes.iter_mut().enumerate() {
             plane.extend(light.iter().map(|x| x[channel]));
         }
@@ -176,6 +174,7 @@ impl Tracer<'_> {
             let mut met = Vec::with_capacity(paths.len());
             let mut missed = Vec::new();
             for path in paths {
+                self.stage.goes_on()?;
                 match nearest(&self.stage.world.shapes, &path.ray, path.from) {
                     Some((shape, distance)) => met.extend(self.meet(path, shape, distance)),
                     None => missed.push(path),
@@ -195,6 +194,7 @@ impl Tracer<'_> {
                 let points: Vec<Point> = hits.iter().map(|m| m.point).collect();
                 let closures = self.stage.shade(group, &points, kind, &mut self.notes)?;
                 for (hit, components) in hits.into_iter().zip(closures) {
+                    self.stage.goes_on()?;
                     let surface = Surface::new(&components, -hit.point.i.value, hit.point.backfacing);
                     if let Some(light) = light.get_mut(hit.path.slot) {
                         next.extend(self.scatter(hit, surface, bounce, light, &mut seen));
@@ -288,6 +288,10 @@ impl Tracer<'_> {
         let lights = shapes.iter().enumerate().filter(|(at, s)| s.is_light && *at != index);
         for (at, shape) in lights {
             let Some(group) = shape.group else { continue };
+            // The caller returns the error.
+            if self.stage.goes_on().is_err() {
+                return None;
+            }
             let chosen = shape.form.sample(p, [xi, yi]);
             let value = lobes.eval(wo, chosen.direction);
             let found = path.throughput * value.weight * mis::of_value(chosen.pdf, value.pdf);

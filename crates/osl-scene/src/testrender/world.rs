@@ -9,6 +9,7 @@ use super::shapes::{Point, Shape};
 use osl_exec::{
     Component, Frame, PointSource, Printed, Program, Run, RunError, RunOptions, Said, Services, unite,
 };
+use osl_limits::Limits;
 use rayon::prelude::*;
 
 /// The purpose of a shader run, as reported by `raytype`.
@@ -57,6 +58,8 @@ pub struct World {
     pub background: Option<usize>,
     /// Side of its table; 0 for none.
     pub resolution: usize,
+    /// What its shaders and the picture may cost.
+    pub limits: Limits,
 }
 
 /// Messages of shaders.
@@ -68,13 +71,12 @@ pub struct Notes {
     pub printed: Vec<Printed>,
 }
 
-/// Maximum number of printed texts to keep.
-const MAX_PRINTED: usize = 1 << 16;
-
 impl Notes {
-    pub(super) fn add(&mut self, more: Notes) {
-        unite(&mut self.messages, more.messages);
-        let room = MAX_PRINTED.saturating_sub(self.printed.len());
+    /// Adds the messages of others, as far as the limits permit.
+    pub(super) fn add(&mut self, more: Notes, limits: &Limits) {
+        unite(&mut self.messages, more.messages, &limits.running);
+        let most = usize::try_from(limits.scenes.printed).unwrap_or(usize::MAX);
+        let room = most.saturating_sub(self.printed.len());
         self.printed.extend(more.printed.into_iter().take(room));
     }
 }
@@ -109,11 +111,16 @@ impl<'w> Stage<'w> {
             let mut light = Vec::with_capacity(centers.len());
             for (part, more) in pieces {
                 light.extend(part);
-                notes.add(more);
+                notes.add(more, &world.limits);
             }
             stage.table = Some(Table::new(world.resolution, light));
         }
         Ok(stage)
+    }
+
+    /// Fails once the command has to stop.
+    pub(super) fn goes_on(&self) -> Result<(), RunError> {
+        self.world.limits.halted().map_or(Ok(()), |why| Err(RunError::Halted(why)))
     }
 
     /// Whether there is a background.
@@ -147,10 +154,11 @@ impl<'w> Stage<'w> {
         };
         let source = Points { list: points, attributes: &self.attributes };
         // One tile, so that it runs on this thread only; the other threads have their own points.
-        let options = RunOptions { tile: points.len(), closures: true, ..RunOptions::default() };
+        let limits = self.world.limits.clone();
+        let options = RunOptions { tile: points.len(), closures: true, limits, ..RunOptions::default() };
         let run = Run::new(program, self.world.services.of(ray), &source, &options);
         let Frame { messages, printed, mut closures, .. } = run.points(0..source.count(), &|_| ())?;
-        notes.add(Notes { messages, printed });
+        notes.add(Notes { messages, printed }, &self.world.limits);
         let ci = closures.iter_mut().find(|c| &*c.output == "Ci");
         let mut found = ci.map_or_else(Vec::new, |c| std::mem::take(&mut c.points));
         found.resize(points.len(), Vec::new());

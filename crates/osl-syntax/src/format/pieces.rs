@@ -5,7 +5,6 @@
 //! `#define`, and also, in a file that includes others, if it is a call in capitals. Anything else that is
 //! not a token of the language is an error. This module must not know layout.
 
-use crate::Options;
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::errors;
 use crate::lexer::{Raw, scan};
@@ -97,11 +96,11 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// Splits a text.
+/// Splits a text. `errors` bounds the reported errors.
 ///
 /// # Errors
 /// Invalid tokens, unterminated comments or macro arguments, unbalanced conditionals.
-pub(super) fn split(text: &str) -> Result<Vec<Piece<'_>>, Vec<Diagnostic>> {
+pub(super) fn split(text: &str, errors: u64) -> Result<Vec<Piece<'_>>, Vec<Diagnostic>> {
     let mut s = Splitter {
         text,
         at: if text.starts_with('\u{feff}') { 3 } else { 0 },
@@ -111,7 +110,7 @@ pub(super) fn split(text: &str) -> Result<Vec<Piece<'_>>, Vec<Diagnostic>> {
         macros: FxHashSet::default(),
         includes: false,
         conditionals: Vec::new(),
-        found: Sink::new(Options::default().limits.reading.diagnostics),
+        found: Sink::new(errors),
         pieces: Vec::new(),
     };
     s.line = s.at;

@@ -53,13 +53,14 @@ pub(super) struct Structure {
     pub(super) next_code: Vec<Option<usize>>,
 }
 
-/// Finds the lines.
+/// Finds the lines. `nesting` is the permitted nesting of constructs that compile.
 ///
 /// # Errors
 /// Brackets are unbalanced, or nested too deeply.
-pub(super) fn structure(pieces: &[Piece<'_>], end: u32) -> Result<Structure, Box<Diagnostic>> {
+pub(super) fn structure(pieces: &[Piece<'_>], end: u32, nesting: u64) -> Result<Structure, Box<Diagnostic>> {
     let mut b = Builder {
         pieces,
+        nesting,
         facts: vec![Fact::default(); pieces.len()],
         lines: Vec::new(),
         at: 0,
@@ -100,6 +101,7 @@ fn next(pieces: &[Piece<'_>], wanted: impl Fn(&Piece<'_>) -> bool) -> Vec<Option
 
 struct Builder<'p, 'a> {
     pieces: &'p [Piece<'a>],
+    nesting: u64,
     facts: Vec<Fact>,
     lines: Vec<Line>,
     at: usize,

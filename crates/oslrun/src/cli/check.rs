@@ -13,7 +13,7 @@ pub(super) fn check(args: &CheckArgs, err: &mut dyn Write) -> Result<(), Failure
     for path in &args.files {
         let one = input::read(path, &args.read).and_then(|input| {
             let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-            let list = levels::judge(&checked, Level::Check, &args.lints);
+            let list = levels::judge(&checked, Level::Check, &args.lints, args.read.limits.limits());
             report::diagnostics(&list, &checked.sources, &args.read, err)
         });
         if let Err(Failure(text)) = one {

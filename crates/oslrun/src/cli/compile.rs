@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let input = input::read(&args.file, &args.read)?;
     let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-    let list = levels::judge(&checked, Level::Always, &args.lints);
+    let list = levels::judge(&checked, Level::Always, &args.lints, args.read.limits.limits());
     report::diagnostics(&list, &checked.sources, &args.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
     let text = match oso::write(&program, &checked.sources, args.read.limits.limits()) {
@@ -31,7 +31,7 @@ pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Wri
         Some(path) => Unsaved::new(path),
         None => {
             let path = PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso");
-            if path == args.file {
+            if osl_files::is_same(&path, &args.file) {
                 return Err(Failure::new("this would write the file that is read: name another one with -o"));
             }
             Unsaved::derived(Path::new(""), &path)

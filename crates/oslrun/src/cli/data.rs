@@ -3,19 +3,24 @@
 use super::{Failure, input};
 use osl_exec::Datum;
 use osl_ir::ir::Const;
+use osl_limits::Limits;
 use osl_scene::Data;
 use serde_json::Value;
 use std::path::Path;
 
 /// Reads what the command line says, and the file that it names.
-pub(super) fn read(user: &[(String, String)], attributes: Option<&Path>) -> Result<Data, Failure> {
+pub(super) fn read(
+    user: &[(String, String)],
+    attributes: Option<&Path>,
+    limits: &Limits,
+) -> Result<Data, Failure> {
     let mut data = Data::default();
     for (name, text) in user {
         data.user.insert(name.clone(), user_datum(text));
     }
     let Some(path) = attributes else { return Ok(data) };
     let wrong = |why: &dyn std::fmt::Display| Failure::new(format!("attributes {}: {why}", path.display()));
-    let text = input::read_text(path, &osl_limits::Limits::default()).map_err(|e| wrong(&e))?;
+    let text = input::read_text(path, limits).map_err(|e| wrong(&e))?;
     let value: Value = serde_json::from_str(&text).map_err(|e| wrong(&e))?;
     let Value::Object(list) = value else {
         return Err(wrong(&"the file is to hold an object: {\"name\": value, …}"));

@@ -72,7 +72,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
         )));
     };
     let services = services(run, folder, super::run::grid_spaces(run));
-    let mut followed = trace::prepare(noted, &options.varying, &options.slopes);
+    let mut followed = trace::prepare(noted, &options.varying, &options.slopes, &options.limits);
     if let Some(wanted) = &options.outputs {
         followed.outputs.retain(|o| wanted.contains(&o.name));
     }

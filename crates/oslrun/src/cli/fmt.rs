@@ -67,7 +67,8 @@ fn formatted(input: &Input, args: &FmtArgs, err: &mut dyn Write) -> Result<Strin
         let errors: Vec<Diagnostic> = parsed.diagnostics.into_iter().filter(Diagnostic::is_error).collect();
         report::diagnostics(&errors, &parsed.sources, &args.read, err)?;
     }
-    osl_syntax::format::format(&input.name, &input.text).or_else(|errors| {
+    let limits = &input.options.limits;
+    osl_syntax::format::format_within(&input.name, &input.text, limits).or_else(|errors| {
         let mut sources = SourceMap::default();
         let _ = sources.add(input.name.as_str(), input.text.as_str().into());
         report::diagnostics(&errors, &sources, &args.read, err)?;

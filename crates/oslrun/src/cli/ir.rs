@@ -19,6 +19,7 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         lints: &args.lints,
         repair: None,
         allow_files: false,
+        points: 1,
     };
     let body = load::load(&request, err)?.body;
     if args.stage != Stage::After {

@@ -7,6 +7,7 @@ use crate::lessons;
 use crate::pipeline::{self, Checked};
 use clap::Args;
 use osl_ir::lint::{self, Level};
+use osl_limits::Limits;
 use osl_syntax::diagnostic::{Code, Diagnostic, Severity};
 
 /// Which warnings count.
@@ -35,9 +36,14 @@ impl LintArgs {
     }
 }
 
-/// A checked file's diagnostics and its lints of at least this level, as the command line wants them.
-pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs) -> Vec<Diagnostic> {
-    let options = lint::Options { known_spaces: args.known_space.clone(), ..lint::Options::default() };
+/// The diagnostics of a checked file and its lints of at least this level, filtered by the command line and
+/// bounded by the limits.
+pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs, limits: &Limits) -> Vec<Diagnostic> {
+    let options = lint::Options {
+        known_spaces: args.known_space.clone(),
+        limits: limits.clone(),
+        ..lint::Options::default()
+    };
     let mut list = sift(checked.diagnostics.clone(), args);
     let mut explained: Vec<Code> = Vec::new();
     for found in pipeline::lint(checked, &options) {

@@ -4,7 +4,7 @@
 //! few milliseconds, tells all stages to end when one of them is used up, and ends the process where they do not: a library
 //! that decodes an image cannot be asked to stop.
 
-use clap::Args;
+use clap::{Args, Parser};
 use osl_limits::{Halt, Limits};
 use std::io::Write;
 use std::sync::OnceLock;
@@ -46,6 +46,43 @@ impl LimitArgs {
             limits
         })
     }
+}
+
+/// The options that the tools of the reference take like every other command.
+const OPTIONS: [&str; 3] = ["limit", "max-time", "max-memory"];
+
+impl LimitArgs {
+    /// Takes the options out of the words of another command line; the words that are left.
+    ///
+    /// # Errors
+    /// What is wrong with one of them, in words.
+    pub(super) fn taken_from(words: Vec<String>) -> Result<(LimitArgs, Vec<String>), String> {
+        let (mut own, mut others) = (vec!["limits".to_string()], Vec::new());
+        let mut words = words.into_iter();
+        while let Some(word) = words.next() {
+            let name = word.strip_prefix("--").map(|text| text.split('=').next().unwrap_or(text));
+            match name.filter(|name| OPTIONS.contains(name)) {
+                None => others.push(word),
+                Some(name) => {
+                    let alone = word.len() == name.len() + 2;
+                    own.push(word);
+                    own.extend(words.by_ref().take(usize::from(alone)));
+                }
+            }
+        }
+        let found = Line::try_parse_from(own).map_err(|error| {
+            let text = error.to_string();
+            text.lines().next().unwrap_or_default().trim_start_matches("error: ").to_string()
+        })?;
+        Ok((found.limits, others))
+    }
+}
+
+/// A command line of nothing but these options.
+#[derive(Debug, Parser)]
+struct Line {
+    #[command(flatten)]
+    limits: LimitArgs,
 }
 
 fn limit(text: &str) -> Result<(String, String), String> {

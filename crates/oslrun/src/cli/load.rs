@@ -54,6 +54,8 @@ pub(super) struct Request<'a> {
     pub(super) repair: Option<Option<&'a Path>>,
     /// Whether shaders of a group may lie anywhere.
     pub(super) allow_files: bool,
+    /// How many points it is to run for.
+    pub(super) points: usize,
 }
 
 impl Request<'_> {
@@ -69,6 +71,7 @@ impl Request<'_> {
             lints: &run.lints,
             repair: run.repair.then_some(run.write.as_deref()),
             allow_files: run.allow_files,
+            points: run.grid.0.saturating_mul(run.grid.1),
         }
     }
 }
@@ -86,6 +89,11 @@ pub(super) fn load_noted(request: &Request<'_>, err: &mut dyn Write) -> Result<(
 }
 
 fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
+    let most = request.read.limits.limits().running.points;
+    if request.points as u64 > most {
+        let points = request.points;
+        return Err(Failure::new(format!("{points} points are more than {most} (--limit running.points=N)")));
+    }
     let ending = request.file.and_then(Path::extension).unwrap_or_default().to_string_lossy().to_lowercase();
     let is_group = GROUP_ENDINGS.contains(&ending.as_str());
     match request.file {
@@ -101,7 +109,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         repair::apply(&mut input, write, err)?;
     }
     let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
-    let list = levels::judge(&checked, Level::Always, request.lints);
+    let list = levels::judge(&checked, Level::Always, request.lints, request.read.limits.limits());
     report::diagnostics(&list, &checked.sources, request.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
     wanted(&program, request.outputs)?;

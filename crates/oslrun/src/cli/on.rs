@@ -13,12 +13,13 @@ use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Space
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
+use osl_limits::Limits;
 use osl_scene::camera::View;
 use osl_scene::displace::{Displacement, displace};
 use osl_scene::glam::{Mat4, Vec2, Vec3};
-use osl_scene::mesh::{Bounds, Mesh, Triangles, read_obj};
+use osl_scene::mesh::{Bounds, Mesh, Triangles, read_obj_within};
 use osl_scene::shape::{Placed, Shape, Solid, Surface};
-use osl_scene::subdivide::{Detail, Scheme, tessellate};
+use osl_scene::subdivide::{Detail, Scheme, tessellate_within};
 use osl_scene::surface_points::SurfacePoints;
 use osl_scene::view::{Seen, camera_for, look};
 use osl_scene::{Data, WithData};
@@ -143,7 +144,7 @@ impl<'a> Job<'a> {
         let name = args.on.on.as_deref().unwrap_or_default();
         let shape = match Shape::named(name) {
             Some(shape) => Source::Shape(shape),
-            None => Source::Mesh(mesh(name)?),
+            None => Source::Mesh(mesh(name, args.read.limits.limits())?),
         };
         if args.on.edge_pixels.is_nan() || args.on.edge_pixels <= 0.0 {
             return Err(Failure::new("--edge-pixels is to be above 0"));
@@ -151,7 +152,7 @@ impl<'a> Job<'a> {
         if args.uv_scale.0.contains(&0.0) {
             return Err(Failure::new("--uv-scale is not to be 0 on a surface"));
         }
-        let data = data::read(&args.userdata, args.attributes.as_deref())?;
+        let data = data::read(&args.userdata, args.attributes.as_deref(), args.read.limits.limits())?;
         // The rows for row vectors are the columns for column vectors.
         let to_common = args.object_space.as_deref().map_or(Mat4::IDENTITY, Mat4::from_cols_array);
         Ok(Job {
@@ -164,6 +165,10 @@ impl<'a> Job<'a> {
             displaced: Vec::new(),
             vertices: 0,
         })
+    }
+
+    fn limits(&self) -> &Limits {
+        self.args.read.limits.limits()
     }
 
     /// The outputs that are shown: those that were asked for, or all but the displacement.
@@ -194,7 +199,7 @@ impl<'a> Job<'a> {
             slopes: points.varying_slopes().to_vec(),
             without: self.args.without_pass.clone(),
             arithmetic: self.args.arithmetic.unwrap_or_default(),
-            limits: self.args.read.limits.limits().clone(),
+            limits: self.limits().clone(),
             ..passes::Options::default()
         };
         Ok(pipeline::finish(body.clone(), &options))
@@ -265,7 +270,8 @@ impl<'a> Job<'a> {
                 // A smooth surface is smaller than its control mesh; two levels show how much.
                 let positions = match self.args.on.catmull_clark {
                     true => {
-                        let found = tessellate(&mesh, Scheme::CatmullClark, &Detail::Level(2));
+                        let found =
+                            tessellate_within(&mesh, Scheme::CatmullClark, &Detail::Level(2), self.limits());
                         found.map_err(Failure::new)?.triangles.positions
                     }
                     false => mesh.positions,
@@ -323,11 +329,13 @@ impl<'a> Job<'a> {
             None => adaptive,
         };
         let (triangles, level, fine) = match &self.shape {
-            Source::Shape(shape) => shape.triangles(&self.to_common, &detail).map_err(Failure::new)?,
+            Source::Shape(shape) => {
+                shape.triangles_within(&self.to_common, &detail, self.limits()).map_err(Failure::new)?
+            }
             Source::Mesh(mesh) => {
                 let mut mesh = mesh.clone();
                 mesh.transform(&self.to_common);
-                let found = tessellate(&mesh, scheme, &detail).map_err(Failure::new)?;
+                let found = tessellate_within(&mesh, scheme, &detail, self.limits()).map_err(Failure::new)?;
                 if !found.oddities.is_empty() {
                     self.notes.push(format!("warning: the mesh has {}", found.oddities));
                 }
@@ -345,16 +353,16 @@ impl<'a> Job<'a> {
 }
 
 /// The mesh of a file.
-fn mesh(name: &str) -> Result<Mesh, Failure> {
+fn mesh(name: &str, limits: &Limits) -> Result<Mesh, Failure> {
     let path = Path::new(name);
     if !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
         let names: Vec<&str> = Shape::NAMED.iter().map(|(name, _)| *name).collect();
         let names = names.join(", ");
         return Err(Failure::new(format!("`{name}` is no surface; there are {names}, and files *.obj")));
     }
-    let text = input::read_text(path, &osl_limits::Limits::default())
-        .map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
-    read_obj(&text).map_err(|e| Failure::new(format!("{name}: {e}")))
+    let text =
+        input::read_text(path, limits).map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
+    read_obj_within(&text, limits).map_err(|e| Failure::new(format!("{name}: {e}")))
 }
 
 /// What a displacement's output means.

@@ -245,13 +245,14 @@ fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
 }
 
 /// Computes a whole image.
-pub(super) fn whole(image: &mut dyn Rows, (width, height): (usize, usize)) -> Result<Frame, Broken> {
+pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broken> {
+    let ((width, height), limits) = (args.grid, args.read.limits.limits());
     let planes = image.planes().map_err(Broken::Run)?.len();
     image.fits(width * height).map_err(Broken::Run)?;
     let step = together(image, width, planes);
     let mut frame = Frame::default();
     for row in (0..height).step_by(step) {
-        frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Run)?);
+        frame.add(image.rows(row..height.min(row + step)).map_err(Broken::Run)?, &limits.running);
     }
     Ok(frame)
 }
@@ -281,7 +282,7 @@ pub(super) fn stream(
         let piece = image.rows(here).map_err(Broken::Run)?;
         let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
         rounded.count(&piece.planes, args);
-        frame.add(Frame { planes: Vec::new(), ..piece });
+        frame.add(Frame { planes: Vec::new(), ..piece }, &args.read.limits.limits().running);
         time += started.elapsed();
         Ok(Some(values))
     })?;

@@ -37,8 +37,10 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         return on::run(args, &loaded, started, out, err);
     }
     let Loaded { sources, mut body, name, folder, texts, .. } = loaded;
-    let points =
-        WithData { data: data::read(&args.userdata, args.attributes.as_deref())?, points: grid(args) };
+    let points = WithData {
+        data: data::read(&args.userdata, args.attributes.as_deref(), args.read.limits.limits())?,
+        points: grid(args),
+    };
     let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let options = passes::Options {
         outputs,
@@ -250,7 +252,7 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
             Ok(Shaded { frame, run, write, file: Some(file), rounded, said: None })
         }
         _ => {
-            let frame = output::whole(image, args.grid)?;
+            let frame = output::whole(image, args)?;
             let mut rounded = Rounded::default();
             rounded.count(&frame.planes, args);
             Ok(Shaded {

@@ -53,12 +53,12 @@ pub(super) fn stability(
         return Err(Failure::new("--tolerance must be a number above 0"));
     }
     let run = &args.run;
-    let (Loaded { sources, body, folder, program, name, .. }, noted) =
-        load::load_noted(&Request::of(run), err)?;
+    let request = Request { points: args.points.0.saturating_mul(args.points.1), ..Request::of(run) };
+    let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
     let outputs: Option<Vec<_>> =
         run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let services = services(run, folder, super::run::grid_spaces(run));
-    let base = Base::new(body, noted, outputs.clone());
+    let base = Base::new(body, noted, outputs.clone(), run.read.limits.limits());
     let limits = super::run::options(run).limits;
     let subject = Subject::new(&services, base, &limits);
     let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };
@@ -70,9 +70,9 @@ pub(super) fn stability(
     let variant = |name: &str, value: &str| {
         let mut params = run.params.clone();
         params.push((name.to_string(), value.to_string()));
-        let request = Request { params: &params, repair: None, ..Request::of(run) };
+        let request = Request { params: &params, repair: None, points: 1, ..Request::of(run) };
         let (loaded, noted) = load::load_noted(&request, &mut std::io::sink()).ok()?;
-        Some(Base::new(loaded.body, noted, outputs.clone()))
+        Some(Base::new(loaded.body, noted, outputs.clone(), run.read.limits.limits()))
     };
     let examined = stability::examine(&subject, &grid, args.tolerance, &knobs, &variant, &sources, &name);
     let text =

@@ -46,9 +46,6 @@ fn seconds(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| format!("a number of seconds from 0.01 to 1000000, not `{text}`"))
 }
 
-/// Pixels that an image may have: all of it and of the oracle is in memory.
-const MOST_PIXELS: usize = 1 << 24;
-
 /// Measures and reports.
 pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
@@ -58,12 +55,19 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     if run.on.on.is_some() {
         return Err(Failure::new("tradeoff measures on the grid, without --on"));
     }
-    if run.grid.0 * run.grid.1 > MOST_PIXELS {
-        return Err(Failure::new(format!("tradeoff takes at most {MOST_PIXELS} pixels; -g sets the size")));
+    let most = run.read.limits.limits().running.measured_pixels;
+    if (run.grid.0 * run.grid.1) as u64 > most {
+        let text = format!(
+            "tradeoff takes at most {most} pixels (--limit running.measured_pixels=N); -g sets the size"
+        );
+        return Err(Failure::new(text));
     }
     let request = Request::of(run);
     let Loaded { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
-    let points = WithData { data: data::read(&run.userdata, run.attributes.as_deref())?, points: grid(run) };
+    let points = WithData {
+        data: data::read(&run.userdata, run.attributes.as_deref(), run.read.limits.limits())?,
+        points: grid(run),
+    };
     let services = services(run, folder, super::run::grid_spaces(run));
     let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points, options: options(run) };

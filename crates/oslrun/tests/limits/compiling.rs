@@ -18,6 +18,7 @@ pub(crate) const TRIPPED: Tripped = &[
     ("compiling.folded_bytes", folded_bytes),
     ("compiling.written_operations", written_operations),
     ("compiling.written_symbols", written_symbols),
+    ("compiling.findings", findings),
 ];
 
 /// A run succeeds as it is, and fails with the error of the row for a smaller limit.
@@ -34,6 +35,16 @@ fn overloads(row: &Row) {
     let functions =
         "float f(int x) { return 1; } float f(float x) { return 2; } float f(color x) { return 3; }";
     run(row, &shader(&format!("{functions} shader a(output float o = 0) {{ o = f(u); }}")), 2);
+}
+
+fn findings(row: &Row) {
+    let folder = body("float a = 1; float b = 2; float c = 3; o = u;");
+    let count = |n: u64| {
+        let said = folder.run(&["check", "a.osl", "--limit", &format!("{}={n}", row.name)]);
+        said.err.matches("warning[").count()
+    };
+    assert!(count(row.default) >= 3, "{}", count(row.default));
+    assert_eq!(count(1), 1);
 }
 
 fn struct_depth(row: &Row) {

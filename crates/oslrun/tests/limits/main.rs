@@ -5,6 +5,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
+mod commands;
 mod compiling;
 mod images;
 mod reading;

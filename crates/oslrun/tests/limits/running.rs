@@ -17,6 +17,13 @@ pub(crate) const TRIPPED: Tripped = &[
     ("running.traces", traces),
     ("running.tried_steps", tried_steps),
     ("running.xml_cache_bytes", xml_cache_bytes),
+    ("running.string_bytes", string_bytes),
+    ("running.regex_bytes", regex_bytes),
+    ("running.regex_retries", regex_retries),
+    ("running.messages", |_| messages("running.messages=3")),
+    ("running.message_bytes", |_| messages("running.message_bytes=30")),
+    ("running.points", points),
+    ("running.measured_pixels", measured_pixels),
 ];
 
 /// A shader with one output.
@@ -161,6 +168,52 @@ fn xml_found(_: &Row) {
 fn xml_cache_bytes(_: &Row) {
     let text = "for (int i = 0; i < 6; i++) { int n = dict_find(format(\"<a k='%d'/>\", i % 3), \"/a\"); int k = 0; dict_value(n, \"k\", k); o += k; }";
     assert!(run(&body(text), &["--limit", "running.xml_cache_bytes=1"]).out.contains("6 to 6"));
+}
+
+/// What is joined while compiling is cut like what is joined in a run.
+fn string_bytes(_: &Row) {
+    for text in [
+        "string s = format(\"%g\", 2 + u - u); o = strlen(concat(s, \"bcd\", \"efg\", \"h\"));",
+        "o = strlen(concat(\"a\", \"bcd\", \"efg\", \"h\"));",
+        "o = strlen(format(\"%s%g\", \"abcdef\", u - u + 77));",
+    ] {
+        assert!(run(&body(text), &[]).out.contains("8 to 8"), "{text}");
+        let cut = run(&body(text), &["--limit", "running.string_bytes=7"]);
+        assert!(cut.out.contains("7 to 7"), "{text}: {}", cut.out);
+    }
+}
+
+fn regex_bytes(row: &Row) {
+    let search = body("o = regex_search(\"abc\", \"[a-z]{20}|b\");");
+    assert!(run(&search, &[]).out.contains("1 to 1"));
+    tells(&run(&search, &["--limit", "running.regex_bytes=100"]), row);
+}
+
+fn regex_retries(_: &Row) {
+    let search = body("o = regex_search(\"aaaaaaaaaab\", \"(a+)\\\\1b\");");
+    assert!(run(&search, &[]).out.contains("1 to 1"));
+    assert!(run(&search, &["--limit", "running.regex_retries=1"]).out.contains("0 to 0"));
+}
+
+fn messages(limit: &str) {
+    let many = body("for (int i = 0; i < 20; i++) warning(\"number %d of 20\", i);");
+    let count = |more: &[&str]| run(&many, more).err.matches("of 20").count();
+    assert_eq!(count(&[]), 20);
+    assert!((1..4).contains(&count(&["--limit", limit])), "{limit}");
+}
+
+fn points(row: &Row) {
+    let few = body("o = u;");
+    run(&few, &[]).succeeds();
+    let limit = ["--limit", "running.points=15"];
+    run(&few, &limit).fails_with(row);
+    few.run(&["testshade", "-g", "4", "4", "a", limit[0], limit[1]]).fails_with(row);
+    few.run(&["stability", "a.osl", "-g", "2x2", "--points", "4x4", limit[0], limit[1]]).fails_with(row);
+}
+
+fn measured_pixels(row: &Row) {
+    let limit = ["--limit", "running.measured_pixels=15"];
+    body("o = u;").run(&["tradeoff", "a.osl", "-g", "4x4", limit[0], limit[1]]).fails_with(row);
 }
 
 fn trace(row: &Row) {

@@ -19,6 +19,9 @@ pub(crate) const TRIPPED: Tripped = &[
     ("scenes.shapes", shapes),
     ("scenes.xml_depth", xml_depth),
     ("scenes.background", background),
+    ("scenes.samples", samples),
+    ("scenes.bounces", bounces),
+    ("scenes.printed", printed),
 ];
 
 /// A scene of a square that is subdivided and a sphere that is displaced, with a material of two nodes, in two files.
@@ -65,25 +68,67 @@ fn messages(row: &Row) {
     assert!(count(render(&folder, row, row.default)) > count(render(&folder, row, 1)));
 }
 
-/// The reference's tool has its own options; a scene reaches its limits as they are.
-fn testrender(text: &str) -> Said {
+fn testrender(row: &Row, text: &str, n: u64) {
     let folder = Folder::with(&[("a.xml", text.as_bytes())]);
-    folder.run(&["testrender", "-r", "2", "2", "a.xml", "a.exr"])
+    let limit = format!("{}={n}", row.name);
+    folder.run(&["testrender", "-r", "2", "2", "a.xml", "a.exr", "--limit", &limit]).fails_with(row);
 }
 
 fn shapes(row: &Row) {
-    let sphere = "<Sphere center=\"0,0,0\" radius=\"1\"/>".repeat(row.default as usize + 1);
-    let said = testrender(&format!("<World>{sphere}</World>"));
-    assert!(said.err.contains(row.error) || said.out.contains(row.error), "{}\n{}", said.out, said.err);
+    let sphere = "<Sphere center=\"0,0,0\" radius=\"1\"/>";
+    testrender(row, &format!("<World>{sphere}{sphere}</World>"), 1);
 }
 
 fn xml_depth(row: &Row) {
-    let said = testrender(&"<a>".repeat(row.default as usize + 1));
-    assert!(said.err.contains(row.error) || said.out.contains(row.error), "{}\n{}", said.out, said.err);
+    testrender(row, "<a><a><a></a></a></a>", 2);
+}
+
+/// A scene of testrender: a ball inside a larger one, both bright mirrors, that prints where it is met.
+fn mirrors(more: &[&str]) -> (Said, Vec<u8>) {
+    let text = "<World><Camera eye=\"0,0,4\" dir=\"0,0,-1\"/><ShaderGroup>shader s x;</ShaderGroup>\
+                <Sphere center=\"0,0,0\" radius=\"1\"/><Sphere center=\"0,0,0\" radius=\"9\"/></World>";
+    let shader = "surface s() { printf(\"met\\n\"); Ci = 0.3 * emission() + 0.5 * reflection(N); }";
+    let folder = Folder::with(&[("a.xml", text.as_bytes()), ("s.osl", shader.as_bytes())]);
+    let said = folder.run(&[&["testrender", "-r", "4", "4", "-aa", "2", "a.xml", "a.exr"], more].concat());
+    said.succeeds();
+    (said, std::fs::read(folder.path().join("a.exr")).unwrap())
+}
+
+fn met(said: &Said) -> usize {
+    said.out.matches("met").count()
+}
+
+fn samples(row: &Row) {
+    let limit = format!("{}=1", row.name);
+    assert!(met(&mirrors(&[]).0) > 2 * met(&mirrors(&["--limit", &limit]).0));
+    let folder = scene();
+    let paths = |more: &[&str]| {
+        let said =
+            folder.run(&[&["render", "a.ass", "-o", "a.exr", "--samples", "9", "--stats"], more].concat());
+        said.succeeds();
+        said.err
+    };
+    assert!(paths(&[]).contains("144 paths"));
+    assert!(paths(&["--limit", &limit]).contains("16 paths"));
+}
+
+fn bounces(row: &Row) {
+    let (many, few) = (mirrors(&[]), mirrors(&["--limit", &format!("{}=1", row.name)]));
+    assert!(met(&many.0) > met(&few.0) && many.1 != few.1);
+}
+
+fn printed(row: &Row) {
+    let (all, some) = (mirrors(&[]), mirrors(&["--limit", &format!("{}=5", row.name)]));
+    assert!(met(&all.0) > 5 && met(&some.0) == 5 && all.1 == some.1);
 }
 
 fn background(row: &Row) {
     let text = "<World><Background resolution=\"100000\"/></World>";
-    let scene = osl_scene::testrender::scene::read(text, &Limits::default()).unwrap();
-    assert_eq!(scene.background.unwrap().resolution as u64, row.default);
+    let mut limits = Limits::default();
+    let side = |limits: &Limits| {
+        osl_scene::testrender::scene::read(text, limits).unwrap().background.unwrap().resolution as u64
+    };
+    assert_eq!(side(&limits), row.default);
+    limits.scenes.background = 8;
+    assert_eq!(side(&limits), 8);
 }

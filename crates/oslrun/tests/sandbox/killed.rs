@@ -11,14 +11,14 @@ fn kill(times: u32, grid: &str) {
     // Cheap to compute, so that most of the time is that of writing.
     let shader = b"shader a(float k = 0, output float o = 0) { o = u * v + k; }";
     let place = Place::new("osl", b"", shader);
-    let before = names(&place.work());
+    let before = names(&place.project());
     let command = |k: u32| -> Command {
         let mut command = oslrun();
         let args = ["good.osl", "-g", grid, "--compression", "none", "-o", "out.exr", "-p"];
-        command.args(args).arg(format!("k={k}")).current_dir(place.work()).stdout(Stdio::null());
+        command.args(args).arg(format!("k={k}")).current_dir(place.project()).stdout(Stdio::null());
         command
     };
-    let file = place.work().join("out.exr");
+    let file = place.project().join("out.exr");
     let whole = |k: u32| {
         let start = Instant::now();
         assert!(command(k).status().unwrap().success());
@@ -36,7 +36,7 @@ fn kill(times: u32, grid: &str) {
         let _ = child.kill();
         let _ = child.wait();
         let bytes = fs::read(&file).unwrap();
-        parts += names(&place.work()).iter().filter(|name| name.starts_with(".oslrun-")).count();
+        parts += names(&place.project()).iter().filter(|name| name.starts_with(".oslrun-")).count();
         match images.iter().position(|image| *image == bytes) {
             Some(found) if found as u32 == 1 - now => {
                 now = 1 - now;
@@ -51,7 +51,7 @@ fn kill(times: u32, grid: &str) {
     whole(0);
     let mut expected = [before, vec!["out.exr".to_string()]].concat();
     expected.sort();
-    assert_eq!(names(&place.work()), expected);
+    assert_eq!(names(&place.project()), expected);
 }
 
 #[test]

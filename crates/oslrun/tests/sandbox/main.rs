@@ -38,22 +38,22 @@ impl Place {
     /// `secret` is the content of the file outside, `good` that of a file that may be opened.
     fn new(ending: &'static str, secret: &[u8], good: &[u8]) -> Place {
         let place = Place { dir: tempfile::tempdir().unwrap(), ending };
-        std::fs::create_dir_all(place.work().join("sub")).unwrap();
+        std::fs::create_dir_all(place.project().join("sub")).unwrap();
         std::fs::create_dir(place.outside()).unwrap();
         std::fs::write(place.outside().join(format!("secret.{ending}")), secret).unwrap();
-        let work = |name: &str| place.work().join(format!("{name}.{ending}"));
+        let work = |name: &str| place.project().join(format!("{name}.{ending}"));
         std::fs::write(work("good"), good).unwrap();
         symlink(place.outside().join(format!("secret.{ending}")), work("link")).unwrap();
         symlink(place.outside().join(format!("none.{ending}")), work("dangling")).unwrap();
-        symlink(place.outside(), place.work().join("folder")).unwrap();
+        symlink(place.outside(), place.project().join("folder")).unwrap();
         symlink(format!("loop.{ending}"), work("loop")).unwrap();
         std::fs::create_dir(work("dir")).unwrap();
         assert!(Command::new("mkfifo").arg(work("pipe")).status().unwrap().success());
         place
     }
 
-    fn work(&self) -> PathBuf {
-        self.dir.path().join("work")
+    fn project(&self) -> PathBuf {
+        self.dir.path().join("project")
     }
 
     fn outside(&self) -> PathBuf {
@@ -99,12 +99,12 @@ impl Place {
     }
 
     fn write(&self, name: &str, text: impl AsRef<[u8]>) {
-        std::fs::write(self.work().join(name), text).unwrap();
+        std::fs::write(self.project().join(name), text).unwrap();
     }
 
     /// Runs a command that must end by itself, without the secret.
     fn run<S: AsRef<OsStr>>(&self, args: &[S]) -> Said {
-        let said = Said::of(oslrun().args(args).current_dir(self.work()));
+        let said = Said::of(oslrun().args(args).current_dir(self.project()));
         assert!(!said.text.contains(SECRET), "{}", said.text);
         assert!(matches!(said.status.code(), Some(0 | 1)), "{:?} {}", said.status, said.text);
         said

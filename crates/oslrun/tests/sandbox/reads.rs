@@ -19,7 +19,7 @@ fn includes() {
     // Where the file is refused because of its place, the message says what to do.
     place.write("a.osl", "#include \"link.h\"\nshader a() {}\n");
     assert!(place.run(&["check", "a.osl"]).text.contains("-I DIR"));
-    for name in ["good.h", "./good.h", "sub/../good.h", "../work/good.h"] {
+    for name in ["good.h", "./good.h", "sub/../good.h", "../project/good.h"] {
         place.write("a.osl", format!("#include \"{name}\"\nshader a(output int o = GOOD) {{}}\n"));
         let said = place.run(&["check", "a.osl"]);
         assert_eq!(said.status.code(), Some(0), "{name}: {}", said.text);
@@ -57,7 +57,7 @@ fn includes_of_every_command_and_tool() {
     ] {
         place.run(&args.split(' ').collect::<Vec<_>>());
     }
-    let said = Said::of(oslrun().args(["a.osl", "-g", "1x1", "--allow-files"]).current_dir(place.work()));
+    let said = Said::of(oslrun().args(["a.osl", "-g", "1x1", "--allow-files"]).current_dir(place.project()));
     assert!(said.text.contains(SECRET), "the user may lift this: {}", said.text);
 }
 
@@ -93,7 +93,7 @@ fn scenes_and_their_includes() {
 fn textures() {
     let place = Place::new("png", b"", b"");
     let white = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
-    for path in [place.work().join("good.png"), place.outside().join("secret.png")] {
+    for path in [place.project().join("good.png"), place.outside().join("secret.png")] {
         write_png(&path, 1, 1, &[&[1.0]], white).unwrap();
     }
     place.write(
@@ -144,13 +144,13 @@ fn what_the_user_names_may_lie_anywhere_but_is_a_file() {
     }
     // Names that are no text.
     let odd = OsStr::from_bytes(b"\xff.osl");
-    std::fs::write(place.work().join(odd), "#include \"b.h\"\nshader a(output float o = B) {}").unwrap();
+    std::fs::write(place.project().join(odd), "#include \"b.h\"\nshader a(output float o = B) {}").unwrap();
     place.write("b.h", "#define B 1\n");
     for args in [[OsStr::new("check"), odd], [OsStr::new("compile"), odd]] {
         let said = place.run(&args);
         assert_eq!(said.status.code(), Some(0), "{}", said.text);
     }
-    assert!(place.work().join(OsStr::from_bytes(b"\xff.oso")).is_file());
+    assert!(place.project().join(OsStr::from_bytes(b"\xff.oso")).is_file());
 }
 
 #[test]
@@ -158,7 +158,9 @@ fn pipes_without_a_name_are_read() {
     let place = Place::new("osl", b"", b"shader a(output float o = 0) {}");
     let shell = |line: &str| {
         let mut command = std::process::Command::new("bash");
-        Said::of(command.args(["-c", line]).env("O", env!("CARGO_BIN_EXE_oslrun")).current_dir(place.work()))
+        Said::of(
+            command.args(["-c", line]).env("O", env!("CARGO_BIN_EXE_oslrun")).current_dir(place.project()),
+        )
     };
     for line in [
         "cat good.osl | \"$O\" check /dev/stdin",

@@ -23,18 +23,18 @@ fn fprintf_stays_in_the_folder() {
         assert_eq!(said.status.code(), Some(1), "{name}: {}", said.text);
         assert!(said.text.contains("cannot append to"), "{name}: {}", said.text);
     }
-    fs::create_dir_all(place.work().join(".git/hooks")).unwrap();
+    fs::create_dir_all(place.project().join(".git/hooks")).unwrap();
     for name in [".bashrc", ".git/hooks/post-commit", "sub/.x"] {
         assert!(print(name).text.contains("begin with a dot"), "{name}");
     }
     place.outside_is_untouched("fprintf");
     assert_eq!(fs::read(place.outside().join("secret.txt")).unwrap(), b"sesame");
-    assert_eq!(names(&place.work().join("sub")), Vec::<String>::new());
+    assert_eq!(names(&place.project().join("sub")), Vec::<String>::new());
     for name in ["good.txt", "sub/new.txt"] {
         assert_eq!(print(name).status.code(), Some(0), "{name}");
     }
-    assert_eq!(fs::read_to_string(place.work().join("good.txt")).unwrap(), "old\nnew\n");
-    assert_eq!(fs::read_to_string(place.work().join("sub/new.txt")).unwrap(), "new\n");
+    assert_eq!(fs::read_to_string(place.project().join("good.txt")).unwrap(), "old\nnew\n");
+    assert_eq!(fs::read_to_string(place.project().join("sub/new.txt")).unwrap(), "new\n");
 }
 
 #[test]
@@ -50,14 +50,14 @@ fn names_of_outputs_cannot_climb() {
         assert_eq!(said.status.code(), Some(1), "{name}: {}", said.text);
     }
     place.outside_is_untouched("names of outputs");
-    assert_eq!(names(&place.work()).iter().filter(|name| name.starts_with("o.")).count(), 0);
+    assert_eq!(names(&place.project()).iter().filter(|name| name.starts_with("o.")).count(), 0);
     // A link with the name of a derived file.
     place.write("a.osl", "shader a(output float x = 0, output float y = 0) { x = u; y = v; }");
-    symlink("../outside/x", place.work().join("a.oso2")).unwrap();
-    symlink("../outside/secret.png", place.work().join("o.y.png")).unwrap();
+    symlink("../outside/x", place.project().join("a.oso2")).unwrap();
+    symlink("../outside/secret.png", place.project().join("o.y.png")).unwrap();
     let said = place.run(&["a.osl", "-g", "2x2", "-o", "o.png"]);
     assert_eq!(said.status.code(), Some(1), "{}", said.text);
-    assert!(!place.work().join("o.x.png").exists(), "the set is all or none");
+    assert!(!place.project().join("o.x.png").exists(), "the set is all or none");
     assert_eq!(fs::read(place.outside().join("secret.png")).unwrap(), b"");
 }
 
@@ -69,33 +69,33 @@ fn a_set_of_images_is_all_or_none() {
     place.write("a.x.png", "old");
     let said = place.run(&["a.osl", "-g", "4x4", "-o", "a.png"]);
     assert_eq!(said.status.code(), Some(1), "{}", said.text);
-    assert_eq!(fs::read(place.work().join("a.x.png")).unwrap(), b"old");
+    assert_eq!(fs::read(place.project().join("a.x.png")).unwrap(), b"old");
     place.write("a.osl", "shader a(output float x = 0, output float y = 0) { x = u; y = v; }");
-    fs::create_dir(place.work().join("a.y.png")).unwrap();
+    fs::create_dir(place.project().join("a.y.png")).unwrap();
     let tool = place.run(&["testshade", "-g", "2", "2", "-o", "x", "a.x.png", "-o", "y", "a.y.png", "a"]);
     assert_eq!(tool.status.code(), Some(1), "{}", tool.text);
     assert_eq!(place.run(&["a.osl", "-g", "4x4", "-o", "a.png"]).status.code(), Some(1));
-    assert_eq!(fs::read(place.work().join("a.x.png")).unwrap(), b"old");
-    fs::remove_dir(place.work().join("a.y.png")).unwrap();
+    assert_eq!(fs::read(place.project().join("a.x.png")).unwrap(), b"old");
+    fs::remove_dir(place.project().join("a.y.png")).unwrap();
     assert_eq!(place.run(&["a.osl", "-g", "4x4", "-o", "a.png"]).status.code(), Some(0));
-    assert_ne!(fs::read(place.work().join("a.x.png")).unwrap(), b"old");
-    assert!(names(&place.work()).iter().all(|name| !name.starts_with(".oslrun")));
+    assert_ne!(fs::read(place.project().join("a.x.png")).unwrap(), b"old");
+    assert!(names(&place.project()).iter().all(|name| !name.starts_with(".oslrun")));
 }
 
 #[test]
 fn places_that_cannot_be_written() {
     let place = Place::new("exr", b"", b"");
     place.write("a.osl", GOOD);
-    let pipe = place.work().join("pipe.exr").display().to_string();
+    let pipe = place.project().join("pipe.exr").display().to_string();
     for target in ["dir.exr", "none/a.exr", "/dev/full", &pipe, "loop.exr/x.exr"] {
         let target = if target == "/dev/full" { "full.exr" } else { target };
         if target == "full.exr" {
-            symlink("/dev/full", place.work().join(target)).unwrap();
+            symlink("/dev/full", place.project().join(target)).unwrap();
         }
         let said = place.run(&["a.osl", "-g", "2x2", "-o", target]);
         assert_eq!(said.status.code(), Some(1), "{target}: {}", said.text);
     }
-    let locked = place.work().join("locked");
+    let locked = place.project().join("locked");
     fs::create_dir(&locked).unwrap();
     fs::set_permissions(&locked, fs::Permissions::from_mode(0o555)).unwrap();
     // The superuser may write everywhere.
@@ -125,24 +125,24 @@ fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
     ] {
         let command = || {
             let mut command = oslrun();
-            command.args(args.split(' ')).current_dir(place.work()).stdin(Stdio::null());
+            command.args(args.split(' ')).current_dir(place.project()).stdin(Stdio::null());
             command
         };
         let full = command().stdout(File::create("/dev/full").unwrap()).output().unwrap();
         assert_eq!(full.status.code(), Some(1), "{args}");
         let said = String::from_utf8_lossy(&full.stderr).into_owned();
         assert!(said.contains("cannot write to the standard output"), "{args}: {said}");
-        assert!(!place.work().join("a.exr").exists(), "{args}");
+        assert!(!place.project().join("a.exr").exists(), "{args}");
 
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let closed = command().stdout(writer).output().unwrap();
         assert_eq!(closed.status.code(), Some(0), "{args}");
         assert_eq!(String::from_utf8_lossy(&closed.stderr), "", "{args}");
-        let _ = fs::remove_file(place.work().join("a.exr"));
+        let _ = fs::remove_file(place.project().join("a.exr"));
     }
     let mut format = oslrun();
-    format.args(["fmt", "-"]).stdin(File::open(place.work().join("good.osl")).unwrap());
+    format.args(["fmt", "-"]).stdin(File::open(place.project().join("good.osl")).unwrap());
     let full = format.stdout(File::create("/dev/full").unwrap()).output().unwrap();
     assert_eq!(full.status.code(), Some(1));
 }
@@ -151,7 +151,7 @@ fn a_full_disk_is_an_error_and_a_closed_pipe_is_none() {
 fn nothing_of_the_user_is_needed() {
     let place = Place::new("osl", b"", GOOD.as_bytes());
     let said = Said::of(
-        oslrun().args(["good.osl", "-g", "4x4", "-o", "a.exr"]).env_clear().current_dir(place.work()),
+        oslrun().args(["good.osl", "-g", "4x4", "-o", "a.exr"]).env_clear().current_dir(place.project()),
     );
     assert!(said.status.success(), "{}", said.text);
 }
@@ -162,14 +162,14 @@ fn two_processes_may_write_the_same_file() {
     let start = || {
         let mut command = oslrun();
         let args = ["good.osl", "-g", "64x64", "-o", "a.exr"];
-        command.args(args).current_dir(place.work()).stdout(Stdio::null()).spawn().unwrap()
+        command.args(args).current_dir(place.project()).stdout(Stdio::null()).spawn().unwrap()
     };
     let mut children: Vec<_> = (0..4).map(|_| start()).collect();
     for child in &mut children {
         assert!(child.wait().unwrap().success());
     }
-    assert!(osl_image::read_image(&place.work().join("a.exr")).is_ok());
-    assert!(names(&place.work()).iter().all(|name| !name.starts_with(".oslrun")));
+    assert!(osl_image::read_image(&place.project().join("a.exr")).is_ok());
+    assert!(names(&place.project()).iter().all(|name| !name.starts_with(".oslrun")));
 }
 
 #[test]
@@ -182,10 +182,11 @@ fn a_signal_removes_what_is_not_complete() {
         );
         place.write("a.exr", "old");
         let args = ["good.osl", "-g", "2048x2048", "-o", "a.exr"];
-        let mut child = oslrun().args(args).current_dir(place.work()).stdout(Stdio::null()).spawn().unwrap();
+        let mut child =
+            oslrun().args(args).current_dir(place.project()).stdout(Stdio::null()).spawn().unwrap();
         let start = Instant::now();
         let is_part = |name: &String| name.starts_with(".oslrun-");
-        while !names(&place.work()).iter().any(is_part) {
+        while !names(&place.project()).iter().any(is_part) {
             assert!(start.elapsed() < super::PATIENCE && child.try_wait().unwrap().is_none());
             std::thread::sleep(Duration::from_millis(2));
         }
@@ -193,7 +194,7 @@ fn a_signal_removes_what_is_not_complete() {
         assert!(sent.success());
         let status = child.wait().unwrap();
         assert_eq!(status.code(), None, "it ends by the signal");
-        assert!(!names(&place.work()).iter().any(is_part), "{signal}");
-        assert_eq!(fs::read(place.work().join("a.exr")).unwrap(), b"old");
+        assert!(!names(&place.project()).iter().any(is_part), "{signal}");
+        assert_eq!(fs::read(place.project().join("a.exr")).unwrap(), b"old");
     }
 }

@@ -2,7 +2,7 @@
 //! how constants are computed.
 
 use super::super::Renaming;
-use super::{fold, rename_outputs};
+use super::{Strings, fold, rename_outputs};
 use crate::ir::{Body, Const, Kernel, LaneOp, Op, ValueId, Values};
 use rustc_hash::FxHashSet;
 
@@ -27,7 +27,7 @@ pub(in crate::passes) fn settle(body: &mut Body) {
 /// Only what changes a meaning: which operations divide by a constant (they have no guard), which colors are converted
 /// from a space to itself, and what `isconstant` finds. All is found out as the pass would find it, and nothing else of
 /// the body changes.
-pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut u64) {
+pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut Strings) {
     let mut folded = body.clone();
     let Meaning { divided, unconverted } = fold(&mut folded, false, false, text);
     let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];

@@ -367,7 +367,7 @@ impl<'a> Work<'_, 'a> {
                 values.iter_mut().zip(&means).for_each(|(plane, means)| plane[at] = means[slot]);
             }
             image.tally.evaluations += refiner.evaluations;
-            image.frame.add(refiner.said);
+            image.frame.add(refiner.said, &self.shading.options.limits.running);
         }
         image.tally.pixels = self.known.len() as u64;
         image.tally.note_all(samples.into_iter());

@@ -69,7 +69,7 @@ impl Work<'_, '_> {
         let chosen = some_pixels(self.known.len(), wanted, seed);
         let pixels: Vec<u32> = chosen.iter().map(|pixel| pixel + self.first).collect();
         let batch = self.shading.batch(&pixels, 0..1, false)?;
-        self.said.add(batch.said);
+        self.said.add(batch.said, &self.shading.options.limits.running);
         self.evaluations += pixels.len() as u64;
         peeks.places.extend(chosen.iter().map(|pixel| self.place(*pixel, 0)));
         peeks.pixels.extend(chosen);

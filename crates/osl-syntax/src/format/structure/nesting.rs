@@ -5,7 +5,6 @@
 
 use super::super::pieces::Piece;
 use super::Builder;
-use crate::Options;
 use crate::diagnostic::Diagnostic;
 use crate::errors;
 use crate::span::Span;
@@ -90,7 +89,7 @@ impl Builder<'_, '_> {
     /// Refuses code that is nested deeper than anything that compiles. Each path through a conditional may
     /// have to leave all of it, so the time would be quadratic in the length of the text.
     pub(super) fn check_nesting(&self) -> Result<(), Box<Diagnostic>> {
-        let limit = 2 * Options::default().limits.reading.nesting;
+        let limit = self.nesting.saturating_mul(2);
         match self.top() {
             Some(node) if u64::from(node.below) >= limit => {
                 let span = self.piece(node.opener).map(Piece::span).unwrap_or_default();

@@ -2,7 +2,9 @@
 
 use crate::cli::args::ReadArgs;
 use crate::cli::input;
+use crate::cli::limits::LimitArgs;
 use crate::pipeline::ShaderFiles;
+use osl_limits::Limits;
 use osl_syntax::source::SourceProvider;
 use std::path::{Path, PathBuf};
 
@@ -12,13 +14,16 @@ pub(super) struct Folders {
     written: Vec<(String, String)>,
     path: Vec<PathBuf>,
     includes: input::Files,
+    limits: Limits,
 }
 
 impl Folders {
     /// The folders of a path, and the working directory after them.
-    pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>) -> Folders {
+    pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>, limits: &LimitArgs) -> Folders {
         path.push(PathBuf::new());
-        Folders { written, path, includes: input::includes(Path::new(""), &ReadArgs::default()) }
+        let read = ReadArgs { limits: limits.clone(), ..ReadArgs::default() };
+        let includes = input::includes(Path::new(""), &read);
+        Folders { written, path, includes, limits: limits.limits().clone() }
     }
 }
 
@@ -38,7 +43,7 @@ impl ShaderFiles for Folders {
                 if path.is_file() {
                     // The user's own script names the shader, so it may lie anywhere, and its includes beside it.
                     self.includes.also(folder_of(&path));
-                    let text = input::read_text(&path, &osl_limits::Limits::default())?;
+                    let text = input::read_text(&path, &self.limits)?;
                     return Ok((path.display().to_string(), text));
                 }
             }

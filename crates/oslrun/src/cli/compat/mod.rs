@@ -13,6 +13,7 @@ mod testrender;
 mod testshade;
 mod told;
 
+use super::limits::LimitArgs;
 use osl_ir::ir::Const;
 use osl_ir::text::{self, Flavour, Value};
 use osl_syntax::diagnostic::Diagnostic;
@@ -21,10 +22,11 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 
-/// Where a tool writes.
+/// Where a tool writes, and what it may take.
 struct Console<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
+    limits: &'a LimitArgs,
 }
 
 impl Console<'_> {
@@ -61,8 +63,15 @@ pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -
         (None, Some(found)) if args.get(1).is_some_and(|a| a == found) => (found, args.get(2..)),
         _ => return None,
     };
-    let rest: Vec<String> = rest.unwrap_or(&[]).iter().map(|a| a.to_string_lossy().into_owned()).collect();
-    let mut console = Console { out, err };
+    let rest = rest.unwrap_or(&[]).iter().map(|a| a.to_string_lossy().into_owned()).collect();
+    let (limits, rest) = match LimitArgs::taken_from(rest) {
+        Ok(found) => found,
+        Err(why) => {
+            let _ = writeln!(err, "{tool}: {why}");
+            return Some(1);
+        }
+    };
+    let mut console = Console { out, err, limits: &limits };
     Some(match tool {
         "oslc" => oslc::main(&rest, &mut console),
         "oslinfo" => oslinfo::main(&rest, &mut console),
@@ -73,5 +82,5 @@ pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -
 
 /// A number with six digits, as the tools print it.
 fn number(x: f32) -> String {
-    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print)
+    text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print, 64)
 }

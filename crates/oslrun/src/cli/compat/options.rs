@@ -66,6 +66,7 @@ pub(super) fn help(usage: &str, known: &[Known]) -> String {
         text += &format!("  {:<28} {help}\n", format!("{dashes}{name}{}", " ARG".repeat(*words)));
     }
     let quiet: Vec<&str> = known.iter().filter(|k| k.help.is_empty()).map(|k| k.name).collect();
+    text += "\nAs oslrun: --limit NAME=N, --max-time SECONDS, --max-memory MIB (docs/limits.md)\n";
     text += &format!("\nAccepted and without effect: {}\n", quiet.join(" "));
     text
 }

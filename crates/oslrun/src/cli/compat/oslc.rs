@@ -32,6 +32,8 @@ Options:
   -MT NAME          Name of its target; else that of -o, else the source with the ending .oso
   --dependencies, --user-dependencies, --write-dependencies, --write-user-dependencies
                     Long names of -M, -MM, -MD, -MMD
+  --limit NAME=N, --max-time SECONDS, --max-memory MIB
+                    As oslrun has them: docs/limits.md
 
 -MF and -MT take their word apart or glued. An unknown option counts as the name of the file, and the last name counts.
 
@@ -70,7 +72,8 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
         let _ = write!(console.out, "{HELP}");
         return 0;
     }
-    let mut job = Job::default();
+    let read = ReadArgs { limits: console.limits.clone(), ..ReadArgs::default() };
+    let mut job = Job { read, ..Job::default() };
     let mut rest = args.iter();
     while let Some(arg) = rest.next() {
         let word = match arg.as_str() {
@@ -217,7 +220,13 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     let program = program.filter(|_| !bad).ok_or_else(String::new)?;
     let output = match &job.output {
         Some(path) => Unsaved::new(path),
-        None => Unsaved::derived(Path::new(""), format!("{}.oso", program.shader.name)),
+        None => {
+            let name = format!("{}.oso", program.shader.name);
+            if osl_files::is_same(Path::new(&name), file) {
+                return Err("this would write the file that is read: name another one with -o".to_string());
+            }
+            Unsaved::derived(Path::new(""), name)
+        }
     };
     let output = output.map_err(|e| e.to_string())?;
     let path = output.path().to_path_buf();

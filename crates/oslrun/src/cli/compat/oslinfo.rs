@@ -5,6 +5,7 @@ use super::{Console, number};
 use crate::cli::args::ReadArgs;
 use crate::cli::info::{self, Metadatum, Parameter, Shader};
 use crate::cli::input;
+use crate::cli::limits::LimitArgs;
 use crate::pipeline;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -52,7 +53,7 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
         }
     }
     for file in &files {
-        match read(file, &folders) {
+        match read(file, &folders, console.limits) {
             Ok(shader) => show(&shader, verbose, only.as_deref(), console),
             Err(why) => {
                 failed = true;
@@ -63,11 +64,12 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
     u8::from(failed)
 }
 
-fn read(name: &str, folders: &[PathBuf]) -> Result<Shader, String> {
+fn read(name: &str, folders: &[PathBuf], limits: &LimitArgs) -> Result<Shader, String> {
     let files = [name.to_string(), format!("{name}.oso"), format!("{name}.osl")];
     let places = folders.iter().flat_map(|folder| files.iter().map(move |file| folder.join(file)));
     let path = places.into_iter().find(|p| p.is_file()).ok_or("there is no such file")?;
-    let input = input::read(&path, &ReadArgs::default()).map_err(|failure| failure.0)?;
+    let args = ReadArgs { limits: limits.clone(), ..ReadArgs::default() };
+    let input = input::read(&path, &args).map_err(|failure| failure.0)?;
     let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
     let error = checked.diagnostics.iter().find(|d| d.is_error()).map(|d| d.message.clone());
     checked.program.as_ref().map(info::describe).ok_or_else(|| error.unwrap_or_default())

@@ -10,7 +10,8 @@ use crate::pipeline;
 use osl_exec::Services;
 use osl_image::{Samples, TextureCache, write_channels};
 use osl_ir::group::text::Statement;
-use osl_ir::{lower, passes};
+use osl_ir::lower::{self, Requests};
+use osl_ir::passes;
 use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
 use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
@@ -72,11 +73,6 @@ struct Job {
     help: bool,
 }
 
-/// Pixels of a picture.
-const MAX_PIXELS: usize = 1 << 26;
-/// Times that a picture is rendered.
-const MAX_ITERATIONS: usize = 1 << 16;
-
 /// Runs the tool.
 pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
     match run(args, console) {
@@ -90,7 +86,8 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
     }
 }
 
-fn read(items: Vec<Item>) -> Result<Job, String> {
+/// Reads the items of a command line; `most` is the number of pixels that a picture may have.
+fn read(items: Vec<Item>, most: u64) -> Result<Job, String> {
     let mut job = Job {
         size: [640, 480],
         samples: 1,
@@ -126,7 +123,7 @@ fn read(items: Vec<Item>) -> Result<Job, String> {
                 let path = settings::pairs(text(0)).into_iter().filter(|(key, _)| key == "searchpath");
                 job.texture_path.extend(path.flat_map(|(_, value)| settings::folders(&value)));
             }
-            "iters" => job.iterations = count(0)?.clamp(1, MAX_ITERATIONS),
+            "iters" => job.iterations = count(0)?.max(1),
             "runstats" | "stats" | "profile" => job.stats = true,
             _ => {}
         }
@@ -134,14 +131,14 @@ fn read(items: Vec<Item>) -> Result<Job, String> {
     if let Some(samples) = std::env::var("TESTRENDER_AA").ok().and_then(|text| text.parse().ok()) {
         job.samples = samples;
     }
-    if job.size[0].saturating_mul(job.size[1]) > MAX_PIXELS {
-        return Err(format!("testrender: a picture has at most {MAX_PIXELS} pixels"));
+    if job.size[0].saturating_mul(job.size[1]) as u64 > most {
+        return Err(format!("testrender: a picture has at most {most} pixels (--limit scenes.pixels=N)"));
     }
     Ok(job)
 }
 
 fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
-    let job = read(options::parse("testrender", args, KNOWN)?)?;
+    let job = read(options::parse("testrender", args, KNOWN)?, console.limits.limits().scenes.pixels)?;
     if job.help {
         let _ = write!(console.out, "{}", options::help(USAGE, KNOWN));
         return Ok(());
@@ -150,14 +147,14 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let file = job.words.first().ok_or_else(|| missing("an xml scene file to open"))?;
     let image = job.words.get(1).ok_or_else(|| missing("a filename for output render"))?;
     let started = Instant::now();
+    let limits = console.limits.limits();
     // What is no file is the scene itself.
     let path = Path::new(file);
     let text = match file.ends_with(".xml") && path.is_file() {
-        true => input::read_text(path, &osl_limits::Limits::default())?,
+        true => input::read_text(path, limits)?,
         false => file.clone(),
     };
-    let scene =
-        scene::read(&text, &osl_limits::Limits::default()).map_err(|why| format!("SEVERE ERROR: {why}"))?;
+    let scene = scene::read(&text, limits).map_err(|why| format!("SEVERE ERROR: {why}"))?;
     if scene.groups.is_empty() {
         return Err("SEVERE ERROR: No shaders in scene".to_string());
     }
@@ -197,8 +194,9 @@ fn world(
     job: &Job,
     console: &mut Console<'_>,
 ) -> Result<((World, testrender::Options), SourceMap), String> {
-    let files = Folders::new(job.settings.shader_path.clone(), Vec::new());
-    let options = osl_syntax::Options::default();
+    let files = Folders::new(job.settings.shader_path.clone(), Vec::new(), console.limits);
+    let limits = console.limits.limits();
+    let options = osl_syntax::Options { limits: limits.clone(), ..osl_syntax::Options::default() };
     let mut builder = GroupBuilder::new("", &files, &options, &job.settings);
     let mut programs = Vec::with_capacity(scene.groups.len());
     for group in &scene.groups {
@@ -218,7 +216,7 @@ fn world(
     let textures = || {
         let mut folders = vec![PathBuf::new()];
         folders.extend(job.texture_path.iter().cloned());
-        TextureCache::new(folders).allow_files(true)
+        TextureCache::within(folders, limits).allow_files(true)
     };
     let world = World {
         camera: scene.camera,
@@ -228,6 +226,7 @@ fn world(
         services: RayServices::new(|| Services { textures: textures(), ..Services::default() }),
         background: scene.background.and_then(|b| b.group),
         resolution: scene.background.map_or(0, |b| b.resolution),
+        limits: limits.clone(),
     };
     Ok(((world, options), sources))
 }
@@ -256,7 +255,9 @@ fn compile(
             }
         }
     }
-    let body = lower::lower_group(&builder.take(), &[]).map_err(|list| {
+    let limits = console.limits.limits();
+    let requests = Requests { limits: limits.clone(), ..Requests::default() };
+    let body = lower::lower_group_for(&builder.take(), &requests).map_err(|list| {
         let why = list.first().map_or_else(String::new, |d| d.message.clone());
         format!("ERROR: {why}")
     })?;
@@ -264,6 +265,7 @@ fn compile(
         outputs: Some(vec!["Ci".into()]),
         varying: testrender::VARYING.to_vec(),
         slopes: testrender::SLOPES.to_vec(),
+        limits: limits.clone(),
         ..passes::Options::default()
     };
     Ok(pipeline::finish(body, &options).program)

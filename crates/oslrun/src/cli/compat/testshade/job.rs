@@ -73,16 +73,11 @@ impl Job {
     }
 }
 
-/// Points that a grid may have.
-const MAX_POINTS: usize = 1 << 28;
-/// Iterations of a run.
-const MAX_ITERATIONS: usize = 1 << 16;
-
-/// Reads the items of a command line.
+/// Reads the items of a command line; `most` is the number of points that a grid may have.
 ///
 /// # Errors
 /// What is wrong, in words.
-pub(super) fn read(items: Vec<Item>) -> Result<Order, String> {
+pub(super) fn read(items: Vec<Item>, most: u64) -> Result<Order, String> {
     let mut job = Job {
         grid: Grid::new(1, 1),
         vary: Vec::new(),
@@ -126,8 +121,8 @@ pub(super) fn read(items: Vec<Item>) -> Result<Order, String> {
     if job.outputs.is_empty() {
         job.outputs.push(("Cout".to_string(), "null".to_string()));
     }
-    if job.grid.width.saturating_mul(job.grid.height) > MAX_POINTS {
-        return Err(format!("testshade: a grid has at most {MAX_POINTS} points"));
+    if job.grid.width.saturating_mul(job.grid.height) as u64 > most {
+        return Err(format!("testshade: a grid has at most {most} points (--limit running.points=N)"));
     }
     Ok(Order::Shade(Box::new(job)))
 }
@@ -196,7 +191,7 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
         }
         "entry" => job.entries.push(text(0).to_string()),
         "entryoutput" => job.entry_outputs.push(text(0).to_string()),
-        "iters" => job.iterations = count(0)?.clamp(1, MAX_ITERATIONS),
+        "iters" => job.iterations = count(0)?.max(1),
         "runstats" | "stats" => job.stats = true,
         _ => {}
     }

@@ -120,7 +120,8 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
 
 fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let items = options::parse("testshade", args, KNOWN)?;
-    let job = match job::read(items)? {
+    let most = console.limits.limits().running.points;
+    let job = match job::read(items, most)? {
         Order::Help => {
             let _ = write!(console.out, "{}", options::help(USAGE, KNOWN));
             return Ok(());
@@ -133,8 +134,9 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     };
     let started = Instant::now();
     let primaries = job.settings.primaries(console);
-    let options = osl_syntax::Options::default();
-    let shaders = setup::folders(&job);
+    let limits = console.limits.limits();
+    let options = osl_syntax::Options { limits: limits.clone(), ..osl_syntax::Options::default() };
+    let shaders = setup::folders(&job, console.limits);
     let (mut group, sources) = setup::group(&job, &shaders, &options, console)?;
     let outputs = show::outputs(&group, &job);
     // The tool parts what it says from what the shaders print by an empty line: before its list of outputs, or at the end
@@ -152,7 +154,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let renderer = job.renderer();
     let mut spaces = renderer.spaces();
     spaces.set(&job.settings.common_space, osl_ir::numeric::matrix::diagonal(1.0));
-    let textures = setup::textures(&job);
+    let textures = setup::textures(&job, limits);
     let services = Services { ray: job.raytype.clone(), spaces, textures, reference_texts: true };
     let mut teller = Teller::new(&sources, &job.settings);
     let mut last = None;
@@ -161,7 +163,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
             reparam(&mut group, &job);
         }
         let mut silent = std::io::sink();
-        let mut told = Console { out: &mut *console.out, err: &mut *console.err };
+        let mut told = Console { out: &mut *console.out, err: &mut *console.err, limits: console.limits };
         if round > 0 {
             told.err = &mut silent;
         }
@@ -201,7 +203,7 @@ fn run(
     console: &mut Console<'_>,
 ) -> Result<Frame, String> {
     let keeping = Keeping { each: true, places: None };
-    let options = RunOptions { keeping, ..RunOptions::default() };
+    let options = RunOptions { keeping, limits: console.limits.limits().clone(), ..RunOptions::default() };
     let run = Run::new(program, services, renderer, &options);
     let piece = PIECE.next_multiple_of(renderer.blocks().map_or(1, |blocks| blocks.period()));
     let mut all = Frame::default();
@@ -215,7 +217,7 @@ fn run(
         if let Some(teller) = &mut teller {
             teller.tell(&std::mem::take(&mut frame.events), program, console)?;
         }
-        all.add(frame);
+        all.add(frame, &options.limits.running);
     }
     Ok(all)
 }
@@ -242,10 +244,11 @@ fn compile(
         varying: renderer.varying().to_vec(),
         slopes: renderer.varying_slopes().to_vec(),
         traces: renderer.traces(),
+        limits: console.limits.limits().clone(),
         ..passes::Options::default()
     };
     let last = Last::Named(asked.clone());
-    let requests = Requests { outputs: asked, last, ..Requests::default() };
+    let requests = Requests { outputs: asked, last, limits: options.limits.clone(), ..Requests::default() };
     let lowered = |group: &Group| lower::lower_group_for(group, &requests);
     let mut body = closures::lower(group, &options, sources, console, lowered)
         .map_err(|list| render(&list, sources, RenderStyle { color: false }))?;

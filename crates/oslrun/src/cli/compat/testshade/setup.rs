@@ -5,9 +5,11 @@ use super::super::folders::Folders;
 use super::super::group::{self, GroupBuilder};
 use super::job::{Job, Step};
 use crate::cli::input;
+use crate::cli::limits::LimitArgs;
 use osl_image::TextureCache;
 use osl_ir::group::{Connection, Group};
 use osl_ir::hir::Program;
+use osl_limits::Limits;
 use osl_syntax::Options;
 use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
@@ -49,7 +51,7 @@ pub(super) fn group<'a>(
                 builder.restart(&name(groups));
                 let path = Path::new(given);
                 let text = if path.is_file() {
-                    input::read_text(path, &osl_limits::Limits::default())?
+                    input::read_text(path, console.limits.limits())?
                 } else {
                     given.clone()
                 };
@@ -179,14 +181,14 @@ fn expression(name: &str, body: &str) -> String {
 }
 
 /// Where textures are looked for. The user's own script names the files, so any path will do.
-pub(super) fn textures(job: &Job) -> TextureCache {
+pub(super) fn textures(job: &Job, limits: &Limits) -> TextureCache {
     let mut folders = vec![PathBuf::new()];
     folders.extend(job.texture_path.iter().cloned());
-    TextureCache::new(folders).allow_files(true)
+    TextureCache::within(folders, limits).allow_files(true)
 }
 
 /// Where shaders are looked for, with those that `--expr` makes.
-pub(super) fn folders(job: &Job) -> Folders {
+pub(super) fn folders(job: &Job, limits: &LimitArgs) -> Folders {
     let texts = job.steps.iter().filter_map(|step| match step {
         Step::Expr { text, .. } => Some(text),
         _ => None,
@@ -197,5 +199,5 @@ pub(super) fn folders(job: &Job) -> Folders {
         let text = format!("\n{}", expression(&name, body));
         (name, text)
     };
-    Folders::new(job.settings.shader_path.clone(), texts.enumerate().map(written).collect())
+    Folders::new(job.settings.shader_path.clone(), texts.enumerate().map(written).collect(), limits)
 }
