@@ -5,8 +5,8 @@ use crate::ir::{Builder, Const, Kernel, Kind, LaneOp};
 use crate::numeric::color::SYSTEMS;
 
 pub(super) static ROWS: &[Builtin] = &[
-    Builtin::lane("luminance", &["f(c)"], LaneOp::Luminance, "Luminance of a linear RGB color.")
-        .derivatives("that of dc")
+    Builtin::lane("luminance", &["f(c)"], "C", LaneOp::Luminance, "Luminance of a linear RGB color.")
+        .derivatives("that of dC")
         .extremes(
             "Nothing is clamped: negative light counts as negative. inf and nan stay, and inf against \
                -inf gives nan.",
@@ -15,6 +15,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "transformc",
         &["c(s,s,c)", "c(s,c)"],
+        "fromspace, tospace, Cfrom | tospace, Cfrom",
         transformc,
         "A color from one space (default rgb) to another: rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB, linear.",
     )
@@ -30,6 +31,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "blackbody",
         &["c(f)"],
+        "temperatureK",
         |b, s| b.lane(LaneOp::Blackbody, s.args).into(),
         "Light of a black body at a temperature in kelvin, W/m² over the visible range.",
     )
@@ -42,6 +44,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "wavelength_color",
         &["c(f)"],
+        "wavelengthNm",
         |b, s| b.lane(LaneOp::Wavelength, s.args).into(),
         "Light of one wavelength in nanometres; black outside 380 to 780.",
     )
@@ -54,6 +57,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "color in space",
         &["c(s,c)"],
+        "space, C",
         from_space,
         "color(\"space\", a, b, c): coordinates of \"rgb\", \"hsv\", \"hsl\", \"YIQ\", \"XYZ\" or \"xyY\".",
     )

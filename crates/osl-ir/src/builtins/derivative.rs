@@ -9,6 +9,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "Dx",
         EACH,
+        "a",
         |b, s| b.derivative(s.arg(0), Axis::X).into(),
         "How a value changes to the next pixel in the row; its own derivatives are zero.",
     )
@@ -22,6 +23,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "Dy",
         EACH,
+        "a",
         |b, s| b.derivative(s.arg(0), Axis::Y).into(),
         "How a value changes to the next row of pixels; its own derivatives are zero.",
     )
@@ -35,6 +37,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "Dz",
         EACH,
+        "a",
         |b, s| zero(b, s.arg(0)).into(),
         "How a value changes in depth; 0 on a surface.",
     )
@@ -44,6 +47,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "filterwidth",
         &["f(f)", "v(p)", "v(v)"],
+        "x",
         |b, s| width(b, s.arg(0)).into(),
         "Length of the change along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
     )
@@ -56,6 +60,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "area",
         &["f(p)"],
+        "p",
         |b, s| {
             let across = across(b, s.arg(0));
             b.lane(LaneOp::Length, &[across]).into()
@@ -68,6 +73,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "calculatenormal",
         &["v(p)"],
+        "p",
         |b, s| across(b, s.arg(0)).into(),
         "Normal of the surface of a position, Dx x Dy, not of length 1.",
     )
@@ -77,8 +83,10 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "aastep",
         &["f(f,f,f,f)", "f(f,f,f)", "f(f,f)"],
+        "edge, s, dedge, ds | edge, s, ds",
         aastep,
-        "0 below the edge, 1 above, a ramp as wide as a pixel between; arguments are edge, s, ds, dedge.",
+        "0 below the edge, 1 above, a ramp as wide as a pixel between. The width is dedge and ds together; what is not given \
+         is measured.",
     )
     .derivatives("by the formula; 0 outside the ramp")
     .extremes(

@@ -5,19 +5,19 @@ use crate::hir::Global;
 use crate::ir::{Builder, Const, Kind, LaneOp};
 
 pub(super) static ROWS: &[Builtin] = &[
-    Builtin::lane("dot", &["f(v,v)"], LaneOp::Dot, "Scalar product.")
-        .derivatives("a.db + b.da")
+    Builtin::lane("dot", &["f(v,v)"], "A, B", LaneOp::Dot, "Scalar product.")
+        .derivatives("A.dB + B.dA")
         .extremes(
             "The order of the sum is (xx + yy) + zz, each rounded. Overflow gives inf; inf times 0 gives \
                nan.",
         )
         .example("float c = dot(normalize(I), N);"),
-    Builtin::lane("cross", &["v(v,v)"], LaneOp::Cross, "Vector product.")
-        .derivatives("a x db + da x b")
+    Builtin::lane("cross", &["v(v,v)"], "A, B", LaneOp::Cross, "Vector product.")
+        .derivatives("A x dB + dA x B")
         .extremes("Of parallel vectors 0. Overflow gives inf, and inf less inf nan.")
         .example("vector side = cross(dPdu, dPdv);"),
-    Builtin::lane("length", &["f(v)"], LaneOp::Length, "Length of a vector.")
-        .derivatives("v.dv / length; 0 where that is 0")
+    Builtin::lane("length", &["f(v)"], "V", LaneOp::Length, "Length of a vector.")
+        .derivatives("V.dV / length; 0 where that is 0")
         .extremes(
             "0 for the zero vector. Squares that underflow are rescued: length(vector(1e-30, 0, 0)) is \
                1e-30, unless derivatives are needed, where it is 0. From 1.84e19 on squares overflow to \
@@ -27,6 +27,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "distance",
         &["f(p,p)", "f(p,p,p)"],
+        "P0, P1, Q",
         distance,
         "Distance of two points, or of the third point from the segment between the first two.",
     )
@@ -42,10 +43,11 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane(
         "normalize",
         &["n(n)", "v(v)"],
+        "V",
         LaneOp::Normalize,
         "The vector at length 1; zero stays zero.",
     )
-    .derivatives("of v / length(v); 0 where the length is 0")
+    .derivatives("of V / length(V); 0 where the length is 0")
     .extremes(
         "The zero vector stays zero, and so do vectors shorter than about 1e-23, whose squares \
                underflow. From a length of 1.84e19 on, where they overflow, finite components give 0 and \
@@ -55,22 +57,30 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "faceforward",
         &["v(v,v,v)", "v(v,v)"],
+        "N, I, Nref",
         faceforward,
         "N turned to face against I as seen from Nref (default Ng): -N where dot(I, Nref) is positive.",
     )
     .derivatives("those of N, turned with it")
     .extremes("N is kept where the dot product is exactly 0. A product of nan counts as positive.")
     .example("normal front = faceforward(N, I);"),
-    Builtin::lane("reflect", &["v(v,v)"], LaneOp::Reflect, "I mirrored at the plane with the unit normal N.")
-        .derivatives("by the formula I - 2 (N.I) N")
-        .extremes(
-            "N is taken as it is: a zero N gives I, one of another length than 1 another result. nan \
+    Builtin::lane(
+        "reflect",
+        &["v(v,v)"],
+        "I, N",
+        LaneOp::Reflect,
+        "I mirrored at the plane with the unit normal N.",
+    )
+    .derivatives("by the formula I - 2 (N.I) N")
+    .extremes(
+        "N is taken as it is: a zero N gives I, one of another length than 1 another result. nan \
                stays.",
-        )
-        .example("vector mirrored = reflect(I, N);"),
+    )
+    .example("vector mirrored = reflect(I, N);"),
     Builtin::lane(
         "refract",
         &["v(v,v,f)"],
+        "I, N, eta",
         LaneOp::Refract,
         "I bent at the plane with the unit normal N, by the ratio eta of indices; zero at total reflection.",
     )

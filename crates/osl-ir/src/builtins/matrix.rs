@@ -8,7 +8,18 @@ use crate::types::Type;
 pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "transform",
-        &["n(m,n)", "v(m,v)", "p(m,p)", "n(s,s,n)", "v(s,s,v)", "p(s,s,p)", "n(s,n)", "v(s,v)", "p(s,p)"],
+        &[
+            "n(m,n)",
+            "v(m,v)",
+            "p(m,p)",
+            "n(s,s,n)",
+            "v(s,s,v)",
+            "p(s,s,p)",
+            "n(s tospace,n)",
+            "v(s tospace,v)",
+            "p(s tospace,p)",
+        ],
+        "fromspace, tospace, p | Mto, p",
         transform,
         "A point, vector or normal by a matrix, or from one named space (default common) to another.",
     )
@@ -22,6 +33,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "getmatrix",
         &["i(s,s,om)", "i(s,om)"],
+        "fromspace, tospace, M | fromspace, M",
         getmatrix,
         "The matrix from one named space to another (default common); 1 if both are known.",
     )
@@ -32,17 +44,18 @@ pub(super) static ROWS: &[Builtin] = &[
                inverts to the identity.",
     )
     .example("matrix m; int known = getmatrix(\"shader\", m);"),
-    Builtin::lane("determinant", &["f(m)"], LaneOp::MDet, "Determinant of the 4x4 matrix.")
+    Builtin::lane("determinant", &["f(m)"], "M", LaneOp::MDet, "Determinant of the 4x4 matrix.")
         .derivatives("zero")
         .extremes("0 for a singular matrix, apart from rounding; inf or nan where products overflow.")
         .example("float volume = determinant(matrix(2));"),
-    Builtin::lane("transpose", &["m(m)"], LaneOp::MTranspose, "Rows and columns exchanged.")
+    Builtin::lane("transpose", &["m(m)"], "M", LaneOp::MTranspose, "Rows and columns exchanged.")
         .derivatives("none: matrices have none")
         .extremes("Bits are only moved.")
         .example("matrix m = transpose(matrix(\"shader\", \"world\"));"),
     Builtin::compose(
         "point in space",
         &["p(s,p)"],
+        "space, p",
         into_common,
         "point(\"space\", x, y, z): coordinates of the space.",
     )
@@ -52,6 +65,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "vector in space",
         &["v(s,v)"],
+        "space, v",
         into_common,
         "vector(\"space\", x, y, z): coordinates of the space.",
     )
@@ -61,6 +75,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "normal in space",
         &["n(s,n)"],
+        "space, n",
         into_common,
         "normal(\"space\", x, y, z): coordinates of the space.",
     )
@@ -70,6 +85,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "matrix in space",
         &["m(s,m)"],
+        "space, M",
         matrix_in_space,
         "matrix(\"space\", …): the matrix relative to the space.",
     )
@@ -79,6 +95,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "matrix from spaces",
         &["m(s,s)"],
+        "fromspace, tospace",
         between,
         "matrix(\"from\", \"to\"): takes points of one space to the other.",
     )

@@ -15,6 +15,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "setmessage",
         &["x(s,?)", "x(s,?[])"],
+        "name, value",
         set,
         "Leaves a value for later readers at this point; the first of a name wins.",
     )
@@ -28,6 +29,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "getmessage",
         &["i(s,o?)", "i(s,o?[])", "i(s,s,o?)", "i(s,s,o?[])"],
+        "source, name, destination | name, destination",
         get,
         "Whether a message of this name and type was set at this point, and its value.",
     )

@@ -1,11 +1,10 @@
 //! The one table of built-in functions.
 //!
-//! A row is all there is to know of a function: name, meaning, signatures, derivatives, what happens at the edges, an
-//! example, and how a call becomes IR. Type
-//! checking, "did you mean", lowering and the reference page read it; the arithmetic itself is that of
-//! the [lane operations](crate::ir::LaneOp) that the row names. Rows stand in the file of their family; within
-//! a row the order of signatures is the priority for ties. Source of the signatures: OSL language
-//! specification, chapter on the standard library.
+//! A row is all there is to know of a function: name, meaning, signatures, names of parameters, derivatives,
+//! what happens at the edges, an example, and how a call becomes IR. Type checking, "did you mean", lowering
+//! and the reference page read it; the arithmetic itself is that of the [lane operations](crate::ir::LaneOp)
+//! that the row names. Rows stand in the file of their family; within a row the order of signatures is the
+//! priority for ties. Source of the signatures: OSL language specification, chapter on the standard library.
 
 mod closure;
 mod color;
@@ -45,12 +44,15 @@ pub struct Builtin {
     pub about: &'static str,
     /// Its derivatives, `cos(x) dx` or in words; `dx` is how the argument x changes.
     pub derivatives: &'static str,
-    /// What it gives at the edges of its domain and beyond: zeros, denormals, infinities, nan, huge arguments.
+    /// What it gives at the edges of its domain and beyond: zeros, denormals, infinities, nan, huge
+    /// arguments.
     pub extremes: &'static str,
     /// A statement or two that use it, and compile in a surface without a word.
     pub example: &'static str,
     /// Its signatures in the notation of [`Signature`].
     sigs: &'static [&'static str],
+    /// The names of the parameters, in the notation of [`Signature`].
+    params: &'static str,
     /// How a call becomes IR.
     pub emit: Emit,
 }
@@ -149,34 +151,41 @@ impl Builtin {
     const fn lane(
         name: &'static str,
         sigs: &'static [&'static str],
+        params: &'static str,
         op: LaneOp,
         about: &'static str,
     ) -> Builtin {
-        Builtin::new(name, sigs, Emit::Lane(op), about)
+        Builtin::new(name, (sigs, params), Emit::Lane(op), about)
     }
 
     /// A row whose call is composed.
     const fn compose(
         name: &'static str,
         sigs: &'static [&'static str],
+        params: &'static str,
         emit: fn(&mut Builder, &Site<'_>) -> Emitted,
         about: &'static str,
     ) -> Builtin {
-        Builtin::new(name, sigs, Emit::Compose(emit), about)
+        Builtin::new(name, (sigs, params), Emit::Compose(emit), about)
     }
 
     /// The row that ends the shader.
-    const fn exit(name: &'static str, sigs: &'static [&'static str], about: &'static str) -> Builtin {
-        Builtin::new(name, sigs, Emit::Exit, about)
+    const fn exit(
+        name: &'static str,
+        sigs: &'static [&'static str],
+        params: &'static str,
+        about: &'static str,
+    ) -> Builtin {
+        Builtin::new(name, (sigs, params), Emit::Exit, about)
     }
 
     const fn new(
         name: &'static str,
-        sigs: &'static [&'static str],
+        (sigs, params): (&'static [&'static str], &'static str),
         emit: Emit,
         about: &'static str,
     ) -> Builtin {
-        Builtin { name, about, derivatives: "", extremes: "", example: "", sigs, emit }
+        Builtin { name, about, derivatives: "", extremes: "", example: "", sigs, params, emit }
     }
 
     /// The row with what its derivatives are.
@@ -301,7 +310,7 @@ type Index = FxHashMap<&'static str, (&'static Builtin, Vec<Signature>)>;
 fn index() -> &'static Index {
     static INDEX: OnceLock<Index> = OnceLock::new();
     let entry = |row: &'static Builtin| {
-        (row.name, (row, row.sigs.iter().filter_map(|s| Signature::parse(s)).collect()))
+        (row.name, (row, row.sigs.iter().filter_map(|s| Signature::parse(s, row.params)).collect()))
     };
     INDEX.get_or_init(|| all().map(entry).collect())
 }
@@ -332,6 +341,36 @@ mod tests {
     fn every_signature_parses() {
         for row in all() {
             assert_eq!(row.signatures().len(), row.written(), "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn every_parameter_has_a_name() {
+        for row in all() {
+            for signature in row.signatures() {
+                let mut names: Vec<_> = signature.params.iter().map(|p| p.name).collect();
+                let plain = |name: &str| {
+                    name.starts_with(|c: char| c.is_ascii_alphabetic())
+                        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+                };
+                assert!(names.iter().all(|name| plain(name)), "{}: {names:?}", row.name);
+                names.sort_unstable();
+                names.dedup();
+                assert_eq!(names.len(), signature.params.len(), "{}: a name twice", row.name);
+            }
+        }
+    }
+
+    /// No list of names is there for nothing.
+    #[test]
+    fn every_list_of_names_is_used() {
+        for row in all() {
+            for list in
+                row.params.split('|').map(|list| list.split(',').filter(|n| !n.trim().is_empty()).count())
+            {
+                let uses = |s: &Signature| s.params.len() == list;
+                assert!(list == 0 || row.signatures().iter().any(uses), "{}: {}", row.name, row.params);
+            }
         }
     }
 

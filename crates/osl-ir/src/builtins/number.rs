@@ -4,7 +4,7 @@ use super::{Builtin, Emitted, Site, T1, T2F};
 use crate::ir::{Builder, Kernel, Kind, LaneOp, ValueId};
 
 pub(super) static ROWS: &[Builtin] = &[
-    Builtin::lane("fmod", T2F, LaneOp::Fmod, "Remainder of a/b with the sign of a.")
+    Builtin::lane("fmod", T2F, "a, b", LaneOp::Fmod, "Remainder of a/b with the sign of a.")
         .derivatives("da")
         .extremes(
             "b of 0 gives 0. A b that is known when compiling gives the exact remainder. Otherwise the result is \
@@ -15,6 +15,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "mod",
         &["i(i,i)", "p(p,p)", "v(v,v)", "n(n,n)", "c(c,c)", "p(p,f)", "v(v,f)", "n(n,f)", "c(c,f)", "f(f,f)"],
+        "a, b",
         modulo,
         "Remainder of a/b with the sign of b: a - b floor(a/b). For ints the sign is that of a.",
     )
@@ -24,36 +25,37 @@ pub(super) static ROWS: &[Builtin] = &[
          known when compiling: then the result is -inf. Infinite a stays, infinite b gives nan; nan stays.",
     )
     .example("float phase = mod(7 * u, 1); int left = mod(-7, 3);"),
-    Builtin::lane("sign", T1, LaneOp::Sign, "-1, 0 or 1.")
+    Builtin::lane("sign", T1, "x", LaneOp::Sign, "-1, 0 or 1.")
         .derivatives("zero")
         .extremes("Both zeros give 0. Denormals count as what they are; nan gives 1.")
         .example("float side = sign(u - 0.5);"),
-    Builtin::lane("floor", T1, LaneOp::Floor, "Largest whole number that is not above x.")
+    Builtin::lane("floor", T1, "x", LaneOp::Floor, "Largest whole number that is not above x.")
         .derivatives("zero")
         .extremes(
             "The sign of a zero is kept; -1e-45 gives -1. From 8388608 on every float is whole. inf and nan \
              stay.",
         )
         .example("float cell = floor(8 * u);"),
-    Builtin::lane("ceil", T1, LaneOp::Ceil, "Smallest whole number that is not below x.")
+    Builtin::lane("ceil", T1, "x", LaneOp::Ceil, "Smallest whole number that is not below x.")
         .derivatives("zero")
         .extremes("ceil(-0.5) is -0, 1e-45 gives 1. From 8388608 on every float is whole. inf and nan stay.")
         .example("float cell = ceil(8 * u);"),
-    Builtin::lane("round", T1, LaneOp::Round, "Nearest whole number, halves away from zero.")
+    Builtin::lane("round", T1, "x", LaneOp::Round, "Nearest whole number, halves away from zero.")
         .derivatives("zero")
         .extremes("round(-0.4) is -0, and 0.49999997 gives 0. inf and nan stay.")
         .example("float nearest = round(8 * u);"),
-    Builtin::lane("trunc", T1, LaneOp::Trunc, "x without its fraction.")
+    Builtin::lane("trunc", T1, "x", LaneOp::Trunc, "x without its fraction.")
         .derivatives("zero")
         .extremes("trunc(-0.5) is -0. inf and nan stay.")
         .example("float whole = trunc(8 * u - 4);"),
-    Builtin::compose("abs", &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)", "i(i)"], abs, "Absolute value.")
+    Builtin::compose("abs", &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)", "i(i)"], "x", abs, "Absolute value.")
         .derivatives("dx, or -dx for negative x")
         .extremes("abs(-0) is 0, abs(-inf) inf; nan stays. The int -2147483648 stays itself.")
         .example("float distance_from_middle = abs(u - 0.5);"),
     Builtin::compose(
         "fabs",
         &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)", "i(i)"],
+        "x",
         abs,
         "Absolute value; another name of abs.",
     )
@@ -63,6 +65,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "min",
         &["n(n,n)", "v(v,v)", "p(p,p)", "c(c,c)", "f(f,f)", "i(i,i)"],
+        "a, b",
         min,
         "The smaller of two.",
     )
@@ -75,6 +78,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "max",
         &["n(n,n)", "v(v,v)", "p(p,p)", "c(c,c)", "f(f,f)", "i(i,i)"],
+        "a, b",
         max,
         "The larger of two.",
     )
@@ -87,11 +91,12 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "clamp",
         &["n(n,n,n)", "v(v,v,v)", "p(p,p,p)", "c(c,c,c)", "f(f,f,f)", "i(i,i,i)"],
+        "x, minval, maxval",
         clamp,
-        "x limited to lo to hi: max(min(x, hi), lo).",
+        "x limited to minval to maxval: max(min(x, maxval), minval).",
     )
     .derivatives("of the value picked")
-    .extremes("lo wins where it is above hi. x of nan stays nan; limits of nan do not limit.")
+    .extremes("minval wins where it is above maxval. x of nan stays nan; limits of nan do not limit.")
     .example("float inside = clamp(2 * u, 0.2, 0.8);"),
     Builtin::compose(
         "mix",
@@ -99,12 +104,13 @@ pub(super) static ROWS: &[Builtin] = &[
             "n(n,n,n)", "v(v,v,v)", "p(p,p,p)", "c(c,c,c)", "n(n,n,f)", "v(v,v,f)", "p(p,p,f)", "c(c,c,f)",
             "f(f,f,f)", "K(K,K,c)", "K(K,K,f)",
         ],
+        "x, y, alpha",
         mix,
-        "a where t is 0, b where t is 1, a straight line between and beyond: a (1 - t) + b t.",
+        "x where alpha is 0, y where alpha is 1, a straight line between and beyond: x (1 - alpha) + y alpha.",
     )
-    .derivatives("(1 - t) da + t db + (b - a) dt; closures have none")
+    .derivatives("(1 - alpha) dx + alpha dy + (y - x) dalpha; closures have none")
     .extremes(
-        "t is not clamped. Both sides are computed: inf or nan in the one that does not count gives nan, \
+        "alpha is not clamped. Both sides are computed: inf or nan in the one that does not count gives nan, \
          since inf times 0 is nan.",
     )
     .example("color c = mix(color(1, 0, 0), color(0, 0, 1), u);"),
@@ -114,21 +120,23 @@ pub(super) static ROWS: &[Builtin] = &[
             "n(n,n,n)", "v(v,v,v)", "p(p,p,p)", "c(c,c,c)", "f(f,f,f)", "n(n,n,f)", "v(v,v,f)", "p(p,p,f)",
             "c(c,c,f)", "n(n,n,i)", "v(v,v,i)", "p(p,p,i)", "c(c,c,i)", "f(f,f,i)",
         ],
+        "x, y, cond",
         select,
-        "b where c is not 0, else a; arguments are a, b, c. Component by component where c is a triple.",
+        "y where cond is not 0, else x. Component by component where cond is a triple.",
     )
     .derivatives("of the value picked")
     .extremes(
         "Both zeros are 0; a denormal and nan are not. What is not picked does not count, whatever it is.",
     )
     .example("float y = select(0.0, 1.0, u > 0.5);"),
-    Builtin::compose("isnan", &["i(f)"], |b, s| b.lane(LaneOp::IsNan, s.args).into(), "1 for a nan, else 0.")
+    Builtin::compose("isnan", &["i(f)"], "x", |b, s| b.lane(LaneOp::IsNan, s.args).into(), "1 for a nan, else 0.")
         .derivatives("none: the result is an int")
         .extremes("Nans of either sign and any payload are nans.")
         .example("int bad = isnan(u);"),
     Builtin::compose(
         "isinf",
         &["i(f)"],
+        "x",
         |b, s| b.lane(LaneOp::IsInf, s.args).into(),
         "1 for inf and -inf, else 0.",
     )
@@ -138,6 +146,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "isfinite",
         &["i(f)"],
+        "x",
         |b, s| b.lane(LaneOp::IsFinite, s.args).into(),
         "1 for a finite number, else 0.",
     )
@@ -147,8 +156,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane(
         "step",
         &["c(c,c)", "p(p,p)", "v(v,v)", "n(n,n)", "f(f,f)"],
+        "edge, x",
         LaneOp::Step,
-        "0 below the edge, else 1; arguments are edge, x.",
+        "0 for x below edge, else 1.",
     )
     .derivatives("zero")
     .extremes("1 at the edge itself; the zeros are equal. nan in either gives 1.")
@@ -156,9 +166,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane(
         "smoothstep",
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
+        "edge0, edge1, x",
         LaneOp::Smoothstep,
-        "0 below edge0, 1 from edge1 on, between them (3 - 2t) t^2 of the share t of the way; arguments are \
-         edge0, edge1, x.",
+        "0 below edge0, 1 from edge1 on, between them (3 - 2t) t^2 of the share t of the way.",
     )
     .derivatives("of ((3 - 2t) t) t between the edges, in which form the value is computed too; 0 outside")
     .extremes(
@@ -169,8 +179,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::lane(
         "linearstep",
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
+        "edge0, edge1, x",
         LaneOp::Linearstep,
-        "0 below edge0, 1 from edge1 on, a straight line between; arguments are edge0, edge1, x.",
+        "0 below edge0, 1 from edge1 on, a straight line between.",
     )
     .derivatives(
         "of the share of the way between the edges, (x - edge0) / (edge1 - edge0), with x clamped to them; \
@@ -184,9 +195,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "smooth_linearstep",
         &["f(f,f,f,f)", "c(c,c,c,c)", "v(v,v,v,v)"],
+        "edge0, edge1, x, eps",
         smooth_linearstep,
-        "A straight line from 0 at edge0 to 1 at edge1, its corners rounded over eps to either side; \
-         arguments are edge0, edge1, x, eps.",
+        "A straight line from 0 at edge0 to 1 at edge1, its corners rounded over eps to either side.",
     )
     .derivatives("of the piece that x lies on, by its formula; 0 outside")
     .extremes(

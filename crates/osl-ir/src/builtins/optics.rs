@@ -7,9 +7,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "fresnel",
         &["x(v,n,f,of,of,ov,ov)", "x(v,n,f,of,of)"],
+        "I, N, eta, Kr, Kt, R, T",
         fresnel,
-        "Shares of light reflected and transmitted, and their directions; arguments are I, N, eta, Kr, Kt, \
-         R, T.",
+        "Shares of light reflected and transmitted, and their directions.",
     )
     .derivatives("by the formulas, of every output")
     .extremes(
@@ -21,6 +21,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "rotate",
         &["p(p,f,p,p)", "p(p,f,v)"],
+        "Q, angle, P0, P1 | Q, angle, axis",
         rotate,
         "A point turned by an angle in radians about the line through two points, or about an axis at the \
          origin.",
@@ -36,6 +37,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "artistic_ior",
         &["x(c,c,oc,oc)"],
+        "reflectivity, edge_color, ior, extinction",
         artistic_ior,
         "Index of refraction and extinction of a metal of a given reflectance and edge color.",
     )

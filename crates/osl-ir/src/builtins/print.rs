@@ -7,6 +7,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "printf",
         &["x(s,…)"],
+        "format",
         |b, s| print(b, s, Sink::Print),
         "Prints to the run's output; one conversion prints a whole triple, matrix or array.",
     )
@@ -19,8 +20,9 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "fprintf",
         &["x(s,s,…)"],
+        "filename, format",
         |b, s| print(b, s, Sink::File),
-        "Appends to a file, where the run allows files; arguments are file name, format, values.",
+        "Appends to a file, where the run allows files.",
     )
     .derivatives("none: there is no result")
     .extremes("Written only where the run allows files. The rest as for printf.")
@@ -28,6 +30,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "error",
         &["x(s,…)"],
+        "format",
         |b, s| print(b, s, Sink::Error),
         "Reports an error of the shader.",
     )
@@ -37,13 +40,14 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "warning",
         &["x(s,…)"],
+        "format",
         |b, s| print(b, s, Sink::Warning),
         "Reports a warning of the shader.",
     )
     .derivatives("none: there is no result")
     .extremes("The same text is reported once a run. The rest as for printf.")
     .example("if (u > 2) warning(\"u is %g\", u);"),
-    Builtin::compose("format", &["s(s,…)"], format, "The text of a format string and values.")
+    Builtin::compose("format", &["s(s,…)"], "format", format, "The text of a format string and values.")
         .derivatives("none: the result is a string")
         .extremes("As for printf, but strings with a width stand to the right.")
         .example("string name = format(\"tile_%04d.png\", 7);"),

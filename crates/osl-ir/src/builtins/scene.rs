@@ -13,11 +13,12 @@ pub(super) static ROWS: &[Builtin] = &[
             "i(s,o?[])",
             "i(s,s,o?)",
             "i(s,s,o?[])",
-            "i(s,i,o?)",
-            "i(s,i,o?[])",
+            "i(s name,i arrayindex,o?)",
+            "i(s name,i arrayindex,o?[])",
             "i(s,s,i,o?)",
             "i(s,s,i,o?[])",
         ],
+        "object, name, arrayindex, destination | object, name, destination | name, destination",
         attribute,
         "A named datum of the renderer, an object or the point; 1 if there is one of exactly this type.",
     )
@@ -30,6 +31,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "raytype",
         &["i(s)"],
+        "name",
         |b, s| b.kernel(Kernel::RayType, s.args, Kind::Int).into(),
         "Whether the shader runs for a ray of a kind: camera, shadow, reflection, refraction, diffuse, \
          glossy, subsurface, displacement.",
@@ -37,30 +39,32 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("none: the result is an int")
     .extremes("0 for a name that no renderer knows.")
     .example("int seen = raytype(\"camera\");"),
-    Builtin::compose("iscameraray", &["i()"], |b, _| ray(b, "camera"), "Whether it runs for a camera ray.")
+    Builtin::compose("iscameraray", &["i()"], "", |b, _| ray(b, "camera"), "Whether it runs for a camera ray.")
         .derivatives("none: the result is an int")
         .extremes("1 or 0; the same as raytype(\"camera\").")
         .example("int yes = iscameraray();"),
     Builtin::compose(
         "isdiffuseray",
         &["i()"],
+        "",
         |b, _| ray(b, "diffuse"),
         "Whether it runs for a diffuse ray.",
     )
     .derivatives("none: the result is an int")
     .extremes("1 or 0; the same as raytype(\"diffuse\").")
     .example("int yes = isdiffuseray();"),
-    Builtin::compose("isglossyray", &["i()"], |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray.")
+    Builtin::compose("isglossyray", &["i()"], "", |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray.")
         .derivatives("none: the result is an int")
         .extremes("1 or 0; the same as raytype(\"glossy\").")
         .example("int yes = isglossyray();"),
-    Builtin::compose("isshadowray", &["i()"], |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray.")
+    Builtin::compose("isshadowray", &["i()"], "", |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray.")
         .derivatives("none: the result is an int")
         .extremes("1 or 0; the same as raytype(\"shadow\").")
         .example("int yes = isshadowray();"),
     Builtin::compose(
         "backfacing",
         &["i()"],
+        "",
         |b, _| {
             let seen = b.global(Global::Backfacing, Kind::Float);
             b.lane(LaneOp::ToInt, &[seen]).into()
@@ -73,6 +77,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "surfacearea",
         &["f()"],
+        "",
         |b, _| b.global(Global::SurfaceArea, Kind::Float).into(),
         "Area of the light's surface that is being shaded.",
     )
@@ -82,6 +87,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "isconnected",
         &["i(?)"],
+        "parameter",
         |b, s| b.int(s.connected).into(),
         "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
     )
@@ -91,6 +97,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "isconstant",
         &["i(?)"],
+        "expr",
         |b, s| b.kernel(Kernel::IsConstant, &[s.arg(0)], Kind::Int).into(),
         "Whether a value was known before running.",
     )
@@ -100,6 +107,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "trace",
         &["i(p,v,*)"],
+        "pos, dir",
         |b, s| b.kernel(Kernel::Trace, &[s.arg(0), s.arg(1)], Kind::Int).into(),
         "Whether a ray hits anything; without a scene it never does.",
     )
@@ -109,6 +117,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "pointcloud_search",
         &["i(s,p,f,i,*)", "i(s,p,f,i,i,*)"],
+        "ptcname, pos, radius, maxpoints, sort",
         |b, _| b.int(0).into(),
         "Number of points near a position; without point clouds 0.",
     )
@@ -118,6 +127,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "pointcloud_get",
         &["i(s,i[],i,s,o?[])"],
+        "ptcname, indices, count, attr, data",
         |b, _| b.int(0).into(),
         "Data of found points; without point clouds 0.",
     )
@@ -130,6 +140,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "pointcloud_write",
         &["i(s,p,*)"],
+        "ptcname, pos",
         |b, _| b.int(0).into(),
         "Saves a point; without point clouds 0.",
     )
@@ -138,7 +149,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .example("int ok = pointcloud_write(\"dust.ptc\", P, \"u\", u);"),
     Builtin::compose(
         "dict_find",
-        &["i(s,s)", "i(i,s)"],
+        &["i(s,s)", "i(i nodeID,s)"],
+        "dictionary, query",
         |b, s| b.kernel(Kernel::DictFind, s.args, Kind::Int).into(),
         "The first node that a path finds in an XML text, or below a node; 0 if there is none, -1 if it \
          cannot be read.",
@@ -152,6 +164,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "dict_next",
         &["i(i)"],
+        "nodeID",
         |b, s| b.kernel(Kernel::DictNext, s.args, Kind::Int).into(),
         "The node that the same path found behind a node; 0 if there is none.",
     )
@@ -161,6 +174,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "dict_value",
         &["i(i,s,o?)", "i(i,s,o?[])"],
+        "nodeID, attribname, value",
         dict_value,
         "An attribute of a node, or its text where the name is empty; 1 if it is of the type.",
     )
@@ -170,13 +184,14 @@ pub(super) static ROWS: &[Builtin] = &[
         "int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\"); int x = 0; int ok = \
               dict_value(node, \"x\", x);",
     ),
-    Builtin::exit("exit", &["x()"], "Ends the shader; outputs keep what they have.")
+    Builtin::exit("exit", &["x()"], "", "Ends the shader; outputs keep what they have.")
         .derivatives("none: there is no result")
         .extremes("Other points go on. Outputs keep what was assigned before.")
         .example("if (u > 2) exit();"),
     Builtin::compose(
         "arraylength",
         &["i(?[])"],
+        "A",
         |b, s| b.int(s.array(0).map_or(0, |a| a.len as i32)).into(),
         "Number of elements of an array.",
     )

@@ -4,6 +4,11 @@
 //! vector, `n` normal, `m` matrix, `s` string, `K` closure, `x` void, `?` anything. `o` before a letter makes
 //! an output, `[]` behind it an array of any length. `…` at the end takes any further arguments, `*` pairs of
 //! an option's name and value; behind the parameters of a closure, whatever follows a name.
+//!
+//! Names of parameters stand in a list of their own, `edge0, edge1, x`, which serves all signatures of a row:
+//! the first parameter has the first name. Where signatures of several lengths have other names, there are
+//! several lists, divided by `|`: a signature takes the one of its length, or else the first that is longer.
+//! A name behind a type, `f(p p,f t)`, goes before the list.
 
 use crate::types::{Base, Extent, StructTable, Type};
 
@@ -21,6 +26,8 @@ pub struct Signature {
 /// A parameter of a built-in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Param {
+    /// Its name; empty where it is not known.
+    pub name: &'static str,
     /// Its type.
     pub ty: ParamType,
     /// Whether it is an output.
@@ -73,8 +80,8 @@ impl Tail {
 }
 
 impl Signature {
-    /// Parses the notation; `None` where it is malformed.
-    pub(super) fn parse(text: &str) -> Option<Signature> {
+    /// Parses the notation and the names of the parameters; `None` where either is malformed.
+    pub(super) fn parse(text: &'static str, names: &'static str) -> Option<Signature> {
         let (ret, rest) = text.split_once('(')?;
         let inner = rest.strip_suffix(')')?;
         let mut signature = Signature { ret: letter(ret)?, params: Vec::new(), tail: Tail::None };
@@ -84,6 +91,18 @@ impl Signature {
                 "*" if signature.ret == Type::CLOSURE => signature.tail = Tail::Keywords,
                 "*" => signature.tail = Tail::KeyValue,
                 _ => signature.params.push(param(part)?),
+            }
+        }
+        let count = signature.params.len();
+        let lists =
+            || names.split('|').map(|list| list.split(',').map(str::trim).filter(|name| !name.is_empty()));
+        let list = lists().find(|list| list.clone().count() == count);
+        let list = list.or_else(|| lists().find(|list| list.clone().count() > count));
+        let mut list = list.into_iter().flatten();
+        for param in &mut signature.params {
+            let listed = list.next();
+            if param.name.is_empty() {
+                param.name = listed?;
             }
         }
         Some(signature)
@@ -98,7 +117,12 @@ impl Signature {
                 ParamType::Any { array: false } => "any".to_string(),
                 ParamType::Any { array: true } => "any[]".to_string(),
             };
-            if p.output { format!("output {ty}") } else { ty }
+            let output = if p.output { "output " } else { "" };
+            match (p.name, ty.strip_suffix("[]")) {
+                ("", _) => format!("{output}{ty}"),
+                (name, None) => format!("{output}{ty} {name}"),
+                (name, Some(element)) => format!("{output}{element} {name}[]"),
+            }
         });
         let tail = match self.tail {
             Tail::None => None,
@@ -110,7 +134,8 @@ impl Signature {
     }
 }
 
-fn param(part: &str) -> Option<Param> {
+fn param(part: &'static str) -> Option<Param> {
+    let (part, name) = part.split_once(' ').unwrap_or((part, ""));
     let (part, output) = match part.strip_prefix('o') {
         Some(rest) => (rest, true),
         None => (part, false),
@@ -120,13 +145,13 @@ fn param(part: &str) -> Option<Param> {
         None => (part, false),
     };
     if part == "?" {
-        return Some(Param { ty: ParamType::Any { array }, output });
+        return Some(Param { name, ty: ParamType::Any { array }, output });
     }
     let mut ty = letter(part)?;
     if array {
         ty.extent = Extent::Unsized;
     }
-    Some(Param { ty: ParamType::Of(ty), output })
+    Some(Param { name, ty: ParamType::Of(ty), output })
 }
 
 fn letter(text: &str) -> Option<Type> {

@@ -19,6 +19,7 @@ pub(super) static ROWS: &[Builtin] = &[
             "v(s,f,i,v[])",
             "n(s,f,i,n[])",
         ],
+        "basis, x, nknots, y | basis, x, y",
         spline,
         "Curve through knots at x, 0 to 1; bases are catmull-rom, bezier, bspline, hermite, linear, \
          constant.",
@@ -34,6 +35,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "splineinverse",
         &["f(s,f,f[])", "f(s,f,i,f[])"],
+        "basis, v, nknots, y | basis, v, y",
         inverse,
         "The x, 0 to 1, at which a spline that only rises or only falls has a value.",
     )

@@ -8,13 +8,14 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "concat",
         &["s(s,s)", "s(s,s,s)", "s(s,s,s,s)", "s(s,s,s,s,s)", "s(s,s,s,s,s,s)"],
+        "s1, s2, s3, s4, s5, s6",
         |b, s| text(b, s, TextFn::Concat),
         "Two to six strings joined.",
     )
     .derivatives("none: the result is a string")
     .extremes("Empty strings add nothing.")
     .example("string s = concat(\"one\", \" \", \"two\");"),
-    Builtin::compose("strlen", &["i(s)"], |b, s| text(b, s, TextFn::Length), "Length in bytes.")
+    Builtin::compose("strlen", &["i(s)"], "s", |b, s| text(b, s, TextFn::Length), "Length in bytes.")
         .derivatives("none: the result is an int")
         .extremes(
             "Bytes, not characters: a letter outside ASCII counts more than once. 0 for the empty string.",
@@ -23,6 +24,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "substr",
         &["s(s,i,i)", "s(s,i)"],
+        "s, start, length",
         substr,
         "Bytes of a string from a start, counted from the end where negative, of a length, or all of the \
          rest.",
@@ -36,6 +38,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "getchar",
         &["i(s,i)"],
+        "s, n",
         |b, s| text(b, s, TextFn::Character),
         "The byte at an offset as a signed number; 0 outside the string.",
     )
@@ -45,6 +48,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "startswith",
         &["i(s,s)"],
+        "s, prefix",
         |b, s| text(b, s, TextFn::StartsWith),
         "Whether a string starts with another.",
     )
@@ -54,6 +58,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "endswith",
         &["i(s,s)"],
+        "s, suffix",
         |b, s| text(b, s, TextFn::EndsWith),
         "Whether a string ends with another.",
     )
@@ -63,6 +68,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "stoi",
         &["i(s)"],
+        "str",
         |b, s| text(b, s, TextFn::ToInt),
         "The decimal int at the start of a string; 0 without one.",
     )
@@ -75,6 +81,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "stof",
         &["f(s)"],
+        "str",
         |b, s| text(b, s, TextFn::ToFloat),
         "The float at the start of a string; 0 without one.",
     )
@@ -86,7 +93,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .example("float x = stof(\"1.5e3\");"),
     Builtin::compose(
         "hash",
-        &["i(i)", "i(f)", "i(f,f)", "i(p)", "i(p,f)", "i(s)"],
+        &["i(i i)", "i(f x)", "i(f x,f y)", "i(p p)", "i(p p,f y)", "i(s s)"],
+        "",
         hash,
         "A number that looks random, the same for the same bits.",
     )
@@ -99,6 +107,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "split",
         &["i(s,os[],s,i)", "i(s,os[],s)", "i(s,os[])"],
+        "str, results, sep, maxsplit",
         split,
         "Cuts a string at separators (default: white space) into an array; the number of pieces.",
     )
@@ -112,6 +121,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "regex_search",
         &["i(s,s)", "i(s,oi[],s)"],
+        "subject, results, regex | subject, regex",
         |b, s| regex(b, s, false),
         "Whether a pattern is found in a string; begin and end of each group in an array.",
     )
@@ -125,6 +135,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "regex_match",
         &["i(s,s)", "i(s,oi[],s)"],
+        "subject, results, regex | subject, regex",
         |b, s| regex(b, s, true),
         "Whether a pattern is the whole of a string; begin and end of each group in an array.",
     )

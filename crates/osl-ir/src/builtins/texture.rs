@@ -15,6 +15,7 @@ pub(super) static ROWS: &[Builtin] = &[
             "c(s,f,f,f,f,f,f,*)",
             "v(s,f,f,f,f,f,f,*)",
         ],
+        "filename, s, t, dsdx, dtdx, dsdy, dtdy",
         texture,
         "Channels of an image file at (s, t); (0, 0) is the corner of its first pixel and t grows downward.",
     )
@@ -31,6 +32,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "texture3d",
         &["f(s,p,*)", "c(s,p,*)", "v(s,p,*)", "f(s,p,v,v,v,*)", "c(s,p,v,v,v,*)", "v(s,p,v,v,v,*)"],
+        "filename, p, dpdx, dpdy, dpdz",
         texture3d,
         "Channels of a volume; volume files are not read, so each is as one that is missing.",
     )
@@ -43,6 +45,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "environment",
         &["f(s,v,*)", "c(s,v,*)", "v(s,v,*)", "f(s,v,v,v,*)", "c(s,v,v,v,*)", "v(s,v,v,v,*)"],
+        "filename, R, dRdx, dRdy",
         environment,
         "Channels of an image of all directions in latitude and longitude; y is up and the middle looks \
          along -z.",
@@ -59,6 +62,7 @@ pub(super) static ROWS: &[Builtin] = &[
     Builtin::compose(
         "gettextureinfo",
         &["i(s,s,o?)", "i(s,s,o?[])", "i(s,f,f,s,o?)", "i(s,f,f,s,o?[])"],
+        "texturename, s, t, paramname, destination | texturename, paramname, destination",
         info,
         "A datum of a texture's header: exists, resolution, channels, averagecolor, any attribute of the file; 1 if \
          it has it.",

@@ -1,9 +1,11 @@
-//! The lane operations: everything that works point by point, declared once with its body and all facts about it.
+//! The lane operations: everything that works point by point, declared once with its body and all facts about
+//! it.
 //!
-//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each with its shape, the body that computes one lane, and what
-//! passes and reports ask of it: [`Cost`], [`Continuity`], [`Precision`], [`Derivative`]. A line that lacks one of them
-//! does not compile. Folding calls the body ([`LaneOp::eval`], in `eval`); the interpreter stamps the same body into
-//! loops. So folding and running are one arithmetic by construction. This module must not know passes.
+//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each with its shape, the body that computes one lane,
+//! and what passes and reports ask of it: [`Cost`], [`Continuity`], [`Precision`], [`Derivative`]. A line
+//! that lacks one of them does not compile. Folding calls the body ([`LaneOp::eval`], in `eval`); the
+//! interpreter stamps the same body into loops. So folding and running are one arithmetic by construction.
+//! This module must not know passes.
 
 mod eval;
 
@@ -267,11 +269,11 @@ pub enum Precision {
 /// The derivative of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivative {
-    /// There is none: the result is no float or triple, or stays the same between jumps. Nobody asks for the derivatives of
-    /// the arguments.
+    /// There is none: the result is no float or triple, or stays the same between jumps. Nobody asks for the
+    /// derivatives of the arguments.
     None,
-    /// Zero, whatever the arguments do. Their derivatives are asked for all the same, as the reference does, which
-    /// decides about last bits of what computes them.
+    /// Zero, whatever the arguments do. Their derivatives are asked for all the same, as the reference does,
+    /// which decides about last bits of what computes them.
     Zero,
     /// None is needed: only passes after `derive` write the operation.
     Late,

@@ -215,7 +215,7 @@ impl Lowerer<'_> {
         let args: Vec<ValueId> = operands.into_iter().map(|o| self.settle(o)).collect();
         let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
         let literals = literals(&call.args);
-        let of = |ty: &Type| Param { ty: ParamType::Of(*ty), output: false };
+        let of = |ty: &Type| Param { name: "", ty: ParamType::Of(*ty), output: false };
         let params = types.iter().take(call.formals).map(of).collect();
         self.at(span);
         let site = Site {

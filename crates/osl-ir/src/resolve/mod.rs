@@ -83,8 +83,11 @@ impl FunctionSymbol {
 
     /// Its signature as the table of built-ins writes one.
     fn signature(&self) -> Signature {
-        let params =
-            self.formals.iter().map(|(ty, output)| Param { ty: ParamType::Of(*ty), output: *output });
+        let params = self.formals.iter().map(|(ty, output)| Param {
+            name: "",
+            ty: ParamType::Of(*ty),
+            output: *output,
+        });
         Signature { ret: self.ret, params: params.collect(), tail: self.tail() }
     }
 }

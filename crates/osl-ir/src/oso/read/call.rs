@@ -94,7 +94,7 @@ impl Builder<'_, '_> {
         for (index, value) in given.into_iter().enumerate() {
             let param = signature.params.get(index);
             let wanted = match param {
-                Some(Param { ty, output }) => output.then_some(*ty),
+                Some(Param { ty, output, .. }) => output.then_some(*ty),
                 None => {
                     let option = index.checked_sub(1).and_then(|before| args.get(before));
                     let name =

@@ -1,8 +1,8 @@
 //! Values with their tangents, and the arithmetic over them that the rules are written in.
 //!
-//! Operations are those of OSL language specification, chapter on derivatives: the value as the plain operation
-//! computes it, and both tangents in a fixed order of products and sums. A tangent of `None` is zero; what it
-//! would only multiply is left out.
+//! Operations are those of OSL language specification, chapter on derivatives: the value as the plain
+//! operation computes it, and both tangents in a fixed order of products and sums. A tangent of `None` is
+//! zero; what it would only multiply is left out.
 
 use super::Writer;
 use crate::ir::{LaneOp, ValueId};

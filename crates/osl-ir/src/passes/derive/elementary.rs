@@ -1,4 +1,5 @@
-//! The derivative rules of elementary functions: most are a slope, by which the tangents of the argument are scaled.
+//! The derivative rules of elementary functions: most are a slope, by which the tangents of the argument are
+//! scaled.
 
 use super::Writer;
 use super::dual::Dual;

@@ -1,10 +1,10 @@
 //! Forward-mode derivatives, written as ordinary IR for just the values that are asked for.
 //!
-//! `Dx`, `Dy` and what is made of them ask, and texture lookups: the area that a point covers is how its coordinates
-//! change from pixel to pixel. Demand runs backward from them to the globals; tangents are then written forward,
-//! beside the values that they belong to, and arrays get arrays of tangents. The rules of lane operations stand in
-//! `rules`, `elementary` and `vectors`, over the arithmetic of `dual`; those of kernels here. Source: OSL language specification,
-//! chapter on derivatives.
+//! `Dx`, `Dy` and what is made of them ask, and texture lookups: the area that a point covers is how its
+//! coordinates change from pixel to pixel. Demand runs backward from them to the globals; tangents are then
+//! written forward, beside the values that they belong to, and arrays get arrays of tangents. The rules of
+//! lane operations stand in `rules`, `elementary` and `vectors`, over the arithmetic of `dual`; those of
+//! kernels here. Source: OSL language specification, chapter on derivatives.
 
 mod dual;
 mod elementary;
@@ -339,7 +339,8 @@ impl Writer<'_> {
         self.out.push(inst);
     }
 
-    /// Gives a texture lookup its footprint, and has it compute tangents of the channels where they are wanted.
+    /// Gives a texture lookup its footprint, and has it compute tangents of the channels where they are
+    /// wanted.
     fn texture(&mut self, mut inst: Inst) {
         let Op::Kernel(kernel, args) = &mut inst.op else { return };
         if let Some(range) = kernel.unseen() {
