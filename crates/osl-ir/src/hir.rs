@@ -1,7 +1,7 @@
-//! The resolved tree: every name bound, every overload chosen, every conversion written out.
+//! The resolved tree: every name is bound, every overload is chosen, and every conversion is explicit.
 //!
-//! Resolution makes it from the syntax tree; lowering turns it into IR. Functions are not inlined yet and
-//! variables are still variables. It must not know lanes, rates or SSA.
+//! Resolution makes it from the syntax tree, and lowering turns it into IR. Functions are not inlined yet,
+//! and variables are still variables. This module must not know lanes, rates or SSA.
 
 use crate::builtins::Builtin;
 use crate::types::{StructTable, Type};
@@ -29,12 +29,12 @@ pub struct Program {
     pub functions: Vec<Function>,
     /// The shader.
     pub shader: Shader,
-    /// The places of the parameters, by name.
+    /// The indices of the parameters, by name.
     pub(crate) places: ParamPlaces,
 }
 
-/// Where each parameter stands in the list, by name. Found at the first question, since a shader may have very many
-/// parameters, and a group as many values for them.
+/// The index of each parameter in the list, by name. It is computed on first use, because a shader may have
+/// very many parameters, and a group as many values for them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ParamPlaces(OnceLock<FxHashMap<Arc<str>, usize>>);
 
@@ -54,7 +54,7 @@ impl Program {
     }
 }
 
-/// Shader globals, in the order of [`GLOBALS`], and what calls ask of the point.
+/// Shader globals, in the order of [`GLOBALS`], and other values of the point that calls read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[expect(missing_docs, reason = "each variant is the global of its name")]
 pub enum Global {
@@ -71,14 +71,14 @@ pub enum Global {
     Dtime,
     DPdtime,
     Ci,
-    /// What `surfacearea()` yields; a program cannot name it.
+    /// The result of `surfacearea()`; a program cannot name it.
     SurfaceArea,
-    /// What `backfacing()` yields, 0 or 1; a program cannot name it.
+    /// The result of `backfacing()`, 0 or 1; a program cannot name it.
     Backfacing,
 }
 
 impl Global {
-    /// All of them.
+    /// All globals.
     pub const ALL: [Global; 15] = [
         Global::P,
         Global::I,
@@ -97,7 +97,7 @@ impl Global {
         Global::Backfacing,
     ];
 
-    /// Its name, or the call that yields it.
+    /// Its name, or the call that returns it.
     pub fn name(self) -> &'static str {
         match self {
             Global::P => "P",
@@ -136,7 +136,7 @@ pub const GLOBALS: [(Global, &str, Type, bool); 13] = [
     (Global::Ci, "Ci", Type::CLOSURE, true),
 ];
 
-/// What a variable is.
+/// The kind of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum VarKind {
     /// A shader global.
@@ -164,7 +164,7 @@ pub struct Var {
     pub name: Arc<str>,
     /// Its type.
     pub ty: Type,
-    /// What it is.
+    /// Its kind.
     pub kind: VarKind,
     /// Where it was declared.
     pub span: Span,
@@ -192,7 +192,7 @@ pub struct Param {
     pub var: VarId,
     /// Whether it is an output.
     pub output: bool,
-    /// Whether it is an array that takes the length of its value; the type has that of the default.
+    /// Whether it is an array whose length is that of its value; the type has the length of the default.
     pub open: bool,
     /// The default.
     pub init: Init,
@@ -200,7 +200,7 @@ pub struct Param {
     pub metadata: Vec<(String, Arc<str>, MetaValue)>,
 }
 
-/// The value of a metadatum, as far as it is a constant.
+/// The value of a metadatum, if it is a constant.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MetaValue {
     /// A string.
@@ -224,16 +224,16 @@ pub struct Function {
     pub formals: Vec<VarId>,
     /// The body.
     pub body: Vec<Stmt>,
-    /// Where its name stands.
+    /// The location of its name.
     pub span: Span,
 }
 
 /// A statement.
 #[derive(Clone, Debug)]
 pub struct Stmt {
-    /// What it is.
+    /// Its kind.
     pub kind: StmtKind,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 
@@ -242,7 +242,7 @@ pub struct Stmt {
 pub enum StmtKind {
     /// Evaluated for its effect.
     Expr(Expr),
-    /// A local comes to life: zero, then its initialiser.
+    /// Declares a local: it is set to zero, then to its initialiser.
     Declare(VarId, Option<Init>),
     /// A block.
     Block(Vec<Stmt>),
@@ -252,7 +252,7 @@ pub enum StmtKind {
     Loop {
         /// Condition; `None` is true.
         cond: Option<Expr>,
-        /// Whether the condition stands before the body.
+        /// Whether the condition is tested before the body.
         test_first: bool,
         /// Evaluated after the body and after `continue`.
         iter: Option<Expr>,
@@ -267,17 +267,18 @@ pub enum StmtKind {
     Return(Option<Init>),
 }
 
-/// What a variable, argument or return value is made from.
+/// The value for a variable, argument or return value.
 #[derive(Clone, Debug)]
 pub enum Init {
-    /// A value of exactly the destination's type (triples interchange).
+    /// A value of exactly the destination's type (any kind of triple for a triple).
     Value(Expr),
-    /// Element by element, or field by field; missing ones stay zero.
+    /// Element by element, or field by field; missing ones are zero.
     List(Vec<Init>),
 }
 
 impl Init {
-    /// Whether it is literals, and triples and matrices of them: what a compiled file holds as values.
+    /// Whether it consists of literals, and triples and matrices of them: such values are stored in a
+    /// compiled file.
     pub fn is_constant(&self) -> bool {
         match self {
             Init::Value(e) => e.is_constant(),
@@ -299,14 +300,14 @@ impl Expr {
     }
 }
 
-/// An expression of known type.
+/// An expression with its type.
 #[derive(Clone, Debug)]
 pub struct Expr {
     /// Its type; [`Type::VOID`] for a call without value.
     pub ty: Type,
-    /// What it is.
+    /// Its kind.
     pub kind: ExprKind,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 
@@ -327,11 +328,11 @@ pub enum ExprKind {
     Convert(Box<Expr>),
     /// A built-in prefix operator.
     Unary(UnaryOp, Box<Expr>),
-    /// A built-in binary operator. Operands keep their own types: a float beside a triple stays a float.
+    /// A built-in binary operator. Operands keep their own types: a float next to a triple stays a float.
     Binary(BinaryOp, Box<Expr>, Box<Expr>),
     /// `cond ? a : b`; both sides have the type of this expression.
     Ternary(Box<Expr>, Box<Expr>, Box<Expr>),
-    /// `place = value`, or `place op= value` with the operation written out in `value`.
+    /// `place = value`, or `place op= value` with the operation made explicit in `value`.
     Assign(Place, Box<Init>),
     /// `++` and `--`.
     Step {
@@ -352,9 +353,9 @@ pub enum ExprKind {
     Call(FunctionId, Vec<Arg>),
     /// A call of a built-in.
     Builtin(BuiltinCall),
-    /// A call of an operation that the renderer knows by its name: a component of a closure, mostly.
+    /// A call of an operation that only the renderer knows, mostly a component of a closure.
     Operation(OperationCall),
-    /// Values in order; the last counts.
+    /// Values in order; the value of the expression is the last one.
     Comma(Vec<Expr>),
     /// An error was reported here.
     Error,
@@ -363,13 +364,13 @@ pub enum ExprKind {
 /// An argument of a user function.
 #[derive(Clone, Debug)]
 pub enum Arg {
-    /// A variable, or a member of one at any depth, that the formal stands for: the path has no index.
+    /// A variable, or a member of one at any depth, for which the formal is an alias: the path has no index.
     Alias(Place),
-    /// Copied in; written back after the call if the place is given.
+    /// Copied in; copied back after the call if `back` is given.
     Copy {
         /// The value, converted to the formal's type.
         value: Init,
-        /// An element or component bound to an output formal. An element of an array of structs has none.
+        /// The element or component passed to an output formal. `None` for an element of an array of structs.
         back: Option<Place>,
     },
 }
@@ -379,23 +380,23 @@ pub enum Arg {
 pub struct BuiltinCall {
     /// The table's row.
     pub row: &'static Builtin,
-    /// Which of its signatures was chosen.
+    /// The chosen signature.
     pub overload: usize,
-    /// Input arguments, converted; for an output argument the value that it has before.
+    /// Input arguments, converted; for an output argument, its value before the call.
     pub args: Vec<Expr>,
-    /// For each argument, the place that an output is stored to.
+    /// For each argument, the place where an output is stored.
     pub outputs: Vec<Option<Place>>,
 }
 
-/// A call of an operation that is not in the table of built-ins. One that yields a closure makes a component of that name;
-/// no other can run here.
+/// A call of an operation that is not in the table of built-ins. If it returns a closure, it makes a
+/// component with that name; other operations cannot run here.
 #[derive(Clone, Debug)]
 pub struct OperationCall {
     /// Its name.
     pub name: Arc<str>,
-    /// How many of the arguments are its parameters; keywords follow.
+    /// Number of arguments for its parameters; keywords follow.
     pub formals: usize,
-    /// Its arguments, those of parameters converted.
+    /// Its arguments; those of parameters are converted.
     pub args: Vec<Expr>,
 }
 
@@ -404,11 +405,11 @@ pub struct OperationCall {
 pub struct Place {
     /// The variable.
     pub var: VarId,
-    /// The way from it to the part.
+    /// The path from the variable to the part.
     pub path: Vec<Step>,
     /// Type of the part.
     pub ty: Type,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 

@@ -1,10 +1,14 @@
-//! Open Shading Language, from syntax tree to optimised IR.
+//! Compiles the syntax tree of a shader to optimised IR, a list of typed instructions for one shading point.
 //!
-//! The way of the data: [`resolve`] binds names and types and makes the [`hir`]; [`lower`] inlines and
-//! flattens it into the [`ir`], one body for a shader or a whole [`group`]; [`passes`] specialise and shrink that. [`builtins`] is the one table of the
-//! library's functions, [`numeric`] the arithmetic of one lane that folding and running share, [`text`] what works
-//! on strings, [`components`] what single renderers know of closures, [`oso`] the text form of compiled shaders, read and written. This crate
-//! must not know lanes, masks, instruction sets or the disk.
+//! [`resolve`] binds names and types and makes the [`hir`]. [`lower`] inlines functions and flattens the tree
+//! into the [`ir`], one body for a shader or a whole [`group`]. [`passes`] specialise and shrink the body:
+//! they fold constants, add the derivatives that texture lookups need, and remove everything that the outputs
+//! do not need. `osl-exec` then runs the body over batches of points.
+//!
+//! [`builtins`] is the one table of library functions, [`numeric`] the arithmetic of one lane that folding
+//! and running share, [`text`] the functions on strings, [`components`] the closures of particular renderers,
+//! and [`oso`] the text form of compiled shaders, read and written. This crate must not know lanes, masks,
+//! instruction sets or the disk.
 
 pub mod builtins;
 pub mod components;

@@ -1,6 +1,6 @@
-//! Closures as an embedder gets them: what a shader says of light, for the embedder's renderer to interpret.
+//! Closures for embedders: what a shader says about light, for the embedder's renderer to interpret.
 //!
-//! A component of any name is data: which closures there are is the renderer's business.
+//! A component is data, whatever its name: the renderer decides which closures exist.
 
 use crate::Value;
 use osl_exec::{Component, Param};
@@ -14,7 +14,7 @@ pub struct Closure {
     pub weight: [f32; 3],
     /// Its name.
     pub name: String,
-    /// Its arguments in order, keywords last.
+    /// Its arguments in order; keyword arguments come last.
     pub arguments: Vec<Argument>,
 }
 
@@ -24,7 +24,7 @@ pub struct Closure {
 pub struct Argument {
     /// The keyword, if it has one.
     pub key: Option<String>,
-    /// Its value, if it is no closure.
+    /// Its value, unless it is a closure.
     pub value: Option<Value>,
     /// The components of a closure.
     pub closure: Vec<Closure>,
@@ -42,7 +42,7 @@ impl Closure {
     }
 }
 
-/// One value, or an array; `None` of closures.
+/// One value, or an array; `None` for closures.
 fn value(list: &[Const]) -> Option<Value> {
     Some(match list {
         [Const::Int(n)] => Value::Int(*n),

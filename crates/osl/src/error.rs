@@ -1,28 +1,28 @@
-//! What goes wrong, as one type.
+//! All errors of the crate, as one type.
 
 use osl_syntax::diagnostic::Diagnostic as Inner;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use std::fmt;
 
-/// An error or warning about a place in a source text.
+/// An error or warning about a location in a source text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Its stable code, such as `E0201`.
     pub code: String,
     /// Whether it is an error rather than a warning.
     pub error: bool,
-    /// One line.
+    /// Its message, on one line.
     pub message: String,
-    /// The file, by the name it was given.
+    /// The file, by the name given to the compiler.
     pub file: String,
-    /// Line, from 1; 0 where the place is unknown.
+    /// Line, from 1; 0 if unknown.
     pub line: u32,
-    /// Column in characters, from 1; 0 where the place is unknown.
+    /// Column in characters, from 1; 0 if unknown.
     pub column: u32,
 }
 
-/// Why something was not done. Its text shows all diagnostics with excerpts of the source.
+/// Why an operation failed. Its text shows all diagnostics with excerpts of the source.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Error {
     text: String,
@@ -30,7 +30,7 @@ pub struct Error {
 }
 
 impl Error {
-    /// The diagnostics, where a source text is at fault.
+    /// The diagnostics, if a source text caused the error.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.diagnostics
     }
@@ -52,7 +52,7 @@ impl fmt::Display for Error {
 }
 
 impl fmt::Debug for Error {
-    /// Its text: a `main` that returns it shows it as it is to be read.
+    /// The same text as `Display`, so that a `main` that returns the error prints it readably.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
     }
@@ -60,7 +60,7 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {}
 
-/// Diagnostics without their types.
+/// Converts diagnostics to the types of this crate.
 pub(crate) fn diagnostics(list: &[Inner], sources: &SourceMap) -> Vec<Diagnostic> {
     let one = |d: &Inner| {
         let place = sources.place(d.span);

@@ -1,4 +1,4 @@
-//! Groups: shaders as layers, with values and connections, up to a program.
+//! Groups: shaders as layers, with parameter values and connections, compiled to a program.
 
 use crate::{Error, Program, Shader, Value, pipeline};
 use osl_ir::group::{self, Layer};
@@ -10,18 +10,19 @@ use osl_limits::Limits;
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 
-/// Shaders that work together. The last layer is the one that runs; others run where what they yield is needed.
+/// Shaders that work together. The last layer always runs; another layer runs only where its results are
+/// needed.
 #[derive(Clone, Copy, Debug)]
 pub struct Group;
 
 impl Group {
-    /// A group without layers.
+    /// Starts a group without layers.
     pub fn builder() -> GroupBuilder {
         GroupBuilder::named("unnamed_group_1")
     }
 }
 
-/// A group in the making. The first thing that goes wrong is what [`GroupBuilder::compile`] returns.
+/// A group under construction. [`GroupBuilder::compile`] returns the first error of any step.
 #[derive(Clone, Debug)]
 pub struct GroupBuilder {
     group: group::Group,
@@ -31,7 +32,7 @@ pub struct GroupBuilder {
 }
 
 impl GroupBuilder {
-    /// A group of this name, which shaders can ask for.
+    /// Starts a group with a name, which shaders can query.
     pub fn named(name: &str) -> GroupBuilder {
         GroupBuilder {
             group: group::Group::new(name),
@@ -49,7 +50,7 @@ impl GroupBuilder {
         self
     }
 
-    /// Adds a layer. Its name is unlike those of the other layers.
+    /// Adds a layer. Its name must differ from those of the other layers.
     #[must_use]
     pub fn layer(self, name: &str, shader: &Shader) -> GroupBuilder {
         self.and(|group, sources| {
@@ -63,14 +64,15 @@ impl GroupBuilder {
         })
     }
 
-    /// Sets a parameter of the layer that was added last; `s.a` is a field. An int suits a float parameter, a float any
-    /// triple; an array that is too short is filled up with zeros.
+    /// Sets a parameter of the layer added last; `s.a` is a field. A float parameter accepts an int, a triple
+    /// accepts a float, and an array that is too short is padded with zeros.
     #[must_use]
     pub fn param(self, name: &str, value: impl Into<Value>) -> GroupBuilder {
         self.and(|group, _| last(group, |layer| set(layer, name, &value.into())))
     }
 
-    /// Has a parameter of the layer that was added last take the value that a point has under its name, where it has one.
+    /// Lets a parameter of the layer added last take the point's user data of the same name, where there is
+    /// any.
     #[must_use]
     pub fn interpolate(self, name: &str) -> GroupBuilder {
         self.and(|group, _| {
@@ -81,7 +83,8 @@ impl GroupBuilder {
         })
     }
 
-    /// Connects an output or parameter of a layer to a parameter of a later one: `connect("noise.out", "paint.c[1]")`.
+    /// Connects an output or parameter of a layer to a parameter of a later one:
+    /// `connect("noise.out", "paint.c[1]")`.
     #[must_use]
     pub fn connect(self, from: &str, to: &str) -> GroupBuilder {
         self.and(|group, _| {
@@ -94,11 +97,12 @@ impl GroupBuilder {
         })
     }
 
-    /// Compiles the group for some of its outputs: those of the last layer by their names, those of others as
-    /// `LAYER.OUTPUT`. None is all of the last layer except closures. What they do not need costs nothing.
+    /// Compiles the group for some of its outputs: those of the last layer by name, those of other layers as
+    /// `LAYER.OUTPUT`. An empty list means all outputs of the last layer except closures. Code that the
+    /// outputs do not need is removed.
     ///
     /// # Errors
-    /// A step of the building failed, there is no such output, or the program is too large.
+    /// An earlier step failed, an output does not exist, or the program is too large.
     pub fn compile(self, outputs: &[&str]) -> Result<Program, Error> {
         let GroupBuilder { group, sources, limits, failed } = self;
         if let Some(error) = failed {
@@ -124,7 +128,7 @@ impl GroupBuilder {
         let mut body =
             lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
         if outputs.is_empty() {
-            // Closures are for those who name them: others do not pay for them.
+            // Closures are computed only if they are named, since they cost time.
             body.outputs.retain(|output| output.ty.base != Base::Closure);
         }
         let wanted = (!outputs.is_empty()).then(|| outputs.iter().map(|name| (*name).into()).collect());
@@ -133,7 +137,7 @@ impl GroupBuilder {
         Ok(Program::new(pipeline::finish(body, &options).program, sources, limits))
     }
 
-    /// Takes a step, if none has failed.
+    /// Performs a step, if no earlier one has failed.
     fn and(
         mut self,
         step: impl FnOnce(&mut group::Group, &mut SourceMap) -> Result<(), String>,
@@ -161,7 +165,7 @@ fn set(layer: &mut Layer, name: &str, value: &Value) -> Result<(), String> {
     result.map_err(|e| format!("layer `{}`: {e}", layer.name))
 }
 
-/// Whether a shader has an output of a name, or one that it is a part of.
+/// Whether a shader has an output with a name, or with a name that contains it as a part.
 fn has_output(program: &hir::Program, name: &str) -> bool {
     let first = name.split('.').next().unwrap_or(name);
     let is = |p: &hir::Param| program.vars.get(p.var.0 as usize).is_some_and(|var| &*var.name == first);

@@ -1,8 +1,10 @@
-//! Open Shading Language inside another program: text in, values at the program's own points out.
+//! Compiles and runs Open Shading Language inside another program.
 //!
-//! A [`Shader`] is compiled from text. A [`Group`] puts shaders together, with values for their parameters and connections
-//! between them, and compiles to a [`Program`], specialised on those values. A program runs over [`Points`] and yields
-//! [`Outputs`]. What a shader may ask of its surroundings, an embedder answers by [`RendererServices`].
+//! A shader becomes pixels in four steps. A [`Shader`] is compiled from text. A [`Group`] connects shaders
+//! and sets their parameters, and compiles to a [`Program`] specialised for these values. The program runs
+//! over [`Points`], the positions at which the shader is evaluated, such as the pixels of an image. The
+//! results are [`Outputs`]: one value for each point. If a shader asks the renderer for something, such as an
+//! attribute or a named coordinate system, [`RendererServices`] answers.
 //!
 //! ```
 //! use osl::{Group, Points, Shader};
@@ -28,7 +30,7 @@
 //! # Ok::<(), osl::Error>(())
 //! ```
 //!
-//! Errors are one type, [`Error`], which shows the diagnostics with excerpts of the source:
+//! All errors have one type, [`Error`], which shows the diagnostics with excerpts of the source:
 //!
 //! ```
 //! let error = osl::Shader::compile("wrong.osl", "shader wrong() { float x = y; }").unwrap_err();
@@ -36,8 +38,9 @@
 //! assert!(error.to_string().contains("y"));
 //! ```
 //!
-//! [`Limits`] bound what shaders, groups and textures cost; `docs/limits.md` lists them. To use other values than
-//! the defaults, pass them to [`Shader::compile_within`], [`GroupBuilder::limits`] and [`Renderer::within`].
+//! [`Limits`] bound the cost of shaders, groups and textures; `docs/limits.md` lists them. To change the
+//! defaults, pass other values to [`Shader::compile_within`], [`GroupBuilder::limits`] and
+//! [`Renderer::within`].
 //!
 //! ```
 //! let shader = osl::Shader::compile("a.osl", "shader a(output float o = 0) { while (1) o += u; }")?;
@@ -48,8 +51,8 @@
 //! # Ok::<(), osl::Error>(())
 //! ```
 //!
-//! This crate must not know command lines, terminals, or files other than textures. No type of the compiler behind it shows in
-//! its interface.
+//! This crate must not know command lines, terminals, or files other than textures. Its interface contains no
+//! type of the compiler's crates.
 
 mod closure;
 mod error;

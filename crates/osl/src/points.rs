@@ -1,12 +1,13 @@
-//! Shading points, as an embedder lists them.
+//! Shading points, listed by an embedder.
 
 use crate::{Error, RendererServices};
 use osl_exec::{Datum, PointSource};
 use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 
-/// Points to shade: arrays of as many elements as there are points, in common space. What is not set is the same at all
-/// points: `P` and `I` are 0, `N` and `Ng` are (0, 0, 1), `dPdu` and `dPdv` the axes, all else 0.
+/// Points to shade, in common space: arrays with one element per point. Globals that are not set are uniform:
+/// `P` and `I` are 0, `N` and `Ng` are (0, 0, 1), `dPdu` and `dPdv` are the x and y axes, everything else is
+/// 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Points {
     count: usize,
@@ -23,7 +24,7 @@ struct Column {
     parts: Vec<Vec<f32>>,
 }
 
-/// How a global changes to the next pixel along x and y.
+/// The derivatives of a global: its change to the next pixel along x and y.
 #[derive(Clone, Debug, PartialEq)]
 struct Slopes {
     global: Global,
@@ -36,12 +37,12 @@ fn parts(list: &[[f32; 3]]) -> Vec<Vec<f32>> {
 }
 
 impl Points {
-    /// So many points.
+    /// The given number of points, with default values.
     pub fn new(count: usize) -> Points {
         Points { count, ..Points::default() }
     }
 
-    /// How many there are.
+    /// The number of points.
     pub fn count(&self) -> usize {
         self.count
     }
@@ -82,7 +83,7 @@ impl Points {
         self.with(Global::P, parts(p))
     }
 
-    /// Shading normals; and geometric ones where these are not set.
+    /// Shading normals; also used as geometric normals unless these are set.
     #[must_use]
     pub fn n(self, n: &[[f32; 3]]) -> Points {
         let set = self.varying.contains(&Global::Ng);
@@ -120,21 +121,22 @@ impl Points {
         self.with(Global::Time, vec![time.into()])
     }
 
-    /// How u and v change to the next pixel along x, then y: `[du/dx, du/dy, dv/dx, dv/dy]` of each point. Texture lookups
-    /// filter by them.
+    /// The derivatives of u and v: `[du/dx, du/dy, dv/dx, dv/dy]` of each point, as changes to the next
+    /// pixel. Texture lookups filter by them.
     #[must_use]
     pub fn uv_slopes(self, slopes: &[[f32; 4]]) -> Points {
         let part = |at: usize| vec![slopes.iter().map(|s| s[at]).collect::<Vec<f32>>()];
         self.sloping(Global::U, [part(0), part(1)]).sloping(Global::V, [part(2), part(3)])
     }
 
-    /// How the positions change to the next pixel along x, and along y. Bumped normals come of them.
+    /// The derivatives of the positions: their change to the next pixel along x, and along y. Bump mapping
+    /// needs them.
     #[must_use]
     pub fn p_slopes(self, dx: &[[f32; 3]], dy: &[[f32; 3]]) -> Points {
         self.sloping(Global::P, [parts(dx), parts(dy)])
     }
 
-    /// Whether all arrays have the length that they should.
+    /// Whether all arrays have the right length.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let columns = self.columns.iter().flat_map(|c| c.parts.iter().map(|p| (c.global, p.len())));
         let slopes = self.slopes.iter().flat_map(|s| s.axes.iter().flatten().map(|p| (s.global, p.len())));
@@ -147,13 +149,13 @@ impl Points {
     }
 }
 
-/// Points with the services that answer what shaders ask about them.
+/// Points with the services that answer a shader's queries about them.
 pub(crate) struct Source<'a> {
     pub(crate) points: &'a Points,
     pub(crate) services: &'a dyn RendererServices,
 }
 
-/// Copies values from `first` on; past the last the last repeats.
+/// Copies values from `first` on; the last value repeats after the end.
 fn copy(parts: &[Vec<f32>], first: usize, width: usize, lanes: &mut [f32]) {
     for (part, lanes) in parts.iter().zip(lanes.chunks_mut(width.max(1))) {
         let from = part.get(first..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! Programs, and what running one yields.
+//! Programs, and the results of running them.
 
 use crate::points::Source;
 use crate::{Closure, Error, Points, Renderer};
@@ -20,19 +20,19 @@ impl Program {
         Program { program, sources, limits }
     }
 
-    /// Runs at all points, on all cores, without anyone to ask: there are no attributes, and textures are looked for
-    /// below the working directory.
+    /// Runs at all points, on all cores, without services: there are no attributes, and textures are looked
+    /// up below the working directory.
     ///
     /// # Errors
-    /// An array of the points has another length than there are points, or a loop does not end.
+    /// The length of an array differs from the number of points, or a loop does not end.
     pub fn run(&self, points: &Points) -> Result<Outputs, Error> {
         self.run_with(points, &Renderer::default())
     }
 
-    /// Runs at all points, on all cores.
+    /// Runs at all points, on all cores, with a renderer's services.
     ///
     /// # Errors
-    /// As [`Program::run`].
+    /// Those of [`Program::run`].
     pub fn run_with(&self, points: &Points, renderer: &Renderer) -> Result<Outputs, Error> {
         points.check()?;
         let source = Source { points, services: &*renderer.answers };
@@ -47,7 +47,7 @@ impl Program {
     }
 }
 
-/// What a shader had to say.
+/// A message of a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     /// Whether it is an error rather than a warning.
@@ -56,8 +56,8 @@ pub struct Message {
     pub text: String,
 }
 
-/// The values of outputs at all points, in their order. Elements of arrays are outputs of their own, `a[2]`; fields of
-/// structs too, `s.a`. Strings are not among them, and closures have a way of their own.
+/// The values of outputs at all points, in their order. Elements of arrays are separate outputs, `a[2]`, and
+/// so are fields of structs, `s.a`. Strings are not included; for closures see [`Outputs::closures`].
 #[derive(Clone, Debug)]
 pub struct Outputs {
     frame: Frame,
@@ -97,19 +97,20 @@ impl Outputs {
         self.grouped(name)
     }
 
-    /// The components of a closure output at each point: one that was named when the group was compiled, or `Ci`.
+    /// The components of a closure output, or of `Ci`, at each point. It must have been named when the group
+    /// was compiled.
     pub fn closures(&self, name: &str) -> Option<Vec<Vec<Closure>>> {
         let found = self.frame.closures.iter().find(|closures| &*closures.output == name)?;
         let point = |list: &Vec<osl_exec::Component>| list.iter().map(Closure::new).collect();
         Some(found.points.iter().map(point).collect())
     }
 
-    /// What the run had to say, each message once.
+    /// The messages of the run, each once.
     pub fn messages(&self) -> &[Message] {
         &self.messages
     }
 
-    /// What the shader printed, point by point. Text that it wants in a file is not among it.
+    /// Text that the shader printed, point by point, without text that it writes to files.
     pub fn printed(&self) -> String {
         self.frame.printed.iter().filter(|p| p.file.is_none()).map(|p| p.text.as_str()).collect()
     }
@@ -118,7 +119,7 @@ impl Outputs {
         self.frame.planes.iter().filter(|p| &*p.output == name).collect()
     }
 
-    /// The components of each point together.
+    /// Groups the components of each point.
     fn grouped<const N: usize>(&self, name: &str) -> Option<Vec<[f32; N]>> {
         let planes = self.planes(name);
         if planes.len() != N {

@@ -1,4 +1,4 @@
-//! What a running shader may ask of the program around it.
+//! The queries of a running shader to the program around it.
 
 use crate::Value;
 use osl_exec::{FindSpace, Services, Spaces};
@@ -8,46 +8,49 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The answers of an embedder. Each has a default: nothing is known. Shaders run on all cores, so answers come from any
-/// thread; the same question has the same answer as long as a run lasts.
+/// The answers of an embedder. By default, nothing is known. Shaders run on all cores, so the functions are
+/// called from any thread; the same query must have the same answer during a run.
 pub trait RendererServices: Send + Sync {
-    /// An attribute of an object at a point, of none where `object` is empty: `getattribute`. The value is to have exactly
-    /// the type that the shader asks for; others count as none.
+    /// An attribute of an object at a point, or of no object if `object` is empty: `getattribute`. The value
+    /// must have exactly the type that the shader requests; other values are ignored.
     fn attribute(&self, object: &str, name: &str, point: usize) -> Option<Value> {
         let _ = (object, name, point);
         None
     }
 
-    /// User data of a point: what interpolated parameters take, and what goes before attributes of no object.
+    /// User data of a point: the values of interpolated parameters. They also take precedence over attributes
+    /// of no object.
     fn user_data(&self, name: &str, point: usize) -> Option<Value> {
         let _ = (name, point);
         None
     }
 
-    /// The matrix from a named space to common space, row by row, for row vectors. `common` and `world` are known;
-    /// `shader`, `object` and `camera` are the same space unless this says otherwise.
+    /// The matrix from a named space to common space, row by row, for row vectors. `common` and `world` are
+    /// always known; `shader`, `object` and `camera` equal them unless this function returns a matrix.
     fn transform(&self, space: &str) -> Option<[f32; 16]> {
         let _ = space;
         None
     }
 
-    /// Folders in which textures lie, after the working directory. Files elsewhere are not opened. Asked once.
+    /// Folders for textures, searched after the working directory. Files elsewhere are not opened. Called
+    /// once.
     fn texture_folders(&self) -> Vec<PathBuf> {
         Vec::new()
     }
 
-    /// The kind of ray that the points are shaded for. Asked once.
+    /// The ray type for which the points are shaded. Called once.
     fn ray_type(&self) -> String {
         "camera".to_string()
     }
 }
 
-/// Services that know nothing.
+/// Services without any answers.
 struct Nothing;
 
 impl RendererServices for Nothing {}
 
-/// Services with what they keep from run to run: the textures that were read. Use one for all programs of a scene.
+/// Services with the data that they keep between runs, such as loaded textures. Use one for all programs of a
+/// scene.
 #[derive(Clone)]
 pub struct Renderer {
     pub(crate) answers: Arc<dyn RendererServices>,
@@ -55,7 +58,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer that answers by these services.
+    /// A renderer with these services.
     pub fn new(services: impl RendererServices + 'static) -> Renderer {
         Renderer::within(services, &Limits::default())
     }
@@ -75,7 +78,7 @@ impl Renderer {
 }
 
 impl Default for Renderer {
-    /// A renderer that knows nothing.
+    /// A renderer without answers.
     fn default() -> Renderer {
         Renderer::new(Nothing)
     }

@@ -8,7 +8,7 @@ use osl_syntax::source::{SourceMap, SourceProvider};
 use osl_syntax::{NoFiles, Options};
 use std::sync::Arc;
 
-/// A shader that was read, checked, and is ready to be a layer of any number of groups.
+/// A shader that was read and checked, and that can be a layer of any number of groups.
 #[derive(Clone, Debug)]
 pub struct Shader {
     pub(crate) program: Arc<hir::Program>,
@@ -21,15 +21,15 @@ pub struct Shader {
 pub struct Param {
     /// Its name.
     pub name: String,
-    /// Its type as it is written: `float`, `color[3]`.
+    /// Its type as written: `float`, `color[3]`.
     pub ty: String,
     /// Whether it is an output.
     pub output: bool,
 }
 
 impl Shader {
-    /// Compiles a text; `name` is what diagnostics call it. It may include the headers that come with the compiler,
-    /// `vector2.h` and its like; other includes fail: see [`Shader::compile_with`].
+    /// Compiles a text; `name` is the file name in diagnostics. The text may include the headers that come
+    /// with the compiler, such as `vector2.h`; other includes fail: see [`Shader::compile_with`].
     ///
     /// # Errors
     /// The text has errors.
@@ -37,12 +37,12 @@ impl Shader {
         Shader::read(name, text, &NoFiles, &Limits::default())
     }
 
-    /// Compiles a text with files that it includes: `include` yields the text of a name. A `stdosl.h` that it yields is
-    /// read before the first line, in place of the one that comes with the compiler; the other headers that come with
-    /// the compiler are read where it yields none.
+    /// Compiles a text with includes: `include` returns the text for a name. If it returns a `stdosl.h`, that
+    /// replaces the compiler's own header before the first line. The compiler's other headers are used where
+    /// `include` returns none.
     ///
     /// # Errors
-    /// The text or an included one has errors, or there is none.
+    /// The text or an included one has errors, or an included file does not exist.
     pub fn compile_with(
         name: &str,
         text: &str,
@@ -74,7 +74,7 @@ impl Shader {
         Ok(Shader { program: Arc::new(program), sources: Arc::new(checked.sources), warnings })
     }
 
-    /// Its name, as the text says.
+    /// Its name, as declared in the text.
     pub fn name(&self) -> &str {
         &self.program.shader.name
     }
@@ -89,7 +89,7 @@ impl Shader {
         program.shader.params.iter().filter_map(of).collect()
     }
 
-    /// What there is to say about the text although it compiles.
+    /// The warnings about a text that compiles.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.warnings
     }

@@ -1,4 +1,4 @@
-//! Values as an embedder gives and takes them.
+//! Values that an embedder passes and receives.
 
 use osl_exec::Datum;
 use osl_ir::ir::Const;
@@ -66,7 +66,7 @@ impl From<String> for Value {
 }
 
 impl Value {
-    /// Its type, and its parts as words.
+    /// Its type, and its elements as words.
     pub(crate) fn words(&self) -> (Type, Vec<Arc<str>>) {
         fn of<T: ToString>(list: &[T]) -> Vec<Arc<str>> {
             list.iter().map(|x| x.to_string().into()).collect()
@@ -85,7 +85,7 @@ impl Value {
         }
     }
 
-    /// As the interpreter sees data of a point; `element` picks one of an array.
+    /// The value in the interpreter's form; `element` selects one element of an array.
     pub(crate) fn datum(self, element: Option<usize>) -> Option<Datum> {
         let string = |x: String| Const::Str(x.into());
         let whole = match self {

@@ -1,4 +1,4 @@
-//! The interface as an embedder sees it.
+//! The interface, used as by an embedder.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
@@ -16,7 +16,7 @@ fn points_are_the_callers_own() {
             output vector i = I, output float when = time, output vector d = Dx(P), output float e = Dy(u)) {}",
     );
     let program = Group::builder().layer("s", &all).compile(&[]).unwrap();
-    // More than a batch, so that the last is not full.
+    // More than a batch, so that the last batch is not full.
     let count = 5000;
     let triples = |k: f32| -> Vec<[f32; 3]> { (0..count).map(|i| [k, i as f32, k * i as f32]).collect() };
     let floats = |k: f32| -> Vec<f32> { (0..count).map(|i| k * i as f32).collect() };
@@ -197,7 +197,7 @@ fn services_answer() {
     assert!(alone.messages().iter().any(|m| m.error && m.text.contains("double")), "{:?}", alone.messages());
 }
 
-/// Closures of any name are data for who asks for them.
+/// Closures with any name are returned as data.
 #[test]
 fn closures_are_data() {
     let text = "closure color fuzz(normal n, float a) [[ int builtin = 1 ]];
@@ -221,7 +221,7 @@ fn closures_are_data() {
     assert_eq!(fuzz.arguments[2].value, Some(Value::Floats(vec![1.0, 0.5])));
     assert_eq!(fuzz.arguments[3].closure[0].name, "diffuse");
     assert!(outputs.closures("other").is_none());
-    // Nobody named them: they are not computed.
+    // No output is named, so closures are not computed.
     let all = Group::builder().layer("s", &shader).compile(&[]).unwrap();
     let outputs = all.run(&Points::new(2).u([0.0, 0.5])).unwrap();
     assert_eq!((outputs.names(), outputs.closures("Ci")), (vec!["r"], None));

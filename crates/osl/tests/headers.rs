@@ -1,4 +1,5 @@
-//! The headers that come with the compiler: every function of each, against the same arithmetic on the components.
+//! The headers that come with the compiler: every function of each, compared with the same arithmetic on the
+//! components.
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
@@ -16,7 +17,7 @@ const COLOR4: Fields = &[("rgb", "color"), ("a", "float")];
 const STRUCTS: [(&str, Fields); 4] =
     [("vector2", VECTOR2), ("vector4", VECTOR4), ("color2", COLOR2), ("color4", COLOR4)];
 
-/// Calls of all headers, with what each is for one component: `$` stands for its name.
+/// Calls of all headers, with the expected expression for one component: `$` stands for its name.
 const EACH: &[(&str, &str)] = &[
     ("-a", "-a.$"),
     ("a + b", "a.$ + b.$"),
@@ -70,7 +71,7 @@ const EACH: &[(&str, &str)] = &[
     ("atan2(a, v)", "atan2(a.$, a.$ * 0 + v)"),
 ];
 
-/// A shader whose output counts what is wrong, and which prints it.
+/// A shader whose output counts the failed checks, and which prints them.
 fn wrong_of(header: &str, fields: Fields, more: &str) -> String {
     let mut text = format!("#include \"{header}.h\"\n");
     let make = |seed: u32| {
@@ -218,7 +219,8 @@ fn lines_along_edges() {
     let shader = Shader::compile("s.osl", text).unwrap();
     let outputs = ["pixels", "wide", "diagonal", "patch", "by_default", "none"];
     let program = Group::builder().layer("s", &shader).compile(&outputs).unwrap();
-    // The center, a tenth and a fifth from the right edge, and near the left edge, which the triangle lacks.
+    // The center, points a tenth and a fifth from the right edge, and one near the left edge, which the
+    // triangle lacks.
     let p = [[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [0.79, 0.0, 0.0], [-0.9, 0.0, 0.0]];
     let points = Points::new(4).p(&p).i(&[[0.0, 0.0, -1.0]; 4]);
     let points = points.p_slopes(&[[0.3, 0.0, 0.0]; 4], &[[0.0, 0.1, 0.0]; 4]);
@@ -226,7 +228,8 @@ fn lines_along_edges() {
         let out = program.run_with(&points, renderer).unwrap();
         outputs.map(|name| out.floats(name).unwrap().iter().map(|x| x.to_string()).collect::<String>())
     };
-    // A pixel is 0.2 wide on average, so a line of one reaches 0.1: not quite as far as the second point.
+    // A pixel is 0.2 wide on average, so a line of one pixel reaches 0.1: not quite as far as the second
+    // point.
     let found = run(&Renderer::new(Square));
     assert_eq!(found[1], "0111", "half of 0.5");
     assert_eq!(found[2], "1100", "the triangle's third edge runs through the center");
@@ -236,7 +239,7 @@ fn lines_along_edges() {
     assert_eq!(run(&Renderer::default()), ["0000"; 6].map(String::from), "no geometry, no lines");
 }
 
-/// All letters as they are drawn: 16 in a row, a line of text a row of pixels.
+/// All letters as drawn: 16 per row, one line of text per row of pixels.
 #[test]
 fn letters() {
     let text = "#include \"oslutil.h\"
@@ -257,7 +260,7 @@ fn letters() {
                 assert!(!row.contains('#'), "a row of pixels beside the text");
                 continue;
             }
-            // The first pixel lies before the text, the last behind it.
+            // The first pixel is before the text, the last after it.
             let cells: Vec<&str> = (0..letters.len()).map(|n| &row[8 * n + 2..8 * n + 9]).collect();
             let between: String = (0..=letters.len()).map(|n| &row[8 * n + 1..8 * n + 2]).collect();
             assert!(!between.contains('#'), "the first column of a cell is empty");

@@ -1,8 +1,9 @@
-//! Closures as one renderer knows them: which there are, what they take, and what becomes of calls that do not suit.
+//! The closures of a particular renderer: their parameters, and how calls that do not match are treated.
 //!
-//! Nothing here is part of the language, to which every closure is data. A stand-in for a renderer asks for it: it finds
-//! the [problems](Problem) among the components that a body needs, drops with [`stop`] what the renderer would not have
-//! compiled, and gives the others their registered form with [`fit`]. It must not know which closures a renderer has.
+//! This is not part of the language, in which every closure is data. A stand-in for a renderer uses this
+//! module to find the [problems](Problem) among the components that a body needs, to drop with [`stop`] the
+//! code that the renderer would not compile, and to give the other components their registered form with
+//! [`fit`]. This module must not know which closures a renderer has.
 
 mod stop;
 
@@ -13,28 +14,28 @@ use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
-/// A closure that a renderer knows.
+/// A closure known to a renderer.
 #[derive(Clone, Copy, Debug)]
 pub struct Known {
     /// Its name.
     pub name: &'static str,
-    /// Its parameters: the kind of a value, and how many there are.
+    /// Its parameters: the kind and the number of values of each.
     pub params: &'static [(Kind, u32)],
-    /// Its keywords in order, each with kind and number of values.
+    /// Its keywords in order, each with the kind and the number of its values.
     pub keywords: &'static [(&'static str, Kind, u32)],
 }
 
-/// What a renderer finds wrong with a call.
+/// A call that a renderer rejects.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Problem {
-    /// It does not know the closure.
+    /// The closure is unknown.
     Closure {
         /// Its name.
         name: Arc<str>,
         /// The call.
         span: Span,
     },
-    /// It does not know the keyword, or not with a value of this kind.
+    /// The keyword is unknown, or does not take a value of this kind.
     Keyword {
         /// The keyword.
         key: Arc<str>,
@@ -45,7 +46,7 @@ pub enum Problem {
     },
 }
 
-/// An argument of a component: a value of so many parts, or a keyword that is not kept as a value.
+/// An argument of a component: a value of several parts, or a keyword that is not kept as a value.
 #[derive(Clone, Debug)]
 enum Item {
     Key(Arc<str>),
@@ -67,10 +68,10 @@ fn each_inst<'b>(body: &'b Body, visit: &mut dyn FnMut(&'b Inst)) {
     }
 }
 
-/// A call of a closure: its name, its arguments, and where it stands.
+/// A call of a closure: its name, its arguments, and its location.
 type Component<'b> = (&'b Arc<str>, &'b [Shape], &'b [ValueId], Span);
 
-/// The components that a body can reach.
+/// The reachable components of a body.
 fn components(body: &Body) -> Vec<Component<'_>> {
     let mut found = Vec::new();
     each_inst(body, &mut |inst| {
@@ -81,7 +82,7 @@ fn components(body: &Body) -> Vec<Component<'_>> {
     found
 }
 
-/// The strings of a body that are constants.
+/// The constant strings of a body.
 fn texts(body: &Body) -> FxHashMap<ValueId, Arc<str>> {
     let text = |inst: &Inst| match (&inst.op, inst.results.first()) {
         (Op::Const(Const::Str(text)), Some(result)) => Some((*result, text.clone())),
@@ -90,7 +91,7 @@ fn texts(body: &Body) -> FxHashMap<ValueId, Arc<str>> {
     body.blocks.iter().flat_map(|block| &block.insts).filter_map(text).collect()
 }
 
-/// The arguments as the call has them, one by one.
+/// The arguments of a call, one by one.
 fn items(shapes: &[Shape], args: &[ValueId]) -> Vec<Item> {
     let mut args = args.iter().copied();
     let mut items = Vec::new();
@@ -101,7 +102,7 @@ fn items(shapes: &[Shape], args: &[ValueId]) -> Vec<Item> {
     items
 }
 
-/// The pairs of keyword and value behind the parameters. A keyword that is not known before running is none.
+/// The pairs of keyword and value after the parameters. A keyword that is not a constant is ignored.
 fn pairs<'i>(rest: &'i [Item], texts: &FxHashMap<ValueId, Arc<str>>) -> Vec<(Arc<str>, Kind, &'i [ValueId])> {
     let pair = |pair: &'i [Item]| {
         let [key, Item::Values(kind, values)] = pair else { return None };
@@ -118,7 +119,7 @@ fn suits(keyword: &(&str, Kind, u32), (key, kind, values): &(Arc<str>, Kind, &[V
     (keyword.0, keyword.1, keyword.2 as usize) == (&**key, *kind, values.len())
 }
 
-/// What a renderer finds wrong with the components of a body, in the order of the calls; each once.
+/// The problems that a renderer finds with the components of a body, in the order of the calls; each once.
 pub fn problems(body: &Body, known: &[Known]) -> Vec<Problem> {
     let texts = texts(body);
     let mut found = Vec::new();
@@ -139,8 +140,8 @@ pub fn problems(body: &Body, known: &[Known]) -> Vec<Problem> {
     found
 }
 
-/// Gives components that a renderer knows the form in which it has them: their parameters, then their keywords in order,
-/// each with the last value of a suiting kind, or zero. Runs before the passes.
+/// Gives the components known to a renderer their registered form: the parameters, then the keywords in
+/// order, each with its last value of a suitable kind, or zero. Runs before the passes.
 pub fn fit(body: &mut Body, known: &[Known]) {
     let texts = texts(body);
     for at in 0..body.blocks.len() {
@@ -164,7 +165,7 @@ pub fn fit(body: &mut Body, known: &[Known]) {
     }
 }
 
-/// A component that gets its registered form.
+/// A component in its registered form.
 struct Fitted<'b> {
     body: &'b mut Body,
     /// The instructions before it.

@@ -1,8 +1,8 @@
-//! What a renderer does not compile: from a call of a closure that it does not know to the end of the list of operations
-//! in which the call stands.
+//! Drops the code that a renderer does not compile: from a call of an unknown closure to the end of the list
+//! of operations that contains the call.
 //!
-//! Functions, loops and conditions that are open have lists of their own; blocks, and branches of conditions that folding
-//! settles, belong to the list around them.
+//! Functions, loops and conditions that folding does not decide have separate lists; blocks, and branches of
+//! conditions that folding decides, belong to the list around them.
 
 use crate::hir::{Arg, Expr, ExprKind, Init, Place, Program, Step, Stmt, StmtKind};
 use crate::ir::{Body, Op};
@@ -13,14 +13,14 @@ use std::sync::Arc;
 /// Calls at which compiling stops.
 #[derive(Clone, Debug, Default)]
 pub struct Stops {
-    /// Names of closures, and where they are called.
+    /// Names of closures, and the locations of their calls.
     calls: FxHashSet<(Arc<str>, Span)>,
     /// Conditions that are still open after folding.
     open: FxHashSet<Span>,
 }
 
 impl Stops {
-    /// The stops of a body after the passes, given the calls that do not compile.
+    /// The stops of a body after the passes, for the calls that do not compile.
     pub fn new(body: &Body, calls: impl IntoIterator<Item = (Arc<str>, Span)>) -> Stops {
         let mut open = FxHashSet::default();
         super::each_inst(body, &mut |inst| {
@@ -32,7 +32,7 @@ impl Stops {
     }
 }
 
-/// Drops from a program what is not compiled; `base` moves its places to those of the body.
+/// Drops from a program the code that is not compiled; `base` maps its locations to those of the body.
 pub fn stop(program: &mut Program, stops: &Stops, base: u32) {
     let stopper = Stopper { stops, base };
     for function in &mut program.functions {
@@ -47,7 +47,7 @@ struct Stopper<'s> {
 }
 
 impl Stopper<'_> {
-    /// Tells whether the list was cut off.
+    /// Processes a list. Returns whether it was cut off.
     fn list(&self, list: &mut Vec<Stmt>) -> bool {
         for at in 0..list.len() {
             let Some(stmt) = list.get_mut(at) else { break };
@@ -60,7 +60,7 @@ impl Stopper<'_> {
         false
     }
 
-    /// Whether the statement stays, and whether nothing behind it does.
+    /// Whether the statement stays, and whether nothing after it does.
     fn stmt(&self, stmt: &mut Stmt) -> (bool, bool) {
         match &mut stmt.kind {
             StmtKind::Expr(e) => self.gone(self.expr(e)),
@@ -87,7 +87,7 @@ impl Stopper<'_> {
         (!stopped, stopped)
     }
 
-    /// Whether the expression calls what does not compile.
+    /// Whether the expression contains a call that does not compile.
     fn expr(&self, e: &Expr) -> bool {
         let is = |name: &str| {
             let call = (Arc::from(name), e.span.moved(self.base));

@@ -1,7 +1,7 @@
 //! Connections: which parameters, or parts of them, may be connected.
 //!
-//! A value may widen on its way (int to float, number to triple) and triples interchange; it never narrows. Components
-//! of triples and fields of structs may be ends, elements of arrays may not.
+//! A connection may widen a value (int to float, number to triple) and convert between kinds of triples, but
+//! never narrow it. Components of triples and fields of structs may be connected, elements of arrays may not.
 
 use super::{Connection, End, Group};
 use crate::hir::{MetaValue, Program};
@@ -12,20 +12,20 @@ use std::sync::Arc;
 /// Why two parameters cannot be connected.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ConnectError {
-    /// There is no layer of this name; the closest one.
+    /// There is no layer with this name; also the closest name.
     #[error("there is no layer `{0}`{hint}", hint = did_you_mean(.1))]
     NoLayer(String, Option<String>),
-    /// The layer's shader has no such parameter; the closest one.
+    /// The layer's shader has no such parameter.
     #[error("layer `{layer}` has no parameter `{name}`{hint}", hint = did_you_mean(.close))]
     NoParameter {
         /// The layer.
         layer: String,
-        /// What was asked for.
+        /// The requested name.
         name: String,
         /// The closest name.
         close: Option<String>,
     },
-    /// The part does not exist, or parts of its kind cannot be connected.
+    /// The part does not exist, or parts of this kind cannot be connected.
     #[error("`{0}` is no parameter, field or component that can be connected")]
     NoPart(String),
     /// The value comes from the same layer or a later one.
@@ -36,7 +36,7 @@ pub enum ConnectError {
         /// The destination.
         to: String,
     },
-    /// The types do not suit.
+    /// The types do not match.
     #[error("a value of type {from} cannot go to one of type {to}")]
     Types {
         /// Type of the source.
@@ -53,17 +53,17 @@ fn did_you_mean(close: &Option<String>) -> String {
     close.as_ref().map_or_else(String::new, |c| format!("; there is one named `{c}`"))
 }
 
-/// What an end is.
+/// One end of a connection, resolved.
 struct Found {
     end: End,
     ty: Type,
 }
 
 impl Group {
-    /// Connects `from` to `to`, each a layer and a parameter with its part: `c`, `c[1]`, `s.field`.
+    /// Connects `from` to `to`, each given as a layer and a parameter or its part: `c`, `c[1]`, `s.field`.
     ///
     /// # Errors
-    /// Why they cannot be connected; the group is as before.
+    /// Why they cannot be connected; the group is then unchanged.
     pub fn connect(&mut self, from: (&str, &str), to: (&str, &str)) -> Result<(), ConnectError> {
         let (source, target) = (self.end(from)?, self.end(to)?);
         if source.end.layer >= target.end.layer {
@@ -130,12 +130,12 @@ impl Group {
     }
 }
 
-/// Whether a value of one type may go to another: it may widen, never narrow.
+/// Whether a value of one type may go to another: it may widen, but not narrow.
 fn suits((a, from): (&Program, Type), (b, to): (&Program, Type)) -> bool {
     let lengths = match (from.extent, to.extent) {
         (Extent::One, Extent::One) | (Extent::Array(_), Extent::Unsized) => true,
         (Extent::Array(n), Extent::Array(m)) => n == m,
-        // An open array that nothing has given a length keeps that of its default.
+        // An open array without a given length keeps that of its default.
         (Extent::Unsized, Extent::Array(_) | Extent::Unsized) => true,
         _ => false,
     };

@@ -1,8 +1,8 @@
-//! Shader groups: layers, each a shader with values for its parameters, and connections from parameter to parameter.
+//! Shader groups: layers, each a shader with values for its parameters, and connections between parameters.
 //!
-//! [`Group`] is the model, checked as it is built; [`text`] reads the serialized form of the OSL specification (chapter
-//! "Describing shader groups"). [`crate::lower::lower_group`] makes one body of a group. This module must not know files:
-//! shaders come from whoever builds the group.
+//! [`Group`] is the model, which is checked while it is built; [`text`] reads the serialized form of the OSL
+//! specification (chapter "Describing shader groups"). [`crate::lower::lower_group`] makes one body of a
+//! group. This module must not know files: the caller provides the shaders.
 
 mod connect;
 mod rules;
@@ -20,13 +20,13 @@ use std::sync::Arc;
 /// A shader of a group, with its instance values.
 #[derive(Clone, Debug)]
 pub struct Layer {
-    /// Its name, unlike those of the other layers.
+    /// Its name, different from those of the other layers.
     pub name: Arc<str>,
     /// The shader.
     pub program: Arc<Program>,
     /// Values of its parameters.
     pub values: ParamValues,
-    /// What to add to spans of the program to make them spans of the group's source map.
+    /// The offset to add to spans of the program to make them spans of the group's source map.
     pub base: u32,
 }
 
@@ -35,35 +35,35 @@ pub struct Layer {
 pub struct End {
     /// The layer.
     pub layer: usize,
-    /// The parameter, by its place in the shader's list.
+    /// The parameter, by its index in the shader's list.
     pub param: usize,
-    /// The way to a field of a struct, from the outermost.
+    /// The path to a field of a struct, from the outermost.
     pub fields: Vec<usize>,
     /// A component of a triple.
     pub component: Option<u8>,
 }
 
-/// A connection: the value goes from a layer to a later one.
+/// A connection, which passes a value from a layer to a later one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Connection {
     /// Where the value comes from.
     pub from: End,
-    /// Where it goes.
+    /// Its destination.
     pub to: End,
 }
 
-/// A group. The last layer is the one that runs; others run where what they yield is needed.
+/// A group. The last layer always runs; another layer runs only where its results are needed.
 #[derive(Clone, Debug, Default)]
 pub struct Group {
     /// Its name.
     pub name: Arc<str>,
-    /// Which layers run, and what unmarked parameters do.
+    /// The rules: which layers run, and the meaning of unmarked parameters.
     pub rules: Rules,
     pub(crate) layers: Vec<Layer>,
     pub(crate) connections: Vec<Connection>,
-    /// The place of each layer, by name.
+    /// The index of each layer, by name.
     by_name: FxHashMap<Arc<str>, usize>,
-    /// How large it may become.
+    /// The limits on its size.
     limits: Limits,
 }
 
@@ -73,7 +73,7 @@ impl Group {
         Group { name: name.into(), ..Group::default() }
     }
 
-    /// The same group with other limits.
+    /// Sets the limits of the group.
     pub fn with_limits(self, limits: &Limits) -> Group {
         Group { limits: limits.clone(), ..self }
     }
@@ -88,7 +88,7 @@ impl Group {
         &self.connections
     }
 
-    /// Adds a layer; hands it back where its name is taken or there are too many.
+    /// Adds a layer. Refuses it if its name is taken or there are too many layers.
     ///
     /// # Errors
     /// The layer, which was not added.
@@ -106,7 +106,7 @@ impl Group {
         self.layers.get_mut(index)
     }
 
-    /// An end of a connection as a text names it: `layer.parameter`, with the field or component.
+    /// An end of a connection as in the text of a group: `layer.parameter`, with the field or component.
     pub fn show(&self, end: &End) -> String {
         let Some(layer) = self.layers.get(end.layer) else { return String::new() };
         let program = &layer.program;
@@ -126,7 +126,7 @@ impl Group {
         text
     }
 
-    /// The layer of a name.
+    /// The layer with a name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()
     }

@@ -1,21 +1,23 @@
-//! Which layers of a group run other than where their values are needed, and what unmarked parameters do.
+//! Which layers of a group run even if their values are not needed, and the meaning of unmarked parameters.
 
 use crate::hir::{MetaValue, Param};
 
-/// Rules for running a group. By default the last layer runs, and each other one where its values are needed.
+/// Rules for running a group. By default the last layer runs, and every other layer where its values are
+/// needed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Rules {
-    /// The layers that run, in this order, with what they need of others; the last one alone if there is no list.
+    /// The layers that run, in this order, together with the layers that they need; `None` means the last one
+    /// alone.
     pub entries: Option<Vec<usize>>,
     /// Layers that write shader globals run at every point.
     pub eager_globals: bool,
-    /// Layers that no connection leaves run at every point.
+    /// Layers without outgoing connections run at every point.
     pub eager_unconnected: bool,
-    /// Layers that may report an error of the shader run at every point.
+    /// Layers that may report a shader error run at every point.
     pub eager_errors: bool,
-    /// Parameters take the data of the point only if metadata or the group say so.
+    /// Parameters take user data of the point only if metadata or the group say so.
     pub lockgeom: bool,
-    /// Parameters that may take the data of the point count as connected.
+    /// Parameters that may take user data count as connected.
     pub userdata_connected: bool,
     /// What the layers check while they run.
     pub checks: Checks,
@@ -24,14 +26,14 @@ pub struct Rules {
 /// Checks of a debugging run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Checks {
-    /// Values that are infinite or no number are reported.
+    /// Infinite and NaN values are reported.
     pub finite: bool,
-    /// Reads of variables without a value are reported.
+    /// Reads of uninitialised variables are reported.
     pub set: bool,
 }
 
 impl Checks {
-    /// Whether there is any.
+    /// Whether any check is on.
     pub(crate) fn any(self) -> bool {
         self.finite || self.set
     }
@@ -52,8 +54,8 @@ impl Default for Rules {
 }
 
 impl Rules {
-    /// Whether a parameter takes the data of the point before its own value, where the point has some: by its metadata,
-    /// else by `lockgeom`.
+    /// Whether a parameter takes the point's user data, if there is any, in place of its own value: by its
+    /// metadata, else by `lockgeom`.
     pub fn interpolates(&self, param: &Param) -> bool {
         let says = |name: &str, value: f64| {
             param.metadata.iter().any(|(_, n, v)| &**n == name && *v == MetaValue::Numbers(vec![value]))

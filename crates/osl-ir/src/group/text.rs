@@ -7,9 +7,9 @@
 //! connect n1.out m.a ;
 //! ```
 //!
-//! Values stand before the shader that they are for. Statements end with `;` or `,`. Grammar: OSL language specification,
-//! "Describing shader groups". [`parse`] yields statements, [`build`] a group of them; what is wrong becomes diagnostics with
-//! places in the text.
+//! Values precede the shader to which they belong. Statements end with `;` or `,`. Grammar: OSL language
+//! specification, "Describing shader groups". [`parse`] returns statements, and [`build`] makes a group of
+//! them; errors become diagnostics with locations in the text.
 
 use super::{ConnectError, Group, Layer};
 use crate::hir::Program;
@@ -20,7 +20,7 @@ use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
-/// What stands there is no statement of a group.
+/// The text is not a statement of a group.
 pub const GROUP_SYNTAX: Code = Code { id: "E0801", name: "group-syntax" };
 /// A shader of a group is missing or does not compile.
 pub const NO_SHADER: Code = Code { id: "E0802", name: "missing-shader" };
@@ -28,18 +28,18 @@ pub const NO_SHADER: Code = Code { id: "E0802", name: "missing-shader" };
 pub const BAD_LAYER: Code = Code { id: "E0803", name: "bad-layer" };
 /// A connection cannot be made.
 pub const BAD_CONNECTION: Code = Code { id: "E0804", name: "bad-connection" };
-/// A value that no parameter takes.
+/// A value for which there is no parameter.
 pub const UNUSED_VALUE: Code = Code { id: "W0805", name: "unused-value" };
 
 /// The codes of this module.
 pub const CODES: [Code; 5] = [GROUP_SYNTAX, NO_SHADER, BAD_LAYER, BAD_CONNECTION, UNUSED_VALUE];
 
-/// A word of the text, and where it stands.
+/// A word of the text, with its location.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Word {
-    /// The word; of a quoted one what is in the quotes.
+    /// The word; for a quoted word, the text inside the quotes.
     pub text: Arc<str>,
-    /// Where it stands.
+    /// Its location.
     pub span: Span,
 }
 
@@ -54,9 +54,9 @@ pub enum Statement {
         name: Word,
         /// Numbers or strings, one by one.
         values: Vec<Word>,
-        /// Whether the point's own value goes before it.
+        /// Whether the point's user data take precedence.
         interpolated: bool,
-        /// All of it.
+        /// The whole statement.
         span: Span,
     },
     /// A layer.
@@ -72,7 +72,7 @@ pub enum Statement {
         from: (Word, Word),
         /// Layer and parameter.
         to: (Word, Word),
-        /// All of it.
+        /// The whole statement.
         span: Span,
     },
 }
@@ -104,7 +104,7 @@ struct Reader<'a> {
     text: &'a str,
     base: usize,
     at: usize,
-    /// Words that may still come.
+    /// Number of words that may still follow.
     words: u64,
 }
 
@@ -126,12 +126,12 @@ impl<'a> Reader<'a> {
         Span::new((self.base + start) as u32, (self.base + end) as u32)
     }
 
-    /// The place of the next character.
+    /// The location of the next character.
     fn here(&self) -> Span {
         self.span(self.at, self.at + self.rest().chars().next().map_or(0, char::len_utf8))
     }
 
-    /// Takes a mark if it comes next.
+    /// Consumes a mark if it comes next.
     fn takes(&mut self, mark: &str) -> bool {
         self.blank();
         let there = self.rest().starts_with(mark);
@@ -144,7 +144,7 @@ impl<'a> Reader<'a> {
         self.rest().is_empty() || self.rest().starts_with([';', ','])
     }
 
-    /// Takes the end of a statement.
+    /// Consumes the end of a statement.
     fn end(&mut self) -> Result<()> {
         if self.takes(";") || self.takes(",") || self.is_done() {
             return Ok(());
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
         let start = self.at;
         let Some(left) = self.words.checked_sub(1) else {
             let here = self.here();
-            // Nothing behind it is looked at.
+            // The rest of the text is not read.
             self.at = self.text.len();
             return error(
                 here,
@@ -282,7 +282,8 @@ impl<'a> Reader<'a> {
         Ok(Statement::Param { ty: known, name, values, interpolated, span })
     }
 
-    /// Hints up to their closing brackets. Whether one lets the point's own value go first.
+    /// Reads hints up to their closing brackets. Returns whether one gives precedence to the point's user
+    /// data.
     fn hints(&mut self) -> Result<bool> {
         let mut interpolated = false;
         loop {
@@ -315,17 +316,18 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Where the shaders of a group come from.
+/// Provides the shaders of a group.
 pub trait Shaders {
-    /// A shader by its name, for one layer: the program, and what to add to its spans to make them spans of the group's
-    /// source map.
+    /// Loads a shader for one layer, by name: the program, and the offset to add to its spans to make them
+    /// spans of the group's source map.
     ///
     /// # Errors
-    /// Why there is none, in words.
+    /// Why the shader is not available, as text.
     fn load(&mut self, name: &str) -> std::result::Result<(Arc<Program>, u32), String>;
 }
 
-/// Builds a group of statements. With an error among the diagnostics it lacks what they are about.
+/// Builds a group from statements. If there is an error among the diagnostics, the group lacks the part with
+/// the error.
 pub fn build(
     name: &str,
     statements: &[Statement],

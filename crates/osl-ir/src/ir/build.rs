@@ -1,4 +1,4 @@
-//! Writing IR: the builder that lowering and the table's composed built-ins share.
+//! Writes IR: the builder shared by lowering and the composed built-ins of the table.
 
 use super::{
     Assumptions, Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value,
@@ -16,19 +16,19 @@ use std::sync::Arc;
 pub struct Builder {
     /// The body so far.
     pub body: Body,
-    /// Where the next instruction goes.
+    /// The block that receives the next instruction.
     pub current: BlockId,
-    /// The source that the next instruction comes from.
+    /// The source location of the next instruction.
     pub span: Span,
-    /// Messages that the program may hold, by name.
+    /// Messages of the program, by name.
     pub(crate) messages: Vec<crate::builtins::Message>,
-    /// Whether messages are found by name when running, since the name of at least one is not written out.
+    /// Whether messages are found by name at run time, since at least one name is not a literal.
     pub(crate) messages_by_name: bool,
-    /// The place of each message in the list: a program may hold as many as it has statements.
+    /// The index of each message in the list, since a program may have as many messages as statements.
     pub(crate) message_places: FxHashMap<Arc<str>, usize>,
-    /// Whether to note what the source does.
+    /// Whether to record what the source does.
     pub(crate) notes: bool,
-    /// How large the body may become.
+    /// The limits on the size of the body.
     pub(crate) limits: Compiling,
     /// Words of the arrays so far.
     array_words: u64,
@@ -36,7 +36,7 @@ pub struct Builder {
     name_bytes: u64,
 }
 
-/// What a body has too much of.
+/// The limit that a body exceeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Excess {
     /// Values or variables.
@@ -74,8 +74,8 @@ impl Builder {
         }
     }
 
-    /// What the body has too much of, if anything. Whoever writes in proportion to a length of the input asks now and then,
-    /// and stops; lowering reports it.
+    /// The limit that the body exceeds, if any. Code that writes in proportion to a length of the input must
+    /// check this now and then, and stop; lowering reports the error.
     pub(crate) fn excess(&self) -> Option<Excess> {
         let Compiling { values, variables, array_words, name_bytes, .. } = self.limits;
         if self.body.values.len() as u64 > values || self.body.slots.len() as u64 > variables {
@@ -87,12 +87,12 @@ impl Builder {
         (self.name_bytes > name_bytes).then_some(Excess::Names)
     }
 
-    /// Values that the program may still have.
+    /// Number of values that the program may still have.
     pub(crate) fn values_left(&self) -> u64 {
         self.limits.values.saturating_sub(self.body.values.len() as u64)
     }
 
-    /// A new value without definition yet.
+    /// A new value without a definition so far.
     pub fn fresh(&mut self, kind: Kind) -> ValueId {
         self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });
         ValueId(self.body.values.len() as u32 - 1)
@@ -106,7 +106,7 @@ impl Builder {
         SlotId(self.body.slots.len() as u32 - 1)
     }
 
-    /// A new block that nothing leads to yet.
+    /// A new block that nothing refers to yet.
     pub(crate) fn block(&mut self) -> BlockId {
         self.body.blocks.push(Block::default());
         BlockId(self.body.blocks.len() as u32 - 1)
@@ -120,7 +120,7 @@ impl Builder {
         }
     }
 
-    /// The int that a value is, if it is a constant that was just written.
+    /// The int of a value, if it is a constant that was just written.
     pub fn known_int(&self, value: ValueId) -> Option<i32> {
         let insts = &self.body.blocks.get(self.current.index())?.insts;
         match insts.iter().rev().take(4).find(|inst| inst.results.first() == Some(&value))?.op {
@@ -167,7 +167,7 @@ impl Builder {
         self.one(kind, Op::Lane(op, args.into()))
     }
 
-    /// How a value changes along an axis.
+    /// The derivative of a value along an axis.
     pub fn derivative(&mut self, of: ValueId, axis: super::Axis) -> ValueId {
         let kind = self.body.kind(of);
         self.one(kind, Op::Derivative(of, axis))
@@ -185,7 +185,7 @@ impl Builder {
         self.one(result, Op::Kernel(kernel, args.into()))
     }
 
-    /// Notes what the source does, if that is wanted.
+    /// Records what the source does, if notes are enabled.
     pub(crate) fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
         if self.notes {
             let note = note(&self.body);
@@ -222,14 +222,14 @@ impl Builder {
         self.clamp_int(index, last)
     }
 
-    /// The int limited to `0..=last`.
+    /// The int clamped to `0..=last`.
     pub fn clamp_int(&mut self, index: ValueId, last: i32) -> ValueId {
         let (low, high) = (self.int(0), self.int(last));
         let index = self.lane(LaneOp::IMin, &[index, high]);
         self.lane(LaneOp::IMax, &[index, low])
     }
 
-    /// `a` where the condition, an int, is not 0, else `b`.
+    /// `a` if the condition, an int, is not 0, else `b`.
     pub fn choose(&mut self, cond: ValueId, a: ValueId, b: ValueId) -> ValueId {
         self.lane(super::choose_op(self.body.kind(a)), &[cond, a, b])
     }

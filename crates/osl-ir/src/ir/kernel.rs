@@ -1,8 +1,9 @@
-//! Kernels: functions that need more than a lane's arithmetic: noise fields, strings, files, the scene, and
-//! whatever has an effect.
+//! Kernels: functions that need more than the arithmetic of one lane, such as noise fields, strings, files,
+//! the scene, and everything with an effect.
 //!
-//! A kernel says here what a pass must know of it: its effects, the arrays that it touches, whether its result
-//! differs between points even for equal arguments, and whether it has a form with tangents.
+//! This module states the facts about a kernel that passes need: its effects, the arrays that it reads and
+//! writes, whether its result differs between points even for equal arguments, and whether it has a form with
+//! derivatives (tangents).
 
 use super::{Kind, SlotId};
 use crate::text::TextFn;
@@ -10,102 +11,106 @@ use crate::types::Base;
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
-/// A function that needs more than a lane's arithmetic.
+/// A function that needs more than the arithmetic of one lane.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
     /// A noise field. Arguments: one float for each dimension up to 2; a triple for 3; a triple and a float
-    /// for 4; then, if `periodic`, the periods in the same form; then, if `tangents`, the tangents of the coordinates
-    /// along x, then along y. Results: float or triple, and its tangents along x and y if asked for.
+    /// for 4; then, if `periodic`, the periods in the same form; then, if `tangents`, the derivatives of the
+    /// coordinates along x, then along y. Results: float or triple, then its derivatives along x and y if
+    /// requested.
     Noise {
         /// Which field.
         field: NoiseField,
         /// 1 to 4.
         dims: u8,
-        /// Whether three components are wanted.
+        /// Whether the result has three components.
         triple: bool,
         /// Whether periods follow.
         periodic: bool,
-        /// Whether tangents are given and wanted.
+        /// Whether derivatives are given and computed.
         tangents: bool,
     },
-    /// `noise(name, …)`: the name, then as for `Noise`, the values of `options` before the tangents. Folding turns a
-    /// known name into [`Kernel::Noise`], except for Gabor noise. An unknown name reports an error and gives 0.
+    /// `noise(name, …)`: the name, then as for `Noise`, with the values of `options` before the derivatives.
+    /// Folding turns a constant name into [`Kernel::Noise`], except for Gabor noise. An unknown name reports
+    /// an error and gives 0.
     NamedNoise {
         /// 1 to 4.
         dims: u8,
-        /// Whether three components are wanted.
+        /// Whether the result has three components.
         triple: bool,
         /// Whether periods follow.
         periodic: bool,
         /// The options whose values follow.
         options: Vec<GaborOption>,
-        /// Whether tangents are given and wanted. Gabor noise is filtered by them.
+        /// Whether derivatives are given and computed. Gabor noise is filtered by them.
         tangents: bool,
     },
-    /// Matrix that takes points of the first named space to the second. An unknown name reports an error; common
-    /// space stands for it.
+    /// The matrix from the first named space to the second. An unknown name reports an error and counts as
+    /// common space.
     SpaceMatrix {
-        /// Whether the matrix is the identity unless both are known.
+        /// Whether the matrix is the identity unless both spaces are known.
         both: bool,
     },
     /// The same with two results: whether both are known, and the matrix.
     FindSpace,
-    /// Color of the first named space in the second. An unknown name reports an error and leaves it as is.
+    /// Converts a color from the first named space to the second. An unknown name reports an error and leaves
+    /// the color unchanged.
     ColorBetween,
-    /// A texture lookup. Arguments: file name, s, t, the values of `options` in order, then if `footprint` the change
-    /// of s and t along x, then along y. Results: float or triple, the channel behind it, an error message; then, if
-    /// `tangents`, how the first two change along x and y.
+    /// A texture lookup. Arguments: file name, s, t, the values of `options` in order, then, if `footprint`,
+    /// the derivatives of s and t along x, then along y. Results: float or triple, the channel after it, an
+    /// error message; then, if `tangents`, the derivatives of the first two along x and y.
     Texture {
-        /// Whether three channels are wanted.
+        /// Whether three channels are requested.
         triple: bool,
         /// The options whose values follow.
         options: Vec<TextureOption>,
-        /// Whether four floats tell the footprint: given by the shader, or added by the `derive` pass.
+        /// Whether four floats give the footprint: from the shader, or added by the `derive` pass.
         footprint: bool,
-        /// Whether the error message is wanted, which is then not reported.
+        /// Whether the error message is an output, in which case the error is not reported.
         quiet: bool,
-        /// Whether tangents are wanted.
+        /// Whether derivatives are computed.
         tangents: bool,
     },
-    /// A lookup in a picture of all directions: file name, direction, the values of `options`, then if `footprint` the
-    /// change of the direction along x and along y. Results as for [`Kernel::Texture`] without tangents.
+    /// A lookup in an environment map: file name, direction, the values of `options`, then, if `footprint`,
+    /// the derivatives of the direction along x and along y. Results as for [`Kernel::Texture`] without
+    /// derivatives.
     Environment {
-        /// Whether three channels are wanted.
+        /// Whether three channels are requested.
         triple: bool,
         /// The options whose values follow.
         options: Vec<TextureOption>,
-        /// Whether two triples tell the footprint: given by the shader, or added by the `derive` pass.
+        /// Whether two triples give the footprint: from the shader, or added by the `derive` pass.
         footprint: bool,
-        /// Whether the error message is wanted.
+        /// Whether the error message is an output.
         quiet: bool,
     },
-    /// A lookup in a volume, of which none is read: file name and the values of `options`. Results as for
-    /// [`Kernel::Texture`] without tangents.
+    /// A lookup in a volume, which always fails, since no volume format is supported: file name and the
+    /// values of `options`. Results as for [`Kernel::Texture`] without derivatives.
     Volume {
-        /// Whether three channels are wanted.
+        /// Whether three channels are requested.
         triple: bool,
         /// The options whose values follow.
         options: Vec<TextureOption>,
-        /// Whether the error message is wanted.
+        /// Whether the error message is an output.
         quiet: bool,
     },
-    /// A query of a texture's header: file name, name of the datum, and s and t if the name may stand for many files of
-    /// which one is meant. Results: `count` values of the kind, then whether it was found.
+    /// A query of a texture's header: file name, name of the datum, and s and t to select a file if the name
+    /// is tiled. Results: `count` values of the kind, then whether the datum was found.
     TextureInfo {
         /// Kind of the values.
         kind: Kind,
-        /// How many are wanted.
+        /// Number of requested values.
         count: u8,
     },
     /// A function of strings without effect.
     Text(TextFn),
-    /// Text of a format string and the values of `shapes` in order.
+    /// Formats the values of `shapes` in order by a format string.
     Format(Vec<Shape>),
     /// Prints it. Effect: output.
     Print {
-        /// Where to.
+        /// The destination.
         sink: Sink,
-        /// The arguments behind the format string.
+        /// The arguments after the format string.
         shapes: Vec<Shape>,
     },
     /// Splits a string at separators: string, separator, largest number of pieces. Result: number of pieces. Effect:
@@ -114,59 +119,60 @@ pub enum Kernel {
         /// The pieces.
         pieces: SlotId,
     },
-    /// Whether a pattern is found in a string, or is the whole of it: string, pattern.
+    /// Whether a pattern occurs in a string, or matches the whole string: string, pattern.
     Regex {
         /// Whether the whole string must match.
         whole: bool,
-        /// Begin and end of each group. Effect: writes the array.
+        /// Start and end of each group. Effect: writes the array.
         places: Option<SlotId>,
     },
     /// The hash of one to four words, those of floats by their bits.
     Hash,
-    /// A named datum of the renderer or of the point: object name, name and element (−1 for the whole). Results: its
-    /// `count` values, then whether it was found with exactly this type; then the tangents of the first if asked for.
+    /// A named datum of the renderer or of the point: object name, name and element (−1 for the whole).
+    /// Results: its `count` values, then whether it was found with exactly this type; then the derivatives of
+    /// the first value if requested.
     Attribute {
         /// Kind of the values.
         kind: Kind,
-        /// How many are wanted; 0 for a single one that is no array.
+        /// Number of requested values; 0 for a single value that is not an array.
         count: u8,
-        /// Whether tangents are wanted.
+        /// Whether derivatives are computed.
         tangents: bool,
     },
     /// Whether a ray hits something: its origin and direction.
     Trace,
-    /// What is known of the last ray, or of another source of messages: its name and that of the datum. Results: `count`
-    /// values of the type, whether they were given, and whether there was an answer.
+    /// A message from another source, such as the last ray: the names of the source and of the datum.
+    /// Results: `count` values of the type, whether they were given, and whether there was an answer.
     SourceMessage {
         /// Type of the values.
         base: Base,
         /// How they are stored.
         kind: Kind,
-        /// How many are wanted; 0 for a single one that is no array.
+        /// Number of requested values; 0 for a single value that is not an array.
         count: u8,
     },
-    /// Whether the run shades rays of a name.
+    /// Whether the run shades rays of the named type.
     RayType,
-    /// The first node that a path finds in an XML text, or below a node: text or node, path. Result: the node, 0 for
-    /// none, −1 for what cannot be read, which is reported.
+    /// The first node that a path finds in an XML text, or below a node: text or node, path. Result: the
+    /// node, 0 if there is none, −1 if the text cannot be read, which is reported.
     DictFind,
-    /// The node that the same path found behind a node.
+    /// The next node found by the same path.
     DictNext,
-    /// An attribute of a node: node and name, empty for its text. Results: `count` values of the kind, then whether it
-    /// has that many of the kind.
+    /// An attribute of a node: node and name; an empty name means the node's text. Results: `count` values of
+    /// the kind, then whether it has exactly so many of this kind.
     DictValue {
         /// Kind of the values.
         kind: Kind,
-        /// How many are wanted; 0 for a single one that is no array.
+        /// Number of requested values; 0 for a single value that is not an array.
         count: u8,
     },
-    /// Whether folding knew the value: 1 there, 0 when running.
+    /// Whether the value is a constant at folding: 1 then, 0 at run time.
     IsConstant,
-    /// Where a spline reaches a value: basis, value, number of knots.
+    /// The position at which a spline reaches a value: basis, value, number of knots.
     SplineInverse {
         /// The knots.
         knots: SlotId,
-        /// Whether the value's tangents follow, and the result's are wanted.
+        /// Whether the value's derivatives follow, and the result's are computed.
         tangents: bool,
     },
     /// A closure component: the values of `shapes`, which are the parameters in order and then keyword arguments.
@@ -180,80 +186,80 @@ pub enum Kernel {
     ClosureSum,
     /// A closure times a color.
     ClosureScale,
-    /// Leaves a message whose name is known when running: the name; and the value, unless it is an array. Effect: the
-    /// messages of the point; output where it already has one of the name.
+    /// Sets a message with a name computed at run time: the name; and the value, unless it is an array.
+    /// Effect: the messages of the point; output if the message exists already.
     SetMessage(MessageForm),
-    /// Asks for a message whose name is known when running: the name. Results: whether there is one of the type; and its
-    /// value, unless it is an array. Effects: writes the array where there is one; notes what was asked for in vain;
-    /// output where there is one of another type.
+    /// Gets a message with a name computed at run time: the name. Results: whether there is a message of the
+    /// type; and its value, unless it is an array. Effects: writes the array if there is a message; records a
+    /// failed query; output if the message has another type.
     GetMessage(MessageForm),
     /// Reports an error of the program. Effect: output.
     Report {
-        /// The text, with `{0}`, `{1}` for the places.
+        /// The text, with `{0}`, `{1}` for the locations.
         text: Arc<str>,
-        /// Places that it names.
+        /// Locations that the text refers to.
         places: Vec<Span>,
     },
-    /// Reports an index that is outside of `0..length`: index, length. Effect: output.
+    /// Reports an index outside `0..length`: index, length. Effect: output.
     CheckIndex {
-        /// The array, as messages name it.
+        /// The name of the array for messages.
         name: Arc<str>,
     },
-    /// Reports a value that is infinite or no number: the value. Effect: output. Only lowering with checks writes it.
+    /// Reports an infinite or NaN value: the value. Effect: output. Written only by lowering with checks.
     CheckFinite {
         /// The variable that gets the value.
         name: Arc<str>,
-        /// The operation that made it.
+        /// The operation that computed it.
         op: Arc<str>,
     },
-    /// Reports a variable without a value that is read: the value. Result: the value, zero where it had none. Effect: output.
-    /// Only lowering with checks writes it.
+    /// Reports a read of an uninitialised variable: the value. Result: the value, or zero if it had none.
+    /// Effect: output. Written only by lowering with checks.
     CheckSet {
         /// Type and name of the variable.
         what: Arc<str>,
-        /// Who reads it.
+        /// The reading operation.
         reader: Arc<str>,
     },
-    /// Says what the source does here, to who follows a point; a run skips it. Only lowering with notes writes it.
-    /// Counts as an effect, so that it stays where it is.
+    /// Describes the source at this point for the follower of a point; a run skips it. Written only by
+    /// lowering with notes. It counts as an effect, so that it stays in place.
     Note(Note),
 }
 
-/// The string of a variable without a value, where reads of such are checked.
+/// The string of an uninitialised variable, if such reads are checked.
 pub const UNSET_TEXT: &str = "!!!uninitialized!!!";
 
-/// What the source does at a place.
+/// What the source does at a location.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Note {
-    /// A variable gets a value: the value, and before it the index where it is an element of an array.
+    /// A variable is set: the value, preceded by the index if it is an element of an array.
     Set(Arc<str>),
     /// A function was called: its arguments, and then its result if it has one.
     Call {
-        /// The form that was chosen, as the language would declare it.
+        /// The chosen overload, as the language would declare it.
         form: Arc<str>,
-        /// Why this one.
+        /// Why it was chosen.
         why: Arc<str>,
         /// How many arguments there are.
         args: u8,
     },
-    /// An `if` asks: the condition.
+    /// An `if` is evaluated: the condition.
     Branch,
-    /// A round of a loop begins.
+    /// A loop iteration begins.
     Round,
 }
 
 /// The value of a message.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct MessageForm {
-    /// Its type in words: what has to be the same where it is set and where it is asked for.
+    /// Its type in words, which must be the same where it is set and where it is read.
     pub ty: Arc<str>,
-    /// Where it lies, or goes, if it is an array.
+    /// The array that holds it, or receives it, if it is an array.
     pub array: Option<SlotId>,
-    /// Where the call stands.
+    /// The location of the call.
     pub place: Span,
 }
 
-/// What an argument of `printf` and the like is.
+/// The form of an argument of `printf` and the like.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Shape {
     /// Kind of its values.
@@ -278,7 +284,7 @@ pub enum Sink {
 }
 
 impl Kernel {
-    /// Whether it does more than yield results.
+    /// Whether it has effects besides its results.
     pub fn has_effect(&self) -> bool {
         matches!(
             self,
@@ -330,12 +336,12 @@ impl Kernel {
         }
     }
 
-    /// Whether tangents of its arguments change its value, so that it always asks for them.
+    /// Whether the derivatives of its arguments change its value, so that it always needs them.
     pub fn is_filtered(&self) -> bool {
         matches!(self, Kernel::NamedNoise { .. })
     }
 
-    /// The form that takes and yields tangents.
+    /// The form that takes and returns derivatives.
     #[must_use]
     pub fn with_tangents(mut self) -> Kernel {
         if let Kernel::Noise { tangents, .. }
@@ -349,7 +355,7 @@ impl Kernel {
         self
     }
 
-    /// Whether it is the form with tangents.
+    /// Whether it is the form with derivatives.
     pub fn tangents(&self) -> bool {
         matches!(
             self,
@@ -361,7 +367,7 @@ impl Kernel {
         )
     }
 
-    /// Which arguments tell, by their tangents, what a lookup sees; none if it has been told.
+    /// The arguments whose derivatives determine the footprint of a lookup; `None` if the footprint is given.
     pub fn unseen(&self) -> Option<std::ops::Range<usize>> {
         match self {
             Kernel::Texture { footprint: false, .. } => Some(1..3),
@@ -370,7 +376,7 @@ impl Kernel {
         }
     }
 
-    /// The form of a lookup that has been told what it sees.
+    /// The form of a lookup with a given footprint.
     #[must_use]
     pub fn with_footprint(mut self) -> Kernel {
         if let Kernel::Texture { footprint, .. } | Kernel::Environment { footprint, .. } = &mut self {
@@ -379,7 +385,7 @@ impl Kernel {
         self
     }
 
-    /// Which arguments have tangents that it takes.
+    /// The arguments whose derivatives it takes.
     pub fn coordinates(&self) -> std::ops::Range<usize> {
         let words = |dims: u8| if dims == 3 { 1 } else { usize::from(dims).min(2) };
         match self {
@@ -425,7 +431,7 @@ pub enum GaborOption {
 }
 
 impl GaborOption {
-    /// The option of a name, and the kind of its value.
+    /// The option with a name, and the kind of its value.
     pub fn from_name(name: &str) -> Option<(GaborOption, Kind)> {
         Some(match name {
             "anisotropic" => (GaborOption::Anisotropic, Kind::Int),
@@ -438,7 +444,7 @@ impl GaborOption {
     }
 }
 
-/// The noise fields that a name can choose.
+/// The noise fields that can be selected by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NoiseField {
     /// Constant within each unit cell, 0 to 1.
@@ -456,7 +462,7 @@ pub enum NoiseField {
 }
 
 impl NoiseField {
-    /// The field of a noise name of the language, or `None`. Simplex noise has no periodic form.
+    /// The field for a noise name of the language, or `None`. Simplex noise has no periodic form.
     pub fn from_name(name: &str, periodic: bool) -> Option<NoiseField> {
         Some(match name {
             "cell" | "cellnoise" => NoiseField::Cell,

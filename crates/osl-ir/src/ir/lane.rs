@@ -1,11 +1,11 @@
-//! The lane operations: everything that works point by point, declared once with its body and all facts about
-//! it.
+//! The lane operations: all operations that work on one point, each declared once with its body and all facts
+//! about it.
 //!
-//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each with its shape, the body that computes one lane,
-//! and what passes and reports ask of it: [`Cost`], [`Continuity`], [`Precision`], [`Derivative`]. A line
-//! that lacks one of them does not compile. Folding calls the body ([`LaneOp::eval`], in `eval`); the
-//! interpreter stamps the same body into loops. So folding and running are one arithmetic by construction.
-//! This module must not know passes.
+//! [`for_each_lane_op!`](crate::for_each_lane_op) lists each operation with its shape, the body that computes
+//! one lane, and the facts that passes and reports need: [`Cost`], [`Continuity`], [`Precision`],
+//! [`Derivative`]. A line that lacks one of them does not compile. Folding calls the body ([`LaneOp::eval`],
+//! in `eval`); the interpreter stamps the same body into loops. So folding and running have the same
+//! arithmetic by construction. This module must not know passes.
 
 mod eval;
 
@@ -109,10 +109,10 @@ macro_rules! for_each_lane_op {
             Smoothstep "smoothstep" each (F, F, F) -> F, common::smoothstep, root smooth strict, smoothstep;
             Linearstep "linearstep" each (F, F, F) -> F, common::linearstep, root smooth strict, linearstep;
             Mod "mod" each (F, F) -> F, common::modulo, root jump strict, modulo;
-            // The divisor is known before running, and not 0.
+            // The divisor is a constant other than 0.
             ModBy "mod.const" each (F, F) -> F, common::modulo_by_constant, root jump strict, modulo;
             Fmod "fmod" each (F, F) -> F, lane::fmod, elementary jump strict, first;
-            // The divisor is known before running.
+            // The divisor is a constant.
             FmodExact "fmod.exact" each (F, F) -> F, lane::fmod_exact, elementary jump strict, first;
             IsNan "isnan" whole (F) -> I, common::isnan, cheap compare strict, none;
             IsInf "isinf" whole (F) -> I, common::isinf, cheap compare strict, none;
@@ -146,7 +146,7 @@ macro_rules! for_each_lane_op {
             Cross "cross" whole (T, T) -> T, geometry::cross, cheap smooth strict, cross;
             Length "length" whole (T) -> F, geometry::length, cheap smooth strict, length;
             Distance "distance" whole (T, T) -> F, geometry::distance, cheap smooth strict, distance;
-            // The distance is its root.
+            // The distance is its square root.
             SquareDistance "square_distance" whole (T, T) -> F, geometry::square_distance, cheap smooth strict, late;
             Root "root" each (F) -> F, lane::root, cheap smooth strict, late;
             Normalize "normalize" whole (T) -> T, geometry::normalize, cheap smooth strict, normalize;
@@ -183,10 +183,10 @@ macro_rules! for_each_lane_op {
             LinearToSrgb "linear_to_srgb" each (F) -> F, color::linear_to_srgb, medium smooth strict, linear_to_srgb;
             Blackbody "blackbody" whole (F) -> T, spectrum::blackbody, spectrum smooth strict, zero;
             Wavelength "wavelength_color" whole (F) -> T, spectrum::wavelength_color, spectrum smooth strict, zero;
-            // The value itself, without derivatives.
+            // The value itself, with zero derivatives.
             Still "still" each (F) -> F, lane::still, cheap smooth strict, zero;
             Luminance "luminance" whole (T) -> F, lane::luminance, cheap smooth strict, linear;
-            // The same in the RGB system of a number.
+            // The same in the RGB system with a number.
             XyzToRgbIn "xyz_to_rgb.in" whole (T, I) -> T, lane::xyz_to_rgb_in, system smooth strict, linear_in;
             RgbToXyzIn "rgb_to_xyz.in" whole (T, I) -> T, lane::rgb_to_xyz_in, system smooth strict, linear_in;
             LuminanceIn "luminance.in" whole (T, I) -> F, lane::luminance_in, system smooth strict, linear_in;
@@ -196,33 +196,33 @@ macro_rules! for_each_lane_op {
     };
 }
 
-/// Which arguments an operation takes.
+/// The arguments of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LaneShape {
     /// Whether it works per component where an argument is a triple.
     pub per_component: bool,
     /// Kinds of the arguments.
     pub args: &'static [Kind],
-    /// Kind of the result, where no argument is a triple in a per-component operation.
+    /// Kind of the result, unless an argument of a per-component operation is a triple.
     pub result: Kind,
 }
 
-/// What an operation costs, roughly.
+/// The approximate cost of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cost {
-    /// Takes a triple apart or puts one together: nothing is computed.
+    /// Takes a triple apart or composes one; computes nothing.
     Part,
-    /// An addition, or a few.
+    /// One addition, or a few.
     Cheap,
     /// A division or a square root.
     Root,
-    /// Some ten operations.
+    /// About ten operations.
     Medium,
-    /// A polynomial with its reduction: sine, power, exact remainder.
+    /// A polynomial with argument reduction: sine, power, exact remainder.
     Elementary,
     /// A product, inverse or determinant of matrices.
     Matrix,
-    /// A change of RGB system that is known only as the program runs.
+    /// A change of RGB system that is known only at run time.
     System,
     /// A sum over wavelengths.
     Spectrum,
@@ -242,42 +242,42 @@ impl Cost {
     }
 }
 
-/// What a result does where the arguments change ever so little.
+/// How a result responds to small changes of the arguments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Continuity {
-    /// It changes little too, except at single places such as the corner of `abs`.
+    /// It changes little, except at isolated places such as the corner of `abs`.
     Smooth,
-    /// It changes little, and jumps at some places: `mod`, `select`.
+    /// It changes little, but jumps at some places: `mod`, `select`.
     Jump,
-    /// It stays, and jumps at some places: `floor`, `step`, the conversion to int.
+    /// It is constant between jumps: `floor`, `step`, the conversion to int.
     Step,
-    /// It says whether something holds of floats.
+    /// It is the truth of a comparison of floats.
     Compare,
-    /// Its arguments are ints, strings or closures, which do not change ever so little.
+    /// Its arguments are ints, strings or closures, which have no small changes.
     Discrete,
 }
 
-/// What the fast arithmetic makes of an operation.
+/// How the fast arithmetic treats an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// The same as the strict arithmetic, except that products and sums may be one operation.
+    /// As in the strict arithmetic, except that products and sums may be fused.
     Strict,
-    /// A cheaper formula, of `numeric::fast`.
+    /// By a cheaper formula from `numeric::fast`.
     Approximated,
 }
 
 /// The derivative of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Derivative {
-    /// There is none: the result is no float or triple, or stays the same between jumps. Nobody asks for the
-    /// derivatives of the arguments.
+    /// There is none: the result is not a float or triple, or is constant between jumps. The derivatives of
+    /// the arguments are not requested.
     None,
-    /// Zero, whatever the arguments do. Their derivatives are asked for all the same, as the reference does,
-    /// which decides about last bits of what computes them.
+    /// Always zero. The derivatives of the arguments are requested nevertheless, as in the reference, because
+    /// this affects the last bits of the code that computes the arguments.
     Zero,
     /// None is needed: only passes after `derive` write the operation.
     Late,
-    /// A function of `passes::derive::rules` writes it.
+    /// Written by a function of `passes::derive::rules`.
     Rule,
 }
 
@@ -311,7 +311,7 @@ macro_rules! per_component {
     };
 }
 
-/// A variant by its word in the list.
+/// A variant, by its word in the list.
 macro_rules! fact {
     (part) => {
         Cost::Part
@@ -378,7 +378,7 @@ macro_rules! derivative {
 macro_rules! declare {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
         $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
-        /// An operation that works point by point.
+        /// An operation on one point.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[expect(missing_docs, reason = "each is described by its built-in or by the language's operator")]
         pub enum LaneOp { $($name),* }
@@ -387,7 +387,7 @@ macro_rules! declare {
             /// All operations.
             pub const ALL: &[LaneOp] = &[$(LaneOp::$name),*];
 
-            /// The name that IR text shows.
+            /// Its name in the text of the IR.
             pub fn text(self) -> &'static str {
                 match self { $(LaneOp::$name => $text),* }
             }
@@ -403,22 +403,22 @@ macro_rules! declare {
                 }
             }
 
-            /// What it costs.
+            /// Its cost.
             pub fn cost(self) -> Cost {
                 match self { $(LaneOp::$name => fact!($cost)),* }
             }
 
-            /// What its result does where arguments change ever so little.
+            /// How its result responds to small changes of the arguments.
             pub fn continuity(self) -> Continuity {
                 match self { $(LaneOp::$name => fact!($continuity)),* }
             }
 
-            /// What the fast arithmetic makes of it.
+            /// How the fast arithmetic treats it.
             pub fn precision(self) -> Precision {
                 match self { $(LaneOp::$name => fact!($precision)),* }
             }
 
-            /// What its derivative is.
+            /// Its derivative.
             pub fn derivative(self) -> Derivative {
                 match self { $(LaneOp::$name => derivative!($derivative)),* }
             }
@@ -429,12 +429,12 @@ macro_rules! declare {
 crate::for_each_lane_op!(declare);
 
 impl LaneOp {
-    /// Whether the second operand is the number of an RGB system, and the first one color.
+    /// Whether the first operand is a color and the second one the number of an RGB system.
     pub fn takes_system(self) -> bool {
         matches!(self, LaneOp::XyzToRgbIn | LaneOp::RgbToXyzIn)
     }
 
-    /// Whether the fast arithmetic computes it by a cheaper formula: the functions of `numeric::fast`.
+    /// Whether the fast arithmetic computes it by a cheaper formula, a function of `numeric::fast`.
     pub fn is_approximated(self) -> bool {
         self.precision() == Precision::Approximated
     }

@@ -1,13 +1,13 @@
 //! The typed IR: structured control flow, values in SSA form, every instruction with its span.
 //!
 //! A [`Body`] holds values, blocks and slots in arenas. Blocks nest in [`Op::If`] and [`Op::Loop`]; there is
-//! no goto, no call (functions are inlined) and no struct (split into parts). Lowering writes scalar
-//! variables as slots; the `ssa` pass turns those into values, so that later only arrays are slots.
+//! no goto, no call (functions are inlined) and no struct (structs are split into parts). Lowering writes
+//! scalar variables as slots; the `ssa` pass turns those into values, so that later only arrays are slots.
 //! The IR must not know lanes, masks or registers.
 //!
-//! Meaning of inactive lanes: an instruction without effect may compute anything for a point that does not
-//! run it, for nobody reads it there. Only `Store…`, and the choice between the sides of an `If` or the
-//! rounds of a `Loop`, look at which points run.
+//! Inactive lanes: an instruction without effect may compute anything for a point that does not execute it,
+//! because the result is not read there. Only `Store…`, and the choice between the sides of an `If` or the
+//! iterations of a `Loop`, depend on which points are active.
 
 mod build;
 mod kernel;
@@ -57,7 +57,7 @@ ids! {
     SlotId = "s";
 }
 
-/// What a value is, as far as storage and arithmetic go.
+/// The kind of a value, for storage and arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
     /// 32-bit integer; truth values are 0 and 1.
@@ -85,29 +85,29 @@ impl Kind {
     }
 }
 
-/// Whether the points of a batch share one value.
+/// Whether the points of a batch share a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Rate {
     /// One value for the whole batch.
     Uniform,
-    /// One value for all points that are in the same cell of the group's pattern, see [`Op::Share`].
+    /// One value for all points in the same cell of the group's pattern, see [`Op::Share`].
     Shared(u16),
-    /// A value for each point.
+    /// A separate value for each point.
     Varying,
 }
 
 /// A value: defined once, by an instruction or as a loop's parameter.
 #[derive(Clone, Debug)]
 pub struct Value {
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
     /// Set by the `rate` pass; varying until then.
     pub rate: Rate,
-    /// The source that it comes from.
+    /// The source location that it comes from.
     pub span: Span,
 }
 
-/// Values of an instruction, in order. Most have one to four, which need no storage of their own.
+/// The values of an instruction, in order. Most instructions have one to four, which need no allocation.
 pub type Values = SmallVec<[ValueId; 4]>;
 
 /// A constant.
@@ -128,7 +128,7 @@ pub enum Const {
 }
 
 impl Const {
-    /// What it is.
+    /// Its kind.
     pub fn kind(&self) -> Kind {
         match self {
             Const::Int(_) => Kind::Int,
@@ -140,7 +140,7 @@ impl Const {
         }
     }
 
-    /// Zero, empty or null of a kind.
+    /// Zero, empty or null, by kind.
     pub fn zero(kind: Kind) -> Const {
         match kind {
             Kind::Int => Const::Int(0),
@@ -152,7 +152,7 @@ impl Const {
         }
     }
 
-    /// Equal to the bit, so that −0 and 0 are two and a NaN equals itself.
+    /// Whether the bits are equal: −0 and 0 differ, and a NaN equals itself.
     pub fn same_bits(&self, other: &Const) -> bool {
         let eq = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
         match (self, other) {
@@ -164,7 +164,7 @@ impl Const {
     }
 }
 
-/// Storage for a variable: scalars until the `ssa` pass, arrays for good.
+/// Storage for a variable: scalars until the `ssa` pass, arrays permanently.
 #[derive(Clone, Debug)]
 pub struct Slot {
     /// Kind of the value or of each element.
@@ -180,68 +180,68 @@ pub struct Slot {
 /// An instruction.
 #[derive(Clone, Debug)]
 pub struct Inst {
-    /// What it does.
+    /// The operation.
     pub op: Op,
     /// The values that it defines.
     pub results: Values,
-    /// The source that it comes from.
+    /// The source location that it comes from.
     pub span: Span,
 }
 
-/// What an instruction does.
+/// The operation of an instruction.
 #[derive(Clone, Debug)]
 pub enum Op {
     /// A constant. One result of its kind. No effect.
     Const(Const),
     /// A shader global of the point. One result. No effect.
     Global(Global),
-    /// How a shader global changes from a pixel to its neighbour along an axis. One result of the global's kind. No
-    /// effect.
+    /// The derivative of a shader global: its change from a pixel to its neighbour along an axis. One result
+    /// of the global's kind. No effect.
     Slope(Global, Axis),
-    /// How a value changes from a pixel to its neighbour along an axis. One result of the value's kind. The `derive`
-    /// pass replaces it. No effect.
+    /// The derivative of a value: its change from a pixel to its neighbour along an axis. One result of the
+    /// value's kind. The `derive` pass replaces it. No effect.
     Derivative(ValueId, Axis),
     /// A function of one lane, see [`LaneOp`]. One result. No effect.
     Lane(LaneOp, Values),
-    /// A function that needs more than a lane's arithmetic, see [`Kernel`]. Effects: the kernel's.
+    /// A function that needs more than the arithmetic of one lane, see [`Kernel`]. Effects: the kernel's.
     Kernel(Kernel, Values),
-    /// Values as their points share them. Points at which all of the values are equal, bit by bit, are in the same cell
-    /// of this group. A result for each value. No effect.
+    /// Values that points share. Points at which all of the values are equal, bit by bit, are in the same
+    /// cell of this group. One result for each value. No effect.
     Share(u16, Values),
     /// Reads a scalar slot.
     Load(SlotId),
-    /// Writes a scalar slot at the points that run.
+    /// Writes a scalar slot at the active points.
     Store(SlotId, ValueId),
     /// Reads an array element. The index is an int within the array: lowering clamps it.
     LoadElement(SlotId, ValueId),
-    /// Writes an array element at the points that run.
+    /// Writes an array element at the active points.
     StoreElement(SlotId, ValueId, ValueId),
-    /// Each point takes its results from the side that it goes through; a side that no point takes is
-    /// skipped. `cond` is an int, true unless 0.
+    /// Each point takes its results from the side that it executes; a side without active points is skipped.
+    /// `cond` is an int; 0 is false.
     If {
         /// The condition.
         cond: ValueId,
-        /// Run where it is true.
+        /// Executed where it is true.
         then: BlockId,
-        /// Run where it is false.
+        /// Executed where it is false.
         otherwise: BlockId,
         /// The results' values from `then`.
         then_yields: Values,
         /// The results' values from `otherwise`.
         else_yields: Values,
     },
-    /// Runs the body at least once; a point stops after the round in which `cond` was 0. The results are its
-    /// `next` values of that round.
+    /// Executes the body at least once; a point stops after the iteration in which `cond` was 0. The results
+    /// are its `next` values of that iteration.
     Loop {
-        /// Values of the parameters in the first round.
+        /// Values of the parameters in the first iteration.
         init: Values,
         /// Parameters: values defined by the loop for its body.
         params: Values,
         /// The body.
         body: BlockId,
-        /// Whether to go on, computed in the body.
+        /// Whether to continue, computed in the body.
         cond: ValueId,
-        /// Values of the parameters in the next round.
+        /// Values of the parameters in the next iteration.
         next: Values,
     },
 }
@@ -256,7 +256,7 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// Both.
+    /// Both axes.
     pub const BOTH: [Axis; 2] = [Axis::X, Axis::Y];
 }
 
@@ -267,7 +267,7 @@ pub struct Block {
     pub insts: Vec<Inst>,
 }
 
-/// Where an output's value is at the end.
+/// Where the final value of an output is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A value.
@@ -298,32 +298,32 @@ pub struct Body {
     pub blocks: Vec<Block>,
     /// Slots.
     pub slots: Vec<Slot>,
-    /// Where to start.
+    /// The first block.
     pub entry: BlockId,
-    /// What to deliver.
+    /// The outputs.
     pub outputs: Vec<Output>,
-    /// The layers that it was made of, each with the start of its source: see [`Body::names`].
+    /// The layers from which it was made, each with the start of its source: see [`Body::names`].
     pub layers: Vec<(u32, crate::builtins::Names)>,
-    /// What the passes took for granted.
+    /// The assumptions of the passes.
     pub assumptions: Assumptions,
 }
 
-/// What a body was made for: what the passes take for granted of the points, and of the numbers that a run computes with.
-/// Where that does not hold, values are wrong.
+/// What a body was compiled for: the assumptions of the passes about the points, and about the arithmetic of
+/// a run. If they do not hold, the values are wrong.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Assumptions {
-    /// The globals that may differ from point to point. All points share the values of the others.
+    /// The globals that may differ from point to point. The others are uniform.
     pub varying: Vec<Global>,
-    /// The globals whose change from pixel to pixel may differ from point to point.
+    /// The globals whose derivatives may differ from point to point.
     pub slopes: Vec<Global>,
-    /// Whether somebody may trace rays. Otherwise no ray hits anything.
+    /// Whether rays may be traced. Otherwise no ray hits anything.
     pub traces: bool,
-    /// The numbers to compute with.
+    /// The arithmetic.
     pub arithmetic: Arithmetic,
 }
 
 impl Default for Assumptions {
-    /// Nothing of the points, and the strict arithmetic.
+    /// No assumptions about the points, and the strict arithmetic.
     fn default() -> Assumptions {
         Assumptions {
             varying: Global::ALL.to_vec(),
@@ -335,12 +335,12 @@ impl Default for Assumptions {
 }
 
 impl Body {
-    /// The layer that a place of the source belongs to, and its names.
+    /// The layer of a source location, and its names.
     pub fn names(&self, span: Span) -> Option<(usize, &crate::builtins::Names)> {
         names_at(&self.layers, span)
     }
 
-    /// The value of an id of this body.
+    /// The value with an id of this body.
     pub fn value(&self, id: ValueId) -> &Value {
         &self.values[id.index()]
     }
@@ -350,12 +350,12 @@ impl Body {
         self.value(id).kind
     }
 
-    /// The block of an id of this body.
+    /// The block with an id of this body.
     pub fn block(&self, id: BlockId) -> &Block {
         &self.blocks[id.index()]
     }
 
-    /// The slot of an id of this body.
+    /// The slot with an id of this body.
     pub fn slot(&self, id: SlotId) -> &Slot {
         &self.slots[id.index()]
     }
@@ -366,7 +366,7 @@ impl Body {
         self.blocks.iter().any(|block| block.insts.iter().any(cheaper))
     }
 
-    /// Number of instructions that can be reached, nested ones included.
+    /// Number of reachable instructions, including nested ones.
     pub fn count(&self) -> usize {
         self.count_block(self.entry)
     }
@@ -381,7 +381,7 @@ impl Body {
     }
 }
 
-/// The layer among `layers`, in the order of their sources, that a place of the source belongs to.
+/// The layer of a source location, among `layers` in the order of their sources.
 pub fn names_at(
     layers: &[(u32, crate::builtins::Names)],
     span: Span,
@@ -390,7 +390,7 @@ pub fn names_at(
     layers.get(index).map(|(_, names)| (index, names))
 }
 
-/// The operation that picks one of two values of a kind.
+/// The operation that chooses one of two values of a kind.
 pub(crate) fn choose_op(kind: Kind) -> LaneOp {
     match kind {
         Kind::Float | Kind::Triple => LaneOp::Choose,
@@ -401,14 +401,14 @@ pub(crate) fn choose_op(kind: Kind) -> LaneOp {
     }
 }
 
-/// Whether an operation picks one of two values.
+/// Whether an operation chooses one of two values.
 pub(crate) fn is_choice(op: LaneOp) -> bool {
     use LaneOp::{Choose, IChoose, KChoose, MChoose, SChoose};
     matches!(op, Choose | IChoose | KChoose | MChoose | SChoose)
 }
 
 impl Op {
-    /// Calls `visit` for each value that the operation reads, the yields of its blocks included.
+    /// Calls `visit` for each value that the operation reads, including the yields of its blocks.
     pub fn for_each_use(&self, mut visit: impl FnMut(ValueId)) {
         match self {
             Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}

@@ -1,4 +1,4 @@
-//! The IR as text: one instruction a line, blocks by indentation. Snapshots and `oslrun ir` show it.
+//! The IR as text: one instruction per line, blocks by indentation. Used by snapshots and `oslrun ir`.
 
 use super::{
     BlockId, Body, Const, Inst, Kernel, Kind, MessageForm, Note, Op, Rate, Source, TextureOption, ValueId,
@@ -193,7 +193,7 @@ fn kernel_name(kernel: &Kernel) -> String {
 }
 
 impl Op {
-    /// What it does, without what it does it to.
+    /// The name of the operation, without its operands.
     pub fn name(&self) -> String {
         match self {
             Op::Const(_) => "const".to_string(),

@@ -1,18 +1,18 @@
-//! What holds of every body. Runs after lowering and, in debug builds, after each pass.
+//! The rules that hold for every body. They are checked after lowering and, in debug builds, after each pass.
 //!
 //! 1. Every value is defined once, before its uses and on every path to them.
 //! 2. The arguments of a lane operation have the kinds of its shape.
-//! 3. An `If` has as many yields on each side as results, of equal kinds; a `Loop` as many initial and next
-//!    values as parameters and results, of equal kinds.
-//! 4. Conditions and indices are ints. Slots are used as what they are: scalar or array.
-//! 5. A value that points share is made of uniform values and of values shared in the same group.
+//! 3. An `If` has as many yields on each side as results, of equal kinds; a `Loop` has as many initial and
+//!    next values as parameters and results, of equal kinds.
+//! 4. Conditions and indices are ints. Scalar slots are used as scalars, array slots as arrays.
+//! 5. A shared value is computed from uniform values and from values shared in the same group.
 
 use super::{BlockId, Body, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
 
 /// Checks a body.
 ///
 /// # Errors
-/// The first rule that does not hold, in words.
+/// The first violated rule, as text.
 pub fn validate(body: &Body) -> Result<(), String> {
     let mut check = Check { body, defined: vec![false; body.values.len()], scope: Vec::new() };
     check.block(body.entry)?;
@@ -30,7 +30,7 @@ pub fn validate(body: &Body) -> Result<(), String> {
 
 struct Check<'a> {
     body: &'a Body,
-    /// Defined and visible here.
+    /// Whether a value is defined and visible here.
     defined: Vec<bool>,
     scope: Vec<ValueId>,
 }
@@ -82,7 +82,7 @@ impl Check<'_> {
         Ok(())
     }
 
-    /// Checks a nested block with the yields that it defines, then hides what it defined.
+    /// Checks a nested block with the yields that it defines, then hides its definitions.
     fn nested(&mut self, id: BlockId, params: &[ValueId], yields: &[ValueId]) -> Result<(), String> {
         let mark = self.scope.len();
         params.iter().try_for_each(|p| self.define(*p))?;

@@ -23,17 +23,17 @@ lints! {
     UNINITIALIZED_USE = "W0304" "uninitialized-use" Always;
     /// A read of a variable that one path to it leaves unassigned.
     MAYBE_UNINITIALIZED = "W0305" "maybe-uninitialized" Check;
-    /// A statement behind a jump.
+    /// A statement after a jump.
     UNREACHABLE_CODE = "W0306" "unreachable-code" Check;
     /// A loop without a way out.
     ENDLESS_LOOP = "W0307" "endless-loop" Always;
-    /// A condition that always or never holds.
+    /// A condition that is always or never true.
     CONSTANT_CONDITION = "W0308" "constant-condition" Check;
-    /// `=` where a condition stands.
+    /// `=` in place of a condition.
     ASSIGNMENT_IN_CONDITION = "W0309" "assignment-in-condition" Check;
     /// A variable assigned to itself.
     SELF_ASSIGNMENT = "W0310" "self-assignment" Check;
-    /// `==` between floats that are computed.
+    /// `==` between computed floats.
     FLOAT_EQUALITY = "W0311" "float-equality" Check;
     /// A division of int literals that loses a fraction and becomes a float.
     INTEGER_DIVISION = "W0312" "integer-division" Always;
@@ -43,11 +43,11 @@ lints! {
     UNKNOWN_SPACE = "W0314" "unknown-space" Check;
     /// A named color space that the language does not define.
     UNKNOWN_COLOR_SPACE = "W0315" "unknown-color-space" Check;
-    /// A variable that only a query sets, where nobody asks whether the query succeeded.
+    /// A variable that only a query sets, without a check whether the query succeeded.
     UNCHECKED_QUERY = "W0316" "unchecked-query" Check;
 }
 
-/// W0301: nothing reads the local.
+/// W0301: the local is never read.
 pub(super) fn unused_variable(span: Span, name: &str, assigned: bool) -> Diagnostic {
     let what = if assigned { "is assigned but never read" } else { "is never used" };
     Diagnostic::warning(UNUSED_VARIABLE, span, format!("variable `{name}` {what}"))
@@ -55,7 +55,7 @@ pub(super) fn unused_variable(span: Span, name: &str, assigned: bool) -> Diagnos
         .help(format!("remove it, or name it `_{name}` to say that this is intended"))
 }
 
-/// W0302: nothing reads these parameters of the shader; the place is that of the first.
+/// W0302: these parameters of the shader are never read; the location is that of the first.
 pub(super) fn unused_shader_parameters(span: Span, names: &[&str]) -> Diagnostic {
     let (what, label) = match names {
         [one] => (format!("parameter `{one}` has no effect"), "nothing reads it"),
@@ -66,24 +66,24 @@ pub(super) fn unused_shader_parameters(span: Span, names: &[&str]) -> Diagnostic
         .help("remove it; if the interface needs it, put `#pragma osl nowarn` on the line before")
 }
 
-/// Names that a message lists.
+/// Maximum number of names in a message.
 const MOST_NAMES: usize = 12;
 
-/// `a`, `b` and so on, as far as a line goes.
+/// `a`, `b` and so on, as far as they fit on a line.
 fn listed(names: &[&str]) -> String {
     let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
     let more = names.len().saturating_sub(MOST_NAMES);
     if more > 0 { format!("{} and {more} more", shown.join(", ")) } else { shown.join(", ") }
 }
 
-/// W0302: nothing reads the function's formal.
+/// W0302: the function's formal is never read.
 pub(super) fn unused_formal(span: Span, name: &str) -> Diagnostic {
     Diagnostic::warning(UNUSED_PARAMETER, span, format!("parameter `{name}` is never read"))
         .label("its function does not read it")
         .help(format!("remove it, or name it `_{name}` to say that this is intended"))
 }
 
-/// W0303: nothing calls these functions; the place is that of the first.
+/// W0303: these functions are never called; the location is that of the first.
 pub(super) fn unused_functions(span: Span, names: &[&str]) -> Diagnostic {
     let (what, label) = match names {
         [one] => (format!("function `{one}` is never called"), "no call of it is in this file"),
@@ -92,7 +92,7 @@ pub(super) fn unused_functions(span: Span, names: &[&str]) -> Diagnostic {
     Diagnostic::warning(UNUSED_FUNCTION, span, what).label(label).help("remove it, or move it into a header")
 }
 
-/// W0316: where the query fails, the variable has no value.
+/// W0316: if the query fails, the variable has no value.
 pub(super) fn unchecked_query(span: Span, name: &str, query: &str, declared: Span) -> Diagnostic {
     Diagnostic::warning(UNCHECKED_QUERY, span, format!("`{name}` has no value where `{query}` fails"))
         .label("nobody asks whether it succeeded")
@@ -101,7 +101,7 @@ pub(super) fn unchecked_query(span: Span, name: &str, query: &str, declared: Spa
         .help(format!("give `{name}` a value where it is declared, or test what `{query}` returns"))
 }
 
-/// W0304: no way to the read assigns the variable.
+/// W0304: no path to the read assigns the variable.
 pub(super) fn uninitialized(span: Span, name: &str, declared: Span) -> Diagnostic {
     Diagnostic::warning(
         UNINITIALIZED_USE,
@@ -143,7 +143,7 @@ pub(super) fn maybe_uninitialized(
         .help(format!("give `{name}` a value where it is declared"))
 }
 
-/// W0306: control never comes here.
+/// W0306: the statement is never reached.
 pub(super) fn unreachable(span: Span, jump: Span, what: &str) -> Diagnostic {
     Diagnostic::warning(UNREACHABLE_CODE, span, "this statement is never reached")
         .label("nothing comes here")
@@ -158,7 +158,8 @@ pub(super) fn endless(span: Span) -> Diagnostic {
         .help("add a `break`, or a condition that becomes false")
 }
 
-/// W0308: the condition is a constant, by the variable declared there if it is not of literals alone.
+/// W0308: the condition is a constant; if it does not consist of literals alone, because of the variable
+/// declared there.
 pub(super) fn constant_condition(
     span: Span,
     value: Option<bool>,
@@ -192,7 +193,7 @@ pub(super) fn self_assignment(span: Span, text: &str) -> Diagnostic {
         .help("assign something else, or remove the statement")
 }
 
-/// W0311: floats compared for equality; `literal` is one that no float hits.
+/// W0311: floats compared for equality; `literal` is one that no float equals exactly.
 pub(super) fn float_equality(span: Span, op: &str, literal: Option<Span>, triple: bool) -> Diagnostic {
     let help = if triple {
         "compare their distance with a tolerance, as in `length(vector(a - b)) < 1e-4`"
@@ -231,7 +232,7 @@ pub(super) fn shadowing(span: Span, name: &str, outer: Option<Span>) -> Diagnost
     }
 }
 
-/// W0314, W0315: a name that nobody defines.
+/// W0314, W0315: an unknown name.
 pub(super) fn unknown_space(code: Code, span: Span, name: &str, known: &[&str]) -> Diagnostic {
     let kind = if code == UNKNOWN_SPACE { "coordinate space" } else { "color space" };
     Diagnostic::warning(code, span, format!("not every renderer has a {kind} \"{name}\""))

@@ -1,7 +1,7 @@
-//! Which conditions are constants: literals, and locals that hold a literal from their declaration to their end.
+//! Finds constant conditions: literals, and locals that keep a literal from their declaration on.
 //!
-//! Parameters are none, since the user sets them, nor is what a macro writes. This module must not know what a constant
-//! condition means to the statement around it.
+//! Parameters do not count, since the user sets them, nor does code from macros. This module must not know
+//! what a constant condition means for the statement around it.
 
 use super::Findings;
 use super::walk::{Walk, bodies, each_stmt};
@@ -10,7 +10,7 @@ use crate::types::Type;
 use osl_syntax::ast::{BinaryOp as B, UnaryOp};
 use rustc_hash::FxHashMap;
 
-/// The value of a constant, where it is simple to tell.
+/// The value of a constant, if it is easy to find.
 type Value = Option<f64>;
 
 /// The constants of a program.
@@ -20,7 +20,7 @@ pub(super) struct Constants {
 }
 
 impl Constants {
-    /// Collects the locals. One that is made from another is not looked through.
+    /// Collects the locals. A local that is computed from another is not followed.
     pub(super) fn of(walk: &Walk<'_>, found: &Findings<'_>) -> Constants {
         let none = Constants { vars: FxHashMap::default() };
         let mut vars = FxHashMap::default();
@@ -58,7 +58,7 @@ impl Constants {
                 }))
             }
             ExprKind::Binary(B::Eq | B::Ne, a, b) if a.ty == Type::STRING => {
-                // The value of a string is its truth, which says nothing about equality.
+                // The value of a string is its truth, from which equality does not follow.
                 self.value(a).and(self.value(b)).map(|_| None)
             }
             ExprKind::Binary(op, a, b) => {
@@ -97,7 +97,7 @@ fn decided(op: B, side: Value) -> Value {
     }
 }
 
-/// Comparisons and logic of constants; arithmetic is left to the folder.
+/// Comparisons and logic of constants; the folder handles arithmetic.
 fn combine(op: B, a: f64, b: f64) -> Value {
     let truth = match op {
         B::Lt => a < b,
@@ -113,7 +113,7 @@ fn combine(op: B, a: f64, b: f64) -> Value {
     Some(f64::from(truth))
 }
 
-/// Whether the user wrote all parts of a constant here, rather than names of macros.
+/// Whether the user wrote all parts of a constant here, without macros.
 pub(super) fn is_plain(walk: &Walk<'_>, e: &Expr, found: &Findings<'_>) -> bool {
     let by_hand = |e: &Expr| found.text(e.span).starts_with(|c: char| !c.is_alphabetic() && c != '_');
     match &e.kind {

@@ -1,10 +1,11 @@
-//! Reads of variables that nothing has assigned yet.
+//! Finds reads of uninitialised variables.
 //!
-//! Each body is walked once in the order of execution. Assigning a part of a variable, or passing it to where it
-//! may be written, counts as assigning it. Reported is what is certain: no way assigns the variable; or the first
-//! pass of a loop reads it before the loop assigns it; or one side of an `if` leaves it unassigned and no other
-//! condition stands between that `if` and the read, since the two may go together. Loops count as run at least once.
-//! Strings and closures start out empty in every implementation and are not watched.
+//! Each body is walked once in the order of execution. Assigning a part of a variable, or passing it where it
+//! may be written, counts as assigning it. Only certain cases are reported: no path assigns the variable; or
+//! the first iteration of a loop reads it before the loop assigns it; or one side of an `if` leaves it
+//! unassigned and there is no other condition between that `if` and the read, since the two conditions may be
+//! related. Loops count as executed at least once. Strings and closures are empty at first in every
+//! implementation and are not examined.
 
 use super::state::{Assigned, Gap, State, assigned_in};
 use super::walk::{Event, Walk, bodies};
@@ -14,7 +15,7 @@ use crate::types::Base;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 
-/// Built-ins that ask about a variable, not for its value.
+/// Built-ins that query a variable, not its value.
 const ASKS: &[&str] = &["arraylength", "isconnected", "isconstant"];
 
 /// Reports reads of unassigned variables.
@@ -44,7 +45,7 @@ fn report(walk: &Walk<'_>, found: &mut Findings<'_>, var: VarId, read: Read) {
     });
 }
 
-/// The body that each variable belongs to; `None` where several use it, as nested functions do.
+/// The body to which each variable belongs; `None` if several use it, as nested functions do.
 struct Owners(FxHashMap<VarId, Option<usize>>);
 
 impl Owners {
@@ -81,7 +82,7 @@ struct Flow<'f, 'a, 'p> {
 }
 
 impl<'p> Flow<'_, '_, 'p> {
-    /// A block: what it declares goes out of view behind it.
+    /// A block: its declarations are forgotten after it.
     fn list(&mut self, list: &'p [Stmt], state: &mut State) {
         for stmt in list {
             self.stmt(stmt, state);
@@ -118,7 +119,7 @@ impl<'p> Flow<'_, '_, 'p> {
                 }
                 let mut inside = state.clone();
                 self.list(body, &mut inside);
-                // Behind a `continue` more ways meet than are told apart here.
+                // After a `continue`, more paths join than are distinguished here.
                 inside.dead = false;
                 inside.hide();
                 inside.leave_loop(&assigned);
@@ -171,7 +172,7 @@ impl<'p> Flow<'_, '_, 'p> {
             Event::Conditional(true) => *depth += 1,
             Event::Conditional(false) => *depth = depth.saturating_sub(1),
             Event::Expr(e) => {
-                // A question about a variable is no read of it. From here on it counts as assigned.
+                // A query about a variable is not a read of it. From here on the variable counts as assigned.
                 if let ExprKind::Builtin(call) = &e.kind
                     && ASKS.contains(&call.row.name)
                     && let Some(ExprKind::Read(place)) = call.args.first().map(|a| &a.kind)

@@ -1,7 +1,7 @@
-//! Where control goes: statements that it never reaches, loops that it never leaves, conditions that are constants.
+//! Control flow: unreachable statements, endless loops, constant conditions.
 //!
-//! A condition that a macro writes is a switch for the user to set, and no finding; so is the `1` of a loop that a
-//! jump leaves, and the `0` of `do … while (0)`, which makes a block that `break` can leave.
+//! A condition from a macro is a switch that the user sets, so it is not reported; neither is the `1` of a
+//! loop that a jump leaves, nor the `0` of `do … while (0)`, which makes a block that `break` can leave.
 
 use super::constants::{Constants, is_plain};
 use super::walk::{Event, Walk, bodies, each_stmt};
@@ -72,7 +72,7 @@ impl Jumps<'_, '_, '_> {
         }
     }
 
-    /// Reports the first statement of the list that stands behind a jump.
+    /// Reports the first statement of the list after a jump.
     fn unreachable(&mut self, list: &[Stmt]) {
         for pair in list.windows(2) {
             let [before, after] = pair else { continue };
@@ -83,7 +83,7 @@ impl Jumps<'_, '_, '_> {
         }
     }
 
-    /// The jump that surely ends the statement, and what it does.
+    /// The jump that certainly ends the statement, and its description.
     fn jump(&self, stmt: &Stmt) -> Option<(Span, &'static str)> {
         let last = |list: &[Stmt]| list.last().and_then(|stmt| self.jump(stmt));
         match &stmt.kind {
@@ -98,7 +98,7 @@ impl Jumps<'_, '_, '_> {
             }
             StmtKind::Loop { cond, body, .. } => {
                 let forever = cond.as_ref().is_none_or(|cond| self.constants.holds(cond));
-                // A loop without any way out has its own finding.
+                // A loop that never ends has a lint of its own.
                 (forever && !breaks(body) && leaves(body, true))
                     .then_some((stmt.span, "only `return` ends this loop"))
             }

@@ -1,12 +1,12 @@
-//! Lints: what compiles and is probably not what was meant.
+//! Lints: code that compiles but probably does not do what was intended.
 //!
-//! They look at a program without errors: at the [resolved tree](crate::hir) for meaning, at the syntax tree for
-//! scopes and fixes, at the sources to tell what the user wrote from what a macro made. Every lint is a warning
-//! with a code `W03xx` and a [`Level`] that says who gets to see it unless asked otherwise. Included files are not
-//! judged, nor is what macros expand to. This module must not know the command line.
+//! They examine a program without errors: the [resolved tree](crate::hir) for meaning, the syntax tree for
+//! scopes and fixes, and the sources to distinguish the user's text from the results of macros. Every lint is
+//! a warning with a code `W03xx` and a [`Level`] that says when it is shown by default. Included files and
+//! macro expansions are not examined. This module must not know the command line.
 //!
-//! Some warnings of the same nature come from resolution, since published compilers give them too: writing a
-//! read-only argument (W0203), a parameter that hides a function (W0206). They are not repeated here.
+//! Some similar warnings come from resolution, because published compilers give them too: writing a read-only
+//! argument (W0203), a parameter that hides a function (W0206). They are not repeated here.
 
 mod codes;
 mod constants;
@@ -31,12 +31,12 @@ use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashSet;
 
-/// Who sees a lint unless the user says otherwise.
+/// When a lint is shown by default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Who checks a file: correct programs earn it too, but the text says more or less than it does.
+    /// When a file is checked: correct programs may have it too, but their text is redundant or incomplete.
     Check,
-    /// Everybody, also who only runs the shader: the result is hardly the one that was meant.
+    /// Always, also when the shader only runs: the result is hardly the intended one.
     Always,
 }
 
@@ -45,33 +45,33 @@ pub enum Level {
 pub struct Lint {
     /// Its code and name.
     pub code: Code,
-    /// Who sees it.
+    /// When it is shown.
     pub level: Level,
 }
 
-/// What lints need to be told.
+/// Options of the lints.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
-    /// Spaces, of points or of colors, that the renderer will know besides the usual ones.
+    /// Spaces of points or colors that the renderer defines besides the usual ones.
     pub known_spaces: Vec<String>,
-    /// Lines on which the file silences warnings.
+    /// Lines on which the file suppresses warnings.
     pub silenced: Vec<Span>,
     /// How much they may report; a file that earns more will not be read to the end either.
     pub limits: Limits,
 }
 
-/// Bytes before a statement that may be its indent.
+/// Maximum number of bytes before a statement that count as its indentation.
 const MAX_INDENT: usize = 1000;
 
-/// The lint of a code; `None` for codes of other stages.
+/// The lint with a code; `None` for codes of other stages.
 pub fn find(code: Code) -> Option<&'static Lint> {
     LINTS.iter().find(|lint| lint.code == code)
 }
 
-/// Warnings of which one for a name is enough: the same name at another place says nothing new.
+/// Warnings that are given once per name, since a repetition adds nothing.
 const ONCE: &[&str] = &["W0203", "W0313", "W0314", "W0315"];
 
-/// Keeps the first of the warnings that say the same of one name.
+/// Keeps the first of several equal warnings about one name.
 pub fn once_a_name(list: &mut Vec<Diagnostic>) {
     let mut seen = FxHashSet::default();
     list.retain(|d| {
@@ -80,7 +80,7 @@ pub fn once_a_name(list: &mut Vec<Diagnostic>) {
     });
 }
 
-/// Everything that the lints find in a program that has no errors, in source order, whatever its level.
+/// All findings of the lints in a program without errors, in source order, whatever their level.
 pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options) -> Vec<Diagnostic> {
     let mut silenced = options.silenced.clone();
     silenced.sort_unstable_by_key(|line| line.start);
@@ -102,7 +102,7 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
     found.list
 }
 
-/// Where lints report to.
+/// Collects the findings.
 struct Findings<'a> {
     sources: &'a SourceMap,
     /// Whole lines, in the order of their files.
@@ -117,20 +117,20 @@ impl Findings<'_> {
     fn report(&mut self, diagnostic: Diagnostic) {
         if self.in_main_file(diagnostic.span) && !self.is_silenced(diagnostic.span) {
             self.list.push(diagnostic);
-            // A file may earn one for each of its statements.
+            // There may be one for each statement of a file.
             if self.list.len() > self.most.saturating_mul(16) {
                 self.keep_first();
             }
         }
     }
 
-    /// Keeps those that stand first in the text.
+    /// Keeps the findings that come first in the text.
     fn keep_first(&mut self) {
         self.list.sort_by_key(|d| (d.span.start, d.span.end, d.code));
         self.list.truncate(self.most);
     }
 
-    /// Whether the file silences warnings there.
+    /// Whether the file suppresses warnings there.
     fn is_silenced(&self, span: Span) -> bool {
         let before = self.silenced.partition_point(|line| line.start <= span.start);
         let line = before.checked_sub(1).and_then(|at| self.silenced.get(at));
@@ -142,18 +142,18 @@ impl Findings<'_> {
         (span.start as usize) < end && span.end as usize <= end
     }
 
-    /// The text of a span as the user wrote it.
+    /// The source text of a span.
     fn text(&self, span: Span) -> &str {
         self.sources.text(span)
     }
 
-    /// Whether the user wrote this name here, rather than a macro that made it.
+    /// Whether the user wrote this name here, as opposed to a macro.
     fn is_written(&self, span: Span, name: &str) -> bool {
         self.in_main_file(span) && self.text(span) == name
     }
 }
 
-/// An edit that removes a statement, with its line if nothing else stands there.
+/// An edit that removes a statement, with its line if there is nothing else on it.
 fn removal(sources: &SourceMap, span: Span) -> Edit {
     let whole = |file: &osl_syntax::source::SourceFile| {
         let (start, end) = ((span.start - file.base) as usize, (span.end - file.base) as usize);

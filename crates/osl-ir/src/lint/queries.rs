@@ -1,7 +1,8 @@
-//! Variables that only a query sets, where nobody asks whether the query succeeded: where it fails they have no value.
+//! Finds variables that only a query sets, without a check whether the query succeeded: if it fails, they
+//! have no value.
 //!
-//! Reported is a local variable without a value of its own whose only writers are such calls, each a statement by itself,
-//! and that something reads.
+//! Reported is a local variable without an initialiser that is read and whose only writers are such calls,
+//! each a statement by itself.
 
 use super::walk::{Event, Purpose, Walk, bodies, each_stmt};
 use super::{Findings, codes};
@@ -9,14 +10,14 @@ use crate::hir::{ExprKind, StmtKind, VarId, VarKind};
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// The functions that leave their output as it is where they fail.
+/// The functions that leave their output unchanged if they fail.
 const QUERIES: &[&str] = &["getattribute", "gettextureinfo", "getmessage", "getmatrix", "dict_value"];
 
 /// The calls that write a variable.
 #[derive(Default)]
 struct Writers {
     all: usize,
-    /// Queries whose result is dropped.
+    /// Queries whose result is ignored.
     queries: usize,
     first: Option<(Span, &'static str)>,
 }

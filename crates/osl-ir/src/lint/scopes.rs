@@ -1,7 +1,8 @@
-//! What shows in the syntax tree alone: variables that hide others, `=` as a condition.
+//! Lints on the syntax tree alone: variables that hide others, and `=` as a condition.
 //!
-//! Scopes are those of the language: blocks, functions, and the head of a `for`. Formals of functions at file level may
-//! carry the names of globals, as those of published libraries do: such a function is written to stand alone.
+//! Scopes are those of the language: blocks, functions, and the head of a `for`. Formals of functions at file
+//! level may have the names of globals, as in published libraries: such a function is meant to be
+//! self-contained.
 
 use super::{Findings, codes};
 use crate::hir::GLOBALS;
@@ -31,7 +32,7 @@ pub(super) fn run(ast: &Ast, found: &mut Findings<'_>) {
 struct Scopes<'a, 'f, 's> {
     ast: &'a Ast,
     found: &'f mut Findings<'s>,
-    /// Names with the places of their declarations, innermost scope last.
+    /// Names with the locations of their declarations; the innermost scope comes last.
     open: Vec<FxHashMap<Arc<str>, Span>>,
 }
 
@@ -58,7 +59,7 @@ impl Scopes<'_, '_, '_> {
 
     fn declare(&mut self, name: &ast::Name, local: bool) {
         let outer = self.open.iter().rev().find_map(|scope| scope.get(&name.text)).copied();
-        // Locals `u` and `v` of one's own coordinates are an idiom.
+        // Locals `u` and `v` for other coordinates are idiomatic.
         let idiom = matches!(&*name.text, "u" | "v");
         let global = local && !idiom && GLOBALS.iter().any(|(_, global, ..)| *global == &*name.text);
         if (outer.is_some() || global) && self.found.is_written(name.span, &name.text) {
@@ -97,7 +98,7 @@ impl Scopes<'_, '_, '_> {
     }
 }
 
-/// Conditions that are assignments. In parentheses of its own an assignment is meant.
+/// Conditions that are assignments. An assignment in extra parentheses is intended.
 fn conditions(ast: &Ast, found: &mut Findings<'_>) {
     let of_stmt = |kind: &StmtKind| match kind {
         StmtKind::If { cond, .. } | StmtKind::While { cond, .. } | StmtKind::DoWhile { cond, .. } => {
@@ -120,7 +121,7 @@ fn assignment(ast: &Ast, cond: ExprId, found: &mut Findings<'_>) {
     let ExprKind::Assign { op: None, target, value } = &ast[cond].kind else { return };
     let between = Span::new(ast[*target].span.end, ast[*value].span.start);
     let mut d = codes::assignment_in_condition(ast[cond].span);
-    // Where macros have made it, the two may stand far apart.
+    // If a macro made them, the two may be far apart.
     let text = if between.end.saturating_sub(between.start) < 1000 { found.text(between) } else { "" };
     if text.trim() == "="
         && let Some(at) = text.find('=')

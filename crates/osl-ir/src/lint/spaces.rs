@@ -1,7 +1,7 @@
-//! Names of spaces, where they are literals.
+//! Checks names of spaces that are literals.
 //!
-//! A renderer may define more than the usual ones, so these are questions rather than verdicts; the runtime
-//! reports a name that is truly unknown. Source of the names: OSL language specification, geometric and color functions.
+//! A renderer may define further spaces, so these are questions rather than errors; the run reports names
+//! that are really unknown. Source of the names: OSL language specification, geometric and color functions.
 
 use super::walk::{Event, Walk};
 use super::{Findings, Options, codes};
@@ -12,13 +12,13 @@ use osl_syntax::spelling::closest;
 
 const SPACES: &[&str] = &["common", "world", "object", "shader", "camera", "screen", "raster", "NDC"];
 
-/// Color spaces of constructors.
+/// Color spaces for constructors.
 const COLORS: &[&str] = &["rgb", "RGB", "hsv", "hsl", "YIQ", "XYZ", "xyY"];
 
-/// Color spaces that conversions know besides.
+/// Color spaces for conversions.
 const CONVERTED: &[&str] = &["rgb", "RGB", "hsv", "hsl", "YIQ", "XYZ", "xyY", "sRGB", "linear"];
 
-/// Reports literals that name no usual space.
+/// Reports literals that do not name a usual space.
 pub(super) fn run(walk: &Walk<'_>, options: &Options, found: &mut Findings<'_>) {
     walk.everything(&mut |event| {
         if let Event::Expr(Expr { kind: ExprKind::Builtin(call), .. }) = event {

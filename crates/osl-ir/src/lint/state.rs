@@ -1,39 +1,39 @@
-//! What is known of a variable's first assignment at one place of the program.
+//! The state of a variable's first assignment at one place of the program.
 
 use super::walk::{Event, Walk};
 use crate::hir::{Stmt, VarId};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 
-/// Variables that are watched at a time: every condition copies what is known of them.
+/// Maximum number of variables examined at a time, since every condition copies their states.
 const MAX_WATCHED: usize = 256;
 
 /// Why a variable may lack a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gap {
-    /// The condition at the span leaves it unassigned where it is this.
+    /// The condition at the span leaves it unassigned if it has this value.
     Branch(Span, bool),
-    /// The loop assigns it at the span, so that only the first pass finds nothing.
+    /// The loop assigns it at the span, so only the first iteration finds it unassigned.
     FirstPass(Span),
 }
 
 /// Whether a variable has been assigned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Assigned {
-    /// Nothing that has run so far can have assigned it.
+    /// Certainly not assigned by anything executed so far.
     No,
-    /// On every way, or all that can be said has been said.
+    /// Assigned on every path, or reported already.
     Yes,
-    /// Not across the gap, which a way from here leads to for certain.
+    /// Not assigned if control came through the gap, which is certainly possible from here.
     Gap(Gap),
-    /// As before, but a condition stands between: it may well exclude the gap.
+    /// The same, but there is a condition in between, which may exclude the gap.
     Hidden(Gap),
-    /// On some ways, too many to tell.
+    /// Assigned on some paths, which are too many to distinguish.
     Unknown,
 }
 
 impl Assigned {
-    /// As seen from within a further condition.
+    /// The state inside a further condition.
     fn hidden(self) -> Assigned {
         match self {
             Assigned::Gap(gap) => Assigned::Hidden(gap),
@@ -42,11 +42,11 @@ impl Assigned {
     }
 }
 
-/// The variables without initialiser that are in view. What is missing here is not watched.
+/// The visible variables without an initialiser. Others are not examined.
 #[derive(Clone, Debug, Default)]
 pub(super) struct State {
     vars: FxHashMap<VarId, Assigned>,
-    /// Whether control comes here at all.
+    /// Whether control never reaches this place.
     pub(super) dead: bool,
 }
 
@@ -67,7 +67,7 @@ impl State {
         }
     }
 
-    /// Ends the watch: a declaration goes out of view.
+    /// Stops examining a variable whose scope ends.
     pub(super) fn forget(&mut self, var: VarId) {
         self.vars.remove(&var);
     }
@@ -77,7 +77,7 @@ impl State {
         self.vars.values_mut().for_each(|state| *state = state.hidden());
     }
 
-    /// On the way into a loop that assigns these variables, each with the place.
+    /// Enters a loop that assigns these variables, each with the location.
     pub(super) fn enter_loop(&mut self, assigned: &FxHashMap<VarId, Span>) {
         for (var, span) in assigned {
             if let Some(state) = self.vars.get_mut(var) {
@@ -90,7 +90,7 @@ impl State {
         }
     }
 
-    /// Behind a loop: of what it assigns nothing certain is known any more.
+    /// After a loop, the state of the variables that it assigns is unknown.
     pub(super) fn leave_loop(&mut self, assigned: &FxHashMap<VarId, Span>) {
         for var in assigned.keys() {
             if let Some(state) = self.vars.get_mut(var)
@@ -101,11 +101,11 @@ impl State {
         }
     }
 
-    /// The state behind a condition, from this state before it and those at the ends of its sides.
+    /// The state after a condition, from the state before it and those at the ends of its sides.
     pub(super) fn join(&mut self, cond: Span, then: State, otherwise: State) {
         if then.dead || otherwise.dead {
             self.dead = then.dead && otherwise.dead;
-            // What follows runs only for one outcome of the condition, so gaps stay hidden.
+            // The following code runs only for one outcome of the condition, so gaps stay hidden.
             let alive = if then.dead { otherwise } else { then };
             self.vars = alive.vars;
             self.hide();
@@ -118,7 +118,7 @@ impl State {
                 (Assigned::No, Assigned::No) => Assigned::No,
                 (Assigned::Yes, Assigned::No) => Assigned::Gap(Gap::Branch(cond, false)),
                 (Assigned::No, Assigned::Yes) => Assigned::Gap(Gap::Branch(cond, true)),
-                // Neither side has touched it.
+                // Neither side has changed it.
                 (Assigned::Hidden(x), Assigned::Hidden(y)) if x == y => *state,
                 _ => Assigned::Unknown,
             };
@@ -126,7 +126,7 @@ impl State {
     }
 }
 
-/// The variables that the statements, nested ones included, may write, each with its first place.
+/// The variables that the statements may write, including nested ones, each with the first location.
 pub(super) fn assigned_in<'p>(walk: &Walk<'p>, body: &'p [Stmt], head: &'p Stmt) -> FxHashMap<VarId, Span> {
     let mut found = FxHashMap::default();
     let mut note = |event: Event<'p>| match event {

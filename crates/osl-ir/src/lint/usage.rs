@@ -1,4 +1,4 @@
-//! What is declared and never used: variables, parameters, functions.
+//! Finds unused declarations: variables, parameters, functions.
 
 use super::walk::{Event, Purpose, Walk};
 use super::{Findings, codes, removal};
@@ -14,7 +14,7 @@ pub(super) fn is_output(var: &Var) -> bool {
     matches!(var.kind, VarKind::Param { output: true, .. } | VarKind::Formal { output: true })
 }
 
-/// Reports what nothing uses. A name that begins with an underscore says that this is intended.
+/// Reports unused declarations. A name that begins with an underscore means that this is intended.
 pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
     let used = Used::of(walk);
     let mut params = Vec::new();
@@ -39,11 +39,11 @@ pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
                     params.push((var.span, &*var.name));
                 }
             }
-            // Of a prototype's formals nobody expects a use: those of functions come below.
+            // The formals of a prototype need no use; those of functions follow below.
             VarKind::Param { .. } | VarKind::Formal { .. } | VarKind::Global(_) => {}
         }
     }
-    // One line for all: most are an interface that cannot change.
+    // One message for all of them: most are an interface that cannot change.
     params.sort_unstable();
     let names: Vec<&str> = params.iter().map(|(_, name)| *name).collect();
     if let Some((first, _)) = params.first() {
@@ -53,7 +53,7 @@ pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
     functions(walk, &used, found);
 }
 
-/// Whether a parameter is text for people: a string that cannot be connected, or one named so.
+/// Whether a parameter is documentation: a string that cannot be connected, or one with such a name.
 fn is_documentation(walk: &Walk<'_>, index: u32, var: &Var) -> bool {
     let Some(param) = walk.program.shader.params.get(index as usize) else { return false };
     let no = MetaValue::Numbers(vec![0.0]);
@@ -65,7 +65,7 @@ fn is_documentation(walk: &Walk<'_>, index: u32, var: &Var) -> bool {
 fn formals(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
     for formal in walk.program.functions.iter().flat_map(|f| &f.formals) {
         let Some(var) = walk.var(*formal) else { continue };
-        // One that is written carries its value to the caller, and has a warning of its own.
+        // A formal that is written carries its value to the caller, and has a separate warning.
         let used = is_output(var) || used.vars.contains(formal) || walk.is_written(*formal);
         if used || var.name.starts_with('_') || !found.is_written(var.span, &var.name) {
             continue;
@@ -93,7 +93,7 @@ fn functions(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
     }
 }
 
-/// The variables whose values go somewhere, and the functions that are called.
+/// The variables whose values are used, and the functions that are called.
 #[derive(Default)]
 struct Used {
     vars: FxHashSet<VarId>,
@@ -119,7 +119,7 @@ impl Used {
     }
 }
 
-/// The declarations that stand in blocks, by the place of their first name.
+/// The declarations in blocks, by the location of their first name.
 struct Statements {
     by_name: FxHashMap<Span, StmtId>,
 }
@@ -153,7 +153,7 @@ impl Statements {
         Statements { by_name }
     }
 
-    /// The statement that declares this name and nothing else, and whose removal changes nothing else.
+    /// The statement that declares only this name and can be removed without other changes.
     fn alone(&self, ast: &Ast, name: Span) -> Option<Span> {
         let stmt = &ast[*self.by_name.get(&name)?];
         let ast::StmtKind::Declare { vars, .. } = &stmt.kind else { return None };
@@ -162,7 +162,7 @@ impl Statements {
     }
 }
 
-/// Whether the expression surely does nothing but yield a value. Calls are not looked into.
+/// Whether the expression certainly has no effect. Calls are not examined.
 fn is_pure(ast: &Ast, id: ExprId) -> bool {
     use ast::ExprKind as E;
     let all = |list: &[ExprId]| list.iter().all(|e| is_pure(ast, *e));

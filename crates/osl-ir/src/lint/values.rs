@@ -1,11 +1,11 @@
-//! Values that are hardly meant: an assignment of a variable to itself, an exact comparison of computed floats, an int
-//! division whose fraction is missed.
+//! Finds values that are hardly intended: the assignment of a variable to itself, an exact comparison of
+//! computed floats, an int division that loses its fraction.
 //!
-//! Equality of floats is exact, and that is fine where one side is a number that arithmetic does not miss: a literal
-//! of few binary digits such as 0 or 0.5, an int, or the result of `floor` and the like. `0.1` is none: no float has
-//! that value. Nor is anything said where both sides are variables or literals: values that were handed on are equal or
-//! not. A variable that is compared with itself is a test for NaN, and the functions that define `==` and `!=`
-//! for structs are about exact equality by nature.
+//! Equality of floats is exact, which is fine if one side is a number that arithmetic reaches exactly: a
+//! literal with few binary digits such as 0 or 0.5, an int, or the result of `floor` and the like. `0.1` is
+//! not such a number, since no float equals it. Comparisons between variables or literals are not reported
+//! either, since values that were only copied are equal or not. A comparison of a variable with itself is a
+//! test for NaN, and the functions that define `==` and `!=` for structs are about exact equality by nature.
 
 use super::walk::{Event, Walk, bodies, each_stmt};
 use super::{Findings, codes, removal};
@@ -15,13 +15,13 @@ use osl_syntax::ast::{BinaryOp, UnaryOp};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
 
-/// Bytes between two operands, with a comment there.
+/// Maximum number of bytes between two operands, including a comment.
 const MAX_BETWEEN: u32 = 1000;
 
 /// The functions behind `==` and `!=` of structs.
 const EQUALITIES: &[&str] = &["__operator__eq__", "__operator__neq__"];
 
-/// Reports what the module's text lists.
+/// Reports the findings described above.
 pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
     walk.everything(&mut |event| {
         if let Event::Expr(e) = event {
@@ -57,7 +57,7 @@ fn self_assignment(e: &Expr, stmt: &Stmt, found: &mut Findings<'_>) {
         return;
     }
     let text = found.text(place.span).to_owned();
-    // Both sides from one macro: the user sees no assignment.
+    // Both sides come from one macro: the user sees no assignment.
     if place.span == source.span {
         return;
     }
@@ -70,7 +70,8 @@ fn self_assignment(e: &Expr, stmt: &Stmt, found: &mut Findings<'_>) {
     found.report(d);
 }
 
-/// Removing a whole line is safe where a block holds it; the lone body of an `if` needs a statement left.
+/// Removing a whole line is safe inside a block; if the statement is the lone body of an `if`, a statement
+/// must remain.
 fn removal_or_empty(found: &Findings<'_>, span: Span) -> Edit {
     let edit = removal(found.sources, span);
     let before = found.sources.file_at(span.start).and_then(|f| f.text.get(..(span.start - f.base) as usize));
@@ -89,7 +90,7 @@ fn same_path(a: &Place, b: &Place) -> bool {
     a.path.len() == b.path.len() && a.path.iter().zip(&b.path).all(|(x, y)| same(x, y))
 }
 
-/// Whether two indices are surely equal: the same constant or plain variable.
+/// Whether two indices are certainly equal: the same constant or plain variable.
 fn same_index(a: &Expr, b: &Expr) -> bool {
     match (&a.kind, &b.kind) {
         (ExprKind::Int(a), ExprKind::Int(b)) => a == b,
@@ -108,14 +109,14 @@ fn equality(e: &Expr, found: &mut Findings<'_>) {
     let triple = a.ty.is_triple() || b.ty.is_triple();
     let literal = [a, b].into_iter().find(|e| matches!(e.kind, ExprKind::Float(_))).map(|e| e.span);
     let between = Span::new(a.span.end, b.span.start.max(a.span.end));
-    // Where macros have made it, the operands may stand far apart.
+    // If a macro made them, the operands may be far apart.
     let near = (between.end - between.start < MAX_BETWEEN).then_some(between);
     let token = near.and_then(|between| found.text(between).find(symbol)).map(|at| between.start + at as u32);
     let span = token.map_or(e.span, |start| Span::new(start, start + 2));
     found.report(codes::float_equality(span, symbol, literal, triple));
 }
 
-/// Whether the value comes from arithmetic or a function, here where it is compared.
+/// Whether the value is the direct result of arithmetic or of a function.
 fn computed(e: &Expr) -> bool {
     match &e.kind {
         ExprKind::Binary(..) | ExprKind::Builtin(_) | ExprKind::Call(..) => true,
@@ -127,7 +128,7 @@ fn computed(e: &Expr) -> bool {
     }
 }
 
-/// Whether the value is one that arithmetic hits exactly.
+/// Whether arithmetic reaches the value exactly.
 fn exact(e: &Expr) -> bool {
     match &e.kind {
         ExprKind::Float(x) => x.to_bits().trailing_zeros() >= 8,

@@ -1,4 +1,5 @@
-//! The resolved tree as a stream of events in the order of evaluation: which variable is read or written where.
+//! The resolved tree as a stream of events in the order of evaluation: which variable is read or written
+//! where.
 
 use crate::builtins::Tail;
 use crate::hir::{
@@ -10,13 +11,13 @@ use std::cell::Cell;
 /// What a read is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
-    /// Its value goes into something.
+    /// Its value is used.
     Value,
     /// Only to write the same variable again: `x += 1;`, `x++;`.
     Update,
 }
 
-/// Something that an expression does.
+/// An event in the evaluation of an expression.
 #[derive(Debug)]
 pub(crate) enum Event<'p> {
     /// An expression begins; its parts follow.
@@ -25,26 +26,26 @@ pub(crate) enum Event<'p> {
     Read { var: VarId, span: Span, purpose: Purpose },
     /// A variable, or a part of it, is assigned.
     Write { var: VarId, span: Span },
-    /// A variable is passed to where it may be written: it counts as read and as written.
+    /// A variable is passed where it may be written: it counts as read and as written.
     Output { var: VarId },
     /// From here on (`true`) to the matching `false`, evaluation depends on a condition.
     Conditional(bool),
 }
 
-/// What receives the events.
+/// The receiver of the events.
 pub(crate) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
 
-/// Built-ins that read all their arguments, however many: the others with an open end may write some.
+/// Built-ins with any number of arguments that only read them; the others may write some.
 const READERS: &[&str] = &["printf", "fprintf", "format", "error", "warning", "concat"];
 
-/// A program with what its walkers need to know of it.
+/// A program with the facts that its walkers need.
 pub(crate) struct Walk<'p> {
     pub(super) program: &'p Program,
     written: Vec<Cell<bool>>,
 }
 
 impl<'p> Walk<'p> {
-    /// Finds out which variables are written. A function stands before its callers, so that one round will do.
+    /// Finds the variables that are written. A function precedes its callers, so that one pass is enough.
     pub(crate) fn new(program: &'p Program) -> Self {
         let walk = Walk { program, written: vec![Cell::new(false); program.vars.len()] };
         for body in bodies(program) {
@@ -118,7 +119,7 @@ impl<'p> Walk<'p> {
         }
     }
 
-    /// The events of an expression; `used` tells whether anything takes its value.
+    /// The events of an expression; `used` tells whether its value is used.
     pub(super) fn expr(&self, e: &'p Expr, used: bool, sink: Sink<'_, 'p>) {
         sink(Event::Expr(e));
         match &e.kind {
@@ -237,8 +238,8 @@ impl<'p> Walk<'p> {
     }
 }
 
-/// The target and the right-hand side of `place op= value`, which the resolved tree writes out as
-/// `place = place op value`: the two places then share their span.
+/// The target and the right-hand side of `place op= value`, which the resolved tree represents as
+/// `place = place op value`: the two places then have the same span.
 fn compound<'p>(place: &Place, value: &'p Init) -> Option<(&'p Place, &'p Expr)> {
     let Init::Value(value) = value else { return None };
     let ExprKind::Binary(_, left, right) = &unconverted(value).kind else { return None };
@@ -250,7 +251,7 @@ fn compound<'p>(place: &Place, value: &'p Init) -> Option<(&'p Place, &'p Expr)>
     }
 }
 
-/// The expression under its conversions.
+/// The expression without its conversions.
 fn unconverted(mut e: &Expr) -> &Expr {
     while let ExprKind::Convert(inner) = &e.kind {
         e = inner;

@@ -1,4 +1,4 @@
-//! Calls: user functions are inlined, built-ins ask their row.
+//! Calls: user functions are inlined, built-ins are written by their row of the table.
 
 use super::expr::Operand;
 use super::place::Spot;
@@ -16,7 +16,7 @@ impl Lowerer<'_> {
     pub(super) fn call(&mut self, id: FunctionId, args: &[Arg], span: Span) -> Val {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
-        // Functions cannot recurse, so this bounds only how deep a chain of them goes.
+        // Functions cannot recurse, so this only limits the length of a chain of calls.
         let deepest = self.b.limits.call_depth;
         if self.frames.len() as u64 > deepest {
             self.at(span);
@@ -78,8 +78,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Storage for an argument that is copied in. The value of an expression that is an array lies in a variable: the formal
-    /// stands for that, whatever its length.
+    /// Storage for an argument that is copied in. An expression that is an array is stored in a variable; the
+    /// formal is an alias for that, whatever its length.
     fn argument(&mut self, ty: Type, name: &str, value: &Init) -> Storage {
         match value {
             Init::Value(e) if ty.is_array() => match self.eval(e) {
@@ -143,7 +143,7 @@ impl Lowerer<'_> {
         let types: Vec<Type> = call.args.iter().map(|e| e.ty).collect();
         let literals = literals(&call.args);
         self.at(span);
-        // Each element that is printed becomes a value: as many are counted before any is made.
+        // Each printed element becomes a value, so they are counted before any is made.
         let elements: u64 = arrays.iter().flatten().map(|array| u64::from(array.len)).sum();
         if signature.tail == Tail::Any && elements > self.b.values_left() {
             self.too_large("the arrays that are printed have more elements than a program may have values");
@@ -231,7 +231,7 @@ impl Lowerer<'_> {
         made.map_or(Val::Void, Val::One)
     }
 
-    /// What an output argument holds before the call: its indices are those of its spot, evaluated once.
+    /// The value of an output argument before the call; its indices are those of its spot, evaluated once.
     fn held(&mut self, spot: &Spot, place: &Place) -> (Operand, Option<Array>) {
         if place.ty.is_array() {
             let val = self.read(spot);
@@ -245,7 +245,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Where an array argument lies; of an array of structs the first part, which has as many elements as all.
+    /// The storage of an array argument; for an array of structs the first part, which has the same number of
+    /// elements.
     fn array(&self, val: &Val, ty: Type) -> Option<Array> {
         let Val::Stored(storage, None) = val else { return None };
         let slot = storage.first()?;
@@ -262,7 +263,7 @@ impl Lowerer<'_> {
         self.unsure = true;
     }
 
-    /// The only value of a call that yields one; a constant elsewhere.
+    /// The only value of a call that returns one; otherwise a constant.
     pub(super) fn one(&mut self, val: Val) -> ValueId {
         match val {
             Val::One(value) => value,
@@ -278,8 +279,8 @@ fn literals(args: &[Expr]) -> Vec<Option<Arc<str>>> {
     args.iter().map(text).collect()
 }
 
-/// Why a form of a built-in was chosen, for people: what its arguments are, and what became of those that are not what it
-/// takes.
+/// Why an overload of a built-in was chosen, as text: the types of its arguments, and the conversions of
+/// those that differ from its parameters.
 fn why(call: &BuiltinCall, forms: usize) -> String {
     let converted = |e: &Expr| matches!(e.kind, ExprKind::Convert(_));
     let changed: Vec<String> =

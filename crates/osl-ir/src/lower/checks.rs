@@ -1,8 +1,9 @@
-//! Checks that a debugging run asks for: values that are infinite or no number, and reads of variables without a value.
+//! Checks of a debugging run: infinite or NaN values, and reads of uninitialised variables.
 //!
-//! Variables without a value get a mark that stands for none, as in the reference: NaN, the lowest int, a string of its
-//! own. A read that meets the mark reports it and puts zero in its place. Operations are counted as the reference's
-//! compiler would write them, without those that it folds. Without checks this module writes nothing.
+//! Uninitialised variables get a special value, as in the reference: NaN, the lowest int, a special string. A
+//! read that finds the special value reports it and replaces it by zero. Operations are counted as the
+//! reference's compiler would write them, without those that it folds. Without checks this module writes
+//! nothing.
 
 use super::{Lowerer, Storage};
 use crate::group::Checks;
@@ -14,21 +15,21 @@ use osl_syntax::ast::{BinaryOp, UnaryOp};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Elements of an array that are marked, at most.
+/// Maximum number of array elements that get the special value.
 const MAX_MARKED: u32 = 4096;
 
-/// What lowering knows for its checks.
+/// The state of lowering for its checks.
 #[derive(Debug, Default)]
 pub(super) struct Checking {
     pub(super) on: Checks,
     /// The variable that the next operation writes.
     target: Option<Arc<str>>,
-    /// The operation that reads variables next, and the number of the argument.
+    /// The next operation that reads variables, and the number of the argument.
     reader: (Arc<str>, usize),
-    /// Operations so far, and temporary variables.
+    /// Number of operations and of temporary variables so far.
     n_ops: u32,
     n_temporaries: u32,
-    /// Local variables that are assigned once, a constant: reads see the constant.
+    /// Local variables that are assigned once, with a constant: reads see the constant.
     constants: Vec<VarId>,
 }
 
@@ -56,7 +57,7 @@ pub(super) fn binary_name(op: BinaryOp) -> &'static str {
     }
 }
 
-/// The variables of a program that are assigned once, as a whole, and a literal.
+/// The variables of a program that are assigned once, as a whole, with a literal.
 fn constants(program: &Program) -> Vec<VarId> {
     let mut writes: FxHashMap<VarId, (u32, u32)> = FxHashMap::default();
     let walk = Walk::new(program);
@@ -89,31 +90,31 @@ impl Lowerer<'_> {
         self.checking.n_ops
     }
 
-    /// Forgets operations that the reference leaves out.
+    /// Uncounts operations that the reference omits.
     pub(super) fn forget_ops(&mut self, so_far: u32) {
         self.checking.n_ops = so_far;
     }
 
-    /// Says which operation reads variables next.
+    /// Sets the operation that reads variables next.
     pub(super) fn reads_for(&mut self, op: &str, arg: usize) {
         if self.checking.on.set {
             self.checking.reader = (op.into(), arg);
         }
     }
 
-    /// Says which variable the next operation writes.
+    /// Sets the variable that the next operation writes.
     pub(super) fn aim(&mut self, name: Option<&Arc<str>>) {
         if self.checking.on.any() {
             self.checking.target = name.cloned();
         }
     }
 
-    /// Takes the variable that was aimed at: operands have their own.
+    /// Takes the variable of the next operation: operands have their own.
     pub(super) fn take_target(&mut self) -> Option<Arc<str>> {
         self.checking.target.take()
     }
 
-    /// Whether an expression is a constant for the reference.
+    /// Whether an expression is a constant in the reference.
     pub(super) fn is_folded(&self, e: &Expr) -> bool {
         match &e.kind {
             ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) => true,
@@ -126,14 +127,14 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Whether what a place gets as a whole is checked.
+    /// Whether values assigned to a whole place are checked.
     pub(super) fn checks_assigned(&self, place: &Place) -> bool {
         self.checking.on.any() && place.path.is_empty() && !self.is_constant(place.var)
     }
 
     /// Marks the local variables of a layer that no statement declares, as in compiled shaders.
     pub(super) fn mark_undeclared(&mut self) {
-        // Defaults of parameters are no operations.
+        // Defaults of parameters are not operations.
         self.checking.n_ops = 0;
         if !self.checking.on.set {
             return;
@@ -161,12 +162,12 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Whether assigning to a variable is left out by the reference, since reads see a constant.
+    /// Whether the reference omits the assignment to a variable, since reads see a constant.
     pub(super) fn is_constant(&self, var: VarId) -> bool {
         self.checking.constants.contains(&var)
     }
 
-    /// Checks the result of an operation, of a variable or a temporary one, and counts it.
+    /// Checks and counts the result of an operation, for a variable or a temporary.
     pub(super) fn made(&mut self, target: Option<Arc<str>>, value: ValueId, op: &str) {
         if !self.checking.on.any() {
             return;
@@ -179,7 +180,7 @@ impl Lowerer<'_> {
         self.check_finite(&name, value, op);
     }
 
-    /// Checks a value that a variable gets.
+    /// Checks a value that is assigned to a variable.
     pub(super) fn check_finite(&mut self, name: &Arc<str>, value: ValueId, op: &str) {
         let kind = self.b.body.kind(value);
         if self.checking.on.finite && matches!(kind, Kind::Float | Kind::Triple | Kind::Matrix) {
@@ -188,7 +189,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Checks a variable of a type, or a part of it, that is read; yields its value with zero where it had none.
+    /// Checks a variable of a type, or a part of it, that is read; returns its value, with zero if it had
+    /// none.
     pub(super) fn check_set(
         &mut self,
         name: &Arc<str>,
@@ -207,7 +209,7 @@ impl Lowerer<'_> {
         self.b.kernel(kernel, &[value], kind)
     }
 
-    /// Marks a new variable as one without a value.
+    /// Marks a new variable as uninitialised.
     pub(super) fn mark_unset(&mut self, var: VarId, storage: &Storage) {
         if !self.checking.on.set || self.is_constant(var) {
             return;

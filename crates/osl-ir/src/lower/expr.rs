@@ -1,7 +1,7 @@
 //! Expressions.
 //!
-//! Operands are evaluated left to right, but a plain variable is referenced, not copied: a later operand that
-//! changes it shows through, as in published compilers (`i + i++`).
+//! Operands are evaluated left to right, but a plain variable is referenced, not copied: a change by a later
+//! operand is visible, as in published compilers (`i + i++`).
 
 use super::place::Spot;
 use super::{Lowerer, Storage, Val, checks, kind_of};
@@ -10,7 +10,7 @@ use crate::ir::{Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
 use osl_syntax::ast::{BinaryOp, UnaryOp};
 
-/// An operand: its value, or the variable to read once all operands are evaluated.
+/// An operand: its value, or the variable to read after all operands are evaluated.
 pub(super) enum Operand {
     Now(ValueId),
     Later(Spot),
@@ -45,13 +45,13 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Evaluates what a variable gets as a whole.
+    /// Evaluates the value for a whole variable.
     pub(super) fn eval_into(&mut self, storage: &Storage, e: &Expr) -> Val {
         let Storage::Leaf(slot) = storage else { return self.eval(e) };
         let name = self.b.body.slot(*slot).name.clone();
         self.aim(Some(&name));
         let value = self.eval(e);
-        // No operation has made it: it is copied.
+        // No operation computed it, so it is copied.
         if self.take_target().is_some()
             && let Val::One(value) = value
         {
@@ -74,7 +74,7 @@ impl Lowerer<'_> {
             ExprKind::NullClosure => self.b.constant(Const::Null),
             ExprKind::Convert(inner) => {
                 let value = self.value(inner);
-                // The compiler of the reference writes a conversion of ints, and no other.
+                // The reference's compiler writes a conversion for ints only.
                 if inner.ty == Type::INT && !self.is_folded(inner) {
                     self.count_op();
                 }
@@ -88,7 +88,7 @@ impl Lowerer<'_> {
                 let operands = self.operands_of(name, [a, b]);
                 self.at(e.span);
                 let value = self.binary(*op, operands[0], operands[1]);
-                // A difference of equal variables is folded, whatever they hold.
+                // A difference of equal variables is folded, whatever their values.
                 let vanishes = folded || (*op == BinaryOp::Sub && same_variable(a, b));
                 if !vanishes {
                     self.made(target, value, name);
@@ -129,7 +129,7 @@ impl Lowerer<'_> {
     pub(super) fn operand(&mut self, e: &Expr) -> Operand {
         let place = match &e.kind {
             ExprKind::Read(place) if place.is_plain() => Some(place),
-            // These yield the variable itself.
+            // These return the variable itself.
             ExprKind::Step { prefix: true, place, .. } if place.is_plain() => {
                 self.eval(e);
                 Some(place)
@@ -182,7 +182,7 @@ impl Lowerer<'_> {
                 let none = self.b.int(0);
                 return self.b.lane(LaneOp::IEq, &[some, none]);
             }
-            // Not the opposite of its truth: NaN is equal to 0 as well as different from it.
+            // Not the negation of its truth: NaN is equal to 0 as well as different from it.
             let zero = self.b.constant(Const::zero(kind));
             return self.equality(BinaryOp::Eq, value, zero);
         }
@@ -354,7 +354,7 @@ impl Lowerer<'_> {
             Init::List(_) => return Val::Void,
         };
         let value = match value {
-            // The right side is done with before the indices of the left side change anything.
+            // The right side is evaluated before the indices of the left side change anything.
             Val::Stored(from, Some(element)) if place.path.iter().any(may_write) => {
                 let kept = self.like(&from);
                 self.copy(&kept, None, &from, Some(element));
@@ -389,7 +389,7 @@ impl Lowerer<'_> {
         if prefix { new } else { old }
     }
 
-    /// A value one up or down: each component, each of all sixteen cells.
+    /// A value incremented or decremented by one: each component, or each of all sixteen cells.
     fn next(&mut self, old: ValueId, increment: bool) -> ValueId {
         let (one, add, sub) = match self.b.body.kind(old) {
             Kind::Int => (self.b.int(1), LaneOp::IAdd, LaneOp::ISub),
@@ -424,7 +424,7 @@ fn may_write(step: &Step) -> bool {
     }
 }
 
-/// Whether both expressions read one variable.
+/// Whether both expressions read the same variable.
 fn same_variable(a: &Expr, b: &Expr) -> bool {
     match (&a.kind, &b.kind) {
         (ExprKind::Read(a), ExprKind::Read(b)) => a.path.is_empty() && b.path.is_empty() && a.var == b.var,

@@ -1,7 +1,7 @@
-//! Where variables of the body are first needed: what computes them goes there.
+//! Finds the first use of variables in a body: the code that computes them is placed there.
 //!
-//! A use in both sides of an `If`, or in a side and behind it, is a use of the `If` itself. A use in a loop is one of the
-//! loop: what is needed in many rounds is computed once.
+//! A use in both sides of an `If`, or in one side and after it, is a use of the `If` itself. A use in a loop
+//! is a use of the loop: values for many iterations are computed once.
 
 use crate::ir::{BlockId, Body, Op, SlotId};
 use rustc_hash::FxHashMap;
@@ -13,8 +13,8 @@ pub(super) struct Spot {
     pub(super) index: usize,
 }
 
-/// For each owner of some slots, the place in `root` or its nested blocks before all uses of its slots; none where there
-/// are no uses. Stores count as uses.
+/// For each owner of some slots, the place in `root` or its nested blocks before all uses of its slots;
+/// owners without uses are missing. Stores count as uses.
 pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHashMap<usize, Spot> {
     let found = search(body, root, owners);
     found.into_iter().map(|(owner, (_, spot))| (owner, spot)).collect()
@@ -23,7 +23,7 @@ pub(super) fn of(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) 
 /// A place before all uses.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Found {
-    /// Where only what needs it runs.
+    /// The innermost place, which only code that needs the slots reaches.
     pub(super) inner: Spot,
     /// Outside any branch.
     pub(super) outer: Spot,
@@ -41,9 +41,9 @@ pub(super) fn across(body: &Body, blocks: &[BlockId], slots: &[SlotId]) -> Optio
     Some(Found { inner, ..first })
 }
 
-/// For each owner, the first instruction of the block that holds a use, and the place before all uses.
+/// For each owner, the first instruction of the block that contains a use, and the place before all uses.
 fn search(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHashMap<usize, (usize, Spot)> {
-    // With the place, the first instruction of this block that holds a use.
+    // Besides the place, the first instruction of this block that contains a use.
     let mut found: FxHashMap<usize, (usize, Spot)> = FxHashMap::default();
     if owners.is_empty() {
         return FxHashMap::default();
@@ -80,7 +80,7 @@ fn search(body: &Body, root: BlockId, owners: &FxHashMap<SlotId, usize>) -> FxHa
     found
 }
 
-/// Whether a slot is stored to in a block behind its first `skip` instructions, or in blocks nested there.
+/// Whether a slot is stored to in a block after its first `skip` instructions, or in blocks nested there.
 pub(super) fn is_stored(body: &Body, block: BlockId, skip: usize, slot: SlotId) -> bool {
     body.block(block).insts.iter().skip(skip).any(|inst| match &inst.op {
         Op::Store(to, _) => *to == slot,

@@ -1,4 +1,4 @@
-//! Which statements may leave the path that they are on. Decides where lowering needs guards.
+//! Which statements may leave their path. This determines where lowering needs guards.
 
 use crate::hir::{Stmt, StmtKind};
 
@@ -15,7 +15,7 @@ pub(super) struct Flow {
     pub(super) always: bool,
 }
 
-/// The flow of what may leave the function or the shader.
+/// The flow of code that may leave the function or the shader.
 pub(super) const RETURNED: Flow = Flow { returns: true, breaks: false, continues: false, always: false };
 
 impl Flow {
@@ -52,7 +52,7 @@ pub(super) fn of(stmt: &Stmt) -> Flow {
         StmtKind::Expr(_) | StmtKind::Declare(..) => Flow::default(),
         StmtKind::Block(list) => of_list(list),
         StmtKind::If(_, then, otherwise) => of_list(then).or(of_list(otherwise)),
-        // Breaks and continues end with the loop, which may run no round at all.
+        // Breaks and continues end at the loop, which may run zero times.
         StmtKind::Loop { body, .. } => Flow { returns: of_list(body).returns, ..Flow::default() },
         StmtKind::Break => Flow { breaks: true, always: true, ..Flow::default() },
         StmtKind::Continue => Flow { continues: true, always: true, ..Flow::default() },

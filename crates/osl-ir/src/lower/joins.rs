@@ -1,13 +1,13 @@
-//! How many values branches and loops will hand on once variables are values: at the end of each, one for every variable
-//! that is written inside.
+//! Counts the values that branches and loops will return once variables are values: one for every variable
+//! that is written inside, at the end of each.
 //!
-//! Deep nesting multiplies them: two hundred branches within one another around a hundred thousand assignments make twenty million. It must not
-//! know what instructions compute.
+//! Deep nesting multiplies them: two hundred nested branches around a hundred thousand assignments make
+//! twenty million. This module must not know what instructions compute.
 
 use crate::ir::{BlockId, Body, Op, SlotId};
 use rustc_hash::FxHashSet;
 
-/// The number of values that `block`, with all that is in it, hands on; counting ends above `limit`.
+/// The number of values that `block` returns, including nested blocks; counting stops above `limit`.
 pub(super) fn count(body: &Body, block: BlockId, limit: u64) -> u64 {
     let mut joins = 0;
     written(body, block, limit, &mut joins);
@@ -30,7 +30,7 @@ fn written(body: &Body, block: BlockId, limit: u64, joins: &mut u64) -> FxHashSe
                 let (a, b) = (written(body, *then, limit, joins), written(body, *otherwise, limit, joins));
                 (union(a, b), 1)
             }
-            // What goes into a round, and what comes out of the last.
+            // The values for the first iteration, and those of the last.
             Op::Loop { body: round, .. } => (written(body, *round, limit, joins), 2),
             _ => continue,
         };
@@ -40,7 +40,7 @@ fn written(body: &Body, block: BlockId, limit: u64, joins: &mut u64) -> FxHashSe
     all
 }
 
-/// The smaller one goes into the larger one.
+/// The smaller set is added to the larger one.
 fn union(a: FxHashSet<SlotId>, b: FxHashSet<SlotId>) -> FxHashSet<SlotId> {
     let (mut large, small) = if a.len() < b.len() { (b, a) } else { (a, b) };
     large.extend(small);

@@ -1,8 +1,9 @@
-//! Layers: one body of a shader, or of a whole group.
+//! Layers: makes one body of a shader, or of a whole group.
 //!
-//! Each layer is lowered by itself, and then written into the layers that read it before the first read: in the branch
-//! that reads it if there is one only, so that it runs where it is needed, and once. Connections are small blocks that
-//! copy into the reader's parameter, placed in the same way. What nobody reads is left out.
+//! Each layer is lowered separately, and then inserted into the layers that read it, before the first read:
+//! inside the branch that reads it if there is only one, so that it runs once and only where it is needed.
+//! Connections are small blocks that copy into the reader's parameter, placed in the same way. Layers that
+//! are not read are left out.
 
 use super::checks::Checking;
 use super::first_use::{self, Spot};
@@ -19,7 +20,7 @@ use osl_syntax::ast::ShaderKind;
 use osl_syntax::diagnostic::Diagnostic;
 use rustc_hash::FxHashMap;
 
-/// Where `Ci` stands among the globals.
+/// The index of `Ci` among the globals.
 const CI: usize = hir::GLOBALS.len() - 1;
 
 /// Lowers layers to one body: see [`super::lower_group`].
@@ -35,8 +36,9 @@ pub(super) fn lower(
     (first.notes, first.limits) = (notes, requests.limits.compiling);
     let (mut b, mut diagnostics) = write(views, &wiring, first);
     if !b.messages.is_empty() && (b.messages_by_name || views.len() > 1) {
-        // Found by name where one is computed, those before the first would be variables of the body; and a layer may
-        // speak of the place in a later one where a message was set first. So it is written again with what is known now.
+        // If one is found by a computed name, the messages before it would be variables of the body; and a
+        // layer may refer to the location in a later one where a message was first set. So the body is
+        // written again with the complete information.
         let mut again = Builder::new(wiring.name.clone());
         again.messages_by_name = b.messages_by_name;
         (again.notes, again.limits) = (notes, requests.limits.compiling);
@@ -48,13 +50,13 @@ pub(super) fn lower(
     if diagnostics.is_empty() { Ok(b.body) } else { Err(diagnostics) }
 }
 
-/// A layer that has been lowered, not yet in its place.
+/// A layer that was lowered but not placed yet.
 pub(super) struct Lowered {
-    /// Its parameters, and its body too unless it is an entry.
+    /// Its parameters, and also its body unless it is an entry.
     pub(super) block: BlockId,
     /// The body of an entry; else empty.
     pub(super) body: BlockId,
-    /// Where each parameter lives.
+    /// The storage of each parameter.
     pub(super) params: Vec<Storage>,
 }
 
@@ -85,7 +87,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
             continue;
         }
         l.enter(view, &globals);
-        // The first entry is written where the body starts; the others wait for their place.
+        // The first entry is at the start of the body; the others are placed later.
         let first = wiring.entries.first() == Some(&index);
         let from = if first { start } else { Spot { block: l.b.block(), index: 0 } };
         let outer = std::mem::replace(&mut l.b.current, from.block);
@@ -118,7 +120,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
     {
         l.b.body.outputs.push(Output { name: "Ci".into(), ty: Type::CLOSURE, source: Source::Slot(*ci) });
     }
-    // So are the point and the normal, where a displacement moves them.
+    // The same holds for the point and the normal, if a displacement moves them.
     if last.program.shader.kind == ShaderKind::Displacement {
         for ((global, name, ty, _), slot) in hir::GLOBALS.iter().zip(&globals) {
             let moved = matches!(global, Global::P | Global::N);
@@ -127,7 +129,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
             }
         }
     }
-    // What the last statement has written is no smaller than the rest.
+    // The code of the last statement counts too.
     if l.has_room() {
         let limit = l.b.limits.joins;
         if joins::count(&l.b.body, entry, limit) > limit {
@@ -156,7 +158,7 @@ impl<'a> Lowerer<'a> {
         slots
     }
 
-    /// Turns to another layer.
+    /// Switches to another layer.
     fn enter(&mut self, view: &'a View<'a>, globals: &[SlotId]) {
         self.layer = view;
         self.program = view.program;
@@ -170,7 +172,8 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Lowers the layer that was entered: its parameters into the current block, behind `start`, its body into another.
+    /// Lowers the current layer: its parameters into the current block after `start`, its body into another
+    /// block.
     fn layer(
         &mut self,
         to: &FxHashMap<usize, Vec<&Connection>>,
@@ -208,7 +211,7 @@ impl<'a> Lowerer<'a> {
                 l.guarded(RETURNED, |l| l.stmts(&program.shader.body));
             }
         });
-        // From the last on, since a default may read parameters before its own.
+        // In reverse order, since a default may read earlier parameters.
         for (index, block) in links.into_iter().rev() {
             let handed_on = ends.get(&index).is_some_and(|ends| ends.iter().any(|end| end.bit == 2));
             let spot = if handed_on || program.shader.params[index].output {
@@ -222,7 +225,8 @@ impl<'a> Lowerer<'a> {
         Lowered { block: start.block, body, params }
     }
 
-    /// The value of a parameter that nothing is connected to: that of the point, or the instance's, or the default.
+    /// The value of a parameter without a connection: the point's user data, the instance value, or the
+    /// default.
     fn own_value(&mut self, storage: &Storage, ty: Type, param: &Param) {
         let values = self.layer.values;
         let name = &self.program.vars[param.var.0 as usize].name;
@@ -231,7 +235,7 @@ impl<'a> Lowerer<'a> {
                 && !param.init.is_constant()
                 && values.get(name).is_none()
             {
-                // What computes the default never runs where the value may be edited between runs.
+                // The code for the default never runs where the value may be edited between runs.
                 l.store_zero(storage);
             } else {
                 l.param(storage, ty, name, &param.init, values);
@@ -259,13 +263,13 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Whether the value of the point goes before the parameter's.
+    /// Whether the point's value takes precedence over the parameter's.
     fn takes_user_data(&self, param: &Param) -> bool {
         let name = self.program.vars.get(param.var.0 as usize).map_or("", |var| &var.name);
         self.rules.interpolates(param) || self.layer.values.is_interpolated(name)
     }
 
-    /// Whether the point has a value of a name and kind, and the value.
+    /// Whether the point has a value with a name and kind, and the value.
     fn user_data(&mut self, name: &str, kind: Kind) -> (ValueId, ValueId) {
         let (object, whole) = (self.b.constant(Const::Str("".into())), self.b.int(-1));
         let name = self.b.constant(Const::Str(name.into()));
@@ -277,7 +281,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Copies what is connected to a parameter.
+    /// Copies the connected value to a parameter.
     fn link(
         &mut self,
         storage: &Storage,
@@ -287,7 +291,7 @@ impl<'a> Lowerer<'a> {
         done: &[Option<Lowered>],
     ) {
         let whole = |c: &&&Connection| c.to.fields.is_empty() && c.to.component.is_none();
-        // The last connection of the whole makes all others futile.
+        // The last connection of the whole parameter overrides all earlier ones.
         let sources = match sources.iter().rposition(|c| whole(&c)) {
             Some(at) => &sources[at..=at],
             None => {
@@ -350,7 +354,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// A value as the kind that it goes to.
+    /// A value converted to the kind of its destination.
     fn widened(&mut self, value: ValueId, kind: Kind) -> ValueId {
         let own = self.b.body.kind(value);
         if own == kind {
@@ -377,7 +381,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Notes how the parts of a parameter are connected.
+    /// Records how the parts of a parameter are connected.
     fn join(&mut self, storage: &Storage, index: usize, param: &Param, ends: &Joints) {
         if self.rules.userdata_connected && self.takes_user_data(param) {
             self.connected.extend(leaves(storage).into_iter().map(|slot| (slot, 1)));
@@ -389,8 +393,8 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// How the first argument of a call is connected: 1 from upstream, 2 downstream or to the renderer, 3 both. It may be a
-    /// formal that stands for a parameter. A struct is connected as its first part is.
+    /// How the first argument of a call is connected: 1 upstream, 2 downstream or to the renderer, 3 both. It
+    /// may be a formal that is an alias for a parameter. A struct is connected as its first part is.
     pub(super) fn connected(&mut self, call: &hir::BuiltinCall) -> i32 {
         let Some(hir::ExprKind::Read(place)) = call.args.first().map(|e| &e.kind) else { return 0 };
         if call.row.name != "isconnected" || !place.is_plain() {
@@ -423,7 +427,7 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-/// Whether metadata of a name is one number of a kind.
+/// Whether metadata with a name is one number that satisfies a condition.
 fn says(param: &Param, name: &str, is: impl Fn(f64) -> bool) -> bool {
     param.metadata.iter().any(|(_, n, value)| match value {
         hir::MetaValue::Numbers(numbers) => &**n == name && matches!(numbers[..], [x] if is(x)),
@@ -431,7 +435,7 @@ fn says(param: &Param, name: &str, is: impl Fn(f64) -> bool) -> bool {
     })
 }
 
-/// The part of a parameter that some fields lead to.
+/// The part of a parameter at a path of fields.
 fn part(storage: &Storage, fields: &[usize]) -> Option<Storage> {
     let mut storage = storage;
     for field in fields {

@@ -1,9 +1,9 @@
 //! Lowering: from the resolved tree to IR.
 //!
 //! Functions are inlined (the language has no recursion), structs become one slot for each part, scalar
-//! variables are slots that the `ssa` pass turns into values, and jumps become flags that guard what follows
-//! them: only `If` and `Loop` remain. Parameter values are constants here, so that later passes specialise
-//! the program on them. It must not know lanes or registers.
+//! variables become slots that the `ssa` pass turns into values, and jumps become flags that guard the code
+//! after them: only `If` and `Loop` remain. Parameter values are constants here, so that later passes
+//! specialise the program for them. This module must not know lanes or registers.
 
 mod call;
 mod checks;
@@ -35,46 +35,46 @@ pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
 /// A call of an operation that only another renderer knows.
 pub const NO_OPERATION: Code = Code { id: "E0602", name: "no-operation" };
 
-/// What a group is called that has no name.
+/// The name of a group without a name.
 const UNNAMED: &str = "unnamed_group_1";
 
-/// What a renderer asks of a shader or a group.
+/// What a renderer requires of a shader or a group.
 #[derive(Clone, Debug, Default)]
 pub struct Requests {
-    /// Outputs of layers before the last: `layer.output` of one layer, which becomes an output of the body, `output` of
-    /// each layer that has one. Such a layer runs at every point, before the last.
+    /// Outputs of layers before the last: `layer.output` of one layer, which becomes an output of the body,
+    /// or `output` of each layer that has one. Such a layer runs at every point, before the last.
     pub outputs: Vec<Arc<str>>,
     /// Outputs of the last layer.
     pub last: Last,
     /// Whether the body gets [`Note`](crate::ir::Note)s of what its source does.
     pub notes: bool,
-    /// How large the body may become.
+    /// The limits on the size of the body.
     pub limits: Limits,
 }
 
-/// Which outputs of the last layer a renderer takes: they count as connected.
+/// The outputs of the last layer that a renderer takes: they count as connected.
 #[derive(Clone, Debug, Default)]
 pub enum Last {
     /// All.
     #[default]
     All,
-    /// Those of these names: `output`, `output.field`, with or without `layer.` before. Others are no outputs of the
-    /// body, and layers that only they need do not run.
+    /// Those with these names: `output`, `output.field`, with or without `layer.` before. Others are not
+    /// outputs of the body, and layers that only they need do not run.
     Named(Vec<Arc<str>>),
-    /// Nobody says that it takes any, yet all are outputs of the body.
+    /// None is taken, but all are outputs of the body.
     None,
 }
 
-/// Lowers a program for the given parameter values; nothing is asked of it.
+/// Lowers a program for the given parameter values, without requirements of a renderer.
 ///
 /// # Errors
-/// The program exceeds its budget or uses what cannot be run yet. Values that do not suit their parameter
-/// are ignored: see [`crate::params`].
+/// The program exceeds its budget or uses an operation that cannot run. Values that do not fit their
+/// parameter are ignored: see [`crate::params`].
 pub fn lower(program: &Program, params: &ParamValues) -> Result<Body, Vec<Diagnostic>> {
     lower_for(program, params, &Requests { last: Last::None, ..Requests::default() })
 }
 
-/// Lowers a program for what a renderer asks of it.
+/// Lowers a program for a renderer's requirements.
 ///
 /// # Errors
 /// Those of [`lower`].
@@ -88,8 +88,8 @@ pub fn lower_for(
     layers::lower(&[View { program, values: params, names, base: 0 }], &[], &Rules::default(), requests)
 }
 
-/// Lowers a group to one body: all outputs of its last layer, and those of other layers that `outputs` names, as in
-/// [`Requests`].
+/// Lowers a group to one body: all outputs of its last layer, and those of other layers that `outputs` names,
+/// as in [`Requests`].
 ///
 /// # Errors
 /// The group exceeds its budget.
@@ -97,8 +97,8 @@ pub fn lower_group(group: &Group, outputs: &[Arc<str>]) -> Result<Body, Vec<Diag
     lower_group_for(group, &Requests { outputs: outputs.to_vec(), ..Requests::default() })
 }
 
-/// Lowers a group to one body for what a renderer asks of it. A layer runs where its values are needed, once at most. The
-/// rules of the group say what else runs.
+/// Lowers a group to one body for a renderer's requirements. A layer runs where its values are needed, at
+/// most once. The rules of the group determine which other layers run.
 ///
 /// # Errors
 /// Those of [`lower_group`].
@@ -116,20 +116,20 @@ pub fn lower_group_for(group: &Group, requests: &Requests) -> Result<Body, Vec<D
     layers::lower(&views, &group.connections, &group.rules, requests)
 }
 
-/// A layer as lowering sees it.
+/// A layer, as seen by lowering.
 struct View<'a> {
     program: &'a Program,
     values: &'a ParamValues,
     names: Names,
-    /// What to add to spans of the program.
+    /// The offset to add to spans of the program.
     base: u32,
 }
 
-/// Where a variable lives: one slot for each part that is no struct.
+/// The storage of a variable: one slot for each part that is not a struct.
 #[derive(Clone, Debug)]
 enum Storage {
     Leaf(SlotId),
-    /// Shared: each use of a variable asks for its storage, and a struct may have very many parts.
+    /// Shared, since each use of a variable needs its storage, and a struct may have very many parts.
     Struct(Rc<[Storage]>),
 }
 
@@ -153,7 +153,7 @@ struct LoopFlags {
 /// A function, or the shader, that is being lowered.
 #[derive(Debug)]
 struct Frame {
-    /// Where the value of a `return` goes, and its type.
+    /// The destination of a `return`'s value, and its type.
     ret: Option<(Storage, Type)>,
     returned: SlotId,
     loops: Vec<LoopFlags>,
@@ -164,7 +164,7 @@ struct Frame {
 enum Val {
     /// A scalar, triple, matrix, string or closure.
     One(ValueId),
-    /// A struct or array, where it lies; `None` is no element, else that of each leaf.
+    /// A struct or array, in its storage; `Some` is the index of an element, applied to each part.
     Stored(Storage, Option<ValueId>),
     /// No value.
     Void,
@@ -175,26 +175,26 @@ struct Lowerer<'a> {
     layer: &'a View<'a>,
     rules: &'a Rules,
     program: &'a Program,
-    /// How parts of its parameters are connected: 1 from upstream, 2 downstream or to the renderer, 3 both.
+    /// How parts of its parameters are connected: 1 upstream, 2 downstream or to the renderer, 3 both.
     connected: FxHashMap<SlotId, i32>,
     b: Builder,
     vars: Vec<Option<Storage>>,
     frames: Vec<Frame>,
     diagnostics: Vec<Diagnostic>,
-    /// Set once the budget is used up: nothing more is lowered.
+    /// Set when the budget is used up: then nothing more is lowered.
     full: bool,
-    /// Calls of `exit` so far.
+    /// Number of calls of `exit` so far.
     exits: u32,
-    /// Blocks around the code that is being lowered.
+    /// Nesting depth of blocks around the current code.
     depth: u32,
-    /// Whether some points may have ended the shader within the statement that is being lowered.
+    /// Whether some points may have ended the shader within the current statement.
     unsure: bool,
-    /// What checks have to know.
+    /// The state of the checks.
     checking: checks::Checking,
 }
 
 impl<'a> Lowerer<'a> {
-    /// Says where in the source the next instructions come from.
+    /// Sets the source location of the next instructions.
     fn at(&mut self, span: Span) {
         self.b.span = span.moved(self.layer.base);
     }
@@ -205,7 +205,7 @@ impl<'a> Lowerer<'a> {
         self.diagnostics.push(Diagnostic::error(TOO_LARGE, self.b.span, what));
     }
 
-    /// Whether there is room for more; reports once where there is not.
+    /// Whether there is room for more; reports an error once if there is not.
     fn has_room(&mut self) -> bool {
         if !self.full
             && let Some(excess) = self.b.excess()
@@ -232,7 +232,7 @@ impl<'a> Lowerer<'a> {
             for (part, field) in parts.iter().zip(&program.structs.get(id).fields) {
                 let name = format!("{name}.{}", field.name);
                 if params.get(&name).is_some() {
-                    // What the values leave out is zero, not the default.
+                    // Missing values are zero, not the default.
                     self.clear(part);
                     self.param(part, field.ty, &name, &Init::List(Vec::new()), params);
                 }
@@ -279,7 +279,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    /// Where a variable lives. A variable that was never declared on this path gets storage of its own.
+    /// The storage of a variable. A variable that was never declared on this path gets new storage.
     fn storage(&mut self, var: VarId) -> Option<Storage> {
         if let Some(Some(storage)) = self.vars.get(var.0 as usize) {
             return Some(storage.clone());
@@ -306,7 +306,7 @@ impl<'a> Lowerer<'a> {
     fn allocate(&mut self, ty: Type, name: &str) -> Storage {
         let len = match ty.extent {
             Extent::Array(n) => Some(n),
-            // An open array is bound to its argument, whose storage has the length.
+            // An open array is an alias for its argument, whose storage has the length.
             Extent::Unsized => Some(1),
             Extent::One => None,
         };
@@ -318,7 +318,7 @@ impl<'a> Lowerer<'a> {
             let program = self.program;
             let mut parts = Vec::new();
             for field in &program.structs.get(id).fields {
-                // Nothing more is lowered, so that nobody misses the parts that are left out.
+                // Nothing more is lowered, so the missing parts are never used.
                 if !self.has_room() {
                     break;
                 }
@@ -334,7 +334,7 @@ impl<'a> Lowerer<'a> {
     }
 }
 
-/// How values of a type are stored. Structs have no kind of their own and are never asked for.
+/// How values of a type are stored. Structs have no kind and must not be passed.
 pub(crate) fn kind_of(base: Base) -> Kind {
     match base {
         Base::Int | Base::Void | Base::Error | Base::Struct(_) => Kind::Int,

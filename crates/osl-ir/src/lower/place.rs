@@ -13,7 +13,7 @@ pub(super) struct Spot {
     storage: Storage,
     element: Option<ValueId>,
     part: Part,
-    /// Name and type of the variable, where reads of it are checked.
+    /// Name and type of the variable, if reads of it are checked.
     checked: Option<(Arc<str>, Type)>,
 }
 
@@ -25,12 +25,12 @@ enum Part {
 }
 
 impl Spot {
-    /// All of a storage.
+    /// The whole of a storage.
     pub(super) fn whole(storage: Storage) -> Spot {
         Spot { storage, element: None, part: Part::Whole, checked: None }
     }
 
-    /// The storage that it lies in.
+    /// Its storage.
     pub(super) fn storage(&self) -> &Storage {
         &self.storage
     }
@@ -52,7 +52,7 @@ impl Lowerer<'_> {
                     ty = ty.and_then(|ty| ty.as_struct()).and_then(|id| {
                         self.program.structs.get(id).fields.get(*index as usize).map(|field| field.ty)
                     });
-                    // The name of the part, as its slot has it.
+                    // The name of the part is that of its slot.
                     if let Some(slot) = spot.storage.first() {
                         name = self.b.body.slot(slot).name.clone();
                     }
@@ -79,7 +79,7 @@ impl Lowerer<'_> {
         Some(spot)
     }
 
-    /// An index limited to `0..len`; one that lies outside is reported when running.
+    /// An index clamped to `0..len`; an index outside is reported at run time.
     fn within(&mut self, index: ValueId, len: u32, name: &Arc<str>) -> ValueId {
         if let Some(n) = self.b.known_int(index)
             && n.cast_unsigned() < len
@@ -110,7 +110,7 @@ impl Lowerer<'_> {
         Val::One(self.checked(spot, slot, whole, value))
     }
 
-    /// The value that was read, checked if that is asked for: what had no value is zero from then on.
+    /// The value that was read, checked if requested: an uninitialised value is zero from then on.
     fn checked(&mut self, spot: &Spot, slot: SlotId, whole: ValueId, value: ValueId) -> ValueId {
         let op = match (spot.part, spot.element) {
             (Part::Component(_), _) => Some("compref"),
@@ -146,7 +146,7 @@ impl Lowerer<'_> {
 
     fn write_leaf(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
         if std::mem::take(&mut self.unsure) {
-            // A call in this statement may have ended the shader: nothing is written there any more.
+            // A call in this statement may have ended the shader: then nothing is written.
             self.guarded(RETURNED, |l| l.write_leaf(slot, element, value));
             self.unsure = true;
             return;
@@ -158,7 +158,7 @@ impl Lowerer<'_> {
         self.note_set(slot, element, value);
     }
 
-    /// Notes that a variable has a new value.
+    /// Records that a variable has a new value.
     pub(super) fn note_set(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
         let args = [element, Some(value)];
         let args: Vec<ValueId> = args.into_iter().flatten().collect();
@@ -237,7 +237,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Zero, empty or null for every scalar part. Arrays are zero when a point starts and stay as they are.
+    /// Zero, empty or null for every scalar part. Arrays are zero when a point starts and stay unchanged.
     pub(super) fn store_zero(&mut self, storage: &Storage) {
         match storage {
             Storage::Struct(parts) => {
@@ -267,7 +267,7 @@ impl Lowerer<'_> {
                 self.write(&spot, value);
             }
             Init::List(items) => {
-                // Evaluated in order, the missing ones zero.
+                // Evaluated in order; missing ones are zero.
                 self.store_zero(storage);
                 self.store_list(storage, None, ty, items);
             }

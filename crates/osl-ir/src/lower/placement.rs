@@ -1,7 +1,7 @@
-//! Where the layers of a group go in its body: entries one after another, each other layer before its first use, and
-//! layers that run at every point before the body of the first entry.
+//! Places the layers of a group in its body: the entries one after another, each other layer before its first
+//! use, and layers that run at every point before the body of the first entry.
 //!
-//! It moves instructions between blocks; it must not know what they do, other than which slots they touch.
+//! It moves instructions between blocks; it must not know their meaning, except which slots they access.
 
 use super::Lowerer;
 use super::first_use::{self, Spot};
@@ -11,14 +11,15 @@ use crate::ir::{BlockId, Body, Kernel, Op, Sink, SlotId};
 use crate::passes::dce;
 
 impl Lowerer<'_> {
-    /// Joins the layers to one body that begins in the block of the first entry. `globals` are the slots of the shader
-    /// globals.
+    /// Joins the layers to one body that begins with the block of the first entry. `globals` are the slots of
+    /// the shader globals.
     pub(super) fn place_layers(&mut self, wiring: &Wiring<'_>, done: &[Option<Lowered>], globals: &[SlotId]) {
         if done.len() > 1 {
             self.drop_unneeded(wiring, done, globals);
         }
         let lowered = |index: &usize| done.get(*index).and_then(Option::as_ref);
-        // What runs, in order: the parameters of the first entry, layers that run at every point, its body, the other entries.
+        // The order of execution: the parameters of the first entry, layers that run at every point, its
+        // body, the other entries.
         let front = self.b.block();
         let mut blocks: Vec<BlockId> = Vec::new();
         for entry in wiring.entries.iter().filter_map(lowered) {
@@ -50,7 +51,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Removes what only leads to outputs that nobody takes, so that layers do not run for that.
+    /// Removes code that only leads to unused outputs, so that layers do not run for these.
     fn drop_unneeded(&mut self, wiring: &Wiring<'_>, done: &[Option<Lowered>], globals: &[SlotId]) {
         let mut layers = Vec::new();
         for (index, layer) in done.iter().enumerate() {
@@ -69,13 +70,14 @@ impl Lowerer<'_> {
                 runs: wiring.entries.contains(&index) || self.runs_anyway(index, layer, wiring, globals),
             });
         }
-        // Layers share globals and messages.
+        // Globals and messages are shared between layers.
         let messages = self.b.messages.iter().flat_map(|m| m.slots());
         let shared: Vec<SlotId> = globals.iter().copied().chain(messages).collect();
         dce::lazy(&mut self.b.body, &layers, &shared);
     }
 
-    /// Moves an entry before what needs it in an earlier one. It runs in any case, so it does not go into a branch.
+    /// Moves an entry before the code that needs it in an earlier one. It always runs, so it is not placed in
+    /// a branch.
     fn place_entry(&mut self, entry: &Lowered, slots: &[SlotId], blocks: &mut Vec<BlockId>) {
         let own = blocks.iter().position(|block| *block == entry.block).unwrap_or(0);
         let earlier = blocks.get(..own).unwrap_or(&[]);
@@ -96,13 +98,13 @@ impl Lowerer<'_> {
             || rules.eager_unconnected && !wiring.leaves(index)
     }
 
-    /// Writes the instructions of a block behind those of another.
+    /// Appends the instructions of a block to another.
     pub(super) fn append(&mut self, block: BlockId, to: BlockId) {
         let index = self.b.body.block(to).insts.len();
         self.splice(block, Some(Spot { block: to, index }));
     }
 
-    /// Writes the instructions of a block at a place of another; nowhere without one.
+    /// Inserts the instructions of a block at a place in another; does nothing without a place.
     pub(super) fn splice(&mut self, block: BlockId, spot: Option<Spot>) {
         let insts = std::mem::take(&mut self.b.body.blocks[block.index()].insts);
         if let Some(spot) = spot {
@@ -111,7 +113,7 @@ impl Lowerer<'_> {
     }
 }
 
-/// Whether a block may report an error of the shader.
+/// Whether a block may report a shader error.
 fn reports(body: &Body, block: BlockId) -> bool {
     body.block(block).insts.iter().any(|inst| match &inst.op {
         Op::Kernel(Kernel::Print { sink: Sink::Error, .. }, _) => true,

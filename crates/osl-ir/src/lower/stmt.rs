@@ -9,7 +9,7 @@ use osl_limits::Compiling;
 use osl_syntax::span::Span;
 
 impl Lowerer<'_> {
-    /// Lowers statements in order. What follows one that may leave runs only where it did not.
+    /// Lowers statements in order. Code after a statement that may leave runs only where it did not leave.
     pub(super) fn stmts(&mut self, list: &[Stmt]) {
         let Compiling { nested_jumps, jump_depth, .. } = self.b.limits;
         let max_nested = if u64::from(self.depth) < jump_depth { nested_jumps } else { 0 };
@@ -33,8 +33,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Lowers statements in order, what follows a jump in a block of its own, until so many blocks lie within each
-    /// other. Returns how many statements are done with: lowered, or never reached.
+    /// Lowers statements in order; the code after a jump goes into a nested block, up to a maximum nesting
+    /// depth. Returns the number of statements that are finished: lowered, or never reached.
     fn nested(&mut self, list: &[Stmt], max_nested: u64) -> usize {
         for (index, stmt) in list.iter().enumerate() {
             if !self.has_room() {
@@ -67,8 +67,8 @@ impl Lowerer<'_> {
         list.len()
     }
 
-    /// `if (c) { …; return } rest` is `if (c) { …; return } else { rest }`: no flag is tested. Returns how many
-    /// statements of the rest are done with, if the statement was of that form, and then lowered.
+    /// `if (c) { …; return } rest` is `if (c) { …; return } else { rest }`: no flag is tested. If the
+    /// statement has this form, lowers it and returns how many statements of the rest are finished.
     fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt], max_nested: u64) -> Option<usize> {
         let StmtKind::If(cond, then, otherwise) = &stmt.kind else { return None };
         let (first, second) = (flow::of_list(then), flow::of_list(otherwise));
@@ -106,12 +106,12 @@ impl Lowerer<'_> {
         self.b.note(&[cond], |_| Note::Branch);
         self.at(place);
         if self.unsure {
-            // The condition may have ended the shader: neither branch runs then.
+            // The condition may have ended the shader: then neither branch runs.
             self.guarded(RETURNED, |l| l.if_else(cond, then, otherwise));
         } else {
             self.if_else(cond, then, otherwise);
         }
-        // The reference leaves out an `if` of which nothing remains.
+        // The reference omits an `if` whose contents vanish.
         if self.ops_so_far() == tested {
             self.forget_ops(before);
         }
@@ -145,7 +145,7 @@ impl Lowerer<'_> {
     /// Runs `work` only where no jump of this flow was taken.
     pub(super) fn guarded(&mut self, flow: Flow, work: impl FnOnce(&mut Self)) {
         let live = self.live(flow);
-        // Within, all points are in the shader still.
+        // Inside, no point has left the shader.
         let outer = std::mem::replace(&mut self.unsure, false);
         self.if_else(live, work, |_| ());
         self.unsure |= outer;
@@ -160,7 +160,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// What a built-in yields where no point has left the shader within this statement, and zero elsewhere.
+    /// The results of a built-in where no point has left the shader within this statement, and zero
+    /// elsewhere.
     pub(super) fn emitted_where_live(&mut self, work: impl FnOnce(&mut Self) -> Emitted) -> Emitted {
         if !self.unsure {
             return work(self);
@@ -172,7 +173,7 @@ impl Lowerer<'_> {
             let outer = std::mem::replace(&mut l.unsure, false);
             found = work(l);
             l.unsure |= outer;
-            // Values of a block are not seen outside of it.
+            // Values of a block are not visible outside it.
             for value in found.result.into_iter().chain(found.outputs.iter().map(|(_, value)| *value)) {
                 let slot = l.b.slot(l.b.body.kind(value), None, "yields".into());
                 l.b.store(slot, value);
@@ -279,7 +280,7 @@ impl Lowerer<'_> {
         self.frames.last()?.loops.last().copied()
     }
 
-    /// Every loop becomes one that tests at the end: `go` tells whether the point runs another round.
+    /// Every loop becomes one that tests at the end: `go` tells whether the point runs another iteration.
     fn loop_(
         &mut self,
         cond: Option<&Expr>,
@@ -327,7 +328,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// One round: the body, then the iteration expression and the next test where nothing left the loop.
+    /// One iteration: the body, then the iteration expression and the next test, unless the loop was left.
     fn round(
         &mut self,
         body: &[Stmt],

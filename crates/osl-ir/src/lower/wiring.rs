@@ -1,4 +1,5 @@
-//! How layers hang together: which are needed, and what is connected to what. It must not know instructions.
+//! How layers are connected: which are needed, and the connections between them. This module must not know
+//! instructions.
 
 use super::{Last, Requests, View};
 use crate::group::{Connection, End, Rules};
@@ -11,30 +12,31 @@ pub(super) struct Wiring<'a> {
     /// Name of the last layer's shader.
     pub(super) name: Arc<str>,
     pub(super) rules: &'a Rules,
-    /// Whether a connection leaves each layer.
+    /// Whether each layer has an outgoing connection.
     left: Vec<bool>,
-    /// The layers that run in any case, in order.
+    /// The layers that always run, in order.
     pub(super) entries: Vec<usize>,
     pub(super) needed: Vec<bool>,
-    /// For each layer and parameter, the connections to it, those of components first.
+    /// For each layer and parameter, its incoming connections; those of components come first.
     pub(super) to: Vec<FxHashMap<usize, Vec<&'a Connection>>>,
-    /// For each layer, what of its parameters is connected.
+    /// For each layer, the connected parts of its parameters.
     pub(super) ends: Vec<Joints>,
     /// Which parameters of the last layer are outputs of the body.
     pub(super) delivered: Vec<bool>,
-    /// Outputs of layers before the last that are asked for.
+    /// Requested outputs of layers before the last.
     pub(super) asked: Vec<Asked>,
 }
 
-/// What of each parameter is connected, by the index of the parameter; each part once, however many connections it has.
+/// The connected parts of each parameter, by the index of the parameter; each part once, however many
+/// connections it has.
 pub(super) type Joints = FxHashMap<usize, FxHashSet<Joint>>;
 
 /// A parameter, or a field of one, that is connected.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Joint {
-    /// The fields that lead to the part.
+    /// The path of fields to the part.
     pub(super) fields: Vec<usize>,
-    /// 1 from upstream; 2 downstream, or to the renderer.
+    /// 1 upstream; 2 downstream, or to the renderer.
     pub(super) bit: i32,
 }
 
@@ -95,7 +97,7 @@ impl<'a> Wiring<'a> {
         for Asked { layer, param, .. } in &wiring.asked {
             let joints = wiring.ends[*layer].entry(*param).or_default();
             joints.insert(Joint { fields: Vec::new(), bit: 2 });
-            // Among entries it runs only if it is one or is needed by one.
+            // If there is a list of entries, it runs only if it is an entry or an entry needs it.
             wiring.needed[*layer] |= rules.entries.is_none();
         }
         if let ([.., view], [.., ends]) = (views, &mut wiring.ends[..]) {
@@ -118,17 +120,17 @@ impl<'a> Wiring<'a> {
         wiring
     }
 
-    /// Whether an output is asked for of a layer that runs at every point for that reason.
+    /// Whether a layer runs at every point because one of its outputs is requested.
     pub(super) fn asks(&self, layer: usize) -> bool {
         self.rules.entries.is_none() && self.asked.iter().any(|asked| asked.layer == layer)
     }
 
-    /// Whether a connection leaves a layer.
+    /// Whether a layer has an outgoing connection.
     pub(super) fn leaves(&self, layer: usize) -> bool {
         self.left.get(layer).is_some_and(|left| *left)
     }
 
-    /// Marks what a layer reads, however far up.
+    /// Marks the layers that a layer needs, directly and indirectly.
     fn need(&mut self, layer: usize) {
         let mut open = vec![layer];
         while let Some(layer) = open.pop() {
@@ -142,7 +144,7 @@ impl<'a> Wiring<'a> {
     }
 }
 
-/// What of the last layer the renderer takes.
+/// The outputs of the last layer that the renderer takes.
 fn requested(view: &View<'_>, requests: &Requests) -> Vec<(usize, Joint)> {
     let View { program, names, .. } = view;
     let outputs = program.shader.params.iter().enumerate().filter(|(_, p)| p.output);
@@ -163,7 +165,7 @@ fn requested(view: &View<'_>, requests: &Requests) -> Vec<(usize, Joint)> {
     found
 }
 
-/// The fields by which `path`, like `p.x.y`, leads to a part of a parameter.
+/// The fields of a path like `p.x.y` to a part of a parameter.
 fn fields(program: &Program, param: &Param, path: &str) -> Option<Vec<usize>> {
     let var = program.vars.get(param.var.0 as usize)?;
     let mut names = path.split('.');

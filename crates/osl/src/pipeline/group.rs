@@ -1,7 +1,7 @@
-//! From the text of a group to one program.
+//! Compiles the text of a group to one program.
 //!
-//! Each shader is read and resolved once; each layer has a part of the source map of its own, so that a place in it tells
-//! the layer too.
+//! Each shader is read and resolved once. Each layer has its own part of the source map, so that a location
+//! also identifies the layer.
 
 use super::{Checked, check};
 use osl_ir::group::Group;
@@ -14,25 +14,25 @@ use osl_syntax::span::Span;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Where the shaders of a group come from.
+/// Provides the shaders of a group.
 pub trait ShaderFiles {
-    /// The name of the file of a shader, and its text.
+    /// The file name of a shader, and its text.
     ///
     /// # Errors
-    /// Why there is none, in words for the user.
+    /// Why the shader is not available, as text for the user.
     fn find(&self, shader: &str) -> Result<(String, String), String>;
 
-    /// Where the shaders' includes come from.
+    /// Provides the files that the shaders include.
     fn includes(&self) -> &dyn SourceProvider;
 }
 
 /// A group that was read, with or without errors.
 pub struct CheckedGroup {
-    /// The text of the group, and the files of each layer behind it.
+    /// The text of the group, followed by the files of each layer.
     pub sources: SourceMap,
-    /// What there is to say, that of the text first.
+    /// The diagnostics; those of the group's text come first.
     pub diagnostics: Vec<Diagnostic>,
-    /// The group; only if there is no error.
+    /// The group, if there is no error.
     pub group: Option<Group>,
 }
 
@@ -53,7 +53,7 @@ pub fn check_group(
     CheckedGroup { group: linked.group.filter(|_| !failed), diagnostics, ..linked }
 }
 
-/// Builds a group of statements whose places lie in `sources`, and reads its shaders.
+/// Builds a group from statements whose locations are in `sources`, and reads its shaders.
 pub fn link(
     sources: SourceMap,
     statements: &[Statement],
@@ -68,14 +68,14 @@ pub fn link(
     CheckedGroup { sources: library.sources, diagnostics, group: Some(group).filter(|_| !failed) }
 }
 
-/// The shaders that were read so far.
+/// The shaders read so far.
 pub struct Library<'a> {
     files: &'a dyn ShaderFiles,
     options: &'a Options,
     /// Their files, once for each layer.
     pub sources: SourceMap,
     known: HashMap<String, Result<Known, String>>,
-    /// What reading them said, with places in `sources`.
+    /// The diagnostics from reading them, with locations in `sources`.
     pub diagnostics: Vec<Diagnostic>,
 }
 
@@ -100,7 +100,7 @@ impl Shaders for Library<'_> {
 }
 
 impl<'a> Library<'a> {
-    /// A library that has read nothing yet; the files that it reads go behind those of `sources`.
+    /// An empty library. Files that it reads are appended to those of `sources`.
     pub fn new(sources: SourceMap, files: &'a dyn ShaderFiles, options: &'a Options) -> Library<'a> {
         Library { files, options, sources, known: HashMap::new(), diagnostics: Vec::new() }
     }
@@ -116,7 +116,7 @@ impl<'a> Library<'a> {
     }
 }
 
-/// A diagnostic of files that lie elsewhere now.
+/// A diagnostic whose files were appended to another source map.
 pub fn moved(mut d: Diagnostic, by: u32) -> Diagnostic {
     let mv = |span: &mut Span| *span = span.moved(by);
     mv(&mut d.span);

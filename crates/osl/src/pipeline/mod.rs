@@ -1,6 +1,6 @@
-//! From source text to a program that runs: the one place where the crates are joined.
+//! From source text to a runnable program: the one place where the crates are joined.
 //!
-//! It must not know arguments, terminals or where files lie: includes come through a provider.
+//! This module must not know arguments, terminals or the location of files: a provider supplies includes.
 
 mod group;
 
@@ -23,21 +23,21 @@ use osl_syntax::{Options, Parsed, Reports};
 
 /// A file that was read and resolved, with or without errors.
 pub struct Checked {
-    /// The files behind the diagnostics.
+    /// The files to which the diagnostics refer.
     pub sources: SourceMap,
-    /// What there is to say, in order.
+    /// The diagnostics, in order.
     pub diagnostics: Vec<Diagnostic>,
-    /// The resolved program; only if there is no error.
+    /// The resolved program, if there is no error.
     pub program: Option<hir::Program>,
     /// The syntax tree.
     pub ast: Ast,
-    /// Lines on which the file silences warnings.
+    /// Lines on which the file suppresses warnings.
     pub nowarn: Vec<Span>,
     /// Whether the file is a compiled shader: it has no syntax tree, and lints do not apply.
     pub compiled: bool,
 }
 
-/// Whether a file of this name is a compiled shader rather than a source.
+/// Whether a file with this name is a compiled shader rather than a source.
 pub fn is_compiled(name: &str) -> bool {
     name.rsplit_once('.').is_some_and(|(_, extension)| extension.eq_ignore_ascii_case("oso"))
 }
@@ -67,7 +67,7 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     Checked { sources, diagnostics, program: program.filter(|_| !failed), ast, nowarn, compiled: false }
 }
 
-/// Resolves what parsing could make sense of. An error of syntax does not hide those of types.
+/// Resolves the sound parts of the parsed file. A syntax error does not hide type errors.
 fn resolve(parsed: &Parsed, reports: Reports, limits: &Limits) -> (Option<hir::Program>, Vec<Diagnostic>) {
     let Some((ast, mut whole)) = parsed.sound() else { return (None, Vec::new()) };
     let stop = match reports {
@@ -94,18 +94,18 @@ fn resolve(parsed: &Parsed, reports: Reports, limits: &Limits) -> (Option<hir::P
     (resolved.program, more.collect())
 }
 
-/// What the lints find in a file without errors, whatever their level; nothing in a file with errors.
+/// All findings of the lints in a file without errors, whatever their level; nothing for a file with errors.
 pub fn lint(checked: &Checked, options: &lint::Options) -> Vec<Diagnostic> {
     let Some(program) = checked.program.as_ref().filter(|_| !checked.compiled) else { return Vec::new() };
     let options = lint::Options { silenced: checked.nowarn.clone(), ..options.clone() };
     lint::run(&checked.ast, program, &checked.sources, &options)
 }
 
-/// A program with its way there.
+/// A program with the steps to it.
 pub struct Compiled {
     /// The IR after the passes.
     pub body: Body,
-    /// What each pass did.
+    /// The report of each pass.
     pub reports: Vec<Report>,
     /// The program.
     pub program: Program,
@@ -114,21 +114,21 @@ pub struct Compiled {
 /// Why a resolved program did not compile.
 #[derive(Debug)]
 pub enum CompileError {
-    /// A parameter value does not suit.
+    /// A parameter value is invalid.
     Param(params::ParamError),
-    /// The program itself.
+    /// The program itself is invalid.
     Program(Vec<Diagnostic>),
 }
 
-/// Lowers a program with parameter values given as name and text; nothing is asked of it.
+/// Lowers a program with parameter values given as name and text, without requirements of a renderer.
 ///
 /// # Errors
-/// A value does not suit its parameter, or the program cannot be lowered.
+/// A value does not fit its parameter, or the program cannot be lowered.
 pub fn lower(program: &hir::Program, values: &[(String, String)]) -> Result<Body, CompileError> {
     lower_for(program, values, &Requests { last: Last::None, ..Requests::default() })
 }
 
-/// The same for what a renderer asks of it.
+/// Like [`lower`], with the requirements of a renderer.
 ///
 /// # Errors
 /// Those of [`lower`].
@@ -140,7 +140,7 @@ pub fn lower_for(
     lower::lower_for(program, &given(program, values)?, requests).map_err(CompileError::Program)
 }
 
-/// The same, with notes of what the source does.
+/// Like [`lower`], with notes about what the source does.
 ///
 /// # Errors
 /// Those of [`lower`].

@@ -1,4 +1,4 @@
-//! Lane operations on constants, by the bodies of the list.
+//! Evaluates lane operations on constants with the bodies of the list.
 
 use super::LaneOp;
 use crate::ir::{Const, Kind};
@@ -23,7 +23,7 @@ macro_rules! eval_row {
     ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> S) => {{ None }};
     // Strings compare by value in `LaneOp::eval`, never by number.
     ($real:ident, $args:ident, $path:path, (S, S) -> $ret:ident) => {{ None }};
-    // Of closures only null is a constant.
+    // The only constant closure is null.
     ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> K) => {{ None }};
     ($real:ident, $args:ident, $path:path, (K) -> $ret:ident) => {{ None }};
     ($real:ident, $args:ident, $path:path, ($($arg:ident),*) -> $ret:ident) => {{
@@ -52,7 +52,7 @@ trait FromConst: Sized {
 }
 
 trait IntoConst {
-    /// The constant, if single precision has it.
+    /// The constant, if single precision can represent it.
     fn into_const(self) -> Option<Const>;
 }
 
@@ -68,7 +68,7 @@ impl IntoConst for i32 {
     }
 }
 
-/// A float as single precision has it, if it does.
+/// The float in single precision, if it can be represented exactly.
 fn single<R: Real>(x: R) -> Option<f32> {
     let single = x.to_f32();
     (single.is_nan() || f64::from(single) == x.to_f64()).then_some(single)
@@ -121,13 +121,14 @@ impl<R: Real> IntoConst for [R; 16] {
 crate::for_each_lane_op!(stamp);
 
 impl LaneOp {
-    /// The result for constant arguments, by the arithmetic of a strict run. `None` if the arguments do not suit it.
+    /// The result for constant arguments in the strict arithmetic. `None` if the arguments have the wrong
+    /// kinds.
     pub fn eval(self, args: &[Const]) -> Option<Const> {
         self.eval_in::<f32>(args)
     }
 
-    /// The result for constant arguments in double precision, if single precision has it: an arithmetic that knows more
-    /// must not find less in a constant.
+    /// The result for constant arguments in double precision, if single precision can represent it: a more
+    /// precise arithmetic must not use a rounded constant.
     pub fn eval_exactly(self, args: &[Const]) -> Option<Const> {
         self.eval_in::<f64>(args)
     }
