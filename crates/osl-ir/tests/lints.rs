@@ -84,7 +84,7 @@ const CLEAN: &[&str] = &[
     "while (1) { r += 1; if (r > f) break; }",
     "do { r = 1; if (f > 0) break; r = 2; } while (0); /* a block that break leaves */",
     "int i = 0; while ((i = i + 1) < 3) r = i; if ((i = 2)) r = i;",
-    "if (f == 0 || c == color(0) || f == 0.5 || floor(f) == f || 2 == f) r = 1;",
+    "if (f == 0 || c == color(0) || f == 0.5 || floor(f) == f || logb(f) == f || 2 == f) r = 1;",
     "int i = 2; if (i == r) r = 2;",
     "if (f != f || c[1] == c[1]) r = 0; /* a test for NaN */",
     "struct S { float x; };\nint __operator__eq__(S a, S b) { return a.x == b.x; }\n\

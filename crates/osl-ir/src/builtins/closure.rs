@@ -2,7 +2,7 @@
 //! the values of its parameters; weights come from the arithmetic around it.
 
 use super::print::values;
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Emitted, LeftOut, Site};
 use crate::ir::{Builder, Const, Kernel, Kind, Shape, ValueId};
 
 /// A row for a component whose arguments are its parameters, in order.
@@ -67,10 +67,12 @@ pub(super) static ROWS: &[Builtin] = &[
         microfacet,
         "Microfacets of a distribution, reflecting, refracting or both.",
     )
+    .left_out(5, &[(2, LeftOut::ZeroVector), (3, LeftOut::Same(2))])
     .derivatives(NO_DERIVATIVES)
     .extremes(KEPT)
     .example("Ci = microfacet(\"ggx\", N, 0.2, 1.5, 0);"),
     Builtin::compose("reflection", &["K(n,f,*)", "K(n,*)"], "N, eta", reflection, "Mirror reflection.")
+        .left_out(1, &[(1, LeftOut::Zero)])
         .derivatives(NO_DERIVATIVES)
         .extremes(KEPT)
         .example("Ci = reflection(N);"),

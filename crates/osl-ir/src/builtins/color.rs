@@ -1,6 +1,6 @@
 //! Color: spaces and luminance. The working space is RGB with the primaries of Rec. 709.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Compiled, Emitted, Site, Spaces};
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp};
 use crate::numeric::color::SYSTEMS;
 
@@ -19,6 +19,7 @@ pub(super) static ROWS: &[Builtin] = &[
         transformc,
         "A color from one space (default rgb) to another: rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB, linear.",
     )
+    .spaces(Spaces::OfConversion)
     .derivatives("of the color, through each conversion")
     .extremes(
         "An unknown space is an error of the run, and the color stays. It stays from a space to itself if both names \
@@ -61,6 +62,8 @@ pub(super) static ROWS: &[Builtin] = &[
         from_space,
         "color(\"space\", a, b, c): coordinates of \"rgb\", \"hsv\", \"hsl\", \"YIQ\", \"XYZ\" or \"xyY\".",
     )
+    .spaces(Spaces::OfColor)
+    .compiled(Compiled::Parts("color"))
     .derivatives("zero")
     .extremes(
         "An unknown space is an error of the run, and the color is taken as it is. The rest as for \

@@ -1,6 +1,6 @@
 //! How values change from a pixel to its neighbours.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Composed, Differentiates, Emitted, Site};
 use crate::ir::{Axis, Builder, LaneOp, ValueId};
 
 const EACH: &[&str] = &["f(f)", "v(p)", "v(v)", "v(n)", "c(c)"];
@@ -13,6 +13,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| b.derivative(s.arg(0), Axis::X).into(),
         "How a value changes to the next pixel in the row; its own derivatives are zero.",
     )
+    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
@@ -27,6 +28,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| b.derivative(s.arg(0), Axis::Y).into(),
         "How a value changes to the next row of pixels; its own derivatives are zero.",
     )
+    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
@@ -41,6 +43,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| zero(b, s.arg(0)).into(),
         "How a value changes in depth; 0 on a surface.",
     )
+    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes("Always 0.")
     .example("vector depth = Dz(P);"),
@@ -51,6 +54,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| width(b, s.arg(0)).into(),
         "Length of the change along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
     )
+    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
         "0 for what has no derivatives. Changes below about 1e-23 square to 0, those above 1.84e19 to \
@@ -67,6 +71,7 @@ pub(super) static ROWS: &[Builtin] = &[
         },
         "Area that a position sweeps over one pixel.",
     )
+    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes("0 where the position does not change, or along one line only.")
     .example("float covered = area(P);"),
@@ -77,6 +82,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| across(b, s.arg(0)).into(),
         "Normal of the surface of a position, Dx x Dy, not of length 1.",
     )
+    .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes("0 where the position does not change, or along one line only; normalize keeps that at 0.")
     .example("normal n = normalize(calculatenormal(P));"),
@@ -88,6 +94,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "0 below the edge, 1 above, a ramp as wide as a pixel between. The width is dedge and ds together; what is not given \
          is measured.",
     )
+    .composed(Composed::AaStep)
     .derivatives("by the formula; 0 outside the ramp")
     .extremes(
         "A width of 0 makes a step: 0 up to and at the edge, 1 above. Widths count by their size. nan \

@@ -1,6 +1,6 @@
 //! Geometry: products, lengths, directions.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Composed, Emitted, Site};
 use crate::hir::Global;
 use crate::ir::{Builder, Const, Kind, LaneOp};
 
@@ -61,6 +61,7 @@ pub(super) static ROWS: &[Builtin] = &[
         faceforward,
         "N turned to face against I as seen from Nref (default Ng): -N where dot(I, Nref) is positive.",
     )
+    .composed(Composed::FaceForward)
     .derivatives("those of N, turned with it")
     .extremes("N is kept where the dot product is exactly 0. A product of nan counts as positive.")
     .example("normal front = faceforward(N, I);"),
@@ -71,6 +72,7 @@ pub(super) static ROWS: &[Builtin] = &[
         LaneOp::Reflect,
         "I mirrored at the plane with the unit normal N.",
     )
+    .composed(Composed::Reflect)
     .derivatives("by the formula I - 2 (N.I) N")
     .extremes(
         "N is taken as it is: a zero N gives I, one of another length than 1 another result. nan \
@@ -84,6 +86,7 @@ pub(super) static ROWS: &[Builtin] = &[
         LaneOp::Refract,
         "I bent at the plane with the unit normal N, by the ratio eta of indices; zero at total reflection.",
     )
+    .composed(Composed::Refract)
     .derivatives("by the formula; 0 at total reflection")
     .extremes("Total reflection gives 0. N has to face I. eta of 0 gives -N for a unit N; nan gives nan.")
     .example("vector bent = refract(normalize(I), N, 1 / 1.5);"),

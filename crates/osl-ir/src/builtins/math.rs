@@ -1,6 +1,6 @@
 //! Mathematics: angles, exponentials, logarithms, roots. One number in, one number out, per component for triples.
 
-use super::{Builtin, Emitted, Site, T1, T2};
+use super::{Builtin, Composed, Emitted, Site, T1, T2};
 use crate::ir::{Builder, LaneOp};
 use crate::numeric::known::Known;
 
@@ -127,6 +127,7 @@ pub(super) static ROWS: &[Builtin] = &[
         log,
         "Natural logarithm, or that to the base of the second argument: log(x) / log(b).",
     )
+    .composed(Composed::Log)
     .derivatives("dx / x; 0 for x below the normal numbers. With a base: of the quotient")
     .extremes(
         "x is clamped to the positive normal numbers: 0, negatives, denormals and nan give -87.3365479, inf \
@@ -198,6 +199,7 @@ pub(super) static ROWS: &[Builtin] = &[
         hypot,
         "Square root of the sum of two or three squares.",
     )
+    .composed(Composed::Hypot)
     .derivatives("by the formula: (a da + b db + c dc) / hypot; 0 where that is 0")
     .extremes(
         "Nothing is scaled: the result is 0 where all squares underflow (below about 3e-23) and inf where \

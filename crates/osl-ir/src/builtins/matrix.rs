@@ -1,7 +1,7 @@
 //! Matrices and named spaces. Row vectors multiply from the left; a space's matrix takes points of that space
 //! to common space.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Compiled, Emitted, Site, Spaces};
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
 
@@ -23,6 +23,8 @@ pub(super) static ROWS: &[Builtin] = &[
         transform,
         "A point, vector or normal by a matrix, or from one named space (default common) to another.",
     )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::ByResult(&[(Type::VECTOR, "transformv"), (Type::NORMAL, "transformn")]))
     .derivatives("of the point, vector or normal; the matrix has none")
     .extremes(
         "A point whose fourth coordinate becomes 0 gives 0, an overflow in its division 0 too. \
@@ -37,6 +39,8 @@ pub(super) static ROWS: &[Builtin] = &[
         getmatrix,
         "The matrix from one named space to another (default common); 1 if both are known.",
     )
+    .query()
+    .spaces(Spaces::Coordinates)
     .derivatives("none: matrices have none")
     .extremes(
         "An unknown space is an error of the run and counts as common space: the result is 0, and the \
@@ -59,6 +63,8 @@ pub(super) static ROWS: &[Builtin] = &[
         into_common,
         "point(\"space\", x, y, z): coordinates of the space.",
     )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("point"))
     .derivatives("of the coordinates")
     .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
     .example("point x = point(\"shader\", u, v, 0);"),
@@ -69,6 +75,8 @@ pub(super) static ROWS: &[Builtin] = &[
         into_common,
         "vector(\"space\", x, y, z): coordinates of the space.",
     )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("vector"))
     .derivatives("of the coordinates")
     .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
     .example("vector x = vector(\"shader\", u, v, 0);"),
@@ -79,6 +87,8 @@ pub(super) static ROWS: &[Builtin] = &[
         into_common,
         "normal(\"space\", x, y, z): coordinates of the space.",
     )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("normal"))
     .derivatives("of the coordinates")
     .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
     .example("normal x = normal(\"shader\", u, v, 0);"),
@@ -89,6 +99,8 @@ pub(super) static ROWS: &[Builtin] = &[
         matrix_in_space,
         "matrix(\"space\", …): the matrix relative to the space.",
     )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("matrix"))
     .derivatives("none: matrices have none")
     .extremes("An unknown space is an error of the run and counts as the identity.")
     .example("matrix m = matrix(\"shader\", 2);"),
@@ -99,6 +111,8 @@ pub(super) static ROWS: &[Builtin] = &[
         between,
         "matrix(\"from\", \"to\"): takes points of one space to the other.",
     )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::As("matrix"))
     .derivatives("none: matrices have none")
     .extremes(
         "An unknown space is an error of the run and counts as common space. A singular space \

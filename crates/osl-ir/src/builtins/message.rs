@@ -33,6 +33,7 @@ pub(super) static ROWS: &[Builtin] = &[
         get,
         "Whether a message of this name and type was set at this point, and its value.",
     )
+    .query()
     .derivatives("zero")
     .extremes(
         "0 without a message, and the variable stays; another type, with which it was set or first asked for, \

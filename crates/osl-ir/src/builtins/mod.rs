@@ -9,6 +9,7 @@
 mod closure;
 mod color;
 mod derivative;
+mod facts;
 mod geometry;
 mod math;
 mod matrix;
@@ -25,11 +26,12 @@ mod texture;
 
 pub(crate) use closure::component;
 pub use color::{path as color_path, path_in as color_path_in};
+pub use facts::{Asks, Compiled, Composed, Differentiates, Facts, LeftOut, Spaces};
 pub use message::{Made as MessageMade, other_type, set_late, set_twice};
 pub(crate) use message::{Message, carry as carry_messages};
 pub use signature::{Param, ParamType, Signature, Tail};
 pub use spline::{BASES, Basis, basis as spline_basis};
-pub(crate) use texture::{OPTIONS, is_lookup};
+pub(crate) use texture::OPTIONS;
 
 use crate::ir::{Builder, LaneOp, SlotId, ValueId};
 use crate::types::Type;
@@ -55,6 +57,8 @@ pub struct Builtin {
     params: &'static str,
     /// How a call becomes IR.
     pub emit: Emit,
+    /// What else is to be known of it.
+    pub facts: Facts,
 }
 
 /// Writes the IR of a call.
@@ -185,7 +189,17 @@ impl Builtin {
         emit: Emit,
         about: &'static str,
     ) -> Builtin {
-        Builtin { name, about, derivatives: "", extremes: "", example: "", sigs, params, emit }
+        Builtin {
+            name,
+            about,
+            derivatives: "",
+            extremes: "",
+            example: "",
+            sigs,
+            params,
+            emit,
+            facts: Facts::USUAL,
+        }
     }
 
     /// The row with what its derivatives are.
@@ -205,7 +219,7 @@ impl Builtin {
 
     /// The type of the value of an option that is an output.
     pub fn output_option(&self, option: &str) -> Option<Type> {
-        texture::output_option(self.name, option)
+        self.facts.lookup.then(|| texture::output_option(option)).flatten()
     }
 
     /// The signatures, in order of priority.
@@ -318,6 +332,15 @@ fn index() -> &'static Index {
 /// The row of a name.
 pub fn find(name: &str) -> Option<&'static Builtin> {
     index().get(name).map(|(row, _)| *row)
+}
+
+/// The row of an operation of a compiled shader.
+pub(crate) fn of_operation(name: &str) -> Option<&'static Builtin> {
+    let by_result = |row: &&Builtin| match row.facts.compiled {
+        Compiled::ByResult(names) => names.iter().any(|(_, operation)| *operation == name),
+        _ => false,
+    };
+    find(name).filter(|row| !row.name.contains(' ')).or_else(|| all().find(by_result))
 }
 
 /// Names that a program can call.

@@ -1,6 +1,6 @@
 //! Noise: pseudo-random fields over space. The forms differ by return type, chosen by what is expected.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Differentiates, Emitted, Site};
 use crate::ir::{Builder, GaborOption, Kernel, Kind, LaneOp, NoiseField};
 use crate::types::Type;
 
@@ -138,6 +138,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Gradient noise, 0 to 1, or the field named by the first argument: perlin, uperlin, simplex, \
          usimplex, cell, hash, gabor.",
     )
+    .differentiates(Differentiates::Noise("gabor"))
     .derivatives("analytic; zero for cell and hash")
     .extremes(
         "Perlin noise is 0.5 (uperlin) or 0 (perlin) at whole coordinates, so everywhere from 8388608 \
@@ -169,6 +170,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| noise(b, s, true),
         "Noise that repeats with the periods behind the coordinates; simplex has no periodic form.",
     )
+    .differentiates(Differentiates::Noise("gabor"))
     .derivatives("analytic; of the coordinates, the periods have none; zero for cell and hash")
     .extremes(
         "Periods of Perlin and Gabor noise are rounded down to whole numbers; below 1, beyond the \

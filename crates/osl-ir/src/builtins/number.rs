@@ -1,6 +1,6 @@
 //! Numbers: rounding, remainders, comparing, blending, stepping; per component for triples.
 
-use super::{Builtin, Emitted, Site, T1, T2F};
+use super::{Builtin, Composed, Emitted, Site, T1, T2F};
 use crate::ir::{Builder, Kernel, Kind, LaneOp, ValueId};
 
 pub(super) static ROWS: &[Builtin] = &[
@@ -19,6 +19,7 @@ pub(super) static ROWS: &[Builtin] = &[
         modulo,
         "Remainder of a/b with the sign of b: a - b floor(a/b). For ints the sign is that of a.",
     )
+    .composed(Composed::Mod)
     .derivatives("da - floor(a/b) db")
     .extremes(
         "b of 0 gives a. A quotient that overflows counts as 0, so that mod(1e38, 1e-10) is 1e38, unless b is \
@@ -108,6 +109,7 @@ pub(super) static ROWS: &[Builtin] = &[
         mix,
         "x where alpha is 0, y where alpha is 1, a straight line between and beyond: x (1 - alpha) + y alpha.",
     )
+    .composed(Composed::Mix)
     .derivatives("(1 - alpha) dx + alpha dy + (y - x) dalpha; closures have none")
     .extremes(
         "alpha is not clamped. Both sides are computed: inf or nan in the one that does not count gives nan, \

@@ -11,6 +11,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| print(b, s, Sink::Print),
         "Prints to the run's output; one conversion prints a whole triple, matrix or array.",
     )
+    .format(0)
     .derivatives("none: there is no result")
     .extremes(
         "Infinities print inf and -inf, nan prints nan or -nan by its sign bit, -0 prints -0. Letters that \
@@ -24,6 +25,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| print(b, s, Sink::File),
         "Appends to a file, where the run allows files.",
     )
+    .format(1)
     .derivatives("none: there is no result")
     .extremes("Written only where the run allows files. The rest as for printf.")
     .example("fprintf(\"log.txt\", \"u = %g\\n\", u);"),
@@ -34,6 +36,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| print(b, s, Sink::Error),
         "Reports an error of the shader.",
     )
+    .format(0)
     .derivatives("none: there is no result")
     .extremes("The same text is reported once a run. The shader goes on. The rest as for printf.")
     .example("if (u > 2) error(\"u is %g\", u);"),
@@ -44,10 +47,12 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| print(b, s, Sink::Warning),
         "Reports a warning of the shader.",
     )
+    .format(0)
     .derivatives("none: there is no result")
     .extremes("The same text is reported once a run. The rest as for printf.")
     .example("if (u > 2) warning(\"u is %g\", u);"),
     Builtin::compose("format", &["s(s,…)"], "format", format, "The text of a format string and values.")
+        .format(0)
         .derivatives("none: the result is a string")
         .extremes("As for printf, but strings with a width stand to the right.")
         .example("string name = format(\"tile_%04d.png\", 7);"),

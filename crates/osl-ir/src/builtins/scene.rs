@@ -1,6 +1,6 @@
 //! What a shader asks of its surroundings: attributes, rays, point clouds, and how it is connected.
 
-use super::{Builtin, Emitted, Site};
+use super::{Asks, Builtin, Composed, Emitted, Site};
 use crate::hir::Global;
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
@@ -22,6 +22,7 @@ pub(super) static ROWS: &[Builtin] = &[
         attribute,
         "A named datum of the renderer, an object or the point; 1 if there is one of exactly this type.",
     )
+    .query()
     .derivatives("the renderer's, where it has them")
     .extremes(
         "0 where there is none of exactly this type, and the variable stays. An index outside an \
@@ -40,7 +41,8 @@ pub(super) static ROWS: &[Builtin] = &[
     .extremes("0 for a name that no renderer knows.")
     .example("int seen = raytype(\"camera\");"),
     Builtin::compose("iscameraray", &["i()"], "", |b, _| ray(b, "camera"), "Whether it runs for a camera ray.")
-        .derivatives("none: the result is an int")
+        .composed(Composed::RayKind("camera"))
+    .derivatives("none: the result is an int")
         .extremes("1 or 0; the same as raytype(\"camera\").")
         .example("int yes = iscameraray();"),
     Builtin::compose(
@@ -50,15 +52,18 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, _| ray(b, "diffuse"),
         "Whether it runs for a diffuse ray.",
     )
+    .composed(Composed::RayKind("diffuse"))
     .derivatives("none: the result is an int")
     .extremes("1 or 0; the same as raytype(\"diffuse\").")
     .example("int yes = isdiffuseray();"),
     Builtin::compose("isglossyray", &["i()"], "", |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray.")
-        .derivatives("none: the result is an int")
+        .composed(Composed::RayKind("glossy"))
+    .derivatives("none: the result is an int")
         .extremes("1 or 0; the same as raytype(\"glossy\").")
         .example("int yes = isglossyray();"),
     Builtin::compose("isshadowray", &["i()"], "", |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray.")
-        .derivatives("none: the result is an int")
+        .composed(Composed::RayKind("shadow"))
+    .derivatives("none: the result is an int")
         .extremes("1 or 0; the same as raytype(\"shadow\").")
         .example("int yes = isshadowray();"),
     Builtin::compose(
@@ -91,6 +96,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| b.int(s.connected).into(),
         "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
     )
+    .asks(Asks::Connection)
     .derivatives("none: the result is an int")
     .extremes("An output of the last of several layers is connected downstream: something asks for it. 0 in a shader by itself.")
     .example("int wired = isconnected(u);"),
@@ -101,6 +107,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| b.kernel(Kernel::IsConstant, &[s.arg(0)], Kind::Int).into(),
         "Whether a value was known before running.",
     )
+    .asks(Asks::Constancy)
     .derivatives("none: the result is an int")
     .extremes("1 for literals and unconnected parameters and what is computed of them, 0 for globals.")
     .example("int known = isconstant(2 + 3);"),
@@ -178,6 +185,7 @@ pub(super) static ROWS: &[Builtin] = &[
         dict_value,
         "An attribute of a node, or its text where the name is empty; 1 if it is of the type.",
     )
+    .query()
     .derivatives("none: the result is an int")
     .extremes("0 where there is no such attribute or it is not of the type, and the variable stays.")
     .example(
@@ -195,6 +203,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| b.int(s.array(0).map_or(0, |a| a.len as i32)).into(),
         "Number of elements of an array.",
     )
+    .asks(Asks::Length)
     .derivatives("none: the result is an int")
     .extremes("That of an open array is its length in this instance.")
     .example("float list[4]; int n = arraylength(list);"),

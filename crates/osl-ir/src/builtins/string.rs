@@ -1,6 +1,6 @@
 //! Strings, and numbers made from anything by hashing.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Composed, Emitted, Site};
 use crate::ir::{Builder, Kernel, Kind};
 use crate::text::TextFn;
 
@@ -12,6 +12,7 @@ pub(super) static ROWS: &[Builtin] = &[
         |b, s| text(b, s, TextFn::Concat),
         "Two to six strings joined.",
     )
+    .composed(Composed::Concat)
     .derivatives("none: the result is a string")
     .extremes("Empty strings add nothing.")
     .example("string s = concat(\"one\", \" \", \"two\");"),
@@ -29,6 +30,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "Bytes of a string from a start, counted from the end where negative, of a length, or all of the \
          rest.",
     )
+    .composed(Composed::Substr)
     .derivatives("none: the result is a string")
     .extremes(
         "A start beyond either end is clamped to it; a length below 0 is 0, and one beyond the end \

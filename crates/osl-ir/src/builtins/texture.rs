@@ -1,6 +1,6 @@
 //! Texture lookups and queries.
 
-use super::{Builtin, Emitted, Site};
+use super::{Builtin, Differentiates, Emitted, Site};
 use crate::ir::{Builder, Kernel, Kind, LaneOp, TextureOption, ValueId};
 use crate::types::Type;
 
@@ -19,6 +19,8 @@ pub(super) static ROWS: &[Builtin] = &[
         texture,
         "Channels of an image file at (s, t); (0, 0) is the corner of its first pixel and t grows downward.",
     )
+    .lookup()
+    .differentiates(Differentiates::Arguments(&[1, 2]))
     .derivatives(
         "slopes of the filtered image along s and t times the changes of s and t, given or their own",
     )
@@ -36,6 +38,8 @@ pub(super) static ROWS: &[Builtin] = &[
         texture3d,
         "Channels of a volume; volume files are not read, so each is as one that is missing.",
     )
+    .lookup()
+    .differentiates(Differentiates::Arguments(&[1]))
     .derivatives("zero")
     .extremes(
         "Always missingcolor and missingalpha where one is given, else \"fill\" with an error of the run or the text \
@@ -50,6 +54,8 @@ pub(super) static ROWS: &[Builtin] = &[
         "Channels of an image of all directions in latitude and longitude; y is up and the middle looks \
          along -z.",
     )
+    .lookup()
+    .differentiates(Differentiates::Arguments(&[1]))
     .derivatives("zero")
     .extremes(
         "The zero vector, inf and nan give a color, never a failure. A missing file is an error of the run and \
@@ -67,6 +73,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "A datum of a texture's header: exists, resolution, channels, averagecolor, any attribute of the file; 1 if \
          it has it.",
     )
+    .query()
     .derivatives("none: the result is an int")
     .extremes(
         "A datum that is not there gives 0 and leaves the output. So does a missing file, with an \
@@ -204,11 +211,6 @@ pub(crate) struct LookupOption {
     output: bool,
 }
 
-/// The functions that take [`OPTIONS`].
-pub(crate) fn is_lookup(function: &str) -> bool {
-    matches!(function, "texture" | "texture3d" | "environment")
-}
-
 /// The options of lookups. `subimage` is a number or a name.
 pub(crate) static OPTIONS: &[LookupOption] = {
     use TextureOption as T;
@@ -260,7 +262,6 @@ impl LookupOption {
 }
 
 /// The type of an option that a lookup writes to.
-pub(super) fn output_option(function: &str, name: &str) -> Option<Type> {
-    let option = OPTIONS.iter().find(|option| option.output && option.name == name);
-    option.filter(|_| is_lookup(function)).map(|option| option.ty)
+pub(super) fn output_option(name: &str) -> Option<Type> {
+    OPTIONS.iter().find(|option| option.output && option.name == name).map(|option| option.ty)
 }

@@ -10,13 +10,11 @@
 use super::state::{Assigned, Gap, State, assigned_in};
 use super::walk::{Event, Walk, bodies};
 use super::{Findings, codes};
+use crate::builtins::Emit;
 use crate::hir::{Expr, ExprKind, Stmt, StmtKind, VarId};
 use crate::types::Base;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
-
-/// Built-ins that query a variable, not its value.
-const ASKS: &[&str] = &["arraylength", "isconnected", "isconstant"];
 
 /// Reports reads of unassigned variables.
 pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
@@ -174,7 +172,7 @@ impl<'p> Flow<'_, '_, 'p> {
             Event::Expr(e) => {
                 // A query about a variable is not a read of it. From here on the variable counts as assigned.
                 if let ExprKind::Builtin(call) = &e.kind
-                    && ASKS.contains(&call.row.name)
+                    && call.row.facts.asks.is_some()
                     && let Some(ExprKind::Read(place)) = call.args.first().map(|a| &a.kind)
                 {
                     state.assign(place.var);
@@ -199,5 +197,5 @@ impl<'p> Flow<'_, '_, 'p> {
 
 /// Whether the statement leaves the shader.
 pub(super) fn is_exit(e: &Expr) -> bool {
-    matches!(&e.kind, ExprKind::Builtin(call) if call.row.name == "exit")
+    matches!(&e.kind, ExprKind::Builtin(call) if matches!(call.row.emit, Emit::Exit))
 }

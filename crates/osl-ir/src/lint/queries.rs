@@ -10,9 +10,6 @@ use crate::hir::{ExprKind, StmtKind, VarId, VarKind};
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// The functions that leave their output unchanged if they fail.
-const QUERIES: &[&str] = &["getattribute", "gettextureinfo", "getmessage", "getmatrix", "dict_value"];
-
 /// The calls that write a variable.
 #[derive(Default)]
 struct Writers {
@@ -34,7 +31,7 @@ pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
             }
             if let StmtKind::Expr(e) = &stmt.kind
                 && let ExprKind::Builtin(call) = &e.kind
-                && QUERIES.contains(&call.row.name)
+                && call.row.facts.query
             {
                 for place in call.outputs.iter().flatten() {
                     let writers = writers.entry(place.var).or_default();

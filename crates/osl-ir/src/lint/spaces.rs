@@ -5,6 +5,7 @@
 
 use super::walk::{Event, Walk};
 use super::{Findings, Options, codes};
+use crate::builtins::Spaces;
 use crate::hir::{BuiltinCall, Expr, ExprKind};
 use crate::types::Type;
 use osl_syntax::diagnostic::{Code, Edit};
@@ -28,14 +29,13 @@ pub(super) fn run(walk: &Walk<'_>, options: &Options, found: &mut Findings<'_>) 
 }
 
 fn judge(call: &BuiltinCall, options: &Options, found: &mut Findings<'_>) {
-    let (code, known): (Code, &[&str]) = match call.row.name {
-        "transform" | "getmatrix" | "point in space" | "vector in space" | "normal in space"
-        | "matrix in space" | "matrix from spaces" => (codes::UNKNOWN_SPACE, SPACES),
-        "color in space" => (codes::UNKNOWN_COLOR_SPACE, COLORS),
-        "transformc" => (codes::UNKNOWN_COLOR_SPACE, CONVERTED),
-        _ => return,
+    let Some(spaces) = call.row.facts.spaces else { return };
+    let (code, known): (Code, &[&str]) = match spaces {
+        Spaces::Coordinates => (codes::UNKNOWN_SPACE, SPACES),
+        Spaces::OfColor => (codes::UNKNOWN_COLOR_SPACE, COLORS),
+        Spaces::OfConversion => (codes::UNKNOWN_COLOR_SPACE, CONVERTED),
     };
-    for arg in call.args.iter().take(2).filter(|a| a.ty == Type::STRING) {
+    for arg in call.args.iter().filter(|a| a.ty == Type::STRING) {
         let ExprKind::Str(name) = &arg.kind else { continue };
         if known.contains(&&**name) || options.known_spaces.iter().any(|k| **k == **name) {
             continue;

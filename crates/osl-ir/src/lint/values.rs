@@ -9,7 +9,9 @@
 
 use super::walk::{Event, Walk, bodies, each_stmt};
 use super::{Findings, codes, removal};
+use crate::builtins::Emit;
 use crate::hir::{Expr, ExprKind, Init, Place, Step, Stmt, StmtKind};
+use crate::ir::Continuity;
 use crate::types::Type;
 use osl_syntax::ast::{BinaryOp, UnaryOp};
 use osl_syntax::diagnostic::Edit;
@@ -137,9 +139,10 @@ fn exact(e: &Expr) -> bool {
         ExprKind::Unary(UnaryOp::Neg, inner) => exact(inner),
         ExprKind::Triple(parts) => parts.iter().all(exact),
         ExprKind::Ternary(_, a, b) => exact(a) && exact(b),
-        ExprKind::Builtin(call) => {
-            matches!(call.row.name, "floor" | "ceil" | "round" | "trunc" | "sign" | "step")
-        }
+        ExprKind::Builtin(call) => match call.row.emit {
+            Emit::Lane(op) => op.continuity() == Continuity::Step,
+            _ => false,
+        },
         _ => false,
     }
 }

@@ -35,9 +35,6 @@ pub(crate) enum Event<'p> {
 /// The receiver of the events.
 pub(crate) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
 
-/// Built-ins with any number of arguments that only read them; the others may write some.
-const READERS: &[&str] = &["printf", "fprintf", "format", "error", "warning", "concat"];
-
 /// A program with the facts that its walkers need.
 pub(crate) struct Walk<'p> {
     pub(super) program: &'p Program,
@@ -221,7 +218,8 @@ impl<'p> Walk<'p> {
 
     fn builtin(&self, call: &'p BuiltinCall, sink: Sink<'_, 'p>) {
         let signature = call.row.signatures().get(call.overload);
-        let open = signature.is_some_and(|s| s.tail != Tail::None) && !READERS.contains(&call.row.name);
+        // What follows the parameters is printed, or may be written.
+        let open = signature.is_some_and(|s| s.tail != Tail::None) && call.row.facts.format.is_none();
         for (index, arg) in call.args.iter().enumerate() {
             let output = match signature.and_then(|s| s.params.get(index)) {
                 Some(param) => param.output,

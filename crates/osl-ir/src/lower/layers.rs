@@ -11,7 +11,7 @@ use super::flow::RETURNED;
 use super::joins;
 use super::wiring::{Asked, Joint, Joints, Wiring};
 use super::{Frame, Lowerer, Requests, Storage, View, kind_of};
-use crate::builtins::carry_messages;
+use crate::builtins::{Asks, carry_messages};
 use crate::group::{Connection, Rules};
 use crate::hir::{self, Global, Param, VarId};
 use crate::ir::{BlockId, Body, Builder, Const, Kernel, Kind, LaneOp, Output, SlotId, Source, ValueId};
@@ -397,7 +397,7 @@ impl<'a> Lowerer<'a> {
     /// may be a formal that is an alias for a parameter. A struct is connected as its first part is.
     pub(super) fn connected(&mut self, call: &hir::BuiltinCall) -> i32 {
         let Some(hir::ExprKind::Read(place)) = call.args.first().map(|e| &e.kind) else { return 0 };
-        if call.row.name != "isconnected" || !place.is_plain() {
+        if call.row.facts.asks != Some(Asks::Connection) || !place.is_plain() {
             return 0;
         }
         let slot = self.spot(place).and_then(|spot| spot.storage().first());

@@ -1,9 +1,10 @@
-//! The format strings of `printf`, `fprintf`, `error`, `warning` and `format`: each conversion against its argument.
+//! Format strings, as `printf` takes: each conversion against its argument.
 //!
 //! OSL language specification, chapter on printing. What a conversion prints is none of this module's business.
 
 use super::Resolver;
 use super::errors;
+use crate::builtins::Builtin;
 use crate::hir::{Expr, ExprKind};
 use crate::types::{Base, Type};
 use osl_syntax::Reports;
@@ -26,15 +27,11 @@ struct Conversion<'f> {
 
 impl Resolver<'_> {
     /// Checks the arguments of a call if its function prints.
-    pub(super) fn check_format(&mut self, function: &str, args: &[Expr], span: Span) {
-        let at = match function {
-            "printf" | "error" | "warning" | "format" => 0,
-            "fprintf" => 1,
-            _ => return,
-        };
+    pub(super) fn check_format(&mut self, row: &Builtin, args: &[Expr], span: Span) {
+        let Some(at) = row.facts.format else { return };
         let Some((format, values)) = args.get(at..).and_then(<[Expr]>::split_first) else { return };
         let ExprKind::Str(text) = &format.kind else {
-            return self.report(errors::open_format(format.span, function));
+            return self.report(errors::open_format(format.span, row.name));
         };
         let conversions = conversions(text);
         let n_errors = self.n_errors;

@@ -142,8 +142,8 @@ impl Resolver<'_> {
         span: Span,
     ) -> Expr {
         let given = self.arguments(signature, given, span);
-        self.check_format(row.name, &given, span);
-        self.check_options(row.name, &given, signature.params.len());
+        self.check_format(row, &given, span);
+        self.check_options(row, &given, signature.params.len());
         let mut args = Vec::new();
         let mut outputs = Vec::new();
         for (index, value) in given.into_iter().enumerate() {

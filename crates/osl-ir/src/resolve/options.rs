@@ -4,7 +4,7 @@
 
 use super::Resolver;
 use super::errors;
-use crate::builtins::{OPTIONS, is_lookup};
+use crate::builtins::{Builtin, OPTIONS};
 use crate::hir::{Expr, ExprKind};
 use crate::types::Type;
 use osl_syntax::diagnostic::Edit;
@@ -12,8 +12,8 @@ use osl_syntax::spelling::closest;
 
 impl Resolver<'_> {
     /// Checks the pairs of option and value behind the `n_params` fixed arguments, if the function looks up textures.
-    pub(super) fn check_options(&mut self, function: &str, args: &[Expr], n_params: usize) {
-        if !is_lookup(function) {
+    pub(super) fn check_options(&mut self, row: &Builtin, args: &[Expr], n_params: usize) {
+        if !row.facts.lookup {
             return;
         }
         for pair in args.get(n_params..).unwrap_or_default().chunks_exact(2) {
@@ -22,7 +22,7 @@ impl Resolver<'_> {
                 // An empty name is no option: renderers skip it.
                 ExprKind::Str(text) if text.is_empty() => {}
                 ExprKind::Str(text) => self.check_option(text, name, value),
-                _ => self.report(errors::open_option(name.span, function)),
+                _ => self.report(errors::open_option(name.span, row.name)),
             }
         }
     }

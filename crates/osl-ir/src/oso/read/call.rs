@@ -73,12 +73,8 @@ impl Builder<'_, '_> {
 
     /// The row of an operation's name.
     fn row(&self, name: &str, op: Span) -> Result<&'static Builtin> {
-        let name = match name {
-            "transformv" | "transformn" => "transform",
-            name => name,
-        };
-        let row = builtins::find(name).filter(|row| !row.name.contains(' '));
-        row.ok_or_else(|| errors::operation(op, format!("there is no operation `{name}`")))
+        builtins::of_operation(name)
+            .ok_or_else(|| errors::operation(op, format!("there is no operation `{name}`")))
     }
 
     /// The arguments converted, the outputs with their places.

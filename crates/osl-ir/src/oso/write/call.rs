@@ -4,6 +4,7 @@ use super::place::Spot;
 use super::stmt::ends;
 use super::table::Sym;
 use super::{Storage, Val, Writer};
+use crate::builtins::{Compiled, LeftOut};
 use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCall, Place};
 use crate::types::{Extent, Type};
 
@@ -185,7 +186,7 @@ impl Writer<'_> {
         args: &[Sym],
         access: &str,
     ) -> Option<Sym> {
-        let name = call.row.name;
+        let (name, compiled) = (call.row.name, call.row.facts.compiled);
         if ty == Type::VOID {
             self.emit(name, args, access);
             return None;
@@ -195,18 +196,22 @@ impl Writer<'_> {
             Some(to) if !args.contains(&to) => to,
             _ => self.table.temp(ty),
         };
-        if self.composed(name, ty, to, args) {
+        if let Compiled::Composed(composed) = compiled
+            && self.composed(composed, ty, to, args)
+        {
             return Some(to);
         }
-        let (name, mut all) = match name {
+        let mut all = vec![to];
+        let name = match compiled {
             _ if ty == Type::CLOSURE => {
-                let name = self.table.text(name.into());
-                ("closure", vec![to, name])
+                all.push(self.table.text(name.into()));
+                "closure"
             }
-            "transform" if ty == Type::VECTOR => ("transformv", vec![to]),
-            "transform" if ty == Type::NORMAL => ("transformn", vec![to]),
-            "matrix from spaces" => ("matrix", vec![to]),
-            name => (name, vec![to]),
+            Compiled::Own | Compiled::Parts(_) | Compiled::Composed(_) => name,
+            Compiled::As(other) => other,
+            Compiled::ByResult(names) => {
+                names.iter().find(|(of, _)| *of == ty).map_or(name, |(_, name)| name)
+            }
         };
         let before = "r".repeat(all.len() - 1);
         let (mut args, mut access) = (args.to_vec(), access.to_string());
@@ -219,30 +224,29 @@ impl Writer<'_> {
         Some(to)
     }
 
-    /// What the short forms of two closures leave out, and where it stands: the operation has only the long form.
+    /// What a short form of a closure leaves out, and where it stands: the operation has only the long form.
     fn left_out(&mut self, call: &BuiltinCall, args: &[Sym]) -> Vec<(usize, Sym)> {
         let formals = call.row.signatures().get(call.overload).map_or(0, |s| s.params.len());
-        match (call.row.name, formals, args.get(2)) {
-            ("reflection", 1, _) => vec![(1, self.table.float(0.0))],
-            ("microfacet", 5, Some(alpha)) => {
-                let zero = || super::table::Value::Float(0.0);
-                let tangent = self.table.constant(Type::VECTOR, vec![zero(), zero(), zero()]);
-                vec![(2, tangent), (3, *alpha)]
-            }
-            _ => Vec::new(),
+        let (short, left_out) = call.row.facts.left_out;
+        if formals != short {
+            return Vec::new();
         }
+        let value = |(at, what): &(usize, LeftOut)| {
+            let zero = || super::table::Value::Float(0.0);
+            let sym = match what {
+                LeftOut::Zero => Some(self.table.float(0.0)),
+                LeftOut::ZeroVector => Some(self.table.constant(Type::VECTOR, vec![zero(), zero(), zero()])),
+                LeftOut::Same(other) => args.get(*other).copied(),
+            };
+            sym.map(|sym| (*at, sym))
+        };
+        left_out.iter().filter_map(value).collect()
     }
 
     /// A constructor with a space: the parts of the value are its arguments.
     fn in_space(&mut self, call: &BuiltinCall, ty: Type, to: Option<Sym>) -> Option<Sym> {
-        let [space, value] = call.args.as_slice() else { return None };
-        let name = match call.row.name {
-            "color in space" => "color",
-            "point in space" => "point",
-            "vector in space" => "vector",
-            "normal in space" => "normal",
-            "matrix in space" => "matrix",
-            _ => return None,
+        let (Compiled::Parts(name), [space, value]) = (call.row.facts.compiled, call.args.as_slice()) else {
+            return None;
         };
         let space = self.operand(space);
         let parts = match &value.kind {

@@ -6,14 +6,16 @@
 
 use super::Writer;
 use super::table::Sym;
+use crate::builtins::Composed;
 use crate::types::{Base, Type};
 
 impl Writer<'_> {
-    /// Writes such a function; `false` for every other.
-    pub(super) fn composed(&mut self, name: &str, ty: Type, to: Sym, args: &[Sym]) -> bool {
-        match (name, args) {
+    /// Writes such a function; `false` for a form of it that is an operation.
+    pub(super) fn composed(&mut self, function: Composed, ty: Type, to: Sym, args: &[Sym]) -> bool {
+        use Composed as C;
+        match (function, args) {
             // The operation `mod` is the operator `%`, which yields 0 where the divisor is 0.
-            ("mod", [a, b]) => {
+            (C::Mod, [a, b]) => {
                 let quotient = self.emit_value("div", ty, &[*a, *b]);
                 let whole = match ty.base {
                     Base::Int => quotient,
@@ -23,7 +25,7 @@ impl Writer<'_> {
                 self.emit_to("sub", to, &[*a, product]);
             }
             // x (1 - t) + y t; of other types it is an operation.
-            ("mix", [x, y, t]) if ty == Type::CLOSURE => {
+            (C::Mix, [x, y, t]) if ty == Type::CLOSURE => {
                 let one = self.table.float(1.0);
                 let t_ty = self.table.ty(*t);
                 let rest = self.emit_value("sub", t_ty, &[one, *t]);
@@ -31,13 +33,13 @@ impl Writer<'_> {
                 let second = self.emit_value("mul", ty, &[*y, *t]);
                 self.emit_to("add", to, &[first, second]);
             }
-            ("log", [x, base]) => {
+            (C::Log, [x, base]) => {
                 let (x_ty, base_ty) = (self.table.ty(*x), self.table.ty(*base));
                 let above = self.emit_value("log", x_ty, &[*x]);
                 let below = self.emit_value("log", base_ty, &[*base]);
                 self.emit_to("div", to, &[above, below]);
             }
-            ("hypot", [first, more @ ..]) => {
+            (C::Hypot, [first, more @ ..]) => {
                 let mut sum = self.emit_value("mul", Type::FLOAT, &[*first, *first]);
                 for other in more {
                     let square = self.emit_value("mul", Type::FLOAT, &[*other, *other]);
@@ -45,33 +47,46 @@ impl Writer<'_> {
                 }
                 self.emit_to("sqrt", to, &[sum]);
             }
-            ("reflect", [i, n]) => self.reflect(to, *i, *n),
-            ("refract", [i, n, eta]) => self.refract(to, *i, *n, *eta),
-            ("faceforward", [n, i, more @ ..]) => {
+            (C::Reflect, [i, n]) => self.reflect(to, *i, *n),
+            (C::Refract, [i, n, eta]) => self.refract(to, *i, *n, *eta),
+            (C::FaceForward, [n, i, more @ ..]) => {
                 let reference = match more.first() {
                     Some(reference) => *reference,
                     None => crate::oso::text::global("Ng").map_or(*n, |index| self.table.global(index)),
                 };
                 self.faceforward(to, *n, *i, reference);
             }
-            ("aastep", [edge, s, widths @ ..]) => self.aastep(to, *edge, *s, widths),
-            ("substr", [text, start]) => {
+            (C::AaStep, [edge, s, widths @ ..]) => self.aastep(to, *edge, *s, widths),
+            (C::Substr, [text, start]) => {
                 let length = self.emit_value("strlen", Type::INT, &[*text]);
                 self.emit_to("substr", to, &[*text, *start, length]);
             }
-            ("concat", [first, middle @ .., last]) if !middle.is_empty() => {
+            (C::Concat, [first, middle @ .., last]) if !middle.is_empty() => {
                 let mut joined = *first;
                 for next in middle {
                     joined = self.emit_value("concat", Type::STRING, &[joined, *next]);
                 }
                 self.emit_to("concat", to, &[joined, *last]);
             }
-            ("iscameraray" | "isdiffuseray" | "isglossyray" | "isshadowray", []) => {
-                let kind = name.trim_start_matches("is").trim_end_matches("ray");
+            (C::RayKind(kind), []) => {
                 let kind = self.table.text(kind.into());
                 self.emit_to("raytype", to, &[kind]);
             }
-            _ => return false,
+            // Other forms are operations.
+            (
+                C::Mod
+                | C::Mix
+                | C::Log
+                | C::Hypot
+                | C::Reflect
+                | C::Refract
+                | C::FaceForward
+                | C::AaStep
+                | C::Substr
+                | C::Concat
+                | C::RayKind(_),
+                _,
+            ) => return false,
         }
         true
     }

@@ -1,6 +1,7 @@
 //! Which operations read and write a symbol, and which symbols need derivatives.
 
 use super::table::{Op, Sym, Table};
+use crate::builtins::{self, Differentiates};
 use crate::oso::text;
 use std::ops::RangeInclusive;
 
@@ -55,20 +56,19 @@ pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
 
 /// The arguments of which an operation takes derivatives.
 pub(super) fn differentiated(table: &Table, op: &Op) -> Vec<usize> {
-    match &*op.name {
-        "Dx" | "Dy" | "Dz" | "filterwidth" | "area" | "calculatenormal" => vec![1],
-        "texture" => vec![2, 3],
-        "texture3d" | "environment" => vec![2],
-        "noise" | "pnoise" => named_noise(table, op),
-        _ => Vec::new(),
+    match builtins::of_operation(&op.name).map(|row| row.facts.differentiates) {
+        // The first argument of the operation is the result.
+        Some(Differentiates::Arguments(list)) => list.iter().map(|at| at + 1).collect(),
+        Some(Differentiates::Noise(filtering)) => named_noise(table, op, filtering),
+        None => Vec::new(),
     }
 }
 
 /// The coordinates of a noise that may be of the kind that filters itself.
-fn named_noise(table: &Table, op: &Op) -> Vec<usize> {
+fn named_noise(table: &Table, op: &Op, filtering: &str) -> Vec<usize> {
     let Some(name) = op.args.get(1).and_then(|sym| table.get(*sym)) else { return Vec::new() };
     let filters = match name.values.first() {
-        Some(super::table::Value::Text(text)) => &**text == "gabor",
+        Some(super::table::Value::Text(text)) => &**text == filtering,
         _ => true,
     };
     if name.ty != crate::types::Type::STRING || !filters {
