@@ -10,18 +10,18 @@ use std::sync::Arc;
 /// Why a value cannot be given to a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParamError {
-    /// The shader has no parameter of this name; the closest one.
+    /// The shader has no parameter with this name; also the closest name.
     Unknown(String, Option<String>),
-    /// The value has a type that the parameter does not take.
+    /// The parameter does not take values of this type.
     Type {
         /// The parameter.
         name: String,
         /// Its type.
         ty: String,
-        /// That of the value.
+        /// The type of the value.
         given: String,
     },
-    /// The text is no value of the parameter's type.
+    /// The text is not a value of the parameter's type.
     Mismatch {
         /// The parameter.
         name: String,
@@ -56,8 +56,8 @@ impl std::error::Error for ParamError {}
 pub struct ParamValues {
     /// By name, `s.a` for a field: the elements in order.
     values: FxHashMap<Arc<str>, Vec<Const>>,
-    /// Parameters that take the value of the point where it has one of their name and type, like those with metadata
-    /// `lockgeom = 0`.
+    /// Parameters that take the point's user data with their name and type, where there are any, as with the
+    /// metadata `lockgeom = 0`.
     interpolated: FxHashSet<Arc<str>>,
 }
 
@@ -67,7 +67,7 @@ impl ParamValues {
         self.values.get(name).map(Vec::as_slice)
     }
 
-    /// The values that were given, with their names: in the order of the parameters, fields of structs by name.
+    /// The given values with their names: in the order of the parameters, fields of structs by name.
     pub fn given<'a>(&'a self, program: &Program) -> Vec<(&'a str, &'a [Const])> {
         let place = |name: &str| {
             let first = name.split('.').next().unwrap_or(name);
@@ -78,7 +78,7 @@ impl ParamValues {
         list
     }
 
-    /// Has a parameter take the value of the point where there is one.
+    /// Lets a parameter take the point's user data where there are any.
     pub fn interpolate(&mut self, name: &str) {
         self.interpolated.insert(name.into());
     }
@@ -89,11 +89,12 @@ impl ParamValues {
     }
 }
 
-/// Adds the value that `text` gives to the parameter `name` of a program. A triple takes one or three numbers, a
-/// matrix one or sixteen, an array one for each element in turn, a string its text as it is; `s.a` is a field.
+/// Adds the value in `text` for the parameter `name` of a program. A triple takes one or three numbers, a
+/// matrix one or sixteen, an array one for each element in turn, a string its text unchanged; `s.a` is a
+/// field.
 ///
 /// # Errors
-/// There is no such parameter, or the text is no value of its type.
+/// There is no such parameter, or the text is not a value of its type.
 pub fn set(program: &Program, values: &mut ParamValues, name: &str, text: &str) -> Result<(), ParamError> {
     let ty = find(program, name)?;
     let value = parse(ty, text).ok_or_else(|| mismatch(program, ty, name, text))?;
@@ -101,11 +102,11 @@ pub fn set(program: &Program, values: &mut ParamValues, name: &str, text: &str) 
     Ok(())
 }
 
-/// Adds a value whose type is given, `float` or `color[2]`. It has to be that of the parameter, but that triples
-/// interchange, a float is spread over a triple, and an open array takes any length.
+/// Adds a value with a given type, `float` or `color[2]`. It must be the parameter's type, except that kinds
+/// of triples are interchangeable, a float is broadcast to a triple, and an open array takes any length.
 ///
 /// # Errors
-/// There is no such parameter, it has another type, or the text is no value of the type.
+/// There is no such parameter, it has another type, or the text is not a value of the type.
 pub fn set_typed(
     program: &Program,
     values: &mut ParamValues,
@@ -116,10 +117,11 @@ pub fn set_typed(
     set_parsed(program, values, given, name, text, || parse(given, text))
 }
 
-/// Adds a value whose type is given, as the words of it: numbers one by one, or strings. What is missing is 0, or empty.
+/// Adds a value with a given type as a list of words: numbers one by one, or strings. Missing words are 0 or
+/// empty.
 ///
 /// # Errors
-/// As [`set_typed`].
+/// Those of [`set_typed`].
 pub fn set_words(
     program: &Program,
     values: &mut ParamValues,
@@ -164,8 +166,8 @@ fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
     ParamError::Mismatch { name: name.to_string(), ty: program.structs.show(ty), text: text.to_string() }
 }
 
-/// The string parameters of a program that have known values, given or by default: name and value, arrays element by
-/// element.
+/// The string parameters of a program with known values, given or by default: name and value, arrays element
+/// by element.
 pub fn texts(program: &Program, given: &ParamValues) -> Vec<(Arc<str>, Arc<str>)> {
     let mut texts = Vec::new();
     for param in &program.shader.params {
@@ -186,7 +188,7 @@ pub fn texts(program: &Program, given: &ParamValues) -> Vec<(Arc<str>, Arc<str>)
     texts
 }
 
-/// The string constants that a value is made from.
+/// The string constants that a value contains.
 fn constants(init: &Init) -> Vec<&Arc<str>> {
     match init {
         Init::Value(Expr { kind: ExprKind::Str(text), .. }) => vec![text],
@@ -195,7 +197,7 @@ fn constants(init: &Init) -> Vec<&Arc<str>> {
     }
 }
 
-/// The type of a parameter or field, or the error that there is none.
+/// The type of a parameter or field, or an error if there is none.
 fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
     type_of(program, name).ok_or_else(|| {
         let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
@@ -219,7 +221,7 @@ pub fn type_of(program: &Program, name: &str) -> Option<Type> {
     Some(ty)
 }
 
-/// The value that words make; `None` if they make none, or are too many.
+/// The value of a list of words; `None` if they are not a value, or are too many.
 fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
     let each = match ty.base {
         Base::Int | Base::Float | Base::String => 1,
@@ -235,7 +237,8 @@ fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
     if words.len() > len * each || words.is_empty() {
         return None;
     }
-    // Elements of an array that no word gives are zero without being kept: a text may name many long arrays.
+    // Trailing elements of an array without words are zero and not stored, because a text may name many long
+    // arrays.
     let whole = if ty.extent == Extent::One { each } else { words.len().next_multiple_of(each) };
     let missing = whole.saturating_sub(words.len());
     match ty.base {

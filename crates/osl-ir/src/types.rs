@@ -1,21 +1,21 @@
 //! The types of the language and the relations between them: *equivalent* and *assignable*.
 //!
-//! A [`Type`] is an element type with an array length. Structs are declared in a [`StructTable`] and named
-//! by id. This module must not know scopes, overloads or how values are stored.
+//! A [`Type`] is an element type with an array length. Structs are declared in a [`StructTable`] and
+//! referenced by id. This module must not know scopes, overloads or how values are stored.
 
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::{Arc, OnceLock};
 
-/// The longest array. This is a property of types, not a limit to set: `compiling.array_words` bounds the memory
-/// of arrays.
+/// The longest array. This is a property of types, not a limit to set: `compiling.array_words` bounds the
+/// memory of arrays.
 pub const MAX_ARRAY_LENGTH: i32 = 1 << 20;
 
 /// Index of a struct in the [`StructTable`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StructId(pub u32);
 
-/// What a value or array element is.
+/// The type of a value or array element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Base {
     /// 32-bit two's-complement integer.
@@ -40,18 +40,19 @@ pub enum Base {
     Void,
     /// A struct.
     Struct(StructId),
-    /// The type of an expression that already has an error: fits everywhere, so that one slip makes one message.
+    /// The type of an expression that already has an error: it matches everywhere, so that one mistake gives
+    /// one message.
     Error,
 }
 
-/// How many elements a variable has.
+/// The number of elements of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Extent {
     /// Not an array.
     One,
     /// An array of this length, at least 1.
     Array(u32),
-    /// An array parameter `[]` whose length its argument gives.
+    /// An array parameter `[]` with the length of its argument.
     Unsized,
 }
 
@@ -66,7 +67,7 @@ pub struct Type {
 
 #[expect(missing_docs, reason = "each constant is the type of its name")]
 impl Type {
-    /// The type that a word like `float`, `color[2]` or `int[]` means.
+    /// The type for a word like `float`, `color[2]` or `int[]`.
     pub fn parse(text: &str) -> Option<Type> {
         let (name, extent) = match text.trim().split_once('[') {
             None => (text.trim(), Extent::One),
@@ -121,17 +122,17 @@ impl Type {
         self.extent != Extent::One
     }
 
-    /// Whether it is color, point, vector or normal, and no array.
+    /// Whether it is a single color, point, vector or normal.
     pub fn is_triple(self) -> bool {
         !self.is_array() && self.base.is_triple()
     }
 
-    /// Whether it is int or float, and no array.
+    /// Whether it is a single int or float.
     pub fn is_number(self) -> bool {
         self == Type::INT || self == Type::FLOAT
     }
 
-    /// Whether it is one struct.
+    /// The struct, if it is a single one.
     pub fn as_struct(self) -> Option<StructId> {
         match (self.base, self.extent) {
             (Base::Struct(id), Extent::One) => Some(id),
@@ -177,7 +178,7 @@ pub struct Struct {
 pub struct StructTable {
     structs: Vec<Struct>,
     by_name: FxHashMap<Arc<str>, StructId>,
-    /// The places of the fields of each struct, found at the first question.
+    /// The indices of the fields of each struct, computed on first use.
     places: Vec<OnceLock<FxHashMap<Arc<str>, usize>>>,
 }
 
@@ -199,12 +200,12 @@ impl StructTable {
         self.structs.iter().map(|s| &*s.name)
     }
 
-    /// The struct of an id of this table.
+    /// The struct with an id of this table.
     pub fn get(&self, id: StructId) -> &Struct {
         &self.structs[id.0 as usize]
     }
 
-    /// The field of a name, with its place among the fields.
+    /// The field with a name, and its index.
     pub fn field(&self, id: StructId, name: &str) -> Option<(usize, &Field)> {
         let fields = &self.get(id).fields;
         let places = self.places.get(id.0 as usize)?.get_or_init(|| {
@@ -218,12 +219,12 @@ impl StructTable {
         Some((at, fields.get(at)?))
     }
 
-    /// The id of a name; the newest declaration wins.
+    /// The id for a name; the newest declaration counts.
     pub fn find(&self, name: &str) -> Option<StructId> {
         self.by_name.get(name).copied()
     }
 
-    /// The type as the language writes it: `float`, `closure color`, `vector[3]`, `struct slot`.
+    /// The type as written in the language: `float`, `closure color`, `vector[3]`, `struct slot`.
     pub fn show(&self, ty: Type) -> String {
         let base = match ty.base {
             Base::Int => "int",
@@ -246,13 +247,14 @@ impl StructTable {
         }
     }
 
-    /// Same type; any two triples; arrays of equivalent elements where lengths agree or one is open.
+    /// Equal types; any two kinds of triples; arrays of equivalent elements if their lengths agree or one is
+    /// open.
     pub fn equivalent(&self, a: Type, b: Type) -> bool {
         self.equivalent_known(a, b, &mut Pairs::default())
     }
 
-    /// The same. `known` holds the pairs of structs that were compared before, so that each pair is compared once:
-    /// without it, the time would double with each level of structs that hold the level below twice.
+    /// The same. `known` holds the pairs of structs that were compared before, so that each pair is compared
+    /// once: without it, the time would double with each level of structs that hold the level below twice.
     fn equivalent_known(&self, a: Type, b: Type, known: &mut Pairs) -> bool {
         if a.is_error() || b.is_error() {
             return true;
@@ -283,8 +285,8 @@ impl StructTable {
     }
 
     /// Whether a value of `src` may be assigned to `dst`. Float to int is assignable here (with a warning
-    /// elsewhere); arrays must have equivalent elements and no more of them than the destination; number to closure is judged
-    /// by the caller, since only a literal zero may.
+    /// elsewhere). An array must have equivalent elements and no more of them than the destination. The
+    /// caller decides about number to closure, which is permitted only for a literal zero.
     pub fn assignable(&self, dst: Type, src: Type) -> bool {
         if dst.is_error() || src.is_error() || self.equivalent(dst, src) {
             return true;

@@ -1,4 +1,4 @@
-//! A snapshot for each diagnostic of resolution and lowering: the source, and what is said of it.
+//! A snapshot for each diagnostic of resolution and lowering: the source, and its diagnostics.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -9,8 +9,8 @@ use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::{NoFiles, Options, parse};
 use std::collections::BTreeSet;
 
-/// Code, with a word behind it where the code has several cases, and a source that earns it. A body stands in `shader s(float f = 1, color c = 1, output float r = 0) { … }`
-/// unless it says `shader` itself.
+/// Code, followed by a word if the code has several cases, and a source that causes it. The source is the
+/// body of `shader s(float f = 1, color c = 1, output float r = 0) { … }` unless it contains `shader` itself.
 const CASES: &[(&str, &str)] = &[
     ("E0201", "r = radiuss; r = smothstep(0, 1, u);"),
     (
@@ -135,7 +135,7 @@ fn source(case: &str) -> String {
     format!("shader s(float f = 1, color c = 1, output float r = 0) {{\n    {case}\n}}\n")
 }
 
-/// Everything that is said of a source, as text, and the codes.
+/// All diagnostics of a source as text, and their codes.
 fn report(text: &str) -> (String, BTreeSet<&'static str>) {
     let parsed = parse("case.osl", text, &NoFiles, &Options::default());
     let mut list = parsed.diagnostics.clone();
@@ -151,7 +151,7 @@ fn report(text: &str) -> (String, BTreeSet<&'static str>) {
     (render(&list, &parsed.sources, RenderStyle::default()), codes)
 }
 
-/// Five slips that have nothing to do with each other, one a line; none hides another.
+/// Five unrelated mistakes, one per line; none hides another.
 #[test]
 fn independent_errors_are_all_reported() {
     let text = "shader s(float f = 1, output color c = 0) {\n    float a = radiuss;\n    c = textur(\"a.exr\", u, v);\n    \
@@ -162,7 +162,7 @@ fn independent_errors_are_all_reported() {
     insta::assert_snapshot!("five-errors", format!("{text}----\n{said}"));
 }
 
-/// Five syntax errors, each in a statement of its own: the parser goes on behind each.
+/// Five syntax errors, each in a separate statement: the parser continues after each.
 #[test]
 fn syntax_errors_are_all_reported() {
     let text = "shader s(output float r = 0) {\n    float a = ;\n    r = 1.0f;\n    int class = 1;\n    r = (1 + ;\n    \
@@ -172,7 +172,7 @@ fn syntax_errors_are_all_reported() {
     insta::assert_snapshot!("five-syntax-errors", format!("{text}----\n{said}"));
 }
 
-/// A lost brace is one error, where it was lost, and not one for each function behind it.
+/// A missing brace is one error, at its location, and not one for each function after it.
 #[test]
 fn a_missing_brace_buries_nobody() {
     let text = "float half(float x) {\n    if (x > 1) {\n        x = 1;\n    return x / 2;\n}\n\nfloat twice(float x) \
@@ -196,7 +196,7 @@ fn each_code_has_its_snapshot() {
     }
     let all: BTreeSet<&str> =
         errors::ALL.iter().map(|c| c.id).chain([lower::TOO_LARGE.id, lower::NO_OPERATION.id]).collect();
-    // E0311 is for trees that no parser has checked; E0208 has its test among the hostile files.
+    // E0311 is for trees that no parser has checked; E0208 is tested among the hostile files.
     let missing: Vec<_> = all.difference(&seen).filter(|code| !["E0208", "E0311"].contains(code)).collect();
     assert!(missing.is_empty(), "codes without a case: {missing:?}");
 }

@@ -1,4 +1,5 @@
-//! The facts in the lines of the lane operations fit each other, and what is known of operations elsewhere.
+//! The facts in the lines of the lane operations are consistent with each other and with facts stored
+//! elsewhere.
 
 #![allow(missing_docs, reason = "a test says what must hold")]
 
@@ -10,7 +11,8 @@ fn is_number(kind: Kind) -> bool {
     matches!(kind, Kind::Float | Kind::Triple)
 }
 
-/// What has a derivative is a float or triple, made of one, and does not stay between jumps.
+/// An operation with a derivative returns a float or triple, computed from one, and is not constant between
+/// jumps.
 #[test]
 fn only_what_changes_has_a_derivative() {
     for op in LaneOp::ALL.iter().filter(|op| op.derivative() == Derivative::Rule) {
@@ -21,7 +23,8 @@ fn only_what_changes_has_a_derivative() {
     }
 }
 
-/// What is smooth has a derivative, if it is a float or triple that is made of such: matrices carry none.
+/// A smooth operation has a derivative, if it returns a float or triple computed from such: matrices have
+/// none.
 #[test]
 fn what_is_smooth_says_what_its_derivative_is() {
     for op in LaneOp::ALL.iter().filter(|op| op.continuity() == Continuity::Smooth) {
@@ -45,7 +48,8 @@ fn continuity_suits_the_kinds() {
     }
 }
 
-/// How good an approximation is stands in a list of its own: of each function of one argument, and of no other.
+/// Each approximated function of one argument has an error bound in a separate list, and no other function
+/// has.
 #[test]
 fn every_approximated_function_of_one_argument_has_a_bound() {
     let one = |op: &&LaneOp| op.is_approximated() && op.shape().args.len() == 1;

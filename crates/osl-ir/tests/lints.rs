@@ -1,4 +1,4 @@
-//! The lints: a snapshot for each message, what they must not say, and that their fixes do what they promise.
+//! The lints: a snapshot for each message, sources without findings, and the correctness of the fixes.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -11,8 +11,9 @@ use osl_syntax::{Options, parse};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// Code, what the case shows, and a source that earns it. A body stands in
-/// `shader s(float f = 1, color c = 1, output float r = 0) { …; r += f + c[0]; }` unless it says `shader` itself.
+/// Code, the purpose of the case, and a source that causes it. The source is the body of
+/// `shader s(float f = 1, color c = 1, output float r = 0) { …; r += f + c[0]; }` unless it contains `shader`
+/// itself.
 const CASES: &[(&str, &str, &str)] = &[
     ("W0301", "", "float a = 1;"),
     ("W0301", "assigned", "float a; a = f; a += 2; a++;"),
@@ -70,7 +71,7 @@ const CASES: &[(&str, &str, &str)] = &[
     ("W0315", "", "color k = color(\"HSV\", 0.5, 1, 1); r = k[0];"),
 ];
 
-/// Sources that earn no lint, each with the reason in its text.
+/// Sources without findings, each with the reason in its text.
 const CLEAN: &[&str] = &[
     "float _a = 1;",
     "int n; if (gettextureinfo(\"a.tx\", \"channels\", n)) r = n;",
@@ -127,7 +128,7 @@ fn source(case: &str) -> String {
     if case.contains("shader") {
         return format!("{case}\n");
     }
-    // A component of a call is no OSL, but a short way to write a case.
+    // A component of a call is not valid OSL, but a short way to write a case.
     let case = case.replace("transform(\"object\", P)[0]", "length(transform(\"object\", P))");
     let case = case.replace("color(\"hsv\", 0, 1, 1)[0]", "luminance(color(\"hsv\", 0, 1, 1))");
     format!("shader s(float f = 1, color c = 1, output float r = 0) {{\n    {case}\n    r += f + c[0];\n}}\n")

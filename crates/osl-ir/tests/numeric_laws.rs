@@ -1,5 +1,5 @@
-//! What holds for the arithmetic whatever the numbers: agreement with the standard library where that is exact,
-//! ranges, inverses.
+//! Laws of the arithmetic for all numbers: agreement with the standard library where that is exact, ranges,
+//! inverses.
 
 #![expect(clippy::excessive_precision, reason = "measured values are written with the digits they came with")]
 
@@ -11,7 +11,7 @@ fn sampled_floats() -> impl Iterator<Item = f32> {
     (0..=u32::MAX).step_by(1_021).map(f32::from_bits)
 }
 
-/// Floats around the whole and half numbers that rounding turns on.
+/// Floats around the whole and half numbers at which rounding changes.
 fn near_halves() -> impl Iterator<Item = f32> {
     let exact = (-4_000..4_000).map(|n| n as f32 * 0.5);
     let large =
@@ -204,7 +204,8 @@ proptest! {
     #[test]
     fn normalized_vectors_have_length_one_or_zero(v in prop::array::uniform3(any_float())) {
         let length = geometry::length(geometry::normalize(v));
-        // Beyond this range the squares lose bits or overflow, and the reference makes no promise but to terminate.
+        // Outside this range the squares lose bits or overflow, and the reference guarantees only
+        // termination.
         let in_range = v.iter().any(|x| x.abs() > 1e-18) && v.iter().all(|x| x.abs() < 1e18);
         prop_assert!(!in_range || (length - 1.0).abs() < 1e-6, "length {}", length);
         prop_assert_eq!(geometry::normalize([0.0, -0.0, v[0] * 0.0]), [0.0; 3]);
@@ -220,7 +221,7 @@ proptest! {
     fn hsv_and_hsl_come_back(r in 0.0_f32..1.0, g in 0.0_f32..1.0, b in 0.0_f32..1.0) {
         let rgb = [r, g, b];
         for back in [color::hsv_to_rgb(color::rgb_to_hsv(rgb)), color::hsl_to_rgb(color::rgb_to_hsl(rgb))] {
-            // A saturation below 0.0001 is taken for gray, which is where the tolerance comes from.
+            // A saturation below 0.0001 counts as gray, which explains the tolerance.
             prop_assert!(back.iter().zip(rgb).all(|(x, y)| (x - y).abs() < 1.1e-4), "{:?}", back);
         }
         let srgb = rgb.map(color::linear_to_srgb::<f32>).map(color::srgb_to_linear::<f32>);

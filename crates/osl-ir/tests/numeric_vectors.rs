@@ -1,4 +1,4 @@
-//! Every row of the value forms of `fastmath_vectors.csv`, bit for bit; a NaN stands for any NaN.
+//! Every row of the value forms of `fastmath_vectors.csv`, bit for bit; any NaN matches any other.
 
 #![expect(clippy::expect_used, clippy::panic, reason = "a test ends where its data are not as expected")]
 
@@ -125,7 +125,7 @@ fn every_value_row_agrees_to_the_bit() {
     assert!(n_checked > 9_000, "only {n_checked} rows: the file is not the one expected");
 }
 
-/// Rows with derivatives whose *value* has a form of its own that these bodies hold.
+/// Rows with derivatives whose *value* has a separate form in these bodies.
 #[test]
 fn values_computed_beside_derivatives_agree() {
     for row in rows() {

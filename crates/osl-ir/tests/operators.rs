@@ -1,8 +1,9 @@
-//! Every operator on every pair of types, every conversion, cast, condition and constructor: whether it is taken, and
-//! the type of its value.
+//! Every operator on every pair of types, every conversion, cast, condition and constructor: whether it is
+//! accepted, and the type of its value.
 //!
-//! The tables are those of the OSL language specification, chapters on types and expressions, with what published
-//! compilers do where it is silent. `.` is an error. The letters are the variables of [`DECLARATIONS`].
+//! The tables are those of the OSL language specification, chapters on types and expressions, with the
+//! behaviour of published compilers where it is silent. `.` is an error. The letters are the variables of
+//! [`DECLARATIONS`].
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
@@ -16,7 +17,7 @@ const DECLARATIONS: &str = "int i; float f; color c; point p; vector w; normal n
                             closure color K; S q; float a[2];";
 const LETTERS: &str = "i f c p w n m s K q a";
 
-/// What became of a statement.
+/// The result of a statement.
 #[derive(Debug, Default)]
 struct Verdict {
     /// Letter of its value's type, `.` after an error.
@@ -48,8 +49,8 @@ fn letter(name: &str) -> &'static str {
     }
 }
 
-/// Resolves the statements in shaders with the declarations, and `file` before them; so many at a time that no error is
-/// dropped for being one too many.
+/// Resolves the statements in shaders with the declarations, preceded by `file`; in groups small enough that
+/// no error exceeds the limit.
 fn judge(file: &str, statements: &[String]) -> Vec<Verdict> {
     statements.chunks(60).flat_map(|some| judge_some(file, some)).collect()
 }
@@ -82,7 +83,7 @@ fn judge_some(file: &str, statements: &[String]) -> Vec<Verdict> {
 /// Cells of a table by row and column.
 type Table = BTreeMap<(String, String), String>;
 
-/// Reads a table; what it does not list is an error.
+/// Reads a table; combinations that it does not list are errors.
 fn table(text: &str) -> Table {
     let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty());
     let columns: Vec<&str> = lines.next().unwrap_or_default().split_whitespace().collect();
@@ -199,7 +200,7 @@ const BINARY: &[(&str, &str)] = &[
     ("||", LOGIC),
 ];
 
-/// Of two different triples the type of the last wins.
+/// Of two kinds of triples, the type of the last one counts.
 const TERNARY: &str = "
       i f c p w n m s
     i i f c p w n m .
@@ -211,7 +212,7 @@ const TERNARY: &str = "
     m m m . . . . m .
     s . . . . . . . s";
 
-/// Destination by source: `=` as it is, `>` converted, `!` converted with a warning.
+/// Destination by source: `=` unchanged, `>` converted, `!` converted with a warning.
 const ASSIGNED: &str = "
       i f c p w n m s K q a
     i = ! . . . . . . . . .
@@ -331,8 +332,8 @@ const TYPES: &[(&str, &str)] = &[
     ("q", "S"),
 ];
 
-/// The same conversions where a value is assigned, where it initialises, where it is returned and where it is passed;
-/// the last two never make an int of a float.
+/// The same conversions in assignments, initialisers, returns and arguments; the last two never convert a
+/// float to an int.
 #[test]
 fn conversions() {
     let table = table(ASSIGNED);

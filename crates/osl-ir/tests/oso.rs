@@ -1,4 +1,4 @@
-//! Compiled shaders as text: what the reader refuses and how it says so, and what it makes of hostile files.
+//! Compiled shaders as text: what the reader refuses and with which message, and how it treats hostile files.
 
 #![allow(
     clippy::unwrap_used,
@@ -80,7 +80,7 @@ fn a_file_of_another_kind() {
     }
 }
 
-/// Blocks within blocks, structs within structs, and lines of sources beyond count: bounded, and no panic.
+/// Too many nested blocks, nested structs, and lines of sources: bounded, and no panic.
 #[test]
 fn hostile_files() {
     let depth = 5000;
@@ -99,7 +99,7 @@ fn hostile_files() {
         assert_eq!(read.diagnostics.len(), 1, "{:?}", read.diagnostics);
         assert_eq!(read.diagnostics[0].code.id, "E0601");
     }
-    // The deepest nesting that is allowed compiles.
+    // The deepest permitted nesting compiles.
     let mut deep = format!("{HEAD}{SYMBOLS}code ___main___\n");
     for at in 0..500 {
         let op = if at % 2 == 0 { "if\ti 501 501" } else { "functioncall\tt 501" };
@@ -128,7 +128,8 @@ fn operations_know_the_lines_of_their_source() {
     assert_eq!(read.sources.text(program.shader.body[0].span), "r = u / 0;");
 }
 
-/// The reference takes numbers that are not whole as metadata of ints, and so do sources here: what is written is read.
+/// The reference accepts fractional numbers as metadata of ints, and so do sources here: written files can be
+/// read.
 #[test]
 fn numbers_of_metadata_need_not_suit_their_type() {
     let meta = |hint: &str| {

@@ -1,4 +1,5 @@
-//! The pass that widens steps: what it writes, and what it leaves alone. That the means are right, crates/osl-measure tests.
+//! The pass that widens steps: the code that it writes, and the code that it leaves alone. The tests of
+//! crates/osl-measure check the means.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 

@@ -42,7 +42,8 @@ impl GroupBuilder {
         }
     }
 
-    /// Sets the limits of the group: for its layers from here on, for compiling it, and for running its program.
+    /// Sets the limits of the group: for its layers from here on, for compiling it, and for running its
+    /// program.
     #[must_use]
     pub fn limits(mut self, limits: &Limits) -> GroupBuilder {
         self.group = self.group.with_limits(limits);

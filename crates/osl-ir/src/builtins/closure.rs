@@ -1,5 +1,5 @@
-//! Closures: how a surface scatters or emits light, as data that a renderer reads. A component keeps its name and
-//! the values of its parameters; weights come from the arithmetic around it.
+//! Closures: how a surface scatters or emits light, as data for a renderer. A component has its name and the
+//! values of its parameters; its weight comes from the arithmetic around it.
 
 use super::print::values;
 use super::{Builtin, Emitted, LeftOut, Site};
@@ -181,7 +181,7 @@ pub(super) static ROWS: &[Builtin] = &[
     ),
 ];
 
-/// Components whose `label` exists even where it is not given.
+/// Components with a `label` even if it is not given.
 const LABELLED: [&str; 2] = ["diffuse", "phong"];
 
 /// Writes a component of a name.
@@ -191,8 +191,8 @@ pub(crate) fn component(b: &mut Builder, s: &Site<'_>, name: &str) -> Emitted {
     finish(b, s, name, (values, shapes), params)
 }
 
-/// Makes the component of parameters and, behind them, names and values of keyword arguments. A name that is not a
-/// literal, or has no value, is a value itself.
+/// Makes the component from parameters and the names and values of keyword arguments after them. A name that
+/// is not a literal, or has no value, is itself a value.
 fn finish(
     b: &mut Builder,
     s: &Site<'_>,

@@ -88,8 +88,8 @@ fn from_space(b: &mut Builder, s: &Site<'_>) -> Emitted {
     b.kernel(Kernel::ColorBetween, &[s.arg(0), rgb, color], Kind::Triple).into()
 }
 
-/// The operations that take a color from a space to RGB, or from RGB to a space, in order. `None` for a space that
-/// nobody knows.
+/// The operations that convert a color from a space to RGB, or from RGB to a space, in order. `None` for an
+/// unknown space.
 pub fn path(space: &str, to_rgb: bool) -> Option<&'static [LaneOp]> {
     use LaneOp as L;
     Some(match (space, to_rgb) {
@@ -110,7 +110,7 @@ pub fn path(space: &str, to_rgb: bool) -> Option<&'static [LaneOp]> {
     })
 }
 
-/// The same where colors have the primaries of a system, by its number: its own name means RGB.
+/// The same for colors with the primaries of a system, given by its number: the system's own name means RGB.
 pub fn path_in(space: &str, to_rgb: bool, system: i32) -> Option<&'static [LaneOp]> {
     use LaneOp as L;
     let own = usize::try_from(system).ok().and_then(|at| SYSTEMS.get(at));

@@ -1,4 +1,4 @@
-//! How values change from a pixel to its neighbours.
+//! The changes of values from a pixel to its neighbours.
 
 use super::{Builtin, Composed, Differentiates, Emitted, Site};
 use crate::ir::{Axis, Builder, LaneOp, ValueId};

@@ -102,8 +102,8 @@ pub struct Facts {
     pub differentiates: Differentiates,
     /// What a compiled shader writes for it.
     pub compiled: Compiled,
-    /// The form of so many parameters, and what it leaves out of the one form that compiled shaders know, by its place
-    /// there.
+    /// The form of so many parameters, and what it leaves out of the one form that compiled shaders know, by
+    /// its place there.
     pub left_out: (usize, &'static [(usize, LeftOut)]),
 }
 

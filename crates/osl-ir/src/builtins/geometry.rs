@@ -101,7 +101,7 @@ fn distance(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let from_start = b.lane(LaneOp::FSub, &[point, start]);
     let squared = b.lane(LaneOp::Dot, &[along, along]);
     let projected = b.lane(LaneOp::Dot, &[from_start, along]);
-    // The guarded division makes a segment of no length its start.
+    // The guarded division reduces a segment of length zero to its start.
     let t = b.lane(LaneOp::FDiv, &[projected, squared]);
     let (zero, one) = (b.float(0.0), b.float(1.0));
     let t = b.lane(LaneOp::Clamp, &[t, zero, one]);

@@ -1,4 +1,5 @@
-//! Mathematics: angles, exponentials, logarithms, roots. One number in, one number out, per component for triples.
+//! Mathematics: angles, exponentials, logarithms, roots. One number in, one number out, per component for
+//! triples.
 
 use super::{Builtin, Composed, Emitted, Site, T1, T2};
 use crate::ir::{Builder, LaneOp};

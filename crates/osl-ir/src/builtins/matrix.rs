@@ -121,7 +121,7 @@ pub(super) static ROWS: &[Builtin] = &[
     .example("matrix m = matrix(\"shader\", \"world\");"),
 ];
 
-/// The matrix that coordinates are taken by: they stay as they are unless both spaces are known.
+/// The matrix for coordinates: they stay unchanged unless both spaces are known.
 fn space_matrix(b: &mut Builder, from: ValueId, to: ValueId) -> ValueId {
     b.kernel(Kernel::SpaceMatrix { both: true }, &[from, to], Kind::Matrix)
 }

@@ -1,8 +1,8 @@
 //! Messages between the layers of a point, by name.
 //!
-//! All layers of a run are one body, so a message is a variable of that body with a note of how far it got: nothing
-//! yet, asked for in vain, or set with a type. That takes names that are written out. In a body where one is computed
-//! all messages are kernels' instead, which keep them by point and name.
+//! All layers of a run are one body, so a message is a variable of that body with a state: unset, queried in
+//! vain, or set with a type. This requires literal names. If a body computes a name, all messages are kernels
+//! instead, which store them by point and name.
 
 use super::scene::{store_found, wanted};
 use super::{Array, Builtin, Emitted, Site};
@@ -42,12 +42,12 @@ pub(super) static ROWS: &[Builtin] = &[
     .example("float h = 0; int there = getmessage(\"height\", h);"),
 ];
 
-/// What is said where a message is set again; `{0}` is the first place, `{1}` this one.
+/// The error for a message that is set again; `{0}` is the first location, `{1}` this one.
 pub fn set_twice(name: &str) -> String {
     format!("message \"{name}\" already exists (created here: {{0}}) cannot set again from {{1}}")
 }
 
-/// What is said where a message is set that was asked for in vain at `{0}`.
+/// The error for a message that is set after it was queried in vain at `{0}`.
 pub fn set_late(name: &str) -> String {
     format!(
         "message \"{name}\" was queried before being set (queried here: {{0}}) setting it now ({{1}}) would lead to \
@@ -55,7 +55,7 @@ pub fn set_late(name: &str) -> String {
     )
 }
 
-/// What is said where a message is asked for as another type.
+/// The error for a message that is queried as another type.
 pub fn other_type(name: &str, made: Made, first: &str, wanted: &str) -> String {
     let made = match made {
         Made::Set => "created",
@@ -66,12 +66,12 @@ pub fn other_type(name: &str, made: Made, first: &str, wanted: &str) -> String {
     )
 }
 
-/// How a point came to know of a message.
+/// How a point learned of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Made {
     /// It was set.
     Set,
-    /// It was asked for before it was set.
+    /// It was queried before it was set.
     AskedFor,
 }
 
@@ -79,7 +79,7 @@ pub enum Made {
 #[derive(Clone, Debug)]
 pub(crate) struct Message {
     name: Arc<str>,
-    /// 0 nothing, −n asked for in vain and n set, with the type of `values[n - 1]`.
+    /// 0 for unset, −n for queried in vain and n for set, with the type of `values[n - 1]`.
     state: SlotId,
     values: Vec<(Type, Option<u32>, SlotId)>,
     set: First,
@@ -93,7 +93,7 @@ impl Message {
     }
 }
 
-/// The first call of the text that sets a message, or asks for it.
+/// The first call in the text that sets or queries a message.
 #[derive(Clone, Debug, Default)]
 struct First {
     at: Span,
@@ -108,7 +108,8 @@ impl First {
     }
 }
 
-/// Makes the messages of another builder, with the places where they were first set and asked for, but without values.
+/// Makes the messages of another builder, with the locations where they were first set and queried, but
+/// without values.
 pub(crate) fn carry(b: &mut Builder, from: &[Message]) {
     for Message { name, set, asked, .. } in from {
         let at = message(b, name);
@@ -116,7 +117,7 @@ pub(crate) fn carry(b: &mut Builder, from: &[Message]) {
     }
 }
 
-/// The message of a name, made where it is new.
+/// The message with a name, created if necessary.
 fn message(b: &mut Builder, name: &Arc<str>) -> usize {
     if let Some(at) = b.message_places.get(name) {
         return *at;
@@ -140,7 +141,7 @@ fn variable(b: &mut Builder, at: usize, kind: Kind, array: Option<Array>, ty: Ty
     (b.messages[at].values.len() as i32, slot)
 }
 
-/// A type that stands for the kind of a value: what messages compare.
+/// A type that represents the kind of a value, which messages compare.
 fn type_of(b: &Builder, s: &Site<'_>, index: usize) -> (Kind, Type) {
     let kind = s.array(index).map_or_else(|| b.body.kind(s.arg(index)), |a| b.body.slot(a.slot).kind);
     let ty = s.types.get(index).copied().unwrap_or(Type::INT).element();
@@ -151,7 +152,7 @@ fn report(b: &mut Builder, text: String, places: Vec<Span>) {
     b.kernel_of(Kernel::Report { text: text.into(), places }, &[], &[]);
 }
 
-/// The name, unless messages are found by name when running.
+/// The name, unless messages are found by name at run time.
 fn written_name(b: &mut Builder, s: &Site<'_>) -> Option<Arc<str>> {
     let name = s.literal(0).cloned();
     b.messages_by_name |= name.is_none();
@@ -271,7 +272,7 @@ fn get(b: &mut Builder, s: &Site<'_>) -> Emitted {
     Emitted { result: Some(found), outputs }
 }
 
-/// Asks a source of messages, such as the last ray.
+/// Queries a source of messages, such as the last ray.
 fn of_source(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let (kind, count, mut kinds) = wanted(b, s, 2);
     kinds.push(Kind::Int);
@@ -304,7 +305,7 @@ fn copy_array(b: &mut Builder, from: SlotId, to: Array) {
     }
 }
 
-/// The value as a message hands it on: without tangents.
+/// The value as passed on by a message: without derivatives.
 fn still(b: &mut Builder, value: ValueId) -> ValueId {
     match b.body.kind(value) {
         Kind::Float | Kind::Triple => b.lane(LaneOp::Still, &[value]),

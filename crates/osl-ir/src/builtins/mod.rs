@@ -42,14 +42,14 @@ use std::sync::{Arc, OnceLock};
 pub struct Builtin {
     /// Its name; constructors with a space name have one that no program can write.
     pub name: &'static str,
-    /// What it computes, with units and ranges; one or two sentences.
+    /// Its meaning, with units and ranges, in one or two sentences.
     pub about: &'static str,
-    /// Its derivatives, `cos(x) dx` or in words; `dx` is how the argument x changes.
+    /// Its derivatives, `cos(x) dx` or in words; `dx` is the change of the argument x.
     pub derivatives: &'static str,
     /// What it gives at the edges of its domain and beyond: zeros, denormals, infinities, nan, huge
     /// arguments.
     pub extremes: &'static str,
-    /// A statement or two that use it, and compile in a surface without a word.
+    /// One or two statements that use it, which compile in a surface without a warning.
     pub example: &'static str,
     /// Its signatures in the notation of [`Signature`].
     sigs: &'static [&'static str],
@@ -66,13 +66,13 @@ pub struct Builtin {
 pub enum Emit {
     /// One lane operation on the arguments in order.
     Lane(LaneOp),
-    /// Whatever the function writes; it yields the result and the outputs.
+    /// Written by a function, which returns the result and the outputs.
     Compose(fn(&mut Builder, &Site<'_>) -> Emitted),
     /// Ends the shader.
     Exit,
 }
 
-/// The names that a shader goes by where it runs.
+/// The names of a shader in the run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Names {
     /// The shader's own.
@@ -85,7 +85,7 @@ pub struct Names {
 
 /// A call that is being written.
 pub struct Site<'a> {
-    /// Values of the arguments, converted to the signature's types; anything for an array.
+    /// Values of the arguments, converted to the signature's types; arbitrary for an array.
     pub args: &'a [ValueId],
     /// Types of the arguments.
     pub types: &'a [Type],
@@ -93,18 +93,18 @@ pub struct Site<'a> {
     pub arrays: &'a [Option<Array>],
     /// The text of each argument that is a string literal.
     pub literals: &'a [Option<Arc<str>>],
-    /// The signature that was chosen.
+    /// The chosen signature.
     pub signature: &'a Signature,
-    /// The names that the shader goes by.
+    /// The names of the shader.
     pub names: &'a Names,
-    /// How the first argument is connected, if it is a parameter: 1 from upstream, 2 to something downstream.
+    /// How the first argument is connected, if it is a parameter: 1 upstream, 2 downstream.
     pub connected: i32,
 }
 
 /// An argument that is an array.
 #[derive(Clone, Copy, Debug)]
 pub struct Array {
-    /// Where it lies.
+    /// Its slot.
     pub slot: SlotId,
     /// How many elements it has.
     pub len: u32,
@@ -113,7 +113,7 @@ pub struct Array {
 }
 
 impl Site<'_> {
-    /// An argument. Resolution has counted them; a missing one reads as the first value of the body.
+    /// An argument. Resolution has checked their number; a missing one reads as the first value of the body.
     pub fn arg(&self, index: usize) -> ValueId {
         self.args.get(index).copied().unwrap_or(ValueId(0))
     }
@@ -129,7 +129,7 @@ impl Site<'_> {
     }
 }
 
-/// What a call yields.
+/// The results of a call.
 #[derive(Debug, Default)]
 pub struct Emitted {
     /// Its value.
@@ -207,7 +207,7 @@ impl Builtin {
         Builtin { derivatives, ..self }
     }
 
-    /// The row with what happens at the edges.
+    /// The row with its results at the edges.
     const fn extremes(self, extremes: &'static str) -> Builtin {
         Builtin { extremes, ..self }
     }
@@ -236,7 +236,7 @@ impl Builtin {
 
 /// Rows that belong together.
 pub struct Family {
-    /// What they are about, as a heading.
+    /// Their subject, as a heading.
     pub title: &'static str,
     /// Where they are defined.
     pub source: &'static str,

@@ -1,4 +1,4 @@
-//! Noise: pseudo-random fields over space. The forms differ by return type, chosen by what is expected.
+//! Noise: pseudo-random fields over space. The overloads differ by return type, chosen by the expected type.
 
 use super::{Builtin, Differentiates, Emitted, Site};
 use crate::ir::{Builder, GaborOption, Kernel, Kind, LaneOp, NoiseField};
@@ -213,7 +213,7 @@ fn noise(b: &mut Builder, s: &Site<'_>, periodic: bool) -> Emitted {
     b.kernel(Kernel::NamedNoise { dims, triple, periodic, options, tangents: false }, &args, kind).into()
 }
 
-/// Dimensions and kind of the result, from the coordinates behind the first `skip` arguments.
+/// Dimensions and kind of the result, from the coordinates after the first `skip` arguments.
 fn form(b: &Builder, s: &Site<'_>, skip: usize, periodic: bool) -> (u8, Kind) {
     let count = (s.signature.params.len() - skip) / if periodic { 2 } else { 1 };
     let point = b.body.kind(s.arg(skip)) == Kind::Triple;

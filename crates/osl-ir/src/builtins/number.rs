@@ -223,7 +223,7 @@ fn modulo(b: &mut Builder, s: &Site<'_>) -> Emitted {
     if !is_int(b, s) {
         return b.lane(LaneOp::Mod, s.args).into();
     }
-    // a - b * floor(a / b) in int arithmetic, where the quotient is whole already.
+    // a - b * floor(a / b) in int arithmetic, where the quotient is already whole.
     let quotient = b.lane(LaneOp::IDiv, s.args);
     let whole = b.lane(LaneOp::IMul, &[s.arg(1), quotient]);
     b.lane(LaneOp::ISub, &[s.arg(0), whole]).into()
@@ -267,8 +267,8 @@ fn mix(b: &mut Builder, s: &Site<'_>) -> Emitted {
     b.kernel(Kernel::ClosureSum, &[first, second], Kind::Closure).into()
 }
 
-/// With x and eps in units of the ramp: 0, a parabola, the line, a parabola, 1. The parabola through the origin that
-/// reaches slope 1 at `r` is z²/2r.
+/// With x and eps in units of the ramp: 0, a parabola, the line, a parabola, 1. The parabola through the
+/// origin that reaches slope 1 at `r` is z²/2r.
 fn smooth_linearstep(b: &mut Builder, s: &Site<'_>) -> Emitted {
     use LaneOp as L;
     let (edge0, edge1, x, eps) = (s.arg(0), s.arg(1), s.arg(2), s.arg(3));
@@ -299,7 +299,7 @@ fn smooth_linearstep(b: &mut Builder, s: &Site<'_>) -> Emitted {
     let upper = rounded(b, to_end, twice);
     let upper = b.lane(L::FSub, &[one, upper]);
 
-    // The tests as steps, which hold for nan as comparisons do. What decides first stands last.
+    // The tests are steps, which are true for NaN as comparisons are. The test with precedence comes last.
     let past_start = b.lane(L::Step, &[reach, t]);
     let before_last = b.lane(L::Step, &[t, last]);
     let straight = b.lane(L::FMul, &[past_start, before_last]);

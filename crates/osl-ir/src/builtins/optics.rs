@@ -1,4 +1,4 @@
-//! Light at a boundary: Fresnel's law, and turning points about an axis.
+//! Light at a boundary: Fresnel's law, and the rotation of points about an axis.
 
 use super::{Builtin, Emitted, Site};
 use crate::ir::{Builder, LaneOp, ValueId};
@@ -118,7 +118,7 @@ fn rotate(b: &mut Builder, s: &Site<'_>) -> Emitted {
     origin.map_or(turned, |a| b.lane(L::FAdd, &[turned, a])).into()
 }
 
-/// A cell of the matrix that turns about the unit axis `u`; the numbers are 1, cosine, sine and 1 − cosine.
+/// A cell of the matrix that rotates about the unit axis `u`; the numbers are 1, cosine, sine and 1 − cosine.
 fn turn(b: &mut Builder, u: [ValueId; 3], row: usize, column: usize, k: [ValueId; 4]) -> ValueId {
     use LaneOp as L;
     let [one, cos, sin, rest] = k;

@@ -1,4 +1,4 @@
-//! What a shader asks of its surroundings: attributes, rays, point clouds, and how it is connected.
+//! A shader's queries about its surroundings: attributes, rays, point clouds, and its connections.
 
 use super::{Asks, Builtin, Composed, Emitted, Site};
 use crate::hir::Global;
@@ -216,7 +216,7 @@ fn dict_value(b: &mut Builder, s: &Site<'_>) -> Emitted {
     store_found(b, s, 2, found, &values)
 }
 
-/// Kind and number of the values that an output argument takes, and the kinds of a query's results: the values, then
+/// Kind and number of the values of an output argument, and the kinds of a query's results: the values, then
 /// whether they were found.
 pub(super) fn wanted(b: &Builder, s: &Site<'_>, target: usize) -> (Kind, u8, Vec<Kind>) {
     let array = s.array(target);
@@ -257,7 +257,8 @@ fn attribute(b: &mut Builder, s: &Site<'_>) -> Emitted {
     store_found(b, s, last, found, &values)
 }
 
-/// Writes what a query found to its output argument, which otherwise keeps its value; yields whether it was found.
+/// Writes the result of a query to its output argument, which otherwise keeps its value; returns whether it
+/// was found.
 pub(super) fn store_found(
     b: &mut Builder,
     s: &Site<'_>,

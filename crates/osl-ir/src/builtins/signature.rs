@@ -19,7 +19,7 @@ pub struct Signature {
     pub ret: Type,
     /// Parameters.
     pub params: Vec<Param>,
-    /// What may follow them.
+    /// The arguments that may follow them.
     pub tail: Tail,
 }
 
@@ -37,16 +37,16 @@ pub struct Param {
 /// The type that a parameter takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParamType {
-    /// This type, or what converts to it.
+    /// This type, or types that convert to it.
     Of(Type),
     /// Any type.
     Any {
-        /// Whether it has to be an array.
+        /// Whether it must be an array.
         array: bool,
     },
 }
 
-/// What may follow the parameters.
+/// The arguments that may follow the parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tail {
     /// Nothing.
@@ -55,7 +55,7 @@ pub enum Tail {
     Any,
     /// Pairs of a name and a value.
     KeyValue,
-    /// What closures take: a name, and at least one further argument of any kind.
+    /// Keyword arguments of closures: a name, and at least one further argument of any kind.
     Keywords,
 }
 

@@ -1,4 +1,5 @@
-//! Splines over arrays of knots. The first and last knots of bases that step by one are phantom end points.
+//! Splines over arrays of knots. In bases that step by one knot, the first and last knots are phantom end
+//! points.
 
 use super::{Array, Builtin, Emitted, Site};
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
@@ -49,11 +50,11 @@ pub(super) static ROWS: &[Builtin] = &[
     .example("float knots[5] = {0, 0, 0.2, 1, 1}; float x = splineinverse(\"linear\", v, knots);"),
 ];
 
-/// A basis: how far a segment is from the next in knots, and rows of coefficients of x³, x², x and 1.
+/// A basis: the distance between segments in knots, and rows of coefficients of x³, x², x and 1.
 pub struct Basis {
     /// The name in programs.
     pub name: &'static str,
-    /// Knots from segment to segment.
+    /// Number of knots from segment to segment.
     pub step: i32,
     /// Coefficients of the four knots, highest power first.
     pub rows: [[f32; 4]; 4],
@@ -97,7 +98,7 @@ pub static BASES: [Basis; 6] = [
     },
 ];
 
-/// The basis of a name.
+/// The basis with a name.
 pub fn basis(name: &str) -> &'static Basis {
     let [rest @ .., linear] = &BASES;
     rest.iter().find(|b| b.name == name).unwrap_or(linear)
@@ -156,7 +157,7 @@ fn spline(b: &mut Builder, s: &Site<'_>) -> Emitted {
     Emitted { result: value.map(|value| still_if_constant(b, s, value)), outputs: Vec::new() }
 }
 
-/// The value without derivatives where the basis is "constant".
+/// The value without derivatives if the basis is "constant".
 fn still_if_constant(b: &mut Builder, s: &Site<'_>, value: ValueId) -> ValueId {
     if let Some(name) = s.literal(0) {
         return if &**name == CONSTANT { b.lane(LaneOp::Still, &[value]) } else { value };
@@ -167,7 +168,7 @@ fn still_if_constant(b: &mut Builder, s: &Site<'_>, value: ValueId) -> ValueId {
     b.lane(LaneOp::Choose, &[is, still, value])
 }
 
-/// A coefficient of a basis. Those that are no floats are sixths.
+/// A coefficient of a basis. Those that are not exactly floats are sixths.
 fn weight(b: &mut Builder, c: f32) -> ValueId {
     let known = [(SIXTH, Known::Sixth), (-SIXTH, Known::MinusSixth), (4.0 * SIXTH, Known::TwoThirds)];
     match known.into_iter().find(|(single, _)| *single == c) {
@@ -176,7 +177,7 @@ fn weight(b: &mut Builder, c: f32) -> ValueId {
     }
 }
 
-/// Step and coefficients of the basis; chosen when running where the name is not written out.
+/// Step and coefficients of the basis; selected at run time if the name is not a literal.
 fn chosen(b: &mut Builder, s: &Site<'_>) -> (ValueId, [[ValueId; 4]; 4]) {
     if let Some(name) = s.literal(0) {
         let basis = basis(name);

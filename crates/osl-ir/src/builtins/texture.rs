@@ -86,7 +86,7 @@ fn kind_of(s: &Site<'_>) -> Kind {
     if s.signature.ret == Type::FLOAT { Kind::Float } else { Kind::Triple }
 }
 
-/// The optional arguments behind the first `from`: options with their values, and where outputs go.
+/// The optional arguments after the first `from`: options with their values, and the destinations of outputs.
 #[derive(Default)]
 struct Rest {
     options: Vec<TextureOption>,
@@ -101,7 +101,7 @@ fn rest(b: &mut Builder, s: &Site<'_>) -> Rest {
     let from = s.signature.params.len();
     for index in (from..s.args.len().saturating_sub(1)).step_by(2) {
         let Some(name) = s.literal(index) else { continue };
-        // The reference passes over an empty name and its value.
+        // The reference skips an empty name and its value.
         if name.is_empty() {
             continue;
         }
@@ -116,7 +116,7 @@ fn rest(b: &mut Builder, s: &Site<'_>) -> Rest {
                 rest.options.push(*option);
             }
             Some(_) => {}
-            // Once for each name.
+            // Reported once for each name.
             None if !unknown.insert(name) => {}
             None => {
                 let text = format!("Unknown texture option: \"{name}\"").into();
@@ -204,8 +204,8 @@ pub(crate) struct LookupOption {
     pub(crate) name: &'static str,
     /// The type of its value.
     pub(crate) ty: Type,
-    /// What it sets; `None` for outputs, and for what has nothing to work on: filtering over time and depth, and
-    /// color management.
+    /// The option that it sets; `None` for outputs, and for options without effect: filtering over time and
+    /// depth, and color management.
     sets: Option<TextureOption>,
     /// Whether the lookup writes to the value.
     output: bool,
@@ -251,7 +251,7 @@ pub(crate) static OPTIONS: &[LookupOption] = {
 };
 
 impl LookupOption {
-    /// Whether a value of a type suits it.
+    /// Whether a value of a type fits.
     pub(crate) fn takes(&self, ty: Type) -> bool {
         match self.ty {
             Type::FLOAT => ty.is_number(),

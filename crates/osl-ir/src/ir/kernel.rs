@@ -113,8 +113,8 @@ pub enum Kernel {
         /// The arguments after the format string.
         shapes: Vec<Shape>,
     },
-    /// Splits a string at separators: string, separator, largest number of pieces. Result: number of pieces. Effect:
-    /// writes the array.
+    /// Splits a string at separators: string, separator, largest number of pieces. Result: number of pieces.
+    /// Effect: writes the array.
     Split {
         /// The pieces.
         pieces: SlotId,
@@ -175,7 +175,8 @@ pub enum Kernel {
         /// Whether the value's derivatives follow, and the result's are computed.
         tangents: bool,
     },
-    /// A closure component: the values of `shapes`, which are the parameters in order and then keyword arguments.
+    /// A closure component: the values of `shapes`, which are the parameters in order and then keyword
+    /// arguments.
     Component {
         /// Name of the closure.
         name: Arc<str>,

@@ -14,12 +14,13 @@ use super::Kind;
 /// Calls `$callback!` with the lines of all lane operations:
 /// `Name "text" class (argument types) -> result type, module::body, cost continuity precision, derivative;`
 ///
-/// - Types: `F` float, `I` int, `T` triple, `M` matrix, `S` string (its number in the string table), `K` closure.
+/// - Types: `F` float, `I` int, `T` triple, `M` matrix, `S` string (its number in the string table), `K`
+///   closure.
 /// - Class `each` works per component where an argument is a triple (other arguments are then used for every
 ///   component); class `whole` takes exactly the types that it names.
 /// - Body: a function of `osl_ir::numeric`.
-/// - Cost, continuity, precision: a variant of [`Cost`](crate::ir::Cost), [`Continuity`](crate::ir::Continuity) and
-///   [`Precision`](crate::ir::Precision), in small letters.
+/// - Cost, continuity, precision: a variant of [`Cost`](crate::ir::Cost),
+///   [`Continuity`](crate::ir::Continuity) and [`Precision`](crate::ir::Precision), in small letters.
 /// - Derivative: `none`, `zero` or `late`, see [`Derivative`](crate::ir::Derivative), or a function of
 ///   `passes/derive/rules`.
 #[macro_export]

@@ -1,28 +1,29 @@
-//! The operators of the language: division that never leaves the finite numbers, wrapping integers, comparisons.
+//! The operators of the language: division that always gives finite numbers, wrapping integers, comparisons.
 //!
-//! Sums, differences and products of floats are the operators of [`Real`] themselves. This module knows nothing of
-//! the built-in functions.
+//! Sums, differences and products of floats are the operators of [`Real`]. This module must not know the
+//! built-in functions.
 
 use super::real::{Number, Real};
 use super::rounding::{pick, trunc_quotient};
 
-/// `a / b` as a shader writes it: 0 where the quotient is not finite, so x/0, 0/0 and an overflow are all 0.
+/// `a / b` in a shader: 0 if the quotient is not finite, so x/0, 0/0 and an overflow are all 0.
 #[inline(always)]
 pub fn div<R: Real>(a: R, b: R) -> R {
     let quotient = a / b;
     R::select(quotient.is_finite(), quotient, R::lit(0.0))
 }
 
-/// `a / b` where `b` is known to be a constant other than 0: the plain quotient, which may overflow to infinity.
+/// `a / b` for a constant `b` other than 0: the plain quotient, which may overflow to infinity.
 #[inline(always)]
 pub fn div_by_constant<R: Real>(a: R, b: R) -> R {
     a / b
 }
 
-/// Integer `a / b`, truncated toward zero; 0 where `b` is 0, and `i32::MIN / -1` is `i32::MIN`.
+/// Integer `a / b`, truncated toward zero; 0 if `b` is 0, and `i32::MIN / -1` is `i32::MIN`.
 ///
-/// The quotient is found in binary64, which vector units divide and integers they do not. It is exact: a quotient
-/// that is not whole stays at least 1/|b| away from the next whole number, relative to it more than 2^-32.
+/// The quotient is computed in binary64, because vector units divide floats but not integers. It is exact: a
+/// quotient that is not whole is at least 1/|b| away from the next whole number, a relative distance of more
+/// than 2^-32.
 #[inline(always)]
 pub fn int_div(a: i32, b: i32) -> i32 {
     pick(b == 0, 0, trunc_quotient(f64::from(a) / f64::from(b)))
@@ -95,8 +96,8 @@ pub fn float_to_int<R: Real>(a: R) -> i32 {
     a.to_int()
 }
 
-/// `a < b`. Like all six comparisons of floats in OSL it also holds where an operand is NaN, `==` and `!=` alike:
-/// the reference generates the unordered form of each.
+/// `a < b`. Like all six comparisons of floats in OSL, it is also true if an operand is NaN, `==` and `!=`
+/// included: the reference generates the unordered form of each.
 #[inline(always)]
 #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "the negation is what makes NaN count as true")]
 pub fn lt<R: Real>(a: R, b: R) -> bool {

@@ -1,7 +1,7 @@
 //! Conversions between color systems, one color at a time.
 //!
 //! Choices (which sixth of the hue circle, which component is largest) are blends, so that a loop over colors
-//! vectorises. Nothing here knows the names of color spaces but those of [`ColorSystem::named`].
+//! vectorises. This module knows no names of color spaces except those of [`ColorSystem::named`].
 
 use super::common::{max, min};
 use super::geometry::{Triple, cross, dot, select};
@@ -20,7 +20,7 @@ pub fn hsv_to_rgb<R: Number>(hsv: Triple<R>) -> Triple<R> {
     let t = v * (one - s * (one - f));
 
     let is = |k: f32| sixth == R::lit(k);
-    // Rounding can make the hue a full turn, a seventh sixth; with NaN it falls to the last colors.
+    // Rounding can make the hue a full turn, which is a seventh sixth; NaN selects the last colors.
     let red = R::select(is(1.0), q, R::select(is(2.0) | is(3.0), p, R::select(is(4.0), t, v)));
     let green = R::select(is(0.0), t, R::select(is(1.0) | is(2.0), v, R::select(is(3.0), q, p)));
     let blue = R::select(is(0.0) | is(1.0), p, R::select(is(2.0), t, R::select(is(3.0) | is(4.0), v, q)));
@@ -84,7 +84,7 @@ const EXACT_YIQ_TO_RGB: Matrix3<f64> = [1.0, 1.0, 1.0, 0.9557, -0.2716, -1.1082,
 /// The constants of a matrix.
 #[inline(always)]
 fn known<R: Real>(single: &Matrix3<f32>, exact: &Matrix3<f64>) -> Matrix3<R> {
-    // Straight code: a loop inside keeps a loop over colors from being vectorised.
+    // Straight code: an inner loop would prevent the vectorisation of a loop over colors.
     let [a, b, c, d, e, f, g, h, i] = *single;
     let [j, k, l, m, n, o, p, q, r] = *exact;
     let known = R::known;
@@ -158,18 +158,18 @@ pub fn linear_to_srgb<R: Real>(x: R) -> R {
     R::select(x <= R::known(0.003_130_8, 0.003_130_8), R::known(12.92, 12.92) * x, curved)
 }
 
-/// An RGB space: how its primaries relate to CIE XYZ.
+/// An RGB space: the relation of its primaries to CIE XYZ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorSystem<R = f32> {
     /// XYZ to RGB, for row vectors.
     pub rgb_from_xyz: Matrix3<R>,
     /// RGB to XYZ, for row vectors.
     pub xyz_from_rgb: Matrix3<R>,
-    /// What each of red, green, blue adds to the luminance; they sum to 1.
+    /// The contributions of red, green and blue to the luminance; they sum to 1.
     pub luminance: Triple<R>,
 }
 
-/// Names of the systems that OSL knows, its own choice first.
+/// Names of the systems in OSL; the default comes first.
 pub const SYSTEMS: [&str; 13] = [
     "Rec709",
     "sRGB",
@@ -192,19 +192,19 @@ const ILLUMINANT_E: [f64; 2] = [1.0 / 3.0, 1.0 / 3.0];
 const ACES_WHITE: [f64; 2] = [0.32168, 0.33767];
 
 impl<R: Real> ColorSystem<R> {
-    /// OSL's working space unless told otherwise. Inlined, so that it is a handful of constants in a loop over colors.
+    /// OSL's default working space. Inlined, so that it is a few constants in a loop over colors.
     #[inline(always)]
     pub fn rec709() -> Self {
         Self::from_primaries([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], D65)
     }
 
-    /// The system of a number, the position of its name in [`SYSTEMS`]; Rec709 for any other number.
+    /// The system with a number, which is the index of its name in [`SYSTEMS`]; Rec709 for any other number.
     pub fn numbered(number: i32) -> Self {
         let name = usize::try_from(number).ok().and_then(|at| SYSTEMS.get(at));
         name.and_then(|name| Self::named(name)).unwrap_or_else(Self::rec709)
     }
 
-    /// The system with this name, one of those that OSL knows; `None` for any other.
+    /// The system with a name of OSL; `None` for any other.
     pub fn named(name: &str) -> Option<Self> {
         let (red, green, blue, white) = match name {
             "Rec709" | "sRGB" => return Some(Self::rec709()),
@@ -227,7 +227,7 @@ impl<R: Real> ColorSystem<R> {
     pub fn from_primaries(red: [f64; 2], green: [f64; 2], blue: [f64; 2], white: [f64; 2]) -> Self {
         let [red, green, blue, white] =
             [primary::<R>(red), primary::<R>(green), primary::<R>(blue), primary::<R>(white)];
-        // The rows of the inverse of the primaries, but for a factor each, which the white point fixes.
+        // The rows of the inverse of the primaries, up to a factor each, which the white point determines.
         let r = weighted(cross(green, blue), white);
         let g = weighted(cross(blue, red), white);
         let b = weighted(cross(red, green), white);
@@ -264,14 +264,14 @@ fn primary<R: Real>([x, y]: [f64; 2]) -> Triple<R> {
     [x, y, R::lit(1.0) - (x + y)]
 }
 
-/// A row over its share of the white point.
+/// A row divided by its share of the white point.
 #[inline(always)]
 fn weighted<R: Real>(row: Triple<R>, white: Triple<R>) -> Triple<R> {
     let weight = dot(row, white) / white[1];
     [row[0] / weight, row[1] / weight, row[2] / weight]
 }
 
-/// The inverse of a matrix known to have one: adjugate over determinant.
+/// The inverse of a matrix that is known to be invertible: adjugate over determinant.
 #[inline(always)]
 fn inverse<R: Real>(m: &Matrix3<R>) -> Matrix3<R> {
     let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];

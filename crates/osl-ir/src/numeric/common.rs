@@ -1,7 +1,7 @@
 //! The small functions of the standard library: magnitudes, limits, blends, steps.
 //!
-//! Each is written for one number; the language applies it to each component of a triple. The order of operations is
-//! the reference's. Nothing here knows of vectors.
+//! Each is written for one number; the language applies it to each component of a triple. The order of
+//! operations is the reference's. This module must not know vectors.
 
 use super::arith::{div, gt, is_true, le};
 use super::real::{Number, Real};
@@ -25,7 +25,7 @@ pub fn max<R: Number>(x: R, y: R) -> R {
     R::select(gt(x, y), x, y)
 }
 
-/// `x` held to `lo..=hi`; `lo` wins where the limits are reversed, NaN stays.
+/// `x` clamped to `lo..=hi`; `lo` wins if the limits are reversed, and NaN stays.
 #[inline(always)]
 pub fn clamp<R: Real>(x: R, lo: R, hi: R) -> R {
     max(min(x, hi), lo)
@@ -43,13 +43,13 @@ pub fn int_max(x: i32, y: i32) -> i32 {
     x.max(y)
 }
 
-/// `a` at t = 0, `b` at t = 1, straight on beyond them. Ratio `t` is not clamped.
+/// Linear interpolation from `a` at t = 0 to `b` at t = 1, extrapolated outside: `t` is not clamped.
 #[inline(always)]
 pub fn mix<R: Real>(a: R, b: R, t: R) -> R {
     (a * (R::lit(1.0) - t)).plus_product(b, t)
 }
 
-/// `b` where the condition `c` is not zero, else `a`: the *second* is chosen by a true condition.
+/// `b` if the condition `c` is not zero, else `a`: a true condition selects the *second* argument.
 #[inline(always)]
 pub fn select<R: Real>(a: R, b: R, c: R) -> R {
     R::select(is_true(c), b, a)
@@ -61,9 +61,10 @@ pub fn step<R: Real>(edge: R, x: R) -> R {
     R::select(x < edge, R::lit(0.0), R::lit(1.0))
 }
 
-/// 0 below `edge0`, 1 from `edge1` on, a cubic with flat ends between. With reversed edges it is a step at `edge0`.
+/// 0 below `edge0`, 1 from `edge1` on, a cubic with flat ends in between. With reversed edges it is a step at
+/// `edge0`.
 ///
-/// Where a derivative of the result is wanted the reference multiplies in another order:
+/// If a derivative of the result is needed, the reference multiplies in another order:
 /// [`smoothstep_with_derivative`].
 #[inline(always)]
 pub fn smoothstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
@@ -72,7 +73,7 @@ pub fn smoothstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
     outside_edges(edge0, edge1, x, between)
 }
 
-/// The value of [`smoothstep`] in the form that the reference computes together with derivatives.
+/// The value of [`smoothstep`] in the form that the reference uses together with derivatives.
 #[inline(always)]
 pub fn smoothstep_with_derivative<R: Real>(edge0: R, edge1: R, x: R) -> R {
     let t = (x - edge0) / (edge1 - edge0);
@@ -84,24 +85,24 @@ pub fn smoothstep_with_derivative<R: Real>(edge0: R, edge1: R, x: R) -> R {
 #[inline(always)]
 fn outside_edges<R: Real>(edge0: R, edge1: R, x: R, between: R) -> R {
     let above = R::select(x >= edge1, R::lit(1.0), between);
-    // The first test wins: it stands last.
+    // The first test takes precedence, so it comes last.
     R::select(x < edge0, R::lit(0.0), above)
 }
 
-/// 0 below `edge0`, 1 above `edge1`, straight between; a step where they are equal.
+/// 0 below `edge0`, 1 above `edge1`, linear in between; a step if they are equal.
 #[inline(always)]
 pub fn linearstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
     let ramp = div(clamp(x, edge0, edge1) - edge0, edge1 - edge0);
     R::select(edge0 == edge1, step(edge0, x), ramp)
 }
 
-/// The remainder with the sign of `b`: a - b·floor(a/b); `a` where `b` is 0.
+/// The remainder with the sign of `b`: a - b·floor(a/b); `a` if `b` is 0.
 #[inline(always)]
 pub fn modulo<R: Real>(a: R, b: R) -> R {
     a - b * div(a, b).floor()
 }
 
-/// [`modulo`] where `b` is known to be a constant other than 0: the quotient has no guard.
+/// [`modulo`] for a constant `b` other than 0: the quotient has no guard.
 #[inline(always)]
 pub fn modulo_by_constant<R: Real>(a: R, b: R) -> R {
     a - b * (a / b).floor()
@@ -113,31 +114,32 @@ pub fn abs<R: Real>(x: R) -> R {
     x.abs()
 }
 
-/// The square root, 0 below zero and for NaN; that of -0 is -0.
+/// The square root; 0 for negative numbers and NaN, -0 for -0.
 #[inline(always)]
 pub fn sqrt<R: Real>(x: R) -> R {
     R::select(x >= R::lit(0.0), x.sqrt(), R::lit(0.0))
 }
 
-/// 1 / √x, in two roundings; 0 where `x` is not above zero.
+/// 1 / √x, with two roundings; 0 if `x` is not positive.
 #[inline(always)]
 pub fn inversesqrt<R: Real>(x: R) -> R {
     R::select(x > R::lit(0.0), x.inverse_root(), R::lit(0.0))
 }
 
-/// √(a² + b²), unscaled: it overflows where a square does.
+/// √(a² + b²), unscaled: it overflows if a square does.
 #[inline(always)]
 pub fn hypot<R: Real>(a: R, b: R) -> R {
     sqrt(a * a + b * b)
 }
 
-/// How far a value moves over one sample, from its two derivatives.
+/// The change of a value over one sample, from its two derivatives.
 #[inline(always)]
 pub fn filterwidth<R: Real>(dx: R, dy: R) -> R {
     (dx * dx + dy * dy).sqrt()
 }
 
-/// Degrees from radians, by the reference's constant: 180/π divided in `f32`, one unit below the nearest.
+/// Degrees from radians, with the reference's constant: 180/π divided in `f32`, one unit below the nearest
+/// float.
 #[inline(always)]
 pub fn degrees<R: Real>(x: R) -> R {
     x * R::known(f32::from_bits(0x4265_2ee0), 180.0 / std::f64::consts::PI)
@@ -161,7 +163,7 @@ pub fn isinf<R: Real>(x: R) -> i32 {
     i32::from(!x.is_finite() & !x.is_nan())
 }
 
-/// 1 for numbers, 0 for NaN and the infinities.
+/// 1 for finite numbers, 0 for NaN and the infinities.
 #[inline(always)]
 pub fn isfinite<R: Real>(x: R) -> i32 {
     i32::from(x.is_finite())

@@ -1,8 +1,9 @@
-//! The arithmetic in binary64: what a program means where single precision runs out of digits.
+//! The arithmetic in binary64: a reference where single precision has too few digits.
 //!
-//! Elementary functions are those of mathematics, within about half a unit in the last place, by the library `pxfm`. What
-//! belongs to the language stays: arguments are held to the same domains, exponentials to the same range of single
-//! precision, and the special cases are those of [`strict`](super::strict). Nothing is rounded to single precision.
+//! Elementary functions come from the library `pxfm` and are accurate to about half a unit in the last place.
+//! The rules of the language stay the same: arguments are clamped to the same domains, exponentials to the
+//! same single-precision range, and the special cases are those of [`strict`](super::strict). Nothing is
+//! rounded to single precision.
 
 use super::rounding::pick;
 use super::{Number, Real};
@@ -12,7 +13,7 @@ use pxfm::{
 };
 use std::f64::consts::{FRAC_PI_2, LN_2, PI};
 
-/// The smallest normal number of single precision, and the largest number: the ends of logarithms' domain.
+/// The smallest normal and the largest single-precision number: the ends of the domain of logarithms.
 const SMALLEST: f64 = f32::MIN_POSITIVE as f64;
 const LARGEST: f64 = f32::MAX as f64;
 /// The ends of the exponentials' range, as powers of two.
@@ -21,14 +22,14 @@ const MOST: f64 = 126.0;
 const HUGE: f64 = f64::from_bits((1023 + 126) << 52);
 const TINY: f64 = f64::from_bits((1023 - 126) << 52);
 
-/// `x` held to `lo..=hi`; NaN becomes `lo`.
+/// `x` clamped to `lo..=hi`; NaN becomes `lo`.
 #[inline(always)]
 fn held(x: f64, lo: f64, hi: f64) -> f64 {
     let above = pick(lo <= x, x, lo);
     pick(above > hi, hi, above)
 }
 
-/// An argument of an exponential, held to where results are in its range.
+/// An argument of an exponential, clamped such that results are in its range.
 #[inline(always)]
 fn exponent(x: f64) -> f64 {
     held(x, -MOST * LN_2, MOST * LN_2)
@@ -79,7 +80,7 @@ impl Real for f64 {
 
     #[inline(always)]
     fn to_int(self) -> i32 {
-        // A cast holds to the range, where the language has the lowest integer.
+        // A cast saturates, while the language gives the lowest integer.
         pick(self.abs() < 2_147_483_648.0, self as i32, i32::MIN)
     }
 
@@ -202,14 +203,14 @@ impl Real for f64 {
     fn pow(self, y: Self) -> Self {
         let magnitude = held(f_pow(held(f64::abs(self), SMALLEST, LARGEST), y), TINY, HUGE);
         let whole = f64::trunc(y);
-        // An infinite exponent counts as even, and NaN too.
+        // An infinite exponent counts as even, and so does NaN.
         let fractional = f64::is_finite(y) & (whole != y);
         let half = whole * 0.5;
         let odd = f64::is_finite(y) & (f64::trunc(half) != half);
         let of_negative = pick(fractional, 0.0, pick(odd, -magnitude, magnitude));
         let square = self * self;
         let square = pick(square > LARGEST, LARGEST, square);
-        // The first test that holds decides: it stands last.
+        // The first test that holds takes precedence, so it comes last.
         let r = pick(self < 0.0, of_negative, magnitude);
         let r = pick(y == 2.0, square, r);
         let r = pick(y == 1.0, self, r);

@@ -1,14 +1,15 @@
-//! The fast arithmetic: single precision with cheaper approximations, and products and sums fused where the machine can.
+//! The fast arithmetic: single precision with cheaper approximations, and fused products and sums where the
+//! machine has them.
 //!
-//! What is saved beside the [strict](super::strict) functions: polynomials have fewer terms, angles are brought into
-//! range by one rounding and two products instead of four, reciprocals of what is known to be in range are found by
-//! Newton's method, and where `FUSED` is set a product and a sum are one operation. That must be set only in code
-//! compiled for an instruction set that has it: elsewhere it is a call. Domains and special cases are those of the
-//! language, but for arguments beyond what [`BOUNDS`] says.
+//! Compared with the [strict](super::strict) functions, polynomials have fewer terms, angles are reduced by
+//! one rounding and two products instead of four, reciprocals of numbers in a known range are computed by
+//! Newton's method, and with `FUSED` set, a product and a sum are one operation. Set it only in code compiled
+//! for an instruction set with such an operation: elsewhere it is a function call. Domains and special cases
+//! are those of the language, except for arguments outside the ranges of [`BOUNDS`].
 //!
-//! Polynomials are minimax fits by weighted least squares (Lawson's iteration); the starts of Newton's method in exponent
-//! bits are those of Moroz, *Fast calculation of inverse square root with the use of magic constant* (2016), and of
-//! Blinn, *Floating-point tricks* (1997).
+//! Polynomials are minimax fits by weighted least squares (Lawson's iteration); the starting values of
+//! Newton's method in exponent bits are those of Moroz, *Fast calculation of inverse square root with the use
+//! of magic constant* (2016), and of Blinn, *Floating-point tricks* (1997).
 
 use super::rounding::{self, pick};
 use super::{Number, Real};
@@ -20,16 +21,16 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 #[repr(transparent)]
 pub struct Quick<const FUSED: bool>(pub f32);
 
-/// How good a function of one argument is.
+/// The error bound of a function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bound {
     /// Its name in shaders.
     pub name: &'static str,
-    /// Arguments for which the bound holds.
+    /// The first argument for which the bound holds.
     pub from: f32,
-    /// The last of them.
+    /// The last argument.
     pub to: f32,
-    /// The error is at most this, and `relative` times the magnitude of the result.
+    /// The error is at most this plus `relative` times the magnitude of the result.
     pub absolute: f64,
     /// See `absolute`.
     pub relative: f64,
@@ -39,11 +40,11 @@ const fn bound(name: &'static str, from: f32, to: f32, absolute: f64, relative: 
     Bound { name, from, to, absolute, relative }
 }
 
-/// The largest angle whose sine is good.
+/// The largest angle with an accurate sine.
 const ANGLE: f32 = 1000.0;
 
-/// How good the functions are, with and without fused operations. Those that are not here are exact or rounded
-/// correctly.
+/// The errors of the functions, with and without fused operations. Functions that are not listed are exact or
+/// correctly rounded.
 pub const BOUNDS: &[Bound] = &[
     bound("sin", -ANGLE, ANGLE, 1.6e-6, 0.0),
     bound("cos", -ANGLE, ANGLE, 1.6e-6, 0.0),
@@ -66,9 +67,9 @@ pub const BOUNDS: &[Bound] = &[
     bound("inversesqrt", f32::MIN_POSITIVE, f32::MAX, 0.0, 6e-6),
 ];
 
-/// Coefficients of the functions, for whoever computes the same ones by other means.
+/// Coefficients of the functions, for other implementations of them.
 pub mod coefficients {
-    /// In a sum with this a number is rounded to a whole one, which then stands in the low bits.
+    /// Adding this to a number rounds it to a whole number in the low bits.
     pub const WHOLE: f32 = 12_582_912.0;
 
     /// 1/π.
@@ -82,26 +83,26 @@ pub mod coefficients {
     pub const MINUS_PI_PARTS: [f32; 3] = [-3.140_625, -0.000_967_502_6, -1.509_906_7e-7];
     /// -π/2 in two parts.
     pub const MINUS_PI_2: [f32; 2] = [-PI_2, 4.371_139e-8];
-    /// -π/2 in three such parts.
+    /// -π/2 in three parts of the same kind.
     pub const MINUS_PI_2_PARTS: [f32; 3] = [-1.570_312_5, -0.000_483_751_3, -7.549_533_6e-8];
 
-    /// Of the sine: powers of the squared angle.
+    /// Sine: powers of the squared angle.
     pub const SIN: [f32; 3] = [-0.000_185_422_24, 0.008_314_275, -0.166_658_54];
-    /// Of the tangent, likewise.
+    /// Tangent, in the same form.
     pub const TAN: [f32; 4] = [0.043_088_8, 0.041_398_55, 0.136_065_07, 0.333_154_32];
-    /// Of the arc tangent.
+    /// Arc tangent.
     pub const ATAN: [f32; 6] =
         [-0.013_480_626, 0.057_477_742, -0.121_239_5, 0.195_636_1, -0.332_994_64, 0.999_995_65];
-    /// Of the arc cosine, divided by √(1 - x).
+    /// Arc cosine, divided by √(1 - x).
     pub const ACOS: [f32; 4] = [-0.020_892_033, 0.076_897_38, -0.212_875_19, 1.570_758_3];
-    /// Of 2 to the power of a number within 1/2 of 0.
+    /// 2 to the power of a number within 1/2 of 0.
     pub const EXP2: [f32; 5] = [0.009_582_853, 0.055_906_426, 0.240_240_99, 0.693_124_2, 1.0];
-    /// Of the logarithm to base 2 of 1 more.
+    /// Logarithm to base 2 of 1 plus the argument.
     pub const LOG2: [f32; 6] =
         [-0.145_179_3, 0.292_726_73, -0.371_069_28, 0.481_645_58, -0.721_094_55, 1.442_681_6];
-    /// Of the hyperbolic sine of a small number.
+    /// Hyperbolic sine of a small number.
     pub const SINH: [f32; 2] = [0.008_610_608, 0.166_582_14];
-    /// Of the sixteenth root of 1 by what the error function lacks of 1.
+    /// Sixteenth root of the reciprocal of 1 minus the error function.
     pub const ERF: [f32; 7] =
         [4.306_378e-5, 0.000_276_567_2, 0.000_152_014_3, 0.009_270_527, 0.042_282_01, 0.070_523_076, 1.0];
 }
@@ -141,7 +142,7 @@ impl<const FUSED: bool> Quick<FUSED> {
         }
     }
 
-    /// Sine of an angle within π/2 of 0, with its sign turned where the lowest of `bits` is set; within -1..=1.
+    /// Sine of an angle within π/2 of 0, with the sign flipped if the lowest of `bits` is set; within -1..=1.
     #[inline(always)]
     fn sine(r: f32, bits: u32) -> f32 {
         let square = r * r;
@@ -149,7 +150,7 @@ impl<const FUSED: bool> Quick<FUSED> {
         within_one(f32::from_bits(p.to_bits() ^ (bits << 31)))
     }
 
-    /// 2 to the power of a number that is held to -126..=126.
+    /// 2 to the power of a number, which is clamped to -126..=126.
     #[inline(always)]
     fn power_of_two(x: f32) -> f32 {
         let x = pick(x >= -126.0, x, -126.0);
@@ -160,18 +161,18 @@ impl<const FUSED: bool> Quick<FUSED> {
         f32::from_bits(r.to_bits().wrapping_add(shifted.to_bits() << 23))
     }
 
-    /// Logarithm to base 2 of the argument held to the positive normal floats.
+    /// Logarithm to base 2 of the argument, which is clamped to the positive normal floats.
     #[inline(always)]
     fn logarithm(x: f32) -> f32 {
         let x = pick(x >= f32::MIN_POSITIVE, x, f32::MIN_POSITIVE);
         let word = pick(x > f32::MAX, f32::MAX, x).to_bits();
-        // The mantissa in 0.75..1.5, so that next to 1 nothing cancels.
+        // The mantissa is in 0.75..1.5, so that there is no cancellation near 1.
         let exponent = (word.wrapping_sub(0x3f40_0000) as i32) >> 23;
         let f = f32::from_bits(word.wrapping_sub((exponent as u32) << 23)) - 1.0;
         Self::fused(Self::horner(f, LOG2), f, exponent as f32)
     }
 
-    /// One over a number from 2^-126 to 2^126.
+    /// The reciprocal of a number from 2^-126 to 2^126.
     #[inline(always)]
     fn reciprocal(x: f32) -> f32 {
         let mut y = f32::from_bits(0x7ef3_11c7_u32.wrapping_sub(x.to_bits()));
@@ -347,7 +348,7 @@ impl<const FUSED: bool> Real for Quick<FUSED> {
 
     #[inline(always)]
     fn cos(self) -> Self {
-        // The cosine is the sine of the angle from the zero before.
+        // The cosine is the sine of the angle from the previous zero.
         let shifted = Self::fused(self.0, INV_PI, 0.5) + WHOLE;
         let r = Self::reduced(self.0, (shifted - WHOLE) - 0.5, MINUS_PI, MINUS_PI_PARTS);
         Quick(Self::sine(-r, !shifted.to_bits()))
@@ -449,7 +450,8 @@ impl<const FUSED: bool> Real for Quick<FUSED> {
     #[inline(always)]
     fn cbrt(self) -> Self {
         let x = self.0.abs();
-        // One over the root, without a division: a third of the exponent's bits by way of a float.
+        // The reciprocal of the root, without a division: a third of the exponent's bits, computed through a
+        // float.
         let third = (x.to_bits() >> 8) as i32 as f32 * (1.0 / 3.0) + WHOLE;
         let third = third.to_bits().wrapping_sub(WHOLE.to_bits()) << 8;
         let mut y = f32::from_bits(0x54a2_1d2a_u32.wrapping_sub(third));
@@ -464,14 +466,14 @@ impl<const FUSED: bool> Real for Quick<FUSED> {
     fn pow(self, y: Self) -> Self {
         let (x, y) = (self.0, y.0);
         let magnitude = Self::power_of_two(y * Self::logarithm(x.abs()));
-        // Exponents that are not small are even.
+        // Large exponents are even.
         let shifted = y + WHOLE;
         let fractional = (y.abs() < 4_194_304.0) & (shifted - WHOLE != y);
         let odd = (y.abs() < 4_194_304.0) & (shifted.to_bits() & 1 != 0);
         let of_negative = pick(fractional, 0.0, pick(odd, -magnitude, magnitude));
         let square = x * x;
         let square = pick(square > f32::MAX, f32::MAX, square);
-        // The first test that holds decides: it stands last.
+        // The first test that holds takes precedence, so it comes last.
         let r = pick(x < 0.0, of_negative, magnitude);
         let r = pick(y == 2.0, square, r);
         let r = pick(y == 1.0, x, r);
@@ -497,7 +499,7 @@ impl<const FUSED: bool> Real for Quick<FUSED> {
     }
 }
 
-/// The arc cosine of a magnitude; of 1 beyond it and for NaN.
+/// The arc cosine of a magnitude; larger magnitudes and NaN count as 1.
 #[inline(always)]
 fn half_acos<const FUSED: bool>(x: f32) -> f32 {
     let magnitude = x.abs();

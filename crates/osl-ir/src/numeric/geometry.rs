@@ -1,7 +1,7 @@
 //! Lengths, products and directions of three numbers.
 //!
-//! Sums run in the order x, y, z. Nothing here knows whether its arguments are points, vectors or normals, nor in
-//! which space they are.
+//! Sums run in the order x, y, z. This module does not distinguish points, vectors and normals, and must not
+//! know spaces.
 
 use super::arith::div;
 use super::common;
@@ -11,7 +11,7 @@ use super::real::{Number, Real};
 /// x, y, z.
 pub type Triple<R> = [R; 3];
 
-/// Below this a sum of squares has lost bits: twice the smallest normal float.
+/// A smaller sum of squares has lost bits: twice the smallest normal float.
 const UNDERFLOWS_BELOW: f32 = f32::from_bits(0x0100_0000);
 
 /// a + b.
@@ -32,7 +32,7 @@ pub fn scale<R: Real>(a: Triple<R>, k: R) -> Triple<R> {
     [a[0] * k, a[1] * k, a[2] * k]
 }
 
-/// Each component with its sign turned.
+/// Each component negated.
 #[inline(always)]
 pub fn neg<R: Real>(a: Triple<R>) -> Triple<R> {
     [-a[0], -a[1], -a[2]]
@@ -56,10 +56,10 @@ pub fn cross<R: Real>(a: Triple<R>, b: Triple<R>) -> Triple<R> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The length. Where the squares would underflow, the vector is scaled by its largest component first.
+/// The length. If the squares would underflow, the vector is first scaled by its largest component.
 ///
-/// The rescue costs three divisions on every lane. A loop may instead use [`length_unrescued`] and come back to this
-/// body only if [`length_underflows`] held for some lane of the batch.
+/// The scaling costs three divisions on every lane. A loop may instead use [`length_unrescued`] and fall back
+/// to this function only if [`length_underflows`] is true for some lane of the batch.
 #[inline(always)]
 pub fn length<R: Real>(v: Triple<R>) -> R {
     let square = dot(v, v);
@@ -77,14 +77,14 @@ fn rescued_length<R: Real>(v: Triple<R>) -> R {
     R::select(largest == R::lit(0.0), R::lit(0.0), length)
 }
 
-/// The length without the rescue.
+/// The length without scaling.
 #[inline(always)]
 pub fn length_unrescued<R: Real>(v: Triple<R>) -> R {
     dot(v, v).sqrt()
 }
 
-/// The value of [`length`] in the form that the reference computes together with derivatives: no rescue, and 0
-/// where a component is NaN.
+/// The value of [`length`] in the form that the reference uses together with derivatives: no scaling, and 0
+/// if a component is NaN.
 #[inline(always)]
 pub fn length_with_derivative<R: Real>(v: Triple<R>) -> R {
     common::sqrt(dot(v, v))
@@ -96,13 +96,13 @@ pub fn length_underflows<R: Real>(v: Triple<R>) -> bool {
     dot(v, v) < R::lit(UNDERFLOWS_BELOW)
 }
 
-/// The distance of two points, without a rescue from underflow.
+/// The distance of two points, without scaling against underflow.
 #[inline(always)]
 pub fn distance<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
     length_unrescued(sub(a, b))
 }
 
-/// What [`distance`] is the root of.
+/// The square of [`distance`].
 #[inline(always)]
 pub fn square_distance<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
     let difference = sub(a, b);
@@ -119,49 +119,49 @@ pub fn distance_to_segment<R: Real>(a: Triple<R>, b: Triple<R>, q: Triple<R>) ->
     R::select(square == R::lit(0.0), distance(q, a), nearest)
 }
 
-/// The vector scaled to length 1 by a reciprocal; zero where its length is not above zero.
+/// The vector scaled to length 1 by a reciprocal; zero if its length is not positive.
 ///
 /// The folder's `normalize` of a constant divides instead: [`normalize_by_division`].
 #[inline(always)]
 pub fn normalize<R: Real>(v: Triple<R>) -> Triple<R> {
     let square = dot(v, v);
     let zero = [R::lit(0.0); 3];
-    // The root of a number is above zero where the number is.
+    // The root of a number is positive exactly if the number is.
     select(square > R::lit(0.0), scale(v, square.inverse_root()), zero)
 }
 
-/// The vector divided by its (rescued) length: what the reference's optimizer makes of a constant vector.
+/// The vector divided by its (scaled) length: what the reference's optimizer makes of a constant vector.
 #[inline(always)]
 pub fn normalize_by_division<R: Real>(v: Triple<R>) -> Triple<R> {
     let length = length(v);
     select(length > R::lit(0.0), [v[0] / length, v[1] / length, v[2] / length], v)
 }
 
-/// `n` turned to the side that `i` comes from, judged by `reference`; a dot product of exactly 0 leaves it.
+/// `n` flipped to the side of `i`, judged by `reference`; a dot product of exactly 0 leaves it unchanged.
 #[inline(always)]
 pub fn faceforward<R: Real>(n: Triple<R>, i: Triple<R>, reference: Triple<R>) -> Triple<R> {
     select(dot(i, reference) > R::lit(0.0), neg(n), n)
 }
 
-/// The incident direction `i` mirrored at the surface with unit normal `n`.
+/// The incident direction `i` reflected at the surface with unit normal `n`.
 #[inline(always)]
 pub fn reflect<R: Real>(i: Triple<R>, n: Triple<R>) -> Triple<R> {
     sub(i, scale(n, R::lit(2.0) * dot(n, i)))
 }
 
-/// The unit direction `i` refracted at the surface with unit normal `n` facing it, `eta` being the ratio of the
-/// index on `i`'s side to the other. Zero on total reflection.
+/// The unit direction `i` refracted at the surface with unit normal `n` facing it. `eta` is the ratio of the
+/// index of refraction on `i`'s side to that on the other. Zero for total reflection.
 #[inline(always)]
 pub fn refract<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Triple<R> {
     let one = R::lit(1.0);
     let cosine = dot(i, n);
     let k = one - eta * eta * (one - cosine * cosine);
     let through = sub(scale(i, eta), scale(n, eta * cosine + common::sqrt(k)));
-    // NaN counts as below zero: written in OSL, as comparisons are there.
+    // NaN counts as negative: in OSL, a comparison with NaN is true.
     select(k >= R::lit(0.0), through, [R::lit(0.0); 3])
 }
 
-/// What [`fresnel`] finds: the shares of light and their directions.
+/// The results of [`fresnel`]: the shares of light and their directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fresnel<R> {
     /// Share reflected, 0..=1.
@@ -170,7 +170,7 @@ pub struct Fresnel<R> {
     pub transmitted: R,
     /// Mirrored direction.
     pub reflection: Triple<R>,
-    /// Refracted direction, zero on total reflection.
+    /// Refracted direction, zero for total reflection.
     pub refraction: Triple<R>,
 }
 
@@ -187,7 +187,7 @@ pub fn fresnel<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Fresnel<R> {
     let f = R::lit(0.5) * (one + f * f);
     let ratio = div(beta, g + c);
     let f = f * (ratio * ratio);
-    // NaN counts as passing.
+    // NaN counts as transmission.
     let stays = g_square < zero;
     Fresnel {
         reflected: R::select(stays, one, f),
@@ -197,7 +197,7 @@ pub fn fresnel<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Fresnel<R> {
     }
 }
 
-/// The point `p` turned by `angle` radians around the axis from `a` to `b`.
+/// The point `p` rotated by `angle` radians around the axis from `a` to `b`.
 #[inline(always)]
 pub fn rotate<R: Real>(p: Triple<R>, angle: R, a: Triple<R>, b: Triple<R>) -> Triple<R> {
     let [x, y, z] = normalize(sub(b, a));

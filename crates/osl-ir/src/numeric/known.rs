@@ -1,7 +1,8 @@
-//! Constants of the library that are no floats.
+//! Constants of the library that are not exactly floats.
 //!
-//! Single precision takes the nearest float for each (for [`Known::Degrees`] the reference's, one unit below), double
-//! precision the constant itself. A constant that a shader writes is not among them: it is a float in every arithmetic.
+//! Single precision uses the nearest float for each (for [`Known::Degrees`] the reference's, one unit below),
+//! and double precision the constant itself. Constants in a shader's text are not among them: they are floats
+//! in every arithmetic.
 
 use super::Real;
 
@@ -12,7 +13,7 @@ macro_rules! known {
         #[expect(missing_docs, reason = "the table says what they are")]
         pub enum Known { $($name),* }
 
-        /// What single precision takes for each, and what it is.
+        /// The single-precision value and the exact value of each.
         const TABLE: &[(f32, f64)] = &[$(($single, $exact)),*];
     };
 }
@@ -27,7 +28,7 @@ known! {
     Sixth 1.0 / 6.0, 1.0 / 6.0;
     MinusSixth -1.0 / 6.0, -1.0 / 6.0;
     TwoThirds 4.0 / 6.0, 4.0 / 6.0;
-    // Of the transfer curve of sRGB (IEC 61966-2-1), and of its slopes.
+    // For the transfer curve of sRGB (IEC 61966-2-1), and for its derivatives.
     SrgbOffset 0.055, 0.055;
     SrgbScale 1.0 / 1.055, 1.0 / 1.055;
     SrgbPower 1.4, 1.4;
@@ -40,7 +41,7 @@ known! {
     LinearEdge 0.003_130_8, 0.003_130_8;
 }
 
-/// The constant of a number, as [`Known`] counts; 0 for any other number.
+/// The constant with a number, as in [`Known`]; 0 for any other number.
 #[inline(always)]
 pub fn of<R: Real>(number: i32) -> R {
     let found = usize::try_from(number).ok().and_then(|at| TABLE.get(at));

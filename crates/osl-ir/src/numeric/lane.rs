@@ -1,8 +1,8 @@
-//! The bodies of the lane operations that are no function of their own elsewhere: operators, comparisons with
-//! truth values 0 and 1, choices, parts of triples and matrices, and the elementary functions by name.
+//! The bodies of the lane operations that are not defined elsewhere: operators, comparisons with truth values
+//! 0 and 1, choices, parts of triples and matrices, and the elementary functions by name.
 //!
-//! Must not compute anything new: it only gives what the other modules hold the shape that
-//! [`for_each_lane_op!`](crate::for_each_lane_op) wants.
+//! This module must not compute anything new: it only gives the functions of the other modules the shape that
+//! [`for_each_lane_op!`](crate::for_each_lane_op) requires.
 
 use super::color::ColorSystem;
 use super::geometry::Triple;
@@ -114,14 +114,14 @@ pub fn choose_matrix<R: Real>(c: i32, a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
     std::array::from_fn(|i| R::select(c != 0, a[i], b[i]))
 }
 
-/// The body of the lane operation `mget`; indices outside of the matrix take its last row or column.
+/// The body of the lane operation `mget`; indices outside the matrix select its last row or column.
 #[inline(always)]
 pub fn element<R: Real>(m: Matrix<R>, row: i32, column: i32) -> R {
     let at = 4 * row.clamp(0, 3) + column.clamp(0, 3);
     m[(at & 15) as usize]
 }
 
-/// The body of the lane operation `mset`; indices outside of the matrix take its last row or column.
+/// The body of the lane operation `mset`; indices outside the matrix select its last row or column.
 #[inline(always)]
 pub fn with_element<R: Real>(m: Matrix<R>, row: i32, column: i32, value: R) -> Matrix<R> {
     let at = 4 * row.clamp(0, 3) + column.clamp(0, 3);

@@ -1,7 +1,7 @@
 //! 4×4 matrices in OSL's convention: row vectors, `p' = p · M`, the translation in the last row.
 //!
-//! A matrix is sixteen numbers row by row, so that element `[row][column]` stands at `4 * row + column`. Nothing
-//! here knows the names of coordinate systems.
+//! A matrix is sixteen numbers, row by row, so element `[row][column]` has the index `4 * row + column`. This
+//! module must not know the names of coordinate systems.
 
 use super::geometry::{Triple, select};
 use super::real::Real;
@@ -63,7 +63,7 @@ pub fn transpose<R: Real>(m: Matrix<R>) -> Matrix<R> {
     t
 }
 
-/// The determinant, by cofactors of the first row, each of them expanded along its own first row.
+/// The determinant, by cofactors of the first row, each expanded along its own first row.
 #[inline(always)]
 pub fn determinant<R: Real>(m: Matrix<R>) -> R {
     let minor = |a: usize, b: usize, c: usize| {
@@ -73,9 +73,9 @@ pub fn determinant<R: Real>(m: Matrix<R>) -> R {
     m[0] * minor(1, 2, 3) - m[1] * minor(0, 2, 3) + m[2] * minor(0, 1, 3) - m[3] * minor(0, 1, 2)
 }
 
-/// The inverse; the identity where there is none.
+/// The inverse; the identity if there is none.
 ///
-/// A matrix whose last column is (0, 0, 0, 1) is inverted by cofactors of its upper left part, any other by
+/// A matrix with the last column (0, 0, 0, 1) is inverted by cofactors of its upper left part, any other by
 /// elimination. A quotient that would overflow counts as singular.
 #[inline(always)]
 pub fn inverse<R: Real>(m: Matrix<R>) -> Matrix<R> {
@@ -117,7 +117,7 @@ fn inverse_affine<R: Real>(m: &Matrix<R>) -> Option<Matrix<R>> {
     Some(inverse)
 }
 
-/// The inverse by Gauss and Jordan's elimination, the largest element of each column as pivot.
+/// The inverse by Gauss-Jordan elimination, with the largest element of each column as pivot.
 #[inline(always)]
 fn inverse_by_elimination<R: Real>(m: Matrix<R>) -> Option<Matrix<R>> {
     let mut left = m;
@@ -170,7 +170,7 @@ fn swap_rows<R: Real>(m: &mut Matrix<R>, a: usize, b: usize) {
     }
 }
 
-/// Row `row` less `factor` times row `pivot`.
+/// Row `row` minus `factor` times row `pivot`.
 #[inline(always)]
 fn subtract_row<R: Real>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R) {
     for column in 0..4 {
@@ -178,7 +178,7 @@ fn subtract_row<R: Real>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R)
     }
 }
 
-/// The point (x, y, z, 1) · M, divided by its fourth coordinate; zero where that is 0.
+/// The point (x, y, z, 1) · M, divided by its fourth coordinate; zero if that is 0.
 #[inline(always)]
 pub fn transform_point<R: Real>(m: Matrix<R>, p: Triple<R>) -> Triple<R> {
     let w = linear(&m, p, 3) + m[15];
@@ -198,14 +198,14 @@ fn linear<R: Real>(m: &Matrix<R>, v: Triple<R>, column: usize) -> R {
     (v[0] * m[column]).plus_product(v[1], m[4 + column]).plus_product(v[2], m[8 + column])
 }
 
-/// The normal times the transpose of the inverse of M, so that it stays perpendicular to transformed tangents.
-/// Loops over many normals and one matrix compute [`normal_matrix`] once.
+/// The normal times the transpose of the inverse of M, so that it stays perpendicular to transformed
+/// tangents. Loops over many normals with one matrix compute [`normal_matrix`] once.
 #[inline(always)]
 pub fn transform_normal<R: Real>(m: Matrix<R>, n: Triple<R>) -> Triple<R> {
     transform_vector(normal_matrix(m), n)
 }
 
-/// The matrix that carries normals along where `m` carries points.
+/// The matrix that transforms normals if `m` transforms points.
 #[inline(always)]
 pub fn normal_matrix<R: Real>(m: Matrix<R>) -> Matrix<R> {
     transpose(inverse(m))

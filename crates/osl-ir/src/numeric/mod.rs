@@ -1,22 +1,23 @@
 //! The arithmetic of OSL, one lane at a time.
 //!
-//! This module owns what a number *becomes*: the value of every operator and of every built-in that works lane by
-//! lane, to the last bit. The constant folder calls these bodies for one lane; the batch interpreter stamps them into
-//! loops over slices. Folding and running therefore agree by construction.
+//! This module defines the value of every operator and of every built-in that works lane by lane, to the last
+//! bit. The constant folder calls these bodies for one lane, and the batch interpreter stamps them into loops
+//! over slices. So folding and running agree by construction.
 //!
-//! It must not know of lanes, masks, types of the language, or derivatives (those are written as ordinary
-//! instructions by a pass, which call the same bodies).
+//! It must not know lanes, masks, types of the language, or derivatives (a pass writes these as ordinary
+//! instructions, which call the same bodies).
 //!
-//! Two habits make a plain loop over slices vectorise once these bodies are inlined into it:
+//! Two rules ensure that a plain loop over slices vectorises once these bodies are inlined into it:
 //!
-//! - every function is `#[inline(always)]`, so that it takes on the instruction set of the loop's function;
-//! - choices are [`Number::select`]s between values that are both computed; nothing returns early, looks into a
-//!   table, or calls a mathematical library. Closures handed to `map` are avoided: they are calls until inlined,
-//!   and inlined late; so are casts of floats to integers with `as`.
+//! - every function is `#[inline(always)]`, so that it is compiled for the instruction set of the loop's
+//!   function;
+//! - choices are [`Number::select`]s between values that are both computed; nothing returns early, reads a
+//!   table, or calls a mathematical library. Closures passed to `map` are avoided, because they are inlined
+//!   too late; so are casts of floats to integers with `as`.
 //!
 //! The modules, in reading order:
 //!
-//! | module | holds |
+//! | module | contents |
 //! |---|---|
 //! | [`real`] | the element type of the arithmetic, as a trait |
 //! | [`rounding`] | floor, ceil, trunc, round and the conversion to integers, branch-free and exact |
@@ -26,11 +27,11 @@
 //! | [`matrix`] | products, inverse, determinant, transforms; row vectors |
 //! | [`color`] | conversions between color systems |
 //! | [`spectrum`] | colors of black bodies and single wavelengths |
-//! | [`spline`] | where a spline reaches a value |
-//! | [`tangent`] | how conversions between color systems change with their colors |
-//! | [`known`] | constants of the library that are no floats |
-//! | [`lane`] | what the lane operations call: the above with truth values as 0 and 1 |
-//! | [`double`] | the same numbers in binary64, as an oracle |
+//! | [`spline`] | the position at which a spline reaches a value |
+//! | [`tangent`] | derivatives of conversions between color systems |
+//! | [`known`] | constants of the library that are not exactly floats |
+//! | [`lane`] | the bodies of the lane operations: the above, with truth values as 0 and 1 |
+//! | [`double`] | the same numbers in binary64, as a reference |
 //! | [`fast`] | cheaper approximations in single precision, with their bounds |
 //! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
 
@@ -52,10 +53,11 @@ pub mod tangent;
 
 pub use real::{Number, Real};
 
-/// Which numbers a program is run with.
+/// The numbers with which a program runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Arithmetic {
-    /// Single precision, the reference's order of operations and its approximations: the same bits everywhere.
+    /// Single precision, the reference's order of operations and its approximations: the same bits
+    /// everywhere.
     #[default]
     Strict,
     /// Single precision with cheaper approximations and fused products and sums.
@@ -65,7 +67,7 @@ pub enum Arithmetic {
 }
 
 impl Arithmetic {
-    /// Those to choose from.
+    /// All arithmetics.
     pub const ALL: [Arithmetic; 3] = [Arithmetic::Strict, Arithmetic::Fast, Arithmetic::Double];
 
     /// `strict`, `fast` or `f64`.
@@ -77,13 +79,13 @@ impl Arithmetic {
         }
     }
 
-    /// The one of a name.
+    /// The arithmetic with a name.
     pub fn from_name(name: &str) -> Option<Arithmetic> {
         Arithmetic::ALL.into_iter().find(|arithmetic| arithmetic.name() == name)
     }
 
-    /// Whether its numbers are known in double precision, and programs for it have no constants that were rounded to
-    /// single.
+    /// Whether its numbers are in double precision, and programs for it contain no constants that were
+    /// rounded to single precision.
     pub fn is_double(self) -> bool {
         self == Arithmetic::Double
     }

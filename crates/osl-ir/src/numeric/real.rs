@@ -1,15 +1,16 @@
 //! The element type of the arithmetic.
 //!
-//! [`Real`] is what a body may do with a number. `f32` is the strict arithmetic: products and sums rounded one by
-//! one, and the approximations of [`strict`]. Other arithmetics ([binary64](super::double) as an oracle, cheaper
-//! approximations) are other implementors; the bodies stay the same. Nothing here knows what a body computes.
+//! [`Real`] has the operations that a body may use on a number. `f32` is the strict arithmetic: products and
+//! sums are rounded one by one, and functions are the approximations of [`strict`]. Other arithmetics
+//! ([binary64](super::double) as a reference, cheaper approximations) are other implementations; the bodies
+//! stay the same. This module must not know what a body computes.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::{rounding, strict};
 
-/// What a choice between cases needs of a number.
+/// The operations that a choice between cases needs.
 pub trait Number:
     Copy
     + Debug
@@ -25,29 +26,31 @@ pub trait Number:
 {
     /// The constant `value`, exactly.
     fn lit(value: f32) -> Self;
-    /// A constant of the library that is no float: what single precision takes for it, and what it is.
+    /// A constant of the library that is not exactly a float: its single-precision value, and its exact
+    /// value.
     fn known(single: f32, exact: f64) -> Self;
-    /// `yes` where `mask`, else `no`. Both are computed; compiles to a blend.
+    /// `yes` if `mask`, else `no`. Both are computed; compiles to a blend.
     fn select(mask: bool, yes: Self, no: Self) -> Self;
     /// True for NaN.
     fn is_nan(self) -> bool;
-    /// The largest whole number not above; -0 stays.
+    /// The largest whole number that is not larger; -0 stays.
     fn floor(self) -> Self;
 }
 
 /// A number of a lane.
 ///
-/// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted. Comparisons are those
-/// of `PartialOrd`: false where an operand is NaN.
+/// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted. Comparisons
+/// are those of `PartialOrd`: false if an operand is NaN.
 ///
-/// Beware when the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits depend on
-/// the platform. Call [`strict::sin`] there; in generic code the method below is the only candidate.
+/// Caution if the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits
+/// depend on the platform. Call [`strict::sin`] there. In generic code, the method below is the only
+/// candidate.
 pub trait Real: Number {
     /// The nearest number to an integer, ties to even.
     fn from_int(value: i32) -> Self;
     /// The nearest number of single precision.
     fn to_f32(self) -> f32;
-    /// The number in double precision, as good as it is known.
+    /// The number in double precision, as accurately as it is known.
     fn to_f64(self) -> f64;
     /// Truncation to an integer; NaN and values out of range give `i32::MIN`.
     fn to_int(self) -> i32;
@@ -59,13 +62,14 @@ pub trait Real: Number {
     /// The magnitude of `self` with the sign bit of `sign`.
     fn copysign(self, sign: Self) -> Self;
 
-    /// The smallest whole number not below; `ceil(-0.5)` is -0.
+    /// The smallest whole number that is not smaller; `ceil(-0.5)` is -0.
     fn ceil(self) -> Self;
-    /// Without the fraction.
+    /// The number without its fraction.
     fn trunc(self) -> Self;
     /// The nearest whole number, halves away from zero.
     fn round(self) -> Self;
-    /// The IEEE square root, NaN below zero. OSL's guarded one is [`common::sqrt`](super::common::sqrt).
+    /// The IEEE square root, NaN for negative numbers. OSL's guarded one is
+    /// [`common::sqrt`](super::common::sqrt).
     fn sqrt(self) -> Self;
 
     /// `self + a * b`; rounded twice unless the arithmetic says otherwise.
@@ -78,7 +82,7 @@ pub trait Real: Number {
     fn minus_product(self, a: Self, b: Self) -> Self {
         self - a * b
     }
-    /// `1 / √self`, in two roundings unless the arithmetic says otherwise, for numbers above zero.
+    /// `1 / √self` for positive numbers, with two roundings unless the arithmetic says otherwise.
     #[inline(always)]
     fn inverse_root(self) -> Self {
         Self::lit(1.0) / self.sqrt()
@@ -108,7 +112,7 @@ pub trait Real: Number {
     fn exp(self) -> Self;
     /// 2 to the power of the argument clamped to -126..=126.
     fn exp2(self) -> Self;
-    /// `exp(x) - 1`, with care near zero.
+    /// `exp(x) - 1`, accurate near zero.
     fn expm1(self) -> Self;
     /// Natural logarithm of the argument clamped to the positive normal floats.
     fn log(self) -> Self;
@@ -120,22 +124,22 @@ pub trait Real: Number {
     fn logb(self) -> Self;
     /// Cube root, odd.
     fn cbrt(self) -> Self;
-    /// `self` to the power of `y`, with OSL's special cases: never NaN for numbers.
+    /// `self` to the power of `y`, with OSL's special cases: never NaN for finite numbers.
     fn pow(self, y: Self) -> Self;
     /// Error function.
     fn erf(self) -> Self;
     /// Complement of the error function.
     fn erfc(self) -> Self;
-    /// Remainder with the quotient truncated, for a divisor that varies: 0 for divisor 0, sign of `self`.
+    /// Remainder with the quotient truncated, for a varying divisor: 0 for divisor 0, sign of `self`.
     fn fmod(self, divisor: Self) -> Self;
-    /// Remainder with the quotient truncated, exact: for a divisor known to be constant and not 0.
+    /// Exact remainder with the quotient truncated, for a constant divisor other than 0.
     fn fmod_exact(self, divisor: Self) -> Self;
-    /// `self` to the power of `y`, correct to about half a unit in the last place, for `self` > 0 and a result
-    /// in the normal range: what a good library's `pow` returns. Color transfer curves use it.
+    /// `self` to the power of `y`, accurate to about half a unit in the last place, for `self` > 0 and a
+    /// result in the normal range, as in a good library. Used by color transfer curves.
     fn pow_accurate(self, y: Self) -> Self;
 }
 
-/// Methods that hand over to a function of the same name and arguments.
+/// Methods that forward to a function with the same name and arguments.
 macro_rules! hand_over {
     ($($module:ident :: $name:ident ( $($arg:ident),* );)*) => {
         $(
@@ -216,7 +220,7 @@ impl Real for f32 {
 
     #[inline(always)]
     fn fmod_exact(self, divisor: Self) -> Self {
-        // The IEEE remainder is exact, so that any library's is the same. It is the one body that calls.
+        // The IEEE remainder is exact, so it is the same in every library. This is the only body with a call.
         self % divisor
     }
 

@@ -1,7 +1,8 @@
-//! Colors of light: of one wavelength, and of a black body.
+//! Colors of light with a single wavelength, and of black bodies.
 //!
-//! Observer: the CIE 1931 color matching functions from 380 to 780 nm in steps of 5 nm. Single precision throughout, in
-//! the reference's order. Colors are in the RGB system of a number, see [`super::color::SYSTEMS`].
+//! Observer: the CIE 1931 color matching functions from 380 to 780 nm in steps of 5 nm. Single precision
+//! throughout, in the reference's order. Colors are in the RGB system with a number, see
+//! [`super::color::SYSTEMS`].
 
 use super::color::{ColorSystem, SYSTEMS};
 use super::geometry::Triple;
@@ -9,7 +10,8 @@ use super::{Real, strict};
 use pxfm::f_pow;
 use std::sync::OnceLock;
 
-/// Temperatures below are a faint red, above are computed; between, a table is interpolated. Kelvin.
+/// Colder bodies are a faint red, and hotter ones than the table are computed; in between, a table is
+/// interpolated. Kelvin.
 const COLDEST: f32 = 800.0;
 const HOTTEST: f32 = 12_000.0;
 
@@ -66,7 +68,7 @@ pub fn blackbody_in<R: Real>(kelvin: R, system: i32) -> Triple<R> {
     })
 }
 
-/// Applies a function of single precision, whatever the arithmetic.
+/// Applies a single-precision function, whatever the arithmetic.
 fn light<R: Real>(x: R, f: impl Fn(f32) -> Triple<f32>) -> Triple<R> {
     f(x.to_f32()).map(R::lit)
 }
@@ -75,7 +77,7 @@ fn not_negative(x: f32) -> f32 {
     if x > 0.0 { x } else { 0.0 }
 }
 
-/// Fifth roots of the colors at 800 + 2 i^1.5 kelvin, so that the steps are even to the eye.
+/// Fifth roots of the colors at 800 + 2 i^1.5 kelvin, so that the steps look uniform.
 fn table(system: i32) -> &'static [Triple<f32>] {
     static TABLES: [OnceLock<Vec<Triple<f32>>>; SYSTEMS.len()] = [const { OnceLock::new() }; SYSTEMS.len()];
     let number = usize::try_from(system).unwrap_or(0).min(SYSTEMS.len() - 1);

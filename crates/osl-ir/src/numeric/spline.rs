@@ -1,22 +1,23 @@
-//! Splines of floats at one point, and the search for where they reach a value.
+//! Splines of floats at one point, and the search for the position at which they reach a value.
 //!
-//! The built-in `spline` is ordinary instructions over its knots; this evaluates the same polynomials for the search
-//! alone. It must not know arrays of the language. Source: OSL language specification, chapter on splines.
+//! The built-in `spline` is ordinary instructions over its knots; this module evaluates the same polynomials
+//! for the search alone. It must not know arrays of the language. Source: OSL language specification, chapter
+//! on splines.
 
 use super::tangent::Dual;
 use super::{Number, Real};
 use crate::builtins::Basis;
 
-/// Steps of the search in a segment, by single precision and by double, and how many of them interpolate rather than
-/// halve.
+/// Steps of the search in a segment, for single and for double precision; and the number of steps that
+/// interpolate rather than bisect.
 const STEPS: (f32, f64) = (32.0, 96.0);
 const INTERPOLATED: i32 = 24;
-/// Where the search ends, in x and in the value: by single precision, and by double.
+/// The tolerance of the search, in x and in the value: for single and for double precision.
 const NEAR: (f32, f64) = (1e-6, 1e-15);
 
-/// A number that the search runs on: one alone, or one with its change.
+/// A number in the search: a plain one, or one with its derivative.
 trait Follow<R>: Number {
-    /// One that does not change.
+    /// A constant number.
     fn still(value: R) -> Self;
     /// The number.
     fn value(self) -> R;
@@ -42,7 +43,7 @@ impl<R: Real> Follow<R> for Dual<R> {
     }
 }
 
-/// A spline over knots; knots beyond the last repeat it, and no knots at all are a single 0.
+/// A spline over knots; knots after the last repeat it, and no knots at all count as a single 0.
 struct Spline<'a, R> {
     basis: &'a Basis,
     knots: &'a [R],
@@ -60,7 +61,7 @@ impl<R: Real> Spline<'_, R> {
         self.knots.get(index).copied().unwrap_or(R::lit(0.0))
     }
 
-    /// The coefficients of a row. Those that are no floats are sixths.
+    /// The coefficients of a row. Those that are not exactly floats are sixths.
     fn row(&self, row: usize) -> [R; 4] {
         let exact = |c: f32| R::known(c, (f64::from(c) * 6.0).round_ties_even() / 6.0);
         let of_sixths = |c: f32| f64::from(c) * 2.0 != (f64::from(c) * 2.0).round_ties_even();
@@ -87,7 +88,8 @@ impl<R: Real> Spline<'_, R> {
         value
     }
 
-    /// Looks for `y` between two places. Tells whether they bracket it, and the place: one end if they do not.
+    /// Searches for `y` between two positions. Returns whether they bracket it, and the position: one end if
+    /// they do not.
     fn search<N: Follow<R>>(&self, y: N, from: R, to: R) -> (bool, N) {
         let (mut x0, mut x1) = (N::still(from), N::still(to));
         let near = R::known(NEAR.0, NEAR.1);
@@ -120,14 +122,15 @@ impl<R: Real> Spline<'_, R> {
     }
 }
 
-/// The x, 0 to 1, at which the spline over the first `count` knots reaches `y`. The spline should only rise or only
-/// fall; where it does not, the first segment that brackets `y` is taken.
+/// The x, from 0 to 1, at which the spline over the first `count` knots reaches `y`. The spline should be
+/// monotonic; if it is not, the first segment that brackets `y` counts.
 pub fn inverse<R: Real>(basis: &Basis, y: R, knots: &[R], count: usize) -> R {
     find(basis, y, knots, count)
 }
 
-/// How [`inverse`] changes where `y` changes by `change`: what the steps of its search come to, as in the reference. That
-/// is one over the slope of the spline only as far as the search has come, and 0 beyond the ends.
+/// The derivative of [`inverse`] if `y` changes by `change`: the result of differentiating the steps of its
+/// search, as in the reference. It is the reciprocal of the spline's slope only as far as the search has
+/// converged, and 0 beyond the ends.
 pub fn inverse_tangent<R: Real>(basis: &Basis, y: R, change: R, knots: &[R], count: usize) -> R {
     find(basis, Dual { v: y, d: change }, knots, count).d
 }
@@ -158,7 +161,7 @@ fn find<R: Real, N: Follow<R>>(basis: &Basis, y: N, knots: &[R], count: usize) -
     x
 }
 
-/// A number held to 0 to 1; NaN stays.
+/// A number clamped to 0 to 1; NaN stays.
 fn within<N: Number>(x: N) -> N {
     let x = N::select(x < N::lit(0.0), N::lit(0.0), x);
     N::select(x > N::lit(1.0), N::lit(1.0), x)
@@ -211,7 +214,8 @@ mod tests {
         }
     }
 
-    /// Slopes that the reference printed at y = 1/4 and 1/2, where y changes by 1/4: the search with changes, step by step.
+    /// Derivatives printed by the reference at y = 1/4 and 1/2, where y changes by 1/4: the search with
+    /// derivatives, step by step.
     #[test]
     fn slopes_are_those_of_the_search() {
         let knots = [0.0, 0.0, 0.2, 0.6, 1.0, 1.0];

@@ -1,7 +1,9 @@
-//! Values with a tangent, and how colors change when their coordinates do: the conversions of [`color`] over such values.
+//! Values with a derivative, and the conversions of [`color`] on such values, which give derivatives of
+//! colors.
 //!
-//! Everything else has its tangents written as ordinary instructions; these conversions, and the search of
-//! [`super::spline`], have so many cases that they are evaluated again instead. It must not know of axes or passes.
+//! All other derivatives are written as ordinary instructions. These conversions, and the search of
+//! [`super::spline`], have so many cases that they are evaluated a second time instead. This module must not
+//! know axes or passes.
 
 use super::color;
 use super::geometry::Triple;
@@ -9,12 +11,12 @@ use super::real::{Number, Real};
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A value and how it changes. Compares by value.
+/// A value and its derivative. Compared by value.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dual<R> {
     /// The value.
     pub(super) v: R,
-    /// How it changes.
+    /// Its derivative.
     pub(super) d: R,
 }
 
@@ -118,7 +120,7 @@ tangents! { hsv_to_rgb rgb_to_hsv hsl_to_rgb rgb_to_hsl xyy_to_xyz xyz_to_xyy }
 mod tests {
     use super::*;
 
-    /// Against differences, away from the borders between cases.
+    /// Compared with differences, away from the borders between cases.
     #[test]
     fn tangents_are_slopes() {
         type Pair = (fn(Triple<f32>) -> Triple<f32>, fn(Triple<f32>, Triple<f32>) -> Triple<f32>);

@@ -3,19 +3,19 @@
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
 
-/// A line that is not in the format.
+/// A line that does not follow the format.
 pub const SYNTAX: Code = Code { id: "E0701", name: "oso-syntax" };
-/// A symbol that is not declared, or declared in a way that cannot be.
+/// A symbol that is not declared, or whose declaration is invalid.
 pub const SYMBOL: Code = Code { id: "E0702", name: "oso-symbol" };
 /// An operation that does not exist or does not take its arguments.
 pub const OPERATION: Code = Code { id: "E0703", name: "oso-operation" };
-/// A jump that does not lead forward within its block, or stands outside of what it leaves.
+/// A jump that does not lead forward within its block, or that is outside the construct that it leaves.
 pub const JUMP: Code = Code { id: "E0704", name: "oso-jump" };
 
 /// All codes of this module, in order.
 pub const ALL: &[Code] = &[SYNTAX, SYMBOL, OPERATION, JUMP];
 
-/// What is wrong with a file; boxed, since results of every step carry it.
+/// An error in a file; boxed, since the results of every step contain it.
 pub(super) type Wrong = Box<Diagnostic>;
 
 pub(super) fn syntax(span: Span, message: impl Into<String>) -> Wrong {

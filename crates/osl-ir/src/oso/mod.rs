@@ -1,9 +1,10 @@
-//! Compiled shaders as text (`.oso`, version 1.00): reading makes the [resolved tree](crate::hir) of one, writing makes
-//! one of the resolved tree.
+//! Compiled shaders as text (`.oso`, version 1.00): reading makes a [resolved tree](crate::hir) from the
+//! text, and writing makes the text from a resolved tree.
 //!
-//! The format is a table of symbols and a list of operations on them. Structured operations (`if`, loops, inlined
-//! functions) name the operations at which their parts end. Source: the format's version 1.00 as compilers write it.
-//! This module must not know how files are found, IR or lanes: behind the resolved tree nothing tells a compiled shader from a source.
+//! The format is a table of symbols and a list of operations on them. Structured operations (`if`, loops,
+//! inlined functions) name the operations at which their parts end. Source: the format's version 1.00, as
+//! compilers write it. This module must not know how files are found, IR or lanes: after the resolved tree,
+//! compiled shaders and sources are not distinguished.
 
 pub mod errors;
 mod read;

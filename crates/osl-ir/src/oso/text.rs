@@ -1,15 +1,15 @@
-//! How the format writes single things: types, numbers, strings, the names of nested variables.
+//! How the format writes types, numbers, strings, and the names of nested variables.
 
 use crate::hir::GLOBALS;
 use osl_syntax::ast::{BinaryOp, ShaderKind};
 use std::fmt::Write;
 use std::sync::Arc;
 
-/// What the first line says.
+/// The first word of the first line.
 pub(super) const HEADER: &str = "OpenShadingLanguage";
-/// The name of the code that is the shader's body.
+/// The name of the section with the shader's body.
 pub(super) const MAIN: &str = "___main___";
-/// What stands for "never" in the range of operations that read or write a symbol.
+/// Stands for "never" in the range of operations that read or write a symbol.
 pub(super) const NEVER: (i64, i64) = (i32::MAX as i64, -1);
 
 /// Operations that are operators of the language.
@@ -34,7 +34,7 @@ pub(super) const OPERATORS: &[(&str, BinaryOp)] = &[
     ("or", BinaryOp::Or),
 ];
 
-/// The kind of shader that a word names.
+/// The kind of shader for a word.
 pub(super) fn shader_kind(word: &str) -> Option<ShaderKind> {
     Some(match word {
         "shader" => ShaderKind::Generic,
@@ -50,7 +50,7 @@ pub(super) fn global(name: &str) -> Option<usize> {
     GLOBALS.iter().position(|(_, n, ..)| *n == name)
 }
 
-/// The name as the source has it: without the number of the scope in front, `___12_i`.
+/// The name in the source, without the number of the scope in front, `___12_i`.
 pub(super) fn plain_name(name: &str) -> &str {
     let stripped = name.strip_prefix("___").and_then(|rest| {
         let (number, plain) = rest.split_once('_')?;
@@ -60,7 +60,7 @@ pub(super) fn plain_name(name: &str) -> &str {
     stripped.unwrap_or(name)
 }
 
-/// The inside of a string literal as its characters.
+/// The contents of a string literal as characters.
 pub(super) fn unescape(text: &str) -> Arc<str> {
     if !text.contains('\\') {
         return text.into();
@@ -118,7 +118,7 @@ pub(super) fn quote(text: &str, out: &mut String) {
     out.push('"');
 }
 
-/// A float with nine digits at most, as `%.9g` writes it: reading it gives the same bits.
+/// A float with at most nine digits, as `%.9g` writes it: reading it gives the same bits.
 pub(super) fn number(x: f32) -> String {
     if !x.is_finite() || x == 0.0 {
         return match x {

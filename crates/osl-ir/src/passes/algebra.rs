@@ -1,9 +1,9 @@
-//! Rewrites that compute less and keep every bit: the lower of two numbers without a condition between, and distances
-//! compared by their squares.
+//! Rewrites that save work and keep every bit: the minimum of two numbers without a condition, and
+//! comparisons of distances by their squares.
 //!
-//! The root is rounded correctly, so it never falls where its argument rises. Hence the lower of two roots is the
-//! root of the lower, and a root is below a number exactly where its argument is below a threshold. Only distances
-//! that are used in no other way are rewritten, such as those of which a search keeps the least. Needs the rates.
+//! The square root is correctly rounded, so it is monotonic. Hence the minimum of two roots is the root of
+//! the minimum, and a root is below a number exactly if its argument is below a threshold. Only distances
+//! without other uses are rewritten, such as those of a search for the nearest point. Needs the rates.
 
 use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Rate, Source, Value, ValueId, Values};
 use rustc_hash::FxHashMap;
@@ -28,7 +28,7 @@ pub(super) fn run(body: &mut Body) {
     }
 }
 
-/// Calls `rewrite` with each block that can be reached, outer ones first.
+/// Calls `rewrite` with each reachable block, outer ones first.
 fn each_block(body: &mut Body, rewrite: &mut dyn FnMut(&mut Body, BlockId)) {
     let mut work = vec![body.entry];
     while let Some(id) = work.pop() {
@@ -43,7 +43,7 @@ fn each_block(body: &mut Body, rewrite: &mut dyn FnMut(&mut Body, BlockId)) {
     }
 }
 
-/// Choices between the two numbers that their condition compares. Tells whether there were any.
+/// Rewrites choices between the two numbers that their condition compares. Returns whether there were any.
 fn lowers(body: &mut Body, id: BlockId) -> bool {
     let mut changed = false;
     let mut compared: FxHashMap<ValueId, (LaneOp, ValueId, ValueId)> = FxHashMap::default();
@@ -73,14 +73,14 @@ fn lowers(body: &mut Body, id: BlockId) -> bool {
 
 struct Roots {
     constants: FxHashMap<ValueId, f32>,
-    /// Values that are roots of others.
+    /// Values that are roots, with their arguments.
     squares: FxHashMap<ValueId, ValueId>,
-    /// Roots of which nothing but the order counts.
+    /// Roots that are only compared.
     ordered: Vec<bool>,
 }
 
 impl Roots {
-    /// Finds which distances are only compared, or are candidates for the lowest.
+    /// Finds the distances that are only compared, or used in a minimum.
     fn of(body: &mut Body) -> Roots {
         let mut constants = FxHashMap::default();
         each_block(body, &mut |body, id| {
@@ -142,7 +142,7 @@ impl Roots {
         body.blocks[id.index()].insts = out;
     }
 
-    /// What a value is the root of.
+    /// The argument of a root.
     fn square(&self, v: ValueId, write: &mut Writer<'_>) -> Option<ValueId> {
         if let Some(square) = self.squares.get(&v) {
             return Some(*square);
@@ -151,7 +151,7 @@ impl Roots {
         (c > 0.0 && (c * c).sqrt() == c).then(|| write.constant(c * c))
     }
 
-    /// A comparison of a root with a constant, as one of its square.
+    /// A comparison of a root with a constant, as a comparison of its square.
     fn compare(&self, op: LaneOp, a: ValueId, b: ValueId, write: &mut Writer<'_>) -> Option<Op> {
         use LaneOp::{FGe, FGt, FLe, FLt};
         let (op, x, c) = match (self.squares.get(&a), self.squares.get(&b)) {
@@ -185,7 +185,7 @@ fn has_threshold(c: f32) -> bool {
     (1e-15..1e15).contains(&c)
 }
 
-/// The least number whose root is not below `c`.
+/// The smallest number whose root is not below `c`.
 fn least_with_root_of(c: f32) -> f32 {
     let mut x = c * c;
     while x.sqrt() >= c {
@@ -197,7 +197,7 @@ fn least_with_root_of(c: f32) -> f32 {
     x
 }
 
-/// Writes instructions in front of another.
+/// Writes instructions before another one.
 struct Writer<'a> {
     body: &'a mut Body,
     out: &'a mut Vec<Inst>,

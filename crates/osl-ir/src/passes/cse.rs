@@ -1,4 +1,5 @@
-//! Each value is computed once: an instruction whose equal ran before on the same path takes its result.
+//! Common subexpression elimination: an instruction that equals an earlier one on the same path takes its
+//! result.
 
 use super::Renaming;
 use crate::ir::{BlockId, Body, Const, Kernel, Kind, LaneOp, Op, ValueId, Values};
@@ -14,10 +15,10 @@ pub(super) fn run(body: &mut Body) {
     super::fold::rename_outputs(body, &cse.renaming);
 }
 
-/// What makes two instructions equal. Kept small, for there are as many as instructions.
+/// The key by which two instructions are equal. It is small, since there is one for each instruction.
 #[derive(Clone, PartialEq, Eq, Hash)]
 enum Key {
-    /// The bits of a constant that is no string.
+    /// The bits of a constant that is not a string.
     Bits(Kind, SmallVec<[u32; 4]>),
     Text(std::sync::Arc<str>),
     Global(crate::hir::Global),
@@ -30,9 +31,9 @@ enum Key {
 struct Cse {
     renaming: Renaming,
     known: FxHashMap<Key, Values>,
-    /// Keys added in nested blocks, to forget where the path that computed them ends.
+    /// Keys added in nested blocks, which are forgotten when the path that computed them ends.
     log: Vec<Key>,
-    /// Within a nested block.
+    /// Whether the current block is nested.
     nested: bool,
 }
 
@@ -55,7 +56,7 @@ impl Cse {
                     *cond = self.renaming.get(*cond);
                     next.iter_mut().for_each(|v| *v = self.renaming.get(*v));
                 }
-                // It only held tangents back.
+                // It only suppressed derivatives.
                 Op::Lane(LaneOp::Still, args) if args.len() == inst.results.len() => {
                     self.renaming.set(inst.results[0], args[0]);
                     return false;

@@ -1,5 +1,5 @@
-//! Removes what no output needs: values, results of branches, loop parameters, stores to arrays that nobody
-//! reads.
+//! Dead code elimination: removes what no output needs, namely values, results of branches, loop parameters,
+//! and stores to arrays that are never read.
 
 use crate::ir::{BlockId, Body, Inst, Op, SlotId, Source, ValueId, Values};
 
@@ -16,20 +16,20 @@ pub(super) fn run(body: &mut Body) {
     sweep(body, body.entry, &live);
 }
 
-/// Blocks that run where one of their slots is read, and what may be taken of them.
+/// Blocks that run only where one of their slots is read.
 pub(crate) struct Lazy {
     /// The blocks.
     pub(crate) blocks: [BlockId; 2],
-    /// Slots that nobody reads without running the blocks before.
+    /// Slots that are read only after the blocks have run.
     pub(crate) slots: Vec<SlotId>,
     /// Those of them that hold outputs of the body.
     pub(crate) outputs: Vec<SlotId>,
-    /// Whether they run in any case.
+    /// Whether they always run.
     pub(crate) runs: bool,
 }
 
-/// Removes from blocks that are yet to be put in their places what nobody needs: what only leads to outputs that nobody
-/// takes and to blocks that do not run. All blocks read and write the `shared` slots.
+/// Removes unneeded code from blocks that are not placed yet: code that only leads to unused outputs and to
+/// blocks that do not run. All blocks read and write the `shared` slots.
 pub(crate) fn lazy(body: &mut Body, layers: &[Lazy], shared: &[SlotId]) {
     let mut needs = Needs::new(body);
     needs.shared = vec![false; body.slots.len()];
@@ -40,7 +40,7 @@ pub(crate) fn lazy(body: &mut Body, layers: &[Lazy], shared: &[SlotId]) {
     }
     let mut work: Vec<Node> = shared.iter().copied().map(Node::Slot).collect();
     for Lazy { blocks, slots, outputs, runs } in layers {
-        // What has an effect has it only where the blocks run.
+        // An effect counts only where the blocks run.
         let mut effects = Vec::new();
         for block in blocks {
             needs.block(body, *block, &mut effects);
@@ -64,26 +64,27 @@ pub(crate) fn lazy(body: &mut Body, layers: &[Lazy], shared: &[SlotId]) {
     }
 }
 
-/// What can be needed.
+/// A node of the graph of needs.
 #[derive(Clone, Copy)]
 enum Node {
     Value(ValueId),
     Slot(SlotId),
-    /// A block in which something is live: whatever decides whether it runs is live too.
+    /// A live block; the conditions that decide whether it runs are live too.
     Block(BlockId),
 }
 
-/// Part of the list of nodes, from and to.
+/// A range of the list of nodes.
 type Range = (usize, usize);
 
-/// What values, arrays and blocks need: ranges of one list, since a list for each value would cost more than all else.
+/// The needs of values, arrays and blocks: ranges of one list, since a list for each value would be too
+/// expensive.
 struct Needs {
     nodes: Vec<Node>,
     of_values: Vec<Range>,
     of_slots: Vec<Vec<Range>>,
-    /// The condition and the block around a nested block.
+    /// The condition and the surrounding block of a nested block.
     of_blocks: Vec<Option<(ValueId, BlockId)>>,
-    /// Slots of which each store is an effect.
+    /// Slots for which each store is an effect.
     shared: Vec<bool>,
 }
 
@@ -98,8 +99,8 @@ impl Needs {
         }
     }
 
-    /// All that the nodes of `work` need. Each is taken up once, with what it needs, so that chains through loops and arrays
-    /// cost no more than others.
+    /// Everything that the nodes of `work` need. Each node is visited once, with its needs, so that chains
+    /// through loops and arrays cost no more than others.
     fn live(&self, body: &Body, mut work: Vec<Node>) -> Live {
         let mut live = Live {
             values: vec![false; body.values.len()],
@@ -136,7 +137,7 @@ impl Needs {
         }
     }
 
-    /// Notes what values need that are defined together: the nodes behind `start`.
+    /// Records the needs of values that are defined together: the nodes after `start`.
     fn values(&mut self, results: &[ValueId], start: usize) -> Range {
         let range = (start, self.nodes.len());
         for result in results {
@@ -147,7 +148,7 @@ impl Needs {
         range
     }
 
-    /// Notes what the instructions of a block need; those that nobody has to ask for become work.
+    /// Records the needs of a block's instructions; instructions that are always live become work.
     fn block(&mut self, body: &Body, id: BlockId, work: &mut Vec<Node>) {
         for inst in &body.block(id).insts {
             self.inst(body, inst, id, work);
@@ -214,7 +215,7 @@ struct Live {
 }
 
 impl Live {
-    /// Marks a node. Tells whether it was not yet marked.
+    /// Marks a node. Returns whether it was unmarked before.
     fn mark(&mut self, node: Node) -> bool {
         let flag = match node {
             Node::Value(v) => self.values.get_mut(v.index()),
@@ -232,7 +233,7 @@ impl Live {
         self.slots.get(s.index()).copied().unwrap_or(false)
     }
 
-    /// Whether somebody needs what an operation does beside its results.
+    /// Whether an operation has a needed effect besides its results.
     fn has_effect(&self, op: &Op) -> bool {
         match op {
             Op::Store(slot, _) | Op::StoreElement(slot, ..) => self.slot_is_live(*slot),
@@ -243,7 +244,7 @@ impl Live {
         }
     }
 
-    /// Whether a block has an effect that somebody needs.
+    /// Whether a block has a needed effect.
     fn effect_inside(&self, body: &Body, id: BlockId) -> bool {
         body.block(id).insts.iter().any(|inst| match &inst.op {
             Op::If { then, otherwise, .. } => {

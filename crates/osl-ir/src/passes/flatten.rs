@@ -1,12 +1,12 @@
-//! Small branches become selections: where both sides are some cheap operations, computing both and choosing
-//! is faster than masks. Needs the rates, since a uniform condition is better branched on.
+//! Turns small branches into selections: if both sides are a few cheap operations, computing both and
+//! choosing is faster than masks. Needs the rates, since a uniform condition is better handled by a branch.
 
 use crate::ir::{BlockId, Body, Inst, Kernel, Kind, NoiseField, Op, Rate, ValueId};
 use smallvec::smallvec;
 
-/// Operations that both sides together may have.
+/// Maximum number of operations of both sides together.
 const MAX_OPERATIONS: usize = 40;
-/// What a hash of coordinates counts as. Points of a cell mostly share it.
+/// The cost of a hash of coordinates. Points of a cell mostly share it.
 const HASH: usize = 8;
 
 /// Runs the pass.

@@ -1,5 +1,5 @@
-//! Constants, computed with the arithmetic of a run; names of spaces and noises resolved; known branches taken;
-//! and rewrites that keep every bit.
+//! Constant folding with the arithmetic of a run. Also resolves names of spaces and noises, takes known
+//! branches, and applies rewrites that keep every bit.
 
 mod meaning;
 
@@ -26,13 +26,13 @@ pub(super) fn run(body: &mut Body, text: &mut Strings) {
     let _ = fold(body, false, false, text);
 }
 
-/// Runs the pass on a body whose meaning is settled: what becomes constant only now changes none of it. `exact`: only
-/// results that double precision has too are constants.
+/// Runs the pass on a body whose meaning is settled: values that become constant only now do not change it.
+/// `exact`: only results that double precision has too become constants.
 pub(super) fn again(body: &mut Body, exact: bool, text: &mut Strings) {
     let _ = fold(body, true, exact, text);
 }
 
-/// Yields what was found out that changes the meaning.
+/// Returns the findings that change the meaning.
 fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut Strings) -> Meaning {
     let values = body.values.len();
     let mut fold = Fold {
@@ -51,7 +51,7 @@ fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut Strings) -> Mean
     fold.meaning
 }
 
-/// Lets the outputs follow a renaming.
+/// Applies a renaming to the outputs.
 pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
     for output in &mut body.outputs {
         if let Source::Value(value) = &mut output.source {
@@ -61,23 +61,23 @@ pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
 }
 
 struct Fold {
-    /// Whether what is constant does not change the meaning any more.
+    /// Whether further constants no longer change the meaning.
     settled: bool,
-    /// Whether only results that double precision has too are constants.
+    /// Whether only results that double precision has too become constants.
     exact: bool,
     /// Bytes of strings that may still be read and made.
     text: Cell<u64>,
     /// Bytes that one string may have.
     string: u64,
     renaming: Renaming,
-    /// The constant that a value is.
+    /// The constant of each value, if it is one.
     known: Vec<Option<Const>>,
-    /// The lane operation that computes a value.
+    /// The lane operation that computes each value.
     lanes: Vec<Option<(LaneOp, Values)>>,
     meaning: Meaning,
 }
 
-/// What becomes of an instruction.
+/// The replacement of an instruction.
 enum Outcome {
     Keep(Op),
     Constant(Const),
@@ -198,7 +198,7 @@ impl Fold {
         result
     }
 
-    /// What a division or remainder is whose divisor is known and not zero.
+    /// The operation for a division or remainder with a constant, nonzero divisor.
     fn by_constant(&self, op: LaneOp, args: &Values) -> Option<LaneOp> {
         let known = match op {
             LaneOp::FDiv => LaneOp::FDivBy,
@@ -255,7 +255,7 @@ impl Fold {
                 [Some(Const::Int(c)), ..],
             ) => {
                 let (taken, other) = if *c != 0 { (*a, *b) } else { (*b, *a) };
-                // A float beside a triple is spread by the operation, so it has to stay.
+                // A float next to a triple is broadcast by the operation, so it has to stay.
                 if body.kind(taken) == body.kind(other) {
                     Outcome::Same(taken)
                 } else {
@@ -267,7 +267,7 @@ impl Fold {
         }
     }
 
-    /// A component of a triple, taken from what the triple was made of.
+    /// A component of a triple, taken from the values that compose the triple.
     fn part(&self, op: LaneOp, triple: ValueId) -> Outcome {
         let index = match op {
             LaneOp::X => 0,
@@ -324,7 +324,7 @@ impl Fold {
             Kernel::NamedNoise { dims, triple, periodic, ref options, tangents } => {
                 match name(0).and_then(|n| NoiseField::from_name(n, periodic)) {
                     Some(field) => {
-                        // Options belong to Gabor noise alone; they stand behind the coordinates.
+                        // Only Gabor noise has options; they follow the coordinates.
                         let words = kernel.coordinates().len() * if periodic { 2 } else { 1 };
                         let mut kept = Values::from_slice(args.get(1..=words).unwrap_or(&[]));
                         kept.extend_from_slice(args.get(1 + words + options.len()..).unwrap_or(&[]));
@@ -359,14 +359,14 @@ impl Fold {
         }
     }
 
-    /// Whether a color goes from a space to itself, by names that are constants of the program as it was written: what
-    /// becomes constant later is converted to RGB and back.
+    /// Whether a color is converted from a space to itself, with names that are constants of the program as
+    /// written: with names that become constant later, it is converted to RGB and back.
     fn is_unconverted(&self, args: &[ValueId]) -> bool {
         let from = self.name(args.first());
         !self.settled && from.is_some() && from == self.name(args.get(1))
     }
 
-    /// A color between spaces that are known: through RGB by lane operations.
+    /// A color conversion between known spaces: through RGB by lane operations.
     fn color(
         &mut self,
         body: &mut Body,
@@ -374,7 +374,7 @@ impl Fold {
         span: osl_syntax::span::Span,
         kept: &mut Vec<Inst>,
     ) -> Outcome {
-        // The number of the RGB system stands behind the color, if it is not the usual one.
+        // The number of the RGB system follows the color, if it is not the default.
         let system = match args.get(3).and_then(|a| self.constant(*a)) {
             Some(Const::Int(system)) => *system,
             _ => 0,
@@ -448,7 +448,7 @@ impl Fold {
 
     fn round(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
         let Op::Loop { init, params, body: inner, cond, next } = inst.op else { return };
-        // A parameter that no round changes is its first value.
+        // A parameter that no iteration changes is its first value.
         let mut keep = vec![true; params.len()];
         for (index, (param, next)) in params.iter().zip(&next).enumerate() {
             if param == next {
@@ -467,7 +467,7 @@ impl Fold {
         let results: Values =
             inst.results.into_iter().zip(&keep).filter(|(_, k)| **k).map(|(v, _)| v).collect();
         if matches!(self.constant(cond), Some(Const::Int(0))) {
-            // One round: the parameters are copies of their first values.
+            // A single iteration: the parameters are copies of their first values.
             self.unroll_once(body, inner, (&params, &init), (&results, &next), kept);
             return;
         }
@@ -495,7 +495,7 @@ impl Fold {
     }
 }
 
-/// Takes the bytes of the strings among some constants from what is left; false where it is used up.
+/// Subtracts the bytes of the strings among some constants from the budget; false if it is used up.
 fn spend(left: &Cell<u64>, constants: &[Const]) -> bool {
     let text = |c: &Const| if let Const::Str(text) = c { text.len() as u64 } else { 0 };
     let bytes: u64 = constants.iter().map(text).sum();
@@ -504,7 +504,7 @@ fn spend(left: &Cell<u64>, constants: &[Const]) -> bool {
     enough
 }
 
-/// Whether a constant divisor is other than zero, in any component: the reference then divides without a guard.
+/// Whether any component of a constant divisor is nonzero: the reference then divides without a guard.
 fn is_some_divisor(c: &Const) -> bool {
     match c {
         Const::Float(x) => *x != 0.0,

@@ -1,8 +1,9 @@
-//! Products that are only added to something become one operation with their sum.
+//! Fuses products that are only used in a sum with that sum.
 //!
-//! A step less is a register less to write and to read. How often the operation rounds is up to the arithmetic: the strict
-//! one still rounds product and sum, so that no bit changes. Needs the rates, and comes behind the pass that finds shared
-//! work: a product that points share is not to become part of a sum of their own.
+//! One operation less saves writing and reading a register. The arithmetic determines the number of
+//! roundings: the strict one still rounds product and sum, so no bit changes. Needs the rates, and runs after
+//! the pass that finds shared work, so that a shared product does not become part of a sum that is not
+//! shared.
 
 use crate::ir::{BlockId, Body, LaneOp, Op, Source, ValueId};
 use rustc_hash::FxHashMap;
@@ -20,7 +21,7 @@ pub(super) fn run(body: &mut Body) {
     }
 }
 
-/// How often each value is read.
+/// Number of uses of each value.
 fn uses(body: &Body) -> Vec<u32> {
     let mut uses = vec![0; body.values.len()];
     let mut read = |v: ValueId| uses[v.index()] += 1;
@@ -35,7 +36,7 @@ fn uses(body: &Body) -> Vec<u32> {
     uses
 }
 
-/// Fuses within a block. Tells whether it changed anything.
+/// Fuses within a block. Returns whether anything changed.
 fn fuse(body: &mut Body, id: BlockId, uses: &[u32]) -> bool {
     let mut insts = std::mem::take(&mut body.blocks[id.index()].insts);
     let mut products: FxHashMap<ValueId, (ValueId, ValueId)> = FxHashMap::default();

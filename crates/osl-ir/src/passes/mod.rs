@@ -1,7 +1,8 @@
-//! Passes over the IR, each small, each with its own tests, each able to be switched off (but for `ssa`, on
-//! which the others and the interpreter build, and `derive`, without which lookups would mean something else).
+//! Passes over the IR: each is small, has its own tests, and can be switched off, except `ssa`, on which the
+//! others and the interpreter build, and `derive`, without which texture lookups would have another meaning.
 //!
-//! A pass keeps the bits of every value that remains, but for `prefilter`, which is no pass that runs by itself. It must not know lanes, registers or instruction sets.
+//! A pass keeps the bits of every remaining value, except `prefilter`, which runs only as part of `Derive`.
+//! This module must not know lanes, registers or instruction sets.
 
 mod algebra;
 mod cse;
@@ -30,32 +31,34 @@ use std::sync::Arc;
 /// The passes, in the order in which they run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Pass {
-    /// Scalar slots become values. Always runs.
+    /// Turns scalar slots into values. Always runs.
     Ssa,
-    /// Drops outputs that nobody asked for.
+    /// Drops outputs that are not requested.
     Slice,
-    /// Computes constants with the run's own arithmetic, resolves names, takes known branches; and settles what depends
-    /// on that: which divisors are constants, what `isconstant` says, what wants derivatives. Switched off it still
-    /// runs where derivatives are asked for.
+    /// Computes constants with the run's own arithmetic, resolves names, and takes known branches. Also
+    /// settles the meaning that depends on constants: which divisors are constant, the result of
+    /// `isconstant`, and which code needs derivatives. If it is switched off, it still runs where derivatives
+    /// are needed.
     Fold,
-    /// Writes the derivatives that are asked for, and folds what it wrote. Always runs: nothing else knows them.
+    /// Writes the needed derivatives, and folds what it wrote. Always runs, since later stages have no
+    /// derivatives.
     Derive,
-    /// Writes loops of a few known rounds as their rounds, and folds them. Behind what settles the meaning: the
-    /// reference keeps loops, so that what is constant in a round is not constant to it.
+    /// Unrolls loops with a few known iterations, and folds them. Runs after the meaning is settled: the
+    /// reference keeps loops, so a value that is constant in one iteration is not a constant there.
     Unroll,
-    /// Computes each value once.
+    /// Computes each value only once.
     Cse,
     /// Removes what no output needs.
     Dce,
-    /// Finds what the points of a batch share. Always runs: without it all is varying.
+    /// Finds values that are uniform over a batch. Always runs: without it every value is varying.
     Rate,
     /// Turns small branches into selections.
     Flatten,
-    /// Compares distances by their squares, and the like.
+    /// Compares distances by their squares, and similar rewrites.
     Algebra,
     /// Finds work that neighbouring points share.
     Share,
-    /// Makes products and their sums one operation.
+    /// Fuses products with their sums.
     Fuse,
 }
 
@@ -76,7 +79,7 @@ impl Pass {
         Pass::Fuse,
     ];
 
-    /// The name that reports and `--without-pass` use.
+    /// The name for reports and `--without-pass`.
     pub fn name(self) -> &'static str {
         match self {
             Pass::Ssa => "ssa",
@@ -94,31 +97,32 @@ impl Pass {
         }
     }
 
-    /// The pass of a name.
+    /// The pass with a name.
     pub fn from_name(name: &str) -> Option<Pass> {
         Pass::ALL.into_iter().find(|pass| pass.name() == name)
     }
 }
 
-/// What the passes are to do.
+/// Options of the passes.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// Names of the outputs that are wanted; `None` is all. A struct's name stands for its fields.
+    /// Names of the requested outputs; `None` means all. A struct's name stands for its fields.
     pub outputs: Option<Vec<Arc<str>>>,
     /// Globals that differ from point to point.
     pub varying: Vec<Global>,
-    /// Globals whose change from pixel to pixel differs from point to point.
+    /// Globals whose derivatives differ from point to point.
     pub slopes: Vec<Global>,
     /// Passes that do not run.
     pub without: Vec<Pass>,
-    /// The numbers that the program is to be run with. For double precision nothing is rounded to single while
-    /// compiling, and passes that build on its rounding do not run.
+    /// The arithmetic of the run. For double precision, nothing is rounded to single precision at compile
+    /// time, and passes that rely on such rounding do not run.
     pub arithmetic: Arithmetic,
-    /// Whether the renderer traces rays. Otherwise none hits anything, and nothing is known of the last one.
+    /// Whether the renderer traces rays. Otherwise no ray hits anything, and nothing is known of the last
+    /// ray.
     pub traces: bool,
-    /// Widen steps by so many times the footprint of a pixel, which changes values: see `prefilter`.
+    /// Widens steps by this multiple of a pixel's footprint, which changes values: see `prefilter`.
     pub prefilter: Option<f32>,
-    /// What compiling may cost.
+    /// Budgets for compiling.
     pub limits: Limits,
 }
 
@@ -138,10 +142,10 @@ impl Default for Options {
     }
 }
 
-/// What a pass did.
+/// The report of a pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Report {
-    /// Which pass.
+    /// The pass.
     pub pass: Pass,
     /// Instructions before it.
     pub before: usize,
@@ -153,7 +157,7 @@ pub struct Report {
 pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
     let exact = options.arithmetic.is_double();
-    // The roots' rewrites hold for rounded roots; cells are shared by words of 32 bits.
+    // The rewrites of roots hold only for rounded roots, and cells are compared by 32-bit words.
     let without =
         |pass| options.without.contains(&pass) || exact && matches!(pass, Pass::Algebra | Pass::Share);
     body.assumptions.arithmetic = options.arithmetic;
@@ -176,7 +180,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             }
             Pass::Fold => {}
             pass if without(pass) => continue,
-            // Nobody waits for a fast program any more.
+            // The compilation was stopped, so the speed of the program no longer matters.
             Pass::Unroll | Pass::Cse | Pass::Flatten | Pass::Algebra | Pass::Share | Pass::Fuse
                 if options.limits.halted().is_some() =>
             {
@@ -196,8 +200,9 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
                 if let Some(scale) = options.prefilter {
                     prefilter::run(body, scale);
                 }
-                // What nothing needs, such as most layers of a large group, is not to be differentiated, nor to use up what
-                // unrolled loops may grow by. It asks for no derivatives either, which decides about bits.
+                // Unneeded code, such as most layers of a large group, must not be differentiated, and must
+                // not use up the budget for unrolling. It must not request derivatives either, since that
+                // affects bits.
                 if !without(Pass::Dce) || derive::asks(body) {
                     dce::run(body);
                 }
@@ -207,7 +212,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
             }
             Pass::Fold => {
                 if exact {
-                    // What the strict program finds constant decides what it means.
+                    // The constants of the strict program determine its meaning.
                     fold::only_meaning(body, &mut text);
                     fold::again(body, true, &mut text);
                 } else {
@@ -237,7 +242,7 @@ pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     reports
 }
 
-/// Drops outputs that are not wanted. What computed them goes with `dce`.
+/// Drops outputs that are not requested. `dce` then removes the code that computed them.
 fn slice(body: &mut Body, wanted: Option<&[Arc<str>]>) {
     let Some(wanted) = wanted else { return };
     body.outputs.retain(|output| {
@@ -247,7 +252,7 @@ fn slice(body: &mut Body, wanted: Option<&[Arc<str>]>) {
     });
 }
 
-/// A table from values to the values that replace them.
+/// Maps values to the values that replace them.
 #[derive(Debug, Default)]
 struct Renaming {
     to: Vec<Option<crate::ir::ValueId>>,
@@ -261,7 +266,7 @@ impl Renaming {
         self.to[from.index()] = Some(to);
     }
 
-    /// What stands for a value. Replacements are final when they are set, so one step is enough.
+    /// The replacement of a value. Replacements are final when they are set, so one step is enough.
     fn get(&self, value: crate::ir::ValueId) -> crate::ir::ValueId {
         self.to.get(value.index()).copied().flatten().unwrap_or(value)
     }

@@ -1,15 +1,19 @@
-//! Steps widened by the area that a point covers, so that one sample shows their mean over it rather than either side.
+//! Widens steps by the footprint of a point, so that one sample shows the mean over the footprint instead of
+//! either side.
 //!
-//! `step`, `smoothstep` and `linearstep`, choices by comparison and comparisons as numbers become means over an interval as
-//! wide as their argument changes over the footprint: the box of the variance that the argument has over a pixel, which is
-//! the root of the sum of its squared derivatives. Noise fades to its mean where the footprint gets as large as its
-//! features. This is the one pass that changes values, so it runs only where it is asked for.
+//! `step`, `smoothstep` and `linearstep`, choices by comparison, and comparisons used as numbers become means
+//! over an interval. Its width is the change of their argument over the footprint: a box with the variance
+//! that the argument has over a pixel, which is the root of the sum of its squared derivatives. Noise fades
+//! to its mean as the footprint approaches the size of its features. This is the only pass that changes
+//! values, so it runs only on request.
 //!
-//! The mean of a sum is the sum of the means; of what goes through another step, or chooses a cell, it is not. So only
-//! what reaches the outputs by smooth functions, sums and choices is widened: the cells of a pattern stay where they are. It
-//! must not know how many samples there are: the caller scales the footprint.
+//! The mean of a sum is the sum of the means, but this does not hold for values that go through another step
+//! or select a cell. So only values that reach the outputs through smooth functions, sums and choices are
+//! widened: the cells of a pattern stay in place. This module must not know the number of samples: the caller
+//! scales the footprint.
 //!
-//! Sources: Norton, Rockwood and Skolmoski 1982 (clamping); Apodaca and Gritz, Advanced RenderMan, 1999, chapter 11.
+//! Sources: Norton, Rockwood and Skolmoski 1982 (clamping); Apodaca and Gritz, Advanced RenderMan, 1999,
+//! chapter 11.
 
 mod gentle;
 
@@ -21,7 +25,7 @@ use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use smallvec::smallvec;
 
-/// Runs the pass before derivatives are written. Footprints are `scale` times those of a pixel.
+/// Runs the pass before derivatives are written. Footprints are multiplied by `scale`.
 pub(super) fn run(body: &mut Body, scale: f32) {
     let gentle = gentle::find(body);
     let mut writer = Writer {
@@ -39,17 +43,18 @@ pub(super) fn run(body: &mut Body, scale: f32) {
     super::fold::rename_outputs(body, &renaming);
 }
 
-/// Operations that both sides of a branch together may have to be computed always.
+/// Maximum number of operations of both sides of a branch that is always computed.
 const MAX_OPERATIONS: usize = 64;
-/// Footprints, in units of its coordinates, at which a noise is gone; it fades from 0 on. Measured: with these the faded noise
-/// is the closest to its mean over squares of 0.1 to 1.7 units, to a few hundredths of its size.
+/// The footprint, in units of the coordinates, at which a noise has faded completely; it fades from 0 on.
+/// Measured: with these values, the faded noise is closest to its mean over squares of 0.1 to 1.7 units, to
+/// within a few hundredths of its size.
 const PERLIN_GONE: f32 = 2.0;
-/// The same of simplex noise.
+/// The same for simplex noise.
 const SIMPLEX_GONE: f32 = 1.35;
 
 struct Writer<'a> {
     body: &'a mut Body,
-    /// Values that reach the outputs by smooth functions alone.
+    /// Values that reach the outputs through smooth functions only.
     gentle: Vec<bool>,
     scale: f32,
     /// For truth values, the share of the footprint in which they are true.
@@ -115,7 +120,7 @@ impl Writer<'_> {
             Op::If { .. } => self.branch(inst),
             Op::Loop { body, .. } => {
                 self.block(*body);
-                // What the round computed may have other names now.
+                // Values of the iteration may have been replaced.
                 inst.op.replace_uses(|v| self.renaming.get(v));
                 self.out.push(inst);
             }
@@ -134,7 +139,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes the wide form of an operation behind it.
+    /// Writes the widened form of an operation after it.
     fn widen(&mut self, op: LaneOp, args: &[ValueId], result: ValueId) {
         use LaneOp as L;
         let worth = self.worth(&[result]);
@@ -161,7 +166,7 @@ impl Writer<'_> {
         }
     }
 
-    /// How wide the values are that something takes over the footprint, per component.
+    /// The change of a value over the footprint, per component.
     fn footprint(&mut self, of: ValueId) -> ValueId {
         let kind = self.body.kind(of);
         let [dx, dy] = Axis::BOTH.map(|axis| {
@@ -174,7 +179,7 @@ impl Writer<'_> {
         self.lane(LaneOp::FMul, &[width, scale])
     }
 
-    /// The share of an interval around `above` that is above 0; `hard` where the interval has no width.
+    /// The share of an interval around `above` that is positive; `hard` if the interval has no width.
     fn ramp(&mut self, above: ValueId, width: ValueId, hard: ValueId) -> ValueId {
         use LaneOp as L;
         let [zero, half, one] = [0.0, 0.5, 1.0].map(|x| self.float(x));
@@ -184,7 +189,7 @@ impl Writer<'_> {
         self.lane(L::Select, &[hard, share, width])
     }
 
-    /// Notes in which share of the footprint `a` is above `b`.
+    /// Records the share of the footprint in which `a` is above `b`.
     fn compare(&mut self, a: ValueId, b: ValueId, result: ValueId) {
         let above = self.lane(LaneOp::FSub, &[a, b]);
         let width = self.footprint(above);
@@ -193,7 +198,7 @@ impl Writer<'_> {
         self.shares.insert(result, share);
     }
 
-    /// Shares of truth values that are made of others, as if these were independent.
+    /// Shares of truth values that are computed from others, as if these were independent.
     fn logic(&mut self, op: LaneOp, args: &[ValueId], result: ValueId) {
         use LaneOp as L;
         let share = match (op, args) {
@@ -219,7 +224,7 @@ impl Writer<'_> {
                 _ => return,
             },
             (L::IChoose, [truth, a, b]) => {
-                // Where the condition itself is chosen, as by && and ||, it is known on that side.
+                // If the condition itself is a choice, as in && and ||, its value is known on that side.
                 let (a, b) = (self.side(*truth, *a, 1.0), self.side(*truth, *b, 0.0));
                 match (self.shares.get(truth).copied(), a, b) {
                     (Some(t), Some(a), Some(b)) => self.lane(L::Mix, &[b, a, t]),
@@ -231,7 +236,7 @@ impl Writer<'_> {
         self.shares.insert(result, share);
     }
 
-    /// The share of a truth value, also of a constant.
+    /// The share of a truth value, which may be a constant.
     fn share(&mut self, v: ValueId) -> Option<ValueId> {
         if let Some(is_zero) = self.zeros.get(&v).copied() {
             return Some(self.float(if is_zero { 0.0 } else { 1.0 }));
@@ -239,7 +244,7 @@ impl Writer<'_> {
         self.shares.get(&v).copied()
     }
 
-    /// The share of a truth value where another is known.
+    /// The share of a truth value if another is known.
     fn side(&mut self, known: ValueId, v: ValueId, share: f32) -> Option<ValueId> {
         if known == v { Some(self.float(share)) } else { self.share(v) }
     }
@@ -249,7 +254,8 @@ impl Writer<'_> {
         self.lane(LaneOp::FSub, &[one, share])
     }
 
-    /// `a` and `b` by the share of `a`. Where that is all or nothing the other does not count, even if it is no number.
+    /// `a` and `b` blended by the share of `a`. If that is 0 or 1, the unused value does not count, even if
+    /// it is NaN.
     fn blend(&mut self, share: ValueId, a: ValueId, b: ValueId) -> ValueId {
         use LaneOp as L;
         let [zero, one] = [0.0, 1.0].map(|x| self.float(x));
@@ -259,9 +265,9 @@ impl Writer<'_> {
         self.lane(L::Choose, &[all, a, not_all])
     }
 
-    /// The mean of a smooth step over the footprint: the difference of its integral at both ends over the width. `hard`
-    /// where the footprint is so small that the difference would be all rounding, and where the edges are the wrong way
-    /// round.
+    /// The mean of a smooth step over the footprint: the difference of its integral at both ends, divided by
+    /// the width. `hard` if the footprint is so small that the difference would be mostly rounding error, or
+    /// if the edges are reversed.
     fn soft(&mut self, cubic: bool, [low, high, x]: [ValueId; 3], hard: ValueId) -> ValueId {
         use LaneOp as L;
         let above = self.lane(L::FSub, &[x, low]);
@@ -278,14 +284,14 @@ impl Writer<'_> {
         let narrow = self.float(NARROW);
         let large = self.lane(L::Step, &[narrow, width]);
         let soft = self.lane(L::Select, &[hard, mean, large]);
-        // Edges in one place: a step.
+        // Equal edges make a step.
         let ramp_width = self.footprint(above);
         let ramp = self.ramp(above, ramp_width, hard);
         self.lane(L::Select, &[ramp, soft, wide])
     }
 
-    /// The integral up to `t` of a step from 0 at 0 to 1 at 1: `t³ - t⁴/2` of the cubic one, `t²/2` of the straight one, and
-    /// `t - 1/2` beyond 1.
+    /// The integral up to `t` of a step from 0 at 0 to 1 at 1: `t³ - t⁴/2` for the cubic one, `t²/2` for the
+    /// linear one, and `t - 1/2` beyond 1.
     fn integral(&mut self, cubic: bool, t: ValueId) -> ValueId {
         use LaneOp as L;
         let [zero, half, one] = [0.0, 0.5, 1.0].map(|x| self.float(x));
@@ -329,7 +335,7 @@ impl Writer<'_> {
         }
     }
 
-    /// How far coordinates move along an axis.
+    /// The change of coordinates along an axis.
     fn change(&mut self, coordinates: &[ValueId], axis: Axis) -> ValueId {
         let mut sum = None;
         for of in coordinates {
@@ -346,7 +352,7 @@ impl Writer<'_> {
         self.lane(LaneOp::Sqrt, &[sum])
     }
 
-    /// A branch by comparison whose sides are short: both are computed, and blended.
+    /// A branch by comparison with short sides: both are computed and blended.
     fn branch(&mut self, mut inst: Inst) {
         let Op::If { cond, then, otherwise, .. } = inst.op else { return };
         self.block(then);
@@ -376,7 +382,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Operations of a block without effects, jumps and arrays.
+    /// Number of operations of a block without effects, jumps and arrays.
     fn operations(&self, id: BlockId) -> Option<usize> {
         let mut count = 0;
         for inst in &self.body.block(id).insts {
@@ -391,6 +397,6 @@ impl Writer<'_> {
     }
 }
 
-/// Footprints of soft steps, as a share of the distance of their edges, below which they stay as they are: the error of that is
-/// at most an eighth of its square, and less than the rounding of the difference.
+/// Soft steps stay unchanged for footprints below this share of the distance of their edges. The error is
+/// then at most an eighth of its square, less than the rounding error of the difference.
 const NARROW: f32 = 0.02;

@@ -1,11 +1,12 @@
-//! Other primaries than those of Rec. 709: what depends on them gets the number of an RGB system as a further operand.
+//! Primaries other than those of Rec. 709: operations that depend on them get the number of an RGB system as
+//! another operand.
 //!
-//! Not among the passes that always run: it comes before them, where somebody asks for another system.
+//! This pass does not run by default. It runs before the others if another system is requested.
 
 use crate::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Value, ValueId};
 use smallvec::smallvec;
 
-/// Makes colors those of a system, by its number in [`crate::numeric::color::SYSTEMS`].
+/// Converts colors to those of a system, given by its number in [`crate::numeric::color::SYSTEMS`].
 pub fn set_primaries(body: &mut Body, system: i32) {
     if system == 0 {
         return;

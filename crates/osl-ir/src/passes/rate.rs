@@ -1,13 +1,15 @@
-//! Finds what the points of a batch share.
+//! Finds the values that are uniform over a batch.
 //!
-//! A value is uniform if all that it is made from is, and no varying condition chooses it. All is taken for
-//! uniform at first, and what varies demotes what is made from it, so that loop counters stay uniform.
+//! A value is uniform if everything that it is computed from is uniform, and no varying condition selects it.
+//! All values are assumed uniform at first, and varying ones demote those computed from them, so that loop
+//! counters stay uniform.
 
 use crate::hir::Global;
 use crate::ir::{BlockId, Body, Op, Rate, ValueId};
 use smallvec::SmallVec;
 
-/// Runs the pass. `varying` and `slopes`: the globals that differ from point to point, and those whose change from pixel to pixel does.
+/// Runs the pass. `varying` and `slopes` are the globals that differ from point to point, and those whose
+/// derivatives do.
 pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
     let (values, slots) = (body.values.len(), body.slots.len());
     let mut flow = Flow {
@@ -37,18 +39,18 @@ pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
     }
 }
 
-/// Nodes that one demotes. Most demote few, which need no storage of their own.
+/// The nodes that a node demotes. Most demote few, which need no allocation.
 type Edges = SmallVec<[u32; 4]>;
 
-/// What demotes what. Nodes are the values, then the slots, then the blocks: a block varies where some points of the
-/// batch may not run it.
+/// The graph of demotions. Nodes are the values, then the slots, then the blocks: a block is varying if some
+/// points of the batch may not execute it.
 struct Flow<'a> {
     globals: &'a [Global],
     slopes: &'a [Global],
     values: usize,
     slots: usize,
     demotes: Vec<Edges>,
-    /// Nodes that vary by themselves.
+    /// Nodes that are varying by themselves.
     work: Vec<usize>,
 }
 
@@ -73,7 +75,7 @@ impl Flow<'_> {
         self.values + self.slots + block.index()
     }
 
-    /// A block within another, run under a condition.
+    /// A nested block that is executed under a condition.
     fn nested(&mut self, body: &Body, id: BlockId, cond: ValueId, around: BlockId) {
         let block = self.of_block(id);
         self.edge(cond.index(), block);
@@ -90,7 +92,7 @@ impl Flow<'_> {
                 Op::Slope(global, _) if self.slopes.contains(global) => varies(self, &inst.results),
                 Op::Global(global) if self.globals.contains(global) => varies(self, &inst.results),
                 Op::Slope(..) | Op::Global(_) => {}
-                // Written later, from values that vary.
+                // Written later, from varying values.
                 Op::Share(..) => {}
                 Op::Lane(_, args) => self.edges(args, &inst.results),
                 Op::Kernel(kernel, args) => {
@@ -110,7 +112,7 @@ impl Flow<'_> {
                         self.edge(here, to);
                     }
                 }
-                // The `derive` pass has replaced it; and scalar slots are gone. Where they are not, nothing is known.
+                // The `derive` pass has replaced it, and scalar slots are gone. If not, nothing is known.
                 Op::Derivative(..) | Op::Load(_) => varies(self, &inst.results),
                 Op::LoadElement(slot, index) => {
                     self.edges(&[*index], &inst.results);
@@ -130,7 +132,7 @@ impl Flow<'_> {
                 }
                 Op::Loop { init, params, body: inner, cond, next } => {
                     self.nested(body, *inner, *cond, id);
-                    // Points that leave in different rounds keep different values.
+                    // Points that leave in different iterations keep different values.
                     for (((r, p), i), n) in inst.results.iter().zip(params).zip(init).zip(next) {
                         self.edges(&[*i, *n, *cond], &[*p]);
                         self.edges(&[*p, *n, *cond], &[*r]);

@@ -1,8 +1,8 @@
-//! What rays find where nobody traces them: nothing.
+//! The results of rays if the renderer does not trace any: no hits.
 
 use crate::ir::{Body, Const, Inst, Kernel, Op};
 
-/// Makes constants of the results.
+/// Replaces the results by constants.
 pub(super) fn run(body: &mut Body) {
     let is_ray = |inst: &Inst| matches!(inst.op, Op::Kernel(Kernel::Trace | Kernel::SourceMessage { .. }, _));
     for at in 0..body.blocks.len() {

@@ -1,5 +1,5 @@
-//! Scalar slots become values: loads take the last value stored on their path, and where paths meet the
-//! `If` or `Loop` yields it.
+//! Turns scalar slots into values: a load takes the last value stored on its path, and where paths join, the
+//! `If` or `Loop` returns the value.
 
 use super::Renaming;
 use crate::ir::{BlockId, Body, Const, Inst, Kind, Op, Rate, SlotId, Source, Value, ValueId};
@@ -36,7 +36,7 @@ struct Ssa<'a> {
     body: &'a mut Body,
     /// The value of each scalar slot on the current path.
     current: Vec<Option<ValueId>>,
-    /// Slots written, with the value before, to go back where paths part.
+    /// Slots written, with their previous values, to restore them where paths separate.
     log: Vec<(SlotId, Option<ValueId>)>,
     renaming: Renaming,
     /// Constants for slots that are read before they are written.
@@ -69,7 +69,7 @@ impl Ssa<'_> {
             results: smallvec![zero],
             span: Span::default(),
         });
-        // Not logged: it holds on every path.
+        // Not logged, since it holds on every path.
         self.current[slot.index()] = Some(zero);
         zero
     }
@@ -94,7 +94,7 @@ impl Ssa<'_> {
         self.body.blocks[id.index()].insts = kept;
     }
 
-    /// Goes back to the values at `mark` and yields the slots written since, each once, with its last value.
+    /// Restores the values at `mark` and returns the slots written since, each once, with its last value.
     fn undo(&mut self, mark: usize) -> Vec<(SlotId, ValueId)> {
         let mut written: Vec<(SlotId, ValueId)> = Vec::new();
         for (slot, before) in self.log.split_off(mark).into_iter().rev() {
@@ -103,7 +103,7 @@ impl Ssa<'_> {
             }
             self.current[slot.index()] = before;
         }
-        // The first entry of a slot in this backward order holds its last value.
+        // In this reverse order, the first entry of a slot has its last value.
         let mut seen = rustc_hash::FxHashSet::default();
         written.retain(|(slot, _)| seen.insert(*slot));
         written.sort_unstable_by_key(|(slot, _)| *slot);

@@ -14,11 +14,11 @@ use osl_syntax::spelling::closest;
 use rustc_hash::FxHashSet;
 use std::sync::Arc;
 
-/// The longest array that may be declared. Longer ones are refused before memory is asked for.
+/// The longest permitted array. Longer ones are refused before memory is allocated.
 use crate::types::MAX_ARRAY_LENGTH;
 
 impl Resolver<'_> {
-    /// Resolves the file's declarations in order and yields its shader.
+    /// Resolves the file's declarations in order and returns its shader.
     pub(super) fn items(&mut self) -> Option<hir::Shader> {
         let mut shader: Option<(hir::Shader, Span)> = None;
         for item in &self.ast.items {
@@ -109,8 +109,8 @@ impl Resolver<'_> {
         self.structs.add(Struct { name: name.clone(), fields, span: decl.name.span });
     }
 
-    /// Whether a variable or function of the file's scope has the name, and where it was declared, unless it is a
-    /// name of the language.
+    /// Whether a variable or function of the file's scope has the name, and where it was declared, unless it
+    /// is a name of the language.
     fn taken_in_file(&self, name: &str) -> Option<Option<Span>> {
         match self.scopes.first().and_then(|scope| scope.symbols.get(name)) {
             Some(Symbol::Var(id)) => Some(Some(self.var(*id).span)),
@@ -119,7 +119,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// What a value of this type holds.
+    /// The contents of a value of this type.
     fn contents(&self, ty: Type) -> Contents {
         let one = match ty.base {
             Base::Struct(id) => self.contents.get(id.0 as usize).copied().unwrap_or_default(),
@@ -133,7 +133,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The type that a declaration writes; reports unknown structs and bad lengths.
+    /// The type in a declaration; reports unknown structs and invalid lengths.
     pub(super) fn declared_type(
         &mut self,
         ty: &ast::TypeSpec,
@@ -237,7 +237,7 @@ impl Resolver<'_> {
     /// Resolves a function and adds it to the innermost scope.
     pub(super) fn function(&mut self, decl: &ast::FunctionDecl) {
         let ret = self.type_spec(&decl.ret);
-        // The name alone marks it, whatever the value.
+        // The name alone marks it, whatever its value.
         let operation = self.metadata(&decl.metadata).iter().any(|(_, name, _)| &**name == "builtin");
         let depth = self.scopes.len();
         let outer = std::mem::replace(&mut self.context, Context { ret: Some(ret), loops: 0 });
@@ -309,7 +309,7 @@ impl Resolver<'_> {
             Some(Symbol::Functions(list)) => {
                 let earlier = list.iter().find(|f| same(f) && (f.id.is_some() || f.operation)).cloned();
                 let is_prototype = symbol.id.is_none() && !symbol.operation;
-                // A prototype after the body says nothing new.
+                // A prototype after the body adds nothing.
                 if !is_prototype || earlier.is_none() {
                     let with_body = earlier.filter(|f| f.id.is_some() && symbol.id.is_some());
                     redefined = with_body.map(|f| f.span);
@@ -395,7 +395,7 @@ impl Resolver<'_> {
             };
             ty.extent = Extent::Array(len as u32);
         }
-        // The initialiser sees the parameters before it, not itself.
+        // The initialiser sees the parameters before it, but not itself.
         let init = match formal.init {
             Some(init) => self.param_init(ty, init),
             None => {
@@ -426,13 +426,14 @@ impl Resolver<'_> {
         self.report(errors::unknown_type(span, name, known, close.as_deref()));
     }
 
-    /// Reports an unknown variable or function; `arguments_end` is where the arguments of a call end, if it has any.
+    /// Reports an unknown variable or function; `arguments_end` is where the arguments of a call end, if it
+    /// has any.
     pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str, arguments_end: Option<u32>) {
         let functions = what == "function";
         if self.n_errors >= self.max_diagnostics() {
             return self.report(errors::unknown_name(span, what, name, None));
         }
-        // Once is enough for whoever reads; the reference repeats it.
+        // Reported once for readers; the reference repeats it.
         if self.reports != Reports::AsReference && !self.told.insert(format!("{what} {name}")) {
             return;
         }
@@ -448,7 +449,7 @@ impl Resolver<'_> {
             if functions {
                 builtins::names().for_each(|builtin| names.push(builtin));
             }
-            // `i` is a counter without a declaration, and not the ray `I`.
+            // `i` is probably a counter without a declaration, and not the ray `I`.
             closest(name, names).filter(|close| functions || close.len() > 1).map(str::to_string)
         };
         let d = errors::unknown_name(span, what, name, close.as_deref());
@@ -464,7 +465,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Whether a built-in function has the very signature.
+/// Whether a built-in function has the same signature.
 fn redefines_builtin(symbol: &FunctionSymbol) -> bool {
     let formals = |s: &Signature| {
         s.params.len() == symbol.formals.len()

@@ -1,4 +1,5 @@
-//! Codes and messages of resolution: names E02xx, types E03xx, calls E04xx, statements E05xx; warnings W02xx on.
+//! Codes and messages of resolution: names E02xx, types E03xx, calls E04xx, statements E05xx; warnings W02xx
+//! on.
 
 use super::vocabulary::Word;
 use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
@@ -27,7 +28,7 @@ codes! {
     NO_SHADER = "E0206" "no-shader";
     /// The file declares more than one shader.
     TWO_SHADERS = "E0207" "two-shaders";
-    /// More functions of one name than calls can be asked to choose from.
+    /// More functions with one name than overload resolution permits.
     TOO_MANY_OVERLOADS = "E0208" "too-many-overloads";
     /// Operands that the operator does not take.
     BAD_OPERANDS = "E0301" "bad-operands";
@@ -35,43 +36,43 @@ codes! {
     NOT_ASSIGNABLE = "E0302" "not-assignable";
     /// A conversion that does not exist.
     BAD_CAST = "E0303" "bad-cast";
-    /// Constructor arguments that make no value of the type.
+    /// Constructor arguments that do not make a value of the type.
     BAD_CONSTRUCTOR = "E0304" "bad-constructor";
-    /// An initialiser list where none may stand, or of the wrong length.
+    /// An initialiser list that is not permitted here, or has the wrong length.
     BAD_LIST = "E0305" "bad-initializer-list";
     /// A condition without truth value.
     BAD_CONDITION = "E0306" "bad-condition";
     /// `?:` branches of types that have no common type.
     BAD_TERNARY = "E0307" "bad-ternary";
-    /// `[ ]` on a type without elements, or with an index that is no int.
+    /// `[ ]` on a type without elements, or with an index that is not an int.
     BAD_INDEX = "E0308" "bad-index";
-    /// An array length that is no positive int literal.
+    /// An array length that is not a positive int literal.
     BAD_ARRAY_LENGTH = "E0309" "bad-array-length";
-    /// A struct that cannot be declared so.
+    /// A struct with an invalid declaration.
     BAD_STRUCT = "E0310" "bad-struct";
-    /// Something that cannot be assigned to. The parser refuses these first; other makers of trees may not.
+    /// Something that cannot be assigned to. The parser refuses these first; other sources of trees may not.
     NOT_AN_LVALUE = "E0311" "not-an-lvalue";
     /// A write to a parameter that is not an output, or to a constant.
     READ_ONLY = "E0312" "read-only";
     /// No overload takes the arguments.
     NO_OVERLOAD = "E0401" "no-overload";
-    /// Overloads that differ only in the struct that they return, or in what a list would become.
+    /// Overloads that differ only in the struct that they return, or in the type that a list would have.
     AMBIGUOUS_STRUCTS = "E0402" "ambiguous-structs";
     /// A function that was declared but has no body yet.
     NO_BODY = "E0403" "no-body";
     /// An output argument of another type.
     OUTPUT_TYPE = "E0404" "output-type";
-    /// A format string that does not go with its arguments.
+    /// A format string that does not match its arguments.
     BAD_FORMAT = "E0405" "bad-format";
-    /// A function with a value of which no statement returns one.
+    /// A function with a return type but without a `return` of a value.
     NEVER_RETURNS = "E0406" "never-returns";
     /// A void call used as a value.
     VOID_VALUE = "E0407" "void-value";
-    /// The name of a texture option that is no literal.
+    /// The name of a texture option that is not a literal.
     OPEN_OPTION = "E0408" "open-option";
-    /// `break` or `continue` outside of a loop.
+    /// `break` or `continue` outside a loop.
     OUTSIDE_LOOP = "E0501" "outside-loop";
-    /// `return` with a value where there is none, or without one.
+    /// `return` with a value where none is expected, or without one.
     BAD_RETURN = "E0502" "bad-return";
     /// A shader parameter without default.
     NO_DEFAULT = "E0503" "no-default";
@@ -79,37 +80,37 @@ codes! {
     FORMAL_DEFAULT = "E0504" "formal-default";
     /// A parameter type that shaders cannot have.
     BAD_PARAMETER = "E0505" "bad-parameter";
-    /// Metadata that is no constant of its type.
+    /// Metadata that is not a constant of its type.
     BAD_METADATA = "E0506" "bad-metadata";
-    /// A call that several overloads fit equally well.
+    /// A call that several overloads match equally well.
     AMBIGUOUS = "W0201" "ambiguous-call";
     /// A float stored in an int.
     PRECISION = "W0202" "lossy-conversion";
     /// A write to a global or argument that is read-only by rule.
     WRITES_READ_ONLY = "W0203" "writes-read-only";
-    /// A function with the signature of another.
+    /// A function with the same signature as another.
     REDEFINED = "W0204" "redefined";
     /// A parameter that has the name of a function.
     HIDES_FUNCTION = "W0206" "hides-function";
     /// An output of a built-in that would need a conversion and is lost.
     OUTPUT_LOST = "W0207" "output-lost";
-    /// A format string that is no literal.
+    /// A format string that is not a literal.
     OPEN_FORMAT = "W0208" "open-format";
-    /// A texture option that nobody knows, or a value that it does not take.
+    /// An unknown texture option, or a value of the wrong type for it.
     UNKNOWN_OPTION = "W0209" "unknown-option";
-    /// A string among the numbers that an array starts with, or the reverse.
+    /// A string among the numbers of an array initialiser, or the reverse.
     ELEMENT_IGNORED = "W0210" "element-ignored";
     /// `++` or `--` on a string.
     IDLE_STEP = "W0211" "idle-step";
     /// A struct with a field of its own type.
     HOLDS_ITSELF = "W0212" "holds-itself";
-    /// A constant index beyond the elements.
+    /// A constant index that no element has.
     OUT_OF_RANGE = "W0213" "index-out-of-range";
-    /// A division by a zero that is written out.
+    /// A division by a literal zero.
     DIVISION_BY_ZERO = "W0214" "division-by-zero";
 }
 
-/// E0201: nothing of this name is declared here.
+/// E0201: the name is not declared here.
 pub(super) fn unknown_name(span: Span, what: &str, name: &str, close: Option<&str>) -> Diagnostic {
     let d = Diagnostic::error(UNKNOWN_NAME, span, format!("{what} `{name}` is not declared"))
         .label("not found in this scope");
@@ -121,7 +122,8 @@ pub(super) fn unknown_name(span: Span, what: &str, name: &str, close: Option<&st
     }
 }
 
-/// E0201: a word of another language; `close` is the end of the call's arguments, where it is a call with arguments.
+/// E0201: a word of another language; `close` is the end of the call's arguments, if it is a call with
+/// arguments.
 pub(super) fn foreign_name(span: Span, what: &str, name: &str, word: Word, close: Option<u32>) -> Diagnostic {
     let d = Diagnostic::error(UNKNOWN_NAME, span, format!("{what} `{name}` is not declared"))
         .label("not found in this scope")
@@ -136,14 +138,14 @@ pub(super) fn foreign_name(span: Span, what: &str, name: &str, word: Word, close
     d.fix(format!("write `{instead}`"), edits)
 }
 
-/// E0201: a variable in the value that it starts with.
+/// E0201: a variable used in its own initialiser.
 pub(super) fn own_value(span: Span, name: &str) -> Diagnostic {
     Diagnostic::error(UNKNOWN_NAME, span, format!("`{name}` has no value yet"))
         .label("it is declared by this very statement")
         .help("declare it first, or write another name here")
 }
 
-/// E0203: no struct of this name is declared.
+/// E0203: no struct with this name is declared.
 pub(super) fn unknown_type(span: Span, name: &str, word: Option<Word>, close: Option<&str>) -> Diagnostic {
     let d = Diagnostic::error(UNKNOWN_TYPE, span, format!("there is no type `{name}`"));
     let d = match word {
@@ -165,7 +167,7 @@ pub(super) fn redeclared(span: Span, name: &str, earlier: Option<Span>) -> Diagn
     }
 }
 
-/// E0208: the name has as many functions as it may have.
+/// E0208: the name has the maximum number of functions.
 pub(super) fn too_many_overloads(span: Span, name: &str, limit: u64) -> Diagnostic {
     Diagnostic::error(TOO_MANY_OVERLOADS, span, format!("more than {limit} functions `{name}` in one scope"))
         .help("give some of them names of their own")
@@ -206,27 +208,27 @@ pub(super) fn format_letter(value: Span, conversion: &str, ty: &str, format: Spa
         .also(format, "the format")
 }
 
-/// E0405: an argument that no conversion prints.
+/// E0405: an argument that no conversion can print.
 pub(super) fn unprintable(value: Span, ty: &str) -> Diagnostic {
     Diagnostic::error(BAD_FORMAT, value, format!("{ty} cannot be printed"))
         .help("print its fields one by one")
 }
 
-/// W0208: the format is only known when the shader runs.
+/// W0208: the format is known only at run time.
 pub(super) fn open_format(format: Span, function: &str) -> Diagnostic {
     Diagnostic::warning(OPEN_FORMAT, format, format!("the format of `{function}` is no literal"))
         .label("cannot be checked against the arguments")
         .help("write the format here, and print changing text with `%s`")
 }
 
-/// E0408: the name of an option is only known when the shader runs.
+/// E0408: the name of an option is known only at run time.
 pub(super) fn open_option(name: Span, function: &str) -> Diagnostic {
     Diagnostic::error(OPEN_OPTION, name, format!("the name of an option of `{function}` is no literal"))
         .label("not a string literal")
         .help("write the option's name here; only its value may change")
 }
 
-/// W0209: no lookup knows the option.
+/// W0209: the option does not exist.
 pub(super) fn unknown_option(name: Span, option: &str) -> Diagnostic {
     Diagnostic::warning(UNKNOWN_OPTION, name, format!("there is no texture option `{option}`"))
         .label("ignored, with an error when the shader runs")
@@ -238,7 +240,7 @@ pub(super) fn option_type(value: Span, option: &str, wanted: &str, given: &str) 
         .label("ignored, with an error when the shader runs")
 }
 
-/// E0506: a value that is no constant.
+/// E0506: a value that is not a constant.
 pub(super) fn open_metadata(value: Span) -> Diagnostic {
     Diagnostic::error(BAD_METADATA, value, "the value of metadata is not a constant")
         .label("not a literal, nor made of literals")
@@ -252,18 +254,18 @@ pub(super) fn metadata_type(value: Span, ty: &str) -> Diagnostic {
         .help("the type before the name says what the value is")
 }
 
-/// W0210: an element that its array cannot take.
+/// W0210: an element that its array cannot hold.
 pub(super) fn element_ignored(value: Span, element: &str, given: &str) -> Diagnostic {
     Diagnostic::warning(ELEMENT_IGNORED, value, format!("{given} among the elements of {element} array"))
         .label("the element starts as zero, or empty, instead")
 }
 
-/// W0211: a step of what has no next value.
+/// W0211: `++` or `--` on a type without a next value.
 pub(super) fn idle_step(span: Span, ty: &str) -> Diagnostic {
     Diagnostic::warning(IDLE_STEP, span, format!("a {ty} has no next value")).label("does nothing")
 }
 
-/// W0212: a field that would make its struct endless.
+/// W0212: a field that would make its struct infinitely large.
 pub(super) fn holds_itself(field: Span, name: &str) -> Diagnostic {
     Diagnostic::warning(HOLDS_ITSELF, field, format!("struct `{name}` cannot hold itself"))
         .label("left out: the struct would have no end")
@@ -280,7 +282,7 @@ pub(super) fn division_by_zero(divisor: Span) -> Diagnostic {
     Diagnostic::warning(DIVISION_BY_ZERO, divisor, "a division by zero").label("gives 0, whatever is divided")
 }
 
-/// E0402: overloads that want different things of one list.
+/// E0402: overloads that would give one list different types.
 pub(super) fn ambiguous_list(call: Span, list: Span, name: &str, a: &str, b: &str) -> Diagnostic {
     Diagnostic::error(AMBIGUOUS_STRUCTS, call, format!("`{name}` fits in more than one way"))
         .also(list, format!("could become {a} or {b}"))

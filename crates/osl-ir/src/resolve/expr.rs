@@ -1,4 +1,4 @@
-//! Expressions: types flow up, the expected type flows down (specification of overload choice by context).
+//! Expressions: types are computed upward, the expected type is passed downward (overload choice by context).
 
 use super::Resolver;
 use super::errors;
@@ -13,7 +13,7 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 
 impl Resolver<'_> {
-    /// Resolves an expression. `expected` is the type that its context would like, where there is one.
+    /// Resolves an expression. `expected` is the type preferred by its context, if there is one.
     pub(super) fn expr(&mut self, id: ExprId, expected: Option<Type>) -> Expr {
         let ast = self.ast;
         let span = ast[id].span;
@@ -48,7 +48,7 @@ impl Resolver<'_> {
                 let Some(place) = self.target(*target, "step") else { return error };
                 let ty = place.ty;
                 if ty == Type::STRING {
-                    // Published compilers take it, and the string stays as it is.
+                    // Published compilers accept it, and the string stays unchanged.
                     self.report(errors::idle_step(span, "string"));
                     return of(ty, ExprKind::Read(place));
                 }
@@ -248,7 +248,7 @@ impl Resolver<'_> {
         Expr { span, ..convert_to(ty, value) }
     }
 
-    /// A constructor of a built-in type, or a list that stands for one.
+    /// A constructor of a built-in type, or an initialiser list in its place.
     pub(super) fn construct(&mut self, ty: Type, args: &[ExprId], span: Span) -> Expr {
         let one = if ty == Type::MATRIX { None } else { Some(ty) };
         let each = if ty == Type::MATRIX { None } else { Some(Type::FLOAT) };
@@ -353,7 +353,7 @@ impl Resolver<'_> {
         Expr { ty, kind, span }
     }
 
-    /// The argument for a formal of a user function: by reference where it can be.
+    /// The argument for a formal of a user function: by reference if possible.
     pub(super) fn argument(&mut self, formal: (Type, bool), value: Expr) -> Arg {
         let (ty, output) = formal;
         let plain = match &value.kind {
@@ -368,7 +368,7 @@ impl Resolver<'_> {
                 if place.is_plain() {
                     return Arg::Alias(place);
                 }
-                // An element of an array of structs is copied in only.
+                // An element of an array of structs is only copied in.
                 let back = (output && place.ty.as_struct().is_none()).then(|| place.clone());
                 Arg::Copy { value: Init::Value(value), back }
             }
@@ -384,7 +384,7 @@ enum Shape {
     Space,
 }
 
-/// Int beside float becomes float; an int beside a triple or matrix too.
+/// An int next to a float, triple or matrix becomes a float.
 pub(crate) fn unify_numbers(left: Expr, right: Expr) -> (Expr, Expr) {
     let lift = |e: Expr, other: Type| {
         if e.ty == Type::INT && other != Type::INT && other != Type::CLOSURE {

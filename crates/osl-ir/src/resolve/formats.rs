@@ -1,6 +1,7 @@
 //! Format strings, as `printf` takes: each conversion against its argument.
 //!
-//! OSL language specification, chapter on printing. What a conversion prints is none of this module's business.
+//! OSL language specification, chapter on printing. What a conversion prints is none of this module's
+//! business.
 
 use super::Resolver;
 use super::errors;
@@ -18,15 +19,15 @@ const LETTERS: &str = "cdefgimnopsuvxX";
 struct Conversion<'f> {
     /// As written, `%5.3f`.
     text: &'f str,
-    /// Where its letter stands in the format.
+    /// The position of its letter in the format.
     letter_at: usize,
     letter: char,
-    /// Where its precision begins; at the letter if there is none.
+    /// The start of its precision; the position of the letter if there is none.
     precision_at: usize,
 }
 
 impl Resolver<'_> {
-    /// Checks the arguments of a call if its function prints.
+    /// Checks the arguments of a call, if its function prints.
     pub(super) fn check_format(&mut self, row: &Builtin, args: &[Expr], span: Span) {
         let Some(at) = row.facts.format else { return };
         let Some((format, values)) = args.get(at..).and_then(<[Expr]>::split_first) else { return };
@@ -70,10 +71,10 @@ impl Resolver<'_> {
         let element = self.show_a(value.ty.element());
         let mut d = errors::format_letter(value.span, conversion.text, &ty, literal)
             .help(format!("{element} prints with `%{usual}`"));
-        // Only where the literal is written in one piece, as this would write it.
+        // Only if the literal is in one piece, written as this code would write it.
         if quoted(format).len() == (literal.end - literal.start) as usize {
             let at = |offset: usize| literal.start + quoted(&format[..offset]).len() as u32 - 1;
-            // A precision would cut a string; for an int it means something else.
+            // A precision would truncate a string, and has another meaning for an int.
             let from = if usual == "g" { conversion.letter_at } else { conversion.precision_at };
             let edit = Edit { span: Span::new(at(from), at(conversion.letter_at + 1)), text: usual.into() };
             d = d.fix(format!("print it with `%{usual}`"), vec![edit]);
@@ -82,7 +83,7 @@ impl Resolver<'_> {
     }
 }
 
-/// The letters that print a value of the type, and the usual one; `None` for what does not print.
+/// The letters that print a value of the type, and the usual one; `None` for types that cannot be printed.
 fn letters_for(ty: Type) -> Option<(&'static str, &'static str)> {
     match ty.base {
         Base::Int => Some(("dioxX", "d")),

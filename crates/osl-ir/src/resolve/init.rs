@@ -1,4 +1,4 @@
-//! Initialisers and conversions: how a value becomes that of its destination.
+//! Initialisers and conversions: how a value is converted to the type of its destination.
 
 use super::Resolver;
 use super::errors;
@@ -8,7 +8,7 @@ use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 
-/// Where an initialiser stands; decides what a list may be.
+/// The context of an initialiser, which determines the permitted form of a list.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Site {
     /// A shader parameter: a list may be empty or short.
@@ -21,14 +21,14 @@ enum Site {
     Argument,
 }
 
-/// What to say of a float that becomes an int.
+/// The message for a float that becomes an int.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Loss {
-    /// Nothing: the caller has judged it.
+    /// None: the caller has reported it.
     Judged,
-    /// A warning, and a cast that says the same.
+    /// A warning with a fix that inserts a cast.
     Cast,
-    /// A warning: the value is part of `op=` and cannot be cast where it stands.
+    /// A warning: the value is part of `op=`, so no cast can be inserted.
     Compound,
 }
 
@@ -48,12 +48,12 @@ impl Resolver<'_> {
         self.init(ty, id, Site::Nested)
     }
 
-    /// A list that stands as an argument.
+    /// A list as an argument.
     pub(super) fn argument_list(&mut self, ty: Type, id: ExprId) -> Init {
         self.init(ty, id, Site::Argument)
     }
 
-    /// The value of a `return`. Float to int is an error here, unlike in assignments.
+    /// The value of a `return`. Unlike in assignments, float to int is an error.
     pub(super) fn returned(&mut self, ty: Type, id: ExprId) -> Init {
         if matches!(self.ast[id].kind, ast::ExprKind::InitList(_)) {
             return self.init(ty, id, Site::Local);
@@ -132,8 +132,8 @@ impl Resolver<'_> {
         Init::List(parts)
     }
 
-    /// Whether the element is a literal that published compilers take and that cannot be meant: a string among
-    /// numbers, or the reverse.
+    /// Whether the element is a literal that published compilers accept but that cannot be intended: a string
+    /// among numbers, or the reverse.
     fn ignores_element(&mut self, element: Type, item: ExprId) -> bool {
         let item = &self.ast[item];
         let given = match item.kind {
@@ -147,7 +147,8 @@ impl Resolver<'_> {
         true
     }
 
-    /// The value as one of type `to`. Reports where it cannot be; `loss` says what of float to int.
+    /// The value converted to type `to`. Reports impossible conversions; `loss` selects the message for float
+    /// to int.
     pub(super) fn convert(&mut self, to: Type, value: Expr, loss: Loss) -> Expr {
         if value.ty.is_error() && !to.is_error() {
             self.report_again(value.span, "assigned or returned");
@@ -187,7 +188,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Wraps the value in a conversion where its type differs. The caller has checked that there is one.
+/// Wraps the value in a conversion if its type differs. The caller has checked that the conversion exists.
 pub(crate) fn convert_to(to: Type, value: Expr) -> Expr {
     if value.ty == to || to.is_array() || matches!(to.base, Base::Struct(_)) {
         return value;
@@ -209,11 +210,11 @@ fn zero(ty: Type, span: Span) -> Expr {
     Expr { ty, kind, span }
 }
 
-/// Whether a cast before it applies to all of it.
+/// Whether a cast before it applies to the whole of it.
 pub(super) fn is_operand(value: &Expr) -> bool {
     match &value.kind {
         ExprKind::Binary(..) | ExprKind::Ternary(..) | ExprKind::Assign(..) | ExprKind::Comma(_) => false,
-        // What is written around a conversion cannot be seen here.
+        // The source text of a conversion is not visible here.
         ExprKind::Convert(_) => false,
         _ => true,
     }

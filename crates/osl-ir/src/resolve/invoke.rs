@@ -1,4 +1,4 @@
-//! The chosen call: arguments converted, outputs bound to their places.
+//! The chosen call: arguments are converted, outputs are bound to their places.
 
 use super::errors;
 use super::init::convert_to;
@@ -38,7 +38,7 @@ impl Resolver<'_> {
         let error = Expr { ty: f.ret, kind: ExprKind::Error, span };
         let Some(id) = f.id else {
             if f.ret == Type::VOID {
-                // Nothing happens, except what its arguments do.
+                // Only the effects of its arguments remain.
                 let values = args.into_iter().filter_map(argument_value).collect();
                 return Expr { ty: Type::VOID, kind: ExprKind::Comma(values), span };
             }
@@ -64,15 +64,15 @@ impl Resolver<'_> {
         Expr { ty: f.ret, kind: ExprKind::Call(id, args), span }
     }
 
-    /// A call of what is marked as an operation of the renderer: a closure of any name, a function of the library, or an
-    /// operation that only some renderer knows.
+    /// A call of a function that is marked as an operation of the renderer: a closure with any name, a
+    /// library function, or an operation that only some renderers know.
     fn invoke_operation(&mut self, f: &FunctionSymbol, given: Vec<Given>, span: Span) -> Expr {
         let signature = f.signature();
         let formals = f.formals.len();
         let mut args = self.arguments(&signature, given, span);
         for (index, (ty, output)) in f.formals.iter().enumerate() {
             let Some(value) = args.get_mut(index) else { continue };
-            // The place of an output stays as it is.
+            // The place of an output stays unchanged.
             if !(*output && matches!(value.kind, ExprKind::Read(_))) {
                 let given = std::mem::replace(value, Expr { ty: *ty, kind: ExprKind::Error, span });
                 *value = convert_to(*ty, given);
@@ -89,7 +89,7 @@ impl Resolver<'_> {
         Expr { ty: f.ret, kind: ExprKind::Operation(call), span }
     }
 
-    /// The form of the library's function of the name that suits the formals best.
+    /// The overload of the library function with this name that matches the formals best.
     fn library_form(&self, f: &FunctionSymbol) -> Option<(&'static Builtin, usize)> {
         let row = builtins::find(&f.name)?;
         let formal = |(ty, _): &(Type, bool)| {
@@ -98,7 +98,7 @@ impl Resolver<'_> {
         let formals: Vec<Given> = f.formals.iter().map(formal).collect();
         let forms = row.signatures().iter().enumerate().filter(|(_, s)| s.ret == f.ret);
         let scored = forms.filter_map(|(at, s)| Some((self.score_signature(s, &formals)?, at)));
-        // Of equals the first, as everywhere.
+        // Of several equal candidates, the first one counts, as everywhere.
         let best = scored.min_by_key(|(score, _)| std::cmp::Reverse(*score));
         best.map(|(_, at)| (row, at))
     }
@@ -107,7 +107,7 @@ impl Resolver<'_> {
         self.functions.get(id.0 as usize).is_some_and(|f| f.ret.is_error())
     }
 
-    /// Output formals of user functions want an argument of an equivalent type, and no literal.
+    /// Output formals of user functions require an argument of an equivalent type, and not a literal.
     fn check_output_argument(&mut self, (ty, output): (Type, bool), value: &Expr) {
         if !output {
             return;
@@ -173,7 +173,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The arguments of a built-in as values; lists become what their formals want.
+    /// The arguments of a built-in as values; lists get the types of their formals.
     fn arguments(&mut self, signature: &Signature, given: Vec<Given>, span: Span) -> Vec<Expr> {
         let list = |(index, g): (usize, Given)| match (g, signature.params.get(index)) {
             (Given::Value(v), _) => v,
@@ -212,7 +212,7 @@ impl Resolver<'_> {
     }
 }
 
-/// The value that an argument passes; none for a plain variable.
+/// The value passed by an argument; `None` for a plain variable.
 fn argument_value(arg: Arg) -> Option<Expr> {
     match arg {
         Arg::Copy { value: Init::Value(value), .. } => Some(value),
@@ -220,7 +220,7 @@ fn argument_value(arg: Arg) -> Option<Expr> {
     }
 }
 
-/// A value that stands for an array: an array of it alone.
+/// A value in place of an array: an array with this single element.
 fn as_array(value: Expr) -> Expr {
     if value.ty.is_array() || value.ty.is_error() {
         return value;

@@ -1,7 +1,7 @@
-//! Metadata: constants that travel with a parameter, a function or the shader, checked and read.
+//! Metadata: constants attached to a parameter, a function or the shader, checked and read.
 //!
-//! A value is a literal, arithmetic on literals, a constructor of such, or a list of them for an array. Nobody
-//! here knows what a name means; later stages ask for the few that change results.
+//! A value is a literal, arithmetic on literals, a constructor of such, or a list of them for an array. This
+//! module must not know the meaning of names; later stages read the few that affect results.
 
 use super::Resolver;
 use super::errors;
@@ -11,7 +11,7 @@ use osl_syntax::ast::{self, Ast, BinaryOp, ExprId};
 use std::sync::Arc;
 
 impl Resolver<'_> {
-    /// Reads metadata and reports what is no constant of its type.
+    /// Reads metadata and reports values that are not constants of their type.
     pub(super) fn metadata(&mut self, list: &[ast::Metadatum]) -> Vec<(String, Arc<str>, MetaValue)> {
         let mut read = Vec::new();
         for datum in list {
@@ -47,7 +47,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Whether the value makes one of the type.
+/// Whether the value is one of the type.
 fn fits(base: Base, value: &MetaValue) -> bool {
     match value {
         MetaValue::Text(_) => base == Base::String,
@@ -60,7 +60,7 @@ fn fits(base: Base, value: &MetaValue) -> bool {
     }
 }
 
-/// The constant value of a metadatum, as far as literals, their arithmetic and their constructors go.
+/// The constant value of a metadatum, made from literals, their arithmetic and their constructors.
 fn meta_value(ast: &Ast, id: ExprId) -> MetaValue {
     use ast::ExprKind as E;
     match &ast[id].kind {
@@ -77,7 +77,7 @@ fn meta_value(ast: &Ast, id: ExprId) -> MetaValue {
     }
 }
 
-/// A number of a type that arithmetic keeps.
+/// A number with the type that arithmetic gives it.
 #[derive(Clone, Copy)]
 enum Number {
     Int(i32),

@@ -1,10 +1,10 @@
 //! Resolution: from the syntax tree to the [resolved tree](crate::hir).
 //!
-//! Binds names, checks types, chooses overloads and writes every conversion out. Reports through
-//! diagnostics and never fails: where something is wrong the tree holds an error node, and the caller looks
-//! at the diagnostics before it lowers. It must not know SSA, lanes or parameter values.
-//! Rules: OSL language specification, chapters on types, declarations and expressions; where that is silent,
-//! what published compilers accept.
+//! It binds names, checks types, chooses overloads and makes every conversion explicit. It reports through
+//! diagnostics and never fails: where there is an error, the tree has an error node, and the caller checks
+//! the diagnostics before it lowers. This module must not know SSA, lanes or parameter values. Rules: OSL
+//! language specification, chapters on types, declarations and expressions; where that is silent, the
+//! behaviour of published compilers.
 
 mod decl;
 pub mod errors;
@@ -36,7 +36,7 @@ use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
-/// What resolution yields: the program, unless the file has no shader, and what there is to say.
+/// The result of resolution: the program, unless the file has no shader, and the diagnostics.
 #[derive(Debug)]
 pub struct Resolved {
     /// The program. Lower it only if no diagnostic is an error.
@@ -65,23 +65,24 @@ pub fn resolve_with(ast: &Ast, reports: Reports, limits: &Limits) -> Resolved {
 /// A function as callers see it.
 #[derive(Clone, Debug)]
 struct FunctionSymbol {
-    /// `None` while only a prototype is known.
+    /// `None` while only a prototype was seen.
     id: Option<hir::FunctionId>,
     name: Arc<str>,
     ret: Type,
     formals: Vec<(Type, bool)>,
-    /// Whether it is marked as an operation of the renderer: it needs no body, and one that is there does not count.
+    /// Whether it is marked as an operation of the renderer: it needs no body, and an existing body is
+    /// ignored.
     operation: bool,
     span: Span,
 }
 
 impl FunctionSymbol {
-    /// What calls may put behind its formals.
+    /// The arguments that calls may add after its formals.
     fn tail(&self) -> Tail {
         if self.operation && self.ret == Type::CLOSURE { Tail::Keywords } else { Tail::None }
     }
 
-    /// Its signature as the table of built-ins writes one.
+    /// Its signature in the notation of the table of built-ins.
     fn signature(&self) -> Signature {
         let params = self.formals.iter().map(|(ty, output)| Param {
             name: "",
@@ -104,21 +105,21 @@ struct Scope {
     symbols: FxHashMap<Arc<str>, Symbol>,
 }
 
-/// What surrounds a statement.
+/// The context of a statement.
 #[derive(Clone, Copy, Debug)]
 struct Context {
     /// Return type of the function; `None` in a shader body.
     ret: Option<Type>,
-    /// Loops around the statement, within the function.
+    /// Number of loops around the statement, within the function.
     loops: u32,
 }
 
-/// What a struct holds, fields within fields.
+/// The contents of a struct, including nested fields.
 #[derive(Clone, Copy, Debug, Default)]
 struct Contents {
     values: u64,
     array: bool,
-    /// Structs within it, one in another, and itself.
+    /// Nesting depth of structs in it, including itself.
     depth: u64,
 }
 
@@ -132,16 +133,16 @@ struct Resolver<'a> {
     scopes: Vec<Scope>,
     diagnostics: Vec<Diagnostic>,
     n_errors: usize,
-    /// Where the first error was dropped.
+    /// The location of the first dropped error.
     dropped: Option<Span>,
-    /// Values in one struct of each id, and whether there is an array among its fields.
+    /// Number of values in each struct, and whether there is an array among its fields.
     contents: Vec<Contents>,
-    /// Indices around the current expression.
+    /// Nesting depth of indices around the current expression.
     index_depth: u64,
     context: Context,
-    /// Whether any statement of the current function returns.
+    /// Whether any statement of the current function returns a value.
     returns: bool,
-    /// Unknown names that the current function was told of.
+    /// Unknown names that were reported in the current function.
     told: FxHashSet<String>,
     /// The variable whose declaration is being resolved.
     declaring: Option<Arc<str>>,
@@ -187,8 +188,8 @@ impl<'a> Resolver<'a> {
         self.diagnostics.push(diagnostic);
     }
 
-    /// Reports an expression that has an error once more, where it is used, if the reference does. In a shader's body the
-    /// reference looks at types only if all names are known.
+    /// Reports an expression with an error once more where it is used, if the reference does so. In a
+    /// shader's body, the reference checks types only if all names are known.
     fn report_again(&mut self, value: Span, use_of_it: &str) {
         if self.reports != Reports::AsReference {
             return;
@@ -203,19 +204,19 @@ impl<'a> Resolver<'a> {
         self.report(Diagnostic::error(code, value, message));
     }
 
-    /// Whether a further warning would be dropped. Errors have a limit of their own.
+    /// Whether a further warning would be dropped. Errors have a separate limit.
     fn is_full(&self) -> bool {
         self.diagnostics.len()
             >= self.max_diagnostics().saturating_add(self.n_errors.min(self.max_diagnostics()))
     }
 
-    /// Errors, at most, and warnings, at most.
+    /// Maximum number of errors, and of warnings.
     fn max_diagnostics(&self) -> usize {
         usize::try_from(self.limits.reading.diagnostics).unwrap_or(usize::MAX)
     }
 
     fn scope(&mut self) -> &mut Scope {
-        // The file's scope is never popped; an empty stack would only lose the symbol.
+        // The file's scope is never popped; if the stack were empty, only the symbol would be lost.
         if self.scopes.is_empty() {
             self.scopes.push(Scope::default());
         }
@@ -230,7 +231,7 @@ impl<'a> Resolver<'a> {
         result
     }
 
-    /// Adds a variable to the innermost scope without looking for clashes.
+    /// Adds a variable to the innermost scope without checking for clashes.
     fn add_var(&mut self, name: Arc<str>, ty: Type, kind: VarKind, span: Span) -> VarId {
         let id = VarId(self.vars.len() as u32);
         self.vars.push(Var { name: name.clone(), ty, kind, span });
@@ -242,7 +243,7 @@ impl<'a> Resolver<'a> {
         &self.vars[id.0 as usize]
     }
 
-    /// The symbol of a name in the innermost scope that has one, with that scope's depth.
+    /// The symbol of a name in the innermost scope that has it, with the depth of that scope.
     fn lookup(&self, name: &str) -> Option<(usize, &Symbol)> {
         self.scopes
             .iter()

@@ -3,7 +3,7 @@
 use crate::types::{Base, Type};
 use osl_syntax::ast::{BinaryOp as B, UnaryOp as U};
 
-/// Type of `left op right`, or `None` where the operator does not take them.
+/// Type of `left op right`, or `None` if the operator does not take these operands.
 pub(crate) fn binary(op: B, left: Type, right: Type) -> Option<Type> {
     if left.is_array() || right.is_array() {
         return None;
@@ -70,7 +70,7 @@ fn comparable(left: Type, right: Type) -> bool {
         || (right.is_number() && numeric(left))
 }
 
-/// What to write where an operator does not take its operands, and something of the language does.
+/// A suggestion for operands that an operator does not take, if the language has an alternative.
 pub(super) fn instead(op: B, left: Type, right: Type) -> Option<&'static str> {
     let has_parts = |t: Type| t.is_number() || t.is_triple();
     let strings = left == Type::STRING && right == Type::STRING;
@@ -110,7 +110,7 @@ pub(crate) fn unary(op: U, operand: Type) -> Option<Type> {
     }
 }
 
-/// Common type of the branches of `?:`, or `None`. Of two kinds of triple the last wins.
+/// Common type of the branches of `?:`, or `None`. Of two kinds of triples, the last one counts.
 pub(super) fn ternary(a: Type, b: Type) -> Option<Type> {
     if a.is_array() || b.is_array() {
         return None;
@@ -132,7 +132,7 @@ pub(super) fn ternary(a: Type, b: Type) -> Option<Type> {
     }
 }
 
-/// How the operator is written.
+/// The spelling of the operator.
 pub(super) fn symbol(op: B) -> &'static str {
     match op {
         B::Mul => "*",

@@ -1,6 +1,7 @@
-//! The options of texture lookups: their names are literals, and the usual ones are known with their types.
+//! Checks the options of texture lookups: their names are literals, and the standard ones have known types.
 //!
-//! OSL language specification, texture functions. A renderer may know more, so that an unknown name is a warning.
+//! OSL language specification, texture functions. A renderer may have further options, so an unknown name is
+//! a warning.
 
 use super::Resolver;
 use super::errors;
@@ -11,7 +12,8 @@ use osl_syntax::diagnostic::Edit;
 use osl_syntax::spelling::closest;
 
 impl Resolver<'_> {
-    /// Checks the pairs of option and value behind the `n_params` fixed arguments, if the function looks up textures.
+    /// Checks the pairs of option and value after the `n_params` fixed arguments, if the function looks up
+    /// textures.
     pub(super) fn check_options(&mut self, row: &Builtin, args: &[Expr], n_params: usize) {
         if !row.facts.lookup {
             return;
@@ -19,7 +21,7 @@ impl Resolver<'_> {
         for pair in args.get(n_params..).unwrap_or_default().chunks_exact(2) {
             let [name, value] = pair else { continue };
             match &name.kind {
-                // An empty name is no option: renderers skip it.
+                // An empty name is not an option: renderers skip it.
                 ExprKind::Str(text) if text.is_empty() => {}
                 ExprKind::Str(text) => self.check_option(text, name, value),
                 _ => self.report(errors::open_option(name.span, row.name)),
@@ -36,7 +38,7 @@ impl Resolver<'_> {
             let mut d = errors::unknown_option(name.span, text);
             if let Some(close) = closest(text, known) {
                 d = d.help(format!("there is one named `{close}`"));
-                // Only where the literal is written in one piece.
+                // Only if the literal is in one piece.
                 if (name.span.end - name.span.start) as usize == text.len() + 2 {
                     let edit = Edit { span: name.span, text: format!("\"{close}\"") };
                     d = d.fix(format!("write \"{close}\""), vec![edit]);
@@ -51,7 +53,7 @@ impl Resolver<'_> {
     }
 }
 
-/// Whether a value of the type suits the option, and what does; `None` for an unknown option.
+/// Whether a value of the type fits the option, and the required type; `None` for an unknown option.
 fn suits(name: &str, ty: Type) -> Option<(bool, &'static str)> {
     let forms = || OPTIONS.iter().filter(|option| option.name == name);
     let wanted = match forms().next()?.ty {

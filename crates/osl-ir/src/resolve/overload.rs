@@ -11,12 +11,12 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
 use std::sync::Arc;
 
-/// Types of arguments that a message lists.
+/// Maximum number of argument types in a message.
 const MOST_ARGUMENTS: usize = 20;
-/// Candidates that a message lists.
+/// Maximum number of candidates in a message.
 const MOST_CANDIDATES: usize = 8;
 
-/// An argument as the choice sees it.
+/// An argument, for the choice of an overload.
 #[derive(Clone, Debug)]
 pub(super) enum Given {
     Value(Expr),
@@ -39,7 +39,7 @@ impl Candidate {
         }
     }
 
-    /// Whether it could take so many arguments, of whatever types.
+    /// Whether it could take this number of arguments, of any types.
     fn takes(&self, n: usize) -> bool {
         match self {
             Candidate::User(f) => f.formals.len() == n || (self.tail() != Tail::None && f.formals.len() <= n),
@@ -50,7 +50,7 @@ impl Candidate {
         }
     }
 
-    /// Types of the fixed parameters; `None` for one that takes any type.
+    /// Types of the fixed parameters; `None` for one of any type.
     fn formals(&self) -> Vec<Option<Type>> {
         match self {
             Candidate::User(f) => f.formals.iter().map(|(ty, _)| Some(*ty)).collect(),
@@ -58,8 +58,8 @@ impl Candidate {
         }
     }
 
-    /// Whether the two cannot be told apart by any call. A function of the file takes the place of a closure of the same
-    /// parameters, with keywords or without.
+    /// Whether no call can distinguish the two. A function of the file replaces a closure with the same
+    /// parameters, with or without keywords.
     fn same_as(&self, other: &Candidate) -> bool {
         let tails = (self.tail(), other.tail());
         self.ret() == other.ret()
@@ -123,7 +123,7 @@ impl Resolver<'_> {
                 name.span,
                 format!("`{}` is a variable, not a function", name.text),
             );
-            // The language's own are declared nowhere.
+            // The language's own functions have no location.
             self.report(if declared == Span::default() { d } else { d.also(declared, "declared here") });
             return error;
         }
@@ -150,14 +150,15 @@ impl Resolver<'_> {
         }
     }
 
-    /// Candidates newest first: the innermost scope's functions; at file level the built-ins behind them.
+    /// Candidates, newest first: the functions of the innermost scope; at file level followed by the
+    /// built-ins.
     fn candidates(&self, name: &str, symbol: Option<&Symbol>) -> Vec<Candidate> {
         let mut list = Vec::new();
         let depth = self.lookup(name).map_or(0, |(depth, _)| depth);
         if let Some(Symbol::Functions(functions)) = symbol {
             list.extend(functions.iter().rev().cloned().map(Candidate::User));
         }
-        // A parameter that has the name of a built-in does not hide it.
+        // A parameter with the name of a built-in does not hide it.
         let shadowed = matches!(symbol, Some(Symbol::Var(id)) if depth > 0 || !matches!(self.var(*id).kind, crate::hir::VarKind::Param { .. }));
         if depth == 0
             && !shadowed
@@ -165,7 +166,7 @@ impl Resolver<'_> {
         {
             let signatures = row.signatures();
             let builtin = |(overload, signature)| Candidate::Builtin { row, overload, signature };
-            // A function of the file with the very signature takes the place of the built-in.
+            // A function of the file with the same signature replaces the built-in.
             let kept =
                 signatures.iter().enumerate().map(builtin).filter(|b| !list.iter().any(|c| c.same_as(b)));
             let kept: Vec<Candidate> = kept.collect();
@@ -206,7 +207,7 @@ impl Resolver<'_> {
         Expr { ty, kind: ExprKind::Struct(parts), span }
     }
 
-    /// A call of the function that overloads an operator, if one fits.
+    /// A call of the function that overloads an operator, if one matches.
     pub(super) fn operator_call(&mut self, name: &str, operands: &[&Expr], span: Span) -> Option<Expr> {
         let Some((_, Symbol::Functions(functions))) = self.lookup(name) else { return None };
         let fits = |f: &FunctionSymbol| {
@@ -247,7 +248,7 @@ impl Resolver<'_> {
         if tied.len() > 1 {
             let rank = |c: &Candidate| return_rank(c.ret());
             let top = tied.iter().map(|c| rank(c)).min().unwrap_or(0);
-            // One struct among other types has its place in the order; two have none.
+            // A single struct among other types has its place in the order; several have none.
             let mut structs = tied.iter().filter_map(|c| c.ret().as_struct());
             let struct_tie = structs.next().is_some_and(|first| structs.any(|other| other != first));
             if struct_tie {
@@ -273,7 +274,7 @@ impl Resolver<'_> {
         tied.first().map(|c| (*c).clone())
     }
 
-    /// The error where the candidates want different things of one list.
+    /// The error for candidates that would give one list different types.
     fn ambiguous_list(
         &self,
         name: &str,
@@ -322,7 +323,7 @@ impl Resolver<'_> {
         let mut d =
             Diagnostic::error(errors::NO_OVERLOAD, span, format!("no `{name}` takes ({})", types.join(", ")))
                 .label("no overload fits these arguments");
-        // Those that differ in a type first: among them is the one that was meant, more likely.
+        // Candidates that differ in a type come first, since the intended one is more likely among them.
         let (counted, others): (Vec<&Candidate>, Vec<&Candidate>) =
             candidates.iter().partition(|c| c.takes(given.len()));
         for candidate in counted.iter().chain(&others).take(MOST_CANDIDATES) {

@@ -1,4 +1,4 @@
-//! Places: what may stand left of `=`, be stepped, or be bound to an output.
+//! Places: expressions that may be assigned, stepped, or bound to an output.
 
 use super::Resolver;
 use super::errors;
@@ -12,7 +12,7 @@ use osl_syntax::span::Span;
 use osl_syntax::spelling::closest;
 
 impl Resolver<'_> {
-    /// The place that an expression names, or `None` if it names none. Reports errors inside it.
+    /// The place of an expression, or `None` if it is not one. Reports errors inside it.
     pub(super) fn place(&mut self, id: ExprId) -> Option<Place> {
         let ast = self.ast;
         let span = ast[id].span;
@@ -49,7 +49,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// The variable of a name; reports unknown names and functions.
+    /// The variable with a name; reports unknown names and functions.
     pub(super) fn variable(&mut self, name: &str, span: Span) -> Option<VarId> {
         match self.lookup(name) {
             Some((_, super::Symbol::Var(id))) => return Some(*id),
@@ -73,7 +73,7 @@ impl Resolver<'_> {
     }
 
     fn index(&mut self, id: ExprId) -> Expr {
-        // `op=` and outputs evaluate an index twice, and so everything within it.
+        // `op=` and outputs evaluate an index twice, including everything within it.
         let deepest = self.limits.compiling.index_depth;
         if self.index_depth >= deepest {
             let message = format!("indices within indices, more than {deepest} deep");
@@ -101,7 +101,7 @@ impl Resolver<'_> {
         index
     }
 
-    /// Doubts a constant index that none of `n` elements has.
+    /// Warns about a constant index that none of `n` elements has.
     fn check_range(&mut self, index: &Expr, n: u32) {
         if let ExprKind::Int(at) = index.kind
             && !u32::try_from(at).is_ok_and(|at| at < n)
@@ -185,7 +185,7 @@ impl Resolver<'_> {
         extend(base, Step::Field(0), Type::ERROR, span)
     }
 
-    /// A place that is to be written; reports what may not be.
+    /// A place that is to be written; reports places that must not be written.
     pub(super) fn target(&mut self, id: ExprId, what: &str) -> Option<Place> {
         if !self.is_lvalue(id) {
             let d =
@@ -208,7 +208,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Reports a write to what is read-only: an error for shader parameters, a warning for the rest.
+    /// Reports a write to a read-only variable: an error for shader parameters, a warning for all others.
     pub(super) fn check_writable(&mut self, var: VarId, span: Span, as_output: bool) {
         let v = self.var(var);
         let (name, declared) = (v.name.clone(), v.span);
@@ -229,7 +229,7 @@ impl Resolver<'_> {
             {
                 errors::WRITES_READ_ONLY
             }
-            // The reference is silent about arrays.
+            // The reference does not report arrays.
             VarKind::Formal { output: false } if v.ty.is_array() && self.reports == Reports::AsReference => {
                 return;
             }

@@ -1,4 +1,4 @@
-//! Scores: how well arguments suit a candidate, and why one does not fit.
+//! Scores: how well arguments match a candidate, and why one does not match.
 
 use super::errors::count;
 use super::overload::{Candidate, Given};
@@ -48,8 +48,8 @@ impl Resolver<'_> {
         }
     }
 
-    /// Whether the list makes one of the type, nothing missing and nothing left, as far as its form tells. What is
-    /// inside is not resolved: it will be once, for the type that it becomes.
+    /// Whether the list has exactly the elements of the type, as far as its form tells. The elements are not
+    /// resolved here, but later, for their final type.
     fn completes(&self, ty: Type, id: ExprId) -> bool {
         let ast::ExprKind::InitList(items) = &self.ast[id].kind else { return self.may_become(ty, id) };
         let all = |element: Type| items.iter().all(|item| self.completes(element, *item));
@@ -70,7 +70,7 @@ impl Resolver<'_> {
         }
     }
 
-    /// Whether an element may have the type; what its form does not tell may.
+    /// Whether an element may have the type; an element of unclear form may.
     fn may_become(&self, ty: Type, id: ExprId) -> bool {
         let have = match &self.ast[id].kind {
             ast::ExprKind::Int(_) => Type::INT,
@@ -85,7 +85,7 @@ impl Resolver<'_> {
         self.structs.assignable(ty, have) || (ty == Type::CLOSURE && have.is_number())
     }
 
-    /// How well an argument of type `have` suits a formal of type `want`; `None` if not at all.
+    /// How well an argument of type `have` matches a formal of type `want`; `None` if it does not.
     pub(super) fn score_type(&self, want: Type, have: Type) -> Option<u32> {
         if want == have {
             return Some(100);
@@ -111,7 +111,7 @@ impl Resolver<'_> {
 }
 
 impl Resolver<'_> {
-    /// Why the candidate does not take the arguments; the first reason only.
+    /// Why the candidate does not match the arguments; only the first reason.
     pub(super) fn why_not(&self, candidate: &Candidate, given: &[Given]) -> String {
         match candidate {
             Candidate::User(f) => self.why_not_signature(&f.signature(), given),
@@ -173,7 +173,7 @@ impl Resolver<'_> {
     }
 }
 
-/// What arguments behind the parameters add to the score; `None` where they do not suit.
+/// The contribution to the score of arguments after the parameters; `None` if they do not match.
 fn tail(tail: Tail, rest: &[Given]) -> Option<u32> {
     let ty = |g: &Given| match g {
         Given::Value(v) => v.ty,
@@ -183,8 +183,8 @@ fn tail(tail: Tail, rest: &[Given]) -> Option<u32> {
     tail.takes(&types).then_some(rest.len() as u32)
 }
 
-/// Whether a single point, vector or normal is given where a built-in wants an array of them. The reference takes it, though
-/// what it then reads behind the first element is not defined.
+/// Whether a single point, vector or normal is given where a built-in expects an array of them. The reference
+/// accepts this, although the elements after the first are then undefined.
 fn stands_for_array(wanted: Type, given: &Given) -> bool {
     let is = |base: Base| matches!(base, Base::Point | Base::Vector | Base::Normal);
     wanted.extent == Extent::Unsized
@@ -199,7 +199,7 @@ fn wrong_count(takes: &str, wanted: usize, given: usize) -> String {
     }
 }
 
-/// The order in which return types win a tie that nothing else decides.
+/// The precedence of return types if nothing else decides a tie.
 pub(super) fn return_rank(ty: Type) -> u32 {
     match ty.base {
         Base::Float => 0,

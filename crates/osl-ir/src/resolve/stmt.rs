@@ -18,8 +18,8 @@ impl Resolver<'_> {
         out
     }
 
-    /// The statement as the body of an `if` or loop: no scope of its own, so that a lone declaration stays
-    /// visible behind it, as the language has it.
+    /// The statement as the body of an `if` or loop: it has no scope of its own, so that a lone declaration
+    /// stays visible after it, as in the language.
     fn body(&mut self, id: StmtId) -> Vec<Stmt> {
         self.stmts(&[id])
     }
@@ -79,7 +79,7 @@ impl Resolver<'_> {
 
     fn local(&mut self, ty: &ast::TypeSpec, var: &ast::Declarator, out: &mut Vec<Stmt>) {
         let ty = self.declared_type(ty, var.array.as_ref(), false);
-        // The initialiser sees the outer variable of the name, so it goes first.
+        // The initialiser sees the outer variable of this name, so it is resolved first.
         let outer = self.declaring.replace(var.name.text.clone());
         let init = var.init.map(|e| self.local_init(ty, e));
         self.declaring = outer;

@@ -1,10 +1,11 @@
-//! Words of other languages, and how OSL says the same: GLSL, HLSL, the RenderMan Shading Language, C and Python.
+//! Words of other languages, with their equivalents in OSL: GLSL, HLSL, the RenderMan Shading Language, C and
+//! Python.
 //!
-//! A newcomer writes `lerp` or `vec3`; the nearest name of OSL by letters is the wrong answer (`fract` is not `refract`). This
-//! table is asked first. It must not know where a word stands: `resolve` says whether it looks for a function,
-//! a value, a type or a member.
+//! A newcomer writes `lerp` or `vec3`, for which the OSL name with the most similar spelling is the wrong
+//! suggestion (`fract` is not `refract`). So this table is searched first. It must not know the context of a
+//! word: `resolve` states whether it needs a function, a value, a type or a member.
 
-/// What is looked for.
+/// The kind of name that is needed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
     /// Something to call.
@@ -15,14 +16,14 @@ pub(crate) enum Wanted {
     Type,
 }
 
-/// How OSL says it.
+/// The OSL equivalent of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Word {
     /// A sentence.
     pub(crate) advice: &'static str,
-    /// The word to write in its place, where only the word differs.
+    /// The replacement, if only the word differs.
     pub(crate) instead: Option<&'static str>,
-    /// What to write behind the arguments of a call, where that and the word are all that differ.
+    /// The text to insert after the arguments of a call, if that and the word are the only differences.
     pub(crate) behind: Option<&'static str>,
 }
 
@@ -38,7 +39,7 @@ const fn said(advice: &'static str) -> Word {
     Word { advice, instead: None, behind: None }
 }
 
-/// How OSL says a word of another language.
+/// The OSL equivalent of a word in another language.
 pub(crate) fn word(wanted: Wanted, name: &str) -> Option<Word> {
     match wanted {
         Wanted::Function => function(name),
@@ -214,7 +215,7 @@ mod tests {
     use super::*;
     use crate::builtins;
 
-    /// Words of the table that are functions or types of OSL would never be asked for.
+    /// The table must not contain functions or types of OSL, which would never be looked up.
     #[test]
     fn no_word_is_one_of_osl_and_every_replacement_is() {
         for name in builtins::names() {

@@ -1,25 +1,27 @@
-//! Text of a format string and values: the conversions of C's `printf`, where one conversion prints a whole
-//! triple, matrix or array, its numbers separated by blanks. Printed text follows the reference's library where that
-//! differs from C: a precision does not switch zero padding off, and zeros fill on whichever side there is room.
+//! Formats values by a format string with the conversions of C's `printf`, where one conversion prints a
+//! whole triple, matrix or array, its numbers separated by blanks. Printed text follows the reference's
+//! library where that differs from C: a precision does not switch zero padding off, and zeros fill on
+//! whichever side has room.
 
 use crate::ir::Const;
 
 /// The two ways in which the language formats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flavour {
-    /// `printf`, `error`, `warning`, `fprintf`: strings are aligned to the left, `%%` is a percent sign. With the flag `0`
-    /// ints have no precision, and text of any kind is filled with zeros; a `.` without digits is no precision.
+    /// `printf`, `error`, `warning`, `fprintf`: strings are aligned to the left, and `%%` is a percent sign.
+    /// With the flag `0`, ints have no precision, and all text is padded with zeros; a `.` without digits is
+    /// not a precision.
     Print,
     /// `format`: strings are aligned to the right unless flagged, `%%` stays, and infinity is `Inf`.
     Format,
 }
 
-/// What one conversion prints: a value, or the elements of an array.
+/// The value of one conversion, or the elements of an array.
 #[derive(Clone, Debug)]
 pub enum Value {
     /// Numbers and strings.
     Consts(Vec<Const>),
-    /// Text that is ready, such as a closure's.
+    /// Finished text, such as that of a closure.
     Ready(String),
 }
 
@@ -46,7 +48,7 @@ pub fn format(text: &str, values: &[Value], flavour: Flavour, most: u64) -> Stri
             Some(Value::Consts(consts)) => {
                 let mut first = true;
                 for value in consts {
-                    // The rest is cut off anyway.
+                    // The rest will be cut off.
                     if out.len() > most {
                         break;
                     }
@@ -122,7 +124,7 @@ impl Spec {
         spec
     }
 
-    /// Prints a value, each number after a blank but for the first.
+    /// Prints a value, each number except the first preceded by a blank.
     fn value(&self, value: &Const, flavour: Flavour, first: &mut bool, out: &mut String) {
         let mut separate = |out: &mut String| {
             if !std::mem::take(first) {
@@ -171,7 +173,7 @@ impl Spec {
             b'o' => (if negative { "-" } else { "" }, format!("{:o}", n.unsigned_abs())),
             _ => (self.sign(negative), n.unsigned_abs().to_string()),
         };
-        // Zeros fill the width and leave no room for a precision; or a precision switches them off.
+        // Zeros fill the width and leave no room for a precision; otherwise a precision switches them off.
         let fills = self.zero && !self.left;
         let precision = self.precision.filter(|_| !(print && fills));
         let zeros = precision.unwrap_or(0).saturating_sub(digits.len());

@@ -1,8 +1,8 @@
-//! The hash of strings: FarmHash's `Hash64` in its portable form, the empty string 0.
+//! The hash of strings: FarmHash's `Hash64` in its portable form; 0 for the empty string.
 //!
-//! Source: Geoff Pike, FarmHash (public, "xo"). The crate of that name errs where a long string's length is a multiple
-//! of 64, so it is written out here. Words are read little-endian; behind the end there are zeros, which no
-//! length reads.
+//! Source: Geoff Pike, FarmHash (public, "xo"). The crate of that name is wrong if a long string's length is
+//! a multiple of 64, so the hash is implemented here. Words are read little-endian; the text is followed by
+//! zeros, which no length reads.
 
 const K0: u64 = 0xc3a5_c85c_97cb_3127;
 const K1: u64 = 0xb492_b66f_be98_f273;
@@ -126,7 +126,7 @@ impl Bytes<'_> {
         (a.add(z), b.add(ror(a, 44)).add(c))
     }
 
-    /// Blocks of 64 bytes before the last 64, and where those start.
+    /// Blocks of 64 bytes before the last 64 bytes, and the start of the latter.
     fn blocks(&self) -> (std::iter::StepBy<std::ops::Range<usize>>, usize) {
         let n = self.0.len();
         ((0..(n - 1) / 64 * 64).step_by(64), n - 64)
@@ -214,7 +214,7 @@ impl Bytes<'_> {
     }
 }
 
-/// What a string of 97 to 256 bytes is mixed in.
+/// The state into which a string of 97 to 256 bytes is mixed.
 struct Long {
     x: u64,
     y: u64,

@@ -1,8 +1,8 @@
-//! Strings: the functions of the language that take or yield them, one point at a time.
+//! Strings: the functions of the language on strings, one point at a time.
 //!
-//! Folding and running share them. Strings are UTF-8 here, offsets count bytes; a cut inside a character leaves
-//! a replacement mark. Sources: OSL language specification, chapters on strings and on printing. It must not
-//! know lanes, files or terminals.
+//! Folding and running share them. Strings are UTF-8 here, and offsets count bytes; a cut inside a character
+//! leaves a replacement character. Sources: OSL language specification, chapters on strings and on printing.
+//! This module must not know lanes, files or terminals.
 
 mod format;
 mod hash;
@@ -49,7 +49,7 @@ impl TextFn {
         }
     }
 
-    /// The name that IR text shows.
+    /// The name in the text of the IR.
     pub fn text(self) -> &'static str {
         match self {
             TextFn::Concat => "concat",
@@ -114,8 +114,8 @@ fn substring(s: &str, start: i32, len: i32) -> Arc<str> {
     String::from_utf8_lossy(bytes).into()
 }
 
-/// The pieces of a string between separators, at most `most`, the last with the unsplit rest. An empty separator
-/// stands for runs of white space, which are dropped at both ends.
+/// The pieces of a string between separators, at most `most`; the last piece has the unsplit rest. An empty
+/// separator stands for runs of white space, which are dropped at both ends.
 pub fn split<'a>(s: &'a str, separator: &str, most: usize) -> Vec<&'a str> {
     if s.is_empty() || most == 0 {
         return Vec::new();

@@ -41,7 +41,7 @@ fn sign(s: &str) -> (bool, &str) {
     }
 }
 
-/// Bytes of the decimal number at the start.
+/// Length in bytes of the decimal number at the start.
 fn decimal(s: &str) -> usize {
     let bytes = s.as_bytes();
     let digits = |from: usize| bytes.iter().skip(from).take_while(|b| b.is_ascii_digit()).count();
@@ -82,12 +82,12 @@ fn hexadecimal(s: &str) -> f32 {
             _ => break,
         }
     }
-    // Two exact factors: a power that double precision cannot hold may still yield a number that it can.
+    // Two exact factors: a power beyond double precision may still give a representable number.
     let half = exponent / 2;
     (value * power_of_two(half) * power_of_two(exponent - half)) as f32
 }
 
-/// Two to a power, which is held to the range of double precision. The library of the system need not be exact.
+/// Two to a power, which is clamped to the range of double precision. The system's library need not be exact.
 fn power_of_two(exponent: i32) -> f64 {
     f64::from_bits(((exponent.clamp(-1022, 1023) + 1023) as u64) << 52)
 }
@@ -108,7 +108,7 @@ mod tests {
         );
         assert!(float("-nan").is_nan());
         assert_eq!(float("0x1p-1"), 0.5);
-        // The smallest number of all, and powers beyond single and double precision.
+        // The smallest number, and powers beyond single and double precision.
         assert_eq!(float("0x1p-149").to_bits(), 1);
         assert_eq!(["0x1p-151", "0x1p-9999", "0x1p9999"].map(float), [0.0, 0.0, f32::INFINITY]);
         assert_eq!(float("0x100000000000000000000000000000000000000000p-160"), 16.0);

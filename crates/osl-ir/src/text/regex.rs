@@ -1,9 +1,9 @@
-//! Regular expressions of `regex_search` and `regex_match`.
+//! Regular expressions for `regex_search` and `regex_match`.
 //!
-//! The reference takes the ECMAScript grammar; here it is that of the `fancy-regex` crate, which agrees on what
-//! shaders use (classes, groups, repetition, anchors, look-around, back-references) and bounds how long a match may
-//! take: one that would backtrack without end counts as none. What a search may take is known before it runs, see
-//! [`Pattern::cost`].
+//! The reference uses the ECMAScript grammar; here it is that of the `fancy-regex` crate, which agrees on
+//! everything that shaders use (classes, groups, repetition, anchors, look-around, back-references) and
+//! bounds the cost of a match: one that would backtrack endlessly counts as no match. The cost of a search is
+//! known before it runs, see [`Pattern::cost`].
 
 use fancy_regex::{Regex, RegexBuilder};
 use osl_limits::Running;
@@ -11,18 +11,19 @@ use std::cell::RefCell;
 
 /// Sizes of compiled patterns, as shares of the largest: a pattern is of the first that it fits.
 const SHARES: [usize; 3] = [64, 8, 1];
-/// Bytes of a compiled pattern that count for a place in it.
+/// Bytes of a compiled pattern that count as one position in it.
 const PLACE: u64 = 256;
-/// Bytes of a string that a place meets in one of the steps that the caller counts.
+/// Bytes of a string that a position processes in one counted step.
 const BYTES_A_STEP: u64 = 16;
-/// Steps of a search whatever it searches.
+/// Steps of any search, whatever it searches.
 const SEARCH: u64 = 10;
 
-/// Begin and end of each group of the first match, the whole first; `None` for a group that took no part.
+/// Start and end of each group of the first match, the whole match first; `None` for a group that did not
+/// take part.
 pub type Groups = Vec<Option<(usize, usize)>>;
 
 thread_local! {
-    /// The pattern that this thread used last: a shader asks for the same one at every point.
+    /// The last pattern of this thread: a shader uses the same one at every point.
     static LAST: RefCell<Last> = const { RefCell::new(Last { text: String::new(), limits: (0, 0), compiled: None }) };
 }
 
@@ -37,7 +38,7 @@ struct Last {
 #[derive(Debug)]
 pub struct Pattern {
     regex: Regex,
-    /// Bytes that it may have.
+    /// Its maximum size in bytes.
     size: usize,
     /// Times that a search may go back and try again.
     retries: u64,
@@ -79,7 +80,7 @@ impl Pattern {
         })
     }
 
-    /// Steps that it takes to compile a pattern, about, as the caller counts them.
+    /// The approximate cost of compiling a pattern, in counted steps.
     pub fn making(pattern: &str) -> u64 {
         // A repeated part is compiled as often as it is repeated.
         let repeats = if pattern.contains('{') { 20 } else { 1 };
@@ -87,14 +88,15 @@ impl Pattern {
         (500 + 40 * pattern.len() as u64 + 1000 * classes) * repeats
     }
 
-    /// Steps that a search of so many bytes may take, as the caller counts them: every place of the pattern meets every byte.
+    /// The maximum cost of a search in a number of bytes, in counted steps: every position of the pattern
+    /// meets every byte.
     pub fn cost(&self, bytes: usize) -> u64 {
         let (places, bytes) = (self.size as u64 / PLACE, bytes as u64);
         let once = SEARCH.saturating_add(places.saturating_mul(bytes).div_ceil(BYTES_A_STEP));
         once.saturating_add(self.retries.saturating_mul(1 + bytes / 64))
     }
 
-    /// Where it is first found.
+    /// Its first match.
     pub fn find(&self, s: &str) -> Option<Groups> {
         let found = self.regex.captures(s).ok()??;
         Some(found.iter().map(|group| group.map(|g| (g.start(), g.end()))).collect())
@@ -106,7 +108,7 @@ impl Pattern {
     }
 }
 
-/// Whether a search for a pattern may go back and try again: it looks around or back, or has what is like that.
+/// Whether a search for a pattern may backtrack: it has look-around, back-references, or the like.
 fn retries(pattern: &str) -> bool {
     let pairs = |pair: &[u8]| match pair {
         [b'\\', next] => next.is_ascii_digit() || b"kgKGzZ".contains(next),

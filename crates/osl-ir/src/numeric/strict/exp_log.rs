@@ -1,7 +1,7 @@
 //! Exponentials and logarithms: exponent bits by integer arithmetic, the rest by a polynomial.
 //!
-//! Arguments are clamped, so that results are always finite and, for the exponentials, never zero. It knows
-//! nothing of powers.
+//! Arguments are clamped, so that results are always finite and, for the exponentials, never zero. This
+//! module must not know powers.
 
 use super::{bits, clamp, crush, horner};
 use crate::numeric::rounding::{exponent_bits, pick, trunc};
@@ -36,7 +36,7 @@ pub fn exp(x: f32) -> f32 {
     exp2(x * LOG2E)
 }
 
-/// 10^x; saturates as [`exp2`] does. No built-in of the language.
+/// 10^x; saturates as [`exp2`] does. Not a built-in of the language.
 #[inline(always)]
 pub fn exp10(x: f32) -> f32 {
     exp2(x * LOG2_10)
@@ -75,7 +75,7 @@ pub fn log10(x: f32) -> f32 {
     log2(x) * LOG10_2
 }
 
-/// log(1 + x); two terms of the series near zero. No built-in of the language.
+/// log(1 + x); two terms of the series near zero. Not a built-in of the language.
 #[inline(always)]
 pub fn log1p(x: f32) -> f32 {
     let y = crush(x, 1.0);
@@ -83,7 +83,7 @@ pub fn log1p(x: f32) -> f32 {
     pick(x.abs() < bits(0x3c23_d70a), series, log(x + 1.0))
 }
 
-/// The exponent of |x| held to the normal floats: -126 for 0, 127 for infinity; 128 for NaN.
+/// The exponent of |x| clamped to the normal floats: -126 for 0, 127 for infinity; 128 for NaN.
 #[inline(always)]
 pub fn logb(x: f32) -> f32 {
     let x = x.abs();

@@ -5,7 +5,7 @@ use crate::numeric::rounding::pick;
 
 const SINH: [f32; 3] = [bits(0x3955_da35), bits(0x3c08_7a25), bits(0x3e2a_aad8)];
 
-/// Hyperbolic sine; a polynomial up to 1, bounded by the clamp of exp beyond. NaN stays NaN.
+/// Hyperbolic sine; a polynomial up to 1, beyond that bounded by the clamp of exp. NaN stays NaN.
 #[inline(always)]
 pub fn sinh(x: f32) -> f32 {
     let magnitude = x.abs();

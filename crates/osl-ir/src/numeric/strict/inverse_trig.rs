@@ -1,13 +1,13 @@
 //! Arc functions: a cubic times a square root for asin and acos, a rational function for atan and atan2.
 //!
-//! It knows nothing of the forward functions.
+//! This module must not know the forward functions.
 
 use super::{PI, PI_2, bits, crush, horner};
 use crate::numeric::rounding::pick;
 
 const ACOS: [f32; 4] = [bits(0xbcb1_485d), bits(0x3d9f_b43b), bits(0xbe5a_6b93), PI_2];
 
-/// The two factors of acos(|x|): √(1 - m) and the cubic, m being |x| held to 1.
+/// The two factors of acos(|x|): √(1 - m) and the cubic, where m is |x| clamped to 1.
 #[inline(always)]
 fn acos_factors(x: f32) -> (f32, f32) {
     let magnitude = x.abs();
@@ -50,7 +50,7 @@ pub fn atan(x: f32) -> f32 {
     pick(steep, PI_2 - r, r).copysign(x)
 }
 
-/// The angle of the vector (x, y) in -π..=π. The origin gives ±0, or ±π where x is -0.
+/// The angle of the vector (x, y) in -π..=π. The origin gives ±0, or ±π if x is -0.
 #[inline(always)]
 pub fn atan2(y: f32, x: f32) -> f32 {
     let a = x.abs();
@@ -60,6 +60,6 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     let k = pick(b == 0.0, 0.0, pick(a == b, 1.0, ratio));
     let r = atan_kernel(k);
     let r = pick(steep, PI_2 - r, r);
-    // The sign bit, not a comparison: -0 lies on the left.
+    // The sign bit, not a comparison: -0 is on the left.
     pick(x.is_sign_negative(), PI - r, r).copysign(y)
 }

@@ -1,18 +1,19 @@
 //! Powers, the cube root and the remainder.
 //!
-//! `pow` is the reference's, special cases and all; `pow_accurate` is what a good mathematical library returns, for
-//! the few places where the reference calls one.
+//! `pow` is the reference's, with all its special cases; `pow_accurate` gives the results of a good
+//! mathematical library, for the few places where the reference calls one.
 
 use super::{bits, exp2, log2};
 use crate::numeric::rounding::{SIGNED_WHOLE_64, is_odd, pick, trunc, trunc32_as_float};
 
 const THIRD: f32 = bits(0x3eaa_aaab);
 
-/// From here on every `f32` is an even whole number.
+/// All `f32` from here on are even whole numbers.
 const ALWAYS_EVEN: f32 = 16_777_216.0;
 
-/// x^y. In this order: y = 0 gives 1, x = 0 gives 0, y = 1 gives x, y = 2 gives x·x held to the largest float;
-/// a negative x with a y that is no whole number gives 0; the rest is ±2^(y·log2|x|), never 0 and never infinite.
+/// x^y. In this order: y = 0 gives 1, x = 0 gives 0, y = 1 gives x, y = 2 gives x·x clamped to the largest
+/// float; a negative x with a y that is not whole gives 0; all else is ±2^(y·log2|x|), never 0 and never
+/// infinite.
 #[inline(always)]
 pub fn pow(x: f32, y: f32) -> f32 {
     let magnitude = exp2(y * log2(x.abs()));
@@ -24,7 +25,7 @@ pub fn pow(x: f32, y: f32) -> f32 {
     let square = x * x;
     let square = pick(square > f32::MAX, f32::MAX, square);
 
-    // The first test that holds decides: it stands last.
+    // The first test that holds takes precedence, so it comes last.
     let r = pick(x < 0.0, of_negative, magnitude);
     let r = pick(y == 2.0, square, r);
     let r = pick(y == 1.0, x, r);
@@ -42,8 +43,8 @@ pub fn cbrt(x: f32) -> f32 {
     pick(magnitude == 0.0, 0.0, a).copysign(x)
 }
 
-/// a less the truncated quotient times b, for a divisor that varies; 0 where b is 0. Where the quotient leaves the
-/// range of an `i32` the result is the reference's garbage, not a remainder.
+/// a minus the truncated quotient times b, for a varying divisor; 0 if b is 0. If the quotient is outside the
+/// range of an `i32`, the result is the reference's arbitrary number, not a remainder.
 #[inline(always)]
 pub fn fmod(a: f32, b: f32) -> f32 {
     // The sum with 0 makes -0 a 0, as an integer would.
@@ -84,11 +85,11 @@ const EXP: [f64; 14] = [
 ];
 
 /// x^y for normal x > 0 and a result in the normal range, within 0.501 units in the last place: logarithm and
-/// exponential run in binary64, and the one rounding to `f32` comes last. Outside that domain the value is
-/// unspecified, but the same everywhere.
+/// exponential are computed in binary64, and the only rounding to `f32` comes last. Outside that domain the
+/// value is unspecified, but the same on every machine.
 #[inline(always)]
 pub fn pow_accurate(x: f32, y: f32) -> f32 {
-    // The mantissa is brought to √½..√2, where artanh's series needs fewest terms.
+    // The mantissa is scaled to √½..√2, where the series of artanh needs the fewest terms.
     let word = x.to_bits();
     let offset = word.wrapping_sub(0x3f35_04f3);
     let exponent = (offset as i32) >> 23;

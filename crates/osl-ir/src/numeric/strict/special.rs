@@ -55,7 +55,7 @@ pub fn erfc(x: f32) -> f32 {
     1.0 - erf(x)
 }
 
-/// Inverse of the error function; the argument is held below 1. No built-in of the language.
+/// Inverse of the error function; the argument is clamped below 1. Not a built-in of the language.
 #[inline(always)]
 pub fn ierf(x: f32) -> f32 {
     let below_one = bits(0x3f7f_ffff);

@@ -1,7 +1,7 @@
 //! Sine, cosine, tangent: reduction by multiples of π in four steps, then a polynomial.
 //!
-//! The reduction keeps about 1e-7 absolute up to some thousands of turns; beyond 2^31 half-turns the result
-//! saturates. It knows nothing of the inverse functions.
+//! The reduction has an absolute error of about 1e-7 up to some thousands of turns; beyond 2^31 half-turns
+//! the result saturates. This module must not know the inverse functions.
 
 use super::{PI_2, PI_4, bits, clamp, crush, horner};
 use crate::numeric::rounding::{is_odd, nearest32_as_float, pick};
@@ -26,7 +26,7 @@ const TAN: [f32; 6] = [
     bits(0x3eaa_aa79),
 ];
 
-/// `x` less the nearest multiple of a period, and whether that multiple is odd.
+/// `x` minus the nearest multiple of a period, and whether that multiple is odd.
 #[inline(always)]
 fn reduce(x: f32, per_period: f32, minus_period: [f32; 4]) -> (f32, bool) {
     let turns = nearest32_as_float(x * per_period);
@@ -71,7 +71,7 @@ pub fn cos(x: f32) -> f32 {
     cos_reduced(rest, odd)
 }
 
-/// Exactly (`sin(x)`, `cos(x)`), with one reduction.
+/// `sin(x)` and `cos(x)`, bit for bit, with one reduction.
 #[inline(always)]
 pub fn sincos(x: f32) -> (f32, f32) {
     let (rest, odd) = reduce_by_pi(x);
@@ -88,7 +88,7 @@ pub fn tan(x: f32) -> f32 {
     pick(odd, -1.0 / p, p)
 }
 
-/// Approximate sin(πx) from a parabola. Only noise code uses it; no built-in does.
+/// Approximate sin(πx) from a parabola. Used only by noise, not by a built-in.
 #[inline(always)]
 pub fn sinpi(x: f32) -> f32 {
     // 1.5 · 2^24: the sum rounds to an even whole number.

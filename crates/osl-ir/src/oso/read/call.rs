@@ -1,5 +1,5 @@
-//! Operations that are functions of the library: found in the one table by name and by the types of what they
-//! take and yield.
+//! Operations that are library functions: found in the one table by name and by the types of their arguments
+//! and results.
 
 use super::{Builder, Result};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature};
@@ -10,7 +10,7 @@ use crate::types::{Base, Extent, StructTable, Type};
 use osl_syntax::span::Span;
 
 impl Builder<'_, '_> {
-    /// The call of a function, its result stored in the first argument where there is a result.
+    /// The call of a function. Its result, if any, is stored in the first argument.
     pub(super) fn library(&mut self, at: usize, values: Vec<Expr>, span: Span) -> Result<Expr> {
         let file = self.file;
         let Some(op) = file.ops.get(at) else { return Err(errors::jump(Span::default(), "no operation")) };
@@ -25,7 +25,7 @@ impl Builder<'_, '_> {
         let scored = row.signatures().iter().enumerate();
         let scored =
             scored.filter_map(|(index, s)| Some((score(&self.structs, s, result, &args)?, index, s)));
-        // Of equals the first, as everywhere.
+        // Of several equal candidates, the first one counts, as everywhere.
         let best = scored.min_by_key(|(score, ..)| std::cmp::Reverse(*score));
         let Some((_, overload, signature)) = best else {
             return Err(self.no_form(row.name, &args, op.span));
@@ -43,11 +43,11 @@ impl Builder<'_, '_> {
         errors::operation(op, format!("no `{name}` takes ({})", types.join(", ")))
     }
 
-    /// A component of a closure of any name. Which of its arguments are keywords is known of those of the table; of others
-    /// the file does not tell, so that all are taken for parameters.
+    /// A component of a closure with any name. The table tells which arguments of its closures are keywords;
+    /// for other closures the file does not tell, so all arguments count as parameters.
     fn closure(&mut self, at: usize, values: Vec<Expr>, op: Span, span: Span) -> Result<Expr> {
         let mut values = values.into_iter();
-        // Before the name there may be a weight; it would have to be multiplied in.
+        // The name may be preceded by a weight, which would have to be multiplied in.
         let Some(ExprKind::Str(name)) = values.nth(1).map(|e| e.kind) else {
             return Err(errors::operation(op, "the name of a closure is a constant string"));
         };
@@ -71,13 +71,13 @@ impl Builder<'_, '_> {
         self.store(to, Expr { ty: Type::CLOSURE, kind: ExprKind::Operation(call), span }, op)
     }
 
-    /// The row of an operation's name.
+    /// The row with an operation's name.
     fn row(&self, name: &str, op: Span) -> Result<&'static Builtin> {
         builtins::of_operation(name)
             .ok_or_else(|| errors::operation(op, format!("there is no operation `{name}`")))
     }
 
-    /// The arguments converted, the outputs with their places.
+    /// The converted arguments, and the outputs with their places.
     fn bound(
         &self,
         row: &'static Builtin,
@@ -107,7 +107,7 @@ impl Builder<'_, '_> {
         BuiltinCall { row, overload, args, outputs }
     }
 
-    /// Where an output is stored; nowhere if it is no variable of the type.
+    /// The place of an output; `None` if it is not a variable of the type.
     fn output(&self, wanted: ParamType, value: &Expr) -> Option<Place> {
         let ExprKind::Read(place) = &value.kind else { return None };
         match wanted {
@@ -117,7 +117,7 @@ impl Builder<'_, '_> {
     }
 }
 
-/// How well a signature suits a result and arguments; `None` if not at all.
+/// How well a signature matches a result and arguments; `None` if it does not.
 fn score(structs: &StructTable, signature: &Signature, result: Option<Type>, args: &[Expr]) -> Option<u32> {
     let (fixed, rest) = args.split_at_checked(signature.params.len())?;
     let mut total = match result {
@@ -134,7 +134,7 @@ fn score(structs: &StructTable, signature: &Signature, result: Option<Type>, arg
     signature.tail.takes(&rest).then_some(total)
 }
 
-/// How well a value of type `have` suits one of type `want`.
+/// How well a value of type `have` matches one of type `want`.
 fn suits(structs: &StructTable, want: Type, have: Type) -> Option<u32> {
     if want == have {
         return Some(100);

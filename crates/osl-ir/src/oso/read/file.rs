@@ -1,4 +1,4 @@
-//! The lines of a file: the shader's, the symbols, and the operations of each section.
+//! The lines of a file: the shader line, the symbols, and the operations of each section.
 
 use super::lex::{self, Kind, Token};
 use crate::hir::MetaValue;
@@ -21,7 +21,7 @@ pub(super) struct File<'a> {
     pub(super) symbols: Vec<Symbol<'a>>,
     pub(super) sections: Vec<Section<'a>>,
     pub(super) ops: Vec<Op<'a>>,
-    /// Lines of sources that comments quote: file, line and text.
+    /// Source lines quoted in comments: file, line and text.
     pub(super) quoted: Vec<(&'a str, u32, &'a str)>,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct Shader<'a> {
     pub(super) metadata: Vec<Metadatum>,
 }
 
-/// What a symbol is.
+/// The class of a symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
     Param,
@@ -58,7 +58,7 @@ pub(super) struct Symbol<'a> {
     pub(super) name: &'a str,
     pub(super) values: Vec<Token<'a>>,
     pub(super) metadata: Vec<Metadatum>,
-    /// The struct that it is a field of, and which.
+    /// The struct that contains it as a field, and the field's index.
     pub(super) parent: Option<(&'a str, u32)>,
     pub(super) span: Span,
 }
@@ -83,7 +83,7 @@ pub(super) struct Op<'a> {
     pub(super) place: Option<(&'a str, u32)>,
 }
 
-/// Reads all lines. What is wrong is reported; the rest is kept.
+/// Reads all lines. Errors are reported, and all valid lines are kept.
 pub(super) fn parse<'a>(source: &'a str, limits: &Limits, errors: &mut Vec<Diagnostic>) -> File<'a> {
     let Reading { oso_lines: most, diagnostics: most_errors, .. } = limits.reading;
     let mut reader = Reader { most, file: File::default(), place: (None, None), header: false };
@@ -135,7 +135,7 @@ struct Reader<'a> {
     /// Symbols, and operations, at most.
     most: u64,
     file: File<'a>,
-    /// File and line of the source that the next operation belongs to.
+    /// File and line of the source for the next operation.
     place: (Option<&'a str>, Option<u32>),
     header: bool,
 }
@@ -254,7 +254,7 @@ fn shader<'a>(kind: &str, rest: &[Token<'a>], span: Span) -> Result<Shader<'a>, 
     Ok(Shader { kind, name, metadata: metadata(rest)? })
 }
 
-/// The line of a symbol behind its class: type, name, values, hints.
+/// The line of a symbol after its class: type, name, values, hints.
 fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>, Wrong> {
     let missing = || errors::syntax(span, "a symbol has a type and a name");
     let (first, mut rest) = rest.split_first().ok_or_else(missing)?;
@@ -270,7 +270,7 @@ fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>
                 SymbolType::Plain(closure(of).ok_or_else(|| unknown_type(second.span, of))?)
             }
         }
-        // The language lets a variable be declared so, and says no more of it.
+        // The language permits this declaration of a variable, without further meaning.
         "void" if class == Class::Local => SymbolType::Plain(Type::VOID),
         _ => SymbolType::Plain(Type::parse(word).ok_or_else(|| unknown_type(first.span, word))?),
     };
@@ -293,7 +293,7 @@ fn symbol<'a>(class: Class, rest: &[Token<'a>], span: Span) -> Result<Symbol<'a>
     Ok(Symbol { class, ty, name, values, metadata: metadata(rest)?, parent, span })
 }
 
-/// `color` or `color[3]` behind `closure`.
+/// `color` or `color[3]` after `closure`.
 fn closure(word: &str) -> Option<Type> {
     let ty = Type::parse(word).filter(|ty| ty.base == Base::Color)?;
     Some(Type { base: Base::Closure, ..ty })
@@ -332,7 +332,7 @@ fn meta_value(ty: &str, values: &[&Token<'_>]) -> Option<MetaValue> {
             _ => Some(MetaValue::Texts(texts.collect::<Option<_>>()?)),
         };
     }
-    // The reference takes `int connectable = 0.5` and writes it so: an int need not be whole here.
+    // The reference accepts and writes `int connectable = 0.5`: an int need not be whole here.
     let number = |word: &str| {
         let whole = if ty.base == Base::Int { word.parse::<i32>().ok().map(f64::from) } else { None };
         whole.or_else(|| word.parse::<f32>().ok().map(f64::from))

@@ -1,4 +1,4 @@
-//! Structured operations: branches, loops and functions that were put in the place of their calls.
+//! Structured operations: branches, loops and inlined functions.
 
 use super::{Builder, Result};
 use crate::hir::{Expr, ExprKind, Function, FunctionId, Stmt, StmtKind};
@@ -8,11 +8,11 @@ use osl_syntax::span::Span;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// What is around a block.
+/// The surroundings of a block.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Around {
     depth: u64,
-    /// Whether a loop is, within the function.
+    /// Whether it is in a loop of the function.
     in_loop: bool,
 }
 
@@ -76,7 +76,7 @@ impl Builder<'_, '_> {
         Ok(list)
     }
 
-    /// The condition is evaluated before each round, whatever operations it takes.
+    /// The condition is evaluated before each iteration, whatever operations it needs.
     fn loop_(&mut self, parts: [usize; 4], at: usize, around: Around) -> Result<StmtKind> {
         let [test, body, iter, end] = parts;
         let cond = self.condition(at)?;
@@ -90,7 +90,7 @@ impl Builder<'_, '_> {
         Ok(StmtKind::Loop { cond, test_first, iter, body: rounds })
     }
 
-    /// Statements and then a value as one expression.
+    /// Statements followed by a value, as one expression.
     fn evaluated(&mut self, before: Vec<Stmt>, value: Option<Expr>, span: Span) -> Expr {
         let ty = value.as_ref().map_or(Type::VOID, |v| v.ty);
         let straight = before.iter().all(|s| matches!(s.kind, StmtKind::Expr(_)));
@@ -113,7 +113,7 @@ impl Builder<'_, '_> {
         Expr { ty: ret, kind: ExprKind::Call(id, Vec::new()), span }
     }
 
-    /// The name of the function that an operation stands for.
+    /// The name of the inlined function.
     fn called(&mut self, at: usize) -> Arc<str> {
         let name = self.file.ops.get(at).and_then(|op| op.args.first().copied());
         match name.and_then(|arg| self.operand(arg, arg.1).ok()).map(|e| e.kind) {
@@ -122,7 +122,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// The value that decides.
+    /// The value of the condition.
     fn condition(&mut self, at: usize) -> Result<Expr> {
         let Some(op) = self.file.ops.get(at) else {
             return Err(errors::jump(Span::default(), "no operation"));
@@ -138,8 +138,8 @@ impl Builder<'_, '_> {
         Ok(cond)
     }
 
-    /// The numbers of the operations at which the parts of an operation end, checked: each behind the one before, none
-    /// behind the end of the block.
+    /// The indices of the operations at which the parts of an operation end, checked: each is after the
+    /// previous one, and none is after the end of the block.
     fn jumps<const N: usize>(&self, at: usize, end: usize) -> Result<[usize; N]> {
         let Some(op) = self.file.ops.get(at) else {
             return Err(errors::jump(Span::default(), "no operation"));

@@ -10,12 +10,12 @@ pub(super) struct Token<'a> {
     pub(super) span: Span,
 }
 
-/// What a part is, with its text.
+/// The kind of a part, with its text.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Kind<'a> {
     /// Anything without blanks.
     Word(&'a str),
-    /// The inside of a string literal, escapes as written.
+    /// The contents of a string literal, with escapes as written.
     Text(&'a str),
     /// `%name{inside}`, or `%name` where the inside is `None`.
     Hint(&'a str, Option<&'a str>),
@@ -41,7 +41,7 @@ impl<'a> Token<'a> {
     }
 }
 
-/// Splits a line, or the inside of a hint, of which the first byte lies at `base`. Within hints a comma ends a word.
+/// Splits a line, or the inside of a hint, whose first byte is at `base`. In hints, a comma ends a word.
 pub(super) fn tokens<'a>(line: &'a str, base: u32, in_hint: bool) -> Result<Vec<Token<'a>>, Wrong> {
     let mut list = Vec::new();
     let mut at = 0;
@@ -84,7 +84,7 @@ fn hint(text: &str) -> Option<(Kind<'_>, usize)> {
     Some((Kind::Hint(name, text.get(name_end + 1..end)), end + 1))
 }
 
-/// Where the closing byte stands, strings skipped.
+/// The position of the closing byte, skipping strings.
 fn closing(text: &str, from: usize, close: u8) -> Option<usize> {
     let mut quoted = false;
     let mut escaped = false;

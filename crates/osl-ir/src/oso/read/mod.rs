@@ -1,9 +1,9 @@
 //! Reading: from the text of a compiled shader to the resolved tree.
 //!
-//! `lex` splits lines, `file` knows which lines there are, `symbols` makes variables of the table, `flow` makes
-//! statements of structured operations, `ops` and `call` make expressions of single ones. Variables keep their
-//! names; functions that compilers have put in place become functions without formals, so that their `return`
-//! leaves what it should.
+//! `lex` splits lines, `file` knows the kinds of lines, `symbols` makes variables from the table, `flow`
+//! makes statements from structured operations, and `ops` and `call` make expressions from single ones.
+//! Variables keep their names. Functions that compilers have inlined become functions without formals, so
+//! that their `return` leaves the right code.
 
 mod call;
 mod file;
@@ -26,15 +26,15 @@ use symbols::Symbols;
 /// A compiled shader that was read, with or without errors.
 #[derive(Debug)]
 pub struct Read {
-    /// The file itself, then the sources that it names, as far as it quotes them.
+    /// The file itself, followed by the sources that it names, as far as it quotes them.
     pub sources: SourceMap,
-    /// The program; only if there is no error.
+    /// The program, if there is no error.
     pub program: Option<Program>,
-    /// What is wrong.
+    /// The diagnostics.
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Reads a compiled shader. `name` is what diagnostics call the file.
+/// Reads a compiled shader. `name` is the file name in diagnostics.
 pub fn read(name: &str, text: &str, limits: &Limits) -> Read {
     let mut sources = SourceMap::default();
     let mut diagnostics = Vec::new();
@@ -52,10 +52,10 @@ pub fn read(name: &str, text: &str, limits: &Limits) -> Read {
     Read { sources, program, diagnostics }
 }
 
-/// What the parts of reading share.
+/// The state shared by the steps of reading.
 struct Builder<'f, 'a> {
     file: &'f File<'a>,
-    /// Where each operation stands in its source.
+    /// The location of each operation in its source.
     spans: &'f [Span],
     structs: StructTable,
     vars: Vec<Var>,
@@ -66,7 +66,7 @@ struct Builder<'f, 'a> {
 
 type Result<T> = std::result::Result<T, errors::Wrong>;
 
-/// Makes the program of a file. The first thing that is wrong ends it: what follows from it would be wrong too.
+/// Makes the program of a file. It ends at the first error, since later errors could be consequences of it.
 fn build<'a>(file: &File<'a>, spans: &[Span], limits: &Limits) -> Result<Program> {
     let mut b = Builder {
         file,

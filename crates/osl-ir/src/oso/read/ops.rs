@@ -1,4 +1,4 @@
-//! Single operations: operators, parts of variables, constructors. Whatever is none of these is a built-in function.
+//! Single operations: operators, parts of variables, constructors. All others are built-in functions.
 
 use super::{Builder, Result};
 use crate::builtins;
@@ -10,7 +10,7 @@ use osl_syntax::ast::{BinaryOp, UnaryOp};
 use osl_syntax::span::Span;
 
 impl Builder<'_, '_> {
-    /// The expression of an operation, its result stored.
+    /// The expression of an operation, including the storing of its result.
     pub(super) fn op(&mut self, at: usize) -> Result<Expr> {
         let file = self.file;
         let Some(op) = file.ops.get(at) else { return Err(errors::jump(Span::default(), "no operation")) };
@@ -38,7 +38,7 @@ impl Builder<'_, '_> {
         }
     }
 
-    /// Where the first argument lies.
+    /// The place of the first argument.
     pub(super) fn target(&mut self, at: usize, span: Span) -> Result<Place> {
         let op = self.file.ops.get(at);
         match op.and_then(|op| op.args.first().copied()) {
@@ -86,7 +86,7 @@ fn value(name: &str, args: &[Expr], span: Span) -> Option<Expr> {
     }
 }
 
-/// Whether an operation yields a value without being a function of the library.
+/// Whether an operation returns a value without being a library function.
 fn is_value(name: &str) -> bool {
     let others = [
         "assign",
@@ -102,7 +102,7 @@ fn is_value(name: &str) -> bool {
         "normal",
         "matrix",
     ];
-    // Compilers write `mod` for the operator only, and put the function of the name in place.
+    // Compilers write `mod` only for the operator, and inline the function with this name.
     others.contains(&name) || text::OPERATORS.iter().any(|(n, _)| *n == name)
 }
 
@@ -146,7 +146,7 @@ fn binary(op: BinaryOp, a: Expr, b: Expr, span: Span) -> Option<Expr> {
     Some(Expr { ty, kind: ExprKind::Binary(op, Box::new(a), Box::new(b)), span })
 }
 
-/// A closure beside 0: whether there is one.
+/// A closure compared with 0: whether there is one.
 fn has_closure(op: BinaryOp, a: Expr, b: Expr, span: Span) -> Option<Expr> {
     let closure = if a.ty == Type::CLOSURE { a } else { b };
     let not = |e: Expr| Expr { ty: Type::INT, kind: ExprKind::Unary(UnaryOp::Not, Box::new(e)), span };

@@ -1,7 +1,8 @@
-//! Where operations come from: the lines of the sources that hints name, as files of a source map.
+//! The locations of operations: the source lines named by hints, as files of a source map.
 //!
-//! A compiled shader knows file and line of its operations and quotes some of the lines. Those become files with
-//! the quoted lines and empty ones between, so that messages name the source as they would if it were run.
+//! A compiled shader contains the file and line of its operations and quotes some of the lines. These become
+//! files with the quoted lines and empty lines in between, so that messages refer to the source as if it were
+//! run.
 
 use super::file::File;
 use osl_syntax::source::SourceMap;
@@ -10,8 +11,8 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The span of each operation, in the source where that is known. Sources have `most` lines together; what lies behind them
-/// keeps its place in the compiled shader.
+/// The span of each operation, in the source if that is known. Sources have at most `most` lines in total;
+/// later lines keep their location in the compiled shader.
 pub(super) fn places(file: &File<'_>, sources: &mut SourceMap, most: u64) -> Vec<Span> {
     let mut last: FxHashMap<&str, u32> = FxHashMap::default();
     let mut order: Vec<&str> = Vec::new();
@@ -43,7 +44,7 @@ pub(super) fn places(file: &File<'_>, sources: &mut SourceMap, most: u64) -> Vec
     file.ops.iter().map(|op| place(op).unwrap_or(op.span)).collect()
 }
 
-/// Adds a file of so many lines; the span of each.
+/// Adds a file with a number of lines. Returns the span of each.
 fn add(sources: &mut SourceMap, name: &str, count: u32, quoted: Option<&BTreeMap<u32, &str>>) -> Vec<Span> {
     let mut text = String::new();
     let mut lines = Vec::new();

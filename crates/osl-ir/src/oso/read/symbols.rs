@@ -1,4 +1,4 @@
-//! The table of symbols: variables, structs put together from their fields, constants, defaults of parameters.
+//! The table of symbols: variables, structs composed of their fields, constants, defaults of parameters.
 
 use super::file::{Class, Section, Symbol, SymbolType};
 use super::lex::{Kind, Token};
@@ -10,14 +10,14 @@ use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
-/// What a name stands for.
+/// The meaning of a name.
 #[derive(Clone, Debug)]
 pub(super) enum Meaning {
     /// A variable, or a field of one.
     Place { var: VarId, path: Vec<u32>, ty: Type },
     /// A constant.
     Literal(Type, ExprKind),
-    /// A constant array: a variable that is set first wherever it is used.
+    /// A constant array: a variable that is set before it is used.
     Table { var: VarId, init: Init },
 }
 
@@ -25,12 +25,12 @@ pub(super) enum Meaning {
 #[derive(Debug, Default)]
 pub(super) struct Symbols<'a> {
     meanings: FxHashMap<&'a str, Meaning>,
-    /// Constant arrays that the current section uses.
+    /// Constant arrays used by the current section.
     tables: Vec<(VarId, Init)>,
     used: FxHashSet<VarId>,
     /// Elements of constant arrays in all sections so far.
     elements: u64,
-    /// A parameter that is being computed, and the variable that stands for it meanwhile.
+    /// A parameter whose default is being computed, and the variable that stands for it meanwhile.
     stands_for: Option<(VarId, VarId)>,
 }
 
@@ -54,7 +54,7 @@ pub(super) fn globals() -> Vec<Var> {
 }
 
 impl<'a> Builder<'_, 'a> {
-    /// Makes variables of all symbols. Yields the parameters in order, without their defaults.
+    /// Makes variables of all symbols. Returns the parameters in order, without their defaults.
     pub(super) fn declare(&mut self) -> Result<Vec<Declared>> {
         let file = self.file;
         let mut fields: FxHashMap<&'a str, Vec<usize>> = FxHashMap::default();
@@ -76,7 +76,7 @@ impl<'a> Builder<'_, 'a> {
                 (Class::Global, SymbolType::Plain(_)) => self.global(symbol)?,
                 (Class::Const, SymbolType::Plain(ty)) => self.constant(symbol, ty)?,
                 (Class::Local, SymbolType::Plain(ty)) => self.local(symbol, ty)?,
-                // Only the fields of a local struct are variables.
+                // For a local struct, only the fields are variables.
                 (Class::Local, SymbolType::Struct(_)) => {}
                 (Class::Param | Class::Output, ty) => {
                     let of_struct = symbol.parent.is_some_and(|(parent, _)| {
@@ -156,7 +156,7 @@ impl<'a> Builder<'_, 'a> {
         Ok(Declared { symbol: index, param })
     }
 
-    /// Declares the struct that a symbol's fields make; its type and default.
+    /// Declares the struct made by a symbol's fields. Returns its type and default.
     fn structure(
         &mut self,
         name: &str,
@@ -198,7 +198,7 @@ impl<'a> Builder<'_, 'a> {
         Ok((Type::one(Base::Struct(id)), Init::List(inits)))
     }
 
-    /// Has a name, and those of its fields, stand for a variable and its parts.
+    /// Binds a name, and the names of its fields, to a variable and its parts.
     fn bind(
         &mut self,
         name: &'a str,
@@ -220,7 +220,7 @@ impl<'a> Builder<'_, 'a> {
         self.symbols.meanings.insert(name, Meaning::Place { var, path, ty });
     }
 
-    /// Gives the parameters their defaults: those in the table, or what code computes.
+    /// Gives the parameters their defaults: from the table, or computed by code.
     pub(super) fn defaults(&mut self, declared: Vec<Declared>) -> Result<Vec<Param>> {
         let file = self.file;
         let mut sections: FxHashMap<&'a str, Vec<&Section<'a>>> = FxHashMap::default();
@@ -243,7 +243,7 @@ impl<'a> Builder<'_, 'a> {
         Ok(params)
     }
 
-    /// A default that code computes, as the call of a function that yields it.
+    /// A default computed by code, as the call of a function that returns it.
     fn computed(&mut self, param: &Param, sections: &[&Section<'a>]) -> Result<Init> {
         let Some(var) = self.vars.get(param.var.0 as usize).cloned() else {
             return Ok(Init::List(Vec::new()));
@@ -262,9 +262,10 @@ impl<'a> Builder<'_, 'a> {
         Ok(Init::Value(self.call_of(var.name, body, var.ty, var.span)))
     }
 
-    /// The statements of a section, constant arrays set first.
+    /// The statements of a section, preceded by the assignments of constant arrays.
     pub(super) fn section(&mut self, section: &Section<'a>) -> Result<Vec<Stmt>> {
-        // Anew, for clearing a set takes the time of the most that it ever held, and there may be many sections.
+        // A new set each time, because clearing one takes time proportional to its largest size, and there
+        // may be many sections.
         self.symbols.tables = Vec::new();
         self.symbols.used = FxHashSet::default();
         let body = self.block(section.start..section.end, super::flow::Around::default())?;
@@ -274,7 +275,7 @@ impl<'a> Builder<'_, 'a> {
         Ok(all)
     }
 
-    /// The place that a name stands for, with a span.
+    /// The place of a name, with a span.
     pub(super) fn place(&mut self, (name, at): (&str, Span), span: Span) -> Result<Place> {
         match self.operand((name, at), span)?.kind {
             ExprKind::Read(place) => Ok(place),
@@ -282,7 +283,7 @@ impl<'a> Builder<'_, 'a> {
         }
     }
 
-    /// The value that a name stands for, with a span.
+    /// The value of a name, with a span.
     pub(super) fn operand(&mut self, (name, at): (&str, Span), span: Span) -> Result<Expr> {
         let Some(meaning) = self.symbols.meanings.get(name) else {
             return Err(errors::symbol(at, format!("`{name}` is not declared")));
@@ -311,7 +312,7 @@ impl<'a> Builder<'_, 'a> {
     }
 }
 
-/// An array without a length has that of its values.
+/// An array without a length has the length of its values.
 fn sized(ty: Type, values: &[Token<'_>]) -> Type {
     match ty.extent {
         Extent::Unsized => {
@@ -322,7 +323,7 @@ fn sized(ty: Type, values: &[Token<'_>]) -> Type {
     }
 }
 
-/// Numbers or strings that one element takes.
+/// Number of numbers or strings for one element.
 fn words(base: Base) -> usize {
     match base {
         Base::Matrix => 16,
@@ -331,7 +332,7 @@ fn words(base: Base) -> usize {
     }
 }
 
-/// The value that the table gives to a symbol; what it leaves out is zero, empty or null.
+/// The value of a symbol in the table; missing parts are zero, empty or null.
 fn literal(ty: Type, values: &[Token<'_>], span: Span) -> Result<Init> {
     let each = words(ty.base);
     let count = match ty.extent {

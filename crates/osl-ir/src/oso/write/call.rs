@@ -1,4 +1,4 @@
-//! Calls: functions are put in place, built-ins are operations of their name.
+//! Calls: functions are inlined, built-ins are operations with their name.
 
 use super::place::Spot;
 use super::stmt::ends;
@@ -9,7 +9,7 @@ use crate::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, OperationCa
 use crate::types::{Extent, Type};
 
 impl Writer<'_> {
-    /// Puts a function in the place of its call.
+    /// Inlines a function at its call.
     pub(super) fn call(&mut self, id: FunctionId, args: &[Arg]) -> Val {
         let program = self.program;
         let Some(function) = program.functions.get(id.0 as usize) else { return Val::Void };
@@ -66,8 +66,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Storage for an argument that is copied in. The value of an expression that is an array lies in a variable: the formal
-    /// stands for that, whatever its length.
+    /// Storage for an argument that is copied in. An expression that is an array is stored in a variable; the
+    /// formal is an alias for that, whatever its length.
     fn argument(&mut self, ty: Type, name: &str, value: &Init) -> Storage {
         if let Init::Value(e) = value
             && ty.is_array()
@@ -138,14 +138,15 @@ impl Writer<'_> {
         Val::One(to)
     }
 
-    /// Whether the table says of an argument that it is an output.
+    /// Whether the table marks an argument as an output.
     fn reads_output(&self, call: &BuiltinCall, index: usize) -> Option<bool> {
         let signature = call.row.signatures().get(call.overload)?;
         signature.params.get(index).map(|p| p.output)
     }
 
-    /// An argument that is only read. Arrays are passed as they lie; for a struct, or an array of them, stands the first
-    /// part: functions that take any type ask only how many elements it has, and how it is connected.
+    /// An argument that is only read. Arrays are passed directly. A struct, or an array of structs, is
+    /// represented by its first part, because functions that take any type only use the number of elements
+    /// and the connection.
     fn passed(&mut self, e: &Expr) -> Sym {
         if !e.ty.is_array() && e.ty.as_struct().is_none() {
             return self.operand(e);
@@ -166,7 +167,7 @@ impl Writer<'_> {
         }
     }
 
-    /// An output argument: the variable, or a temporary that is stored to a part of one behind the call.
+    /// An output argument: the variable, or a temporary that is stored to a part of one after the call.
     fn output(&mut self, place: &Place, spots: &mut Vec<(Spot, Sym)>) -> Sym {
         let Some(spot) = self.spot(place, true) else { return self.table.int(0) };
         let value = self.read(&spot);
@@ -177,7 +178,7 @@ impl Writer<'_> {
         value
     }
 
-    /// The operation itself, or the few that stand for a function that the format has no operation for.
+    /// The operation itself, or the few operations for a function that the format does not have.
     fn operation(
         &mut self,
         call: &BuiltinCall,
@@ -191,7 +192,8 @@ impl Writer<'_> {
             self.emit(name, args, access);
             return None;
         }
-        // What takes several operations must not write a variable that the later ones read.
+        // If there are several operations, the earlier ones must not write a variable that the later ones
+        // read.
         let to = match to {
             Some(to) if !args.contains(&to) => to,
             _ => self.table.temp(ty),

@@ -1,8 +1,9 @@
-//! Functions of the library that renderers have no operation for: written as the few that they are.
+//! Library functions for which renderers have no operation, written as the few operations that they consist
+//! of.
 //!
-//! Each keeps to the formula by which its operation computes here, product by product and sum by sum. Those with long
-//! formulas (`rotate`, `fresnel`, `smooth_linearstep` …) stay operations of their own name, which only this
-//! workspace reads.
+//! Each follows the formula by which its lane operation computes, product by product and sum by sum.
+//! Functions with long formulas (`rotate`, `fresnel`, `smooth_linearstep` …) stay operations with their own
+//! name, which only this project reads.
 
 use super::Writer;
 use super::table::Sym;
@@ -14,7 +15,7 @@ impl Writer<'_> {
     pub(super) fn composed(&mut self, function: Composed, ty: Type, to: Sym, args: &[Sym]) -> bool {
         use Composed as C;
         match (function, args) {
-            // The operation `mod` is the operator `%`, which yields 0 where the divisor is 0.
+            // The operation `mod` is the operator `%`, which returns 0 if the divisor is 0.
             (C::Mod, [a, b]) => {
                 let quotient = self.emit_value("div", ty, &[*a, *b]);
                 let whole = match ty.base {
@@ -24,7 +25,7 @@ impl Writer<'_> {
                 let product = self.emit_value("mul", ty, &[*b, whole]);
                 self.emit_to("sub", to, &[*a, product]);
             }
-            // x (1 - t) + y t; of other types it is an operation.
+            // x (1 - t) + y t; for other types there is an operation.
             (C::Mix, [x, y, t]) if ty == Type::CLOSURE => {
                 let one = self.table.float(1.0);
                 let t_ty = self.table.ty(*t);
@@ -100,7 +101,7 @@ impl Writer<'_> {
         self.emit_to("sub", to, &[i, back]);
     }
 
-    /// i eta - n (eta c + sqrt(k)) with c = i·n and k = 1 - eta² (1 - c²); 0 where k is negative
+    /// i eta - n (eta c + sqrt(k)) with c = i·n and k = 1 - eta² (1 - c²); 0 if k is negative
     fn refract(&mut self, to: Sym, i: Sym, n: Sym, eta: Sym) {
         let float = Type::FLOAT;
         let (one, zero) = (self.table.float(1.0), self.table.float(0.0));
@@ -123,7 +124,7 @@ impl Writer<'_> {
         self.part_ends(branch);
     }
 
-    /// -n where i·reference is positive, else n
+    /// -n if i·reference is positive, else n
     fn faceforward(&mut self, to: Sym, n: Sym, i: Sym, reference: Sym) {
         let facing = self.emit_value("dot", Type::FLOAT, &[i, reference]);
         let zero = self.table.float(0.0);
@@ -136,7 +137,8 @@ impl Writer<'_> {
         self.part_ends(branch);
     }
 
-    /// A ramp about the edge as wide as both widths together; those that are not given are measured.
+    /// A ramp around the edge that is as wide as both widths together; widths that are not given are
+    /// measured.
     fn aastep(&mut self, to: Sym, edge: Sym, s: Sym, widths: &[Sym]) {
         let float = Type::FLOAT;
         let (first, second) = match widths {

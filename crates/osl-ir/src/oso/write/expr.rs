@@ -1,7 +1,7 @@
 //! Expressions.
 //!
-//! Operands are evaluated left to right, but a plain variable is named, not copied: a later operand that changes it
-//! shows through, as everywhere in the language.
+//! Operands are evaluated left to right, but a plain variable is named, not copied: a change by a later
+//! operand is visible, as everywhere in the language.
 
 use super::constant::{self, constant};
 use super::place::{Spot, is_pure};
@@ -44,13 +44,14 @@ impl Writer<'_> {
         }
     }
 
-    /// Evaluates an expression that has one value. What comes of it may be a variable: the next operation uses it.
+    /// Evaluates an expression that has one value. The result may be a variable, so the next operation must
+    /// use it at once.
     pub(super) fn value(&mut self, e: &Expr) -> Sym {
         let val = self.eval(e);
         self.one(val)
     }
 
-    /// The only value of what yields one; a constant elsewhere.
+    /// The only value of an expression that has one; otherwise a constant.
     pub(super) fn one(&mut self, val: Val) -> Sym {
         match val {
             Val::One(sym) => sym,
@@ -66,7 +67,7 @@ impl Writer<'_> {
         }
     }
 
-    /// An operand beside others: a variable stays one only where the language refers to it.
+    /// An operand among others: a variable stays a variable only where the language refers to it.
     pub(super) fn operand(&mut self, e: &Expr) -> Sym {
         let refers = match &e.kind {
             ExprKind::Read(place)
@@ -81,7 +82,8 @@ impl Writer<'_> {
     /// Evaluates an expression into a symbol of its type.
     pub(super) fn value_into(&mut self, e: &Expr, to: Sym) {
         self.span = e.span;
-        // What evaluates further operands after it has begun to write must not write what they read.
+        // An operation that evaluates further operands after it has begun to write must not write what they
+        // read.
         let direct = self.table.ty(to) == e.ty
             && constant(e).is_none()
             && match &e.kind {
@@ -164,7 +166,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Cells of a matrix: each has the value of its turn.
+    /// Cells of a matrix: each has the value at the time of its evaluation.
     pub(super) fn cells(&mut self, cells: &[Expr]) -> Vec<Sym> {
         let pure = cells.iter().all(is_pure);
         let mut syms = Vec::new();
@@ -189,7 +191,7 @@ impl Writer<'_> {
         to
     }
 
-    /// What a value is compared with for its truth.
+    /// The value that is compared with another for its truth.
     pub(super) fn zero_beside(&mut self, value: Sym) -> Sym {
         match self.table.ty(value).base {
             Base::String => self.table.text("".into()),
@@ -284,7 +286,7 @@ impl Writer<'_> {
         if prefix { new } else { before }
     }
 
-    /// A value one up or down: each component, each of all sixteen cells.
+    /// A value incremented or decremented by one: each component, or each of all sixteen cells.
     fn next(&mut self, old: Sym, increment: bool, to: Option<Sym>) -> Sym {
         let ty = self.table.ty(old);
         let name = if increment { "add" } else { "sub" };

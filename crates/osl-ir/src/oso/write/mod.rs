@@ -1,8 +1,9 @@
 //! Writing: from the resolved tree to the text of a compiled shader.
 //!
-//! Functions are put in the place of their calls and structs become their fields, as in lowering, and in the same
-//! order: what comes of the text computes the same bits. `composed` spells out functions that renderers have no operation for, `table` holds symbols and operations, `stmt`, `expr`, `place`, `call`
-//! write operations, `params` the defaults, `usage` finds who reads and writes what, `print` lays the text out.
+//! Functions are inlined and structs become their fields, as in lowering and in the same order, so that the
+//! text computes the same bits. `composed` writes functions for which renderers have no operation, `table`
+//! holds symbols and operations, `stmt`, `expr`, `place` and `call` write operations, `params` writes the
+//! defaults, `usage` finds which operations read and write a symbol, and `print` formats the text.
 
 mod call;
 mod composed;
@@ -27,10 +28,10 @@ use std::borrow::Cow;
 use std::rc::Rc;
 use table::{Op, Sym, Table};
 
-/// Writes a program. `sources` tells its files and lines.
+/// Writes a program. `sources` contains its files and lines.
 ///
 /// # Errors
-/// The program is too large once its functions are put in place.
+/// The program is too large after its functions are inlined.
 pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let mut writer = Writer {
         program,
@@ -45,7 +46,7 @@ pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<
         full: None,
     };
     for index in 0..crate::hir::GLOBALS.len() {
-        // Symbols of globals come with their first use.
+        // Symbols of globals are added on first use.
         if let Some(var) = writer.vars.get_mut(index) {
             *var = Some(Storage::Global(index));
         }
@@ -62,13 +63,13 @@ pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<
     Ok(print::print(&writer, sources))
 }
 
-/// Where a variable lies: one symbol for each part that is no struct.
+/// The storage of a variable: one symbol for each part that is not a struct.
 #[derive(Clone, Debug)]
 enum Storage {
-    /// A global that no operation has named yet.
+    /// A global that no operation has used so far.
     Global(usize),
     Leaf(Sym),
-    /// Shared: each use of a variable asks for its storage, and a struct may have very many parts.
+    /// Shared, since each use of a variable needs its storage, and a struct may have very many parts.
     Struct(Rc<[Storage]>),
 }
 
@@ -77,7 +78,7 @@ enum Storage {
 enum Val {
     /// A scalar, triple, matrix, string or closure.
     One(Sym),
-    /// A struct or array, where it lies; `None` is no element, else that of each part.
+    /// A struct or array, in its storage; `Some` is the index of an element, applied to each part.
     Stored(Storage, Option<Sym>),
     /// No value.
     Void,
@@ -89,14 +90,14 @@ struct Writer<'a> {
     table: Table,
     ops: Vec<Op>,
     vars: Vec<Option<Storage>>,
-    /// Where the values of the functions around go.
+    /// The destinations of the return values of the surrounding functions.
     returns: Vec<Option<(Storage, Type)>>,
-    /// Names of the codes and where each starts.
+    /// Names of the sections and the start of each.
     sections: Vec<(String, usize)>,
     span: Span,
-    /// Loops around, in all functions.
+    /// Number of surrounding loops, in all functions.
     loops: u32,
-    /// Where the limit was passed.
+    /// Where the limit was exceeded.
     full: Option<Span>,
 }
 
@@ -137,7 +138,7 @@ impl Writer<'_> {
         self.emit_to("assign", to, &[from]);
     }
 
-    /// Says at which operation the next part of an operation starts, or the last one ends: here.
+    /// Records that the next part of an operation starts, or the last one ends, here.
     fn part_ends(&mut self, op: usize) {
         let here = self.ops.len();
         if let Some(op) = self.ops.get_mut(op) {
@@ -164,7 +165,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The symbol of a part that is no struct.
+    /// The symbol of a part that is not a struct.
     fn leaf(&mut self, storage: &Storage) -> Option<Sym> {
         match storage {
             Storage::Leaf(sym) => Some(*sym),

@@ -1,4 +1,4 @@
-//! Parameters: symbols with the defaults that are constants, and code for those that are not.
+//! Parameters: symbols with constant defaults, and code for the other defaults.
 
 use super::constant::{constant, zero};
 use super::place::Spot;
@@ -33,7 +33,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The symbols of a parameter, those of a struct's fields behind its own.
+    /// The symbols of a parameter; those of a struct's fields follow its own.
     fn declare(&mut self, class: Class, ty: Type, named: Named, param: &Param) -> Storage {
         let Named { name, parent, metadata } = named;
         let sym = self.table.add(class, ty, name.clone());
@@ -55,7 +55,7 @@ impl Writer<'_> {
         Storage::Struct(fields.iter().enumerate().map(field).collect())
     }
 
-    /// The default: values of the symbols, or code that is named after the first of them that it sets.
+    /// The default: values of the symbols, or a section of code named after the first symbol that it sets.
     fn default(&mut self, storage: &Storage, ty: Type, init: &Init) {
         match (storage, init) {
             (Storage::Struct(parts), Init::List(items)) => {
@@ -105,7 +105,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Gives a symbol its constant value, elements that are left out zero; `false` if it is no constant.
+    /// Gives a symbol its constant value, with missing elements zero; `false` if it is not a constant.
     fn constants(&mut self, sym: Sym, ty: Type, init: &Init) -> bool {
         let values: Option<Vec<Value>> = match (init, ty.extent) {
             (Init::Value(e), Extent::One) if ty == Type::CLOSURE => {

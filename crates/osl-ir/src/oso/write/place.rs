@@ -33,7 +33,7 @@ impl Spot {
 }
 
 impl Writer<'_> {
-    /// Evaluates the indices of a place. With `hold` they keep their values, whatever follows.
+    /// Evaluates the indices of a place. With `hold`, they keep their values whatever follows.
     pub(super) fn spot(&mut self, place: &Place, hold: bool) -> Option<Spot> {
         let mut spot = Spot::whole(self.storage(place.var)?);
         for (at, step) in place.path.iter().enumerate() {
@@ -60,7 +60,7 @@ impl Writer<'_> {
         if hold { self.settled(value) } else { value }
     }
 
-    /// The value where later operations do not change it.
+    /// The value in a form that later operations do not change.
     pub(super) fn settled(&mut self, value: Sym) -> Sym {
         if !self.table.is_variable(value) {
             return value;
@@ -121,7 +121,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Copies part by part; arrays whole where both have the same length, else element by element.
+    /// Copies part by part; arrays as a whole if both have the same length, else element by element.
     pub(super) fn copy(
         &mut self,
         to: &Storage,
@@ -172,7 +172,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The constant that a variable starts with; a closure takes an int.
+    /// The initial constant of a variable; a closure takes an int.
     fn zero(&mut self, base: Base) -> Sym {
         match constant::zero(base) {
             values if values.is_empty() => self.table.int(0),
@@ -244,7 +244,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Where a variable lies. One that was never declared on this path gets storage of its own.
+    /// The storage of a variable. One that was never declared on this path gets new storage.
     pub(super) fn storage(&mut self, var: VarId) -> Option<Storage> {
         if let Some(Some(storage)) = self.vars.get(var.0 as usize) {
             return Some(storage.clone());
@@ -272,7 +272,7 @@ impl Writer<'_> {
             let program = self.program;
             let mut parts = Vec::new();
             for (at, field) in program.structs.get(id).fields.iter().enumerate() {
-                // Nothing more is written, so that nobody misses the parts that are left out.
+                // Nothing more is written, so the missing parts are never used.
                 if !self.has_room() {
                     break;
                 }
@@ -292,7 +292,7 @@ impl Writer<'_> {
     }
 }
 
-/// The length of an array; an open one is bound to its argument, which has its own.
+/// The length of an array; an open one is an alias for its argument, which has its own length.
 fn length(ty: Type) -> Option<u32> {
     match ty.extent {
         Extent::Array(n) => Some(n),
@@ -301,7 +301,7 @@ fn length(ty: Type) -> Option<u32> {
     }
 }
 
-/// Whether a list leaves no scalar part as it was, so that none has to be zero first.
+/// Whether a list sets every scalar part, so that none has to be set to zero first.
 fn fills(writer: &Writer<'_>, ty: Type, items: &[Init]) -> bool {
     match (ty.extent, ty.base) {
         (Extent::One, Base::Struct(id)) => {

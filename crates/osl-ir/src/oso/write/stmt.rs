@@ -6,12 +6,12 @@ use crate::hir::{Expr, ExprKind, Init, Stmt, StmtKind};
 use crate::types::Type;
 
 impl Writer<'_> {
-    /// The statements of a shader or function. A `return` at the very end goes without saying.
+    /// The statements of a shader or function. A `return` at the very end is omitted.
     pub(super) fn body(&mut self, list: &[Stmt]) {
         self.stmts(list);
         let last_returns = matches!(list.last().map(|s| &s.kind), Some(StmtKind::Return(_)));
         if last_returns && self.ops.last().is_some_and(|op| op.name == "return") {
-            // No jump leads behind it.
+            // No jump leads past it.
             self.ops.pop();
         }
     }
@@ -35,7 +35,7 @@ impl Writer<'_> {
                 let storage = self.allocate(decl.ty, &decl.name);
                 match init {
                     Some(init) => self.store_init(&storage, decl.ty, init),
-                    // A symbol is zero to start with; only a loop comes to it again.
+                    // A symbol is zero at first; only a loop reaches the declaration again.
                     None if self.loops > 0 => self.store_zero(&storage),
                     None => {}
                 }
@@ -68,12 +68,12 @@ impl Writer<'_> {
         }
     }
 
-    /// An expression of which only the effect counts.
+    /// An expression that is evaluated only for its effect.
     fn effect(&mut self, e: &Expr) {
         self.span = e.span;
         match &e.kind {
             ExprKind::Comma(list) => list.iter().for_each(|item| self.effect(item)),
-            // The value before the step is nobody's.
+            // The old value is not used.
             ExprKind::Step { increment, place, .. } => {
                 let kind = ExprKind::Step { prefix: true, increment: *increment, place: place.clone() };
                 self.eval(&Expr { kind, ..e.clone() });
@@ -96,7 +96,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The condition is an int of its own: operations before each round compute it.
+    /// The condition is a separate int, computed by operations before each iteration.
     fn loop_(&mut self, cond: Option<&Expr>, test_first: bool, iter: Option<&Expr>, body: &[Stmt]) {
         let test = self.table.temp(Type::INT);
         let name = match (test_first, iter) {

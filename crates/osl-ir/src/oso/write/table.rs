@@ -1,4 +1,4 @@
-//! The symbols of a compiled shader that is being written, and its operations.
+//! The symbols and operations of a compiled shader that is being written.
 
 use crate::hir::{GLOBALS, MetaValue};
 use crate::oso::text;
@@ -12,7 +12,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Sym(pub(super) u32);
 
-/// What a symbol is.
+/// The class of a symbol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Class {
     Param { output: bool },
@@ -38,11 +38,11 @@ pub(super) struct Symbol {
     pub(super) name: String,
     pub(super) values: Vec<Value>,
     pub(super) metadata: Vec<(String, Arc<str>, MetaValue)>,
-    /// An array that takes the length of its value.
+    /// An array with the length of its value.
     pub(super) open: bool,
     /// Whether code computes its default.
     pub(super) computed: bool,
-    /// The struct that it is a field of, and which.
+    /// The struct that contains it as a field, and the field's index.
     pub(super) parent: Option<(String, usize)>,
     pub(super) derivs: bool,
 }
@@ -67,7 +67,7 @@ enum Key {
     Text(Arc<str>),
 }
 
-/// All symbols, in the order in which they came.
+/// All symbols, in the order in which they were added.
 #[derive(Debug, Default)]
 pub(super) struct Table {
     pub(super) symbols: Vec<Symbol>,
@@ -105,12 +105,12 @@ impl Table {
         self.get(sym).map_or(Type::ERROR, |s| s.ty)
     }
 
-    /// Whether later operations may change it: not a constant, not the result of one expression.
+    /// Whether later operations may change it: not for a constant or the result of one expression.
     pub(super) fn is_variable(&self, sym: Sym) -> bool {
         self.get(sym).is_some_and(|s| !matches!(s.class, Class::Const | Class::Temp))
     }
 
-    /// Adds a symbol under a name that is free.
+    /// Adds a symbol with an unused name.
     pub(super) fn add(&mut self, class: Class, ty: Type, name: String) -> Sym {
         self.names.insert(name.clone());
         self.name_bytes += name.len() as u64;
@@ -128,7 +128,7 @@ impl Table {
         Sym(self.symbols.len() as u32 - 1)
     }
 
-    /// A free name for a variable of the source: its own, or with the number of a scope in front.
+    /// An unused name for a variable of the source: its own, or with the number of a scope in front.
     pub(super) fn local_name(&mut self, name: &str) -> String {
         let taken = |t: &Table, name: &str| {
             t.names.contains(name) || t.names.contains(name.split('.').next().unwrap_or(name))
@@ -157,7 +157,7 @@ impl Table {
         self.add(Class::Temp, ty, name)
     }
 
-    /// The symbol of a global, by its index.
+    /// The symbol of a global, by index.
     pub(super) fn global(&mut self, index: usize) -> Sym {
         if let Some(sym) = self.globals.get(&index) {
             return *sym;

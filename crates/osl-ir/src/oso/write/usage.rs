@@ -5,7 +5,7 @@ use crate::builtins::{self, Differentiates};
 use crate::oso::text;
 use std::ops::RangeInclusive;
 
-/// The first and last operation that reads a symbol, and that writes it.
+/// The first and last operation that reads a symbol, and the first and last that writes it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Usage {
     pub(super) read: (i64, i64),
@@ -21,7 +21,7 @@ fn widen(range: &mut (i64, i64), by: (usize, usize)) {
     range.1 = range.1.max(by.1 as i64);
 }
 
-/// The usage of all symbols. What a loop writes counts for all of its rounds, and so does what reads it.
+/// The usage of all symbols. A write or read in a loop counts for all of its iterations.
 pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
     let mut all = vec![Usage::NONE; table.symbols.len()];
     let mut around: Option<RangeInclusive<usize>> = None;
@@ -54,7 +54,7 @@ pub(super) fn usages(table: &Table, ops: &[Op]) -> Vec<Usage> {
     all
 }
 
-/// The arguments of which an operation takes derivatives.
+/// The arguments whose derivatives an operation uses.
 pub(super) fn differentiated(table: &Table, op: &Op) -> Vec<usize> {
     match builtins::of_operation(&op.name).map(|row| row.facts.differentiates) {
         // The first argument of the operation is the result.
@@ -64,7 +64,7 @@ pub(super) fn differentiated(table: &Table, op: &Op) -> Vec<usize> {
     }
 }
 
-/// The coordinates of a noise that may be of the kind that filters itself.
+/// The coordinates of a noise that may be of the filtered kind.
 fn named_noise(table: &Table, op: &Op, filtering: &str) -> Vec<usize> {
     let Some(name) = op.args.get(1).and_then(|sym| table.get(*sym)) else { return Vec::new() };
     let filters = match name.values.first() {
@@ -79,7 +79,8 @@ fn named_noise(table: &Table, op: &Op, filtering: &str) -> Vec<usize> {
     (2..op.args.len()).take_while(is_coordinate).collect()
 }
 
-/// Marks the symbols whose derivatives are needed: what is differentiated, and all that it comes from.
+/// Marks the symbols whose derivatives are needed: differentiated symbols, and everything from which they are
+/// computed.
 pub(super) fn derivatives(table: &mut Table, ops: &[Op]) {
     let mut writers: Vec<Vec<u32>> = vec![Vec::new(); table.symbols.len()];
     for (at, op) in ops.iter().enumerate() {

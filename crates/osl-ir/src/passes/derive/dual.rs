@@ -7,18 +7,18 @@
 use super::Writer;
 use crate::ir::{LaneOp, ValueId};
 
-/// A value and its tangents along x and y.
+/// A value and its derivatives along x and y.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dual {
     pub(super) v: ValueId,
     pub(super) d: [Option<ValueId>; 2],
 }
 
-/// A tangent.
+/// A derivative; `None` is zero.
 pub(super) type Tangent = Option<ValueId>;
 
 impl Writer<'_> {
-    /// A value that does not change.
+    /// A constant.
     pub(super) fn constant_dual(&mut self, x: f32) -> Dual {
         Dual { v: self.float(x), d: [None; 2] }
     }
@@ -43,7 +43,7 @@ impl Writer<'_> {
         a.map(|a| self.lane(LaneOp::FMul, &[a, by]))
     }
 
-    /// The function of value `v` and slope `slope` at `x`.
+    /// The function with value `v` and derivative `slope` at `x`.
     pub(super) fn chain(&mut self, v: ValueId, slope: ValueId, x: Dual) -> Dual {
         Dual { v, d: x.d.map(|d| d.map(|d| self.lane(LaneOp::FMul, &[slope, d]))) }
     }
@@ -73,7 +73,7 @@ impl Writer<'_> {
         Dual { v, d: [tangent(self, 0), tangent(self, 1)] }
     }
 
-    /// A quotient `v` by the language's guarded division.
+    /// A quotient `v` with the language's guarded division.
     pub(super) fn guarded_with(&mut self, v: ValueId, a: Dual, b: Dual) -> Dual {
         let one = self.float(1.0);
         let reciprocal = self.lane(LaneOp::FDiv, &[one, b.v]);
@@ -90,7 +90,7 @@ impl Writer<'_> {
         self.guarded_with(v, a, b)
     }
 
-    /// A quotient of a built-in's inside, without guard.
+    /// A quotient inside a built-in, without guard.
     pub(super) fn plain_quotient(&mut self, a: Dual, b: Dual) -> Dual {
         let one = self.float(1.0);
         let reciprocal = self.lane(LaneOp::FDivBy, &[one, b.v]);
@@ -104,7 +104,7 @@ impl Writer<'_> {
         Dual { v, d: [tangent(self, 0), tangent(self, 1)] }
     }
 
-    /// The square root; zero with zero tangents where the value is not above zero.
+    /// The square root; zero with zero derivatives if the value is not positive.
     pub(super) fn root(&mut self, v: ValueId, x: Dual) -> Dual {
         let half = self.float(0.5);
         let slope = self.lane(LaneOp::FDivBy, &[half, v]);
@@ -112,7 +112,7 @@ impl Writer<'_> {
         self.chain(v, slope, x)
     }
 
-    /// `value` where `x` is above zero, else zero.
+    /// `value` where `x` is positive, else zero.
     pub(super) fn where_positive(&mut self, x: ValueId, value: ValueId) -> ValueId {
         let zero = self.float(0.0);
         let not = self.lane(LaneOp::Step, &[x, zero]);
@@ -124,7 +124,7 @@ impl Writer<'_> {
         self.lane(LaneOp::Select, &[a, b, c])
     }
 
-    /// The tangents of `a`, or those of `b` where `c` is not 0.
+    /// The derivatives of `a`, or those of `b` where `c` is not 0.
     pub(super) fn select_tangents(&mut self, a: [Tangent; 2], b: [Tangent; 2], c: ValueId) -> [Tangent; 2] {
         [0, 1].map(|i| {
             if a[i].is_none() && b[i].is_none() {

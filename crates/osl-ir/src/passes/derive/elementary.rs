@@ -32,7 +32,7 @@ pub(super) fn tanh(w: &mut Writer<'_>, [x]: [Dual; 1], call: Call) -> Dual {
     one_over_square(w, L::Cosh, x, call)
 }
 
-/// A function whose slope is 1 over the square of another.
+/// A function whose derivative is 1 over the square of another.
 fn one_over_square(w: &mut Writer<'_>, of: L, x: Dual, call: Call) -> Dual {
     let root = w.lane(of, &[x.v]);
     let square = w.lane(L::FMul, &[root, root]);
@@ -48,7 +48,7 @@ pub(super) fn acos(w: &mut Writer<'_>, [x]: [Dual; 1], call: Call) -> Dual {
     arc(w, -1.0, x, call)
 }
 
-/// A slope of `sign / √(1 - x²)`, and 0 from -1 down and from 1 up.
+/// A derivative of `sign / √(1 - x²)`, and 0 from -1 down and from 1 up.
 fn arc(w: &mut Writer<'_>, sign: f32, x: Dual, call: Call) -> Dual {
     let minus = w.lane(L::FNeg, &[x.v]);
     let square = w.lane(L::FMul, &[minus, x.v]);
@@ -71,7 +71,7 @@ pub(super) fn atan(w: &mut Writer<'_>, [x]: [Dual; 1], call: Call) -> Dual {
     w.chain(call.result, slope, x)
 }
 
-/// The reference's own rule of `atan2`, whose signs are the opposite of the mathematical derivative's.
+/// The reference's own rule for `atan2`, whose signs are the opposite of the mathematical derivative's.
 pub(super) fn arc_tangent(w: &mut Writer<'_>, [y, x]: [Dual; 2], call: Call) -> Dual {
     let (xx, yy) = (w.lane(L::FMul, &[x.v, x.v]), w.lane(L::FMul, &[y.v, y.v]));
     let squared = w.lane(L::FAdd, &[xx, yy]);
@@ -125,7 +125,7 @@ pub(super) fn log10(w: &mut Writer<'_>, [x]: [Dual; 1], call: Call) -> Dual {
     logarithm(w, Known::Ln10, x, call)
 }
 
-/// The logarithm to a base, by the base's natural logarithm.
+/// The logarithm to a base, with the base's natural logarithm.
 fn logarithm(w: &mut Writer<'_>, base: Known, x: Dual, call: Call) -> Dual {
     let base = w.known(base);
     let scaled = w.lane(L::FMul, &[x.v, base]);
@@ -143,7 +143,7 @@ fn reciprocal(w: &mut Writer<'_>, x: ValueId) -> ValueId {
     w.select(zero, slope, normal)
 }
 
-/// `u` to the `v`, computed as `u^(v-1) * u`, which changes last bits and makes `pow(0, 0)` 0.
+/// `u` to the `v`, computed as `u^(v-1) * u`, which changes the last bits and makes `pow(0, 0)` 0.
 pub(super) fn power(w: &mut Writer<'_>, [u, v]: [Dual; 2], _: Call) -> Dual {
     let one = w.float(1.0);
     let less = w.lane(L::FSub, &[v.v, one]);
@@ -171,7 +171,7 @@ pub(super) fn erfc(w: &mut Writer<'_>, [x]: [Dual; 1], call: Call) -> Dual {
     bell(w, Known::MinusTwoOverRootPi, x, call)
 }
 
-/// A slope of `factor · exp(-x²)`.
+/// A derivative of `factor · exp(-x²)`.
 fn bell(w: &mut Writer<'_>, factor: Known, x: Dual, call: Call) -> Dual {
     let minus = w.lane(L::FNeg, &[x.v]);
     let square = w.lane(L::FMul, &[minus, x.v]);

@@ -21,7 +21,7 @@ use dual::Dual;
 use osl_syntax::span::Span;
 use smallvec::smallvec;
 
-/// Runs the pass. Tells whether there was anything to do.
+/// Runs the pass. Returns whether anything changed.
 pub(super) fn run(body: &mut Body) -> bool {
     let mut demand = Demand {
         wanted: vec![false; body.values.len()],
@@ -53,7 +53,7 @@ pub(super) fn run(body: &mut Body) -> bool {
     demand.any
 }
 
-/// Whether anything asks for tangents.
+/// Whether anything needs derivatives.
 pub(super) fn asks(body: &Body) -> bool {
     body.blocks.iter().flat_map(|block| &block.insts).any(|inst| match &inst.op {
         Op::Derivative(..) => true,
@@ -62,7 +62,7 @@ pub(super) fn asks(body: &Body) -> bool {
     })
 }
 
-/// Arrays for the tangents of an array's elements.
+/// Arrays for the derivatives of an array's elements.
 fn shadow(body: &mut Body, index: usize) -> [SlotId; 2] {
     Axis::BOTH.map(|axis| {
         let slot = body.slots[index].clone();
@@ -72,13 +72,13 @@ fn shadow(body: &mut Body, index: usize) -> [SlotId; 2] {
     })
 }
 
-/// Which values need tangents.
+/// Which values need derivatives.
 struct Demand {
     wanted: Vec<bool>,
-    /// Which arrays need them.
+    /// Which arrays need derivatives.
     slots: Vec<bool>,
     changed: bool,
-    /// Whether anything asks for tangents at all.
+    /// Whether anything needs derivatives.
     any: bool,
 }
 
@@ -150,14 +150,14 @@ impl Demand {
     }
 }
 
-/// Writes tangents. `None` is a tangent of zero.
+/// Writes derivatives. `None` is zero.
 pub(super) struct Writer<'a> {
     body: &'a mut Body,
     wanted: Vec<bool>,
     tangents: Vec<[Option<ValueId>; 2]>,
-    /// The arrays of tangents of an array.
+    /// The arrays of derivatives of an array.
     shadows: Vec<Option<[SlotId; 2]>>,
-    /// Values that the form with derivatives computes in another way.
+    /// Values that the form with derivatives computes differently.
     renaming: Renaming,
     out: Vec<Inst>,
     span: Span,
@@ -198,7 +198,7 @@ impl Writer<'_> {
         Dual { v, d: self.tangents.get(v.index()).copied().unwrap_or_default() }
     }
 
-    /// A tangent of a value like `v`, written out as zeros where it is zero.
+    /// A derivative of a value like `v`, as explicit zeros if it is zero.
     fn or_zero(&mut self, tangent: Option<ValueId>, v: ValueId) -> ValueId {
         let kind = self.body.kind(v);
         tangent.unwrap_or_else(|| self.push(Op::Const(Const::zero(kind)), kind))
@@ -230,7 +230,7 @@ impl Writer<'_> {
         self.body.blocks[id.index()].insts = std::mem::replace(&mut self.out, outer);
     }
 
-    /// Adds the tangents of some values to the end of a block that is written already.
+    /// Adds the derivatives of some values to the end of a block that was already written.
     fn yields(&mut self, block: BlockId, values: &[ValueId], into: &mut Values) {
         let outer = std::mem::take(&mut self.out);
         for v in values {
@@ -284,7 +284,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Writes the tangents of an operation without blocks.
+    /// Writes the derivatives of an operation without blocks.
     fn simple(&mut self, op: &Op, result: ValueId) {
         let kind = self.body.kind(result);
         match op {
@@ -312,7 +312,7 @@ impl Writer<'_> {
                     self.renaming.set(result, v);
                 }
                 for axis in Axis::BOTH {
-                    // A float's tangent beside a triple's is spread like the float itself.
+                    // The derivative of a float next to a triple is broadcast like the float itself.
                     let tangent = d[axis as usize].map(|d| {
                         let spread = kind == Kind::Triple && self.body.kind(d) == Kind::Float;
                         if spread { self.lane(LaneOp::Splat, &[d]) } else { d }
@@ -324,7 +324,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Has a smooth kernel compute its tangents too: those of its arguments follow the arguments.
+    /// Makes a smooth kernel compute its derivatives too: the derivatives of its arguments follow the
+    /// arguments.
     fn with_tangents(&mut self, mut inst: Inst) {
         let Op::Kernel(kernel, args) = &mut inst.op else { return };
         *kernel = kernel.clone().with_tangents();
@@ -380,7 +381,7 @@ impl Writer<'_> {
         self.out.push(inst);
     }
 
-    /// Adds results for the tangents of those that want them, in the order of [`Writer::yields`].
+    /// Adds results for the needed derivatives, in the order of [`Writer::yields`].
     fn results(&mut self, results: &mut Values) {
         for index in 0..results.len() {
             let result = results[index];

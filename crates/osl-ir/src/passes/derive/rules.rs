@@ -21,23 +21,23 @@ use crate::ir::{Derivative, LaneOp, ValueId};
 #[derive(Clone, Copy)]
 pub(super) struct Call {
     pub(super) op: LaneOp,
-    /// Its result, which is computed already.
+    /// Its result, which was computed already.
     pub(super) result: ValueId,
 }
 
 impl Call {
-    /// The result with tangents.
+    /// The result with derivatives.
     pub(super) fn with(self, d: [Tangent; 2]) -> Dual {
         Dual { v: self.result, d }
     }
 }
 
-/// Whether an operation asks for the tangents of its arguments. The others have none.
+/// Whether an operation needs the derivatives of its arguments. The others have no derivatives.
 pub(super) fn asks(op: LaneOp) -> bool {
     matches!(op.derivative(), Derivative::Zero | Derivative::Rule)
 }
 
-/// Calls a rule for as many arguments as it takes.
+/// Calls a rule with the number of arguments that it takes.
 fn apply<const N: usize>(
     rule: fn(&mut Writer<'_>, [Dual; N], Call) -> Dual,
     w: &mut Writer<'_>,
@@ -47,7 +47,7 @@ fn apply<const N: usize>(
     Some(rule(w, args.try_into().ok()?, call))
 }
 
-/// How many arguments a line names.
+/// Number of arguments in a line.
 macro_rules! count {
     ($($arg:ident)*) => {
         [$(stringify!($arg)),*].len()
@@ -72,7 +72,7 @@ macro_rules! call {
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
         $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
-        /// Value and tangents of `result = op(args)`; `None` without tangents.
+        /// Value and derivatives of `result = op(args)`; `None` without derivatives.
         pub(super) fn rule(w: &mut Writer<'_>, op: LaneOp, args: &[Dual], result: ValueId) -> Option<Dual> {
             let call = Call { op, result };
             match op {
@@ -113,7 +113,7 @@ fn modulo(w: &mut Writer<'_>, [a, b]: [Dual; 2], call: Call) -> Dual {
     }))
 }
 
-/// The tangents of the first argument alone.
+/// The derivatives of the first argument only.
 fn first(_: &mut Writer<'_>, [a, _]: [Dual; 2], call: Call) -> Dual {
     call.with(a.d)
 }
@@ -165,7 +165,7 @@ fn choose(w: &mut Writer<'_>, [c, a, b]: [Dual; 3], call: Call) -> Dual {
     }))
 }
 
-/// `((3 - 2t) * t) * t` by the product rule: other last bits than the form without derivatives.
+/// `((3 - 2t) * t) * t` with the product rule, whose last bits differ from the form without derivatives.
 fn smoothstep(w: &mut Writer<'_>, [low, high, x]: [Dual; 3], _: Call) -> Dual {
     let above = w.sub(x, low);
     let width = w.sub(high, low);
@@ -194,7 +194,7 @@ fn linearstep(w: &mut Writer<'_>, [low, high, x]: [Dual; 3], call: Call) -> Dual
     call.with(quotient.d)
 }
 
-/// Putting triples together and taking them apart commutes with taking tangents.
+/// Composing triples and taking them apart commutes with differentiation.
 fn parts<const N: usize>(w: &mut Writer<'_>, args: [Dual; N], call: Call) -> Dual {
     components(w, &args, call, &[])
 }
@@ -207,7 +207,7 @@ fn set(w: &mut Writer<'_>, args: [Dual; 3], call: Call) -> Dual {
     components(w, &args, call, &[1])
 }
 
-/// The same operation on tangents, where some arguments are indices and stay.
+/// The same operation on derivatives, where some arguments are indices and stay unchanged.
 fn components(w: &mut Writer<'_>, args: &[Dual], call: Call, indices: &[usize]) -> Dual {
     call.with([0, 1].map(|i| {
         if args.iter().all(|a| a.d[i].is_none()) {

@@ -62,7 +62,7 @@ pub(super) fn refract(w: &mut Writer<'_>, [i, n, eta]: [Dual; 3], call: Call) ->
     call.with(w.select_tangents([None; 2], out.d, passes))
 }
 
-/// The matrix has no tangents. The result is the point after the perspective division.
+/// The matrix has no derivatives. The result is the point after the perspective division.
 pub(super) fn transform_point(w: &mut Writer<'_>, [m, p]: [Dual; 2], call: Call) -> Dual {
     let column = |w: &mut Writer<'_>, row: i32| {
         let (row, last) = (w.int(row), w.int(3));
@@ -83,12 +83,12 @@ pub(super) fn transform_point(w: &mut Writer<'_>, [m, p]: [Dual; 2], call: Call)
     }))
 }
 
-/// The transformation of the tangents: the matrix has none.
+/// The transformation of the derivatives; the matrix has none.
 pub(super) fn transform(w: &mut Writer<'_>, [m, x]: [Dual; 2], call: Call) -> Dual {
     call.with(x.d.map(|d| d.map(|d| w.lane(call.op, &[m.v, d]))))
 }
 
-/// The same operation on the tangents.
+/// The same operation on the derivatives.
 pub(super) fn linear(w: &mut Writer<'_>, [c]: [Dual; 1], call: Call) -> Dual {
     call.with(c.d.map(|d| d.map(|d| w.lane(call.op, &[d]))))
 }
@@ -98,7 +98,7 @@ pub(super) fn linear_in(w: &mut Writer<'_>, [c, system]: [Dual; 2], call: Call) 
     call.with(c.d.map(|d| d.map(|d| w.lane(call.op, &[d, system.v]))))
 }
 
-/// Tangents by an operation of their own, which takes the color and its tangent.
+/// Derivatives by a separate operation, which takes the color and its derivative.
 macro_rules! by_tangent {
     ($($rule:ident $op:ident;)*) => {$(
         pub(super) fn $rule(w: &mut Writer<'_>, [c]: [Dual; 1], call: Call) -> Dual {
@@ -120,7 +120,7 @@ fn component(w: &mut Writer<'_>, v: ValueId, at: usize) -> ValueId {
     w.lane([L::X, L::Y, L::Z][at], &[v])
 }
 
-/// The components of a tangent, added from the left.
+/// The components of a derivative, added from the left.
 fn total(w: &mut Writer<'_>, d: Tangent) -> Tangent {
     d.map(|d| {
         let [x, y, z] = [0, 1, 2].map(|at| component(w, d, at));
@@ -143,7 +143,7 @@ fn turned(w: &mut Writer<'_>, a: Dual, order: [usize; 3]) -> Dual {
     Dual { v: turn(w, a.v), d: a.d.map(|d| d.map(|d| turn(w, d))) }
 }
 
-/// The form with derivatives does not rescue tiny vectors from underflow.
+/// The form with derivatives does not protect tiny vectors from underflow.
 fn size(w: &mut Writer<'_>, a: Dual) -> Dual {
     let squared = w.lane(L::Dot, &[a.v, a.v]);
     let d = dot_tangents(w, a, a);

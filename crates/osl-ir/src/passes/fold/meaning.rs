@@ -1,21 +1,22 @@
-//! What of folding changes the meaning of a program, so that it holds where nothing else is folded. It must not know
-//! how constants are computed.
+//! The effects of folding on the meaning of a program, which must be the same even if nothing else is folded.
+//! This module must not know how constants are computed.
 
 use super::super::Renaming;
 use super::{Strings, fold, rename_outputs};
 use crate::ir::{Body, Const, Kernel, LaneOp, Op, ValueId, Values};
 use rustc_hash::FxHashSet;
 
-/// What folding found out that changes the meaning of the program.
+/// The findings of folding that change the meaning of the program.
 #[derive(Default)]
 pub(super) struct Meaning {
-    /// Results of operations whose divisor is known, and what they became.
+    /// Results of operations with a constant divisor, and the operations that replaced them.
     pub(super) divided: Vec<(ValueId, LaneOp)>,
     /// Results of conversions of a color from a space to itself.
     pub(super) unconverted: FxHashSet<ValueId>,
 }
 
-/// Settles what the program means where that depends on what is constant: what is not found to be so by now is not.
+/// Settles the meaning of the program where it depends on constants: a value that is not constant by now does
+/// not count as one.
 pub(in crate::passes) fn settle(body: &mut Body) {
     for inst in body.blocks.iter_mut().flat_map(|block| &mut block.insts) {
         if matches!(inst.op, Op::Kernel(Kernel::IsConstant, _)) {
@@ -24,9 +25,9 @@ pub(in crate::passes) fn settle(body: &mut Body) {
     }
 }
 
-/// Only what changes a meaning: which operations divide by a constant (they have no guard), which colors are converted
-/// from a space to itself, and what `isconstant` finds. All is found out as the pass would find it, and nothing else of
-/// the body changes.
+/// Applies only the findings that change the meaning: operations that divide by a constant (they have no
+/// guard), colors that are converted from a space to itself, and the result of `isconstant`. They are found
+/// as in the full pass, and nothing else in the body changes.
 pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut Strings) {
     let mut folded = body.clone();
     let Meaning { divided, unconverted } = fold(&mut folded, false, false, text);
@@ -38,7 +39,8 @@ pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut Strings) {
             *found = Some(inst.op.clone());
         }
     }
-    // A loop of one round is folded twice: what has a known divisor may be a constant in the end.
+    // A loop with one iteration is folded twice: an operation with a constant divisor may become a constant
+    // in the end.
     for (result, op) in divided {
         if let Some(found) = operations.get_mut(result.index()) {
             *found = Some(Op::Lane(op, Values::new()));

@@ -1,4 +1,5 @@
-//! Which values reach the outputs by smooth functions, sums and choices alone, so that their mean is of use.
+//! Finds values that reach the outputs only through smooth functions, sums and choices, so that their mean is
+//! useful.
 
 use crate::ir::{BlockId, Body, Continuity, Derivative, Kernel, LaneOp, Op, ValueId};
 
@@ -15,7 +16,8 @@ pub(super) fn find(body: &Body) -> Vec<bool> {
 }
 
 fn block(body: &Body, id: BlockId, gentle: &mut [bool]) {
-    // From the last use to the first, since what is rough makes rough what it is computed from.
+    // From the last use to the first, since an operation that is not smooth affects the values from which it
+    // is computed.
     for inst in body.block(id).insts.iter().rev() {
         let smooth = |gentle: &[bool]| inst.results.iter().all(|r| has(gentle, *r));
         match &inst.op {

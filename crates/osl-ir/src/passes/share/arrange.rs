@@ -1,10 +1,10 @@
-//! Moves roots to the front of their groups, and writes the groups down.
+//! Moves roots before their groups, and writes the groups.
 
 use super::find::Groups;
 use crate::ir::{BlockId, Body, Inst, Op, Rate, Value, ValueId};
 use rustc_hash::FxHashMap;
 
-/// Writes the groups that are worth it.
+/// Writes the groups that are worth sharing.
 pub(super) fn arrange(body: &mut Body, groups: &Groups) {
     let before = (body.blocks.clone(), body.values.len());
     let mut arrange = Arrange {
@@ -32,7 +32,7 @@ pub(super) fn arrange(body: &mut Body, groups: &Groups) {
     }
 }
 
-/// Whether the sharing of a group is written.
+/// Whether a group has been written.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum State {
     Open,
@@ -47,14 +47,14 @@ struct Arrange<'a> {
     state: Vec<State>,
     /// Numbers of the groups, in the order in which they are written.
     numbers: Vec<u16>,
-    /// What stands for a root in its group.
+    /// The shared value of a root in its group.
     shared: FxHashMap<(usize, ValueId), ValueId>,
     count: u16,
-    /// Groups need each other's roots: nothing of this can be kept.
+    /// Groups need each other's roots: all of this must be discarded.
     knotted: bool,
 }
 
-/// A block while it is arranged.
+/// A block that is being arranged.
 struct Block {
     insts: Vec<Option<Inst>>,
     /// The instruction of the block that defines a value.
@@ -78,7 +78,7 @@ impl Arrange<'_> {
         self.body.blocks[id.index()].insts = block.out;
     }
 
-    /// Writes an instruction, unless that is done, behind the groups that it is part of.
+    /// Writes an instruction, unless it was written already, after the groups that it belongs to.
     fn emit(&mut self, at: usize, block: &mut Block) {
         let Some(mut inst) = block.insts.get_mut(at).and_then(Option::take) else { return };
         let mut needed = Vec::new();
@@ -105,7 +105,7 @@ impl Arrange<'_> {
         block.out.push(inst);
     }
 
-    /// The groups that an instruction is part of, or one nested in it.
+    /// The groups of an instruction, or of one nested in it.
     fn groups_in(&self, inst: &Inst, found: &mut Vec<usize>) {
         for group in inst.results.iter().filter_map(|r| self.groups.of(*r)) {
             if !found.contains(&group) {
@@ -125,7 +125,7 @@ impl Arrange<'_> {
         }
     }
 
-    /// Writes the sharing of a group behind its roots.
+    /// Writes the sharing of a group after its roots.
     fn write(&mut self, group: usize, block: &mut Block) {
         match self.state[group] {
             State::Written => return,
@@ -154,8 +154,8 @@ impl Arrange<'_> {
         self.state[group] = State::Written;
     }
 
-    /// Writes what computes a value, unless that is done: first what it reads. Works with a stack of its own, for
-    /// chains are as long as programs.
+    /// Writes the instructions that compute a value, unless they were written already; their operands first.
+    /// Uses its own stack, since chains may be as long as programs.
     fn compute(&mut self, value: ValueId, block: &mut Block) {
         let mut work: Vec<(usize, bool)> =
             block.defined.get(&value).map(|at| (*at, false)).into_iter().collect();
@@ -174,7 +174,7 @@ impl Arrange<'_> {
         }
     }
 
-    /// Lets a member of a group read its roots as they are shared.
+    /// Makes a member of a group read the shared form of its roots.
     fn rename(&mut self, inst: &mut Inst, group: usize) {
         inst.op.replace_uses(|v| self.shared.get(&(group, v)).copied().unwrap_or(v));
         if let Op::If { then, otherwise, .. } = inst.op {

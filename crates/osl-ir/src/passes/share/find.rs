@@ -1,11 +1,11 @@
-//! Which instructions form groups, and what their roots are.
+//! Finds the instructions that form groups, and their roots.
 
 use crate::ir::{
     BlockId, Body, Continuity, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, ValueId, Values,
 };
 use smallvec::smallvec;
 
-/// Sets of groups are words of this many bits; further groups are not made.
+/// Sets of groups are words with this many bits; no further groups are made.
 const MAX_GROUPS: usize = 128;
 /// More roots than this hardly ever have few combinations.
 const MAX_ROOTS: usize = 8;
@@ -15,28 +15,28 @@ const MAX_ROOTS: usize = 8;
 pub(super) struct Group {
     /// The block that its roots are defined in.
     pub(super) block: BlockId,
-    /// Where it starts from, in the order of the program.
+    /// Its roots, in the order of the program.
     pub(super) roots: Values,
-    /// Whether it holds what is worth sharing.
+    /// Whether it contains work that is worth sharing.
     pub(super) heavy: bool,
-    /// Place in the block before which its roots must be known.
+    /// Position in the block before which its roots must be computed.
     start: u32,
-    /// The group that it has become part of.
+    /// The group into which it was merged.
     merged: Option<usize>,
 }
 
-/// What is known of a value.
+/// The facts about a value.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
-    /// It takes few values among neighbours.
+    /// It takes few different values among neighbours.
     stepped: bool,
     /// The group that computes it.
     member: Option<usize>,
     /// The group that it is a root of.
     root: Option<usize>,
-    /// Groups that it is made from by way of values of single points.
+    /// Groups that it depends on through values of single points.
     made_from: u128,
-    /// The block that defines it, and the place before which it cannot be computed in that block.
+    /// The block that defines it, and the position before which it cannot be computed in that block.
     block: u32,
     earliest: u32,
 }
@@ -57,12 +57,12 @@ pub(super) fn find(body: &Body) -> Groups {
 }
 
 impl Groups {
-    /// Whether any group holds what is worth sharing.
+    /// Whether any group contains work that is worth sharing.
     pub(super) fn is_worth_it(&self) -> bool {
         self.groups.iter().any(|g| g.merged.is_none() && g.heavy)
     }
 
-    /// The group that a group has become part of.
+    /// The group into which a group was merged, finally.
     fn now(&self, mut group: usize) -> usize {
         while let Some(next) = self.groups.get(group).and_then(|g| g.merged) {
             group = next;
@@ -74,7 +74,7 @@ impl Groups {
         self.known.get(v.index()).copied().unwrap_or_default()
     }
 
-    /// The group worth computing that a value belongs to.
+    /// The group worth computing to which a value belongs.
     pub(super) fn of(&self, v: ValueId) -> Option<usize> {
         let group = self.now(self.known(v).member?);
         self.get(group).heavy.then_some(group)
@@ -90,13 +90,14 @@ impl Groups {
         self.groups.len()
     }
 
-    /// A set with merged groups under the number that they have now.
+    /// A set with merged groups under their current number.
     fn current(&self, set: u128) -> u128 {
         (0..self.groups.len()).filter(|g| set >> g & 1 != 0).fold(0, |all, g| all | 1 << self.now(g))
     }
 
-    /// One group of two, if nothing stands against it. Roots of neither may be made from the other, for all roots
-    /// come first; and two groups that are worth sharing each by itself have fewer combinations apart.
+    /// Merges two groups, unless there is a reason against it. Roots of neither may depend on the other,
+    /// because all roots come first; and two groups that are each worth sharing have fewer combinations
+    /// separately.
     fn merge(&mut self, a: usize, b: usize) -> Option<usize> {
         let (a, b) = (self.now(a), self.now(b));
         if a == b {
@@ -132,7 +133,7 @@ impl Groups {
 struct Find<'a> {
     body: &'a Body,
     groups: Groups,
-    /// The blocks around the current instruction, and its place in each.
+    /// The blocks around the current instruction, and its position in each.
     around: Vec<(BlockId, u32)>,
 }
 
@@ -149,7 +150,7 @@ impl Find<'_> {
         self.around.pop();
     }
 
-    /// Place of the current instruction in a block around it.
+    /// Position of the current instruction in a surrounding block.
     fn place_in(&self, block: BlockId) -> Option<u32> {
         self.around.iter().find(|(b, _)| *b == block).map(|(_, place)| *place)
     }
@@ -192,8 +193,8 @@ impl Find<'_> {
         }
     }
 
-    /// Visits what is known of each value that an operation reads; of one from a block around, its place there says
-    /// nothing.
+    /// Visits the facts about each value that an operation reads; for a value from a surrounding block, its
+    /// position there is irrelevant.
     fn for_each_input(&self, op: &Op, visit: &mut dyn FnMut(Known, &Groups)) {
         let here = self.around.last().map_or(self.body.entry, |(block, _)| *block);
         let mut all = |v: ValueId| {
@@ -216,7 +217,8 @@ impl Find<'_> {
         }
     }
 
-    /// Whether an operation yields few values whatever it is given, or is given such alone.
+    /// Whether an operation returns few different values for any arguments, or for arguments with few
+    /// different values.
     fn steps(&self, op: &Op) -> bool {
         match op {
             Op::Lane(op, args) => is_step(*op) || self.all_stepped(args),
@@ -230,7 +232,7 @@ impl Find<'_> {
         args.iter().all(|a| self.body.value(*a).rate == Rate::Uniform || self.groups.known(*a).stepped)
     }
 
-    /// Puts an instruction into a group, if there is one for all that it reads.
+    /// Puts an instruction into a group, if there is one group for all of its operands.
     fn grouped(&mut self, inst: &Inst) -> bool {
         let mut members = Members { inputs: Vec::new(), heavy: false, results: inst.results.clone() };
         if !self.collect(inst, &mut members) || members.inputs.is_empty() {
@@ -269,7 +271,7 @@ impl Find<'_> {
         true
     }
 
-    /// The group of a value that a member reads: its own, or the one that it is a root of.
+    /// The group of a value that a member reads: its own, or the one that has it as a root.
     fn group_of_input(&mut self, v: ValueId) -> Option<usize> {
         let known = self.groups.known(v);
         if let Some(group) = known.member.or(known.root) {
@@ -291,8 +293,8 @@ impl Find<'_> {
         Some(group)
     }
 
-    /// Collects what an instruction reads and defines, nested blocks included, if it can be a member: all of it is
-    /// without effect and reads stepped or uniform values.
+    /// Collects the values that an instruction reads and defines, including nested blocks, if it can be a
+    /// member: it must have no effect and read only stepped or uniform values.
     fn collect(&self, inst: &Inst, members: &mut Members) -> bool {
         if inst.results.iter().any(|r| self.body.value(*r).rate == Rate::Uniform) {
             return matches!(inst.op, Op::Const(_) | Op::Lane(..)) && !members.inputs.is_empty();
@@ -335,7 +337,7 @@ impl Find<'_> {
         self.body.value(v).rate != Rate::Uniform
     }
 
-    /// Notes a value that a member reads. False where it keeps the instruction from being one.
+    /// Records a value that a member reads. Returns false if it prevents membership.
     fn input(&self, v: ValueId, members: &mut Members) -> bool {
         if !self.is_varying(v) || members.defines(v) {
             return true;
@@ -347,10 +349,10 @@ impl Find<'_> {
 
 /// An instruction that may become a member.
 struct Members {
-    /// Values that it reads from outside of itself, uniform ones left out.
+    /// Values that it reads from outside itself, except uniform ones.
     inputs: Vec<ValueId>,
     heavy: bool,
-    /// What it defines.
+    /// The values that it defines.
     results: Values,
 }
 
@@ -365,7 +367,7 @@ fn is_step(op: LaneOp) -> bool {
     op.continuity() == Continuity::Step && op.shape().result == Kind::Float
 }
 
-/// Whether an instruction can be computed as soon as what it reads is known.
+/// Whether an instruction can be computed as soon as its operands are known.
 pub(super) fn is_pure(op: &Op) -> bool {
     match op {
         Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Lane(..) => true,

@@ -1,13 +1,14 @@
-//! Finds work that neighbouring points share because they see the same cell of a pattern.
+//! Finds work that neighbouring points share because they are in the same cell of a pattern.
 //!
-//! A value is *stepped* where it takes few different values among neighbours: what `floor` yields, an int, and all that
-//! is made of such alone. Noise of stepped values is worth computing once for each of their combinations instead of
-//! once for each point. The pass groups the instructions that can be computed so; a group's *roots* are the stepped
-//! values of single points that it starts from. It writes one [`Op::Share`] for each group, behind the roots and before
-//! all else of the group, and marks the group's values with [`Rate::Shared`]. How many combinations a batch of points
-//! really has is seen when it runs.
+//! A value is *stepped* if it takes few different values among neighbours: the result of `floor`, an int, and
+//! all values computed from such values only. Noise of stepped values is worth computing once for each of
+//! their combinations instead of once for each point. The pass groups the instructions that can be computed
+//! in this way; a group's *roots* are the stepped values of single points on which it depends. It writes one
+//! [`Op::Share`] for each group, after the roots and before all other instructions of the group, and marks
+//! the group's values with [`Rate::Shared`]. The number of combinations in a batch of points is known only at
+//! run time.
 //!
-//! [`find`] decides who belongs to what; `arrange` moves instructions. Needs the rates.
+//! [`find`] determines the groups; `arrange` moves instructions. Needs the rates.
 
 mod arrange;
 mod find;
