@@ -368,6 +368,18 @@ const KNOWN: &str = "aassign abs acos add and area aref arraycopy arraylength as
 /// Functions that the reference's header writes out in the language, and that stay operations here.
 const BEYOND: &[&str] = &["artistic_ior", "fresnel", "linearstep", "rotate", "smooth_linearstep"];
 
+/// Nothing in the name of a file ends its hint or its comment.
+#[test]
+fn names_of_files_are_read_again() {
+    for name in ["a\"b.osl", "a\nend.osl", "a\\", "a}b.osl", "\"", "a\rb\tc.osl"] {
+        let oso = written(name, "shader a(output float o = 0) { o = u; }");
+        let again =
+            oslrun::pipeline::check("a.oso", &oso, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+        assert_eq!(again.diagnostics, [], "{name:?}\n{oso}");
+        assert!(again.program.is_some(), "{name:?}");
+    }
+}
+
 #[test]
 fn only_known_operations_are_written() {
     let known: std::collections::BTreeSet<&str> = KNOWN.split_whitespace().collect();

@@ -200,14 +200,30 @@ fn quoted(file: &SourceFile, line: usize) -> &str {
     text.char_indices().nth(MAX_QUOTED).map_or(text, |(end, _)| &text[..end])
 }
 
+/// The name of a file as a hint and a comment can have it. The format has no escapes for either, so quotes become
+/// apostrophes, control characters spaces, and no backslash stands before the closing quote.
+fn file_name(name: &str) -> String {
+    let plain = |c: char| match c {
+        '"' => '\'',
+        c if c.is_control() => ' ',
+        c => c,
+    };
+    let mut name: String = name.chars().map(plain).collect();
+    if name.ends_with('\\') {
+        name.push(' ');
+    }
+    name
+}
+
 fn operation(writer: &Writer<'_>, op: &Op, lines: &mut Lines<'_>, out: &mut String) {
     let mut hints = String::new();
     if let Some((index, file, line)) = lines.place(op.span).filter(|_| op.name != "end")
         && (lines.file, lines.line) != (Some(index), line)
     {
-        let _ = writeln!(out, "# {}:{line}\n# {}", file.name, quoted(file, line));
+        let name = file_name(&file.name);
+        let _ = writeln!(out, "# {name}:{line}\n# {}", quoted(file, line));
         if lines.file != Some(index) {
-            let _ = write!(hints, " %filename{{\"{}\"}}", file.name);
+            let _ = write!(hints, " %filename{{\"{name}\"}}");
         }
         let _ = write!(hints, " %line{{{line}}}");
         (lines.file, lines.line) = (Some(index), line);
