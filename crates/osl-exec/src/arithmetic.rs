@@ -4,9 +4,10 @@
 //! of a word in each. This module must not know programs or machines.
 
 use crate::fields::{self, FieldCall};
-use crate::lanes::{LaneCall, LaneRun, Stamped, StampedRun};
+use crate::lanes::{LaneCall, LaneRun, Ready, Stamped, StampedFast, StampedRun};
 use crate::native::Style;
 use bytemuck::Pod;
+use osl_ir::ir::Precision;
 use osl_ir::numeric::fast::Quick;
 use osl_ir::numeric::{Number, Real};
 use osl_noise::{FusedKernel, Isa, Kernel};
@@ -14,8 +15,8 @@ use std::fmt::Debug;
 
 /// What a lane holds.
 pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
-    /// Whether each combination of lane arrays and single arguments has a loop of its own. Without, what is single is
-    /// spread over lanes first: a third as much to compile.
+    /// Whether cheap operations have loops of their own for single arguments. Without, what is single is broadcast first:
+    /// a third as much to compile.
     const FORMS: bool;
     /// The word of an int, or of a number of a string or closure.
     fn of(bits: u32) -> Self;
@@ -185,8 +186,18 @@ impl Arithmetic for Fast {
     type Real = Quick<false>;
     const NATIVE: Option<Style> = Some(Style::Fast);
 
-    fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
-        run.each(|call| isa.dispatch_fused(FastCall(call)));
+    fn lanes(isa: Isa, mut run: LaneRun<'_, u32>) {
+        let is_strict = |step: &Ready| match step {
+            Ready::Lane(step) => step.op.precision() == Precision::Strict,
+            Ready::Spread(_) => true,
+        };
+        run.each_part(is_strict, |strict, part| {
+            if strict {
+                Strict::lanes(isa, part);
+            } else {
+                part.each(|call| isa.dispatch_fused(FastCall(call)));
+            }
+        });
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -203,11 +214,11 @@ struct FastCall<'a>(LaneCall<'a, u32>);
 impl FusedKernel for FastCall<'_> {
     #[inline(always)]
     fn fused(self) {
-        Stamped::<u32, Quick<true>>::of(self.0).run();
+        StampedFast::<Quick<true>>::of(self.0).run();
     }
     #[inline(always)]
     fn plain(self) {
-        Stamped::<u32, Quick<false>>::of(self.0).run();
+        StampedFast::<Quick<false>>::of(self.0).run();
     }
 }
 

@@ -1,8 +1,8 @@
 //! The lane operations as loops, stamped from the one list of [`osl_ir::for_each_lane_op!`].
 //!
-//! Each body goes into a plain loop over slices for each combination of lane-array and single arguments that
-//! matters, inside a function compiled for the instruction set in use; the compiler vectorises the loop. No
-//! loop looks at a mask: lanes that do not run compute something that nobody reads.
+//! Each body goes into a plain loop over slices inside a function compiled for the instruction set in use; the compiler
+//! vectorises the loop. Cheap bodies have a loop for each combination of lane arrays and single arguments, all others one
+//! for lane arrays. No loop looks at a mask: lanes that do not run compute something that nobody reads.
 
 mod lane;
 mod run;
@@ -10,7 +10,7 @@ mod run;
 use crate::arithmetic::{Element, Word};
 use crate::program::MAX_ARGS;
 use lane::{Lane, One};
-use osl_ir::ir::LaneOp;
+use osl_ir::ir::{Cost, Kind, LaneOp};
 use osl_noise::Kernel;
 pub(crate) use run::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread, StampedRun, one};
 use std::marker::PhantomData;
@@ -42,6 +42,15 @@ pub(crate) struct Stamped<'a, W, R>(LaneCall<'a, W>, PhantomData<R>);
 impl<'a, W, R> Stamped<'a, W, R> {
     pub(crate) fn of(call: LaneCall<'a, W>) -> Self {
         Stamped(call, PhantomData)
+    }
+}
+
+/// A lane operation of the fast arithmetic whose precision is not [`Strict`](osl_ir::ir::Precision::Strict).
+pub(crate) struct StampedFast<'a, R>(LaneCall<'a, u32>, PhantomData<R>);
+
+impl<'a, R> StampedFast<'a, R> {
+    pub(crate) fn of(call: LaneCall<'a, u32>) -> Self {
+        StampedFast(call, PhantomData)
     }
 }
 
@@ -103,198 +112,97 @@ impl<W: Word> LaneCall<'_, W> {
     }
 }
 
+/// One argument. What is single was broadcast.
 #[inline(always)]
 fn map1<W: Word, A: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A) -> O) {
     let (n, stride) = (call.n, call.stride);
-    if !W::FORMS {
-        let a = A::each(call.args[0].words(), n, stride);
-        return O::fill(
-            call.out,
-            n,
-            stride,
+    let a = A::each(call.args[0].words(), n, stride);
+    O::fill(
+        call.out,
+        n,
+        stride,
+        #[inline(always)]
+        |i| f(A::at(a, i)),
+    );
+}
+
+/// Fills the output from two arguments, each of which is read by an expression of the lane.
+macro_rules! fill {
+    ($call:ident, $i:ident, $value:expr) => {
+        O::fill(
+            $call.out,
+            $call.n,
+            $call.stride,
             #[inline(always)]
-            |i| f(A::at(a, i)),
-        );
-    }
-    match call.args[0] {
-        Arg::Each(a) => {
-            let a = A::each(a, n, stride);
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i)),
-            );
+            |$i| $value,
+        )
+    };
+}
+
+/// Two arguments. With `FORMS` one of them may be single, else both are lanes.
+#[inline(always)]
+fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
+    call: Part<'_, W>,
+    f: impl Fn(A, B) -> O,
+) {
+    let [a, b, ..] = call.args;
+    let each_a = || A::each(a.words(), call.n, call.stride);
+    let each_b = || B::each(b.words(), call.n, call.stride);
+    match (a, b) {
+        (Arg::Same(a), Arg::Each(_)) if FORMS && W::FORMS => {
+            let (a, b) = (A::same(a), each_b());
+            fill!(call, i, f(a, B::at(b, i)));
         }
-        Arg::Same(a) => {
-            let value = f(A::same(a));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |_| value,
-            );
+        (Arg::Each(_), Arg::Same(b)) if FORMS && W::FORMS => {
+            let (a, b) = (each_a(), B::same(b));
+            fill!(call, i, f(A::at(a, i), b));
+        }
+        _ => {
+            let (a, b) = (each_a(), each_b());
+            fill!(call, i, f(A::at(a, i), B::at(b, i)));
         }
     }
 }
 
+/// Three arguments. With `FORMS` one or two of them may be single, else all are lanes.
 #[inline(always)]
-fn map2<W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A, B) -> O) {
-    let (n, stride) = (call.n, call.stride);
-    if !W::FORMS {
-        let (a, b) = (A::each(call.args[0].words(), n, stride), B::each(call.args[1].words(), n, stride));
-        return O::fill(
-            call.out,
-            n,
-            stride,
-            #[inline(always)]
-            |i| f(A::at(a, i), B::at(b, i)),
-        );
-    }
-    match (call.args[0], call.args[1]) {
-        (Arg::Each(a), Arg::Each(b)) => {
-            let (a, b) = (A::each(a, n, stride), B::each(b, n, stride));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i), B::at(b, i)),
-            );
-        }
-        (Arg::Same(a), Arg::Each(b)) => {
-            let (a, b) = (A::same(a), B::each(b, n, stride));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(a, B::at(b, i)),
-            );
-        }
-        (Arg::Each(a), Arg::Same(b)) => {
-            let (a, b) = (A::each(a, n, stride), B::same(b));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i), b),
-            );
-        }
-        (Arg::Same(a), Arg::Same(b)) => {
-            let value = f(A::same(a), B::same(b));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |_| value,
-            );
-        }
-    }
-}
-
-#[inline(always)]
-fn map3<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
+fn map3<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
     call: Part<'_, W>,
     f: impl Fn(A, B, C) -> O,
 ) {
-    let (n, stride) = (call.n, call.stride);
-    if !W::FORMS {
-        let (a, b) = (A::each(call.args[0].words(), n, stride), B::each(call.args[1].words(), n, stride));
-        let c = C::each(call.args[2].words(), n, stride);
-        return O::fill(
-            call.out,
-            n,
-            stride,
-            #[inline(always)]
-            |i| f(A::at(a, i), B::at(b, i), C::at(c, i)),
-        );
-    }
     use Arg::{Each, Same};
-    match (call.args[0], call.args[1], call.args[2]) {
-        (Each(a), Each(b), Each(c)) => {
-            let (a, b, c) = (A::each(a, n, stride), B::each(b, n, stride), C::each(c, n, stride));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i), B::at(b, i), C::at(c, i)),
-            );
+    let [a, b, c, _] = call.args;
+    let each_a = || A::each(a.words(), call.n, call.stride);
+    let each_b = || B::each(b.words(), call.n, call.stride);
+    let each_c = || C::each(c.words(), call.n, call.stride);
+    match (a, b, c) {
+        (Same(a), Each(_), Each(_)) if FORMS && W::FORMS => {
+            let (a, b, c) = (A::same(a), each_b(), each_c());
+            fill!(call, i, f(a, B::at(b, i), C::at(c, i)));
         }
-        (Same(a), Each(b), Each(c)) => {
-            let (a, b, c) = (A::same(a), B::each(b, n, stride), C::each(c, n, stride));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(a, B::at(b, i), C::at(c, i)),
-            );
+        (Each(_), Same(b), Each(_)) if FORMS && W::FORMS => {
+            let (a, b, c) = (each_a(), B::same(b), each_c());
+            fill!(call, i, f(A::at(a, i), b, C::at(c, i)));
         }
-        (Each(a), Same(b), Each(c)) => {
-            let (a, b, c) = (A::each(a, n, stride), B::same(b), C::each(c, n, stride));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i), b, C::at(c, i)),
-            );
+        (Each(_), Each(_), Same(c)) if FORMS && W::FORMS => {
+            let (a, b, c) = (each_a(), each_b(), C::same(c));
+            fill!(call, i, f(A::at(a, i), B::at(b, i), c));
         }
-        (Each(a), Each(b), Same(c)) => {
-            let (a, b, c) = (A::each(a, n, stride), B::each(b, n, stride), C::same(c));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i), B::at(b, i), c),
-            );
+        (Same(a), Same(b), Each(_)) if FORMS && W::FORMS => {
+            let (a, b, c) = (A::same(a), B::same(b), each_c());
+            fill!(call, i, f(a, b, C::at(c, i)));
         }
-        (Same(a), Same(b), Each(c)) => {
-            let (a, b, c) = (A::same(a), B::same(b), C::each(c, n, stride));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(a, b, C::at(c, i)),
-            );
+        (Same(a), Each(_), Same(c)) if FORMS && W::FORMS => {
+            let (a, b, c) = (A::same(a), each_b(), C::same(c));
+            fill!(call, i, f(a, B::at(b, i), c));
         }
-        (Same(a), Each(b), Same(c)) => {
-            let (a, b, c) = (A::same(a), B::each(b, n, stride), C::same(c));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(a, B::at(b, i), c),
-            );
+        (Each(_), Same(b), Same(c)) if FORMS && W::FORMS => {
+            let (a, b, c) = (each_a(), B::same(b), C::same(c));
+            fill!(call, i, f(A::at(a, i), b, c));
         }
-        (Each(a), Same(b), Same(c)) => {
-            let (a, b, c) = (A::each(a, n, stride), B::same(b), C::same(c));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |i| f(A::at(a, i), b, c),
-            );
-        }
-        (Same(a), Same(b), Same(c)) => {
-            let value = f(A::same(a), B::same(b), C::same(c));
-            O::fill(
-                call.out,
-                n,
-                stride,
-                #[inline(always)]
-                |_| value,
-            );
+        _ => {
+            let (a, b, c) = (each_a(), each_b(), each_c());
+            fill!(call, i, f(A::at(a, i), B::at(b, i), C::at(c, i)));
         }
     }
 }
@@ -370,8 +278,28 @@ macro_rules! unwrap {
     };
 }
 
+/// Whether an operation has loops of its own for arguments that are single. Where little is computed, and for matrices,
+/// they are worth the time that it takes to compile them; elsewhere what is single is broadcast first, which costs a small
+/// part of the loop.
+const fn has_forms(op: LaneOp) -> bool {
+    let args = op.shape().args;
+    args.len() > 1
+        && (matches!(args[0], Kind::Matrix) || matches!(op.cost(), Cost::Part | Cost::Cheap | Cost::Root))
+}
+
+/// [`has_forms`] by operation.
+const FORMS: [bool; LaneOp::ALL.len()] = {
+    let mut forms = [false; LaneOp::ALL.len()];
+    let mut at = 0;
+    while at < forms.len() {
+        forms[at] = has_forms(LaneOp::ALL[at]);
+        at += 1;
+    }
+    forms
+};
+
 macro_rules! call {
-    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident) -> $o:ident) => {
+    ($op:ident, $call:ident, $w:ident, $r:ident, $path:path, ($a:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
             |part| {
@@ -383,11 +311,11 @@ macro_rules! call {
             },
         )
     };
-    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {
+    ($op:ident, $call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
             |part| {
-                map2::<$w, lane!($r $a), lane!($r $b), lane!($r $o)>(
+                map2::<{ has_forms(LaneOp::$op) }, $w, lane!($r $a), lane!($r $b), lane!($r $o)>(
                     part,
                     #[inline(always)]
                     |a, b| wrap!($o $path(unwrap!($a a), unwrap!($b b))),
@@ -395,11 +323,11 @@ macro_rules! call {
             },
         )
     };
-    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {
+    ($op:ident, $call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident, $c:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
             |part| {
-                map3::<$w, lane!($r $a), lane!($r $b), lane!($r $c), lane!($r $o)>(
+                map3::<{ has_forms(LaneOp::$op) }, $w, lane!($r $a), lane!($r $b), lane!($r $c), lane!($r $o)>(
                     part,
                     #[inline(always)]
                     |a, b, c| wrap!($o $path(unwrap!($a a), unwrap!($b b), unwrap!($c c))),
@@ -407,7 +335,7 @@ macro_rules! call {
             },
         )
     };
-    ($call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {
+    ($op:ident, $call:ident, $w:ident, $r:ident, $path:path, ($a:ident, $b:ident, $c:ident, $d:ident) -> $o:ident) => {
         $call.each_part(
             #[inline(always)]
             |part| {
@@ -418,6 +346,16 @@ macro_rules! call {
                 )
             },
         )
+    };
+}
+
+/// A call of what differs in the fast arithmetic; nothing for the rest, which runs strict.
+macro_rules! call_in_fast {
+    (strict $($call:tt)*) => {
+        ()
+    };
+    ($precision:ident $($call:tt)*) => {
+        call!($($call)*)
     };
 }
 
@@ -433,7 +371,19 @@ macro_rules! stamp {
                     return;
                 }
                 match call.op {
-                    $(LaneOp::$name => call!(call, W, R, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
+                    $(LaneOp::$name => call!($name, call, W, R, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
+                }
+            }
+        }
+
+        impl<R: Element<u32>> Kernel for StampedFast<'_, R> {
+            type Output = ();
+            #[inline(always)]
+            fn run(self) {
+                let call = self.0;
+                match call.op {
+                    $(LaneOp::$name => call_in_fast!($precision
+                        $name, call, u32, R, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
                 }
             }
         }

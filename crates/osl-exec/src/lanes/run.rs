@@ -1,9 +1,10 @@
 //! Lane operations that follow each other, with their arguments found: what a run of them needs, and the loop over it.
 //!
 //! In the strict arithmetic the loop is part of what is compiled for the instruction set, and from one operation to the next
-//! there is no call; in the others, which would take as long again to build, there is one.
+//! there is no call; in the others, which would take as long again to build, there is one. The fast arithmetic runs the
+//! loops of the strict one for all operations that have the same bits in both.
 
-use super::{Arg, LaneCall, Stamped};
+use super::{Arg, FORMS, LaneCall, Stamped};
 use crate::arithmetic::{Arithmetic, Element, Word};
 use crate::program::MAX_ARGS;
 use crate::register::Lanes;
@@ -30,7 +31,7 @@ pub(crate) struct LaneRun<'a, W> {
     pub(crate) cells: &'a [Lanes<W>],
     /// For each group of cells the cell of each lane.
     pub(crate) indices: &'a [Lanes],
-    /// Room to spread single arguments over lanes, for words without [`Word::FORMS`].
+    /// Room to broadcast single arguments to lanes.
     pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
     /// Lanes of each component of a register.
     pub(crate) width: usize,
@@ -120,6 +121,36 @@ impl<W: Word, R: Element<W>> Kernel for StampedRun<'_, W, R> {
 }
 
 impl<W: Word> LaneRun<'_, W> {
+    /// Calls `run` with each piece of the lanes and, within it, with each longest part of the steps that `kind` judges alike.
+    pub(crate) fn each_part<K: PartialEq>(
+        &mut self,
+        kind: impl Fn(&Ready) -> K,
+        mut run: impl FnMut(K, LaneRun<'_, W>),
+    ) {
+        let mut start = self.lanes.start;
+        while start < self.lanes.end {
+            let end = self.lanes.end.min(start + PIECE);
+            for steps in self.steps.chunk_by(|a, b| kind(a) == kind(b)) {
+                let Some(first) = steps.first() else { continue };
+                let LaneRun { isa, words, cells, indices, width, .. } = *self;
+                let (registers, spread) = (&mut *self.registers, &mut *self.spread);
+                let part = LaneRun {
+                    isa,
+                    steps,
+                    registers,
+                    words,
+                    cells,
+                    indices,
+                    spread,
+                    width,
+                    lanes: start..end,
+                };
+                run(kind(first), part);
+            }
+            start = end;
+        }
+    }
+
     /// Calls `run` with each operation on each piece.
     #[inline(always)]
     pub(crate) fn each(self, run: impl Fn(LaneCall<'_, W>)) {
@@ -146,14 +177,16 @@ impl<W: Word> LaneRun<'_, W> {
                     (*slot, *apart) = (files.find(arg.from, start), arg.apart as usize);
                 }
                 let (parts, n) = (usize::from(step.parts), lanes * usize::from(step.through));
-                if !W::FORMS {
+                // Without a loop for single arguments, and where all are single, they are broadcast.
+                let is_single = |arg: &Arg<'_, W>| matches!(arg, Arg::Same(_));
+                if !W::FORMS || !FORMS[step.op as usize] || args[..list.len()].iter().all(is_single) {
                     for (((slot, apart), room), arg) in
                         args.iter_mut().zip(&mut apart).zip(spread.iter_mut()).zip(list)
                     {
                         if let Arg::Same(words) = *slot {
                             let words = &words[..usize::from(arg.words)];
                             *apart = if *apart > 0 { width } else { 0 };
-                            *slot = Arg::Each(spread_over(words, room, (n, width)));
+                            *slot = Arg::Each(broadcast(words, room, (n, width)));
                         }
                     }
                 }
@@ -211,7 +244,7 @@ impl Spread {
 }
 
 /// Single words as lane arrays: each is written for `n` lanes, `stride` words apart.
-fn spread_over<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize, usize)) -> &'a [W] {
+fn broadcast<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize, usize)) -> &'a [W] {
     room.resize((words.len().saturating_sub(1) * stride + n).max(room.len()), W::default());
     for (component, word) in words.iter().enumerate() {
         room[component * stride..][..n].fill(*word);

@@ -34,8 +34,8 @@ macro_rules! for_each_lane_op {
             FDiv "fdiv" each (F, F) -> F, arith::div, root smooth strict, quotient;
             FDivBy "fdiv.const" each (F, F) -> F, arith::div_by_constant, root smooth strict, quotient;
             // a b + c, and c - a b, for arithmetics that fuse them.
-            FMulAdd "fmul.add" each (F, F, F) -> F, lane::mul_add, cheap smooth strict, late;
-            FMulSub "fmul.sub" each (F, F, F) -> F, lane::mul_sub, cheap smooth strict, late;
+            FMulAdd "fmul.add" each (F, F, F) -> F, lane::mul_add, cheap smooth fused, late;
+            FMulSub "fmul.sub" each (F, F, F) -> F, lane::mul_sub, cheap smooth fused, late;
             FNeg "fneg" each (F) -> F, lane::neg, cheap smooth strict, negative;
             IAdd "iadd" whole (I, I) -> I, arith::int_add, cheap discrete strict, none;
             ISub "isub" whole (I, I) -> I, arith::int_sub, cheap discrete strict, none;
@@ -104,7 +104,7 @@ macro_rules! for_each_lane_op {
             // The first where it is below the second.
             Lower "lower" each (F, F) -> F, lane::lower, cheap smooth strict, late;
             Clamp "clamp" each (F, F, F) -> F, common::clamp, cheap smooth strict, clamp;
-            Mix "mix" each (F, F, F) -> F, common::mix, cheap smooth strict, mix;
+            Mix "mix" each (F, F, F) -> F, common::mix, cheap smooth fused, mix;
             Select "select" each (F, F, F) -> F, common::select, cheap jump strict, select;
             Step "step" each (F, F) -> F, common::step, cheap step strict, none;
             Smoothstep "smoothstep" each (F, F, F) -> F, common::smoothstep, root smooth strict, smoothstep;
@@ -143,26 +143,26 @@ macro_rules! for_each_lane_op {
             Erf "erf" each (F) -> F, lane::erf, elementary smooth approximated, erf;
             Erfc "erfc" each (F) -> F, lane::erfc, elementary smooth approximated, erfc;
             // Geometry.
-            Dot "dot" whole (T, T) -> F, geometry::dot, cheap smooth strict, dot;
+            Dot "dot" whole (T, T) -> F, geometry::dot, cheap smooth fused, dot;
             Cross "cross" whole (T, T) -> T, geometry::cross, cheap smooth strict, cross;
-            Length "length" whole (T) -> F, geometry::length, cheap smooth strict, length;
-            Distance "distance" whole (T, T) -> F, geometry::distance, cheap smooth strict, distance;
+            Length "length" whole (T) -> F, geometry::length, cheap smooth fused, length;
+            Distance "distance" whole (T, T) -> F, geometry::distance, cheap smooth fused, distance;
             // The distance is its square root.
-            SquareDistance "square_distance" whole (T, T) -> F, geometry::square_distance, cheap smooth strict, late;
+            SquareDistance "square_distance" whole (T, T) -> F, geometry::square_distance, cheap smooth fused, late;
             Root "root" each (F) -> F, lane::root, cheap smooth strict, late;
-            Normalize "normalize" whole (T) -> T, geometry::normalize, cheap smooth strict, normalize;
+            Normalize "normalize" whole (T) -> T, geometry::normalize, cheap smooth fused, normalize;
             FaceForward "faceforward" whole (T, T, T) -> T, geometry::faceforward, cheap smooth strict, zero;
-            Reflect "reflect" whole (T, T) -> T, geometry::reflect, cheap smooth strict, reflect;
-            Refract "refract" whole (T, T, F) -> T, geometry::refract, medium smooth strict, refract;
+            Reflect "reflect" whole (T, T) -> T, geometry::reflect, cheap smooth fused, reflect;
+            Refract "refract" whole (T, T, F) -> T, geometry::refract, medium smooth fused, refract;
             // Matrices, row vectors from the left.
-            MMul "mmul" whole (M, M) -> M, matrix::multiply, matrix smooth strict, none;
+            MMul "mmul" whole (M, M) -> M, matrix::multiply, matrix smooth fused, none;
             MScale "mscale" whole (M, F) -> M, matrix::scale, cheap smooth strict, none;
             MInverse "minverse" whole (M) -> M, matrix::inverse, matrix smooth strict, none;
             MTranspose "mtranspose" whole (M) -> M, matrix::transpose, cheap smooth strict, none;
             MDet "mdet" whole (M) -> F, matrix::determinant, matrix smooth strict, none;
-            TransformPoint "transform.point" whole (M, T) -> T, matrix::transform_point, cheap smooth strict, transform_point;
-            TransformVector "transform.vector" whole (M, T) -> T, matrix::transform_vector, cheap smooth strict, transform;
-            TransformNormal "transform.normal" whole (M, T) -> T, matrix::transform_normal, cheap smooth strict, transform;
+            TransformPoint "transform.point" whole (M, T) -> T, matrix::transform_point, cheap smooth fused, transform_point;
+            TransformVector "transform.vector" whole (M, T) -> T, matrix::transform_vector, cheap smooth fused, transform;
+            TransformNormal "transform.normal" whole (M, T) -> T, matrix::transform_normal, cheap smooth fused, transform;
             // Color.
             HsvToRgb "hsv_to_rgb" whole (T) -> T, color::hsv_to_rgb, medium smooth strict, hsv_to_rgb;
             RgbToHsv "rgb_to_hsv" whole (T) -> T, color::rgb_to_hsv, medium smooth strict, rgb_to_hsv;
@@ -170,8 +170,8 @@ macro_rules! for_each_lane_op {
             RgbToHsl "rgb_to_hsl" whole (T) -> T, color::rgb_to_hsl, medium smooth strict, rgb_to_hsl;
             YiqToRgb "yiq_to_rgb" whole (T) -> T, color::yiq_to_rgb, medium smooth strict, linear;
             RgbToYiq "rgb_to_yiq" whole (T) -> T, color::rgb_to_yiq, cheap smooth strict, linear;
-            XyzToRgb "xyz_to_rgb" whole (T) -> T, lane::xyz_to_rgb, medium smooth strict, linear;
-            RgbToXyz "rgb_to_xyz" whole (T) -> T, lane::rgb_to_xyz, cheap smooth strict, linear;
+            XyzToRgb "xyz_to_rgb" whole (T) -> T, lane::xyz_to_rgb, medium smooth fused, linear;
+            RgbToXyz "rgb_to_xyz" whole (T) -> T, lane::rgb_to_xyz, cheap smooth fused, linear;
             XyyToXyz "xyy_to_xyz" whole (T) -> T, color::xyy_to_xyz, medium smooth strict, xyy_to_xyz;
             XyzToXyy "xyz_to_xyy" whole (T) -> T, color::xyz_to_xyy, cheap smooth strict, xyz_to_xyy;
             HsvToRgbTangent "hsv_to_rgb.tangent" whole (T, T) -> T, tangent::hsv_to_rgb, cheap smooth strict, zero;
@@ -186,11 +186,11 @@ macro_rules! for_each_lane_op {
             Wavelength "wavelength_color" whole (F) -> T, spectrum::wavelength_color, spectrum smooth strict, zero;
             // The value itself, with zero derivatives.
             Still "still" each (F) -> F, lane::still, cheap smooth strict, zero;
-            Luminance "luminance" whole (T) -> F, lane::luminance, cheap smooth strict, linear;
+            Luminance "luminance" whole (T) -> F, lane::luminance, cheap smooth fused, linear;
             // The same in the RGB system with a number.
-            XyzToRgbIn "xyz_to_rgb.in" whole (T, I) -> T, lane::xyz_to_rgb_in, system smooth strict, linear_in;
-            RgbToXyzIn "rgb_to_xyz.in" whole (T, I) -> T, lane::rgb_to_xyz_in, system smooth strict, linear_in;
-            LuminanceIn "luminance.in" whole (T, I) -> F, lane::luminance_in, system smooth strict, linear_in;
+            XyzToRgbIn "xyz_to_rgb.in" whole (T, I) -> T, lane::xyz_to_rgb_in, system smooth fused, linear_in;
+            RgbToXyzIn "rgb_to_xyz.in" whole (T, I) -> T, lane::rgb_to_xyz_in, system smooth fused, linear_in;
+            LuminanceIn "luminance.in" whole (T, I) -> F, lane::luminance_in, system smooth fused, linear_in;
             BlackbodyIn "blackbody.in" whole (F, I) -> T, spectrum::blackbody_in, spectrum smooth strict, zero;
             WavelengthIn "wavelength_color.in" whole (F, I) -> T, spectrum::wavelength_in, spectrum smooth strict, zero;
         }
@@ -261,8 +261,11 @@ pub enum Continuity {
 /// How the fast arithmetic treats an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
-    /// As in the strict arithmetic, except that products and sums may be fused.
+    /// The bits of the strict arithmetic.
     Strict,
+    /// The formula of the strict arithmetic, except that products and sums may be fused and a reciprocal root is the
+    /// fast one.
+    Fused,
     /// By a cheaper formula from `numeric::fast`.
     Approximated,
 }
@@ -356,6 +359,9 @@ macro_rules! fact {
     (strict) => {
         Precision::Strict
     };
+    (fused) => {
+        Precision::Fused
+    };
     (approximated) => {
         Precision::Approximated
     };
@@ -389,12 +395,12 @@ macro_rules! declare {
             pub const ALL: &[LaneOp] = &[$(LaneOp::$name),*];
 
             /// Its name in the text of the IR.
-            pub fn text(self) -> &'static str {
+            pub const fn text(self) -> &'static str {
                 match self { $(LaneOp::$name => $text),* }
             }
 
             /// Its arguments and result.
-            pub fn shape(self) -> LaneShape {
+            pub const fn shape(self) -> LaneShape {
                 match self {
                     $(LaneOp::$name => LaneShape {
                         per_component: per_component!($class),
@@ -405,17 +411,17 @@ macro_rules! declare {
             }
 
             /// Its cost.
-            pub fn cost(self) -> Cost {
+            pub const fn cost(self) -> Cost {
                 match self { $(LaneOp::$name => fact!($cost)),* }
             }
 
             /// How its result responds to small changes of the arguments.
-            pub fn continuity(self) -> Continuity {
+            pub const fn continuity(self) -> Continuity {
                 match self { $(LaneOp::$name => fact!($continuity)),* }
             }
 
             /// How the fast arithmetic treats it.
-            pub fn precision(self) -> Precision {
+            pub const fn precision(self) -> Precision {
                 match self { $(LaneOp::$name => fact!($precision)),* }
             }
 

@@ -162,3 +162,65 @@ impl LaneOp {
         Some(Const::Triple(result))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ir::Precision;
+    use crate::numeric::fast::Quick;
+
+    /// Small numbers of every kind, and a few where functions break.
+    fn value(kind: Kind, state: &mut u32) -> Option<Const> {
+        let mut next = || {
+            *state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *state >> 8
+        };
+        let mut float = || match next() % 16 {
+            0 => [0.0, -0.0, f32::NAN, f32::INFINITY, f32::MIN_POSITIVE][next() as usize % 5],
+            1 => f32::from_bits(next() << 8),
+            _ => next() as f32 / (1 << 22) as f32 - 2.0,
+        };
+        Some(match kind {
+            Kind::Float => Const::Float(float()),
+            Kind::Triple => Const::Triple([float(), float(), float()]),
+            Kind::Matrix => Const::Matrix(Box::new(std::array::from_fn(|_| float()))),
+            Kind::Int => Const::Int(next() as i32 % 40 - 9),
+            _ => return None,
+        })
+    }
+
+    fn same(a: &Option<Const>, b: &Option<Const>) -> bool {
+        // The sign and payload of a NaN are nobody's concern.
+        let bits = |x: &f32| if x.is_nan() { u32::MAX } else { x.to_bits() };
+        let all = |a: &[f32], b: &[f32]| a.iter().map(bits).eq(b.iter().map(bits));
+        match (a, b) {
+            (Some(Const::Float(a)), Some(Const::Float(b))) => bits(a) == bits(b),
+            (Some(Const::Triple(a)), Some(Const::Triple(b))) => all(a, b),
+            (Some(Const::Matrix(a)), Some(Const::Matrix(b))) => all(&a[..], &b[..]),
+            (a, b) => a == b,
+        }
+    }
+
+    /// The interpreter runs the loops of the strict arithmetic for what is `strict` in a fast run.
+    #[test]
+    fn what_is_strict_has_the_same_bits_in_the_fast_arithmetic() {
+        let mut wrong = Vec::new();
+        for op in LaneOp::ALL {
+            let mut state = 7;
+            let (mut differs, mut compared) = (false, 0);
+            for _ in 0..4000 {
+                let args: Option<Vec<Const>> =
+                    op.shape().args.iter().map(|kind| value(*kind, &mut state)).collect();
+                let Some(args) = args else { break };
+                let strict = op.eval_in::<f32>(&args);
+                differs |= !same(&strict, &op.eval_in::<Quick<false>>(&args));
+                differs |= !same(&strict, &op.eval_in::<Quick<true>>(&args));
+                compared += 1;
+            }
+            if compared > 0 && differs == (op.precision() == Precision::Strict) {
+                wrong.push(*op);
+            }
+        }
+        assert_eq!(wrong, []);
+    }
+}
