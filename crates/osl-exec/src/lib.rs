@@ -8,6 +8,7 @@ mod arithmetic;
 #[cfg(test)]
 mod bounds;
 mod dictionary;
+mod error;
 mod fields;
 pub mod frame;
 mod lanes;
@@ -22,8 +23,9 @@ mod run;
 mod services;
 pub mod source;
 
+pub use error::RunError;
 pub use frame::{Closures, Frame, Plane, RunOptions};
-pub use machine::{Component, Param, RunError, show_closure};
+pub use machine::{Component, Param, show_closure};
 pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;
 pub use order::Blocks;

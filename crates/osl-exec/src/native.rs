@@ -156,9 +156,8 @@ mod tests {
     use super::*;
     use crate::arithmetic::{Arithmetic, Fast, Strict};
     use crate::lanes::{From, ReadyArg, ReadyLane};
-    use crate::program::MAX_ARGS;
     use crate::register::Lanes;
-    use osl_ir::ir::{Kind, LaneOp};
+    use osl_ir::ir::{Kind, LaneOp, MAX_ARGS};
     use osl_noise::Isa;
 
     /// Words that operations may stumble over, and what lies between.

@@ -3,7 +3,8 @@
 //! A machine without a profile asks once a block whether there is one, and measures nothing.
 
 use crate::arithmetic::Arithmetic;
-use crate::machine::{Machine, RunError};
+use crate::error::RunError;
+use crate::machine::Machine;
 use crate::program::{Program, Steps};
 use osl_ir::Span;
 use std::time::{Duration, Instant};

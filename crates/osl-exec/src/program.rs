@@ -12,7 +12,7 @@ mod step;
 mod uses;
 mod weight;
 
-use crate::machine::RunError;
+use crate::error::RunError;
 use crate::native::Plans;
 use crate::register::LINE;
 use crate::source::PointSource;
@@ -23,8 +23,8 @@ use osl_ir::numeric::Arithmetic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
-    Array, CellPlace, Export, KernelStep, LaneStep, LoopParam, MAX_ARGS, Mark, Operand, OutputPlan,
-    OutputSource, Place, Seed, Step, Steps,
+    Array, CellPlace, Export, KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource,
+    Place, Seed, Step, Steps,
 };
 pub(crate) use weight::SERIAL;
 

@@ -9,8 +9,8 @@ mod tile;
 
 use crate::arithmetic;
 use crate::dictionary::Documents;
+use crate::error::RunError;
 use crate::frame::{Closures, Frame, Plane, RunOptions};
-use crate::machine::RunError;
 use crate::message::Messages;
 use crate::order::Blocks;
 use crate::profile::Profile;

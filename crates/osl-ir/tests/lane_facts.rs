@@ -58,3 +58,9 @@ fn every_approximated_function_of_one_argument_has_a_bound() {
     assert_eq!(approximated, bounded);
     assert_eq!(BOUNDS.len(), bounded.len());
 }
+
+#[test]
+fn no_operation_takes_more_arguments_than_there_is_room_for() {
+    let most = LaneOp::ALL.iter().map(|op| op.shape().args.len()).max();
+    assert_eq!(most, Some(osl_ir::ir::MAX_ARGS));
+}

@@ -8,9 +8,8 @@ mod lane;
 mod run;
 
 use crate::arithmetic::{Element, Word};
-use crate::program::MAX_ARGS;
 use lane::{Lane, One};
-use osl_ir::ir::{Cost, Kind, LaneOp};
+use osl_ir::ir::{Cost, Kind, LaneOp, MAX_ARGS};
 use osl_noise::Kernel;
 pub(crate) use run::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread, StampedRun, one};
 use std::marker::PhantomData;

@@ -6,9 +6,8 @@
 
 use super::{Arg, FORMS, LaneCall, Stamped};
 use crate::arithmetic::{Arithmetic, Element, Word};
-use crate::program::MAX_ARGS;
 use crate::register::Lanes;
-use osl_ir::ir::LaneOp;
+use osl_ir::ir::{LaneOp, MAX_ARGS};
 use osl_noise::cells::MAX_CELLS;
 use osl_noise::{Isa, Kernel};
 use std::marker::PhantomData;

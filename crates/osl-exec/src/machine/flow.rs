@@ -1,7 +1,8 @@
 //! Branches and loops: which lanes take which way, and what comes of it.
 
-use super::{Machine, Mask, RunError};
+use super::{Machine, Mask};
 use crate::arithmetic::{Arithmetic, Word};
+use crate::error::RunError;
 use crate::lanes::Arg;
 use crate::program::{LoopParam, Operand, Steps};
 use osl_ir::Span;

@@ -3,12 +3,14 @@
 //! What all lanes share needs none of them and is computed at once, as are values of cells; the others find their
 //! arguments once for a batch.
 
-use super::{Machine, Mask, RunError};
+use super::{Machine, Mask};
 use crate::arithmetic::{Arithmetic, Word};
+use crate::error::RunError;
 use crate::lanes::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread};
 use crate::native::{Files, Key, MAX_RUN, Waiting};
-use crate::program::{CellPlace, Export, LaneStep, MAX_ARGS, Operand, Place, Step};
+use crate::program::{CellPlace, Export, LaneStep, Operand, Place, Step};
 use crate::register::{LINE, Lanes};
+use osl_ir::ir::MAX_ARGS;
 
 /// Registers of so many components each, whose pieces have places of their own in the first cache.
 pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<W>> {

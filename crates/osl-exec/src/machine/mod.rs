@@ -24,72 +24,21 @@ mod work;
 
 use crate::arithmetic::{Arithmetic, Word};
 use crate::dictionary::{Dictionaries, Documents};
+use crate::error::RunError;
 use crate::frame::RunOptions;
 use crate::lanes::{Arg, Ready};
 use crate::message::{Message, Messages, Room};
 use crate::native;
 use crate::profile::Profile;
-use crate::program::{Array, KernelStep, MAX_ARGS, Operand, OutputSource, Place, Program, Step, Steps};
+use crate::program::{Array, KernelStep, Operand, OutputSource, Place, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
 pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
-use osl_ir::Span;
-use osl_ir::hir::Global;
-use osl_ir::ir::{Const, Kind};
-use osl_limits::{Halt, Limits};
+use osl_ir::ir::{Const, Kind, MAX_ARGS};
+use osl_limits::Limits;
 use osl_noise::Isa;
-
-/// Why a run stopped.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum RunError {
-    /// A global that differs from point to point, and the program was compiled for points that share it.
-    #[error(
-        "`{}` differs from point to point, and the program was compiled for points that share it", .0.name()
-    )]
-    VariesMore(Global),
-    /// The same for how a global changes from pixel to pixel.
-    #[error(
-        "the change of `{}` from pixel to pixel differs from point to point, and the program was compiled for points \
-         that share it", .0.name()
-    )]
-    SlopesVaryMore(Global),
-    /// The points trace rays, and the program was compiled for points that do not.
-    #[error("the points trace rays, and the program was compiled for points that do not")]
-    Traces,
-    /// A point takes more steps than it may.
-    #[error("point {point} takes more than {steps} steps")]
-    TooManySteps {
-        /// The first such point, by its pixel.
-        point: usize,
-        /// The limit.
-        steps: u64,
-        /// Where it was found out, if that is a loop or a call.
-        span: Option<Span>,
-    },
-    /// A point makes more than it may.
-    #[error("the strings, messages and closures of point {point} take more than {bytes} bytes")]
-    TooMuchMemory {
-        /// The first such point, by its pixel.
-        point: usize,
-        /// The limit.
-        bytes: u64,
-        /// The call that was one too many, if it was one.
-        span: Option<Span>,
-    },
-    /// What the points of a run need together is more than it may be.
-    #[error("{what}")]
-    TooMuch {
-        /// The limit in words.
-        what: String,
-        /// The name of the limit.
-        limit: &'static str,
-    },
-    /// The command has used up its time or its memory.
-    #[error("{0}")]
-    Halted(Halt),
-}
 
 /// The registers and working memory of one thread.
 pub(crate) struct Machine<'a, A: Arithmetic> {

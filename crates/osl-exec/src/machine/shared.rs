@@ -4,10 +4,11 @@
 //! numbers. Where a batch has a single cell, all lanes read that; where it has a few, what single points read is
 //! spread over the lanes; where it has many, the steps run on lanes as ever.
 
+use super::Machine;
 use super::lane::Queue;
 use super::mask::Mask;
-use super::{Machine, RunError};
 use crate::arithmetic::{Arithmetic, Word};
+use crate::error::RunError;
 use crate::lanes::Arg;
 use crate::program::{CellPlace, Export, Operand, Place, Program, Steps};
 use crate::register::Lanes;

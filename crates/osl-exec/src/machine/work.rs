@@ -6,9 +6,10 @@
 //! nothing of its points; the caller runs it again, in smaller batches, down to single points: for one point the count
 //! is exact. This module must not know which kernel takes what.
 
+use super::Machine;
 use super::mask::Mask;
-use super::{Machine, RunError};
 use crate::arithmetic::Arithmetic;
+use crate::error::RunError;
 use crate::program::SERIAL;
 use osl_ir::Span;
 use osl_limits::Limits;

@@ -3,8 +3,8 @@
 use super::{Shape, Style, Waiting, operation};
 use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::{From, LaneRun, PIECE, Ready, ReadyLane, Spread};
-use crate::program::MAX_ARGS;
 use crate::register::Lanes;
+use osl_ir::ir::MAX_ARGS;
 use osl_native::{Array, Block, Code, Scratch, Value, Words};
 use osl_noise::Isa;
 use rustc_hash::FxHashMap;

@@ -3,7 +3,7 @@
 use super::words_of;
 use crate::arithmetic::{Arithmetic, Word};
 use osl_ir::Span;
-use osl_ir::ir::{Kernel, Kind, LaneOp};
+use osl_ir::ir::{Kernel, Kind, LaneOp, MAX_ARGS};
 use osl_ir::types::Type;
 use std::sync::Arc;
 
@@ -123,9 +123,6 @@ pub(crate) struct Export {
     /// The position of the last instruction that reads it.
     pub(crate) last: u32,
 }
-
-/// Arguments of a lane operation at most.
-pub(crate) const MAX_ARGS: usize = 4;
 
 impl LaneStep {
     pub(super) fn new(op: LaneOp, list: &[Operand], out: Operand, life: (u32, u32)) -> LaneStep {

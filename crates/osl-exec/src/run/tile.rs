@@ -2,7 +2,8 @@
 
 use super::{Slot, Work};
 use crate::arithmetic::Arithmetic;
-use crate::machine::{Component, Machine, RunError};
+use crate::error::RunError;
+use crate::machine::{Component, Machine};
 use crate::message::Messages;
 use crate::profile::Profile;
 use crate::register::LINE;

@@ -390,6 +390,9 @@ macro_rules! declare {
         #[expect(missing_docs, reason = "each is described by its built-in or by the language's operator")]
         pub enum LaneOp { $($name),* }
 
+        /// How many arguments each operation takes.
+        const COUNTS: &[usize] = &[$([$(stringify!($arg)),*].len()),*];
+
         impl LaneOp {
             /// All operations.
             pub const ALL: &[LaneOp] = &[$(LaneOp::$name),*];
@@ -434,6 +437,18 @@ macro_rules! declare {
 }
 
 crate::for_each_lane_op!(declare);
+
+/// Arguments of a lane operation at most.
+pub const MAX_ARGS: usize = {
+    let (mut most, mut at) = (0, 0);
+    while at < COUNTS.len() {
+        if COUNTS[at] > most {
+            most = COUNTS[at];
+        }
+        at += 1;
+    }
+    most
+};
 
 impl LaneOp {
     /// Whether the first operand is a color and the second one the number of an RGB system.

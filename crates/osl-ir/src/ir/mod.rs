@@ -20,7 +20,7 @@ pub(crate) use build::Excess;
 pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
 };
-pub use lane::{Continuity, Cost, Derivative, LaneOp, LaneShape, Precision};
+pub use lane::{Continuity, Cost, Derivative, LaneOp, LaneShape, MAX_ARGS, Precision};
 pub use print::print;
 
 use crate::hir::Global;
