@@ -11,7 +11,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
-/// Maximum number of links in a chain.
+/// Maximum number of links in a chain, as in Linux.
 const MAX_LINKS: usize = 40;
 
 /// The folders below which files may be opened.

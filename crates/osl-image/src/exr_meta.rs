@@ -7,7 +7,7 @@ use osl_limits::Images;
 
 use crate::attributes::{Attribute, Attributes};
 
-/// The longest name of an attribute or of its type.
+/// The longest name of an attribute or of its type, as the format has it.
 const MAX_NAME: usize = 255;
 
 /// The compressions by their numbers.

@@ -18,7 +18,7 @@ use crate::jpeg_head::JpegHead;
 use crate::read::{Opened, Source, StoredType, channel_names};
 use crate::texels::Texels;
 
-/// Memory of the PNG decoder besides rows.
+/// Memory of the PNG decoder besides rows: a property of the decoder.
 const PNG_BUFFERS: u64 = 1 << 20;
 
 /// Decodes a file in one of these formats. The error for other files lists all formats that this crate reads.

@@ -319,6 +319,14 @@ mod tests {
         assert_eq!(texture.n_levels(), 3);
     }
 
+    #[test]
+    fn levels_stop() {
+        let limits = Limits::default();
+        limits.halt(osl_limits::Halt::Memory);
+        let texture = Texture::of(Decoded::from(image(4, 4, StoredType::Float, vec![1.0; 16])), &limits);
+        assert!(texture.coarser().is_empty());
+    }
+
     /// A part of 2 x 1 texels, at (1, 1) of an image of 4 x 2.
     fn part(display_window: [i32; 4]) -> Texture {
         let mut image = image(2, 1, StoredType::Float, vec![4.0, 8.0]);

@@ -266,7 +266,7 @@ impl Layout {
     }
 }
 
-/// No image may have more samples; below this, sizes in bytes do not overflow.
+/// No image may have more samples, whatever the limits: below this, sizes in bytes do not overflow.
 const MOST: u64 = 1 << 40;
 
 fn too_large(path: &Path, samples: u64) -> ImageError {

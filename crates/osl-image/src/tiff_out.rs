@@ -42,7 +42,7 @@ impl Stored {
     }
 }
 
-/// Maximum number of channels.
+/// Maximum number of channels in a file that this module writes. Users choose the channels, not input.
 const MAX_CHANNELS: usize = 1 << 12;
 
 /// Writes samples in little-endian order, pixel by pixel, with `channels` samples each.

@@ -355,3 +355,24 @@ proptest! {
         prop_assert!((sample.d_dt[0] - slope_t).abs() < 0.02, "{} {slope_t}", sample.d_dt[0]);
     }
 }
+
+/// Every decoder fails once the command has to stop, and says why.
+#[test]
+fn decoders_stop() {
+    let limits = Limits::default();
+    limits.halt(osl_limits::Halt::Time);
+    let exr = {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("a.exr");
+        let layer =
+            osl_image::Layer { name: "Y", kind: osl_image::LayerKind::Scalar, planes: vec![&[0.5; 64]] };
+        osl_image::write_exr(&path, 8, 8, &[layer], osl_image::ExrOptions::default()).unwrap();
+        std::fs::read(path).unwrap()
+    };
+    let hdr = [b"#?RADIANCE\n\n-Y 2 +X 3\n".as_slice(), &[128; 24]].concat();
+    for file in [png(64, b"gAMA", 4, 65 * 64), exr, hdr] {
+        assert!(decode(&file).is_ok());
+        let error = decode_part(Path::new("a"), &file, &limits, SubImage::default()).unwrap_err();
+        assert!(error.to_string().contains("--max-time"), "{error}");
+    }
+}

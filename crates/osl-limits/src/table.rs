@@ -140,6 +140,10 @@ limits! {
         written_operations = 400_000, "operations", "E0601";
         /// Symbols of a compiled shader that is written.
         written_symbols = 500_000, "symbols", "E0601";
+        /// Variables without initial value that the lints watch at a time.
+        watched = 256, "variables", "other variables are not watched";
+        /// Elements of an array that `debug_uninit` watches.
+        marked = 4096, "elements", "other elements are not watched";
         /// Warnings of the lints about one file, the first ones of the file.
         findings = 200, "warnings", "later warnings are not shown";
     }

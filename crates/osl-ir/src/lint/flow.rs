@@ -16,12 +16,12 @@ use crate::types::Base;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 
-/// Reports reads of unassigned variables.
-pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
+/// Reports reads of unassigned variables, watching `most` variables at a time.
+pub(super) fn run(walk: &Walk<'_>, most: u64, found: &mut Findings<'_>) {
     let owners = Owners::of(walk);
     for (index, body) in bodies(walk.program).enumerate() {
         let mut flow = Flow { walk, found, owners: &owners, body: index, first: FxHashMap::default() };
-        flow.list(body, &mut State::default());
+        flow.list(body, &mut State::new(most));
         let mut reads: Vec<_> = flow.first.into_iter().collect();
         reads.sort_by_key(|(var, read)| (read.span, *var));
         for (var, read) in reads {

@@ -92,7 +92,7 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
     };
     let walk = walk::Walk::new(program);
     usage::run(ast, &walk, &mut found);
-    flow::run(&walk, &mut found);
+    flow::run(&walk, options.limits.compiling.watched, &mut found);
     jumps::run(&walk, &mut found);
     values::run(&walk, &mut found);
     scopes::run(ast, &mut found);

@@ -5,9 +5,6 @@ use crate::hir::{Stmt, VarId};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 
-/// Maximum number of variables examined at a time, since every condition copies their states.
-const MAX_WATCHED: usize = 256;
-
 /// Why a variable may lack a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Gap {
@@ -46,17 +43,24 @@ impl Assigned {
 #[derive(Clone, Debug, Default)]
 pub(super) struct State {
     vars: FxHashMap<VarId, Assigned>,
+    /// Maximum number of watched variables, since every condition copies their states.
+    most: usize,
     /// Whether control never reaches this place.
     pub(super) dead: bool,
 }
 
 impl State {
+    /// Watches at most this many variables at a time.
+    pub(super) fn new(most: u64) -> State {
+        State { most: usize::try_from(most).unwrap_or(usize::MAX), ..State::default() }
+    }
+
     pub(super) fn get(&self, var: VarId) -> Option<Assigned> {
         self.vars.get(&var).copied()
     }
 
     pub(super) fn declare(&mut self, var: VarId) {
-        if self.vars.len() < MAX_WATCHED {
+        if self.vars.len() < self.most {
             self.vars.insert(var, Assigned::No);
         }
     }

@@ -15,9 +15,6 @@ use osl_syntax::ast::{BinaryOp, UnaryOp};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Maximum number of array elements that get the special value.
-const MAX_MARKED: u32 = 4096;
-
 /// The state of lowering for its checks.
 #[derive(Debug, Default)]
 pub(super) struct Checking {
@@ -237,7 +234,8 @@ impl Lowerer<'_> {
         match len {
             None => self.b.store(slot, mark),
             Some(n) => {
-                for index in 0..n.min(MAX_MARKED) {
+                let most = u32::try_from(self.b.limits.marked).unwrap_or(u32::MAX);
+                for index in 0..n.min(most) {
                     let index = self.b.int(index as i32);
                     self.b.store_element(slot, index, mark);
                 }

@@ -8,7 +8,7 @@ use super::Renaming;
 use crate::ir::{Block, BlockId, Body, Const, Inst, Op, ValueId, Values};
 use rustc_hash::FxHashMap;
 
-/// Rounds that a loop may have.
+/// Rounds that a loop may have to be unrolled. Like the next constant, a choice of the optimizer, no limit.
 const MAX_ROUNDS: usize = 64;
 /// Instructions that all unrolled loops may have together.
 const MAX_GROWTH: usize = 8192;

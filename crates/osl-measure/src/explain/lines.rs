@@ -119,7 +119,8 @@ enum Thing {
     Call(String),
 }
 
-/// Values kept for each thing: the first ones and the last one are shown.
+/// Values kept for each thing: the first ones and the last one are shown. This is a choice of presentation:
+/// `running.trace` bounds the values.
 const MAX_VALUES: usize = 10_000;
 
 impl Facts {

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-/// Maximum samples per pixel: the length of the sequence.
+/// Maximum samples per pixel: the length of the sequence, and so a property of the pattern.
 pub const MAX_SAMPLES: u32 = 1 << 16;
 
 /// Number of scrambles.

@@ -24,7 +24,7 @@ pub enum ObjError {
     Mesh(#[from] MeshError),
 }
 
-/// Maximum number of digits of a vertex index.
+/// Maximum number of digits of a vertex index: more do not fit 32 bits.
 const MAX_DIGITS: usize = 9;
 
 /// Reads the faces of an OBJ file; materials, lines and points are ignored. Objects and groups become one

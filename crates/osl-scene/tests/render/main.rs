@@ -7,6 +7,8 @@ mod common;
 mod scenes;
 
 use common::{mean, picture, world};
+use osl_exec::RunError;
+use osl_limits::Halt;
 use osl_scene::render::{RenderOptions, Strategy, render};
 
 const CAMERA: &str = "persp_camera {\n position 0 0 4\n look_at 0 0 0\n fov 20\n}\n";
@@ -133,6 +135,16 @@ fn a_picture_is_the_same_on_any_number_of_threads() {
         assert_eq!(one, shown(3, options), "{options:?}");
         assert_ne!(one.0, shown(1, RenderOptions { seed: 1, ..options }).0, "another seed is other noise");
     }
+}
+
+#[test]
+fn rendering_stops() {
+    let shaders = [material("0.8 * diffuse(N)"), NIGHT.to_string()];
+    let shaders: Vec<&str> = shaders.iter().map(String::as_str).collect();
+    let world = world(LIT, &shaders, [128, 64]).unwrap();
+    // The first tile that is done tells the others to stop.
+    let stopped = render(&world, &options(1), &|_| world.limits.halt(Halt::Memory));
+    assert!(matches!(stopped, Err(RunError::Halted(Halt::Memory))));
 }
 
 #[test]

@@ -1,10 +1,12 @@
 //! Catmull-Clark surfaces against limit masks, splines and deep subdivision; irregular meshes.
 
 use crate::common::{assert_watertight, cube, cube_with_uvs, edges, grid};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Mat4, Vec2, Vec3};
+use osl_limits::{Halt, Limits};
 use osl_scene::camera::Camera;
 use osl_scene::mesh::{Mesh, MeshError, Oddities, Triangles};
-use osl_scene::subdivide::{Detail, Scheme, Tessellated, longest_edge, tessellate};
+use osl_scene::shape::Shape;
+use osl_scene::subdivide::{Detail, Scheme, Tessellated, longest_edge, tessellate, tessellate_within};
 use proptest::prelude::*;
 
 fn smooth(mesh: &Mesh, level: u32) -> Triangles {
@@ -246,6 +248,18 @@ fn wrong_meshes_are_errors() {
     assert_eq!(wrong(mesh), MeshError::Empty, "nothing is left");
     let deep = tessellate(&cube(), Scheme::CatmullClark, &Detail::Level(30));
     assert_eq!(deep.unwrap_err(), MeshError::TooFine { most: 1 << 22 });
+}
+
+#[test]
+fn subdivision_stops() {
+    let limits = Limits::default();
+    let cut = |detail| tessellate_within(&cube(), Scheme::CatmullClark, &detail, &limits);
+    assert!(cut(Detail::Level(3)).is_ok());
+    limits.halt(Halt::Time);
+    assert_eq!(cut(Detail::Level(3)).unwrap_err(), MeshError::Halted(Halt::Time));
+    let sphere = Shape::Sphere { radius: 1.0 };
+    let shape = sphere.triangles_within(&Mat4::IDENTITY, &Detail::Level(2), &limits);
+    assert!(matches!(shape, Err(MeshError::Halted(Halt::Time))));
 }
 
 proptest! {

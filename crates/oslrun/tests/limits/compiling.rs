@@ -19,6 +19,8 @@ pub(crate) const TRIPPED: Tripped = &[
     ("compiling.written_operations", written_operations),
     ("compiling.written_symbols", written_symbols),
     ("compiling.findings", findings),
+    ("compiling.watched", watched),
+    ("compiling.marked", marked),
 ];
 
 /// A run succeeds as it is, and fails with the error of the row for a smaller limit.
@@ -45,6 +47,23 @@ fn findings(row: &Row) {
     };
     assert!(count(row.default) >= 3, "{}", count(row.default));
     assert_eq!(count(1), 1);
+}
+
+fn watched(row: &Row) {
+    let folder = body("float a; float b; o = a + b;");
+    let count = |n: u64| {
+        let said = folder.run(&["check", "a.osl", "--limit", &format!("{}={n}", row.name)]);
+        said.err.matches("warning[").count()
+    };
+    assert_eq!(count(row.default), count(1) + 1);
+}
+
+fn marked(row: &Row) {
+    let folder = body("float a[4]; o = a[int(u) + 3];");
+    let args = ["testshade", "--debuguninit", "-g", "1", "1", "-o", "o", "null", "a"];
+    let said = |n: u64| folder.run(&[&args[..], &["--limit", &format!("{}={n}", row.name)]].concat()).err;
+    assert!(said(4).contains("uninitialized"), "{}", said(4));
+    assert!(!said(3).contains("uninitialized"), "{}", said(3));
 }
 
 fn struct_depth(row: &Row) {

@@ -191,7 +191,8 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// Characters of a line that are quoted: operations of two long lines may take turns.
+/// Characters of a line that are quoted, since operations of two long lines may take turns. This is a choice
+/// of presentation.
 const MAX_QUOTED: usize = 500;
 
 /// The text of a line, as far as it is quoted.

@@ -19,7 +19,8 @@ pub struct Surface {
     pub lobes: Lobes,
 }
 
-/// Maximum nesting depth of closures.
+/// Maximum nesting depth of closures, which bounds the recursion. This is a property of the renderer: further
+/// layers have no effect.
 const MAX_DEPTH: usize = 32;
 
 /// The viewing situation of a point.

@@ -110,7 +110,7 @@ impl Lobe {
     }
 }
 
-/// Maximum number of lobes at a point; further ones have no effect.
+/// Maximum number of lobes at a point, as in the reference; further ones have no effect.
 const MAX_LOBES: usize = 8;
 /// The largest number below 1.
 const BELOW_ONE: f32 = 0.999_999_94;
