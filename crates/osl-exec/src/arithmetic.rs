@@ -1,7 +1,7 @@
-//! The arithmetics that a machine runs with: what a word of a lane is, and how floats lie in it.
+//! The arithmetics of a machine: the word of a lane, and how floats are stored in it.
 //!
-//! A machine is one piece of code for all of them. Ints and the numbers of strings and closures are the low 32 bits
-//! of a word in each. This module must not know programs or machines.
+//! A machine is generic code for all of them. Ints and the numbers of strings and closures are the low 32
+//! bits of a word in each arithmetic. This module must not know programs or machines.
 
 use crate::fields::{self, FieldCall};
 use crate::lanes::{LaneCall, LaneRun, Ready, Stamped, StampedFast, StampedRun};
@@ -13,22 +13,22 @@ use osl_ir::numeric::{Number, Real};
 use osl_noise::{FusedKernel, Isa, Kernel};
 use std::fmt::Debug;
 
-/// What a lane holds.
+/// The contents of a lane.
 pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
     /// Whether cheap operations have loops of their own for single arguments. Without, what is single is broadcast first:
     /// a third as much to compile.
     const FORMS: bool;
-    /// The word of an int, or of a number of a string or closure.
+    /// The word for an int, or for the number of a string or closure.
     fn of(bits: u32) -> Self;
     /// The int.
     fn bits(self) -> u32;
-    /// `yes` where `mask` is all ones, `no` where it is 0.
+    /// `yes` if `mask` is all ones, `no` if it is 0.
     fn pick(mask: u32, yes: Self, no: Self) -> Self;
-    /// The words themselves, if they are of 32 bits.
+    /// The words as they are, if they have 32 bits.
     fn narrow(lanes: &[Self]) -> Option<&[u32]>;
-    /// The same, to write.
+    /// The same, mutable.
     fn narrow_mut(lanes: &mut [Self]) -> Option<&mut [u32]>;
-    /// `out[i] = table[index[i]]`; an index beyond the table counts as its last.
+    /// `out[i] = table[index[i]]`; an index beyond the table selects its last word.
     fn look_up(isa: Isa, table: &[Self; 16], index: &[u32], out: &mut [Self]);
 }
 
@@ -84,7 +84,7 @@ impl Word for u64 {
     }
 }
 
-/// A float that lies in words.
+/// A float stored in words.
 pub(crate) trait Element<W>: Real {
     fn load(word: W) -> Self;
     fn store(self) -> W;
@@ -123,19 +123,19 @@ impl Element<u64> for f64 {
     }
 }
 
-/// A way to compute.
+/// An arithmetic.
 pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
-    /// What a lane holds.
+    /// The contents of a lane.
     type Word: Word;
     /// The floats.
     type Real: Element<Self::Word>;
-    /// Which it is to [`native`](crate::native), if its lane operations are those.
+    /// Its style in [`native`](crate::native), if that implements its lane operations.
     const NATIVE: Option<Style> = None;
     /// Runs lane operations.
     fn lanes(isa: Isa, run: LaneRun<'_, Self::Word>);
     /// Runs a noise field. `inputs` and `outs` are lanes.
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[Self::Word]], outs: &mut [&mut [Self::Word]]);
-    /// Has lanes filled with floats of single precision.
+    /// Fills lanes with single-precision floats.
     fn fill(lanes: &mut [Self::Word], fill: impl FnOnce(&mut [f32]));
 
     /// The word of a float.
@@ -177,7 +177,7 @@ impl Arithmetic for Strict {
     }
 }
 
-/// Single precision with cheaper approximations; noise is the strict one's.
+/// Single precision with cheaper approximations; noise is the same as in the strict arithmetic.
 #[derive(Clone, Copy)]
 pub(crate) struct Fast;
 

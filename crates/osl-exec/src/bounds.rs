@@ -1,4 +1,4 @@
-//! Whether the fast functions are as good as they are said to be, as loops of each instruction set compute them.
+//! Checks that the fast functions keep their error bounds in the loops of each instruction set.
 
 use crate::arithmetic::{Double, Fast};
 use crate::lanes;
@@ -7,14 +7,15 @@ use osl_ir::numeric::fast::{BOUNDS, Bound};
 use osl_noise::Isa;
 use rayon::prelude::*;
 
-/// Lanes of a call.
+/// Lanes per call.
 const LANES: usize = 4096;
 
 fn op(name: &str) -> LaneOp {
     LaneOp::ALL.iter().copied().find(|op| op.text() == name).expect("a lane operation")
 }
 
-/// How a function compares with its bound: how many are beyond it, and the worst, as a share of what is allowed, and where.
+/// The comparison of a function with its bound: the number of violations, the largest error as a share of the
+/// bound, and its argument.
 #[derive(Clone, Copy, Default)]
 struct Found {
     beyond: usize,
@@ -29,7 +30,7 @@ impl Found {
     }
 }
 
-/// What is wrong with a function at those of some words that its bound speaks of, for each instruction set.
+/// The violations of a function for the words to which its bound applies, for each instruction set.
 fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Found> {
     let call = |x: &f32| (bound.from..=bound.to).contains(x);
     let kept: Vec<f32> = words.iter().map(|w| f32::from_bits(*w)).filter(call).collect();
@@ -58,7 +59,7 @@ fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Found> {
     isas.iter().map(compare).collect()
 }
 
-/// Checks all functions at every `step`th float, and yields what is beyond the bounds.
+/// Checks all functions at every `step`th float, and returns the violations.
 fn all(step: usize) -> Vec<String> {
     let isas = Isa::all();
     let mut wrong = Vec::new();
@@ -90,7 +91,8 @@ fn fast_functions_keep_their_bounds_at_some_floats() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// `cargo test --release -p osl-exec --lib bounds -- --ignored --nocapture`: some minutes for each function.
+/// `cargo test --release -p osl-exec --lib bounds -- --ignored --nocapture`: several minutes for each
+/// function.
 #[test]
 #[ignore = "takes an hour or more"]
 fn fast_functions_keep_their_bounds_at_all_floats() {

@@ -1,9 +1,10 @@
 //! Dictionaries: XML that a shader searches.
 //!
-//! A document is parsed once a run and kept as a flat tree. Paths are a subset of XPath: steps over children (`/`)
-//! and descendants (`//`), names and `*`, and predicates `[2]`, `[last()]`, `[@a]`, `[@a='x']`, `[a]`, `[a='x']`. Numbers of nodes are
-//! hashes of document, path and place, so that they do not depend on which point asked first; and a point knows
-//! the nodes that it found itself. This module must not know lanes or files.
+//! A document is parsed once per run and kept as a flat tree. Paths are a subset of XPath: steps over
+//! children (`/`) and descendants (`//`), names and `*`, and predicates `[2]`, `[last()]`, `[@a]`,
+//! `[@a='x']`, `[a]`, `[a='x']`. Numbers of nodes are hashes of document, path and position, so that they do
+//! not depend on which point searched first; and a point knows only the nodes that it found itself. This
+//! module must not know lanes or files.
 
 mod path;
 mod tree;
@@ -16,17 +17,17 @@ use std::hash::{Hash, Hasher};
 use std::sync::{Arc, Mutex, PoisonError};
 use tree::Tree;
 
-/// Steps for each byte of a document that is parsed, and bytes of text that one step searches or copies.
+/// Steps for each byte of a parsed document, and bytes of text that one step searches or copies.
 const PARSING: u64 = 2;
 const BYTES_A_STEP: u64 = 16;
-/// Bytes that count for a node that a point knows.
+/// Bytes charged for a node that a point knows.
 const NODE_BYTES: u64 = 64;
 
-/// A parsed document, or why it is none.
+/// A parsed document, or the reason why it is invalid.
 type Parsed = Result<Arc<Tree>, Arc<str>>;
 
-/// The documents of all threads of a run: those that were used last, as many as there is room for. Which they are decides how
-/// long a search takes, and not what it counts.
+/// The documents of all threads of a run: the most recently used ones, as far as there is room. The choice
+/// affects the time of a search, but not its counted cost.
 #[derive(Debug)]
 pub(crate) struct Documents {
     limits: Limits,
@@ -42,13 +43,13 @@ struct Kept {
 }
 
 impl Documents {
-    /// None yet.
+    /// An empty list.
     pub(crate) fn new(limits: &Limits) -> Documents {
         Documents { limits: limits.clone(), kept: Mutex::default() }
     }
 
-    /// A document by a key, parsed if need be from the text that `read` yields. One at a time: parsing takes many times the
-    /// memory of the text.
+    /// The document for a key, parsed if necessary from the text that `read` returns. Only one is parsed at a
+    /// time, since parsing takes many times the memory of the text.
     fn get(&self, key: &str, read: impl FnOnce() -> Result<Arc<str>, String>) -> Parsed {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(known) = kept.list.get(key) {
@@ -75,45 +76,46 @@ impl Documents {
     }
 }
 
-/// A node that a path found: one of a list.
+/// A node found by a path: one of a list.
 #[derive(Clone)]
 struct Found {
     tree: Arc<Tree>,
     list: Arc<[u32]>,
     index: usize,
-    /// What its number is made from, with its place in the list.
+    /// The state from which its number is computed, together with its index in the list.
     hasher: FxHasher,
 }
 
 /// Where a search starts.
 pub(crate) enum Start<'a> {
-    /// The root of a document.
+    /// The root of a document, given as text.
     Document(&'a str),
-    /// The root of a file by name, which a function reads.
+    /// The root of a file, given by name, with a function that reads it.
     File(&'a str, &'a dyn Fn(u64) -> Result<String, String>),
     /// A node that an earlier search found.
     Node(i32),
 }
 
-/// What a lookup takes of the point that does it.
+/// The cost of a lookup for its point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Cost {
     /// Steps.
     pub(crate) steps: u64,
-    /// Bytes that are kept as long as the point runs.
+    /// Bytes that are kept until the point ends.
     pub(crate) bytes: u64,
 }
 
-/// The nodes that the points of a batch know: each those that it found, and all those that were found for all.
+/// The nodes known to the points of a batch: each point knows those that it found, and those found for all
+/// points.
 pub(crate) struct Dictionaries<'a> {
     documents: &'a Documents,
     nodes: FxHashMap<(Option<usize>, i32), Found>,
-    /// Texts whose documents the batch holds, by their hashes.
+    /// Hashes of the texts whose documents the batch holds.
     held: FxHashSet<u64>,
 }
 
 impl<'a> Dictionaries<'a> {
-    /// No nodes.
+    /// An empty set.
     pub(crate) fn new(documents: &'a Documents) -> Self {
         Dictionaries { documents, nodes: FxHashMap::default(), held: FxHashSet::default() }
     }
@@ -124,13 +126,13 @@ impl<'a> Dictionaries<'a> {
         self.held.clear();
     }
 
-    /// A node by its number, for a point or for all.
+    /// A node with a number, for a point or for all points.
     fn node(&self, of: Option<usize>, number: i32) -> Option<&Found> {
         self.nodes.get(&(of, number)).or_else(|| self.nodes.get(&(None, number)))
     }
 
-    /// The first match of a path: its number, or 0 where there is none. It is known to a point, or to all. `affords` is told the
-    /// steps of what is next, and whether to go on is what it says.
+    /// The first match of a path: its number, or 0 if there is none. It becomes known to a point, or to all.
+    /// `affords` gets the steps of the next operation and tells whether to continue.
     ///
     /// # Errors
     /// The document or the path is malformed.
@@ -159,7 +161,7 @@ impl<'a> Dictionaries<'a> {
             Start::File(name, read) => {
                 let most = self.documents.limits.running.xml_bytes;
                 name.hash(&mut hasher);
-                // No text is a document and the name of a file.
+                // A text cannot be both a document and the name of a file.
                 let tree = self.documents.get(name, || read(most).map(Into::into));
                 (tree.map_err(|why| why.to_string())?, 0)
             }
@@ -206,7 +208,7 @@ impl<'a> Dictionaries<'a> {
         number
     }
 
-    /// The match behind a node, 0 if it is the last.
+    /// The next match after a node; 0 if it is the last one.
     pub(crate) fn next(
         &mut self,
         of: Option<usize>,
@@ -218,7 +220,7 @@ impl<'a> Dictionaries<'a> {
         if next.index < next.list.len() { self.know(of, next, affords) } else { 0 }
     }
 
-    /// An attribute of a node, or its text where the name is empty.
+    /// An attribute of a node, or its text if the name is empty.
     pub(crate) fn value(&self, of: Option<usize>, node: i32, name: &str) -> Option<&str> {
         let found = self.node(of, node)?;
         let element = *found.list.get(found.index)? as usize;
@@ -226,7 +228,7 @@ impl<'a> Dictionaries<'a> {
     }
 }
 
-/// What is said of a document with more bytes than one may have.
+/// The error for a document that has too many bytes.
 fn too_long(most: u64) -> String {
     format!("the XML text has more than {most} bytes")
 }
@@ -277,7 +279,7 @@ mod tests {
         assert_eq!(all.value(Some(3), b, ""), Some("hideep"));
         assert_eq!(all.value(Some(3), b, "none"), None);
         assert_eq!(all.value(Some(3), c, ""), Some("deep"));
-        // What one point found is its own.
+        // Each point knows only the nodes that it found.
         assert_eq!(all.value(Some(4), c, ""), None);
     }
 
@@ -291,7 +293,7 @@ mod tests {
         let attributes: String = (0..n).map(|i| format!(" a{i}=''")).collect();
         assert!(Tree::parse(&format!("<r{attributes}/>"), &limits).is_err());
         assert!(Tree::parse(&"<a xmlns:b='c'>".repeat(n), &limits).is_err());
-        // Each step of a search counts what it looks at, whatever it finds.
+        // Each step of a search is charged for what it examines, whether it finds anything or not.
         let steps = steps("//a//a//a").unwrap();
         let mut left = 200_000_u64;
         let mut affords = |steps: u64| {

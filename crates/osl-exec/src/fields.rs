@@ -1,37 +1,40 @@
 //! Noise fields over lanes of floats, in single and double precision.
 //!
-//! It must not know machines or words. Gabor noise is computed in single precision whatever the arithmetic.
+//! This module must not know machines or words. Gabor noise is computed in single precision in every
+//! arithmetic.
 
 use bytemuck::Pod;
 use osl_noise::gabor::{self, Options};
 use osl_noise::hash::NAN_WORD;
 use osl_noise::{Float, Isa, Kernel, Kind};
 
-/// Results at most, in floats: a triple and its tangents along two axes.
+/// Maximum number of results in floats: a triple and its derivatives along two axes.
 pub(crate) const MAX_OUTPUTS: usize = 9;
-/// Arguments at most, in floats: four coordinates, their periods, their tangents along two axes.
+/// Maximum number of arguments in floats: four coordinates, their periods, and their derivatives along two
+/// axes.
 pub(crate) const MAX_INPUTS: usize = 16;
 
-/// A field of some coordinates.
+/// The evaluation of a field at some coordinates.
 pub(crate) struct FieldCall<'a> {
     pub(crate) field: Field<'a>,
-    /// Coordinates: 1 to 4. Behind them are periods, where there are any, then tangents of the coordinates.
+    /// Number of coordinates, 1 to 4. They are followed by the periods, if any, then by the derivatives of
+    /// the coordinates.
     pub(crate) dims: usize,
-    /// Whether tangents of the coordinates are given.
+    /// Whether derivatives of the coordinates are given.
     pub(crate) tangents: bool,
-    /// Whether tangents of the values are wanted: three values are then one and its tangents.
+    /// Whether derivatives of the values are computed: three values are then one value and its derivatives.
     pub(crate) dual: bool,
 }
 
-/// A field, and what it is computed with.
+/// A field with its parameters.
 #[derive(Clone, Copy)]
 pub(crate) enum Field<'a> {
     Lattice(Kind),
-    /// Lanes, and options for each of them or one for all. Other lanes are left as they are.
+    /// The lanes to compute, and the options, one for each or one for all. Other lanes stay unchanged.
     Gabor(&'a [usize], &'a [Options]),
 }
 
-/// Calls `field` with lanes as floats of the same size.
+/// Calls `field` with the lanes as floats of the same size.
 pub(crate) fn cast<W: Pod, F: Pod>(
     inputs: &[&[W]],
     outs: &mut [&mut [W]],
@@ -53,7 +56,7 @@ pub(crate) fn single(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f32]], outs: &m
     }
 }
 
-/// A field in double precision, Gabor noise excepted.
+/// A field in double precision, except Gabor noise.
 pub(crate) fn double(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f64]], outs: &mut [&mut [f64]]) {
     match call.field {
         Field::Lattice(kind) => lattice(isa, call, kind, inputs, outs),
@@ -73,7 +76,7 @@ pub(crate) fn double(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f64]], outs: &m
 
 fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]], outs: &mut [&mut [F]]) {
     let (dims, tangents) = (call.dims, call.tangents);
-    // Coordinates, periods where there are any, then the tangents.
+    // Coordinates, then periods if any, then the derivatives.
     let (plain, slopes) =
         inputs.split_at(inputs.len() - if tangents { (2 * dims).min(inputs.len()) } else { 0 });
     let numbers: Vec<Vec<F>>;
@@ -101,13 +104,14 @@ fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]]
         }
         _ => {}
     }
-    // What comes of a hash alone is never NaN.
+    // The results of hashes are never NaN.
     if !matches!(kind, Kind::Cell | Kind::Hash) {
         outs.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
     }
 }
 
-/// Gabor noise, whose options may differ between lanes. It is computed lane by lane, so only where it is wanted.
+/// Gabor noise, whose options may differ between lanes. It is computed lane by lane, only for the active
+/// lanes.
 fn gabor(
     isa: Isa,
     call: &FieldCall<'_>,
@@ -156,14 +160,15 @@ fn gabor_all(
     outs.iter_mut().for_each(|lanes| isa.dispatch(OneNan(lanes)));
 }
 
-/// Coordinates of hash noise, with every NaN the same: it takes their words, and which NaN arithmetic makes of two depends
-/// on the instruction set.
+/// Coordinates of hash noise, with one canonical NaN: hash noise uses their bits, and the payload of a NaN
+/// depends on the instruction set.
 fn with_one_nan<F: Float>(lanes: &[F]) -> Vec<F> {
     let one = F::lit(f32::from_bits(NAN_WORD));
     lanes.iter().map(|x| if x.is_nan() { one } else { *x }).collect()
 }
 
-/// Makes every NaN the same: which one comes of coordinates that are none depends on the instruction set.
+/// Replaces every NaN by one canonical NaN, because the payload for NaN coordinates depends on the
+/// instruction set.
 struct OneNan<'a, F>(&'a mut [F]);
 
 impl<F: Float> Kernel for OneNan<'_, F> {

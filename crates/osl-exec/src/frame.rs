@@ -1,4 +1,4 @@
-//! What a run is asked for, and what it yields: options, planes, closures, messages.
+//! The input and the result of a run: options, planes, closures, messages.
 //!
 //! This module must not know how the points are run, see [`Run`](crate::Run).
 
@@ -12,21 +12,21 @@ use osl_limits::{Limits, Running};
 use osl_noise::Isa;
 use std::sync::Arc;
 
-/// How a program is run.
+/// Options of a run.
 #[derive(Clone, Debug)]
 pub struct RunOptions {
-    /// Points that one instruction covers, rounded up to a multiple of 16; as suits the program where it is not set. Fewer
-    /// where the memory of the run or the work of a point wants that.
+    /// Points per batch, rounded up to a multiple of 16; chosen for the program if not set. Fewer if the
+    /// memory of the run or the work of a point requires it.
     pub batch: Option<usize>,
-    /// Points of a task.
+    /// Points per tile.
     pub tile: usize,
     /// The instruction set.
     pub isa: Isa,
-    /// What points may take, and the run as a whole.
+    /// The budgets of points, and of the run as a whole.
     pub limits: Limits,
     /// Whether the closures of outputs are kept.
     pub closures: bool,
-    /// Whether to note where the time goes.
+    /// Whether to measure where the time goes.
     pub profile: bool,
     /// Which runs of operations become machine code.
     pub native: Native,
@@ -58,11 +58,11 @@ pub struct Plane {
     pub ty: Type,
     /// Which component: 0 for scalars, 0 to 2 for triples, 0 to 15 for matrices.
     pub component: usize,
-    /// What the words are.
+    /// The kind of the words.
     pub kind: Kind,
     /// A word for each point, in order; floats in single precision.
     pub words: Vec<u32>,
-    /// The values in double precision, point by point, where the run computed with it; empty otherwise.
+    /// The values in double precision, point by point, if the run used it; empty otherwise.
     pub wide: Vec<f64>,
 }
 
@@ -73,7 +73,7 @@ impl Plane {
         self.words.iter().map(convert).collect()
     }
 
-    /// The values as doubles, as well as they are known; ints are converted.
+    /// The values as doubles, as accurately as they are known; ints are converted.
     pub fn doubles(&self) -> Vec<f64> {
         if !self.wide.is_empty() {
             return self.wide.clone();
@@ -84,12 +84,12 @@ impl Plane {
     }
 }
 
-/// What a run yields.
+/// The result of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
     /// The planes, output by output.
     pub planes: Vec<Plane>,
-    /// What the run has to say, each message once.
+    /// The messages of the run, each once.
     pub messages: Vec<Said>,
     /// What the shader printed, point by point.
     pub printed: Vec<Printed>,
@@ -128,7 +128,7 @@ impl Frame {
         }
     }
 
-    /// The messages in words, each once, with whether it is an error; `place` names a place of the source.
+    /// The messages as text, each once, with a flag for errors; `place` names a source location.
     pub fn said(&self, place: impl Fn(osl_ir::Span) -> String) -> Vec<(bool, String)> {
         let mut seen = rustc_hash::FxHashSet::default();
         let all = self.messages.iter().map(|m| (m.message.error, m.message.show(&place)));

@@ -1,7 +1,7 @@
-//! What a run has to say: errors and warnings, printed text, each with the points that say it.
+//! The messages of a run: errors and warnings, and printed text, each with the points that caused it.
 //!
-//! A run keeps each message once, with the number of its points and the first of them; or, where that is asked for, each
-//! time that a point says it, in the order of the points. It must not know how messages are shown.
+//! A run keeps each message once, with the number of its points and the first of them; or, if requested,
+//! every occurrence, in the order of the points. This module must not know how messages are displayed.
 
 use crate::order::Blocks;
 use osl_ir::Span;
@@ -10,18 +10,18 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// An error or warning of the shader, or of what it asked for.
+/// An error or warning of the shader, or about something that it requested.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Message {
     /// Whether it is an error rather than a warning.
     pub error: bool,
-    /// The text, one line but for what the shader itself says; `{0}`, `{1}` stand for places.
+    /// The text, on one line except for the shader's own text; `{0}`, `{1}` stand for locations.
     pub text: Arc<str>,
-    /// Places in the source that the text names.
+    /// Source locations to which the text refers.
     pub places: Vec<Span>,
-    /// The place in the source that says it.
+    /// The source location that caused it.
     pub at: Option<Span>,
-    /// The file that could not be used, if that is what it says: a texture by the name that the shader gave it.
+    /// The file that could not be used, if the message is about one: a texture by the name in the shader.
     pub file: Option<Arc<str>>,
 }
 
@@ -31,7 +31,7 @@ impl Message {
         Message { error: true, text: text.into(), places: Vec::new(), at: None, file: None }
     }
 
-    /// An error that names places.
+    /// An error that refers to locations.
     pub fn error_at(text: impl Into<Arc<str>>, places: Vec<Span>) -> Message {
         Message { places, ..Message::error(text) }
     }
@@ -47,7 +47,7 @@ impl Message {
         Message { file: Some(name.into()), ..self }
     }
 
-    /// The text with its places in words.
+    /// The text with its locations as text.
     pub fn show(&self, place: impl Fn(Span) -> String) -> String {
         let mut text = self.text.to_string();
         for (index, span) in self.places.iter().enumerate() {
@@ -57,12 +57,12 @@ impl Message {
     }
 }
 
-/// A message, and which points say it.
+/// A message, and the points that caused it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
     /// The message.
     pub message: Message,
-    /// How many points say it; `None` where there were too many messages to count.
+    /// Number of points; `None` if there were too many messages to count.
     pub points: Option<u64>,
     /// The first of the points: see [`PointSource::pixel`](crate::PointSource::pixel).
     pub first: usize,
@@ -73,30 +73,32 @@ pub struct Said {
 pub struct Printed {
     /// The point, by its position in the results.
     pub point: usize,
-    /// The file to append it to; `None` is the run's output.
+    /// The file to which it is appended; `None` is the run's output.
     pub file: Option<Arc<str>>,
     /// The text.
     pub text: String,
 }
 
-/// Something that a point did for others to see.
+/// A visible effect of a point.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
     /// It printed.
     Printed(Printed),
-    /// It said a message.
+    /// It caused a message.
     Said(Arc<Message>),
 }
 
-/// Finds the place that stands for all places which are shown alike, such as the start of the line.
+/// Maps a location to the one that represents all locations with the same display, such as the start of the
+/// line.
 pub type StandFor = Arc<dyn Fn(Span) -> Span + Send + Sync>;
 
 /// How a run keeps messages.
 #[derive(Clone, Default)]
 pub struct Keeping {
-    /// Whether what points print and say is kept each time, as [`Event`]s in the order of the points.
+    /// Whether every occurrence of printed text and messages is kept, as [`Event`]s in the order of the
+    /// points.
     pub each: bool,
-    /// Which places count as one.
+    /// Which locations count as one.
     pub places: Option<StandFor>,
 }
 
@@ -129,10 +131,10 @@ impl Default for Room {
     }
 }
 
-/// Bytes that count for a printed text or a message beside its own.
+/// Bytes charged for a printed text or a message besides its contents.
 const BESIDE: u64 = 64;
 
-/// Position of the point that says a message, and how many were said before.
+/// Position of the point that caused a message, and the number of earlier ones.
 type Order = (usize, usize);
 
 /// The points of a message.
@@ -140,7 +142,7 @@ type Order = (usize, usize);
 struct Points {
     first: Order,
     count: u64,
-    /// The first point of the last batch that says it, and a bit for each lane that does.
+    /// The start of the last batch that caused it, and a bit for each lane that did.
     batch: usize,
     lanes: Vec<u64>,
 }
@@ -173,46 +175,46 @@ struct Known {
     bytes: usize,
 }
 
-/// What had been said when a batch began.
+/// The state of the messages when a batch began.
 #[derive(Clone, Debug, Default)]
 struct Before {
-    /// What was known, once the batch has changed it.
+    /// The messages known then, once the batch has changed them.
     known: Option<Box<Known>>,
     said: usize,
     printed: usize,
     events: usize,
 }
 
-/// What one thread has said. Messages are kept once, with the first of their points, and those of the first points where
-/// there are too many: who comes to say one first depends on how many points run together.
+/// The messages of one thread. Messages are kept once, with the first of their points; if there are too many,
+/// those of the first points are kept, because which point reports first depends on the batch size.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Messages {
-    /// The order of the points; by their numbers without.
+    /// The order of the points; without it, their numbers.
     blocks: Option<Blocks>,
     keeping: Keeping,
     room: Room,
-    /// The first point of the batch that runs.
+    /// The first point of the current batch.
     batch: usize,
     known: Known,
     before: Before,
     said: usize,
     printed: Vec<Printed>,
-    /// Bytes of what the batch has printed.
+    /// Bytes that the batch has printed.
     bytes: u64,
-    /// What is kept each time, and the messages in it.
+    /// Kept occurrences, and the messages in them.
     events: Vec<(Order, Event)>,
     shared: FxHashSet<Arc<Message>>,
-    /// Which places count as one, as far as that was asked.
+    /// Cache of the locations that count as one.
     places: FxHashMap<Span, Span>,
 }
 
 impl Messages {
-    /// Nothing said yet, by points in this order.
+    /// No messages yet, for points in this order.
     pub(crate) fn new(blocks: Option<Blocks>, keeping: Keeping, room: Room) -> Messages {
         Messages { blocks, keeping, room, ..Messages::default() }
     }
 
-    /// Takes what was said, and starts anew.
+    /// Takes all messages, and starts again.
     pub(crate) fn take(&mut self) -> Messages {
         let anew = Messages::new(self.blocks, self.keeping.clone(), self.room);
         std::mem::replace(self, anew)
@@ -226,7 +228,7 @@ impl Messages {
         self.before = Before { known: None, said: self.said, printed, events };
     }
 
-    /// Forgets what the batch has said.
+    /// Discards the messages of the batch.
     pub(crate) fn roll_back(&mut self) {
         if let Some(known) = self.before.known.take() {
             self.known = *known;
@@ -237,18 +239,18 @@ impl Messages {
         self.bytes = 0;
     }
 
-    /// Bytes of what the batch has printed, and of messages that are kept each time.
+    /// Bytes that the batch has printed, and of kept occurrences of messages.
     pub(crate) fn printed_bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Forgets what was printed: there is too much of it.
+    /// Discards printed text if there is too much of it.
     pub(crate) fn drop_printed(&mut self) {
         self.printed = Vec::new();
         self.events = Vec::new();
     }
 
-    /// Whether each message is kept each time.
+    /// Whether every occurrence of a message is kept.
     pub(crate) fn keeps_each(&self) -> bool {
         self.keeping.each
     }
@@ -257,7 +259,7 @@ impl Messages {
         self.blocks.map_or(point, |blocks| blocks.position(point))
     }
 
-    /// The place that stands for a place.
+    /// The location that represents a location.
     fn place(&mut self, at: Span) -> Span {
         match &self.keeping.places {
             Some(stand_for) => *self.places.entry(at).or_insert_with(|| stand_for(at)),
@@ -280,7 +282,7 @@ impl Messages {
         }
     }
 
-    /// Adds a message unless a point before has said it or there are too many of those before.
+    /// Adds a message unless an earlier point has caused it or there are too many earlier ones.
     fn add_one(&mut self, here: Order, point: usize, message: &Message) {
         if self.before.known.is_none() {
             self.before.known = Some(Box::new(self.known.clone()));
@@ -320,12 +322,12 @@ impl Messages {
             self.shared.insert(message.clone());
             message
         });
-        // As if each had a text of its own: which share one depends on the tiles.
+        // Charged as if each had a separate text: which of them share one depends on the tiles.
         self.bytes += message.text.len() as u64 + BESIDE;
         self.events.push((here, Event::Said(message)));
     }
 
-    /// Adds printed text. Yields the bytes that it takes.
+    /// Adds printed text. Returns its size in bytes.
     pub(crate) fn print(&mut self, mut printed: Printed) -> u64 {
         let bytes = printed.text.len() as u64 + BESIDE;
         self.bytes += bytes;
@@ -340,7 +342,8 @@ impl Messages {
         bytes
     }
 
-    /// All of several threads in the order of their points: each message once, printed text, events.
+    /// Merges the messages of several threads in the order of their points: each message once, printed text,
+    /// events.
     pub(crate) fn merge(
         all: impl IntoIterator<Item = Messages>,
         limits: &Running,
@@ -364,7 +367,8 @@ impl Messages {
     }
 }
 
-/// Adds messages to a list that has each once, as long as there is room for them. `more` begins with what is said first.
+/// Adds messages to a list that contains each once, as long as there is room for them. `more` begins with the
+/// earliest.
 pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>, limits: &Running) {
     let room = Room::of(limits);
     let mut known: FxHashMap<Message, usize> =
@@ -398,8 +402,8 @@ pub fn unite(list: &mut Vec<Said>, more: impl IntoIterator<Item = Said>, limits:
 mod tests {
     use super::*;
 
-    /// What is kept of messages that 40 points say, each its own and some that all say, of so many bytes; `batch` points
-    /// say each before any says the next.
+    /// The kept messages if 40 points each cause their own and some common ones, with this many bytes;
+    /// `batch` points cause each message before any causes the next one.
     fn kept(batch: usize, bytes: usize) -> Vec<Said> {
         let mut all = Messages::new(None, Keeping::default(), Room::default());
         for first in (0..40).step_by(batch) {

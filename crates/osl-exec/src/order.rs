@@ -1,10 +1,10 @@
 //! The order of the points of an image: in blocks, so that neighbours on the image are neighbours in a batch.
 //!
-//! Rows of blocks of 32 × 32 follow each other, in each row the blocks, in each block its rows: a batch covers a few
-//! blocks, or some rows of one, and mostly sees few cells of a pattern. Blocks at the right and lower border are
-//! narrower or lower. It must not know what points are.
+//! Rows of blocks of 32 × 32 follow each other; a row is ordered by blocks, a block by its rows. So a batch
+//! covers a few blocks, or some rows of one, and mostly sees few cells of a pattern. Blocks at the right and
+//! lower border are narrower or lower. This module must not know what points are.
 
-/// Points along a block's side.
+/// Side of a block in points.
 const SIDE: usize = 32;
 
 /// The blocks of an image.
@@ -14,25 +14,25 @@ pub struct Blocks {
     height: usize,
 }
 
-/// A block, or a piece of one: where it is and which of its points come.
+/// A block, or a part of one: its position, and which of its points follow.
 struct Piece {
     x: usize,
     y: usize,
     width: usize,
     height: usize,
-    /// Its points from this on.
+    /// The first of the remaining points.
     first: usize,
-    /// How many are left in it.
+    /// Number of remaining points in it.
     left: usize,
 }
 
 impl Blocks {
-    /// Those of an image of some size.
+    /// The blocks of an image with this size.
     pub fn new(width: usize, height: usize) -> Blocks {
         Blocks { width, height }
     }
 
-    /// Points of a row of blocks: after each such number of points, the image is complete so far.
+    /// Number of points in a row of blocks: after each multiple of it, the image is complete so far.
     pub fn period(&self) -> usize {
         SIDE * self.width.max(1)
     }
@@ -56,7 +56,7 @@ impl Blocks {
         (piece.x + x, piece.y + y)
     }
 
-    /// The number of a point row by row.
+    /// The index of a point in row-by-row order.
     pub fn position(&self, point: usize) -> usize {
         let (x, y) = self.pixel(point);
         y * self.width + x
@@ -76,7 +76,7 @@ impl Blocks {
         }
     }
 
-    /// Writes what belongs to the column (axis 0) or row (axis 1) of each point from `first` on.
+    /// Writes a value of the column (axis 0) or row (axis 1) of each point from `first` on.
     pub fn along(&self, axis: usize, first: usize, lanes: &mut [f32], value: impl Fn(usize) -> f32) {
         let mut done = 0;
         while done < lanes.len() {
@@ -86,7 +86,7 @@ impl Blocks {
             let (corner, side) = if axis == 0 { (piece.x, piece.width) } else { (piece.y, piece.height) };
             let mut values = [0.0; SIDE];
             values.iter_mut().enumerate().take(side).for_each(|(i, v)| *v = value(corner + i));
-            // Row by row: what is left of the first, then whole ones.
+            // Row by row: the rest of the first row, then whole ones.
             let (mut x, mut y) = piece.inside(piece.first);
             let mut rest = to;
             while !rest.is_empty() {
@@ -101,8 +101,8 @@ impl Blocks {
         }
     }
 
-    /// Puts the words of the points from `first` on into rows. `rows` begins with the first word of the row of blocks
-    /// that `start` is the first point of.
+    /// Sorts the words of the points from `first` on into rows. `rows` begins with the first word of the row
+    /// of blocks whose first point is `start`.
     pub fn scatter<W: Copy>(&self, first: usize, words: &[W], start: usize, rows: &mut [W]) {
         let top = start / self.period() * SIDE;
         let mut done = 0;
@@ -110,7 +110,7 @@ impl Blocks {
             let piece = self.piece(first + done);
             let here = piece.left.min(words.len() - done);
             let corner = (piece.y - top.min(piece.y)) * self.width + piece.x;
-            // Row by row: what is left of the first, then whole ones.
+            // Row by row: the rest of the first row, then whole ones.
             let mut at = 0;
             while at < here {
                 let (x, y) = piece.inside(piece.first + at);

@@ -1,20 +1,20 @@
-//! Registers: lane arrays on cache-line boundaries.
+//! Registers: lane arrays aligned to cache lines.
 //!
-//! A register holds one to sixteen components of `width` lanes each, component by component. What a lane holds is a
+//! A register has one to sixteen components of `width` lanes each, component by component. A lane contains a
 //! word of the arithmetic.
 
 use bytemuck::Pod;
 
-/// Words in a cache line. Lane counts are multiples of it.
+/// Words in a cache line. Numbers of lanes are multiples of it.
 pub(crate) const LINE: usize = 16;
 
-/// Bytes after which addresses share a place in the first cache.
+/// Addresses at this distance compete for the same location in the L1 cache.
 const PAGE: usize = 4096;
 
 /// The lanes of one register.
 #[derive(Clone, Default)]
 pub(crate) struct Lanes<W = u32> {
-    /// The words, with up to a line before and behind them so that they can start on a boundary.
+    /// The words, with up to a line before and after them, so that they can start at a boundary.
     store: Vec<W>,
     start: usize,
     len: usize,
@@ -28,8 +28,8 @@ impl<W: Pod> Lanes<W> {
         Lanes { store, start, len: words }
     }
 
-    /// A register of zeros with room for `words`, that starts so many bytes behind a page. Pieces of registers that start at
-    /// the same place of a page would take each other's place in the first cache.
+    /// A register of zeros with room for `words`, which starts `bytes` bytes after a page boundary. Pieces of
+    /// registers that start at the same offset within a page would evict each other from the L1 cache.
     pub(crate) fn behind_page(words: usize, bytes: usize) -> Lanes<W> {
         let (page, behind) = (PAGE / size_of::<W>(), bytes % PAGE / size_of::<W>());
         let store = vec![W::zeroed(); words + page + behind];
@@ -42,7 +42,7 @@ impl<W: Pod> Lanes<W> {
         &self.store[self.start..self.start + self.len]
     }
 
-    /// Its words, to write.
+    /// Its words, mutable.
     pub(crate) fn words_mut(&mut self) -> &mut [W] {
         &mut self.store[self.start..self.start + self.len]
     }

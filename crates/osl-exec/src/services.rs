@@ -1,20 +1,20 @@
-//! What a running shader can ask of its surroundings: named spaces and textures.
+//! The queries of a running shader to its surroundings: named spaces and textures.
 
 use osl_image::TextureCache;
 use osl_ir::numeric::Real;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Finds the matrix from a space to common space by the name of the space, row by row, for row vectors.
+/// Finds the matrix from a named space to common space, row by row, for row vectors.
 pub type FindSpace = Arc<dyn Fn(&str) -> Option<[f32; 16]> + Send + Sync>;
 
 /// Named coordinate systems. Matrices are row by row, for row vectors, from the space to common space.
 #[derive(Clone)]
 pub struct Spaces {
     to_common: FxHashMap<String, [f32; 16]>,
-    /// Spaces that are only a destination, such as the raster.
+    /// Spaces that can only be a destination, such as raster space.
     from_common: FxHashMap<String, [f32; 16]>,
-    /// Who is asked first.
+    /// A function that is called first.
     find: Option<FindSpace>,
 }
 
@@ -27,7 +27,7 @@ impl std::fmt::Debug for Spaces {
     }
 }
 
-/// The matrix that changes nothing.
+/// The identity matrix.
 pub(crate) const IDENTITY: [f32; 16] = [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.];
 
 impl Default for Spaces {
@@ -45,13 +45,13 @@ impl Spaces {
         self.to_common.insert(name.to_string(), to_common);
     }
 
-    /// Makes a space one that can only be a destination, by the matrix from common space to it.
+    /// Makes a space a destination only, with the matrix from common space to it.
     pub fn set_destination(&mut self, name: &str, from_common: [f32; 16]) {
         self.to_common.remove(name);
         self.from_common.insert(name.to_string(), from_common);
     }
 
-    /// Has spaces looked up by a function before those that were set, each time that a shader names one.
+    /// Sets a function that is called for each named space before those that were set are searched.
     pub fn set_lookup(&mut self, find: FindSpace) {
         self.find = Some(find);
     }
@@ -61,7 +61,7 @@ impl Spaces {
         found.or_else(|| self.to_common.get(name).copied())
     }
 
-    /// The matrix from one space to another in some arithmetic.
+    /// The matrix from one space to another in an arithmetic.
     ///
     /// # Errors
     /// The unknown names, and the matrix with common space in their place.
@@ -79,7 +79,8 @@ impl Spaces {
         } else {
             let to_matrix = self.to_common(to);
             names[1] = to_matrix.is_none().then_some(to);
-            // An unknown space is multiplied by as any other: no zero of the product is negative then.
+            // The product with an unknown space is computed like any other, so that no zero of it is
+            // negative.
             let inverse = to_matrix.map_or(identity, |m| osl_ir::numeric::matrix::inverse(m.map(R::lit)));
             let known = names == [None; 2];
             match (from_matrix, inverse) {
@@ -93,26 +94,26 @@ impl Spaces {
     }
 }
 
-/// What is left where spaces are unknown.
+/// The result for unknown spaces.
 #[derive(Clone, Copy, Debug)]
 pub struct Unknown<'n, R> {
-    /// The unknown names: of the space that points come from, of the one that they go to.
+    /// The unknown names: of the source space and of the destination space.
     pub names: [Option<&'n str>; 2],
-    /// The matrix with common space in place of the unknown ones.
+    /// The matrix with common space in place of the unknown spaces.
     pub matrix: [R; 16],
 }
 
-/// All that a running shader can ask for.
+/// Everything that a running shader can query.
 #[derive(Debug, Default)]
 pub struct Services {
-    /// The kind of ray that the run shades, `camera` if empty.
+    /// The ray type of the run; empty means `camera`.
     pub ray: String,
     /// Named spaces.
     pub spaces: Spaces,
     /// Textures.
     pub textures: TextureCache,
-    /// Whether texture lookups fail in the words of the reference's tools: "errormessage" has the reason at the first
-    /// lookup of a file, and "unknown" from then on. Which lookup is the first depends on who comes first, so that such
-    /// runs have one thread.
+    /// Whether texture lookups fail with the messages of the reference's tools: "errormessage" has the reason
+    /// at the first lookup of a file, and "unknown" from then on. The first lookup depends on the order of
+    /// execution, so such runs have one thread.
     pub reference_texts: bool,
 }

@@ -1,4 +1,4 @@
-//! Where shading points come from, as the interpreter sees it.
+//! The source of shading points, as the interpreter sees it.
 
 use crate::order::Blocks;
 use osl_ir::hir::Global;
@@ -12,12 +12,12 @@ pub struct Datum {
     pub values: Vec<Const>,
     /// Whether it is an array.
     pub array: bool,
-    /// How a single float changes to the next pixel along x and along y.
+    /// The change of a single float to the next pixel along x and along y.
     pub slopes: [f32; 2],
 }
 
 impl Datum {
-    /// A value that does not change.
+    /// A constant value.
     pub fn one(value: Const) -> Datum {
         Datum { values: vec![value], array: false, slopes: [0.0; 2] }
     }
@@ -28,27 +28,29 @@ impl Datum {
     }
 }
 
-/// What a source of messages answers.
+/// The answer of a source of messages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answer {
     /// Whether there is an answer.
     pub found: bool,
-    /// The values of the asked type: one, or the elements of an array. `None` leaves the shader's variable as it is.
+    /// The values with the requested type: one, or the elements of an array. `None` leaves the shader's
+    /// variable unchanged.
     pub values: Option<Vec<Const>>,
 }
 
 /// A set of shading points.
 pub trait PointSource: Sync {
-    /// How many there are.
+    /// The number of points.
     fn count(&self) -> usize;
 
-    /// The order of the points on an image; `None` is row by row, or any other that results are to have too.
+    /// The order of the points on an image; `None` means row by row, or any other order that the results
+    /// share.
     fn blocks(&self) -> Option<Blocks> {
         None
     }
 
-    /// The pixel that a point belongs to, row by row, by the point's position on the image; its position, where each pixel
-    /// has one point.
+    /// The pixel of a point, row by row, from the point's position on the image; equal to the position if
+    /// each pixel has one point.
     fn pixel(&self, position: usize) -> usize {
         position
     }
@@ -56,30 +58,31 @@ pub trait PointSource: Sync {
     /// The globals that differ from point to point.
     fn varying(&self) -> &[Global];
 
-    /// The value of a global that all points share; scalars in the first element. Space: common.
+    /// The value of a uniform global; a scalar is in the first element. Space: common.
     fn uniform(&self, global: Global) -> [f32; 3];
 
-    /// How a global changes from a pixel to its neighbour along an axis; scalars in the first element.
+    /// The derivative of a global along an axis: its change from a pixel to its neighbour; a scalar is in the
+    /// first element.
     fn slope(&self, global: Global, axis: Axis) -> [f32; 3];
 
-    /// Writes a varying global for the points from `first` on. **Shape:** `lanes` holds as many arrays of `width`
-    /// floats as the global has components. Points past the last repeat the last one.
+    /// Writes a varying global for the points from `first` on. **Shape:** `lanes` contains one array of
+    /// `width` floats for each component of the global. After the last point, its value repeats.
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]);
 
-    /// The globals whose slopes differ from point to point; [`PointSource::fill_slope`] gives them.
+    /// The globals whose derivatives differ from point to point; [`PointSource::fill_slope`] returns them.
     fn varying_slopes(&self) -> &[Global] {
         &[]
     }
 
-    /// Writes a varying slope, in the form of [`PointSource::fill`].
+    /// Writes a varying derivative in the layout of [`PointSource::fill`].
     fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         let _ = first;
         let slope = self.slope(global, axis);
         lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
     }
 
-    /// Whether it answers [`PointSource::trace`] and [`PointSource::message`]. Programs for one that does not are compiled
-    /// without the questions.
+    /// Whether it answers [`PointSource::trace`] and [`PointSource::message`]. Otherwise programs are
+    /// compiled without these queries.
     fn traces(&self) -> bool {
         false
     }
@@ -90,7 +93,7 @@ pub trait PointSource: Sync {
         false
     }
 
-    /// What a source of messages, such as the last ray, knows of a name, as a value of this type.
+    /// The value with a name in a source of messages, such as the last ray, with this type.
     fn message(&self, source: &str, name: &str, ty: Type, point: usize) -> Answer {
         let _ = (source, name, ty, point);
         Answer::default()

@@ -2,7 +2,7 @@
 
 /// One step of a path.
 pub(super) struct Step {
-    /// Whether it goes to descendants rather than children.
+    /// Whether it selects descendants rather than children.
     pub(super) deep: bool,
     pub(super) name: String,
     pub(super) tests: Vec<Test>,
@@ -15,7 +15,7 @@ pub(super) enum Test {
     Child(String, Option<String>),
 }
 
-/// The steps of a path; `None` where it is beyond the subset.
+/// The steps of a path; `None` if it is not in the subset.
 pub(super) fn steps(path: &str) -> Option<Vec<Step>> {
     let mut rest = path.trim();
     let mut steps = Vec::new();

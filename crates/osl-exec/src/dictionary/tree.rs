@@ -9,20 +9,20 @@ use super::{BYTES_A_STEP, too_long};
 use osl_limits::Limits;
 use std::ops::Range;
 
-/// Steps of an element that a search looks at.
+/// Steps for each element that a search examines.
 const ELEMENT: u64 = 1;
 
-/// A piece of the text pool of a tree.
+/// A range in the text pool of a tree.
 type Place = (u32, u32);
 
 #[derive(Clone, Copy, Debug)]
 struct Element {
     name: Place,
-    /// Its attributes, in the list of all.
+    /// Its range in the list of attributes.
     attributes: (u32, u32),
-    /// Text of the element and all in it.
+    /// Text of the element and its descendants.
     text: Place,
-    /// The first element that is not below it.
+    /// The first element after its descendants.
     end: u32,
 }
 
@@ -48,8 +48,8 @@ fn push(pool: &mut String, text: &str) -> Place {
     (start, pool.len() as u32)
 }
 
-/// Whether a text is one that the parser takes long for, or much memory: it compares all attributes of an element with each
-/// other, and gives each element all namespaces above it.
+/// Whether a text would take the parser much time or memory: it compares all attributes of an element with
+/// each other, and gives each element all namespaces above it.
 fn is_knotty(text: &str, most: u64) -> bool {
     let attributes =
         text.as_bytes().split(|b| *b == b'<').map(|tag| tag.iter().filter(|b| **b == b'=').count());
@@ -60,7 +60,7 @@ impl Tree {
     /// Parses a document.
     ///
     /// # Errors
-    /// It is malformed, or beyond a limit.
+    /// It is malformed, or exceeds a limit.
     pub(super) fn parse(text: &str, limits: &Limits) -> Result<Tree, String> {
         let running = &limits.running;
         if text.len() as u64 > running.xml_bytes.min(u64::from(u32::MAX / 2)) {
@@ -76,7 +76,7 @@ impl Tree {
         let root = document.root_element();
         tree.enter(root);
         let (mut node, mut open) = (root, vec![1_usize]);
-        // In the order of the document: down, then beside, then up.
+        // In document order: down, then to the next sibling, then up.
         loop {
             if node.is_text()
                 && let Some(text) = node.text()
@@ -136,7 +136,7 @@ impl Tree {
         }
     }
 
-    /// Bytes that it takes, about: the same on every machine.
+    /// Its approximate size in bytes, the same on every machine.
     pub(super) fn bytes(&self) -> u64 {
         let (elements, attributes) = (self.elements.len() as u64, self.attributes.len() as u64);
         28 * elements + 16 * attributes + (self.words.len() + self.texts.len()) as u64
@@ -146,7 +146,7 @@ impl Tree {
         self.elements.get(element).map_or("", |e| piece(&self.words, e.name))
     }
 
-    /// The text of an element and all in it.
+    /// The text of an element and its descendants.
     pub(super) fn text(&self, element: usize) -> &str {
         self.elements.get(element).map_or("", |e| piece(&self.texts, e.text))
     }
@@ -162,7 +162,7 @@ impl Tree {
         self.attributes(element).find(|(n, _)| *n == name).map(|(_, value)| value)
     }
 
-    /// Elements below one, in the order of the document.
+    /// The descendants of an element, in document order.
     fn below(&self, element: usize) -> Range<usize> {
         let end = self.elements.get(element).map_or(0, |e| e.end as usize);
         element + 1..end.max(element + 1)
@@ -179,8 +179,8 @@ impl Tree {
         })
     }
 
-    /// What a path finds from an element on, at most so many elements. `affords` is told the steps of each element that is looked
-    /// at; the search ends without a result once it says no.
+    /// The matches of a path from an element on, up to a maximum number. `affords` gets the steps for each
+    /// examined element; if it returns false, the search ends without a result.
     pub(super) fn search(
         &self,
         from: usize,
@@ -255,7 +255,7 @@ impl Tree {
     }
 }
 
-/// Puts elements in order, each once, and leaves out what is too many.
+/// Sorts elements, removes duplicates, and cuts off those beyond the maximum.
 fn tidy(list: &mut Vec<u32>, most: usize) {
     list.sort_unstable();
     list.dedup();

@@ -1,8 +1,8 @@
-//! What lanes hold, as loops read and write it: floats, ints, triples and matrices.
+//! The element types of lanes, as loops read and write them: floats, ints, triples and matrices.
 
 use crate::arithmetic::{Element, Word};
 
-/// A type that lanes hold.
+/// An element type of lanes.
 pub(super) trait Lane<W: Word>: Copy {
     /// A view of lane arrays.
     type Each<'a>: Copy;
@@ -79,7 +79,7 @@ impl<W: Word, R: Element<W>, const C: usize> Lane<W> for [R; C] {
     }
     #[inline(always)]
     fn at(each: [&[W]; C], lane: usize) -> [R; C] {
-        // Straight code: loops inside keep the loop over lanes from being vectorised.
+        // Straight code: an inner loop would prevent the vectorisation of the loop over lanes.
         let mut v = [R::lit(0.0); C];
         if C == 3 {
             v[0] = R::load(each[0][lane]);
@@ -120,8 +120,9 @@ impl<W: Word, R: Element<W>, const C: usize> Lane<W> for [R; C] {
     }
 }
 
-// The slices are parameters of their own so that the compiler knows that they overlap with nothing. The loops count:
-// an iterator over the output leaves checks of the inputs in the loop, which then runs its last 64 lanes one by one.
+// The slices are separate parameters so that the compiler knows that they do not alias. The loops use an
+// index, because an iterator over the output leaves bounds checks of the inputs in the loop, which then runs
+// its last 64 lanes one by one.
 #[inline(always)]
 #[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
 fn fill_one<T>(out: &mut [T], f: impl Fn(usize) -> T) {

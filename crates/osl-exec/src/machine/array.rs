@@ -1,4 +1,4 @@
-//! Arrays: reading and writing elements, by an index that all lanes share or one for each.
+//! Arrays: reading and writing elements, by an index that is uniform or differs between lanes.
 
 use super::Machine;
 use super::mask::Mask;
@@ -6,19 +6,19 @@ use crate::arithmetic::{Arithmetic, Word};
 use crate::lanes::Arg;
 use crate::program::{Array, Operand, Place};
 
-/// Elements whose zeros are kept together.
+/// Elements that are cleared together.
 const BLOCK: usize = 64;
 
-/// Elements of a table that is one vector.
+/// Maximum number of elements in a table that fits in one vector.
 const MAX_TABLE: usize = 16;
 
-/// How many blocks an array has.
+/// Number of blocks of an array.
 pub(super) fn blocks(array: &Array) -> usize {
     (array.len as usize).div_ceil(BLOCK)
 }
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// Zeros where a batch has left something else: long arrays are seldom written everywhere.
+    /// Clears the parts of arrays that a batch has written: long arrays are seldom written everywhere.
     pub(super) fn clear_arrays(&mut self) {
         for ((array, plan), dirty) in self.arrays.iter_mut().zip(&self.program.arrays).zip(&mut self.dirty) {
             let block = BLOCK * plan.words as usize * if plan.varying { self.width } else { 1 };
@@ -36,7 +36,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Marks the elements that a store may reach.
+    /// Marks the elements that a store may write.
     fn touch_all(&mut self, array: u32, index: Operand, mask: &Mask) {
         let last = self.program.arrays[array as usize].len.saturating_sub(1);
         let mut dirty = std::mem::take(&mut self.dirty[array as usize]);
@@ -97,7 +97,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 }
             }
             Arg::Each(indices) => {
-                // A small table that all lanes share is looked up by vectors.
+                // A small uniform table is looked up by vectors.
                 let small = !plan.varying && (1..=MAX_TABLE).contains(&(plan.len as usize));
                 for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
                     if small && let Some(indices) = A::Word::narrow(indices) {

@@ -1,4 +1,5 @@
-//! Checks of values, in programs that were lowered with them: values that are not finite, and variables without a value.
+//! Checks of values in programs that were lowered with checks: infinite or NaN values, and uninitialised
+//! variables.
 
 use super::Machine;
 use super::mask::Mask;
@@ -17,7 +18,7 @@ fn floats(value: &Const) -> &[f32] {
     }
 }
 
-/// A value with zero where it is marked as one without a value.
+/// A value with uninitialised parts replaced by zero.
 fn mended(value: &Const) -> Const {
     let mend = |x: f32| if x.is_nan() { 0.0 } else { x };
     match value {

@@ -1,4 +1,4 @@
-//! Closures while running: a tree for each value, in an arena that lasts as long as the batch.
+//! Closures at run time: a tree for each value, in an arena that lasts as long as the batch.
 
 use super::Machine;
 use super::mask::Mask;
@@ -26,7 +26,7 @@ pub struct Param {
     pub key: Option<Arc<str>>,
     /// One value, or the elements of an array.
     pub values: Vec<Const>,
-    /// The components of a closure.
+    /// The components, if it is a closure.
     pub closure: Vec<Component>,
 }
 
@@ -40,25 +40,25 @@ enum Form {
 #[derive(Debug)]
 struct Node {
     form: Form,
-    /// Bytes that it takes written out, about: what nodes share, as often as it is met.
+    /// Its approximate size in bytes when written out: nodes that are shared count each time.
     written: u64,
 }
 
-/// The closures of a batch. Number 0 is the null closure; others are one above their node.
+/// The closures of a batch. Number 0 is the null closure; the others are the index of their node plus one.
 #[derive(Debug, Default)]
 pub(super) struct Closures {
     nodes: Vec<Node>,
 }
 
-/// Bytes that count for a node or a component beside what its parameters hold.
+/// Bytes charged for a node or a component, besides the contents of its parameters.
 const NODE_BYTES: u64 = 512;
-/// Bytes that count for a parameter, and for a value of it.
+/// Bytes charged for a parameter, and for a value of it.
 const PARAM_BYTES: u64 = 64;
-/// Bytes of a closure that is gone through in a step.
+/// Bytes of a closure that are processed in one step.
 const BYTES_A_STEP: u64 = 16;
 
 impl Component {
-    /// Bytes that it takes, about, with what its parameters hold: the same on every machine.
+    /// Its approximate size in bytes, including the contents of its parameters: the same on every machine.
     fn bytes(&self) -> u64 {
         let of_param = |param: &Param| {
             let values = param.values.len() as u64 * PARAM_BYTES;
@@ -81,7 +81,7 @@ impl Closures {
         self.node(closure).map_or(0, |node| node.written)
     }
 
-    /// The components in the order of the sums, weights multiplied out.
+    /// The components in the order of the sums, with weights multiplied out.
     fn components(&self, closure: u32) -> Vec<Component> {
         let mut found = Vec::new();
         let mut open = vec![(closure, [1.0_f32; 3])];
@@ -106,7 +106,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         };
         let written = written.saturating_add(NODE_BYTES);
         self.work.pay(kept / BYTES_A_STEP);
-        // What is written out in one go has to fit as well.
+        // The closure must also fit when it is written out.
         if !self.work.keep(kept + NODE_BYTES) || !self.work.holds(written) {
             return 0;
         }
@@ -114,14 +114,14 @@ impl<A: Arithmetic> Machine<'_, A> {
         self.closures.nodes.len() as u32
     }
 
-    /// The components of a closure value, for whom the run is for, and the bytes that they take.
+    /// The components of a closure value, for the caller of the run, and their size in bytes.
     pub(crate) fn components(&self, closure: u32) -> (Vec<Component>, u64) {
         let found = self.closures.components(closure);
         let bytes = found.iter().map(Component::bytes).sum();
         (found, bytes)
     }
 
-    /// Counts that a closure is written out. Tells whether the point can afford it.
+    /// Charges for writing out a closure. Returns whether the point can afford it.
     fn pay_closure(&mut self, closure: u32) -> bool {
         self.work.pay(self.closures.written(closure) / BYTES_A_STEP);
         self.work.affords(0)
@@ -195,9 +195,9 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// A closure as `printf` shows it.
+    /// A closure as text for `printf`.
     pub(super) fn closure_text(&mut self, closure: u32) -> String {
-        // Numbers become text, which takes twice as long as to copy them.
+        // Converting numbers to text takes twice as long as copying them.
         if !self.pay_closure(closure) || !self.pay_closure(closure) {
             return String::new();
         }

@@ -13,7 +13,7 @@ use osl_ir::numeric::Number;
 use osl_ir::numeric::color::ColorSystem;
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// The matrix between two spaces, and a message for each that is not known: common space stands for it.
+    /// The matrix between two spaces, and a message for each unknown space, which counts as common space.
     fn matrix_between(&self, from: &str, to: &str) -> ([A::Real; 16], Vec<Message>) {
         match self.services.spaces.matrix(from, to) {
             Ok(matrix) => (matrix, Vec::new()),
@@ -25,7 +25,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// `both`: the identity unless both spaces are known.
+    /// `both`: the matrix is the identity unless both spaces are known.
     pub(super) fn space_matrix(&mut self, both: bool, step: &KernelStep, mask: &Mask) {
         let ([from, to], [out]) = (&step.args[..], &step.outs[..]) else { return };
         let used = |matrix: [A::Real; 16], unknown: &[Message]| {
@@ -77,12 +77,13 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// A color between spaces whose names are not known before: those of constant names are lane operations.
+    /// A color conversion between spaces whose names are computed; for constant names there are lane
+    /// operations.
     pub(super) fn color_between(&mut self, step: &KernelStep, mask: &Mask) {
         let [out] = &step.outs[..] else { return };
         for lane in self.lanes(&step.outs, mask) {
             let ([from, to, color] | [from, to, color, _]) = step.args[..] else { return };
-            // The number of the RGB system, if it is not the usual one.
+            // The number of the RGB system, if it is not the default.
             let number = step.args.get(3).map_or(0, |system| self.bits(*system, lane) as i32);
             let (from, to) = (&self.text(self.bits(from, lane)), &self.text(self.bits(to, lane)));
             let mut words = [0, 1, 2].map(|c| self.word(self.part(color, c), lane));

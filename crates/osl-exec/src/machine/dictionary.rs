@@ -45,7 +45,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Whose node a step finds: that of a lane, or of all.
+    /// The owner of the node that a step finds: a lane, or all lanes.
     fn own(&self, step: &KernelStep, lane: usize) -> Option<usize> {
         let shared = !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.place, Place::Words(_)));
         (!shared).then_some(lane)
@@ -93,7 +93,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 }
 
-/// Exactly `count` values of a kind, numbers separated by commas or blanks.
+/// Exactly `count` values of a kind; numbers are separated by commas or blanks.
 fn values(text: &str, kind: Kind, count: usize) -> Option<Vec<Const>> {
     if kind == Kind::Str {
         return (count == 1).then(|| vec![Const::Str(text.into())]);

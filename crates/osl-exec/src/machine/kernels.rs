@@ -1,4 +1,4 @@
-//! Steps that need more than a lane's arithmetic: which kernel runs what.
+//! Steps that need more than the arithmetic of a lane: dispatches each kernel.
 
 use super::Machine;
 use super::mask::Mask;
@@ -8,7 +8,7 @@ use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kernel};
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// Runs a kernel over the lanes that need it, or once where the result is shared.
+    /// Runs a kernel over the active lanes, or once if the result is uniform.
     pub(super) fn kernel(&mut self, step: &KernelStep, mask: &Mask) {
         let KernelStep { args, outs, .. } = step;
         match &step.kernel {
@@ -66,13 +66,13 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// A function without effect, computed again only where its arguments change from lane to lane.
+    /// A function without effect, recomputed only where its arguments change from lane to lane.
     fn pure(&mut self, step: &KernelStep, mask: &Mask, f: impl Fn(&[Const]) -> Const) {
         let Some(out) = step.outs.first() else { return };
         let mut last: Option<(Vec<Const>, Const)> = None;
         for lane in self.lanes(&step.outs, mask) {
             let args = self.values(&step.args, &step.kinds, lane);
-            // As if each lane computed it.
+            // Charged as if each lane computed it.
             let text = |arg: &Const| if let Const::Str(text) = arg { text.len() } else { 0 };
             self.pay_text(args.iter().map(text).sum());
             let result = match last.take() {

@@ -1,16 +1,16 @@
-//! Masks: which lanes of a batch run a step.
+//! Masks: which lanes of a batch execute a step.
 
 use crate::arithmetic::Word;
 use osl_noise::{Isa, Kernel};
 
-/// A set of lanes: all ones for a lane that is in it.
+/// A set of lanes; the word of a lane in it is all ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Mask {
     /// Every lane.
     All(usize),
     /// No lane.
     None,
-    /// Some lanes, at least one in and one out.
+    /// Some lanes: at least one inside and one outside.
     Some(Vec<u32>),
 }
 
@@ -20,7 +20,8 @@ impl Mask {
         Mask::All(width)
     }
 
-    /// The first `points` of `width` lanes. The others hold what no point computed, so no branch may follow them.
+    /// The first `points` of `width` lanes. The other lanes contain undefined values, so they must not affect
+    /// branches.
     pub(super) fn start(points: usize, width: usize) -> Mask {
         if points >= width {
             return Mask::All(width);
@@ -38,7 +39,7 @@ impl Mask {
         !matches!(self, Mask::None)
     }
 
-    /// The lanes of the set where `cond` is not 0, and those where it is.
+    /// The lanes of the set where `cond` is nonzero, and those where it is zero.
     pub(super) fn split<W: Word>(&self, isa: Isa, cond: &[W]) -> (Mask, Mask) {
         let within = match self {
             Mask::None => return (Mask::None, Mask::None),
@@ -73,7 +74,7 @@ impl Mask {
         }
     }
 
-    /// Whether a lane of the set has a number, without sign, that is not below a limit.
+    /// Whether a lane of the set has an unsigned number that is at least `limit`.
     pub(super) fn any_beyond<W: Word>(&self, isa: Isa, numbers: &[W], limit: u32) -> bool {
         match self {
             Mask::All(_) => isa.dispatch(Beyond { bits: None, numbers, limit }),
@@ -107,14 +108,14 @@ impl Mask {
     }
 }
 
-/// All lanes of a set or'ed together, and and'ed.
+/// The bitwise or and the bitwise and of all lanes of a set.
 struct Extent {
     any: u32,
     all: u32,
 }
 
 impl Extent {
-    /// The set with these lanes, of which this is the extent.
+    /// The set of these lanes, given their extent.
     fn of(&self, bits: Vec<u32>) -> Mask {
         match (self.any, self.all) {
             (0, _) => Mask::None,

@@ -1,6 +1,6 @@
-//! Messages whose names are computed: kept by lane and name, as long as the batch lasts.
+//! Messages with computed names: stored by lane and name, as long as the batch lasts.
 //!
-//! Values are kept as words: strings and closures are numbers that last as long.
+//! Values are stored as words: strings and closures are numbers that last as long.
 
 use super::Machine;
 use super::mask::Mask;
@@ -13,25 +13,25 @@ use osl_ir::ir::MessageForm;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// Bytes that count for a message beside its value.
+/// Bytes charged for a message besides its value.
 const MESSAGE_BYTES: u64 = 96;
-/// Bytes that count for a word of a value: those of the widest arithmetic.
+/// Bytes charged for a word of a value: those of the widest arithmetic.
 const WORD_BYTES: u64 = 8;
-/// Words that are copied in a step.
+/// Words that are copied in one step.
 const WORDS_A_STEP: usize = 4;
 
-/// The messages of a batch by lane and number of the name.
+/// The messages of a batch, by lane and number of the name.
 #[derive(Debug)]
 pub(super) struct Named<W> {
     list: FxHashMap<(usize, u32), Entry<W>>,
 }
 
-/// A message that was set, or asked for in vain.
+/// A message that was set, or queried in vain.
 #[derive(Debug)]
 struct Entry<W> {
     ty: Arc<str>,
     place: Span,
-    /// The components of the value, element by element; `None` was asked for in vain.
+    /// The components of the value, element by element; `None` if it was queried in vain.
     value: Option<Vec<W>>,
 }
 

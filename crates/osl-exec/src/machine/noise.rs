@@ -12,8 +12,9 @@ use osl_ir::ir::{GaborOption, Kernel, NoiseField};
 use osl_noise::{Kind as NoiseKind, gabor};
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// A noise field of the coordinates, which are one to four floats in one or two operands, then periods, then
-    /// tangents of the coordinates. Results: the value and, where three are wanted, its tangents.
+    /// A noise field. Its arguments are the coordinates, one to four floats in one or two operands, then
+    /// periods, then the derivatives of the coordinates. Results: the value and, if three are requested, its
+    /// derivatives.
     pub(super) fn noise(
         &mut self,
         field: NoiseField,
@@ -66,8 +67,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         options
     }
 
-    /// Calls a field with the components of its arguments, spread over the lanes where they are shared, and those of
-    /// its results.
+    /// Calls a field with the components of its arguments, broadcast to the lanes where they are uniform, and
+    /// those of its results.
     fn fields(&mut self, call: &FieldCall<'_>, args: &[Operand], outs: &[Operand]) {
         let Some(first) = outs.first() else { return };
         let n = if matches!(first.place, Place::Words(_)) { 1 } else { self.width };
@@ -124,12 +125,12 @@ impl<A: Arithmetic> Machine<'_, A> {
             self.noise_by_name(&text, step, mask);
             return;
         }
-        // Names differ between lanes: each field in turn, kept where its name stands.
+        // Names differ between lanes: each field is computed in turn, and kept at the lanes with its name.
         let mut results: Vec<Lanes<A::Word>> =
             step.outs.iter().map(|out| Lanes::new(out.words as usize * self.width)).collect();
         for (text, lanes) in self.groups(*name, mask) {
             let (here, _) = mask.split(self.isa, &lanes);
-            // The others wait meanwhile, which none of them does alone.
+            // Meanwhile the other lanes wait, which they would not do alone.
             self.work.delay(NAME);
             self.noise_by_name(&text, step, &here);
             if !self.work.goes_on() {
@@ -185,15 +186,15 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 }
 
-/// Steps of a field that some lanes wait for while others are computed.
+/// Steps of a field for which some lanes wait while others are computed.
 const NAME: u64 = 200;
-/// Steps of a field of Gabor noise: finding the impulses near a point.
+/// Steps of a Gabor noise field: finding the impulses near a point.
 const GABOR: u64 = 100;
-/// Steps of an impulse that overlaps a point, on average. At most so many do.
+/// Steps for an impulse that overlaps a point on average; this is the maximum number of impulses.
 const IMPULSE: u64 = 12;
 const MAX_IMPULSES: f32 = 32.0;
 
-/// Results at most: a value and its tangents along two axes.
+/// Maximum number of results: a value and its derivatives along two axes.
 const MAX_RESULTS: usize = 3;
 
 fn field_of(field: NoiseField) -> NoiseKind {

@@ -1,4 +1,4 @@
-//! What belongs to a point or to the run: hashes, attributes, inverse splines, and reports of bad indices.
+//! Values of a point or of the run: hashes, attributes, inverse splines, and reports of invalid indices.
 
 use super::Machine;
 use super::mask::Mask;
@@ -11,7 +11,7 @@ use osl_ir::numeric::{Number, spline};
 use osl_ir::types::{Base, Extent, Type};
 use osl_noise::hash::NAN_WORD;
 
-/// Steps of a knot that an inverse spline searches.
+/// Steps for a knot that an inverse spline searches.
 const KNOT: u64 = 4;
 
 impl<A: Arithmetic> Machine<'_, A> {
@@ -22,8 +22,8 @@ impl<A: Arithmetic> Machine<'_, A> {
             for (arg, kind) in step.args.iter().zip(&step.kinds) {
                 for component in 0..arg.words as usize {
                     let part = self.part(*arg, component);
-                    // A float counts by its word in single precision, and every NaN is one: which one arithmetic makes
-                    // depends on the instruction set.
+                    // A float counts by its single-precision word, and every NaN is the same, because its
+                    // payload depends on the instruction set.
                     words.push(match kind {
                         Kind::Float | Kind::Triple => match self.single(part, lane) {
                             x if x.is_nan() => NAN_WORD,
@@ -139,7 +139,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn check_index(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
         let [index, len] = &step.args[..] else { return };
         let limit = self.bits(*len, 0);
-        // A negative index is a large one without its sign. Inactive lanes may hold anything.
+        // Without its sign, a negative index is a large number. Inactive lanes may contain anything.
         let fine = match self.arg(*index) {
             Arg::Same(index) => index[0].bits() < limit,
             Arg::Each(indices) => !mask.any_beyond(self.isa, indices, limit),

@@ -1,4 +1,4 @@
-//! Strings made while running, and printing.
+//! Strings made at run time, and printing.
 
 use super::Machine;
 use super::mask::Mask;
@@ -11,22 +11,23 @@ use osl_ir::text::{self, Flavour, Value};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
-/// The strings of a batch beside those of the program. They are numbered behind those, and forgotten when the batch ends.
+/// The strings of a batch besides those of the program. They are numbered after those, and dropped when the
+/// batch ends.
 #[derive(Debug, Default)]
 pub(super) struct Texts {
     list: Vec<Arc<str>>,
     numbers: FxHashMap<Arc<str>, u32>,
 }
 
-/// Bytes of text that are made, compared or searched in a step.
+/// Bytes of text that are made, compared or searched in one step.
 pub(super) const BYTES_A_STEP: u64 = 16;
-/// Bytes that count for a string beside its own.
+/// Bytes charged for a string besides its contents.
 const STRING_BYTES: u64 = 64;
-/// Steps of a value that is written as text, beside its bytes.
+/// Steps for a value that is written as text, besides its bytes.
 const VALUE: u64 = 16;
-/// Steps of a piece of a string that was split: it becomes a string of its own.
+/// Steps for a piece of a string that was split, which becomes a separate string.
 const PIECE: u64 = 8;
-/// Groups of a pattern whose places are looked up.
+/// Steps for each group of a pattern whose position is looked up.
 const PLACE: u64 = 1;
 
 impl Texts {
@@ -37,7 +38,7 @@ impl Texts {
 }
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// The string of a number.
+    /// The string with a number.
     pub(super) fn text(&self, number: u32) -> Arc<str> {
         let known = &self.program.strings;
         let number = number as usize;
@@ -45,12 +46,12 @@ impl<A: Arithmetic> Machine<'_, A> {
         known.get(number).or_else(made).cloned().unwrap_or_else(|| "".into())
     }
 
-    /// Counts text that is made, compared or searched.
+    /// Charges for text that is made, compared or searched.
     pub(super) fn pay_text(&mut self, bytes: usize) {
         self.work.pay(bytes as u64 / BYTES_A_STEP);
     }
 
-    /// The number of a string; that of the empty string where there is no room for it.
+    /// The number of a string; that of the empty string if there is no room for it.
     pub(super) fn intern(&mut self, text: &Arc<str>) -> u32 {
         self.pay_text(2 * text.len());
         if let Some(number) = self.program.numbers.get(text).or_else(|| self.texts.numbers.get(text)) {
@@ -65,7 +66,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         number
     }
 
-    /// A string that all active lanes share, if they do; reading the first active lane otherwise says which.
+    /// A string that all active lanes share, if they do; otherwise the string of the first active lane.
     pub(super) fn shared_text(&self, operand: Operand, mask: &Mask) -> Option<Arc<str>> {
         match self.arg(operand) {
             Arg::Same(word) => Some(self.text(word[0].bits())),
@@ -94,7 +95,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             .collect()
     }
 
-    /// The values behind a format string, grouped by their shapes.
+    /// The values after a format string, grouped by their shapes.
     fn shaped(&mut self, shapes: &[Shape], args: &[Operand], lane: usize) -> Vec<Value> {
         self.work.pay(args.len() as u64 * VALUE);
         let mut args = args.iter();
@@ -110,7 +111,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         values
     }
 
-    /// The text of a format string and values, counted.
+    /// The text of a format string and values; its cost is charged.
     fn formatted(&mut self, format: &str, values: &[Value], flavour: Flavour) -> String {
         let text = text::format(format, values, flavour, self.limits.running.string_bytes);
         self.pay_text(format.len() + 4 * text.len());
@@ -161,7 +162,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Keeps printed text as long as the batch lasts, which is what a point has to have room for; the run counts it then.
+    /// Keeps printed text until the batch ends, for which a point needs memory; the run counts it then.
     fn say(&mut self, printed: Printed) {
         let bytes = self.messages.print(printed);
         self.work.keep(bytes);
@@ -170,7 +171,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn split(&mut self, pieces: u32, step: &KernelStep, mask: &Mask) {
         let room = self.program.arrays.get(pieces as usize).map_or(0, |a| a.len as usize);
         let mut lanes = self.active(mask);
-        // An array that all share is written once.
+        // A uniform array is written once.
         if self.program.arrays.get(pieces as usize).is_some_and(|a| !a.varying) {
             lanes.truncate(1);
         }
@@ -218,7 +219,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             }
             let search = if whole { text::Pattern::whole } else { text::Pattern::find };
             let found = text::Pattern::with(&pattern, whole, &self.limits.running, |pattern| {
-                // What a search may take depends on both: it is counted before.
+                // The cost of a search depends on both, and is charged in advance.
                 let steps = pattern.cost(s.len());
                 self.work.affords(steps).then(|| {
                     self.work.pay(steps);
@@ -252,10 +253,10 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Counts the pattern that a lane uses, or all: it is compiled anew where it is another than the last one. Tells whether the
-    /// point can afford it.
+    /// Charges for the pattern of a lane, or of all lanes: it is compiled again if it differs from the last
+    /// one. Returns whether the point can afford it.
     fn pay_pattern(&mut self, pattern: &str, number: u32, lane: Option<usize>) -> bool {
-        // Behind those of the lanes are that which all used last, and that of the machine.
+        // The patterns of the lanes are followed by the last one of all lanes, and by that of the machine.
         let (all, machine) = (self.width, self.width + 1);
         self.patterns.resize(machine + 1, u32::MAX);
         let mut is_new = |at: usize| {

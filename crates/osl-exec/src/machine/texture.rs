@@ -1,6 +1,6 @@
 //! Texture lookups, one lane at a time.
 //!
-//! What a texture's header says is told by `texture_info`.
+//! For a texture's header see `texture_info`.
 
 use super::Machine;
 use super::mask::Mask;
@@ -14,18 +14,18 @@ use osl_image::{
 use osl_ir::ir::{Const, TextureOption};
 use std::sync::Arc;
 
-/// What the options of a lookup come to.
+/// The evaluated options of a lookup.
 #[derive(Default)]
 struct Options {
     lookup: LookupOptions,
-    /// The image of the file, by number or name.
+    /// The image in the file, by number or name.
     part: Part,
-    /// What the channels are instead where there is no file; without any, it is an error.
+    /// The channels in place of a missing file; without them, a missing file is an error.
     missing: Option<[Option<f32>; 4]>,
 }
 
 impl Options {
-    /// Color and alpha where there is no file; the alpha is the channel after the requested ones.
+    /// Color and alpha for a missing file; the alpha is the channel after the requested ones.
     fn instead(&self, channels: usize) -> ([f32; 3], f32) {
         let [r, g, b, a] =
             self.missing.unwrap_or_default().map(|channel| channel.unwrap_or(self.lookup.fill));
@@ -54,40 +54,40 @@ impl Part {
     }
 }
 
-/// The texture of the last lane.
+/// The texture of the previous lane.
 struct Opened {
     number: u32,
     part: Part,
-    /// Whether the name stands for a texture in each unit square.
+    /// Whether the name is tiled, with a texture for each unit square.
     tiled: bool,
     texture: Result<Arc<Texture>, Failure>,
 }
 
-/// Why there is no texture.
+/// Why a texture is missing.
 #[derive(Clone)]
 struct Failure {
     name: Arc<str>,
     why: Arc<LoadFailure>,
-    /// Whether it is a square without a file among others that have one, which is no error.
+    /// Whether it is a square without a file in a tiled texture, which is not an error.
     hole: bool,
 }
 
-/// Steps of a probe of a lookup: it blends some texels of two levels.
+/// Steps for a probe of a lookup, which blends some texels of two levels.
 const PROBE: u64 = 6;
-/// Probes of a lookup at most.
+/// Maximum number of probes in a lookup.
 const MAX_PROBES: u64 = 64;
-/// Probes of a lookup by direction, about.
+/// Approximate number of probes in a lookup by direction.
 const DIRECTIONS: u64 = 16;
 
-/// Probes that a lookup with this footprint takes at most: twice the ratio of its axes, which is no more than the sum of their
-/// squares by the area between them.
+/// The maximum number of probes for this footprint: twice the ratio of its axes, which is at most the sum of
+/// their squares divided by the area between them.
 fn probes([ds_dx, dt_dx, ds_dy, dt_dy]: [f32; 4]) -> u64 {
     let squares = ds_dx * ds_dx + dt_dx * dt_dx + ds_dy * ds_dy + dt_dy * dt_dy;
     let area = (ds_dx * dt_dy - dt_dx * ds_dy).abs();
     if squares == 0.0 {
         return 1;
     }
-    // Of NaN this is 0, and the most is taken.
+    // For NaN this is 0, and the maximum is used.
     match (2.0 * squares / area) as u64 {
         0 => MAX_PROBES,
         ratio => ratio.min(MAX_PROBES),
@@ -131,7 +131,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 }
             });
             self.deliver(step, (lane, mask), &sample, (quiet, "texture"), &given);
-            // What could not be looked up does not change.
+            // A failed lookup is constant.
             let sample = sample.unwrap_or_default();
             if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
                 (step.outs.first(), step.outs.get(3..).unwrap_or(&[]))
@@ -188,7 +188,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Lookups in volumes. No volume format can be read.
+    /// Lookups in volumes, which always fail, since no volume format is supported.
     pub(super) fn volume(&mut self, options: &[TextureOption], quiet: bool, step: &KernelStep, mask: &Mask) {
         let [name, values @ ..] = &step.args[..] else { return };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
@@ -246,7 +246,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Tells why there is no texture: to the shader if it wants to know, else to whoever runs it.
+    /// Reports why a texture is missing: to the shader if it requests the message, else as an error of the
+    /// run.
     fn failed(
         &mut self,
         failure: &Failure,
@@ -256,7 +257,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     ) -> Arc<str> {
         let Failure { name, why, hole } = failure;
         let text: Arc<str> = match self.services.reference_texts {
-            // It tells the shader once for each file.
+            // The shader gets the reason once for each file.
             true if quiet && (*hole || why.take_report().is_none()) => "unknown".into(),
             true => why.reference_message().into(),
             false => why.message().into(),
@@ -268,8 +269,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         text
     }
 
-    /// The texture of a name at (s, t), or why there is none, and the coordinates in it. The one of the lane before is
-    /// at hand.
+    /// The texture with a name at (s, t), or the reason why it is missing, and the coordinates in it. The
+    /// texture of the previous lane is reused.
     fn opened<'o>(
         &self,
         last: &'o mut Option<Opened>,
@@ -294,7 +295,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         (last.insert(opened).texture.as_ref(), s, t)
     }
 
-    /// The options of a lookup of so many channels.
+    /// The options of a lookup of a number of channels.
     fn lookup_options(
         &self,
         options: &[TextureOption],
@@ -328,7 +329,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                     let [r, g, b] = self.singles(*value, lane).map(Some);
                     given.missing = Some([r, g, b, alpha.or(Some(0.0))]);
                 }
-                // It takes the place of the channel after the requested ones.
+                // It replaces the channel after the requested ones.
                 TextureOption::MissingAlpha => {
                     let missing = given.missing.get_or_insert_default();
                     missing[if channels == 1 { 1 } else { 3 }] = Some(number);

@@ -1,4 +1,4 @@
-//! What the header of a texture says, one lane at a time.
+//! Queries of a texture's header, one lane at a time.
 
 use super::Machine;
 use super::mask::Mask;
@@ -12,9 +12,9 @@ use std::sync::Arc;
 /// The value of a datum, or the file that cannot be read.
 type Answer = Result<Option<Vec<Const>>, Arc<LoadFailure>>;
 
-/// Steps of looking for a file.
+/// Steps for looking for a file.
 const FILE: u64 = 500;
-/// Files that a name may stand for.
+/// Maximum number of files of a name.
 const SQUARES: u64 = 100;
 
 impl<A: Arithmetic> Machine<'_, A> {
@@ -48,8 +48,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Counts that a file is looked for, in one place or in all squares: names of the program are known after the first time, but
-    /// a point can make any number of others. Tells whether the point can afford it.
+    /// Charges for looking for a file, or for the files of all squares: names in the program are known after
+    /// the first time, but a point can make any number of others. Returns whether the point can afford it.
     pub(super) fn pay_file(&mut self, number: u32, name: &str) -> bool {
         if number as usize >= self.program.strings.len() {
             self.work.pay(if TextureCache::is_tiled(name) { SQUARES * FILE } else { FILE });
@@ -57,7 +57,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         self.work.affords(0)
     }
 
-    /// A datum of a texture, of that at (s, t) if the name stands for many.
+    /// A datum of a texture; of the one at (s, t) if the name is tiled.
     fn datum(&self, name: &str, datum: &str, (kind, count): (Kind, usize), at: Option<(f32, f32)>) -> Answer {
         let textures = &self.services.textures;
         let read = |texture: &Texture| header(texture, datum, kind, count);
@@ -75,7 +75,7 @@ impl<A: Arithmetic> Machine<'_, A> {
                 Err(failure) => Err(failure),
             };
         }
-        // What all files agree on.
+        // The value on which all files agree.
         let mut common: Option<Vec<Const>> = None;
         for tile in tiles.iter() {
             let value = read(&*textures.get(tile)?);
@@ -87,8 +87,8 @@ impl<A: Arithmetic> Machine<'_, A> {
         Ok(common)
     }
 
-    /// Reports a file that cannot be read. The reference looks at files with constant names when it compiles, and says so
-    /// in other words; so does who stands in for it.
+    /// Reports a file that cannot be read. For constant names, the reference examines files at compile time,
+    /// with a different message; tools that stand in for it do the same.
     fn unreadable(
         &mut self,
         name: &Arc<str>,
@@ -109,7 +109,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 }
 
-/// What a texture's header says, in the form that is asked for.
+/// A datum of a texture's header, in the requested form.
 fn header(texture: &Texture, datum: &str, kind: Kind, count: usize) -> Option<Vec<Const>> {
     let int = |n: usize| Const::Int(i32::try_from(n).unwrap_or(i32::MAX));
     let text = |text: &str| vec![Const::Str(text.into())];
@@ -158,7 +158,7 @@ fn alpha(texture: &Texture, channels: &[f32]) -> Option<f32> {
     texture.alpha().and_then(|alpha| channels.get(alpha)).copied()
 }
 
-/// The values, if they are what is asked for; ints serve as floats too.
+/// The values, if they have the requested form; ints are accepted as floats.
 fn in_form(values: Vec<Const>, kind: Kind, count: usize) -> Option<Vec<Const>> {
     if values.len() != count.max(1) {
         return None;

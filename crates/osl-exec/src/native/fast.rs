@@ -1,5 +1,5 @@
-//! The elementary functions of the fast arithmetic as vector operations: the bodies of `numeric::fast` over again, with its
-//! coefficients.
+//! The elementary functions of the fast arithmetic as vector operations: the bodies of `numeric::fast`, with
+//! its coefficients.
 
 use super::operation::Bodies;
 use osl_ir::ir::LaneOp;
@@ -157,7 +157,7 @@ impl Bodies<'_> {
         sum
     }
 
-    /// `x` and a polynomial of its square, times that and `x`.
+    /// `x` plus a polynomial of its square, times that square and `x`.
     fn odd(&mut self, x: Value, coefficients: &[f32]) -> Value {
         let square = self.mul(x, x);
         let p = self.horner(square, coefficients);

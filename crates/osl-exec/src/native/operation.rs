@@ -1,7 +1,7 @@
-//! What lane operations are as vector operations, in the arithmetics of single precision.
+//! The lane operations as vector operations, for the single-precision arithmetics.
 //!
-//! Each is the body of `osl_ir::numeric` over again, operation by operation in its order, so that results have the same
-//! bits; a test holds every one against the other. What is not here runs as ever.
+//! Each follows the body in `osl_ir::numeric`, operation by operation in its order, so that results have the
+//! same bits; a test compares every one with its body. Operations that are missing here are interpreted.
 
 use super::fast;
 use osl_ir::ir::LaneOp;
@@ -12,22 +12,22 @@ use osl_native::Compare::{
 use osl_native::{Binary, Block, Compare, IntCompare, Truth, Unary, Value};
 use std::sync::LazyLock;
 
-/// Below this a sum of squares has lost bits, as in `numeric::geometry`.
+/// A smaller sum of squares has lost bits, as in `numeric::geometry`.
 const UNDERFLOWS_BELOW: f32 = f32::from_bits(0x0100_0000);
-/// From here on every float is whole.
+/// All floats from here on are whole numbers.
 const WHOLE: f32 = 8_388_608.0;
 const SIGN: u32 = 0x8000_0000;
 
-/// Which arithmetic of single precision.
+/// The single-precision arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Style {
     /// Products and sums are rounded separately.
     Strict,
-    /// What may be fused is fused, and inverse roots are approximated: `numeric::fast`.
+    /// Products and sums are fused where possible, and inverse roots are approximated: `numeric::fast`.
     Fast,
 }
 
-/// Whether an operation is here.
+/// Whether an operation is supported.
 pub(super) fn is_known(op: LaneOp, style: Style) -> bool {
     static STRICT: LazyLock<Vec<LaneOp>> = LazyLock::new(|| known(Style::Strict));
     static FAST: LazyLock<Vec<LaneOp>> = LazyLock::new(|| known(Style::Fast));
@@ -45,8 +45,8 @@ fn known(style: Style) -> Vec<LaneOp> {
     LaneOp::ALL.iter().copied().filter(is_known).collect()
 }
 
-/// Adds an operation to a block, on the words of its arguments one behind the other. Yields the words of its result, or
-/// nothing for an operation that is not here.
+/// Adds an operation to a block; the words of its arguments are given in sequence. Returns the words of its
+/// result, or `None` for an unsupported operation.
 pub(super) fn operation(block: &mut Block, op: LaneOp, args: &[Value], style: Style) -> Option<Words> {
     let b = &mut Bodies(block, style);
     match *args {
@@ -284,7 +284,7 @@ fn more(b: &mut Bodies<'_>, op: LaneOp, args: &[Value]) -> Option<Words> {
     })
 }
 
-/// The bodies, by the operations of a block.
+/// The bodies, in terms of the operations of a block.
 pub(super) struct Bodies<'a>(pub(super) &'a mut Block, Style);
 
 impl Bodies<'_> {
@@ -308,7 +308,7 @@ impl Bodies<'_> {
         self.0.unary(Unary::Sqrt, x)
     }
 
-    /// `x + y z`, which the fast arithmetic rounds once.
+    /// `x + y z`, rounded once in the fast arithmetic.
     pub(super) fn plus_product(&mut self, x: Value, y: Value, z: Value) -> Value {
         if self.1 == Style::Fast {
             return self.0.fused(x, [y, z], false);
@@ -317,7 +317,7 @@ impl Bodies<'_> {
         self.add(x, product)
     }
 
-    /// `x - y z`, which the fast arithmetic rounds once.
+    /// `x - y z`, rounded once in the fast arithmetic.
     pub(super) fn minus_product(&mut self, x: Value, y: Value, z: Value) -> Value {
         if self.1 == Style::Fast {
             return self.0.fused(x, [y, z], true);
@@ -398,7 +398,7 @@ impl Bodies<'_> {
         self.0.binary(op, x, by)
     }
 
-    /// 0 where the quotient is not finite.
+    /// 0 if the quotient is not finite.
     pub(super) fn div(&mut self, x: Value, y: Value) -> Value {
         let (zero, quotient) = (self.0.float(0.0), self.quotient(x, y));
         let not = self.0.class(quotient, true, true);
@@ -406,7 +406,7 @@ impl Bodies<'_> {
     }
 
     pub(super) fn min(&mut self, x: Value, y: Value) -> Value {
-        // The first where either is NaN or both are equal: as the operation has it for the second.
+        // The first one if either is NaN or both are equal, which for the operation is the second operand.
         self.0.binary(Binary::Min, y, x)
     }
 

@@ -1,4 +1,4 @@
-//! The compiler of one body: gives values their places, and turns instructions into steps.
+//! The compiler of one body: assigns places to values, and turns instructions into steps.
 
 use super::uses::Uses;
 use super::{
@@ -28,19 +28,19 @@ impl Strings {
     }
 }
 
-/// Registers of one sort, each free again once its value has ended.
+/// Registers of one kind; each is free again after the last use of its value.
 #[derive(Default)]
 pub(super) struct File {
-    /// Components of each.
+    /// Number of components of each.
     pub(super) list: Vec<u32>,
     /// Free registers by component count.
     free: FxHashMap<u32, Vec<u32>>,
-    /// Registers to free behind a position.
+    /// Registers that become free after a position.
     ending: FxHashMap<u32, Vec<(u32, u32)>>,
 }
 
 impl File {
-    /// A register that is free behind position `last`, if any.
+    /// A register that becomes free after position `last`, if given.
     fn take(&mut self, words: u32, last: Option<u32>) -> u32 {
         match self.free.get_mut(&words).and_then(Vec::pop) {
             Some(reg) => self.until(reg, words, last),
@@ -48,7 +48,7 @@ impl File {
         }
     }
 
-    /// A register that held nothing before.
+    /// A new register.
     fn add(&mut self, words: u32, last: Option<u32>) -> u32 {
         self.list.push(words);
         self.until(self.list.len() as u32 - 1, words, last)
@@ -61,7 +61,7 @@ impl File {
         reg
     }
 
-    /// Frees what ends at a position.
+    /// Frees the registers whose values end at a position.
     fn end(&mut self, position: u32) {
         for (words, reg) in self.ending.remove(&position).into_iter().flatten() {
             self.free.entry(words).or_default().push(reg);
@@ -72,24 +72,24 @@ impl File {
 pub(super) struct Compiler<'a> {
     body: &'a Body,
     places: Vec<Option<Place>>,
-    /// For a view, the value whose register it looks into, and the component.
+    /// For a view, the value into whose register it points, and the component.
     views: Vec<Option<(ValueId, u32)>>,
-    /// Which shared values single points read.
+    /// Shared values that single points read.
     exported: Vec<bool>,
     /// Position of the last use of each value.
     last_use: Vec<u32>,
     position: u32,
-    /// Loops around the current position.
+    /// Number of loops around the current position.
     loops: u32,
     pub(super) registers: File,
-    /// Registers of a word for each cell.
+    /// Registers with a word for each cell.
     pub(super) cells: File,
     pub(super) words: Vec<Seed>,
     pub(super) globals: Vec<(Global, Operand)>,
     pub(super) slopes: Vec<(Global, Axis, Operand)>,
     pub(super) strings: Strings,
     pub(super) marks: Vec<Mark>,
-    /// The mark of the step that is being compiled.
+    /// The mark of the step around the current position.
     around: Option<u32>,
 }
 
@@ -128,7 +128,7 @@ impl<'a> Compiler<'a> {
         Operand { place, words: words_of(kind), kind }
     }
 
-    /// Gives a value its place. Values of a valid body are defined before they are used.
+    /// Assigns a place to a value. Values of a valid body are defined before they are used.
     fn define(&mut self, v: ValueId) -> Place {
         let words = words_of(self.body.kind(v));
         let place = if self.body.value(v).rate == Rate::Uniform {
@@ -138,7 +138,8 @@ impl<'a> Compiler<'a> {
             let last = self.last_use[v.index()].max(self.position);
             let reg = self.registers.take(words, Some(last));
             let cells = shared::group(self.body, v).map(|group| {
-                // What points read stays until they do, which is when the batch gets there and not the steps on cells.
+                // A value that points read is kept until then, which is when the batch gets there and not the
+                // steps on cells.
                 let last = (!self.exported[v.index()]).then_some(last);
                 CellPlace { group, reg: self.cells.take(words, last) }
             });
@@ -148,7 +149,7 @@ impl<'a> Compiler<'a> {
         place
     }
 
-    /// Goes on to the next position, freeing what ended at this one.
+    /// Advances to the next position, freeing the registers of values that ended at this one.
     fn advance(&mut self) {
         self.registers.end(self.position);
         self.cells.end(self.position);
@@ -182,7 +183,7 @@ impl<'a> Compiler<'a> {
         self.marks.len() as u32 - 1
     }
 
-    /// An instruction of a group: together with those of the group before it.
+    /// An instruction of a group, added to those of the group before it.
     fn member(&mut self, inst: &'a Inst, group: u16, steps: &mut Steps) {
         if !matches!(steps.list.last(), Some(Step::Shared { group: last, .. }) if *last == group) {
             let mark = self.mark(inst, format!("shared{group}"));
@@ -208,8 +209,8 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// The place of a value that is there before the first step: its register held nothing before, and in a loop it
-    /// holds nothing else.
+    /// The place of a value that exists before the first step: its register is new, and is not reused in a
+    /// loop.
     fn given(&mut self, inst: &Inst) -> Option<Operand> {
         let result = *inst.results.first()?;
         let words = words_of(self.body.kind(result));
@@ -221,7 +222,7 @@ impl<'a> Compiler<'a> {
         Some(self.operand(result))
     }
 
-    /// The position behind which nothing reads the result of an instruction.
+    /// The last position at which the result of an instruction is read.
     fn last(&self, inst: &Inst) -> u32 {
         inst.results.first().map_or(u32::MAX, |r| self.last_use[r.index()])
     }
@@ -337,7 +338,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Makes the result a view of the argument where it is one. Tells whether it is.
+    /// Makes the result a view of the argument if possible. Returns whether it did.
     fn view(&mut self, inst: &Inst) -> bool {
         let Some(result) = inst.results.first().copied() else { return false };
         let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
@@ -368,7 +369,7 @@ impl<'a> Compiler<'a> {
                 }
             }
             Place::Lanes { .. } => {
-                // Only where the rate pass is off: spread a hidden uniform constant.
+                // Only if the rate pass is off: broadcasts a hidden uniform constant.
                 let life = (self.position, u32::MAX);
                 let at = self.words.len() as u32;
                 for (component, word) in words.iter().enumerate() {

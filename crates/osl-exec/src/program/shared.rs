@@ -1,4 +1,4 @@
-//! Which values the points of a cell share, and which of those single points read.
+//! Which values are shared by the points of a cell, and which of those single points read.
 
 use osl_ir::ir::{BlockId, Body, Inst, Op, Rate, Source, ValueId};
 
@@ -10,7 +10,7 @@ pub(super) fn group(body: &Body, v: ValueId) -> Option<u16> {
     }
 }
 
-/// The group that an instruction is computed in.
+/// The group in which an instruction is computed.
 pub(super) fn group_of(body: &Body, inst: &Inst) -> Option<u16> {
     if matches!(inst.op, Op::Share(..)) {
         return None;
@@ -27,8 +27,8 @@ pub(super) fn groups(body: &Body) -> usize {
     numbers.max().unwrap_or(0)
 }
 
-/// For each value whether it is shared and read by what is not: such values go to all lanes. `views`: the values whose
-/// registers values look into, which count in their place.
+/// For each value, whether it is shared and read by an instruction outside its group: such values are copied
+/// to all lanes. `views`: the values into whose registers views point, which count in their place.
 pub(super) fn exported(body: &Body, views: &[Option<(ValueId, u32)>]) -> Vec<bool> {
     let mut exported = vec![false; body.values.len()];
     if groups(body) == 0 {

@@ -1,13 +1,13 @@
-//! When values are needed for the last time, and which are only views into others.
+//! The last use of each value, and the values that are only views into others.
 //!
-//! It must not know registers or steps.
+//! This module must not know registers or steps.
 
 use osl_ir::ir::{BlockId, Body, Inst, LaneOp, Op, Source, ValueId};
 
 /// Finds the views and the last use of every value, numbering positions exactly as the compiler does.
 pub(super) struct Uses<'a> {
     body: &'a Body,
-    /// For a view, the value whose register it looks into, and the component.
+    /// For a view, the value into whose register it points, and the component.
     pub(super) views: Vec<Option<(ValueId, u32)>>,
     /// Position of the last use of each value.
     pub(super) last_use: Vec<u32>,
@@ -16,7 +16,7 @@ pub(super) struct Uses<'a> {
 }
 
 impl<'a> Uses<'a> {
-    /// Those of a body, outputs included.
+    /// Those of a body, including its outputs.
     pub(super) fn of(body: &'a Body) -> Uses<'a> {
         let values = body.values.len();
         let mut uses = Uses {
@@ -36,7 +36,7 @@ impl<'a> Uses<'a> {
         uses
     }
 
-    /// Notes a use at a position.
+    /// Records a use at a position.
     fn touch(&mut self, v: ValueId, at: u32) {
         let root = self.views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
         let Some(last) = self.last_use.get_mut(root.index()) else { return };
@@ -72,7 +72,7 @@ impl<'a> Uses<'a> {
                     self.position += 1;
                     self.block(*otherwise, loops);
                     else_yields.iter().for_each(|v| self.used(*v, loops));
-                    // Results are written by either side, so they live through both.
+                    // Either side writes the results, so they are live during both.
                     for r in &inst.results {
                         self.touch(*r, self.position);
                     }
@@ -88,7 +88,7 @@ impl<'a> Uses<'a> {
                     next.iter().for_each(|v| self.used(*v, loops));
                     self.used(*cond, loops);
                     let outside = loops.pop().map(|scope| scope.outside).unwrap_or_default();
-                    // What a round reads from outside, the next round reads again.
+                    // Values from outside that an iteration reads are read again by the next one.
                     for v in
                         outside.into_iter().chain(params.iter().copied()).chain(inst.results.iter().copied())
                     {

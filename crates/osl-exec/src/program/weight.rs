@@ -1,16 +1,17 @@
-//! What steps count against the limit of a point.
+//! The cost of steps against the limit of a point.
 //!
-//! What works on vectors counts by its operations: one for each, a fraction of a nanosecond for a point where hundreds of
-//! points go the same way, and the interpreter's work for it, some tens of nanoseconds, where a point runs alone. What works
-//! lane by lane costs each point its time, so it counts by that: [`SERIAL`] steps for 16 nanoseconds.
+//! Steps that work on vectors are charged by their operations: one for each. This is a fraction of a
+//! nanosecond for a point if hundreds of points take the same path, and some tens of nanoseconds, the
+//! interpreter's work, if a point runs alone. Steps that work lane by lane cost time at each point, so they
+//! are charged by time: [`SERIAL`] steps for 16 nanoseconds.
 
 use super::{Array, Step};
 use osl_ir::ir::{Cost, Kernel, LaneOp};
 
-/// Steps for 16 nanoseconds of what is done for a lane by itself.
+/// Steps for 16 nanoseconds of work on a single lane.
 pub(crate) const SERIAL: u64 = 8;
 
-/// What a step counts, without what is nested in it and without what depends on the values.
+/// The cost of a step, without nested steps and without the part that depends on values.
 pub(crate) fn weight(step: &Step) -> u64 {
     match step {
         Step::Lane(step) => of_op(step.op) * u64::from(step.out.words.min(3)),
@@ -18,12 +19,12 @@ pub(crate) fn weight(step: &Step) -> u64 {
         Step::Kernel(step) => of_kernel(&step.kernel) + step.outs.len() as u64,
         Step::If { results, .. } => 4 + results.len() as u64,
         Step::FindCells { roots, .. } => 4 * roots.len() as u64,
-        // Counted as they run.
+        // Charged during execution.
         Step::Loop { .. } | Step::Shared { .. } => 0,
     }
 }
 
-/// What arrays count before anything runs: each word of them is cleared for each point.
+/// The cost of arrays before anything runs: each of their words is cleared for each point.
 pub(crate) fn of_arrays(arrays: &[Array]) -> u64 {
     arrays.iter().map(|a| u64::from(a.words) * u64::from(a.len) * SERIAL).fold(0, u64::saturating_add)
 }
@@ -38,7 +39,7 @@ fn of_op(op: LaneOp) -> u64 {
     }
 }
 
-/// What a kernel counts whatever its values are.
+/// The cost of a kernel that does not depend on its values.
 fn of_kernel(kernel: &Kernel) -> u64 {
     let noise = |dims: u8, triple: bool, tangents: bool| {
         (2 << dims.min(4)) * if triple { 3 } else { 1 } * if tangents { 2 } else { 1 }
