@@ -1,8 +1,12 @@
-//! The batch interpreter: runs IR over some hundreds of shading points an instruction.
+//! Runs the IR of a shader over batches of hundreds of shading points, one instruction for the whole batch at
+//! a time.
 //!
-//! The way of the data: `program` turns a body of IR into steps over registers; `lanes` stamps the lane
-//! operations into loops, which `native` replaces by machine code where they recur; a `machine` runs the steps over one batch under lane masks; [`run`] drives
-//! machines over all points on all cores. This crate must not know the syntax tree, command lines or the disk.
+//! `program` turns a body of IR into steps over registers, which hold one value per point. `lanes` stamps the
+//! lane operations into loops that the compiler vectorises, and `native` replaces recurring runs of them by
+//! machine code. A `machine` runs the steps over one batch; where points take different branches, a mask
+//! tells which lanes are active. [`run`] divides all points into tiles and drives machines on all cores; the
+//! values of the outputs become the pixels of an image. This crate must not know the syntax tree, command
+//! lines or the disk.
 
 mod arithmetic;
 #[cfg(test)]

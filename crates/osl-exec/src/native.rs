@@ -1,11 +1,12 @@
-//! Machine code for lane operations that wait together: what is to be computed, and what was compiled before.
+//! Machine code for sequences of lane operations: the sequences that occur, and the code compiled for them.
 //!
-//! Runs of lane operations recur from batch to batch. One that has come up for some thousands of lanes is compiled, all
-//! its operations into one loop whose intermediate values stay in registers; those that nothing reads later are not even
-//! stored. Operations that `operation` does not know run between such loops as ever, piece by piece. What is computed has
-//! the same bits either way. Plans are kept by the program, so that all threads and all runs share them.
+//! The same sequences of lane operations recur from batch to batch. A sequence that has been executed for
+//! some thousands of lanes is compiled to one loop whose intermediate values stay in registers; values that
+//! are not read later are not even stored. Operations without machine code still run in the interpreter,
+//! between compiled runs. The results have the same bits either way. The program keeps the plans, so that all
+//! threads and all runs share them.
 //!
-//! `plan` makes plans and carries them out. This module must not know masks or steps other than lane operations.
+//! `plan` makes and executes plans. This module must not know masks, or steps other than lane operations.
 
 mod fast;
 mod operation;
@@ -18,41 +19,44 @@ pub(crate) use plan::{Files, Plan};
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Which runs of lane operations become machine code. What they compute has the same bits either way.
+/// Which sequences of lane operations become machine code. The results have the same bits either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Native {
-    /// None: all are interpreted.
+    /// None: everything is interpreted.
     Never,
-    /// Those that come up often enough to be worth it, where the machine can run such code.
+    /// Those that occur often enough to be worth it, if the machine can run such code.
     #[default]
     Recurring,
-    /// All, where the machine can run such code: for tests.
+    /// All, if the machine can run such code; for tests.
     Always,
 }
 
-/// Lanes for which a run must have come up before it is compiled: an estimate of what compiling takes.
+/// A sequence is compiled after it was executed for this many lanes, an estimate of the time for compiling
+/// it.
 const WORTH: usize = 4096;
-/// Lanes that fewer count as: calls take as long as these.
+/// Fewer lanes count as this many, since a call takes as long as they do.
 const FEW: usize = 256;
-/// Bytes of code that a program may have: source is bounded, but code is longer.
+/// Maximum size of a program's code: the source is bounded, but code is longer.
 const MAX_BYTES: usize = 4 << 20;
-/// Operations of a run at most.
+/// Maximum number of operations in a sequence.
 pub(crate) const MAX_RUN: usize = 4096;
-/// Runs that start with the same operation, at most: each may come up with several states of its cells.
+/// Maximum number of sequences that start with the same operation: each may occur with several states of its
+/// cells.
 const MAX_FORMS: usize = 64;
 
-/// A lane operation that waits, as keys tell it from others of the program and of other states of its cells.
+/// The key of a queued lane operation, which identifies it in the program and includes the state of its
+/// cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Key(pub(crate) u64);
 
-/// Plans of a program by the operations and by how many lanes a batch has.
+/// The plans of a program, by the operations and by the number of lanes in a batch.
 #[derive(Debug, Default)]
 pub(crate) struct Plans(Mutex<Made>);
 
-/// How many lanes a batch has, and in which arithmetic it computes.
+/// The number of lanes in a batch, and the arithmetic.
 pub(crate) type Shape = (usize, Style);
 
-/// What a plan is for: batches of a shape, and the operations.
+/// The key of a plan: the shape of the batches, and the operations.
 type Name = (Shape, Box<[Key]>);
 
 #[derive(Debug, Default)]
@@ -62,13 +66,13 @@ struct Made {
 }
 
 impl Plans {
-    /// The plan of a run, if it has been made.
+    /// The plan of a sequence, if it was made.
     fn find(&self, shape: Shape, keys: &[Key]) -> Option<Arc<Plan>> {
         let made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         made.plans.get(&(shape, keys.into()))?.clone()
     }
 
-    /// The plan of a run, which is made if there is none; nothing if it cannot have one.
+    /// The plan of a sequence, made if necessary; `None` if it cannot have one.
     fn plan(&self, shape: Shape, keys: &[Key], ready: impl FnOnce() -> Vec<Waiting>) -> Option<Arc<Plan>> {
         let mut made = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (shape, keys.into());
@@ -82,8 +86,8 @@ impl Plans {
     }
 }
 
-/// An operation that waits, with its arguments found, and when its result is read for the last time: positions count the
-/// instructions of the program.
+/// A queued operation with resolved arguments, and the position at which its result is read for the last
+/// time; positions count the instructions of the program.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Waiting {
     pub(crate) ready: Ready,
@@ -91,12 +95,12 @@ pub(crate) struct Waiting {
     pub(crate) last: u32,
 }
 
-/// What a machine knows of runs.
+/// The sequences that a machine has executed.
 #[derive(Debug, Default)]
 pub(crate) struct Known {
-    /// Lanes for which a run must have come up before it is compiled.
+    /// Number of lanes after which a sequence is compiled.
     worth: usize,
-    /// By the first operation.
+    /// The sequences, by their first operation.
     runs: FxHashMap<(Shape, Key), Vec<Run>>,
     pub(crate) scratch: Scratch,
 }
@@ -104,13 +108,13 @@ pub(crate) struct Known {
 #[derive(Debug)]
 struct Run {
     keys: Box<[Key]>,
-    /// How often it has come up, until it has been tried to compile it.
+    /// Number of lanes for which it was executed, until compilation was tried.
     times: Option<usize>,
     plan: Option<Arc<Plan>>,
 }
 
 impl Known {
-    /// Of a machine that has run nothing, if there is to be machine code.
+    /// An empty state, if there is to be machine code.
     pub(crate) fn new(native: Native) -> Option<Known> {
         let worth = match native {
             Native::Never => return None,
@@ -120,7 +124,7 @@ impl Known {
         Some(Known { worth, ..Known::default() })
     }
 
-    /// The plan of a run on batches of a shape, if it has come up often enough to have one.
+    /// The plan of a sequence for batches of a shape, if it has occurred often enough.
     pub(crate) fn plan(
         &mut self,
         plans: &Plans,
@@ -160,7 +164,7 @@ mod tests {
     use osl_ir::ir::{Kind, LaneOp, MAX_ARGS};
     use osl_noise::Isa;
 
-    /// Words that operations may stumble over, and what lies between.
+    /// Words that are difficult for operations, and words in between.
     fn word(state: &mut u32, kind: Kind) -> u32 {
         *state ^= *state << 13;
         *state ^= *state >> 17;
@@ -199,13 +203,13 @@ mod tests {
         }
     }
 
-    /// Every operation that is known gives the bits of its body, its arguments lanes or one for all, and triples where it
-    /// works on each component.
+    /// Every supported operation gives the bits of its body, for arguments that are lanes or a single value,
+    /// and for triples if it works on each component.
     #[test]
     fn operations_have_the_bits_of_their_bodies() {
         if osl_native::is_supported() {
             operations::<Strict>(Isa::baseline(), Style::Strict);
-            // Products and sums are fused where the instruction set has that.
+            // Products and sums are fused if the instruction set supports it.
             operations::<Fast>(Isa::detect(), Style::Fast);
         }
     }

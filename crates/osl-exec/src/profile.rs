@@ -1,6 +1,6 @@
-//! Where the time of a run goes: counts for each step, and what they say of instructions and source lines.
+//! Where the time of a run goes: counts for each step, attributed to instructions and source lines.
 //!
-//! A machine without a profile asks once a block whether there is one, and measures nothing.
+//! A machine without a profile only checks once per block whether there is one, and measures nothing.
 
 use crate::arithmetic::Arithmetic;
 use crate::error::RunError;
@@ -9,11 +9,11 @@ use crate::program::{Program, Steps};
 use osl_ir::Span;
 use std::time::{Duration, Instant};
 
-/// What a machine has counted, by the marks of its program.
+/// The counts of a machine, by the marks of its program.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Profile {
     counts: Vec<Count>,
-    /// Time of the steps within the one that runs.
+    /// Time of the steps inside the current one.
     inner: Duration,
 }
 
@@ -24,20 +24,21 @@ struct Count {
     own: Duration,
 }
 
-/// What the profile of a run says of one instruction.
+/// The profile of one instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ProfileEntry {
-    /// What it does, as `oslrun ir` names it.
+    /// Its operation, named as in `oslrun ir`.
     pub name: String,
-    /// The source that it comes from.
+    /// The source location that it comes from.
     pub span: Span,
-    /// The instructions around it, the outermost first: what each does and where.
+    /// The instructions around it, the outermost first: operation and location of each.
     pub around: Vec<(String, Span)>,
-    /// How often it ran on a batch.
+    /// Number of executions on a batch.
     pub runs: u64,
-    /// Lanes that it ran for, all batches together. One run for a shared value counts the cells.
+    /// Number of lanes for which it ran, in all batches together. An execution for a shared value counts the
+    /// cells.
     pub lanes: u64,
-    /// Time spent in it, without what it runs within.
+    /// Time spent in it, without nested instructions.
     pub own: Duration,
 }
 
@@ -83,7 +84,7 @@ impl Profile {
 }
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
-    /// Runs steps and notes what each takes.
+    /// Runs steps and records the time of each.
     pub(crate) fn profiled(&mut self, steps: &'a Steps, mask: &crate::machine::Mask) -> Result<(), RunError> {
         let lanes = self.lanes_in(mask);
         for (step, mark) in steps.list.iter().zip(&steps.marks) {

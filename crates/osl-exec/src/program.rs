@@ -1,10 +1,10 @@
-//! From IR to steps over registers.
+//! Turns IR into steps over registers.
 //!
-//! Values that vary get a lane register for as long as they are needed; values that the batch shares get words
-//! of the uniform file. A component of a triple is a view into its register, not a copy. Steps keep the
-//! structure of the IR: blocks nested in `If` and `Loop`.
+//! Varying values get a lane register for as long as they are needed; uniform values get words of the uniform
+//! file. A component of a triple is a view into its register, not a copy. Steps keep the structure of the IR:
+//! blocks nested in `If` and `Loop`.
 //!
-//! `step` holds what a program is made of, `compile` makes it.
+//! `step` defines the parts of a program, and `compile` makes it.
 
 mod compile;
 mod shared;
@@ -28,7 +28,7 @@ pub(crate) use step::{
 };
 pub(crate) use weight::SERIAL;
 
-/// Sums up what steps count.
+/// Sums up the weights of steps.
 fn weigh(steps: &mut Steps) {
     for step in &mut steps.list {
         if let Step::Shared { steps, .. } = step {
@@ -43,16 +43,16 @@ fn weigh(steps: &mut Steps) {
 pub struct Program {
     pub(crate) steps: Steps,
     pub(crate) marks: Vec<Mark>,
-    /// Components of each lane register.
+    /// Number of components of each lane register.
     pub(crate) registers: Vec<u32>,
-    /// Components of each register of a word for each cell.
+    /// Number of components of each register with a word for each cell.
     pub(crate) cells: Vec<u32>,
-    /// The uniform file as it starts, constants filled in.
+    /// The initial uniform file, with constants filled in.
     pub(crate) words: Vec<Seed>,
     pub(crate) arrays: Vec<Array>,
     /// Varying globals that are read, with their registers.
     pub(crate) globals: Vec<(Global, Operand)>,
-    /// Slopes of globals that are read.
+    /// Derivatives of globals that are read.
     pub(crate) slopes: Vec<(Global, Axis, Operand)>,
     pub(crate) outputs: Vec<OutputPlan>,
     pub(crate) strings: Vec<Arc<str>>,
@@ -61,21 +61,21 @@ pub struct Program {
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
     /// The layers, each with the start of its source.
     layers: Vec<(u32, osl_ir::builtins::Names)>,
-    /// Machine code for runs of its lane operations.
+    /// Machine code for sequences of its lane operations.
     pub(crate) native: Arc<Plans>,
-    /// Groups of values that points share.
+    /// Number of groups of shared values.
     pub(crate) groups: usize,
-    /// Whether all points share all that it does: one run is enough.
+    /// Whether everything that it does is uniform, so that one run is enough.
     pub(crate) shared: bool,
-    /// Steps that count for each point before anything runs.
+    /// Steps charged to each point before anything runs.
     pub(crate) base: u64,
     /// What it was compiled for.
     assumptions: Assumptions,
 }
 
-/// Points of a batch where nothing speaks for more.
+/// Default number of points in a batch.
 const BATCH: usize = 256;
-/// What the registers of a wider batch may take: measured, see docs/performance.md.
+/// Maximum size of the registers of a wider batch: measured, see docs/performance-log.md.
 const NEAR_BYTES: u64 = 256 << 10;
 
 fn has_loop(steps: &Steps) -> bool {
@@ -86,7 +86,7 @@ fn has_loop(steps: &Steps) -> bool {
     })
 }
 
-/// Whether steps do no more than yield values.
+/// Whether steps only compute values, without effects.
 fn is_quiet(steps: &Steps) -> bool {
     steps.list.iter().all(|step| match step {
         Step::Lane(_) | Step::FindCells { .. } | Step::Load { .. } | Step::Store { .. } => true,
@@ -174,13 +174,13 @@ impl Program {
         Ok(())
     }
 
-    /// The layer that a place of the source belongs to, and its names.
+    /// The layer of a source location, and its names.
     pub fn names(&self, span: osl_ir::Span) -> Option<(usize, &osl_ir::builtins::Names)> {
         osl_ir::ir::names_at(&self.layers, span)
     }
 
-    /// Whether lookups tell the shader why they fail: what [`Services::reference_texts`](crate::Services) says then
-    /// depends on which comes first.
+    /// Whether lookups report to the shader why they fail: the messages under
+    /// [`Services::reference_texts`](crate::Services) then depend on which lookup comes first.
     pub fn has_error_messages(&self) -> bool {
         self.error_messages
     }
@@ -195,13 +195,13 @@ impl Program {
         self.names(span).map_or_else(|| "".into(), |(_, names)| names.shader.clone())
     }
 
-    /// Lane registers and the words of each lane that they hold, for reports.
+    /// Number of lane registers and the words per lane that they hold, for reports.
     pub fn register_words(&self) -> (usize, u32) {
         (self.registers.len(), self.registers.iter().sum())
     }
 
-    /// Points of a batch that suit the program: more of them cost less each, as long as what the registers hold stays near
-    /// the processor. Loops end sooner for fewer points.
+    /// The best number of points in a batch: larger batches cost less per point, as long as the registers
+    /// stay in the cache. Loops end sooner with fewer points.
     pub fn batch(&self) -> usize {
         let words: u64 = self.registers.iter().map(|words| u64::from(*words)).sum();
         let fits = |batch: &usize| words * 4 * *batch as u64 <= NEAR_BYTES;
@@ -212,24 +212,25 @@ impl Program {
         }
     }
 
-    /// Bytes that the registers and arrays of a point take, for words of so many bytes.
+    /// Bytes of the registers and arrays of a point, for words of a size.
     fn point_bytes(&self, word: usize) -> u64 {
         let arrays = self.arrays.iter().filter(|a| a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
         let words = arrays.chain(self.registers.iter().map(|words| u64::from(*words)));
         words.fold(0, u64::saturating_add).saturating_mul(word as u64).max(1)
     }
 
-    /// Bytes that arrays take that all points share, for words of so many bytes.
+    /// Bytes of the uniform arrays, for words of a size.
     fn shared_bytes(&self, word: usize) -> u64 {
         let arrays = self.arrays.iter().filter(|a| !a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
         arrays.fold(0, u64::saturating_add).saturating_mul(word as u64)
     }
 
-    /// Threads and points of a batch, at most as many as given, for which the registers and arrays of all threads fit so many
-    /// bytes; batches become narrow first, then threads few, and last a batch is one point.
+    /// The number of threads and of points in a batch, at most those given, for which the registers and
+    /// arrays of all threads fit in the memory. First the batches are made narrower, then threads are
+    /// reduced, down to one point per batch.
     ///
     /// # Errors
-    /// The bytes that one point takes: more than there are.
+    /// The bytes of a single point, if they exceed the memory.
     pub(crate) fn fit(
         &self,
         (threads, batch): (usize, usize),
@@ -253,13 +254,13 @@ impl Program {
     }
 }
 
-/// Words (of each lane) of a kind.
+/// Words (per lane) of a kind.
 pub(crate) fn words_of(kind: Kind) -> u32 {
     kind.words()
 }
 
 impl OutputPlan {
-    /// Elements of the output: 1 where it is no array.
+    /// Number of elements of the output: 1 if it is not an array.
     pub(crate) fn ty_len(&self, program: &Program) -> usize {
         match self.source {
             OutputSource::Value(_) => 1,

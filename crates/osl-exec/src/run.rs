@@ -1,9 +1,10 @@
-//! Running a program over all points, on all cores.
+//! Runs a program over all points, on all cores.
 //!
-//! The points are cut into tiles; each worker has a machine and takes tiles in their order, and each tile writes its own part of
-//! each plane. Results do not depend on tile size, batch width, thread count or instruction set. Nor does it whether
-//! a run ends with an error, and with which: the error is that of the first point which is beyond its limits, or with which
-//! all points so far are beyond those of the run. This module must not know how tiles are run, see `tile`.
+//! The points are divided into tiles. Each worker has a machine and takes tiles in order, and each tile
+//! writes its own part of each plane. Results do not depend on tile size, batch width, thread count or
+//! instruction set. The same holds for errors: the error is that of the first point that exceeds its limits,
+//! or with which all points so far exceed those of the run. This module must not know how tiles are run, see
+//! `tile`.
 
 mod tile;
 
@@ -24,7 +25,7 @@ use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use tile::{Bytes, Piece, Tile, Worker};
 
-/// Bytes that count for a component of an output beside its values: its name and place.
+/// Bytes charged for a component of an output besides its values: its name and location.
 const SLOT_BYTES: u64 = 256;
 
 /// Runs a program over all points of a source. `progress` is called with the number of points done.
@@ -41,18 +42,18 @@ pub fn run(
     Run::new(program, services, source, options).points(0..source.count(), progress)
 }
 
-/// A run that yields its points piece by piece, so that not all have to be in memory.
+/// A run that returns its points in pieces, so that not all of them have to be in memory.
 pub struct Run<'a> {
     program: &'a Program,
     services: &'a Services,
     source: &'a dyn PointSource,
     options: &'a RunOptions,
-    /// The XML texts of all workers.
+    /// The XML documents of all workers.
     documents: Documents,
-    /// What points so far keep, in bytes: printed text, and closures of outputs.
+    /// Bytes kept by the points so far: printed text, and closures of outputs.
     printed: AtomicU64,
     closures: AtomicU64,
-    /// Points done.
+    /// Number of finished points.
     done: AtomicUsize,
 }
 
@@ -76,7 +77,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The planes that a frame will have, without their words.
+    /// The planes of a frame, without their words.
     ///
     /// # Errors
     /// There are too many of them.
@@ -85,10 +86,10 @@ impl<'a> Run<'a> {
         Ok(slots.iter().map(|slot| self.plane(slot, 0)).collect())
     }
 
-    /// Whether the planes of so many points may be in memory.
+    /// Whether the planes of this many points fit in memory.
     ///
     /// # Errors
-    /// They may not.
+    /// They do not fit.
     pub fn fits(&self, points: usize) -> Result<(), RunError> {
         self.slots(points).map(|_| ())
     }
@@ -123,7 +124,7 @@ impl<'a> Run<'a> {
         let Run { program, source, options, .. } = self;
         let blocks = source.blocks();
         let points = points.start..points.end.min(source.count()).max(points.start);
-        // A tile's results are a piece of each plane, so it has whole rows of blocks.
+        // The results of a tile are a contiguous part of each plane, so it has whole rows of blocks.
         let tile = options.tile.max(1).next_multiple_of(blocks.map_or(1, |b| b.period()));
         let slots = self.slots(points.len())?;
         let tiles = points.len().div_ceil(tile);
@@ -162,7 +163,7 @@ impl<'a> Run<'a> {
         let mut frame =
             gather((program, self.options), blocks, points.start, (planes, slots.closures), results);
         for said in &mut frame.messages {
-            // A program that all points share has run for a batch and stands for the others.
+            // A uniform program has run for one batch, which stands for the others.
             if program.shared {
                 (said.first, said.points) = (points.start, Some(points.len() as u64));
             }
@@ -174,10 +175,10 @@ impl<'a> Run<'a> {
         Ok(frame)
     }
 
-    /// What the program delivers for each of so many points, if all of it is as small as it has to be.
+    /// The outputs of the program for this many points, if they fit in memory.
     fn slots(&self, points: usize) -> Result<Slots, RunError> {
         let count = self.program.outputs.iter().map(|plan| plan.ty_len(self.program) as u64 * 16);
-        // None is made before it is known that there are few.
+        // None is allocated before the total size is known.
         let most = self.options.limits.running.frame_bytes;
         let each = if self.program.arithmetic().is_double() { 12 } else { 4 };
         let bytes = |planes: u64| {
@@ -195,7 +196,7 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// For how many threads and points of a batch there is memory.
+    /// The number of threads and of points in a batch for which there is memory.
     fn machines<A: arithmetic::Arithmetic>(
         &self,
         wanted: (usize, usize),
@@ -208,22 +209,22 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Counts what a batch prints. Tells whether the run is within its limit.
+    /// Charges for the printed text of a batch. Returns whether the run is within its limit.
     fn print(&self, bytes: u64) -> bool {
         let sum = self.printed.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
         sum <= self.options.limits.running.printed_bytes
     }
 
-    /// Counts what a closure of an output takes. Tells whether the run is within its limit.
+    /// Charges for a closure of an output. Returns whether the run is within its limit.
     fn keep(&self, bytes: u64) -> bool {
         let sum = self.closures.fetch_add(bytes, Ordering::Relaxed).saturating_add(bytes);
         sum <= self.options.limits.running.closure_bytes
     }
 
-    /// The first error in the order of the points, if there is one.
+    /// The first error in the order of the points, if any.
     fn judge(&self, results: &[Tile]) -> Result<(), RunError> {
         let all: Bytes = results.iter().fold(Bytes::default(), |sum, tile| sum + tile.bytes);
-        // What the pieces of the run before these points keep.
+        // The bytes kept by earlier pieces of the run.
         let before = |total: &AtomicU64, here: u64| total.load(Ordering::Relaxed).saturating_sub(here);
         let mut sum = Bytes {
             printed: before(&self.printed, all.printed),
@@ -249,7 +250,7 @@ impl<'a> Run<'a> {
     }
 }
 
-/// What all workers of a range of points share.
+/// The state shared by all workers of a range of points.
 struct Work<'a, 'p> {
     run: &'a Run<'a>,
     points: Range<usize>,
@@ -257,17 +258,17 @@ struct Work<'a, 'p> {
     tile: usize,
     batch: usize,
     slots: &'a Slots,
-    /// Tiles that no worker has yet, in order.
+    /// Tiles that no worker has taken, in order.
     open: Mutex<std::iter::Enumerate<std::vec::IntoIter<Vec<Piece<'p>>>>>,
-    /// The last tile that a worker has.
+    /// The last tile that a worker has taken.
     started: AtomicUsize,
-    /// Tiles behind this one need not be run: one up to it has an error.
+    /// Tiles after this one need not be run, because one of those up to it has an error.
     last: AtomicUsize,
     results: Mutex<Vec<(usize, Tile)>>,
     progress: &'a (dyn Fn(usize) + Sync),
 }
 
-/// What a program delivers for each point.
+/// The outputs of a program for each point.
 struct Slots {
     planes: Vec<Slot>,
     closures: Vec<Slot>,
@@ -287,7 +288,7 @@ impl Slots {
         for (output, plan) in program.outputs.iter().enumerate() {
             for element in 0..plan.ty_len(program) {
                 match plan.kind {
-                    // Texts have no plane.
+                    // Strings have no plane.
                     Kind::Str => {}
                     Kind::Closure if options.closures => {
                         slots.closures.push(Slot { output, element, component: 0 });
@@ -305,7 +306,7 @@ impl Slots {
     }
 }
 
-/// Puts together what the tiles of a range of points yield.
+/// Combines the results of the tiles of a range of points.
 fn gather(
     (program, options): (&Program, &RunOptions),
     blocks: Option<Blocks>,

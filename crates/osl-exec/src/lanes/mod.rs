@@ -24,7 +24,7 @@ pub(crate) enum Arg<'a, W> {
 }
 
 impl<'a, W> Arg<'a, W> {
-    /// What it points at.
+    /// Its words.
     #[inline(always)]
     fn words(self) -> &'a [W]
     where
@@ -35,7 +35,7 @@ impl<'a, W> Arg<'a, W> {
     }
 }
 
-/// A lane operation by the floats that it computes with.
+/// A lane operation for a float type.
 pub(crate) struct Stamped<'a, W, R>(LaneCall<'a, W>, PhantomData<R>);
 
 impl<'a, W, R> Stamped<'a, W, R> {
@@ -53,20 +53,21 @@ impl<'a, R> StampedFast<'a, R> {
     }
 }
 
-/// One lane operation over `n` lanes of each component. Components lie `stride` words apart, in arguments as in `out`.
+/// One lane operation over `n` lanes of each component. The components of arguments and of `out` are `stride`
+/// words apart.
 pub(crate) struct LaneCall<'a, W> {
     op: LaneOp,
     args: [Arg<'a, W>; MAX_ARGS],
-    /// By how many words the parts of an argument lie apart: 0 where one serves them all.
+    /// Distance in words between the parts of an argument: 0 if all parts use the same words.
     apart: [usize; MAX_ARGS],
     out: &'a mut [W],
     n: usize,
     stride: usize,
-    /// 1, or as many as the components of a triple for an operation that works on each by itself.
+    /// 1, or the number of a triple's components for an operation that works on each separately.
     parts: usize,
 }
 
-/// Elements of a matrix.
+/// Number of elements in a matrix.
 const ELEMENTS: usize = 16;
 
 /// One part of a call.
@@ -78,8 +79,8 @@ struct Part<'a, W> {
 }
 
 impl<W: Word> LaneCall<'_, W> {
-    /// A matrix with another element, copied element by element. `None` unless its place is the same for all lanes, as where
-    /// a matrix is made of sixteen numbers.
+    /// A matrix with one element replaced, copied element by element. `None` unless the index is the same for
+    /// all lanes, as when a matrix is composed of sixteen numbers.
     #[inline(always)]
     fn with_element(&mut self) -> Option<()> {
         let (n, stride) = (self.n, self.stride);
@@ -206,7 +207,7 @@ fn map3<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<
     }
 }
 
-/// Four arguments: rare, so one loop that asks each argument.
+/// Four arguments are rare, so there is only one loop, which checks the form of each argument.
 #[inline(always)]
 fn map4<W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, D: Lane<W>, O: Lane<W>>(
     call: Part<'_, W>,
@@ -237,7 +238,8 @@ fn pick<W: Word, T: Lane<W>>(arg: Arg<'_, W>, n: usize, stride: usize, lane: usi
     }
 }
 
-// A float is wrapped for its loop: an impl for every float might be one for ints, as far as the compiler can tell.
+// A float is wrapped for its loop, because an implementation for all floats could overlap with that for ints,
+// as far as the compiler knows.
 macro_rules! lane {
     ($real:ident F) => {
         One<$real>

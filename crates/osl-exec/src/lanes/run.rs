@@ -13,44 +13,44 @@ use osl_noise::{Isa, Kernel};
 use std::marker::PhantomData;
 use std::ops::Range;
 
-/// Lanes of a piece: what a few registers of as many hold fits the first cache (measured, docs/performance.md).
+/// Lanes per piece: a few registers of this size fit the L1 cache (measured, docs/performance-log.md).
 pub(crate) const PIECE: usize = 256;
 
-/// Lane operations over all lanes of a batch, one piece of them after the other.
+/// Lane operations over all lanes of a batch, one piece of lanes after the other.
 ///
-/// What an operation writes is still next to the processor when the next one reads it, though a batch's registers
-/// together are far from it. Which lanes are done when makes no difference to any.
+/// The result of an operation is still in the cache when the next one reads it, although all registers of a
+/// batch together are too large for it. The order in which lanes are processed does not affect results.
 pub(crate) struct LaneRun<'a, W> {
     pub(crate) isa: Isa,
     pub(crate) steps: &'a [Ready],
     pub(crate) registers: &'a mut [Lanes<W>],
     /// The uniform file.
     pub(crate) words: &'a [W],
-    /// Registers of a word for each cell.
+    /// Registers with a word for each cell.
     pub(crate) cells: &'a [Lanes<W>],
-    /// For each group of cells the cell of each lane.
+    /// For each group of cells, the cell of each lane.
     pub(crate) indices: &'a [Lanes],
     /// Room to broadcast single arguments to lanes.
     pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
     /// Lanes of each component of a register.
     pub(crate) width: usize,
-    /// Those that are computed: whole pieces, but for the last.
+    /// The lanes to compute: whole pieces, except the last.
     pub(crate) lanes: Range<usize>,
 }
 
-/// What a run does next.
+/// An item of a sequence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Ready {
     Lane(ReadyLane),
     Spread(Spread),
 }
 
-/// Gives lanes the value of their cells.
+/// Gives lanes the values of their cells.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
     /// The group of cells.
     pub(crate) group: u16,
-    /// How many words each lane gets.
+    /// Number of words for each lane.
     pub(crate) words: u8,
     /// The register of the cells, and the first component.
     pub(crate) from: (u32, u32),
@@ -58,13 +58,14 @@ pub(crate) struct Spread {
     pub(crate) out: (u32, u32),
 }
 
-/// A lane operation that knows where its words are.
+/// A lane operation with resolved arguments.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadyLane {
     pub(crate) op: LaneOp,
-    /// How many times it runs: once, or for each component of a triple.
+    /// Number of executions: one, or one for each component of a triple.
     pub(crate) parts: u8,
-    /// How many components one part runs through as if they were lanes: 1 unless the piece is all lanes.
+    /// Number of components that one part processes as if they were lanes: 1 unless a piece contains all
+    /// lanes.
     pub(crate) through: u8,
     pub(crate) count: u8,
     /// The register of its result, and the first word.
@@ -80,7 +81,7 @@ impl ReadyLane {
     }
 }
 
-/// An argument, its words (of each lane), and by how many words its parts lie apart.
+/// An argument, its words (per lane), and the distance in words between its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadyArg {
     pub(crate) from: From,
@@ -88,10 +89,10 @@ pub(crate) struct ReadyArg {
     pub(crate) apart: u32,
 }
 
-/// Where words are.
+/// The location of words.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum From {
-    /// Lanes of a register, from a word on.
+    /// Lanes of a register, starting at a word.
     Lanes(u32, u32),
     /// One value for all lanes, in the uniform file.
     Words(u32),
@@ -99,7 +100,7 @@ pub(crate) enum From {
     Cell(u32, u32),
 }
 
-/// A run by the floats that it computes with.
+/// A sequence for a float type.
 pub(crate) struct StampedRun<'a, W, R>(LaneRun<'a, W>, PhantomData<R>);
 
 impl<'a, W, R> StampedRun<'a, W, R> {
@@ -196,7 +197,8 @@ impl<W: Word> LaneRun<'_, W> {
     }
 }
 
-/// What an operation may read while its result is written: registers but for one, and the rest.
+/// The data that an operation may read while its result is written: all registers except one, and everything
+/// else.
 struct Files<'a, W> {
     before: &'a [Lanes<W>],
     behind: &'a [Lanes<W>],
@@ -205,7 +207,7 @@ struct Files<'a, W> {
 }
 
 impl<'a, W: Word> Files<'a, W> {
-    /// The words of an argument, those of lanes from `start` on.
+    /// The words of an argument, for lanes from `start` on.
     #[inline(always)]
     fn find(&self, from: From, start: usize) -> Arg<'a, W> {
         match from {
@@ -242,7 +244,7 @@ impl Spread {
     }
 }
 
-/// Single words as lane arrays: each is written for `n` lanes, `stride` words apart.
+/// Broadcasts single words to lane arrays: each is written for `n` lanes, `stride` words apart.
 fn broadcast<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize, usize)) -> &'a [W] {
     room.resize((words.len().saturating_sub(1) * stride + n).max(room.len()), W::default());
     for (component, word) in words.iter().enumerate() {
@@ -251,8 +253,8 @@ fn broadcast<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize
     room
 }
 
-/// Runs an operation of one argument on `n` lanes: words of both lie component by component. Allocates; meant for what is
-/// seldom.
+/// Runs an operation with one argument on `n` lanes; the words of both are component by component. Allocates,
+/// so it is meant for rare cases.
 pub(crate) fn one<A: Arithmetic>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mut [A::Word], n: usize) {
     let mut registers = [Lanes::new(out.len()), Lanes::new(arg.len())];
     registers[1].words_mut().copy_from_slice(arg);

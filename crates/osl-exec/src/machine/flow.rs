@@ -1,4 +1,4 @@
-//! Branches and loops: which lanes take which way, and what comes of it.
+//! Branches and loops: which lanes take which path, and how results are merged.
 
 use super::{Machine, Mask};
 use crate::arithmetic::{Arithmetic, Word};
@@ -52,11 +52,11 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
         let mut active = mask.clone();
         loop {
-            // Masks and what the loop carries.
+            // Masks and the values that the loop carries.
             self.spend(4 + params.len() as u64, &active);
             self.next_round(span)?;
             self.steps(body, &active)?;
-            // Results first: a next value may itself be a parameter.
+            // All results first: a next value may itself be a parameter.
             for p in params {
                 self.copy(p.next, p.result, &active);
             }

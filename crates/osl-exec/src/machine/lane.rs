@@ -1,7 +1,7 @@
-//! Lane operations: those that follow each other wait in a queue and run together.
+//! Lane operations: consecutive ones wait in a queue and run together.
 //!
-//! What all lanes share needs none of them and is computed at once, as are values of cells; the others find their
-//! arguments once for a batch.
+//! Uniform operations are not queued but computed at once, and so are values of cells; the others resolve
+//! their arguments once per batch.
 
 use super::{Machine, Mask};
 use crate::arithmetic::{Arithmetic, Word};
@@ -12,11 +12,11 @@ use crate::program::{CellPlace, Export, LaneStep, Operand, Place, Step};
 use crate::register::{LINE, Lanes};
 use osl_ir::ir::MAX_ARGS;
 
-/// Registers of so many components each, whose pieces have places of their own in the first cache.
+/// Registers with these numbers of components, whose pieces are at different offsets in the L1 cache.
 pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<W>> {
-    // A few cache lines more, so that a store and the load of another register differ within a page, too.
+    // A few cache lines more, so that a store and the load of another register also differ within a page.
     let apart = PIECE * size_of::<W>() + 5 * LINE * size_of::<u32>();
-    // Where there are many, what lies between them would take more than they do.
+    // If there are many registers, the gaps between them would take more room than the registers.
     let few = width >= PIECE && components.len() <= 256;
     let register = |(at, words): (usize, &u32)| {
         let words = *words as usize * width;
@@ -25,7 +25,7 @@ pub(super) fn registers<W: Word>(components: &[u32], width: usize) -> Vec<Lanes<
     components.iter().enumerate().map(register).collect()
 }
 
-/// Lane operations that wait, and their keys.
+/// Queued lane operations, and their keys.
 #[derive(Debug, Default)]
 pub(super) struct Queue<'a> {
     items: Vec<Item<'a>>,
@@ -35,7 +35,7 @@ pub(super) struct Queue<'a> {
 #[derive(Clone, Copy, Debug)]
 enum Item<'a> {
     Lane(&'a LaneStep),
-    /// Has lanes take the value of their cells.
+    /// Gives lanes the values of their cells.
     Spread(&'a Export, CellPlace),
 }
 
@@ -52,7 +52,7 @@ impl<'a> Queue<'a> {
 }
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
-    /// Runs steps, but for lane operations behind the last other step, which wait in the queue.
+    /// Runs steps, except the trailing lane operations, which stay in the queue.
     pub(super) fn follow(&mut self, steps: &'a [Step], mask: &Mask) -> Result<(), RunError> {
         for step in steps {
             match step {
@@ -67,7 +67,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         Ok(())
     }
 
-    /// Has a lane operation wait for those behind it. What all lanes share is computed at once: it waits for no lane.
+    /// Queues a lane operation. A uniform operation is computed at once, since it depends on no lane.
     pub(super) fn queue(&mut self, step: &'a LaneStep) {
         match step.out.place {
             Place::Words(at) => self.once(step, at),
@@ -86,22 +86,22 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// Has lanes take the value of their cells behind what waits.
+    /// Queues the copying of cell values to lanes.
     pub(super) fn queue_spread(&mut self, export: &'a Export) {
         if let Place::Lanes { cells: Some(cells), .. } = export.value.place {
-            // Its register is never another value's.
+            // Its register never holds another value.
             self.queue.push(Item::Spread(export, cells), cells.reg, 1 << 6);
         }
     }
 
-    /// Runs what waits.
+    /// Runs the queue.
     pub(super) fn run_queue(&mut self) {
         if self.queue.items.is_empty() {
             return;
         }
         let mut queue = std::mem::take(&mut self.queue);
         let mut native = self.native.take();
-        // A single cell is no vector.
+        // A single cell does not fill a vector.
         let shape = A::NATIVE.filter(|_| self.width.is_multiple_of(LINE)).map(|style| (self.width, style));
         let plan = native.as_mut().zip(shape).and_then(|(known, shape)| {
             let all = || queue.items.iter().map(|item| self.waiting(item)).collect();
@@ -124,7 +124,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         (self.ready, self.queue, self.native) = (ready, queue, native);
     }
 
-    /// What waits with its arguments found.
+    /// A queued item with resolved arguments.
     fn waiting(&self, item: &Item<'_>) -> Waiting {
         match item {
             Item::Lane(step) => {
@@ -151,7 +151,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// Runs a lane operation whose result all lanes share, to words from `at` on.
+    /// Runs a lane operation with a uniform result, which is stored from word `at` on.
     fn once(&mut self, step: &LaneStep, at: u32) {
         let isa = self.isa;
         let ready = Ready::Lane(self.ready(step, (0, 0), 1));
@@ -171,12 +171,13 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         self.words[at as usize..][..words].copy_from_slice(&self.single.words()[..words]);
     }
 
-    /// An operation with its arguments found.
+    /// An operation with resolved arguments.
     fn ready(&self, step: &LaneStep, out: (u32, u32), width: usize) -> ReadyLane {
         let args = step.args();
         let mut list = [ReadyArg { from: From::Words(0), words: 0, apart: 0 }; MAX_ARGS];
         let (mut parts, mut through) = (step.parts, 1);
-        // Components lie one behind the other: where all lanes of all arguments do, or single words, one part does for all.
+        // Components are contiguous: if this holds for all arguments, or they are single words, one part
+        // processes all components.
         let mut flat = parts > 1 && width <= PIECE;
         for (slot, arg) in list.iter_mut().zip(args) {
             let parted = arg.words > 1 && parts > 1;

@@ -1,8 +1,8 @@
-//! The machine: one thread's registers, and the steps run over them.
+//! The machine: the registers of one thread, and the execution of steps over them.
 //!
-//! A step works on all lanes; the mask of active lanes decides only what is copied where paths meet and what is
-//! stored in arrays. Lane registers are taken out of the file while they are written, so that a step
-//! borrows its arguments beside its result.
+//! A step works on all lanes; the mask of active lanes only determines which lanes are copied where paths
+//! join and which are stored to arrays. A lane register is taken out of the file while it is written, so that
+//! a step can borrow its arguments at the same time as its result.
 
 mod array;
 mod checks;
@@ -45,31 +45,31 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     program: &'a Program,
     services: &'a Services,
     isa: Isa,
-    /// Lanes of a batch: a multiple of a cache line.
+    /// Lanes per batch: a multiple of a cache line.
     width: usize,
     registers: Vec<Lanes<A::Word>>,
     shared: shared::Shared<'a, A::Word>,
     words: Vec<A::Word>,
     arrays: Vec<Lanes<A::Word>>,
     scratch: Vec<Lanes<A::Word>>,
-    /// Single arguments of a lane operation, spread over lanes.
+    /// Single arguments of a lane operation, broadcast to lanes.
     spread: [Vec<A::Word>; MAX_ARGS],
-    /// The result of a lane operation that all lanes share.
+    /// The result of a uniform lane operation.
     single: Lanes<A::Word>,
-    /// Lane operations that are to run next.
+    /// Queued lane operations.
     queue: lane::Queue<'a>,
-    /// Those with their arguments found.
+    /// Queued operations with resolved arguments.
     ready: Vec<Ready>,
-    /// Runs of them that have come up, unless all are to run without machine code.
+    /// Sequences of lane operations that have occurred, unless everything runs without machine code.
     native: Option<native::Known>,
     limits: &'a Limits,
-    /// What the points of the batch have taken.
+    /// The cost of the batch so far.
     work: work::Work,
     /// Whether a batch has been run.
     ran: bool,
-    /// Where the points come from.
+    /// The source of the points.
     source: &'a dyn PointSource,
-    /// The point of the first lane, and how many lanes have a point of their own.
+    /// The point of the first lane, and the number of lanes with a point of their own.
     first: usize,
     points: usize,
     texts: text::Texts,
@@ -79,10 +79,10 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     /// The regular expression that each lane used last. Two more follow: the last one that all lanes shared,
     /// and the last one of this machine.
     patterns: Vec<u32>,
-    /// Which blocks of each array hold more than zeros.
+    /// Which blocks of each array contain more than zeros.
     dirty: Vec<Vec<bool>>,
     pub(crate) messages: Messages,
-    /// Where the time goes, if that is asked for.
+    /// The measured times, if the run is profiled.
     pub(crate) profile: Option<Box<Profile>>,
 }
 
@@ -135,23 +135,23 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// How many lanes there are.
+    /// Number of lanes.
     pub(crate) fn width(&self) -> usize {
         self.width
     }
 
-    /// Runs the program for `points` points from `first` on, at most as many as the batch is wide. `each`: whether every
-    /// point counts for itself what it takes.
+    /// Runs the program for `points` points from `first` on, at most as many as the batch is wide. `each`
+    /// means that the cost of every point is counted separately.
     ///
     /// # Errors
-    /// A single point is beyond its limits; or several points, where it is not known which of them are.
+    /// A single point exceeds its limits; or one of several points does, and it is not known which.
     pub(crate) fn run(&mut self, first: usize, points: usize, each: bool) -> Result<(), RunError> {
         let source = self.source;
         if let Some(why) = self.limits.halted() {
             return Err(RunError::Halted(why));
         }
         if self.program.shared && self.ran && !self.messages.keeps_each() {
-            // It holds the results of every point.
+            // It contains the results of every point.
             return Ok(());
         }
         self.messages.begin(first);
@@ -194,7 +194,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         Ok(())
     }
 
-    /// Sets a place to values that all points share.
+    /// Sets a place to uniform values.
     fn spread(&mut self, value: [f32; 3], operand: Operand) {
         for (component, x) in value.into_iter().enumerate().take(operand.words as usize) {
             match operand.place {
@@ -207,9 +207,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// Writes component `component` of an output's element `element` for the first points into `out`, and what is known
-    /// of floats in double precision into `wide` where that has room. What is NaN is the same word everywhere: which one
-    /// arithmetic makes depends on the instruction set.
+    /// Writes component `component` of an output's element `element` for the first points into `out`, and
+    /// floats in double precision into `wide` if that has room. Every NaN becomes one canonical word, because
+    /// its payload depends on the instruction set.
     pub(crate) fn output(
         &self,
         (output, element, component): (usize, usize, usize),
@@ -312,7 +312,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// One component of an operand; one of a single component stands for every one.
+    /// One component of an operand; a single component stands for all.
     fn component(&self, operand: Operand, component: usize) -> Arg<'_, A::Word> {
         if operand.words == 1 {
             return self.arg(operand);
@@ -360,7 +360,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         args.iter().zip(kinds).map(|(a, k)| self.value(*a, *k, lane)).collect()
     }
 
-    /// One component of an operand of several.
+    /// One component of an operand with several.
     pub(crate) fn part(&self, operand: Operand, component: usize) -> Operand {
         let component = component as u32;
         let place = match operand.place {
@@ -373,7 +373,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         Operand { place, words: 1, kind }
     }
 
-    /// Writes the words of a value at one lane, or for all where the place is shared.
+    /// Writes the words of a value at one lane, or for all lanes if the place is uniform.
     fn set_words(&mut self, out: Operand, lane: usize, words: &[A::Word]) {
         for (component, word) in words.iter().enumerate().take(out.words as usize) {
             match out.place {
@@ -412,7 +412,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// The lanes at which a kernel has to compute: the active ones, or any one where all share the result.
+    /// The lanes at which a kernel has to compute: the active ones, or any one of them if the result is
+    /// uniform.
     fn lanes(&self, outs: &[Operand], mask: &Mask) -> Vec<usize> {
         let mut lanes = self.active(mask);
         let shared = !outs.is_empty() && outs.iter().all(|o| matches!(o.place, Place::Words(_)));
@@ -422,7 +423,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         lanes
     }
 
-    /// Reports a message of a lane; of all active lanes where these share what the step yields.
+    /// Reports a message of a lane; of all active lanes if the result of the step is uniform.
     fn report(&mut self, step: &KernelStep, lane: usize, mask: &Mask, message: Message) {
         let message = Message { at: Some(step.span), ..message };
         self.pay_text(8 * message.text.len());
@@ -442,14 +443,14 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         self.messages.add(lanes.into_iter().map(|lane| first + lane), message);
     }
 
-    /// How many lanes a step runs for.
+    /// Number of lanes for which a step runs.
     pub(crate) fn lanes_in(&self, mask: &Mask) -> u64 {
         let mut lanes = 0;
         mask.for_each(|_| lanes += 1);
         lanes
     }
 
-    /// The active lanes that have a point of their own.
+    /// The active lanes with a point of their own.
     pub(crate) fn active(&self, mask: &Mask) -> Vec<usize> {
         let mut lanes = Vec::new();
         mask.for_each(|lane| {
@@ -483,7 +484,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
     }
 
-    /// Copies a value to another place at the active lanes; all lanes where the target is shared.
+    /// Copies a value to another place at the active lanes; at all lanes if the target is uniform.
     fn copy(&mut self, from: Operand, to: Operand, mask: &Mask) {
         let mut target = self.take(to);
         let n = if matches!(to.place, Place::Words(_)) { 1 } else { self.width };
@@ -499,14 +500,14 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     }
 }
 
-/// Steps of a report, beside its text.
+/// Steps for a report, besides its text.
 const REPORT: u64 = 40;
 
 /// The words of a result while they are written.
 enum Target<W> {
-    /// A shared value: its words and how many there are.
+    /// A uniform value: its words and their number.
     Few([W; 16], usize),
-    /// A register, and the word at which the result starts in it.
+    /// A register, and the word at which the result starts.
     Lanes(Lanes<W>, usize),
     /// No result.
     None,

@@ -1,8 +1,8 @@
-//! Values that the points of a cell share: finding the cells of a batch, and running steps once for each cell.
+//! Values that the points of a cell share: finds the cells of a batch, and runs steps once for each cell.
 //!
-//! Shared values have lane registers like others, and besides a word for each cell in a file of narrow registers of the same
-//! numbers. Where a batch has a single cell, all lanes read that; where it has a few, what single points read is
-//! spread over the lanes; where it has many, the steps run on lanes as ever.
+//! Shared values have lane registers like others, and in addition a word for each cell in a file of narrow
+//! registers with the same numbers. If a batch has a single cell, all lanes read that. If it has a few, the
+//! values that single points read are copied to the lanes. If it has many, the steps run on lanes as usual.
 
 use super::Machine;
 use super::lane::Queue;
@@ -14,19 +14,20 @@ use crate::program::{CellPlace, Export, Operand, Place, Program, Steps};
 use crate::register::Lanes;
 use osl_noise::cells::{self, Cells, MAX_CELLS};
 
-/// Words that tell cells apart at most.
+/// Maximum number of words that identify a cell.
 const MAX_KEYS: usize = 16;
 
-/// What a machine knows of cells.
+/// The state of a machine for cells.
 pub(super) struct Shared<'a, W> {
-    /// A word for each cell; component by component, with room for [`MAX_CELLS`] of them or for one.
+    /// A word for each cell, component by component, with room for [`MAX_CELLS`] cells or for one.
     narrow: Vec<Lanes<W>>,
-    /// For each group how many cells it has in the batch, 0 where there are too many, and the cell of each lane.
+    /// For each group, the number of its cells in the batch, 0 if there are too many; and the cell of each
+    /// lane.
     counts: Vec<usize>,
     indices: Vec<Lanes>,
-    /// Whether the steps of a group are running on its cells: the narrow registers are then the machine's.
+    /// Whether the steps of a group are running on its cells: the machine then uses the narrow registers.
     running: bool,
-    /// Lane operations on cells that are to run next, while none are running; of lanes, while some are.
+    /// Queued lane operations on cells while none are running; on lanes while some are.
     queue: Queue<'a>,
     scratch: Lanes,
 }
@@ -43,22 +44,22 @@ impl<W: Word> Shared<'_, W> {
         }
     }
 
-    /// Forgets what waits: a batch may have ended early.
+    /// Clears the queue, since a batch may have ended early.
     pub(super) fn clear(&mut self) {
         self.queue.clear();
     }
 
-    /// The words of a shared value where all lanes of the batch are in one cell.
+    /// The words of a shared value, if all lanes of the batch are in one cell.
     pub(super) fn by_all(&self, cells: CellPlace) -> Option<&[W]> {
         if self.is_one(cells.group) { self.narrow.get(cells.reg as usize).map(Lanes::words) } else { None }
     }
 
-    /// Whether all lanes of the batch are in one cell of a group, whose words steps read.
+    /// Whether all lanes of the batch are in one cell of a group, whose words the steps read.
     pub(super) fn is_one(&self, group: u16) -> bool {
         !self.running && self.counts.get(usize::from(group)) == Some(&1)
     }
 
-    /// The register of a value among those that the machine has now: of lanes, or of cells while they are running.
+    /// The current register of a value: of lanes, or of cells while these are running.
     pub(super) fn register(&self, reg: u32, cells: Option<CellPlace>) -> usize {
         match cells {
             Some(cells) if self.running => cells.reg as usize,
@@ -66,12 +67,12 @@ impl<W: Word> Shared<'_, W> {
         }
     }
 
-    /// Whether steps run on cells.
+    /// Whether steps are running on cells.
     pub(super) fn is_running(&self) -> bool {
         self.running
     }
 
-    /// The registers of a word for each cell, and the cell of each lane by group.
+    /// The registers with a word for each cell, and the cell of each lane by group.
     pub(super) fn tables(&self) -> (&[Lanes<W>], &[Lanes]) {
         (&self.narrow, &self.indices)
     }
@@ -83,7 +84,7 @@ fn room(count: usize) -> usize {
 }
 
 impl<'a, A: Arithmetic> Machine<'a, A> {
-    /// Finds the cells of a group and gives them their roots.
+    /// Finds the cells of a group and computes their roots.
     pub(super) fn find_cells(&mut self, group: u16, roots: &[Operand], outs: &[Operand], mask: &Mask) {
         let at = usize::from(group);
         let mut index = std::mem::take(&mut self.shared.indices[at]);
@@ -114,7 +115,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         self.shared.counts[at] = cells.count;
     }
 
-    /// Gives each lane the roots that single points read, where the batch has a few cells.
+    /// Gives each lane the roots that single points read, if the batch has a few cells.
     pub(super) fn export_roots(
         &mut self,
         group: u16,
@@ -146,9 +147,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         cells::find(self.isa, &keys[..count], index, scratch)
     }
 
-    /// Runs the steps of a group: once for each cell, and queues what gives lanes their cells' values; or on all lanes
-    /// where there are many cells. Lane operations that wait in the queue are not disturbed: they read values of cells
-    /// that nothing writes again.
+    /// Runs the steps of a group: once for each cell, and queues the copying of cell values to lanes; or on
+    /// all lanes if there are many cells. Queued lane operations are not affected: they read values of cells
+    /// that are not written again.
     pub(super) fn shared(
         &mut self,
         group: u16,
@@ -174,7 +175,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         result
     }
 
-    /// Turns from lanes to cells, and back.
+    /// Switches from lanes to cells, and back.
     fn turn(&mut self, width: usize) {
         std::mem::swap(&mut self.registers, &mut self.shared.narrow);
         std::mem::swap(&mut self.queue, &mut self.shared.queue);

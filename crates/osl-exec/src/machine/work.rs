@@ -1,10 +1,11 @@
-//! What a point may take: steps of work, and the memory of what it makes.
+//! The cost of a point: steps of work, and the memory of the objects that it makes.
 //!
-//! The count knows no clock, so that a program ends at the same place on every machine. A batch counts for all of its points
-//! at once: each block and each kernel counts what the most expensive of its points takes. So the count of a batch
-//! is never below that of any of its points, and a batch within the limits holds no point beyond them. A batch beyond them says
-//! nothing of its points; the caller runs it again, in smaller batches, down to single points: for one point the count
-//! is exact. This module must not know which kernel takes what.
+//! The count does not depend on time, so a program ends at the same place on every machine. A batch is
+//! counted for all of its points at once: each block and each kernel is charged with the cost of its most
+//! expensive point. So the count of a batch is never below that of any of its points, and a batch within the
+//! limits contains no point beyond them. A batch beyond the limits gives no information about its points; the
+//! caller runs it again in smaller batches, down to single points, for which the count is exact. This module
+//! must not know the costs of particular kernels.
 
 use super::Machine;
 use super::mask::Mask;
@@ -14,38 +15,39 @@ use crate::program::SERIAL;
 use osl_ir::Span;
 use osl_limits::Limits;
 
-/// Rounds of loops after which a machine asks whether the command has to end.
+/// Iterations of loops after which a machine checks whether the command has to end.
 const ROUNDS: u64 = 1 << 12;
-/// Share of the steps of all points of a batch that kernels may take lane by lane before the batch is run again in smaller ones.
+/// Share of the steps of a batch that kernels may spend lane by lane before the batch is run again in smaller
+/// ones.
 const SHARE: u64 = 8;
 
-/// A limit that the batch has passed.
+/// A limit that the batch has exceeded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Over {
     Steps,
     Memory,
 }
 
-/// What the points of a batch have taken.
+/// The cost of a batch so far.
 #[derive(Debug, Default)]
 pub(super) struct Work {
-    /// Steps that a point may take.
+    /// The limit of steps for a point.
     limit: u64,
-    /// Steps that no point of the batch is above.
+    /// An upper bound for the steps of every point of the batch.
     pub(super) spent: u64,
-    /// Steps that each lane is not above, where the lanes count for themselves.
+    /// An upper bound for the steps of each lane, if lanes are counted separately.
     lanes: Vec<u64>,
-    /// Steps that kernels have taken lane by lane, and how many they may.
+    /// Steps that kernels have spent lane by lane, and their limit.
     taken: u64,
     may_take: u64,
-    /// Bytes of what the batch has made, and how many there may be.
+    /// Bytes of the objects made by the batch, and their limit.
     memory: u64,
     may_keep: u64,
-    /// Steps of the lane that a kernel works on, and the most that it has taken for a lane.
+    /// Steps of the current lane of a kernel, and the maximum over its lanes.
     lane: u64,
     most: u64,
     over: Option<Over>,
-    /// Rounds of loops.
+    /// Iterations of loops.
     rounds: u64,
 }
 
@@ -67,13 +69,13 @@ impl Work {
         (self.lane, self.most, self.over) = (0, 0, None);
     }
 
-    /// Counts for all points.
+    /// Charges all points.
     pub(super) fn add_all(&mut self, steps: u64) {
         self.spent = self.spent.saturating_add(steps);
         self.lanes.iter_mut().for_each(|lane| *lane = lane.saturating_add(steps));
     }
 
-    /// Counts for the points of a mask.
+    /// Charges the points of a mask.
     #[cold]
     fn add_lanes(&mut self, steps: u64, mask: &Mask) {
         mask.for_each(|lane| {
@@ -83,27 +85,27 @@ impl Work {
         });
     }
 
-    /// Steps that no point of the batch is above, as well as they are known.
+    /// The best upper bound for the steps of every point of the batch.
     fn highest(&self) -> u64 {
         self.lanes.iter().max().map_or(self.spent, |lane| self.spent.min(*lane))
     }
 
-    /// Whether a point may be beyond the limit of steps.
+    /// Whether a point may exceed the limit of steps.
     fn is_beyond(&self) -> bool {
         self.spent > self.limit && self.highest() > self.limit
     }
 
-    /// Counts what the lane that a kernel works on takes, in units of 16 nanoseconds.
+    /// Charges the current lane of a kernel, in units of 16 nanoseconds.
     pub(super) fn pay(&mut self, units: u64) {
         self.lane = self.lane.saturating_add(units.saturating_mul(SERIAL));
     }
 
-    /// Counts time that a kernel takes though a point alone would not, in the same units.
+    /// Charges time that a kernel takes although a single point would not, in the same units.
     pub(super) fn delay(&mut self, units: u64) {
         self.taken = self.taken.saturating_add(units.saturating_mul(SERIAL));
     }
 
-    /// Whether the lane that a kernel works on could still take so many units.
+    /// Whether the current lane of a kernel could still spend a number of units.
     pub(super) fn affords(&mut self, units: u64) -> bool {
         let steps = units.saturating_mul(SERIAL);
         let lane = self.most.max(self.lane.saturating_add(steps));
@@ -114,7 +116,7 @@ impl Work {
         fits
     }
 
-    /// Ends the work of a kernel on a lane. Tells whether the kernel may go on.
+    /// Ends the work of a kernel on a lane. Returns whether the kernel may continue.
     pub(super) fn close(&mut self) -> bool {
         let lane = std::mem::take(&mut self.lane);
         self.most = self.most.max(lane);
@@ -125,7 +127,7 @@ impl Work {
         self.over.is_none()
     }
 
-    /// Counts the memory of what the batch makes. Tells whether there is room for it.
+    /// Charges the memory of an object made by the batch. Returns whether there is room for it.
     pub(super) fn keep(&mut self, bytes: u64) -> bool {
         self.memory = self.memory.saturating_add(bytes);
         let fits = self.memory <= self.may_keep;
@@ -135,7 +137,7 @@ impl Work {
         fits
     }
 
-    /// Whether something of this size may be made by a point, though it is not kept.
+    /// Whether a point may make something of this size, although it is not kept.
     pub(super) fn holds(&mut self, bytes: u64) -> bool {
         let fits = bytes <= self.may_keep;
         if !fits {
@@ -151,7 +153,7 @@ impl Work {
 }
 
 impl<A: Arithmetic> Machine<'_, A> {
-    /// Counts what a block takes for the points of a mask.
+    /// Charges the points of a mask for a block.
     #[inline]
     pub(super) fn spend(&mut self, steps: u64, mask: &Mask) {
         self.work.spent += steps;
@@ -165,17 +167,17 @@ impl<A: Arithmetic> Machine<'_, A> {
         }
     }
 
-    /// Counts what a kernel took for the points of a mask, `steps` for each and what it paid lane by lane.
+    /// Charges the points of a mask for a kernel: `steps` for each, and the cost that it spent lane by lane.
     pub(super) fn spend_kernel(&mut self, steps: u64, mask: &Mask) {
         self.work.close();
         let most = std::mem::take(&mut self.work.most);
         self.spend(steps.saturating_add(most), mask);
     }
 
-    /// An error once a point may have taken too much.
+    /// Returns an error once a point may have exceeded a limit.
     ///
     /// # Errors
-    /// A limit of a point; for a batch of more than one, it only tells that smaller ones have to be tried.
+    /// A limit of a point; for a batch of several, it only means that smaller ones have to be tried.
     pub(super) fn within_limits(&self, span: Option<Span>) -> Result<(), RunError> {
         let position = self.source.blocks().map_or(self.first, |blocks| blocks.position(self.first));
         let point = self.source.pixel(position);
@@ -188,7 +190,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         Ok(())
     }
 
-    /// The same at a round of a loop, where the command may also have to end.
+    /// The same at an iteration of a loop, where the command may also have to end.
     pub(super) fn next_round(&mut self, span: Span) -> Result<(), RunError> {
         self.work.rounds = self.work.rounds.wrapping_add(1);
         if self.work.rounds.is_multiple_of(ROUNDS)

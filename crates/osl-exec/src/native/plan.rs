@@ -1,4 +1,4 @@
-//! Plans: which operations of a run become code, and which run as ever between.
+//! Plans: which operations of a sequence become code, and which are interpreted in between.
 
 use super::{Shape, Style, Waiting, operation};
 use crate::arithmetic::{Arithmetic, Word};
@@ -11,7 +11,7 @@ use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-/// How a run is computed.
+/// How a sequence is executed.
 #[derive(Debug)]
 pub(crate) struct Plan {
     parts: Vec<Part>,
@@ -23,7 +23,7 @@ enum Part {
     Lanes(Vec<Ready>),
 }
 
-/// An array that code uses. Registers come first, in order.
+/// An array used by the code. Registers come first, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Place {
     Register(u32),
@@ -35,7 +35,7 @@ enum Place {
     Words,
 }
 
-/// What a plan works on.
+/// The data on which a plan works.
 pub(crate) struct Files<'a, W> {
     pub(crate) registers: &'a mut [Lanes<W>],
     pub(crate) cells: &'a [Lanes<W>],
@@ -45,7 +45,7 @@ pub(crate) struct Files<'a, W> {
 }
 
 impl<W> Files<'_, W> {
-    /// Operations that run without code.
+    /// Operations that are interpreted.
     pub(crate) fn run<'a>(
         &'a mut self,
         isa: Isa,
@@ -59,7 +59,7 @@ impl<W> Files<'_, W> {
 }
 
 impl Plan {
-    /// The plan of a run on batches of a shape; nothing if none of it can be code.
+    /// The plan of a sequence for batches of a shape; `None` if no part of it can be code.
     pub(super) fn new(run: &[Waiting], shape: Shape) -> Option<Plan> {
         let is_known = |waiting: &Waiting| match waiting.ready {
             Ready::Lane(step) => operation::is_known(step.op, shape.1),
@@ -95,7 +95,8 @@ impl Plan {
         width: usize,
         scratch: &mut Scratch,
     ) {
-        // A loop alone goes through all lanes; where several take turns, what one leaves is to be near for the next.
+        // A single loop processes all lanes; if several alternate, the results of one should stay in the
+        // cache for the next.
         let piece = if self.parts.len() == 1 { width } else { PIECE };
         let mut start = 0;
         while start < width {
@@ -136,7 +137,7 @@ fn call<W: Word>(
     debug_assert!(suited, "the arrays of a run are those that it was compiled for");
 }
 
-/// Code for operations that all become code.
+/// Compiles operations that can all become code.
 fn compile(run: &[Waiting], (width, style): Shape) -> Option<Part> {
     let mut places = BTreeSet::new();
     for waiting in run {

@@ -1,4 +1,4 @@
-//! What a program is made of: places of values, steps, and what a run delivers.
+//! The parts of a program: places of values, steps, and outputs.
 
 use super::words_of;
 use crate::arithmetic::{Arithmetic, Word};
@@ -7,25 +7,25 @@ use osl_ir::ir::{Kernel, Kind, LaneOp, MAX_ARGS};
 use osl_ir::types::Type;
 use std::sync::Arc;
 
-/// Where a value is.
+/// The location of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Place {
-    /// A lane register, from this component on; and where the words of cells are, if cells share the value.
+    /// A lane register, from this component on; and the words of its cells, if the value is shared.
     Lanes { reg: u32, component: u32, cells: Option<CellPlace> },
     /// Words of the uniform file, from this one on.
     Words(u32),
 }
 
-/// Where the value of each cell is, for points that share it.
+/// The location of a value's words for each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct CellPlace {
     /// The group of cells.
     pub(crate) group: u16,
-    /// The register of a word for each cell. One that points read is never used again for another value.
+    /// The register with a word for each cell. If points read it, it is not reused for another value.
     pub(crate) reg: u32,
 }
 
-/// A value: where it is, how many words (of each lane) it has, and what they are.
+/// A value: its location, its number of words (per lane), and their kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Operand {
     pub(crate) place: Place,
@@ -47,11 +47,11 @@ pub(crate) struct Steps {
     pub(crate) list: Vec<Step>,
     /// Index into the marks of the program.
     pub(crate) marks: Vec<u32>,
-    /// What they count against the budget of a batch, those nested in them left out.
+    /// Their cost against the budget of a batch, without nested steps.
     pub(crate) weight: u64,
 }
 
-/// What a step comes of, for profiles.
+/// The origin of a step, for profiles.
 #[derive(Clone, Debug)]
 pub(crate) struct Mark {
     pub(crate) name: String,
@@ -87,14 +87,15 @@ pub(crate) enum Step {
         cond: Operand,
         span: Span,
     },
-    /// Finds the cells of a group: points where all of `roots` are equal. Points read the outs that `exports` numbers.
+    /// Finds the cells of a group: points at which all of `roots` are equal. Points read the outs numbered in
+    /// `exports`.
     FindCells {
         group: u16,
         roots: Vec<Operand>,
         outs: Vec<Operand>,
         exports: Vec<usize>,
     },
-    /// Runs steps once for each cell of a group, if it has few. Points read what `exports` names.
+    /// Runs steps once for each cell of a group, if it has few. Points read the values in `exports`.
     Shared {
         group: u16,
         steps: Steps,
@@ -109,10 +110,10 @@ pub(crate) struct LaneStep {
     /// Its arguments: the first `count` of these.
     args: [Operand; MAX_ARGS],
     count: u8,
-    /// How many times it runs: once, or for each component of a triple.
+    /// Number of executions: one, or one for each component of a triple.
     pub(crate) parts: u8,
     pub(crate) out: Operand,
-    /// The position of its instruction in the program, and that of the last which reads its result.
+    /// The position of its instruction in the program, and the last position at which its result is read.
     pub(crate) life: (u32, u32),
 }
 
@@ -120,7 +121,7 @@ pub(crate) struct LaneStep {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Export {
     pub(crate) value: Operand,
-    /// The position of the last instruction that reads it.
+    /// The last position at which it is read.
     pub(crate) last: u32,
 }
 
@@ -158,7 +159,7 @@ pub(crate) struct LoopParam {
     pub(crate) result: Operand,
 }
 
-/// An output that a run delivers.
+/// An output of the program.
 #[derive(Clone, Debug)]
 pub(crate) struct OutputPlan {
     pub(crate) name: Arc<str>,

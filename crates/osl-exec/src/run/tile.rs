@@ -1,4 +1,5 @@
-//! The tiles of a run: a worker runs them batch by batch, and batches that are beyond a limit again in smaller ones.
+//! The tiles of a run: a worker runs them batch by batch, and repeats batches that exceed a limit in smaller
+//! ones.
 
 use super::{Slot, Work};
 use crate::arithmetic::Arithmetic;
@@ -11,7 +12,7 @@ use std::ops::{Add, Range};
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 
-/// What points keep for whom the run is for, in bytes.
+/// Bytes that points keep for the caller of the run.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Bytes {
     /// Printed text.
@@ -30,20 +31,20 @@ impl Add for Bytes {
     }
 }
 
-/// What a tile hands over besides its part of the planes.
+/// The results of a tile besides its part of the planes.
 #[derive(Default)]
 pub(super) struct Tile {
     pub(super) messages: Messages,
     /// For each closure output, the components of each point.
     pub(super) closures: Vec<Vec<Vec<Component>>>,
     pub(super) profile: Option<Box<Profile>>,
-    /// What its points keep, up to the one that it ended with.
+    /// Bytes kept by its points, up to the one with which it ended.
     pub(super) bytes: Bytes,
     /// Why it ended early.
     pub(super) stop: Option<RunError>,
 }
 
-/// What a tile writes of a plane: its words, and doubles where the plane has them.
+/// The part of a plane that a tile writes: its words, and doubles if the plane has them.
 pub(super) struct Piece<'a> {
     pub(super) words: &'a mut [u32],
     pub(super) wide: &'a mut [f64],
@@ -53,15 +54,15 @@ pub(super) struct Piece<'a> {
 pub(super) struct Worker<'w, 'p, A: Arithmetic> {
     work: &'w Work<'w, 'p>,
     machine: Machine<'w, A>,
-    /// One for smaller batches, once there are any.
+    /// A machine for smaller batches, if there are any.
     narrow: Option<Box<Machine<'w, A>>>,
-    /// How often batches had to become smaller.
+    /// How often the batch size was halved.
     level: u32,
-    /// Room for the words of a batch in the order of its points.
+    /// Buffers for the words of a batch in the order of its points.
     row: (Vec<u32>, Vec<f64>),
 }
 
-/// The tile that a worker runs.
+/// The current tile of a worker.
 struct Running<'p> {
     points: Range<usize>,
     part: Vec<Piece<'p>>,
@@ -69,12 +70,12 @@ struct Running<'p> {
 }
 
 impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
-    /// A worker that has done nothing.
+    /// A new worker.
     pub(super) fn new(work: &'w Work<'w, 'p>) -> Self {
         Worker { work, machine: machine(work, work.batch), narrow: None, level: 0, row: Default::default() }
     }
 
-    /// Runs tiles until there are none.
+    /// Runs tiles until there are none left.
     pub(super) fn run(mut self) {
         let work = self.work;
         loop {
@@ -97,7 +98,7 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
 
     fn tile(&mut self, index: usize, part: Vec<Piece<'p>>) -> Tile {
         let work = self.work;
-        // Other points may take less.
+        // Other points may cost less.
         self.level = self.level.saturating_sub(1);
         let first = work.points.start + index * work.tile;
         let points = first..work.points.end.min(first + work.tile);
@@ -125,14 +126,14 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
         running.tile
     }
 
-    /// Whether a tile alone is beyond what the whole run may keep.
+    /// Whether a single tile exceeds what the whole run may keep.
     fn is_full(&self, tile: &Tile) -> bool {
         let running = &self.work.run.options.limits.running;
         tile.bytes.printed > running.printed_bytes || tile.bytes.closures > running.closure_bytes
     }
 
-    /// Points of a batch at the current level, and whether each of them counts for itself what it takes: every level has half
-    /// the points of the one before, down to a line of them.
+    /// Number of points in a batch at the current level, and whether the cost of each is counted separately:
+    /// every level has half the points of the previous one, down to a line of them.
     fn size(&self) -> (usize, bool) {
         let mut size = self.work.batch;
         for _ in 0..self.level {
@@ -144,7 +145,7 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
         (size, false)
     }
 
-    /// Runs some points together, or, where that is beyond a limit, in smaller batches, last one by one.
+    /// Runs some points together or, if that exceeds a limit, in smaller batches, finally one by one.
     fn batch(&mut self, running: &mut Running<'p>, first: usize, count: usize) -> Result<(), RunError> {
         let (size, each) = self.size();
         if count > size {
@@ -167,7 +168,7 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
         }
     }
 
-    /// Runs some points together, and copies what they yield.
+    /// Runs some points together, and copies their results.
     fn together(
         &mut self,
         running: &mut Running<'p>,
@@ -201,7 +202,7 @@ fn machine<'w, A: Arithmetic>(work: &'w Work<'w, '_>, batch: usize) -> Machine<'
     Machine::new(run.program, run.services, run.source, batch, run.options, &run.documents)
 }
 
-/// Runs some points on a machine, and copies what they yield.
+/// Runs some points on a machine, and copies their results.
 fn advance<A: Arithmetic>(
     machine: &mut Machine<'_, A>,
     work: &Work<'_, '_>,
@@ -219,7 +220,7 @@ fn advance<A: Arithmetic>(
     if printed > 0 {
         running.tile.bytes.printed += printed;
         if !work.run.print(printed) {
-            // Some tile up to the last one that a worker has is the one with too much.
+            // One of the tiles up to the last one taken is the one that exceeds the limit.
             work.last.fetch_min(work.started.load(Ordering::Relaxed), Ordering::Relaxed);
             machine.messages.drop_printed();
         }

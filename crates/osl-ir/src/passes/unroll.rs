@@ -1,8 +1,8 @@
-//! Loops of a few rounds that are known before running become their rounds, one after the other.
+//! Unrolls loops with a few iterations whose number is known at compile time.
 //!
-//! A counter is then a constant, which folding carries on: conditions, offsets and indices vanish, and with them the
-//! copies that a running loop makes. Inner loops go first. The number of rounds is found by running through the loop with
-//! what is constant; where a condition depends on anything else the loop stays.
+//! Their counters are then constants, which folding propagates: conditions, offsets and indices vanish, and
+//! so do the copies that a running loop makes. Inner loops go first. The number of iterations is found by
+//! executing the loop on constants; if a condition depends on anything else, the loop stays.
 
 use super::Renaming;
 use crate::ir::{Block, BlockId, Body, Const, Inst, Op, ValueId, Values};
@@ -10,11 +10,11 @@ use rustc_hash::FxHashMap;
 
 /// Rounds that a loop may have to be unrolled. Like the next constant, a choice of the optimizer, no limit.
 const MAX_ROUNDS: usize = 64;
-/// Instructions that all unrolled loops may have together.
+/// Maximum number of instructions in all unrolled loops together.
 const MAX_GROWTH: usize = 8192;
 
-/// Runs the pass. Tells whether it changed anything. `exact`: only results that double precision has too are
-/// constants.
+/// Runs the pass. Returns whether anything changed. `exact`: only results that double precision has too count
+/// as constants.
 pub(super) fn run(body: &mut Body, exact: bool) -> bool {
     let mut known: FxHashMap<ValueId, Const> = FxHashMap::default();
     for inst in body.blocks.iter().flat_map(|b| &b.insts) {
@@ -37,12 +37,12 @@ pub(super) fn run(body: &mut Body, exact: bool) -> bool {
 struct Unroll {
     /// Values that are constants.
     known: FxHashMap<ValueId, Const>,
-    /// What the results of unrolled loops are.
+    /// The replacements of the results of unrolled loops.
     renaming: Renaming,
-    /// Instructions that may still be written.
+    /// Number of instructions that may still be written.
     left: usize,
     changed: bool,
-    /// Whether only results that double precision has too are constants.
+    /// Whether only results that double precision has too count as constants.
     exact: bool,
 }
 
@@ -72,7 +72,7 @@ impl Unroll {
     fn round(&mut self, body: &mut Body, inst: Inst, kept: &mut Vec<Inst>) {
         let Op::Loop { init, params, body: inner, next, .. } = &inst.op else { return };
         let size = size(body, *inner);
-        // A loop whose rounds would not fit is not run through either.
+        // A loop that would not fit is not executed either.
         let most = self.left / size.max(1);
         let Some(rounds) = self.rounds(body, &inst, most.min(MAX_ROUNDS)) else {
             kept.push(inst);
@@ -98,7 +98,7 @@ impl Unroll {
         }
     }
 
-    /// How many rounds a loop runs; `None` if constants do not tell, or more than `most`.
+    /// The number of iterations of a loop; `None` if constants do not determine it, or if it exceeds `most`.
     fn rounds(&self, body: &Body, inst: &Inst, most: usize) -> Option<usize> {
         let Op::Loop { init, params, body: inner, cond, next } = &inst.op else { return None };
         let first = |v: &ValueId| self.known.get(&self.renaming.get(*v)).cloned();
@@ -127,7 +127,7 @@ impl Unroll {
         values.get(&v).or_else(|| self.known.get(&v)).cloned()
     }
 
-    /// Computes what is constant in a block, as far as that can be told.
+    /// Computes the constants of a block, as far as possible.
     fn evaluate(&self, body: &Body, id: BlockId, values: &mut FxHashMap<ValueId, Const>) {
         for inst in &body.block(id).insts {
             match &inst.op {
@@ -158,7 +158,7 @@ impl Unroll {
     }
 }
 
-/// Instructions of a block, nested ones included.
+/// Number of instructions of a block, including nested ones.
 fn size(body: &Body, id: BlockId) -> usize {
     let nested = |inst: &Inst| match &inst.op {
         Op::If { then, otherwise, .. } => size(body, *then) + size(body, *otherwise),
@@ -168,7 +168,7 @@ fn size(body: &Body, id: BlockId) -> usize {
     body.block(id).insts.iter().map(|inst| 1 + nested(inst)).sum()
 }
 
-/// A copy of a block with values of its own.
+/// Copies a block with new values.
 struct Copy<'a> {
     map: FxHashMap<ValueId, ValueId>,
     renaming: &'a Renaming,
@@ -194,7 +194,7 @@ impl Copy<'_> {
     }
 
     fn inst(&mut self, body: &mut Body, mut inst: Inst) -> Inst {
-        // Yields and what the next round takes are defined inside, so the blocks go first.
+        // Yields and the values of the next iteration are defined inside, so the blocks go first.
         match &mut inst.op {
             Op::If { then, otherwise, .. } => {
                 *then = self.block(body, *then);

@@ -1,4 +1,4 @@
-//! The text: symbols by class, then the operations with the lines that they come from.
+//! The text: symbols by class, then the operations with their source lines.
 
 use super::Writer;
 use super::table::{Class, Op, Symbol, Value};
@@ -144,7 +144,7 @@ fn values(list: &[Value], out: &mut String) {
     }
 }
 
-/// Hints of metadata, each with a blank behind it, and one more behind the last.
+/// Hints of metadata, each followed by a blank, and one more after the last.
 fn metadata(list: &[(String, Arc<str>, MetaValue)], out: &mut String) {
     for (ty, name, value) in list {
         let _ = write!(out, "%meta{{{ty},{name}");
@@ -174,7 +174,7 @@ fn metadata(list: &[(String, Arc<str>, MetaValue)], out: &mut String) {
     }
 }
 
-/// Where the operations come from, as far as it has been said.
+/// The source locations of the operations, as far as they were written.
 struct Lines<'a> {
     sources: &'a SourceMap,
     file: Option<usize>,
@@ -182,7 +182,7 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// The file and the line, from 1, with their places in the list of files and in the file.
+    /// The file and the line, from 1, with the index in the list of files and the offset in the file.
     fn place(&self, span: Span) -> Option<(usize, &'a SourceFile, usize)> {
         let sources = self.sources;
         let index = sources.files().partition_point(|f| f.base <= span.start).checked_sub(1)?;
@@ -195,7 +195,7 @@ impl<'a> Lines<'a> {
 /// of presentation.
 const MAX_QUOTED: usize = 500;
 
-/// The text of a line, as far as it is quoted.
+/// The quoted part of a line.
 fn quoted(file: &SourceFile, line: usize) -> &str {
     let text = file.line(line as u32).unwrap_or_default();
     text.char_indices().nth(MAX_QUOTED).map_or(text, |(end, _)| &text[..end])
