@@ -75,24 +75,24 @@ limits! {
         source_bytes = 16 << 20, "bytes", "E0017";
         /// Text of all files of a program, each counted as often as it is included.
         included_bytes = 64 << 20, "bytes", "E0017";
-        /// Files within files.
+        /// Nested inclusions: files that included files include.
         include_depth = 64, "files", "E0002";
-        /// Inclusions in all.
+        /// Inclusions in total.
         includes = 4096, "files", "E0003";
-        /// Tokens that macros make, and their text, 16 bytes for a token.
+        /// Tokens that macros produce; each 16 bytes of their text count as one more.
         expansion = 1 << 20, "tokens", "E0014";
-        /// Parentheses and operators within one another in a condition of the preprocessor.
+        /// Nested parentheses and operators in a condition of the preprocessor.
         condition_depth = 100, "levels", "E0010";
         /// Tokens after preprocessing.
         tokens = 1 << 20, "tokens", "E0016";
         /// Text of all tokens after preprocessing: macros can repeat a long name or string.
         token_bytes = 64 << 20, "bytes", "E0016";
-        /// Constructs within constructs, and calls of macros within their arguments.
+        /// Nested constructs, and calls of macros nested in their arguments.
         nesting = 256, "levels", "E0113";
-        /// Errors, and as many warnings, that reading a file reports.
+        /// Errors, and as many warnings, that are reported about a file.
         diagnostics = 64, "messages", "E0120";
-        /// Tokens that the parser reads again to go on behind errors.
-        recovery = 4 << 20, "tokens", "errors behind the last one reported stay unsaid";
+        /// Tokens that the parser reads again to continue after errors.
+        recovery = 4 << 20, "tokens", "later errors are not reported";
         /// Tokens that the search for lost brackets reads.
         repair = 2 << 20, "tokens", "no repair is offered";
         /// Words in the text of a group.
@@ -101,9 +101,9 @@ limits! {
         layers = 4096, "layers", "E0803";
         /// Symbols, and as many operations, of a compiled shader.
         oso_lines = 1 << 20, "lines", "E0601";
-        /// Blocks within blocks in a compiled shader.
+        /// Nested blocks in a compiled shader.
         oso_depth = 512, "levels", "E0601";
-        /// Structs within structs in a compiled shader.
+        /// Nested structs in a compiled shader.
         oso_structs = 32, "levels", "E0601";
         /// Elements of constant arrays in a compiled shader, each array counted for every section that uses it.
         oso_elements = 1 << 20, "elements", "E0601";
@@ -114,11 +114,11 @@ limits! {
     compiling: Compiling {
         /// Functions of one name in one scope: each call looks at all of them.
         overloads = 256, "functions", "E0208";
-        /// Structs within structs.
+        /// Nested structs.
         struct_depth = 256, "levels", "E0310";
-        /// Indices within indices: some are evaluated twice, with all that is in them.
+        /// Nested indices: some are evaluated twice, together with the indices inside.
         index_depth = 8, "levels", "E0308";
-        /// Calls within calls.
+        /// Nested calls.
         call_depth = 128, "calls", "E0601";
         /// Jumps of one list of statements that open blocks within one another.
         nested_jumps = 64, "blocks", "what follows starts anew beside these blocks";
@@ -144,7 +144,7 @@ limits! {
         watched = 256, "variables", "other variables are not watched";
         /// Elements of an array that `debug_uninit` watches.
         marked = 4096, "elements", "other elements are not watched";
-        /// Warnings of the lints about one file, the first ones of the file.
+        /// Warnings of the lints about one file; the first ones are kept.
         findings = 200, "warnings", "later warnings are not shown";
     }
     /// What a program does.
@@ -177,9 +177,9 @@ limits! {
         string_bytes = 1 << 20, "bytes", "the string is cut";
         /// Size of a compiled regular expression.
         regex_bytes = 1 << 20, "bytes", "malformed regular expression";
-        /// Times that the match of a regular expression goes back and tries again.
-        regex_retries = 4_000, "times", "there is no match";
-        /// Different messages that a run keeps, those of the first points.
+        /// Backtracking steps of the match of a regular expression.
+        regex_retries = 4_000, "steps", "there is no match";
+        /// Different messages that a run keeps: those of the first points.
         messages = 1000, "messages", "later messages are not shown";
         /// Text of all messages that a run keeps.
         message_bytes = 1 << 20, "bytes", "later messages are not shown";
@@ -220,7 +220,7 @@ limits! {
     scenes: Scenes {
         /// Files of a scene, with those that it includes.
         files = 256, "files", "too many files include each other";
-        /// Files within files.
+        /// Nested inclusions of scene files.
         file_depth = 16, "files", "too many files include each other";
         /// Size of all files of a scene together.
         bytes = 64 << 20, "bytes", "a scene has at most";
@@ -234,21 +234,21 @@ limits! {
         messages = 100, "messages", "later messages are not shown";
         /// Corners, and vertices, of a mesh before it is subdivided.
         corners = 1 << 24, "corners", "--limit scenes.corners";
-        /// Times that a mesh of a scene is subdivided at most.
+        /// Subdivisions of a mesh of a scene.
         subdivisions = 9, "times", "subdivisions are too many";
         /// Triangles of all surfaces together, some 200 bytes each.
         triangles = 1 << 22, "triangles", "--limit scenes.triangles";
-        /// Triangles that a surface is cut into for the sake of pixels.
+        /// Triangles of a surface that is cut until its edges are short in the picture.
         pixel_triangles = 1 << 21, "triangles", "it is cut less finely";
         /// Pixels of a picture, some 60 bytes each.
         pixels = 1 << 24, "pixels", "--limit scenes.pixels";
         /// Spheres and quads of a scene of testrender: each ray asks them all.
         shapes = 1 << 14, "shapes", "shapes";
-        /// Elements of XML that contain each other.
+        /// Nested elements of the XML of a scene of testrender.
         xml_depth = 256, "elements", "Elements are nested too deeply";
-        /// Paths that a pixel has at most, whatever the scene or the command asks for.
+        /// Paths per pixel, whatever the scene or the command requests.
         samples = 1 << 16, "paths", "fewer paths are followed";
-        /// Surfaces that a path of testrender meets at most, whatever the scene asks for.
+        /// Surfaces on a path of testrender, whatever the scene requests.
         bounces = 1 << 12, "surfaces", "paths end there";
         /// Texts that the shaders of testrender print.
         printed = 1 << 16, "texts", "later texts are not printed";
