@@ -52,8 +52,8 @@ fn accurate_power_is_within_one_unit() {
 fn integer_division_at_the_corners() {
     assert_eq!(arith::int_div(i32::MIN, -1), i32::MIN);
     assert_eq!(arith::int_rem(i32::MIN, -1), 0);
-    assert_eq!((arith::int_div(3, 0), arith::int_rem(3, 0), arith::int_mod(3, 0)), (0, 0, 3));
-    assert_eq!((arith::int_div(-7, 2), arith::int_rem(-7, 3), arith::int_mod(-7, 3)), (-3, -1, -1));
+    assert_eq!((arith::int_div(3, 0), arith::int_rem(3, 0)), (0, 0));
+    assert_eq!((arith::int_div(-7, 2), arith::int_rem(-7, 3)), (-3, -1));
     assert_eq!(arith::int_div(i32::MAX, i32::MAX - 1), 1);
     assert_eq!(arith::int_div(i32::MAX - 1, i32::MAX), 0);
     assert_eq!((arith::shl(1, 31), arith::shl(1, 33), arith::shr(-8, 1)), (i32::MIN, 2, -4));
@@ -85,13 +85,6 @@ fn check_values_of_geometry_and_color() {
     assert!(close(geometry::refract(incident, up, 0.75), [0.682_934_1, 0.089_078_366, -0.725_028_3]));
     assert_eq!(geometry::refract(geometry::normalize([x, y, -0.1]), up, 1.5), [0.0; 3]);
     assert_eq!(geometry::faceforward(up, [x, y, 1.0], up), [-0.0, -0.0, -1.0]);
-    let f = geometry::fresnel(incident, up, 0.75);
-    assert!(close([f.reflected, f.transmitted, 0.0], [0.100_120_96, 0.506_182, 0.0]));
-    let turned = geometry::rotate([x, y, 1.0], 0.5, [1.0; 3], [1.0, 2.0, 3.0]);
-    assert!(close(turned, [2.441_025, 0.926_008_34, 0.686_995_86]));
-    assert!(
-        (geometry::distance_to_segment([x, y, 0.0], [0.0; 3], [1.0, 2.0, 3.0]) - 3.526_585_1).abs() < 1e-6
-    );
 
     let rec709 = color::ColorSystem::rec709();
     assert_eq!(
@@ -140,8 +133,6 @@ fn check_values_of_small_functions() {
     assert!(same(common::linearstep(1.0, 0.0, y), -0.0));
     assert_eq!(common::modulo(x, 0.7), 0.200_000_05);
     assert_eq!((common::modulo(-x, 0.7), common::modulo(x, -0.7), common::modulo(x, 0.0)), (0.5, -0.5, x));
-    assert_eq!(common::hypot(x, y), 2.319_482_8);
-    assert_eq!((common::degrees(x), common::radians(x)), (131.780_29, 0.040_142_573));
     assert_eq!(common::mix(x, y, 0.25), 1.8);
     assert_eq!((common::select(1.0, 2.0, 0.0), common::select(1.0, 2.0, -1.0)), (1.0, 2.0));
     let projective = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0];
@@ -213,7 +204,7 @@ proptest! {
 
     #[test]
     fn lengths_agree_where_no_rescue_is_needed(v in triples(100.0)) {
-        prop_assume!(!geometry::length_underflows(v));
+        prop_assume!(geometry::dot(v, v) >= 2.0 * f32::MIN_POSITIVE);
         prop_assert_eq!(geometry::length(v), geometry::length_unrescued(v));
     }
 

@@ -36,12 +36,6 @@ pub fn int_rem(a: i32, b: i32) -> i32 {
     pick(b == 0, 0, rest)
 }
 
-/// The function `mod` on integers: the remainder of the truncated quotient, but `a` where `b` is 0.
-#[inline(always)]
-pub fn int_mod(a: i32, b: i32) -> i32 {
-    a.wrapping_sub(int_div(a, b).wrapping_mul(b))
-}
-
 /// Integer sum, modulo 2^32.
 #[inline(always)]
 pub fn int_add(a: i32, b: i32) -> i32 {

@@ -64,20 +64,12 @@ pub fn step<R: Real>(edge: R, x: R) -> R {
 /// 0 below `edge0`, 1 from `edge1` on, a cubic with flat ends in between. With reversed edges it is a step at
 /// `edge0`.
 ///
-/// If a derivative of the result is needed, the reference multiplies in another order:
-/// [`smoothstep_with_derivative`].
+/// If a derivative of the result is needed, the reference multiplies in another order: see the rule of the
+/// `derive` pass.
 #[inline(always)]
 pub fn smoothstep<R: Real>(edge0: R, edge1: R, x: R) -> R {
     let t = (x - edge0) / (edge1 - edge0);
     let between = (R::lit(3.0) - R::lit(2.0) * t) * (t * t);
-    outside_edges(edge0, edge1, x, between)
-}
-
-/// The value of [`smoothstep`] in the form that the reference uses together with derivatives.
-#[inline(always)]
-pub fn smoothstep_with_derivative<R: Real>(edge0: R, edge1: R, x: R) -> R {
-    let t = (x - edge0) / (edge1 - edge0);
-    let between = (R::lit(3.0) - t * R::lit(2.0)) * t * t;
     outside_edges(edge0, edge1, x, between)
 }
 
@@ -124,31 +116,6 @@ pub fn sqrt<R: Real>(x: R) -> R {
 #[inline(always)]
 pub fn inversesqrt<R: Real>(x: R) -> R {
     R::select(x > R::lit(0.0), x.inverse_root(), R::lit(0.0))
-}
-
-/// √(a² + b²), unscaled: it overflows if a square does.
-#[inline(always)]
-pub fn hypot<R: Real>(a: R, b: R) -> R {
-    sqrt(a * a + b * b)
-}
-
-/// The change of a value over one sample, from its two derivatives.
-#[inline(always)]
-pub fn filterwidth<R: Real>(dx: R, dy: R) -> R {
-    (dx * dx + dy * dy).sqrt()
-}
-
-/// Degrees from radians, with the reference's constant: 180/π divided in `f32`, one unit below the nearest
-/// float.
-#[inline(always)]
-pub fn degrees<R: Real>(x: R) -> R {
-    x * R::known(f32::from_bits(0x4265_2ee0), 180.0 / std::f64::consts::PI)
-}
-
-/// Radians from degrees.
-#[inline(always)]
-pub fn radians<R: Real>(x: R) -> R {
-    x * R::known(f32::from_bits(0x3c8e_fa35), std::f64::consts::PI / 180.0)
 }
 
 /// 1 for NaN, else 0.

@@ -3,9 +3,7 @@
 //! Sums run in the order x, y, z. This module does not distinguish points, vectors and normals, and must not
 //! know spaces.
 
-use super::arith::div;
 use super::common;
-use super::matrix;
 use super::real::{Number, Real};
 
 /// x, y, z.
@@ -58,8 +56,7 @@ pub fn cross<R: Real>(a: Triple<R>, b: Triple<R>) -> Triple<R> {
 
 /// The length. If the squares would underflow, the vector is first scaled by its largest component.
 ///
-/// The scaling costs three divisions on every lane. A loop may instead use [`length_unrescued`] and fall back
-/// to this function only if [`length_underflows`] is true for some lane of the batch.
+/// Where derivatives are wanted, the rules of the `derive` pass write another form, without the scaling.
 #[inline(always)]
 pub fn length<R: Real>(v: Triple<R>) -> R {
     let square = dot(v, v);
@@ -83,19 +80,6 @@ pub fn length_unrescued<R: Real>(v: Triple<R>) -> R {
     dot(v, v).sqrt()
 }
 
-/// The value of [`length`] in the form that the reference uses together with derivatives: no scaling, and 0
-/// if a component is NaN.
-#[inline(always)]
-pub fn length_with_derivative<R: Real>(v: Triple<R>) -> R {
-    common::sqrt(dot(v, v))
-}
-
-/// Whether [`length`] and [`length_unrescued`] may differ for `v`.
-#[inline(always)]
-pub fn length_underflows<R: Real>(v: Triple<R>) -> bool {
-    dot(v, v) < R::lit(UNDERFLOWS_BELOW)
-}
-
 /// The distance of two points, without scaling against underflow.
 #[inline(always)]
 pub fn distance<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
@@ -109,32 +93,13 @@ pub fn square_distance<R: Real>(a: Triple<R>, b: Triple<R>) -> R {
     dot(difference, difference)
 }
 
-/// The distance of the point `q` from the segment `a`-`b`.
-#[inline(always)]
-pub fn distance_to_segment<R: Real>(a: Triple<R>, b: Triple<R>, q: Triple<R>) -> R {
-    let along = sub(b, a);
-    let square = dot(along, along);
-    let t = common::clamp(div(dot(sub(q, a), along), square), R::lit(0.0), R::lit(1.0));
-    let nearest = distance(q, add(a, scale(along, t)));
-    R::select(square == R::lit(0.0), distance(q, a), nearest)
-}
-
 /// The vector scaled to length 1 by a reciprocal; zero if its length is not positive.
-///
-/// The folder's `normalize` of a constant divides instead: [`normalize_by_division`].
 #[inline(always)]
 pub fn normalize<R: Real>(v: Triple<R>) -> Triple<R> {
     let square = dot(v, v);
     let zero = [R::lit(0.0); 3];
     // The root of a number is positive exactly if the number is.
     select(square > R::lit(0.0), scale(v, square.inverse_root()), zero)
-}
-
-/// The vector divided by its (scaled) length: what the reference's optimizer makes of a constant vector.
-#[inline(always)]
-pub fn normalize_by_division<R: Real>(v: Triple<R>) -> Triple<R> {
-    let length = length(v);
-    select(length > R::lit(0.0), [v[0] / length, v[1] / length, v[2] / length], v)
 }
 
 /// `n` flipped to the side of `i`, judged by `reference`; a dot product of exactly 0 leaves it unchanged.
@@ -159,69 +124,4 @@ pub fn refract<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Triple<R> {
     let through = sub(scale(i, eta), scale(n, eta * cosine + common::sqrt(k)));
     // NaN counts as negative: in OSL, a comparison with NaN is true.
     select(k >= R::lit(0.0), through, [R::lit(0.0); 3])
-}
-
-/// The results of [`fresnel`]: the shares of light and their directions.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fresnel<R> {
-    /// Share reflected, 0..=1.
-    pub reflected: R,
-    /// Share transmitted, scaled by eta² for the change of solid angle.
-    pub transmitted: R,
-    /// Mirrored direction.
-    pub reflection: Triple<R>,
-    /// Refracted direction, zero for total reflection.
-    pub refraction: Triple<R>,
-}
-
-/// Reflection and transmission of unpolarised light at a dielectric; arguments as for [`refract`].
-#[inline(always)]
-pub fn fresnel<R: Real>(i: Triple<R>, n: Triple<R>, eta: R) -> Fresnel<R> {
-    let zero = R::lit(0.0);
-    let one = R::lit(1.0);
-    let c = dot(i, n).abs();
-    let g_square = div(one, eta * eta) - one + c * c;
-    let g = common::sqrt(g_square);
-    let beta = g - c;
-    let f = div(c * (g + c) - one, c * beta + one);
-    let f = R::lit(0.5) * (one + f * f);
-    let ratio = div(beta, g + c);
-    let f = f * (ratio * ratio);
-    // NaN counts as transmission.
-    let stays = g_square < zero;
-    Fresnel {
-        reflected: R::select(stays, one, f),
-        transmitted: R::select(stays, zero, (one - f) * eta * eta),
-        reflection: reflect(i, n),
-        refraction: select(stays, [zero; 3], refract(i, n, eta)),
-    }
-}
-
-/// The point `p` rotated by `angle` radians around the axis from `a` to `b`.
-#[inline(always)]
-pub fn rotate<R: Real>(p: Triple<R>, angle: R, a: Triple<R>, b: Triple<R>) -> Triple<R> {
-    let [x, y, z] = normalize(sub(b, a));
-    let (s, c) = (angle.sin(), angle.cos());
-    let zero = R::lit(0.0);
-    let one = R::lit(1.0);
-    let k = one - c;
-    let turn = [
-        x * x + (one - x * x) * c,
-        x * y * k + z * s,
-        x * z * k - y * s,
-        zero,
-        x * y * k - z * s,
-        y * y + (one - y * y) * c,
-        y * z * k + x * s,
-        zero,
-        x * z * k + y * s,
-        y * z * k - x * s,
-        z * z + (one - z * z) * c,
-        zero,
-        zero,
-        zero,
-        zero,
-        one,
-    ];
-    add(matrix::transform_point(turn, sub(p, a)), a)
 }

@@ -45,12 +45,6 @@ pub fn scale<R: Real>(m: Matrix<R>, k: R) -> Matrix<R> {
     scaled
 }
 
-/// `a / b` of two matrices: a · inverse(b).
-#[inline(always)]
-pub fn divide<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
-    multiply(a, inverse(b))
-}
-
 /// Rows and columns exchanged.
 #[inline(always)]
 pub fn transpose<R: Real>(m: Matrix<R>) -> Matrix<R> {
