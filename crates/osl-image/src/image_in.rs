@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use png::{BitDepth, Transformations};
+use png::{BitDepth, InterlaceInfo, Transformations};
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
@@ -81,16 +81,22 @@ fn decode_png(
     if frame != size {
         return Err(ImageError::format(path, "PNG whose first frame is not of the image's size"));
     }
+    let stride = reader.output_line_size(size.0).unwrap_or(0).max(1);
     if reader.info().interlaced {
-        reader.next_frame(buffer).map_err(damaged)?;
+        let bits = (n_channels * depth as usize) as u8;
+        while let Some(row) = reader.next_interlaced_row().map_err(damaged)? {
+            admission.goes_on(path)?;
+            if let InterlaceInfo::Adam7(pass) = row.interlace() {
+                png::expand_interlaced_row(buffer, stride, row.data(), pass, bits);
+            }
+        }
     } else {
-        let row = reader.output_line_size(size.0).unwrap_or(0).max(1);
-        for row in buffer.chunks_exact_mut(row) {
+        for row in buffer.chunks_exact_mut(stride) {
             admission.goes_on(path)?;
             let ended = || ImageError::format(path, "PNG that ends before its last row");
             reader.read_row(row).map_err(damaged)?.ok_or_else(ended)?;
         }
-        // What follows the last row is checked as well.
+        // This checks the data after the last row.
         reader.read_row(&mut []).map_err(damaged)?;
     }
     if let Texels::U16(words) = &mut texels {

@@ -97,15 +97,18 @@ fn too_large_images_are_refused_by_their_header() {
 /// A PNG with one chunk before the pixels, whose data inflate to this many bytes.
 fn png(side: u32, chunk: &[u8; 4], inflated: usize, n_pixel_bytes: usize) -> Vec<u8> {
     let packed = |n: usize| miniz_oxide::deflate::compress_to_vec_zlib(&vec![0; n], 6);
-    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
     let head = [&side.to_be_bytes()[..], &side.to_be_bytes(), &[8, 0, 0, 0, 0]].concat();
     let profile = [b"x\0\0".as_slice(), &packed(inflated)].concat();
-    for (kind, data) in
-        [(b"IHDR", head), (chunk, profile), (b"IDAT", packed(n_pixel_bytes)), (b"IEND", Vec::new())]
-    {
+    chunks(&[(b"IHDR", head), (chunk, profile), (b"IDAT", packed(n_pixel_bytes)), (b"IEND", Vec::new())])
+}
+
+/// A PNG of these chunks.
+fn chunks(list: &[(&[u8; 4], Vec<u8>)]) -> Vec<u8> {
+    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+    for (kind, data) in list {
         file.extend((data.len() as u32).to_be_bytes());
         let start = file.len();
-        file.extend(kind);
+        file.extend(*kind);
         file.extend(data);
         let sum = crc(&file[start..]);
         file.extend(sum.to_be_bytes());
@@ -375,4 +378,33 @@ fn decoders_stop() {
         let error = decode_part(Path::new("a"), &file, &limits, SubImage::default()).unwrap_err();
         assert!(error.to_string().contains("--max-time"), "{error}");
     }
+}
+
+/// The rows of the seven passes of an interlaced PNG come to their places.
+#[test]
+fn interlaced_rows_are_sorted() {
+    let passes =
+        [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)];
+    let mut rows = Vec::new();
+    for (x0, y0, dx, dy) in passes {
+        for y in (y0..6_u8).step_by(dy) {
+            rows.push(0);
+            rows.extend((x0..8_u8).step_by(dx).map(|x| 8 * y + x));
+        }
+    }
+    let head = [8_u32.to_be_bytes(), 6_u32.to_be_bytes()].concat();
+    let pixels = miniz_oxide::deflate::compress_to_vec_zlib(&rows, 6);
+    let file = chunks(&[
+        (b"IHDR", [&head[..], &[8, 0, 0, 0, 1]].concat()),
+        (b"IDAT", pixels.clone()),
+        (b"IEND", Vec::new()),
+    ]);
+    let bytes = decode(&file).unwrap().samples.into_iter().map(|x| (x * 255.0).round() as u8);
+    assert!(bytes.eq(0..48));
+    let cut = chunks(&[
+        (b"IHDR", [&head[..], &[8, 0, 0, 0, 1]].concat()),
+        (b"IDAT", pixels[..pixels.len() / 2].to_vec()),
+        (b"IEND", Vec::new()),
+    ]);
+    assert!(decode(&cut).is_err());
 }
