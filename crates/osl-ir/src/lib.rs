@@ -12,6 +12,7 @@
 
 pub mod builtins;
 pub mod components;
+mod global;
 pub mod group;
 pub mod hir;
 pub mod ir;

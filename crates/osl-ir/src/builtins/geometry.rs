@@ -1,7 +1,7 @@
 //! Geometry: products, lengths, directions.
 
 use super::{Builtin, Composed, Emitted, Site};
-use crate::hir::Global;
+use crate::global::Global;
 use crate::ir::{Builder, Const, Kind, LaneOp};
 
 pub(super) static ROWS: &[Builtin] = &[

@@ -6,7 +6,7 @@
 
 use super::scene::{store_found, wanted};
 use super::{Array, Builtin, Emitted, Site};
-use crate::ir::{Builder, Kernel, Kind, LaneOp, MessageForm, SlotId, ValueId};
+use crate::ir::{Builder, First, Kernel, Kind, LaneOp, Message, MessageForm, SlotId, ValueId};
 use crate::types::Type;
 use osl_syntax::span::Span;
 use std::sync::Arc;
@@ -73,39 +73,6 @@ pub enum Made {
     Set,
     /// It was queried before it was set.
     AskedFor,
-}
-
-/// A message that the body may hold.
-#[derive(Clone, Debug)]
-pub(crate) struct Message {
-    name: Arc<str>,
-    /// 0 for unset, −n for queried in vain and n for set, with the type of `values[n - 1]`.
-    state: SlotId,
-    values: Vec<(Type, Option<u32>, SlotId)>,
-    set: First,
-    asked: First,
-}
-
-impl Message {
-    /// The variables that hold it.
-    pub(crate) fn slots(&self) -> impl Iterator<Item = SlotId> {
-        std::iter::once(self.state).chain(self.values.iter().map(|(_, _, slot)| *slot))
-    }
-}
-
-/// The first call in the text that sets or queries a message.
-#[derive(Clone, Debug, Default)]
-struct First {
-    at: Span,
-    ty: String,
-}
-
-impl First {
-    fn note(&mut self, at: Span, ty: &str) {
-        if self.ty.is_empty() {
-            *self = First { at, ty: ty.to_string() };
-        }
-    }
 }
 
 /// Makes the messages of another builder, with the locations where they were first set and queried, but

@@ -27,13 +27,14 @@ mod texture;
 pub(crate) use closure::component;
 pub use color::{path as color_path, path_in as color_path_in};
 pub use facts::{Asks, Compiled, Composed, Differentiates, Facts, LeftOut, Spaces};
+pub(crate) use message::carry as carry_messages;
 pub use message::{Made as MessageMade, other_type, set_late, set_twice};
-pub(crate) use message::{Message, carry as carry_messages};
 pub use signature::{Param, ParamType, Signature, Tail};
-pub use spline::{BASES, Basis, basis as spline_basis};
 pub(crate) use texture::OPTIONS;
 
+pub use crate::ir::Names;
 use crate::ir::{Builder, LaneOp, SlotId, ValueId};
+pub use crate::numeric::basis::{BASES, Basis, basis as spline_basis};
 use crate::types::Type;
 use rustc_hash::FxHashMap;
 use std::sync::{Arc, OnceLock};
@@ -70,17 +71,6 @@ pub enum Emit {
     Compose(fn(&mut Builder, &Site<'_>) -> Emitted),
     /// Ends the shader.
     Exit,
-}
-
-/// The names of a shader in the run.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Names {
-    /// The shader's own.
-    pub shader: Arc<str>,
-    /// That of its layer.
-    pub layer: Arc<str>,
-    /// That of the group.
-    pub group: Arc<str>,
 }
 
 /// A call that is being written.

@@ -1,7 +1,7 @@
 //! A shader's queries about its surroundings: attributes, rays, point clouds, and its connections.
 
 use super::{Asks, Builtin, Composed, Emitted, Site};
-use crate::hir::Global;
+use crate::global::Global;
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
 use crate::types::Type;
 

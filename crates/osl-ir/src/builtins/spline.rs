@@ -3,6 +3,7 @@
 
 use super::{Array, Builtin, Emitted, Site};
 use crate::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
+use crate::numeric::basis::{BASES, CONSTANT, SIXTH, basis};
 use crate::numeric::known::Known;
 
 pub(super) static ROWS: &[Builtin] = &[
@@ -49,60 +50,6 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .example("float knots[5] = {0, 0, 0.2, 1, 1}; float x = splineinverse(\"linear\", v, knots);"),
 ];
-
-/// A basis: the distance between segments in knots, and rows of coefficients of x³, x², x and 1.
-pub struct Basis {
-    /// The name in programs.
-    pub name: &'static str,
-    /// Number of knots from segment to segment.
-    pub step: i32,
-    /// Coefficients of the four knots, highest power first.
-    pub rows: [[f32; 4]; 4],
-}
-
-const CONSTANT: &str = "constant";
-const SIXTH: f32 = 1.0 / 6.0;
-
-/// The bases (OSL language specification, chapter on splines). Any other name means the last, linear.
-pub static BASES: [Basis; 6] = [
-    Basis {
-        name: "catmull-rom",
-        step: 1,
-        rows: [[-0.5, 1.5, -1.5, 0.5], [1.0, -2.5, 2.0, -0.5], [-0.5, 0.0, 0.5, 0.0], [0.0, 1.0, 0.0, 0.0]],
-    },
-    Basis {
-        name: "bezier",
-        step: 3,
-        rows: [[-1.0, 3.0, -3.0, 1.0], [3.0, -6.0, 3.0, 0.0], [-3.0, 3.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
-    },
-    Basis {
-        name: "bspline",
-        step: 1,
-        rows: [
-            [-SIXTH, 0.5, -0.5, SIXTH],
-            [0.5, -1.0, 0.5, 0.0],
-            [-0.5, 0.0, 0.5, 0.0],
-            [SIXTH, 4.0 * SIXTH, SIXTH, 0.0],
-        ],
-    },
-    Basis {
-        name: "hermite",
-        step: 2,
-        rows: [[2.0, 1.0, -2.0, 1.0], [-3.0, -2.0, 3.0, -1.0], [0.0, 1.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]],
-    },
-    Basis { name: CONSTANT, step: 1, rows: [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 1.0, 0.0, 0.0]] },
-    Basis {
-        name: "linear",
-        step: 1,
-        rows: [[0.0; 4], [0.0; 4], [0.0, -1.0, 1.0, 0.0], [0.0, 1.0, 0.0, 0.0]],
-    },
-];
-
-/// The basis with a name.
-pub fn basis(name: &str) -> &'static Basis {
-    let [rest @ .., linear] = &BASES;
-    rest.iter().find(|b| b.name == name).unwrap_or(linear)
-}
 
 /// Knots and their number.
 fn knots(b: &mut Builder, s: &Site<'_>) -> Option<(Array, ValueId)> {

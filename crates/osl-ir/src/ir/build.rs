@@ -21,7 +21,7 @@ pub struct Builder {
     /// The source location of the next instruction.
     pub span: Span,
     /// Messages of the program, by name.
-    pub(crate) messages: Vec<crate::builtins::Message>,
+    pub(crate) messages: Vec<super::Message>,
     /// Whether messages are found by name at run time, since at least one name is not a literal.
     pub(crate) messages_by_name: bool,
     /// The index of each message in the list, since a program may have as many messages as statements.
@@ -157,7 +157,7 @@ impl Builder {
     }
 
     /// A shader global.
-    pub fn global(&mut self, global: crate::hir::Global, kind: Kind) -> ValueId {
+    pub fn global(&mut self, global: crate::global::Global, kind: Kind) -> ValueId {
         self.one(kind, Op::Global(global))
     }
 

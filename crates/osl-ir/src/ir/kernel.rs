@@ -5,8 +5,8 @@
 //! writes, whether its result differs between points even for equal arguments, and whether it has a form with
 //! derivatives (tangents).
 
+use super::TextFn;
 use super::{Kind, SlotId};
-use crate::text::TextFn;
 use crate::types::Base;
 use osl_syntax::span::Span;
 use std::sync::Arc;

@@ -12,7 +12,9 @@
 mod build;
 mod kernel;
 mod lane;
+mod message;
 mod print;
+mod text_fn;
 pub mod validate;
 
 pub use build::Builder;
@@ -21,9 +23,11 @@ pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
 };
 pub use lane::{Continuity, Cost, Derivative, LaneOp, LaneShape, MAX_ARGS, Precision};
+pub(crate) use message::{First, Message};
 pub use print::print;
+pub use text_fn::TextFn;
 
-use crate::hir::Global;
+use crate::global::Global;
 use crate::numeric::Arithmetic;
 use osl_syntax::span::Span;
 use smallvec::SmallVec;
@@ -287,6 +291,17 @@ pub struct Output {
     pub source: Source,
 }
 
+/// The names of a shader in the run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Names {
+    /// The shader's own.
+    pub shader: Arc<str>,
+    /// That of its layer.
+    pub layer: Arc<str>,
+    /// That of the group.
+    pub group: Arc<str>,
+}
+
 /// A program.
 #[derive(Clone, Debug)]
 pub struct Body {
@@ -303,7 +318,7 @@ pub struct Body {
     /// The outputs.
     pub outputs: Vec<Output>,
     /// The layers from which it was made, each with the start of its source: see [`Body::names`].
-    pub layers: Vec<(u32, crate::builtins::Names)>,
+    pub layers: Vec<(u32, Names)>,
     /// The assumptions of the passes.
     pub assumptions: Assumptions,
 }
@@ -336,7 +351,7 @@ impl Default for Assumptions {
 
 impl Body {
     /// The layer of a source location, and its names.
-    pub fn names(&self, span: Span) -> Option<(usize, &crate::builtins::Names)> {
+    pub fn names(&self, span: Span) -> Option<(usize, &Names)> {
         names_at(&self.layers, span)
     }
 
@@ -382,10 +397,7 @@ impl Body {
 }
 
 /// The layer of a source location, among `layers` in the order of their sources.
-pub fn names_at(
-    layers: &[(u32, crate::builtins::Names)],
-    span: Span,
-) -> Option<(usize, &crate::builtins::Names)> {
+pub fn names_at(layers: &[(u32, Names)], span: Span) -> Option<(usize, &Names)> {
     let index = layers.partition_point(|(base, _)| *base <= span.start).checked_sub(1)?;
     layers.get(index).map(|(_, names)| (index, names))
 }

@@ -1,6 +1,6 @@
 //! Finds unused declarations: variables, parameters, functions.
 
-use super::walk::{Event, Purpose, Walk};
+use super::walk::{Event, Purpose, Walk, is_output};
 use super::{Findings, codes, removal};
 use crate::hir::{ExprKind, FunctionId, MetaValue, Var, VarId, VarKind};
 use crate::types::Type;
@@ -8,11 +8,6 @@ use osl_syntax::ast::{self, Ast, ExprId, StmtId};
 use osl_syntax::diagnostic::Edit;
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
-
-/// Whether the variable carries its value to a caller.
-pub(super) fn is_output(var: &Var) -> bool {
-    matches!(var.kind, VarKind::Param { output: true, .. } | VarKind::Formal { output: true })
-}
 
 /// Reports unused declarations. A name that begins with an underscore means that this is intended.
 pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {

@@ -4,6 +4,7 @@
 use crate::builtins::Tail;
 use crate::hir::{
     Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Place, Program, Step, Stmt, StmtKind, Var, VarId,
+    VarKind,
 };
 use osl_syntax::span::Span;
 use std::cell::Cell;
@@ -34,6 +35,11 @@ pub(crate) enum Event<'p> {
 
 /// The receiver of the events.
 pub(crate) type Sink<'s, 'p> = &'s mut dyn FnMut(Event<'p>);
+
+/// Whether the variable carries its value to a caller.
+pub(super) fn is_output(var: &Var) -> bool {
+    matches!(var.kind, VarKind::Param { output: true, .. } | VarKind::Formal { output: true })
+}
 
 /// A program with the facts that its walkers need.
 pub(crate) struct Walk<'p> {
@@ -201,7 +207,7 @@ impl<'p> Walk<'p> {
         let formals = self.program.functions.get(id.0 as usize).map_or(&[][..], |f| &f.formals);
         for (index, arg) in args.iter().enumerate() {
             let writes = formals.get(index).is_some_and(|formal| {
-                let output = self.var(*formal).is_some_and(super::usage::is_output);
+                let output = self.var(*formal).is_some_and(is_output);
                 output || self.is_written(*formal)
             });
             match arg {

@@ -27,6 +27,7 @@
 //! | [`matrix`] | products, inverse, determinant, transforms; row vectors |
 //! | [`color`] | conversions between color systems |
 //! | [`spectrum`] | colors of black bodies and single wavelengths |
+//! | [`basis`] | the bases of splines |
 //! | [`spline`] | the position at which a spline reaches a value |
 //! | [`tangent`] | derivatives of conversions between color systems |
 //! | [`known`] | constants of the library that are not exactly floats |
@@ -36,6 +37,7 @@
 //! | [`strict`] | the reference's own approximations of sin, exp, pow …, for `f32` |
 
 pub mod arith;
+pub mod basis;
 pub mod color;
 pub mod common;
 pub mod double;

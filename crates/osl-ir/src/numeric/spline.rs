@@ -4,9 +4,9 @@
 //! for the search alone. It must not know arrays of the language. Source: OSL language specification, chapter
 //! on splines.
 
+use super::basis::Basis;
 use super::tangent::Dual;
 use super::{Number, Real};
-use crate::builtins::Basis;
 
 /// Steps of the search in a segment, for single and for double precision; and the number of steps that
 /// interpolate rather than bisect.
@@ -170,7 +170,7 @@ fn within<N: Number>(x: N) -> N {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::builtins::{BASES, spline_basis};
+    use crate::numeric::basis::{BASES, basis as spline_basis};
 
     /// The check table of the specification.
     #[test]

@@ -1,7 +1,6 @@
 //! Calls: candidates, scores, and the choice by argument types and expected result.
 
 use super::errors;
-use super::score::return_rank;
 use super::{FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
 use crate::hir::{Expr, ExprKind};
@@ -334,5 +333,22 @@ impl Resolver<'_> {
             d = d.note(format!("and {} more", candidates.len() - MOST_CANDIDATES));
         }
         d
+    }
+}
+
+/// The precedence of return types if nothing else decides a tie.
+fn return_rank(ty: Type) -> u32 {
+    match ty.base {
+        Base::Float => 0,
+        Base::Int => 1,
+        Base::Color => 2,
+        Base::Vector => 3,
+        Base::Point => 4,
+        Base::Normal => 5,
+        Base::Matrix => 6,
+        Base::String => 7,
+        Base::Closure => 8,
+        Base::Struct(_) => 9,
+        Base::Void | Base::Error => 10,
     }
 }

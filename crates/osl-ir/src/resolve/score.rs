@@ -198,20 +198,3 @@ fn wrong_count(takes: &str, wanted: usize, given: usize) -> String {
         _ => format!("{takes} {}, not {given}", count(wanted, "argument")),
     }
 }
-
-/// The precedence of return types if nothing else decides a tie.
-pub(super) fn return_rank(ty: Type) -> u32 {
-    match ty.base {
-        Base::Float => 0,
-        Base::Int => 1,
-        Base::Color => 2,
-        Base::Vector => 3,
-        Base::Point => 4,
-        Base::Normal => 5,
-        Base::Matrix => 6,
-        Base::String => 7,
-        Base::Closure => 8,
-        Base::Struct(_) => 9,
-        Base::Void | Base::Error => 10,
-    }
-}
