@@ -21,30 +21,30 @@ pub enum RunError {
     /// The points trace rays, and the program was compiled for points that do not.
     #[error("the points trace rays, and the program was compiled for points that do not")]
     Traces,
-    /// A point takes more steps than it may.
+    /// A point exceeds its limit of steps.
     #[error("point {point} takes more than {steps} steps")]
     TooManySteps {
         /// The first such point, by its pixel.
         point: usize,
         /// The limit.
         steps: u64,
-        /// Where it was found out, if that is a loop or a call.
+        /// The loop or call where it was detected, if any.
         span: Option<Span>,
     },
-    /// A point makes more than it may.
+    /// A point exceeds its limit of memory.
     #[error("the strings, messages and closures of point {point} take more than {bytes} bytes")]
     TooMuchMemory {
         /// The first such point, by its pixel.
         point: usize,
         /// The limit.
         bytes: u64,
-        /// The call that was one too many, if it was one.
+        /// The call that exceeded it, if it was a call.
         span: Option<Span>,
     },
-    /// What the points of a run need together is more than it may be.
+    /// The points of a run together exceed a limit.
     #[error("{what}")]
     TooMuch {
-        /// The limit in words.
+        /// The limit, as text.
         what: String,
         /// The name of the limit.
         limit: &'static str,

@@ -438,7 +438,7 @@ macro_rules! declare {
 
 crate::for_each_lane_op!(declare);
 
-/// Arguments of a lane operation at most.
+/// Maximum number of arguments of a lane operation.
 pub const MAX_ARGS: usize = {
     let (mut most, mut at) = (0, 0);
     while at < COUNTS.len() {

@@ -1,8 +1,8 @@
-//! Values with their tangents, and the arithmetic over them that the rules are written in.
+//! Values with their derivatives (tangents), and the arithmetic on them in which the rules are written.
 //!
-//! Operations are those of OSL language specification, chapter on derivatives: the value as the plain
-//! operation computes it, and both tangents in a fixed order of products and sums. A tangent of `None` is
-//! zero; what it would only multiply is left out.
+//! Operations follow the OSL language specification, chapter on derivatives: the value is computed as in the
+//! plain operation, and both derivatives in a fixed order of products and sums. A tangent of `None` is zero;
+//! products with it are omitted.
 
 use super::Writer;
 use crate::ir::{LaneOp, ValueId};

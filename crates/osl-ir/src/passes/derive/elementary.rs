@@ -1,5 +1,4 @@
-//! The derivative rules of elementary functions: most are a slope, by which the tangents of the argument are
-//! scaled.
+//! The derivative rules of elementary functions: most multiply the argument's derivatives by a factor.
 
 use super::Writer;
 use super::dual::Dual;

@@ -1,10 +1,11 @@
-//! Forward-mode derivatives, written as ordinary IR for just the values that are asked for.
+//! Forward-mode derivatives, written as ordinary IR only for the values that need them.
 //!
-//! `Dx`, `Dy` and what is made of them ask, and texture lookups: the area that a point covers is how its
-//! coordinates change from pixel to pixel. Demand runs backward from them to the globals; tangents are then
-//! written forward, beside the values that they belong to, and arrays get arrays of tangents. The rules of
-//! lane operations stand in `rules`, `elementary` and `vectors`, over the arithmetic of `dual`; those of
-//! kernels here. Source: OSL language specification, chapter on derivatives.
+//! `Dx`, `Dy` and functions that use them need derivatives, and so do texture lookups: the footprint of a
+//! point is the change of its coordinates from pixel to pixel. The need is propagated backward from there to
+//! the globals. Then derivatives (tangents) are written forward, next to their values; arrays get arrays of
+//! derivatives. The rules of lane operations are in `rules`, `elementary` and `vectors`, in terms of the
+//! arithmetic of `dual`; those of kernels are here. Source: OSL language specification, chapter on
+//! derivatives.
 
 mod dual;
 mod elementary;
@@ -340,8 +341,7 @@ impl Writer<'_> {
         self.out.push(inst);
     }
 
-    /// Gives a texture lookup its footprint, and has it compute tangents of the channels where they are
-    /// wanted.
+    /// Gives a texture lookup its footprint, and makes it compute derivatives of the channels if needed.
     fn texture(&mut self, mut inst: Inst) {
         let Op::Kernel(kernel, args) = &mut inst.op else { return };
         if let Some(range) = kernel.unseen() {

@@ -1,9 +1,9 @@
 //! The derivative rules of lane operations (OSL language specification, chapter on derivatives).
 //!
 //! The list of operations names the rule of each: a function of this file, of `elementary` or of `vectors`. A
-//! rule gets the arguments with their tangents, as many as the operation takes, and yields the value with its
-//! tangents. The value is the result of the operation, unless the form with derivatives computes it in
-//! another way.
+//! rule gets all arguments of the operation with their derivatives, and returns the value with its
+//! derivatives. The value is the result of the operation, unless the form with derivatives computes it
+//! differently.
 
 use super::Writer;
 use super::dual::{Dual, Tangent};
