@@ -1,8 +1,10 @@
-//! The `oslrun` command as a library: everything but the process itself.
+//! The `oslrun` command as a library: turns a command line into images, text and an exit code.
 //!
-//! [`pipeline`], of the crate `osl`, joins the crates from text to program; [`cli`] is the command line over it;
-//! [`lessons`] are what it tells about each diagnostic, [`mod@reference`] about each built-in function; [`nodes`] are the
-//! shaders that it brings along.
+//! [`cli`] reads the command line and opens the files. [`pipeline`], of the crate `osl`, compiles a shader in
+//! steps: source text, syntax tree, typed program, IR, optimised IR. The program then runs on all points of a
+//! grid, a surface or a scene, and the values of its outputs are written as the pixels of an image.
+//! [`lessons`] explain each diagnostic, [`mod@reference`] describes each built-in function, and [`nodes`] are
+//! the built-in shaders. The process itself is in `main.rs`.
 
 pub mod cli;
 pub mod lessons;

@@ -1,7 +1,7 @@
-//! The shaders that are built in: those of `osl/nodes`, for what networks need around the shaders of their users.
+//! The built-in shaders: those of `osl/nodes`, which networks need in addition to the user's shaders.
 //!
-//! They are the last that a group's shaders are looked for among, so that a file of the same name goes before. A test
-//! holds the list to the folder. This module must not know groups.
+//! A group's shaders are searched for here last, so that a file of the same name takes precedence. A test
+//! compares the list with the folder. This module must not know groups.
 
 macro_rules! nodes {
     ($($name:literal)*) => {
@@ -16,7 +16,7 @@ nodes! {
     "project_planar" "project_spherical" "project_triplanar" "ramp" "remap" "standard" "uv_transform"
 }
 
-/// Shaders of this project that are no nodes, but that scenes name.
+/// Shaders of this project that are not nodes, but that scenes name.
 const PATTERNS: [(&str, &str); 2] = [
     ("nonlinear_noise", include_str!("../../../osl/nonlinear_noise.osl")),
     ("strips", include_str!("../../../osl/strips.osl")),
@@ -27,7 +27,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     NODES.iter().map(|(name, _)| *name)
 }
 
-/// The source text of a node, or of another shader that is built in.
+/// The source text of a node or of another built-in shader.
 pub fn find(name: &str) -> Option<&'static str> {
     let node = NODES.binary_search_by_key(&name, |(name, _)| name).ok().and_then(|at| NODES.get(at));
     node.or_else(|| PATTERNS.iter().find(|(n, _)| *n == name)).map(|(_, text)| *text)

@@ -1,14 +1,14 @@
-//! The reference of the built-in functions, written from their one table: a list, an entry, the page in `docs`.
+//! The reference of the built-in functions, generated from their table: a list, an entry, the page in `docs`.
 //!
-//! This module must not know how functions are compiled, nor where its text goes.
+//! This module must not know how functions are compiled, nor where its text is written.
 
 use osl_ir::builtins::{self, Builtin, FAMILIES, Family};
 use std::fmt::Write;
 
-/// Columns of text for terminals.
+/// Width of text for terminals in columns.
 const WIDTH: usize = 96;
 
-/// What holds for every operator and function: a heading and a rule.
+/// The rules for all operators and functions: a heading and a text.
 pub const RULES: [(&str, &str); 8] = [
     (
         "Floats",
@@ -39,18 +39,18 @@ pub const RULES: [(&str, &str); 8] = [
     ),
 ];
 
-/// The rows of a name: the function, or the constructors with a space that begin with it.
+/// The rows of a name: the function, or the constructors with a space that start with it.
 pub fn find(name: &str) -> Vec<&'static Builtin> {
     let begins = |row: &&Builtin| row.name.split_once(' ').is_some_and(|(first, _)| first == name);
     builtins::all().filter(|row| row.name == name || begins(row)).collect()
 }
 
-/// The name that is closest to one that there is not.
+/// The existing name that is closest to an unknown one.
 pub fn closest(name: &str) -> Option<&'static str> {
     osl_syntax::spelling::closest(name, builtins::names())
 }
 
-/// All functions, family by family, a line each.
+/// All functions, family by family, one per line.
 pub fn list() -> String {
     let mut text = String::new();
     let width = builtins::all().map(|row| row.name.len()).max().unwrap_or(0);
@@ -135,7 +135,7 @@ fn family(row: &Builtin) -> Option<&'static Family> {
     FAMILIES.iter().find(|family| family.rows.iter().any(|r| r.name == row.name))
 }
 
-/// The signatures as declarations; none for constructors, whose meaning shows their form.
+/// The signatures as declarations; empty for constructors, whose description shows their form.
 fn signatures(row: &'static Builtin) -> Vec<String> {
     if row.name.contains(' ') {
         return Vec::new();
@@ -143,7 +143,7 @@ fn signatures(row: &'static Builtin) -> Vec<String> {
     row.signatures().iter().map(|s| s.show(row.name)).collect()
 }
 
-/// The statements of the example, a line each.
+/// The statements of the example, one per line.
 fn example(row: &Builtin) -> Vec<String> {
     let statements = row.example.split_inclusive("; ");
     statements.map(|s| s.trim_end().to_string()).collect()
@@ -157,7 +157,7 @@ fn first_sentence(text: &str) -> &str {
     text.split_once(". ").map_or(text, |(first, _)| first).trim_end_matches('.')
 }
 
-/// The text in lines of a terminal's width, each but the first indented where there are several.
+/// The text in lines of a terminal's width; if there are several, all but the first are indented.
 fn wrapped(text: &str) -> String {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
@@ -174,7 +174,7 @@ fn wrapped(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Markdown that shows the text as it is.
+/// Markdown that displays the text unchanged.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {

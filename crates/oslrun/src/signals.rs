@@ -1,6 +1,7 @@
-//! What happens on Ctrl-C: half-written files are removed, and the process ends as if nobody had looked.
+//! Handles Ctrl-C: half-written files are removed, and then the signal ends the process as usual.
 //!
-//! Only the command does this, never the library: a program has one way to treat signals, and it is not ours to choose.
+//! Only the command does this, never the library: a process has only one handler for signals, and a library
+//! must not take it.
 
 #[cfg(unix)]
 mod unix {
@@ -8,7 +9,7 @@ mod unix {
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
 
-    /// Waits for a signal in a thread of its own, where any call is allowed.
+    /// Waits for a signal in a separate thread, where all calls are allowed.
     pub(crate) fn watch() {
         let heard: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal)).collect();
         let work = move || {
@@ -18,11 +19,11 @@ mod unix {
                 let _ = emulate_default_handler(signal);
             }
         };
-        // Without a thread signals do what they always do, and the next run removes the files.
+        // Without a thread, signals end the process as usual, and the next run removes the files.
         let _ = std::thread::Builder::new().name("signals".to_string()).spawn(work);
     }
 
-    /// Whether whoever started the process wants it to ignore a signal, as shells do for commands in the background.
+    /// Whether the parent process has set the signal to be ignored, as shells do for background commands.
     fn is_ignored(signal: i32) -> bool {
         let status = osl_files::open_named(std::path::Path::new("/proc/self/status"));
         let Ok(text) = status.and_then(|file| file.text(1 << 16)) else { return false };
@@ -35,6 +36,6 @@ mod unix {
 #[cfg(unix)]
 pub(crate) use unix::watch;
 
-/// Nothing to hear.
+/// There are no signals on this system.
 #[cfg(not(unix))]
 pub(crate) fn watch() {}

@@ -1,8 +1,9 @@
-//! The standard streams of the process: as they are where a program reads them, harmless where a terminal does.
+//! The standard streams of the process: unchanged for a pipe or file, made safe for a terminal.
 //!
-//! What a shader prints goes into a pipe or a file byte for byte. A terminal would obey it: set its title, move the cursor, clear
-//! what stands above. There every control other than a line break and a tab is written out, except the colors of our own
-//! messages. It must not know what is printed.
+//! The text of a shader is written to a pipe or a file byte for byte. A terminal would execute control
+//! sequences: set its title, move the cursor, clear text. So, on a terminal, each control character except
+//! line breaks and tabs is written in visible form, except for the colors of our own messages. This module
+//! must not know what is printed.
 
 use osl_syntax::escape::shown;
 use std::io::{IsTerminal, Result, Write};
@@ -13,19 +14,19 @@ pub(crate) fn stdout() -> Box<dyn Write> {
     if stream.is_terminal() { Box::new(Harmless::new(anstream::stdout())) } else { Box::new(stream) }
 }
 
-/// The standard error. Outside of a terminal it has no colors.
+/// The standard error. It has colors only on a terminal.
 pub(crate) fn stderr() -> Box<dyn Write> {
     let terminal = std::io::stderr().is_terminal();
     if terminal { Box::new(Harmless::new(anstream::stderr())) } else { Box::new(anstream::stderr()) }
 }
 
-/// Bytes of a sequence that sets a color, at most.
+/// Maximum length in bytes of a color sequence.
 const MAX_SEQUENCE: usize = 24;
 
-/// Writes text on, its controls written out.
+/// Writes text with its control characters in visible form.
 struct Harmless<W: Write> {
     to: W,
-    /// The end of what was written so far, where more may complete a character or a color.
+    /// The incomplete end of the text so far: more bytes may complete a character or a color.
     rest: Vec<u8>,
 }
 
@@ -34,7 +35,7 @@ impl<W: Write> Harmless<W> {
         Harmless { to, rest: Vec::new() }
     }
 
-    /// Writes all that is complete; with `all` the rest too.
+    /// Writes all complete parts; with `all` also the rest.
     fn pass(&mut self, all: bool) -> Result<()> {
         let bytes = std::mem::take(&mut self.rest);
         let mut out = String::with_capacity(bytes.len());
@@ -82,15 +83,15 @@ impl<W: Write> Drop for Harmless<W> {
     }
 }
 
-/// What bytes begin with.
+/// What comes first in a sequence of bytes.
 enum Piece {
-    /// A sequence of so many bytes that sets a color.
+    /// A color sequence of this many bytes.
     Color(usize),
     /// A character.
     Char(char),
-    /// The begin of a color or of a character that more bytes may complete.
+    /// The beginning of a color or a character that more bytes may complete.
     Open,
-    /// A byte that belongs to no character.
+    /// A byte that is not part of a character.
     Byte,
 }
 
@@ -113,7 +114,7 @@ fn piece(bytes: &[u8]) -> Piece {
     valid.chars().next().map_or(Piece::Byte, Piece::Char)
 }
 
-/// Whether the numbers of a sequence say what messages say: bold, underlined, a color of the text, or the end of these.
+/// Whether the numbers of a sequence belong to messages: bold, underlined, a text color, or reset.
 fn is_color(numbers: &[u8]) -> bool {
     let text = std::str::from_utf8(numbers).unwrap_or("x");
     let list: Option<Vec<u32>> =

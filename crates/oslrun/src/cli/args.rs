@@ -1,4 +1,4 @@
-//! What may be said on the command line.
+//! The command line: commands and their options.
 
 use super::explain::ExplainArgs;
 use super::levels::LintArgs;
@@ -17,7 +17,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "oslrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct Cli {
-    /// Another thing to do than to run a shader.
+    /// A command other than running a shader.
     #[command(subcommand)]
     pub(super) command: Option<Command>,
     /// Running a shader.
@@ -25,7 +25,7 @@ pub(super) struct Cli {
     pub(super) run: RunArgs,
 }
 
-/// What to do with a shader other than to run it.
+/// The commands other than running a shader.
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// Report errors and warnings of shader files.
@@ -34,9 +34,9 @@ pub(super) enum Command {
     Ir(IrArgs),
     /// Explain an error or warning by its code, with a wrong and a right example.
     ExplainError(ExplainErrorArgs),
-    /// Tell what a shader does at one point, line by line, or what each output costs.
+    /// Show what a shader does at one point, line by line, or what each output costs.
     Explain(Box<ExplainArgs>),
-    /// Find where a shader stops being right at the extremes, and the lines to blame.
+    /// Find inputs for which a shader becomes inaccurate, and the lines that cause it.
     Stability(Box<StabilityArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
@@ -46,19 +46,19 @@ pub(super) enum Command {
     Fmt(FmtArgs),
     /// Describe the built-in functions: signatures, derivatives, extremes, an example.
     Doc(DocArgs),
-    /// Measure what more and fewer samples of a shader cost, and how far off they are.
+    /// Measure what more and fewer samples of a shader cost, and how large their errors are.
     Tradeoff(Box<TradeoffArgs>),
-    /// Render a picture of a scene file: light, and what the camera sees of its shaders.
+    /// Render a picture of a scene file: lighting, with the shaders of its materials.
     Render(RenderArgs),
 }
 
 /// How a source file is read.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct ReadArgs {
-    /// Folder to look for #include files in; may be repeated.
+    /// Folder to search for #include files; may be repeated.
     #[arg(short = 'I', value_name = "DIR")]
     pub(super) include: Vec<PathBuf>,
-    /// Macro to define first, NAME or NAME=VALUE; may be repeated.
+    /// Macro to define before reading, NAME or NAME=VALUE; may be repeated.
     #[arg(short = 'D', value_name = "NAME[=VALUE]")]
     pub(super) define: Vec<String>,
     /// Accept exactly what the reference compiler accepts.
@@ -67,7 +67,7 @@ pub(super) struct ReadArgs {
     /// How errors and warnings are printed.
     #[arg(long, value_enum, default_value_t)]
     pub(super) message_format: MessageFormat,
-    /// What the command may take.
+    /// The limits of the command.
     #[command(flatten)]
     pub(super) limits: LimitArgs,
 }
@@ -78,46 +78,46 @@ pub(super) enum MessageFormat {
     /// With excerpts of the source.
     #[default]
     Human,
-    /// One JSON object a line.
+    /// One JSON object per line.
     Json,
 }
 
 /// How a shader is run.
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// The shader file: a source, or a compiled shader (.oso); or the text of a group (.group, .oslgroup, .txt).
+    /// The shader file: a source, a compiled shader (.oso), or the text of a group (.group, .oslgroup, .txt).
     #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
     pub(super) file: Option<PathBuf>,
     /// A group of shaders.
     #[command(flatten)]
     pub(super) network: NetworkArgs,
-    /// Image to write: .exr holds all outputs, .png one file for each output.
+    /// Image to write: .exr holds all outputs; with .png, each output has its own file.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: Option<PathBuf>,
-    /// Outputs to compute and write, separated by commas (default: all; of a group, those of the last layer). Others are
-    /// named LAYER.OUTPUT.
+    /// Outputs to compute and write, separated by commas (default: all; of a group, all of the last layer).
+    /// Outputs of other layers are named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub(super) outputs: Option<Vec<String>>,
     /// Points of the grid, or pixels of the view.
     #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid)]
     pub(super) grid: (usize, usize),
-    /// Put points at pixel centres instead of from border to border.
+    /// Place points at pixel centres instead of from border to border.
     #[arg(long)]
     pub(super) center: bool,
-    /// Factors of u and v, so that the patch shows more of the pattern.
+    /// Factors for u and v, to show more of the pattern.
     #[arg(long, value_name = "U,V", default_value = "1,1", value_parser = pair, allow_hyphen_values = true)]
     pub(super) uv_scale: Pair,
-    /// Added to u and v.
+    /// Offsets that are added to u and v.
     #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
     pub(super) uv_offset: Pair,
-    /// A surface instead of the grid.
+    /// A surface to shade instead of the grid.
     #[command(flatten)]
     pub(super) on: OnArgs,
-    /// Samples of pixels.
+    /// The samples of each pixel.
     #[command(flatten)]
     pub(super) sampling: SampleArgs,
-    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. Of a group, the last layer's, or
-    /// LAYER.NAME=VALUE.
+    /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. In a group, the
+    /// parameter belongs to the last layer; LAYER.NAME=VALUE sets one of another layer.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
     pub(super) params: Vec<(String, String)>,
     /// Matrix from shader to common space: 16 numbers, row by row, for row vectors.
@@ -126,8 +126,9 @@ pub(super) struct RunArgs {
     /// Matrix from object to common space: 16 numbers, row by row, for row vectors.
     #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true)]
     pub(super) object_space: Option<Box<[f32; 16]>>,
-    /// What the surface knows by name: attributes, and values of parameters with `lockgeom = 0` or `interpolated = 1`. A
-    /// number is a float, three are a triple, what else there is is a string; may be repeated.
+    /// Data that the surface provides by name: attributes, and values of parameters with `lockgeom = 0` or
+    /// `interpolated = 1`. One number is a float, three are a triple, everything else is a string; may be
+    /// repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub(super) userdata: Vec<(String, String)>,
     /// JSON file of attributes: {"name": value, "object": {"name": value}}. 3 is an int, 3.0 a float, [r, g, b] a triple.
@@ -139,7 +140,7 @@ pub(super) struct RunArgs {
     /// Compression of EXR files: none, rle, zip1, zip16, piz, pxr24.
     #[arg(long, value_name = "NAME", default_value = "zip16", value_parser = compression)]
     pub(super) compression: ExrCompression,
-    /// Insert missing brackets before running, in the shaders of a group too; the edits are shown.
+    /// Insert missing brackets before running, also in the shaders of a group; the edits are shown.
     #[arg(long)]
     pub(super) repair: bool,
     /// With --repair: save the repaired source here.
@@ -148,30 +149,31 @@ pub(super) struct RunArgs {
     /// Print times, points per second, and what each pass did.
     #[arg(long)]
     pub(super) stats: bool,
-    /// Print where the time went, by instruction and line; with a file, write a flame graph: an image (.svg), or
-    /// its folded stacks.
+    /// Print the time spent in each instruction and line; with a file, also write a flame graph: an image
+    /// (.svg), or its folded stacks.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
     pub(super) profile: Option<Option<PathBuf>>,
     /// Threads (default: all cores).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Points that one instruction covers (default: as suits the shader).
+    /// Points per batch: each instruction runs on so many at once (default: chosen for the shader).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(super) batch: Option<u32>,
-    /// Instruction set (default: the widest of this machine).
+    /// Instruction set (default: the widest that this machine has).
     #[arg(long, value_name = "NAME", value_parser = isa)]
     pub(super) isa: Option<Isa>,
-    /// Numbers to compute with: strict, the same bits everywhere; fast, cheaper approximations of single precision; f64,
-    /// double precision (default: strict).
+    /// Arithmetic: strict, the same bits on every machine; fast, cheaper approximations in single precision;
+    /// f64, double precision (default: strict).
     #[arg(long, value_name = "NAME", value_parser = arithmetic)]
     pub(super) arithmetic: Option<Arithmetic>,
     /// Show the closures of the surface, and write their weights as layers.
     #[arg(long)]
     pub(super) closures: bool,
-    /// Kind of ray that the shader runs for.
+    /// Kind of ray for which the shader runs.
     #[arg(long, value_name = "NAME", default_value = "camera")]
     pub(super) raytype: String,
-    /// Folder to look for textures in, after the working directory and the shader's own; may be repeated.
+    /// Folder to search for textures, after the working directory and the shader's own folder; may be
+    /// repeated.
     #[arg(long, value_name = "DIR")]
     pub(super) texture_path: Vec<PathBuf>,
     /// Memory for textures (default: 1024); the same as `--limit images.texture_memory`.
@@ -181,16 +183,16 @@ pub(super) struct RunArgs {
     /// and the folders of -I and the paths.
     #[arg(long)]
     pub(super) allow_files: bool,
-    /// Steps that a point may take: --limit running.point_steps=N.
+    /// Maximum number of steps per point: --limit running.point_steps=N.
     #[arg(long, value_name = "N")]
     pub(super) max_steps: Option<u64>,
-    /// Pass to leave out; may be repeated.
+    /// Pass to skip; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,
-    /// Which warnings count.
+    /// The warnings to report.
     #[command(flatten)]
     pub(super) lints: LintArgs,
-    /// How the file is read.
+    /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
@@ -201,22 +203,23 @@ pub(super) struct NetworkArgs {
     /// The text of a group: "shader noisy n; shader mixer m; connect n.out m.a".
     #[arg(long, value_name = "TEXT")]
     pub(super) group: Option<String>,
-    /// A layer; may be repeated. FILE, if given, is the last.
+    /// A layer; may be repeated. If FILE is given, it is the last layer.
     #[arg(long, value_name = "NAME=SHADER", value_parser = assignment)]
     pub(super) layer: Vec<(String, String)>,
     /// A connection from an earlier layer to a later one; may be repeated.
     #[arg(long, value_name = "LAYER.OUTPUT=LAYER.PARAM", value_parser = assignment)]
     pub(super) connect: Vec<(String, String)>,
-    /// Folder to look for the shaders of a group in, after that of FILE and the working directory; may be repeated.
+    /// Folder to search for the shaders of a group, after the folder of FILE and the working directory; may
+    /// be repeated.
     #[arg(long, value_name = "DIR")]
     pub(super) shader_path: Vec<PathBuf>,
-    /// What the group is called: shaders can ask for it.
+    /// Name of the group; shaders can ask for it.
     #[arg(long, value_name = "NAME", default_value = "unnamed_group_1")]
     pub(super) group_name: String,
 }
 
 impl NetworkArgs {
-    /// Whether there is only a file.
+    /// Whether only a file is given.
     pub(super) fn is_empty(&self) -> bool {
         self.group.is_none() && self.layer.is_empty() && self.connect.is_empty()
     }
@@ -228,10 +231,10 @@ pub(super) struct CheckArgs {
     /// Shader files.
     #[arg(required = true, value_name = "FILE.osl")]
     pub(super) files: Vec<PathBuf>,
-    /// Which warnings count.
+    /// The warnings to report.
     #[command(flatten)]
     pub(super) lints: LintArgs,
-    /// How files are read.
+    /// The options for reading the files.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
@@ -254,13 +257,13 @@ pub(super) struct IrArgs {
     /// Which stage to print.
     #[arg(long, value_enum, default_value_t)]
     pub(super) stage: Stage,
-    /// Pass to leave out; may be repeated.
+    /// Pass to skip; may be repeated.
     #[arg(long, value_name = "PASS", value_parser = pass)]
     pub(super) without_pass: Vec<Pass>,
-    /// Which warnings count.
+    /// The warnings to report.
     #[command(flatten)]
     pub(super) lints: LintArgs,
-    /// How the file is read.
+    /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
@@ -274,10 +277,10 @@ pub(super) struct CompileArgs {
     /// File to write; - is the standard output (default: the shader file's name with .oso, in the working directory).
     #[arg(short, long, value_name = "FILE.oso")]
     pub(super) output: Option<PathBuf>,
-    /// Which warnings count.
+    /// The warnings to report.
     #[command(flatten)]
     pub(super) lints: LintArgs,
-    /// How the file is read.
+    /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
@@ -291,7 +294,7 @@ pub(super) struct InfoArgs {
     /// Print one JSON object.
     #[arg(long)]
     pub(super) json: bool,
-    /// How the file is read.
+    /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
@@ -313,13 +316,13 @@ pub(super) struct FmtArgs {
     /// Shader files; - formats the standard input to the standard output.
     #[arg(required = true, value_name = "FILE.osl")]
     pub(super) files: Vec<PathBuf>,
-    /// Write nothing: list the files that would change, and fail if any would.
+    /// Write nothing: list the files that would change, and fail if there are any.
     #[arg(long)]
     pub(super) check: bool,
     /// With --check, show what would change.
     #[arg(long, requires = "check")]
     pub(super) diff: bool,
-    /// How files are read.
+    /// The options for reading the files.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
@@ -341,25 +344,26 @@ pub(super) struct RenderArgs {
     /// The scene.
     #[arg(value_name = "SCENE.ass")]
     pub(super) file: PathBuf,
-    /// Image to write: .exr holds the light and all layers, .png the light as a screen shows it.
+    /// Image to write: .exr holds the light and all layers, .png the light as displayed on a screen.
     #[arg(short, long, value_name = "FILE")]
     pub(super) output: PathBuf,
-    /// Size of the picture (default: that of the scene).
+    /// Size of the picture (default: the size in the scene).
     #[arg(long, value_name = "WxH", value_parser = grid)]
     pub(super) size: Option<(usize, usize)>,
-    /// Paths for a pixel (default: as the scene says).
+    /// Paths per pixel (default: the number in the scene).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub(super) samples: Option<u32>,
-    /// Stop where the standard error of a pixel, as a screen shows it from 0 to 1, is at most this.
+    /// Stop when the standard error of a pixel, as displayed (0 to 1), is at most this.
     #[arg(long, value_name = "E", value_parser = fraction)]
     pub(super) max_error: Option<f32>,
-    /// Another number, other noise.
+    /// Seed of the random numbers; another seed gives different noise.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub(super) seed: u32,
     /// Threads (default: all cores); the picture does not depend on them.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(super) threads: Option<u16>,
-    /// Folder to look for shaders, textures and included scenes in, after the scene's own; may be repeated.
+    /// Folder to search for shaders, textures and included scenes, after the scene's own folder; may be
+    /// repeated.
     #[arg(long, value_name = "DIR")]
     pub(super) search_path: Vec<PathBuf>,
     /// Let the scene and its shaders open any file, not only those below the working directory and the search paths.
@@ -374,10 +378,10 @@ pub(super) struct RenderArgs {
     /// Print times, rays per second, and the mean error.
     #[arg(long)]
     pub(super) stats: bool,
-    /// Fail the run, and write no image, where a shader reports an error while it runs.
+    /// With `errors`: fail the run, and write no image, if a shader reports an error while it runs.
     #[arg(long, value_name = "errors", value_parser = ["errors"])]
     pub(super) deny: Option<String>,
-    /// How shaders are read.
+    /// The options for reading shaders.
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }

@@ -7,7 +7,7 @@ use osl_ir::lint::Level;
 use osl_syntax::escape::shown;
 use std::io::Write;
 
-/// Reports what is wrong with each file; a failure if any has an error.
+/// Reports the errors and warnings of each file; fails if there is an error.
 pub(super) fn check(args: &CheckArgs, err: &mut dyn Write) -> Result<(), Failure> {
     let mut result = Ok(());
     for path in &args.files {

@@ -1,4 +1,4 @@
-//! Closures of a frame: as text, and their weights as layers.
+//! The closures of a frame: as text, and their weights as layers.
 
 use osl_exec::{Component, Frame, Plane, show_closure};
 use osl_ir::ir::Kind;
@@ -6,10 +6,11 @@ use osl_ir::types::Type;
 use std::io::Write;
 use std::sync::Arc;
 
-/// Frames of up to this many points show the closures of each.
+/// The largest frame whose closures are shown point by point.
 const EACH: usize = 64;
 
-/// Shows the closures: of each point in a small frame; else of each name where it occurs, how heavy, and an example.
+/// Shows the closures. In a small frame, those of each point; else, for each name, the number of points, the
+/// range of weights, and an example.
 pub(super) fn show(frame: &Frame, width: usize, out: &mut dyn Write) {
     for closures in &frame.closures {
         if closures.points.len() <= EACH {

@@ -1,4 +1,4 @@
-//! `oslrun compile FILE -o OUT`: a source as a compiled shader.
+//! `oslrun compile FILE -o OUT`: compiles a source to a compiled shader (`.oso`).
 
 use super::args::CompileArgs;
 use super::{Failure, input, levels, report};

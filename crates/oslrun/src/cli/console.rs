@@ -1,7 +1,8 @@
-//! The standard output, held to account: a program that reads it is told the truth about how much it got.
+//! The standard output, with its errors remembered: no output is lost silently.
 //!
-//! Commands print without looking at the result. The first error is kept here and ends the command with exit code 1, except
-//! that a reader who has seen enough (`| head`) is no error. This module must not know what is printed.
+//! Commands print without checking the result. This writer keeps the first error, which ends the command with
+//! exit code 1. A reader that closes the pipe early (`| head`) is not an error. This module must not know
+//! what is printed.
 
 use std::io::{self, ErrorKind, Write};
 
@@ -13,7 +14,7 @@ pub(super) struct Checked<'a> {
 
 enum State {
     Open,
-    /// The reader has closed its end: what follows is dropped.
+    /// The reader has closed the pipe: later text is dropped.
     Closed,
     Failed(io::Error),
 }
@@ -23,7 +24,7 @@ impl<'a> Checked<'a> {
         Checked { inner, state: State::Open }
     }
 
-    /// Writes out what is left. Yields the first error of all that was written.
+    /// Flushes the output, and returns the first error since the start.
     pub(super) fn finish(mut self) -> io::Result<()> {
         let _ = self.flush();
         match self.state {
@@ -41,7 +42,7 @@ impl<'a> Checked<'a> {
 }
 
 impl Write for Checked<'_> {
-    /// Never fails, so that no command has to know.
+    /// Never fails, so that commands need not handle errors.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         if matches!(self.state, State::Open)
             && let Err(error) = self.inner.write_all(bytes)
@@ -51,7 +52,7 @@ impl Write for Checked<'_> {
         Ok(bytes.len())
     }
 
-    /// Fails if anything was lost, for commands that are about to do what cannot be undone.
+    /// Fails if output was lost, for commands that are about to do something irreversible.
     fn flush(&mut self) -> io::Result<()> {
         if matches!(self.state, State::Open)
             && let Err(error) = self.inner.flush()

@@ -1,4 +1,4 @@
-//! `--userdata` and `--attributes`: what a surface and the objects know by name.
+//! `--userdata` and `--attributes`: the named data of surfaces and objects.
 
 use super::{Failure, input};
 use osl_exec::Datum;
@@ -8,7 +8,7 @@ use osl_scene::Data;
 use serde_json::Value;
 use std::path::Path;
 
-/// Reads what the command line says, and the file that it names.
+/// Reads the values on the command line and the attribute file.
 pub(super) fn read(
     user: &[(String, String)],
     attributes: Option<&Path>,
@@ -48,7 +48,7 @@ fn no_value(name: &str) -> String {
     format!("`{name}` is no number, string, or list of numbers or of strings")
 }
 
-/// One number is a float, three are a triple; anything else, and what is in quotes, is a string.
+/// One number is a float, three are a triple; everything else, and text in quotes, is a string.
 fn user_datum(text: &str) -> Datum {
     let numbers: Option<Vec<f32>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     Datum::one(match numbers.as_deref() {
@@ -61,8 +61,8 @@ fn user_datum(text: &str) -> Datum {
     })
 }
 
-/// The datum that a JSON value stands for: an int or a float as it is written, a triple or a matrix of 3 or 16 numbers,
-/// an array of any other length.
+/// The datum for a JSON value: an int or a float as written, a triple or a matrix for 3 or 16 numbers, an
+/// array for any other length.
 fn datum(value: &Value) -> Option<Datum> {
     let Value::Array(list) = value else { return scalar(value).map(Datum::one) };
     let numbers: Option<Vec<f32>> = list.iter().map(|x| x.as_f64().map(|x| x as f32)).collect();

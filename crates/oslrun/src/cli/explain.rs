@@ -1,4 +1,4 @@
-//! `oslrun explain FILE --at X,Y`: what a shader does at one point; `--cost`: what each output asks of it.
+//! `oslrun explain FILE --at X,Y`: shows what a shader does at one point; `--cost`: what each output costs.
 
 use super::Failure;
 use super::args::{self, RunArgs};
@@ -12,7 +12,7 @@ use osl_measure::trace::{self, OnePoint};
 use osl_scene::Grid;
 use std::io::Write;
 
-/// What is to be explained.
+/// What to explain.
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
     /// The pixel: column and row, from 0; row 0 has the smallest v.
@@ -21,13 +21,13 @@ pub(super) struct ExplainArgs {
     /// The point of the patch that is closest to this u and v.
     #[arg(long, value_name = "U,V", value_parser = args::pair, allow_hyphen_values = true)]
     uv: Option<args::Pair>,
-    /// Show what double precision makes of everything, and the digits that both have in common.
+    /// Also show the values in double precision, and how many digits agree.
     #[arg(long)]
     f64: bool,
-    /// Show what each output needs: instructions, layers, derivatives, globals, textures.
+    /// Show what each output needs: instructions, layers, derivatives, globals and textures.
     #[arg(long)]
     cost: bool,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
     /// The shader and its points.

@@ -1,4 +1,4 @@
-//! `oslrun explain-error CODE`: the lesson of a diagnostic.
+//! `oslrun explain-error CODE`: prints the lesson of a diagnostic.
 
 use super::Failure;
 use super::args::ExplainErrorArgs;

@@ -1,6 +1,6 @@
-//! `oslrun fmt FILE…`: rewrites files in the one style, or lists what it would rewrite.
+//! `oslrun fmt FILE…`: formats files, or lists the files that it would change.
 //!
-//! A file that does not parse is left as it is. It must not know the style.
+//! A file with syntax errors is not changed. This module must not know the style.
 
 use super::args::FmtArgs;
 use super::input::Input;
@@ -13,10 +13,11 @@ use similar::TextDiff;
 use std::io::Write;
 use std::path::Path;
 
-/// Lines around a change that a diff shows.
+/// Lines of context around a change in a diff.
 const CONTEXT: usize = 2;
 
-/// Formats each file in place, or lists those that would change. After one that fails the others have their turn.
+/// Formats each file in place, or lists those that would change. If a file fails, the others are still
+/// formatted.
 pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let (mut changes, mut failed) = (false, false);
     for path in &args.files {
@@ -33,7 +34,7 @@ pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     if failed || (args.check && changes) { Err(Failure::said()) } else { Ok(()) }
 }
 
-/// Formats one file; whether that changes it.
+/// Formats one file; returns whether that changes it.
 fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<bool, Failure> {
     let stdin = path == Path::new("-");
     let input = if stdin { input::read_stdin(&args.read) } else { input::read(path, &args.read) }?;
@@ -59,11 +60,11 @@ fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     Ok(changed)
 }
 
-/// The text in the one style; a failure that has been reported where it does not parse.
+/// The formatted text. If the file does not parse, the errors are printed and the result is a failure.
 fn formatted(input: &Input, args: &FmtArgs, err: &mut dyn Write) -> Result<String, Failure> {
     let parsed = osl_syntax::parse(&input.name, &input.text, &input.files, &input.options);
     if parsed.has_errors() {
-        // Warnings are for `check`: nobody who formats has asked for them.
+        // Only `check` reports warnings.
         let errors: Vec<Diagnostic> = parsed.diagnostics.into_iter().filter(Diagnostic::is_error).collect();
         report::diagnostics(&errors, &parsed.sources, &args.read, err)?;
     }

@@ -1,4 +1,4 @@
-//! `oslrun info FILE`: what a shader is, as text or JSON.
+//! `oslrun info FILE`: describes a shader, as text or JSON.
 
 use super::args::InfoArgs;
 use super::{Failure, input, report};
@@ -41,7 +41,7 @@ pub(super) struct Parameter {
     #[serde(rename = "type")]
     pub(super) ty: String,
     pub(super) output: bool,
-    /// `null` where code computes it.
+    /// `null` if code computes it.
     pub(super) default: Value,
     pub(super) metadata: Vec<Metadatum>,
 }
@@ -54,7 +54,7 @@ pub(super) struct Metadatum {
     pub(super) value: Value,
 }
 
-/// What is to be said of a shader.
+/// The description of a shader.
 pub(super) fn describe(program: &Program) -> Shader {
     let shader = &program.shader;
     Shader {
@@ -82,7 +82,7 @@ fn parameter(program: &Program, param: &Param) -> Option<Parameter> {
     })
 }
 
-/// The value of an initialiser; what a list leaves out is zero. `None` if it is not a constant.
+/// The value of an initialiser; missing elements of a list are zero. `None` if it is not a constant.
 fn initial(program: &Program, ty: Type, init: Option<&Init>) -> Option<Value> {
     let items = match init {
         Some(Init::Value(e)) => return constant(e),
@@ -140,7 +140,7 @@ fn converted(to: Type, value: Value) -> Option<Value> {
     })
 }
 
-/// The shortest decimal number that is this float. JSON has none for infinities and nan: those are text.
+/// The shortest decimal number that denotes this float. JSON has no infinities and NaN, so these become text.
 fn float(x: f32) -> Value {
     let short = x.to_string().parse().ok().and_then(Number::from_f64);
     short.map_or_else(|| Value::from(x.to_string()), Value::Number)
@@ -170,7 +170,7 @@ fn metadata(list: &[(String, std::sync::Arc<str>, MetaValue)]) -> Vec<Metadatum>
 }
 
 impl Shader {
-    /// A line for the shader, one for each parameter, metadata below.
+    /// One line for the shader and one for each parameter, with metadata below.
     fn text(&self) -> String {
         let mut out = format!("{} {}\n", self.kind, self.name);
         lines(&self.metadata, "    ", &mut out);

@@ -1,4 +1,4 @@
-//! Source files and their includes, from the disk.
+//! Reads source files and their includes from the disk.
 
 use super::Failure;
 use super::args::ReadArgs;
@@ -10,8 +10,9 @@ use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Finds included files beside the including file, then beside the main file, then in the folders of `-I`. They have to
-/// lie below one of these, below the working directory, or below a folder that [`Files::also`] adds.
+/// Finds included files: first in the folder of the including file, then in that of the main file, then in
+/// the folders of `-I`. The files must be below one of these, below the working directory, or below a folder
+/// that [`Files::also`] adds.
 pub(super) struct Files {
     main: PathBuf,
     folders: Vec<PathBuf>,
@@ -20,17 +21,17 @@ pub(super) struct Files {
 }
 
 impl Files {
-    /// Adds a folder that files may lie below.
+    /// Adds a folder from which files may be read.
     pub(super) fn also(&self, folder: &Path) {
         self.roots.borrow_mut().add(folder);
     }
 
-    /// The same files, or files anywhere.
+    /// The same search; with `anywhere`, files may be in any folder.
     pub(super) fn or_anywhere(self, anywhere: bool) -> Files {
         Files { roots: RefCell::new(self.roots.into_inner().or_anywhere(anywhere)), ..self }
     }
 
-    /// The name and text of the first file there is.
+    /// The name and text of the first of these files that exists.
     fn first(&self, places: impl IntoIterator<Item = PathBuf>) -> Result<(String, Arc<str>), FileError> {
         let found = self.roots.borrow().first(places)?;
         let name = found.path().display().to_string();
@@ -45,7 +46,7 @@ impl SourceProvider for Files {
         self.first(folders.map(|folder| folder.join(name))).map_err(include_error)
     }
 
-    /// The first `stdosl.h` in the folders of `-I`: vendors extend it.
+    /// The first `stdosl.h` in the folders of `-I`, since vendors extend it.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
         match self.first(self.folders.iter().map(|folder| folder.join("stdosl.h"))) {
             Err(FileError::NotFound) => None,
@@ -63,15 +64,15 @@ fn include_error(error: FileError) -> String {
     }
 }
 
-/// The main file's name and text, and where its includes come from.
+/// The name and text of the main file, and the source of its includes.
 pub(super) struct Input {
-    /// The name as diagnostics show it.
+    /// The name in diagnostics.
     pub(super) name: String,
     /// The text.
     pub(super) text: String,
-    /// Where includes come from.
+    /// Finds the included files.
     pub(super) files: Files,
-    /// How to read it.
+    /// The options for reading it.
     pub(super) options: Options,
 }
 
@@ -83,7 +84,7 @@ pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
     Ok(input(path.display().to_string(), text, main, args))
 }
 
-/// Reads a main file from the standard input; its includes are looked for in the current folder.
+/// Reads a main file from the standard input; its includes are searched for in the working directory.
 pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
     let name = "<standard input>";
     let most = args.limits.limits().reading.file_bytes;
@@ -92,12 +93,12 @@ pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
     Ok(input(name.to_string(), text, PathBuf::new(), args))
 }
 
-/// A text with its name and the folder that its includes lie in.
+/// A text with its name and the folder of its includes.
 pub(super) fn input(name: String, text: String, main: PathBuf, args: &ReadArgs) -> Input {
     Input { name, text, files: includes(&main, args), options: options(args) }
 }
 
-/// Where the includes of a file in a folder come from.
+/// The search for the includes of a file in a folder.
 pub(super) fn includes(main: &Path, args: &ReadArgs) -> Files {
     let roots = [main, Path::new("")].into_iter().chain(args.include.iter().map(PathBuf::as_path));
     let roots = RefCell::new(Roots::new(roots));
@@ -105,7 +106,7 @@ pub(super) fn includes(main: &Path, args: &ReadArgs) -> Files {
     Files { main: main.to_path_buf(), folders: args.include.clone(), roots, limits }
 }
 
-/// How files are read.
+/// The reading options of the command line.
 pub(super) fn options(args: &ReadArgs) -> Options {
     let defines = args.define.iter().map(|d| match d.split_once('=') {
         Some((name, value)) => (name.to_string(), value.to_string()),
@@ -119,7 +120,7 @@ pub(super) fn options(args: &ReadArgs) -> Options {
     }
 }
 
-/// The text of a file that the user named; why there is none, in words for the user.
+/// The text of a file that the user named. On failure, the reason in words for the user.
 pub(super) fn read_text(path: &Path, limits: &Limits) -> Result<String, String> {
     let opened = osl_files::open_named(path);
     opened.and_then(|file| file.text(limits.reading.file_bytes)).map_err(|error| error.to_string())

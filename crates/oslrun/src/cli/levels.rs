@@ -1,7 +1,7 @@
 //! `-W`, `-A`, `--deny`: which warnings are shown, and which of them are errors.
 //!
-//! A name or code on the command line goes before `all` and `warnings`; of several that apply, the gravest counts.
-//! Errors cannot be silenced.
+//! A name or code on the command line takes precedence over `all` and `warnings`; if several options apply,
+//! the most severe one counts. Errors cannot be silenced.
 
 use crate::lessons;
 use crate::pipeline::{self, Checked};
@@ -10,7 +10,7 @@ use osl_ir::lint::{self, Level};
 use osl_limits::Limits;
 use osl_syntax::diagnostic::{Code, Diagnostic, Severity};
 
-/// Which warnings count.
+/// The options for warnings.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct LintArgs {
     /// Show a warning that is not shown by default; by name or code, or `all`. May be repeated. `-Werror` is
@@ -20,11 +20,11 @@ pub(super) struct LintArgs {
     /// Silence a warning; by name or code, or `all`. May be repeated.
     #[arg(short = 'A', long = "allow", value_name = "NAME", value_parser = warning)]
     allow: Vec<String>,
-    /// Make an error of a warning; by name or code, `warnings` for all that are shown, or `all`. May be repeated. `errors`:
-    /// errors that a shader reports while it runs fail the run, and no image is written.
+    /// Turn a warning into an error; by name or code, `warnings` for all that are shown, or `all`. May be
+    /// repeated. `errors`: if a shader reports an error while it runs, the run fails and no image is written.
     #[arg(long, value_name = "NAME", value_parser = denied)]
     deny: Vec<String>,
-    /// A coordinate or color space that the renderer will know. May be repeated.
+    /// A coordinate or color space that the renderer knows. May be repeated.
     #[arg(long, value_name = "NAME")]
     known_space: Vec<String>,
 }
@@ -60,12 +60,12 @@ pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs, limits: &L
     list
 }
 
-/// Diagnostics as the command line wants them.
+/// Filters diagnostics as the command line requests.
 pub(super) fn sift(list: Vec<Diagnostic>, args: &LintArgs) -> Vec<Diagnostic> {
     list.into_iter().filter_map(|d| verdict(d, true, args)).collect()
 }
 
-/// The diagnostic as it is to be shown, if it is.
+/// The diagnostic in the form to show, or `None` if it is silenced.
 fn verdict(mut d: Diagnostic, by_default: bool, args: &LintArgs) -> Option<Diagnostic> {
     if d.is_error() {
         return Some(d);

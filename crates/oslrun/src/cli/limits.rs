@@ -1,8 +1,8 @@
-//! What the command line says about limits, and the watch that holds the process to its time and memory.
+//! The limits on the command line, and the watch that enforces the limits of time and memory for the process.
 //!
-//! The limits themselves are those of `osl-limits`. The watch looks at the clock and at the memory of the process every
-//! few milliseconds, tells all stages to end when one of them is used up, and ends the process where they do not: a library
-//! that decodes an image cannot be asked to stop.
+//! The limits themselves are defined in `osl-limits`. Every few milliseconds the watch checks the clock and
+//! the memory of the process. If one of them is used up, it tells all stages to stop, and ends the process if
+//! they do not: a library that decodes an image cannot be told to stop.
 
 use clap::{Args, Parser};
 use osl_limits::{Halt, Limits};
@@ -10,35 +10,35 @@ use std::io::Write;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
-/// How long the stages have to end by themselves once they were told to.
+/// How long the stages may take to stop after they were told to.
 const GRACE: Duration = Duration::from_secs(2);
-/// How often the watch looks.
+/// The interval of the watch.
 const EVERY: Duration = Duration::from_millis(5);
 
-/// What a command may take.
+/// The limits of a command.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct LimitArgs {
     /// A limit to set, by its name in docs/limits.md: running.point_steps=100M; may be repeated.
     #[arg(long, value_name = "NAME=N", value_parser = limit, help_heading = "Limits")]
     limit: Vec<(String, String)>,
-    /// Seconds that the command may take (default: no bound).
+    /// Maximum time in seconds for the command (default: no limit).
     #[arg(long, value_name = "SECONDS", value_parser = seconds, env = "OSLRUN_MAX_TIME", hide_env = true, help_heading = "Limits")]
     max_time: Option<f64>,
-    /// Memory that the command may take (default: three quarters of what the machine has).
+    /// Maximum memory for the command (default: three quarters of the machine's memory).
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..), env = "OSLRUN_MAX_MEMORY", hide_env = true, help_heading = "Limits")]
     max_memory: Option<u64>,
-    /// The limits, made when they are first asked for.
+    /// The limits, created at the first use.
     #[arg(skip)]
     made: OnceLock<Limits>,
 }
 
 impl LimitArgs {
-    /// The limits. From the first call on the process is watched.
+    /// The limits. The first call starts the watch.
     pub(super) fn limits(&self) -> &Limits {
         self.made.get_or_init(|| {
             let mut limits = Limits::default();
             for (name, value) in &self.limit {
-                // Checked when the command line was read.
+                // The values were checked when the command line was read.
                 let _ = limits.set(name, value);
             }
             let seconds = self.max_time.map(Duration::from_secs_f64);
@@ -48,14 +48,14 @@ impl LimitArgs {
     }
 }
 
-/// The options that the tools of the reference take like every other command.
+/// The options that the reference's tools accept like every other command.
 const OPTIONS: [&str; 3] = ["limit", "max-time", "max-memory"];
 
 impl LimitArgs {
-    /// Takes the options out of the words of another command line; the words that are left.
+    /// Removes these options from another command line; returns the remaining words.
     ///
     /// # Errors
-    /// What is wrong with one of them, in words.
+    /// What is wrong with one of them, as text.
     pub(super) fn taken_from(words: Vec<String>) -> Result<(LimitArgs, Vec<String>), String> {
         let (mut own, mut others) = (vec!["limits".to_string()], Vec::new());
         let mut words = words.into_iter();
@@ -78,7 +78,7 @@ impl LimitArgs {
     }
 }
 
-/// A command line of nothing but these options.
+/// A command line with only these options.
 #[derive(Debug, Parser)]
 struct Line {
     #[command(flatten)]
@@ -96,7 +96,7 @@ fn seconds(text: &str) -> Result<f64, String> {
     found.ok_or_else(|| format!("a number of seconds above 0, not `{text}`"))
 }
 
-/// Three quarters of the memory of the machine, or of the part of it that the process may use.
+/// Three quarters of the memory of the machine, or of the part that the process may use.
 fn sensible() -> u64 {
     let read = |path: &str| std::fs::read_to_string(path).ok();
     let machine = read("/proc/meminfo").and_then(|text| {
@@ -104,13 +104,13 @@ fn sensible() -> u64 {
         line.trim().strip_suffix(" kB")?.parse::<u64>().ok()?.checked_mul(1024)
     });
     let group = read("/sys/fs/cgroup/memory.max").and_then(|text| text.trim().parse().ok());
-    // Where nothing says: what is common.
+    // If the system does not tell, a common size.
     let all = machine.unwrap_or(8 << 30).min(group.unwrap_or(u64::MAX));
     all / 4 * 3
 }
 
-/// Tells all stages to end, and ends the process if they do not, when its time or memory are used up. It goes on as long
-/// as somebody holds the limits.
+/// Tells all stages to stop when the time or the memory is used up, and ends the process if they do not. The
+/// watch runs as long as the limits are in use.
 fn watch(limits: &Limits, time: Option<Duration>, memory: u64) {
     let start = Instant::now();
     let limits = limits.clone();
@@ -135,6 +135,6 @@ fn watch(limits: &Limits, time: Option<Duration>, memory: u64) {
             std::thread::sleep(EVERY);
         }
     };
-    // A process that may make no thread has other bounds.
+    // A process that cannot create a thread has other limits.
     let _ = std::thread::Builder::new().name("watch".to_string()).spawn(work);
 }

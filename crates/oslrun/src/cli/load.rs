@@ -1,4 +1,4 @@
-//! What is to run: a shader file, or a group from a file, a text or the command line; up to the lowered body.
+//! Loads a shader file, or a group from a file, a text or the command line, up to the lowered body.
 
 use super::args::{NetworkArgs, ReadArgs, RunArgs};
 use super::{Failure, input, levels, repair, report};
@@ -22,44 +22,44 @@ use std::sync::Arc;
 /// Endings of files that hold the text of a group.
 const GROUP_ENDINGS: [&str; 3] = ["group", "oslgroup", "txt"];
 
-/// What is to run.
+/// A loaded shader or group.
 pub(super) struct Loaded {
-    /// The files behind places of the body.
+    /// The files of the positions in the body.
     pub(super) sources: SourceMap,
-    /// The body, for the parameter values that were given.
+    /// The body, specialised for the given parameter values.
     pub(super) body: Body,
     /// Name of the shader, or of the last one of a group.
     pub(super) name: Arc<str>,
-    /// The folder of the file, where textures may lie.
+    /// The folder of the file, which is searched for textures.
     pub(super) folder: PathBuf,
-    /// The shader as it was resolved; of a group, the last one.
+    /// The resolved shader; in a group, the last one.
     pub(super) program: hir::Program,
-    /// The values of string parameters, by the names that `-p` takes.
+    /// The values of string parameters, with the names that `-p` accepts.
     pub(super) texts: Vec<(String, Arc<str>)>,
-    /// The body once more, with notes of what the source does, if they were asked for.
+    /// The body with notes on the source's statements, if requested.
     pub(super) noted: Option<Body>,
 }
 
-/// What the command line says about it.
+/// What to load, according to the command line.
 pub(super) struct Request<'a> {
     pub(super) file: Option<&'a Path>,
     pub(super) network: &'a NetworkArgs,
     pub(super) params: &'a [(String, String)],
     pub(super) outputs: Option<&'a [String]>,
-    /// An output that is needed though it is not shown.
+    /// An output that is needed but not shown.
     pub(super) displace: Option<&'a str>,
     pub(super) read: &'a ReadArgs,
     pub(super) lints: &'a levels::LintArgs,
-    /// Insert missing brackets, and where to save what comes of it.
+    /// Whether to insert missing brackets, and where to save the repaired text.
     pub(super) repair: Option<Option<&'a Path>>,
-    /// Whether shaders of a group may lie anywhere.
+    /// Whether the shaders of a group may be in any folder.
     pub(super) allow_files: bool,
-    /// How many points it is to run for.
+    /// The number of points to run.
     pub(super) points: usize,
 }
 
 impl Request<'_> {
-    /// What the arguments of a run ask to load.
+    /// The request that the arguments of a run make.
     pub(super) fn of(run: &RunArgs) -> Request<'_> {
         Request {
             file: run.file.as_deref(),
@@ -76,12 +76,12 @@ impl Request<'_> {
     }
 }
 
-/// Reads, resolves and lowers what is to run, reporting what is wrong with it.
+/// Reads, resolves and lowers the shader or group, and reports its diagnostics.
 pub(super) fn load(request: &Request<'_>, err: &mut dyn Write) -> Result<Loaded, Failure> {
     load_as(request, false, err)
 }
 
-/// The same with notes of what the source does.
+/// The same, with notes on the source's statements.
 pub(super) fn load_noted(request: &Request<'_>, err: &mut dyn Write) -> Result<(Loaded, Body), Failure> {
     let mut loaded = load_as(request, true, err)?;
     let noted = loaded.noted.take().unwrap_or_else(|| loaded.body.clone());
@@ -134,7 +134,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
 }
 
-/// What lowering is to know of the requested outputs; `others` are those of layers before the last.
+/// The requested outputs, for the lowering; `others` are outputs of layers before the last.
 fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
     let last = match request.outputs {
         None => Last::All,
@@ -147,7 +147,7 @@ fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
     Requests { outputs: others, last, limits, ..Requests::default() }
 }
 
-/// Reports what stopped the lowering.
+/// Reports the errors that stopped the lowering.
 fn told(list: &[Diagnostic], sources: &SourceMap, read: &ReadArgs, err: &mut dyn Write) -> Failure {
     match report::diagnostics(list, sources, read, err) {
         Ok(()) => Failure::said(),
@@ -155,7 +155,7 @@ fn told(list: &[Diagnostic], sources: &SourceMap, read: &ReadArgs, err: &mut dyn
     }
 }
 
-/// Every output that was asked for exists.
+/// Checks that all requested outputs exist.
 fn wanted(program: &hir::Program, outputs: Option<&[String]>) -> Result<(), Failure> {
     let names = outputs_of(program);
     let first = |name: &str| name.split('.').next().unwrap_or(name).to_string();
@@ -186,7 +186,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     if let Some(given) = &network.group {
         text = given.clone();
     }
-    // What the command line adds comes behind, in the same words.
+    // The layers on the command line follow, in the same form.
     for (name, shader) in &network.layer {
         let _ = write!(text, "\nshader {shader} {name} ;");
     }
@@ -254,7 +254,7 @@ fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<(), Failu
     Ok(())
 }
 
-/// The outputs of layers before the last that were asked for; all that were asked for exist.
+/// The requested outputs of layers before the last. Fails if a requested output does not exist.
 fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Result<Vec<Arc<str>>, Failure> {
     let mut asked = Vec::new();
     for name in outputs.into_iter().flatten() {
@@ -274,15 +274,15 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
     Ok(asked)
 }
 
-/// The folders in which shaders of a group are looked for; then among those that are built in.
+/// The folders that are searched for the shaders of a group, before the built-in ones.
 pub(super) struct Folders<'a> {
-    /// The file that the user named as the last shader, which may lie anywhere.
+    /// The file that the user named as the last shader; it may be in any folder.
     own: Option<PathBuf>,
     folders: Vec<PathBuf>,
     roots: Roots,
     includes: input::Files,
     read: &'a ReadArgs,
-    /// Insert missing brackets; the edits as they are shown.
+    /// Whether to insert missing brackets; collects the printed edits.
     repair: Option<RefCell<Vec<u8>>>,
 }
 
@@ -303,7 +303,7 @@ impl<'a> Folders<'a> {
         Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
     }
 
-    /// A shader's file as it is read: its name and text.
+    /// A shader's file after reading: its name and text.
     fn open(&self, file: Opened) -> Result<(String, String), String> {
         let path = file.path().to_path_buf();
         let most = self.read.limits.limits().reading.file_bytes;
@@ -320,7 +320,7 @@ impl ShaderFiles for Folders<'_> {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         let name = Path::new(shader);
         if self.own.as_deref() == Some(name) {
-            // The user trusts this file, and so the folder that its includes lie in.
+            // The user trusts this file, and therefore the folder of its includes.
             self.includes.also(name.parent().unwrap_or(Path::new("")));
             return self.open(osl_files::open_named(name).map_err(|error| error.to_string())?);
         }

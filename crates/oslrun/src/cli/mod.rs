@@ -1,8 +1,10 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
-//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`, `oslrun tradeoff FILE`.
+//! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`,
+//! `oslrun tradeoff FILE`.
 //!
-//! `args` declares what may be said; each command has a module. Exit codes: 0 done, 1 the input or its result is at
-//! fault, 2 the command line itself. A command that fails has written no output file.
+//! `args` declares the commands and options; each command has a module. Exit codes: 0 success, 1 an error in
+//! the input or in its result, 2 an error in the command line. A command that fails has written no output
+//! file.
 
 mod args;
 mod check;
@@ -39,23 +41,23 @@ use osl_syntax::escape::shown;
 use std::ffi::OsString;
 use std::io::Write;
 
-/// What went wrong, already in words for the user; empty where it has been said.
+/// The error message for the user; empty if it was printed already.
 #[derive(Debug)]
 struct Failure(String);
 
 impl Failure {
-    /// A failure with its one line.
+    /// A failure with a message of one line.
     fn new(text: impl std::fmt::Display) -> Failure {
         Failure(text.to_string())
     }
 
-    /// A failure that was reported before.
+    /// A failure whose message was printed already.
     fn said() -> Failure {
         Failure(String::new())
     }
 }
 
-/// Runs the command and yields its exit code.
+/// Runs the command and returns its exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let mut out = console::Checked::new(out);
     let code = command(args, &mut out, err);
@@ -68,7 +70,8 @@ pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: 
     }
 }
 
-/// Fails if something of the standard output was lost: then no file is put in its place. What was lost is reported at the end.
+/// Fails if part of the standard output was lost, so that no file is replaced. The loss is reported at the
+/// end.
 fn flushed(out: &mut dyn Write) -> Result<(), Failure> {
     out.flush().map_err(|_| Failure::said())
 }

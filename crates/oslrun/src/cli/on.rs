@@ -1,7 +1,7 @@
-//! `--on SURFACE`: a shader on a shape or a mesh, as a camera sees it.
+//! `--on SURFACE`: shades a shape or a mesh that a camera sees.
 //!
-//! Displacement comes first, if it was asked for; then the points that the picture shows are shaded, and each output is a
-//! picture with alpha: colors as colors, numbers as masks, normals as normal maps.
+//! The surface is displaced first if requested; then the visible points are shaded. Each output becomes a
+//! picture with alpha: colors stay colors, numbers become masks, and normals become normal maps.
 
 use super::args::RunArgs;
 use super::load::Loaded;
@@ -34,19 +34,20 @@ pub(super) struct OnArgs {
     /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file (.obj).
     #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"])]
     pub(super) on: Option<String>,
-    /// Displace the surface by this output first: a float along the normal, a vector as it is, a point to where it is.
+    /// Displace the surface by this output first: a float moves along the normal, a vector is an offset, a
+    /// point is the new position.
     #[arg(long, value_name = "OUTPUT", requires = "on")]
     pub(super) displace: Option<String>,
-    /// Longest edge in the picture, in pixels, of a surface that is displaced or smooth.
+    /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface.
     #[arg(long, value_name = "N", requires = "on", default_value_t = 1.0)]
     pub(super) edge_pixels: f64,
-    /// Cut faces into four so many times, however large they are in the picture.
+    /// Split each face into four this many times, regardless of its size in the picture.
     #[arg(long, value_name = "N", requires = "on")]
     pub(super) level: Option<u32>,
-    /// Take the mesh as the control mesh of a smooth surface (Catmull-Clark).
+    /// Treat the mesh as the control mesh of a smooth surface (Catmull-Clark).
     #[arg(long, requires = "on")]
     pub(super) catmull_clark: bool,
-    /// Where the camera stands; it looks at the middle of the surface.
+    /// Position of the camera; it looks at the middle of the surface.
     #[arg(long, value_name = "X,Y,Z", requires = "on", value_parser = position, allow_hyphen_values = true)]
     pub(super) eye: Option<Vec3>,
 }
@@ -59,7 +60,7 @@ fn position(text: &str) -> Result<Vec3, String> {
     }
 }
 
-/// Name of the layer that shows a displaced surface by itself.
+/// Name of the layer that shows a displaced surface without its shader.
 const LIGHT: &str = "light";
 
 /// Shades a view of a surface and writes it.
@@ -118,22 +119,22 @@ pub(super) fn run(
     Ok(())
 }
 
-/// What is shaded, on what.
+/// What to shade, and the surface.
 struct Job<'a> {
     args: &'a RunArgs,
     loaded: &'a Loaded,
     data: Data,
     shape: Source,
-    /// Where the surface is.
+    /// The transformation of the surface to common space.
     to_common: Mat4,
-    /// What there is to say.
+    /// Notes to print.
     notes: Vec<String>,
-    /// What the displacement said, and of how many vertices.
+    /// The messages of the displacement, and the number of vertices that have them.
     displaced: Vec<Said>,
     vertices: usize,
 }
 
-/// Where a surface comes from.
+/// The origin of a surface.
 enum Source {
     Shape(Shape),
     Mesh(Mesh),
@@ -171,13 +172,13 @@ impl<'a> Job<'a> {
         self.args.read.limits.limits()
     }
 
-    /// The outputs that are shown: those that were asked for, or all but the displacement.
+    /// The outputs to show: the requested ones, or all except the displacement.
     fn shown(&self) -> Vec<Arc<str>> {
         match &self.args.outputs {
             Some(list) => list.iter().map(|name| name.as_str().into()).collect(),
             None => {
                 let by = self.args.on.displace.as_deref();
-                // Of closures nothing is shown, so that nothing is computed either.
+                // Closures are not shown, so they are not computed either.
                 let pixels = |output: &&Output| output.ty.base != Base::Closure;
                 let all = self.loaded.body.outputs.iter().filter(pixels).map(|output| output.name.clone());
                 all.filter(|name| Some(&**name) != by).collect()
@@ -205,7 +206,7 @@ impl<'a> Job<'a> {
         Ok(pipeline::finish(body.clone(), &options))
     }
 
-    /// Runs a program over points.
+    /// Runs a program on points.
     fn shade(
         &self,
         compiled: &Compiled,
@@ -230,7 +231,7 @@ impl<'a> Job<'a> {
         run::services(self.args, self.loaded.folder.clone(), spaces)
     }
 
-    /// The points of the picture, and what the shader yields there.
+    /// The points of the picture, and the values that the shader computes there.
     fn picture(
         &mut self,
         displacement: Option<&Compiled>,
@@ -242,7 +243,7 @@ impl<'a> Job<'a> {
         let mut view = camera.view().map_err(Failure::new)?;
         let services = self.services(&view, reach);
         let surface = self.surface(displacement, &view, &services)?;
-        // What grew is seen from farther away, where its edges are shorter still.
+        // A larger surface is seen from farther away, where its edges are shorter.
         if displacement.is_some() && surface.reach() > reach {
             let camera = camera_for(&surface.bounds(), surface.reach(), self.args.on.eye, [width, height]);
             view = camera.view().map_err(Failure::new)?;
@@ -257,7 +258,7 @@ impl<'a> Job<'a> {
         Ok((seen, frame))
     }
 
-    /// The box around the surface before it is displaced, and how far it reaches.
+    /// The box around the surface before displacement, and its radius.
     fn whole(&self) -> Result<(Bounds, f32), Failure> {
         match &self.shape {
             Source::Shape(shape) => {
@@ -267,7 +268,7 @@ impl<'a> Job<'a> {
             Source::Mesh(mesh) => {
                 let mut mesh = mesh.clone();
                 mesh.transform(&self.to_common);
-                // A smooth surface is smaller than its control mesh; two levels show how much.
+                // A smooth surface is smaller than its control mesh; two levels show by how much.
                 let positions = match self.args.on.catmull_clark {
                     true => {
                         let found =
@@ -288,7 +289,7 @@ impl<'a> Job<'a> {
             .ok_or_else(|| Failure::new("--object-space is to be a matrix that can be inverted"))
     }
 
-    /// The surface as it is seen, displaced if it is to be.
+    /// The visible surface, displaced if requested.
     fn surface(
         &mut self,
         displacement: Option<&Compiled>,
@@ -317,14 +318,14 @@ impl<'a> Job<'a> {
         Ok(Box::new(Solid::new(triangles)))
     }
 
-    /// The surface as triangles, fine enough.
+    /// The surface as triangles that are small enough.
     fn triangles(&mut self, view: &View, displaced: bool) -> Result<Triangles, Failure> {
         let on = &self.args.on;
         let scheme = if on.catmull_clark { Scheme::CatmullClark } else { Scheme::Linear };
         let adaptive = Detail::Pixels { view, edge: on.edge_pixels };
         let detail = match on.level {
             Some(level) => Detail::Level(level),
-            // A mesh that stays as it is needs no more triangles.
+            // A mesh that does not change needs no more triangles.
             None if !displaced && !on.catmull_clark => Detail::Level(0),
             None => adaptive,
         };
@@ -365,7 +366,7 @@ fn mesh(name: &str, limits: &Limits) -> Result<Mesh, Failure> {
     read_obj_within(&text, limits).map_err(|e| Failure::new(format!("{name}: {e}")))
 }
 
-/// What a displacement's output means.
+/// The meaning of the displacement's output.
 fn by(frame: &Frame) -> Result<Displacement, Failure> {
     let values: Vec<Vec<f32>> = frame.planes.iter().map(Plane::floats).collect();
     match (values.as_slice(), frame.planes.first().map(|plane| plane.ty)) {
@@ -378,7 +379,7 @@ fn by(frame: &Frame) -> Result<Displacement, Failure> {
     }
 }
 
-/// The surface by a light at the camera.
+/// The surface lit by a light at the camera.
 fn head_light(points: &SurfacePoints) -> Plane {
     let facing = points.lit_from_eye();
     Plane {
@@ -391,7 +392,7 @@ fn head_light(points: &SurfacePoints) -> Plane {
     }
 }
 
-/// Puts the values of points to their pixels; 0 elsewhere.
+/// Copies the values of points to their pixels; other pixels are 0.
 fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
     let mut words = vec![0; count];
     for (word, pixel) in plane.words.iter().zip(pixels) {
@@ -424,7 +425,7 @@ fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<
     output::write(&frame, path, args)
 }
 
-/// A picture for each output. Colors go through the sRGB curve; normals become the colors of a normal map.
+/// A picture for each output. Colors are converted to sRGB; normals become the colors of a normal map.
 fn pngs(frame: &Frame, alpha: &[f32], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let planes: Vec<&Plane> = frame.planes.iter().collect();
     let mut groups = output::groups(&planes);

@@ -1,4 +1,4 @@
-//! A frame as image files: every output a layer of one EXR, or a PNG for each.
+//! Writes a frame as image files: one EXR with a layer for each output, or one PNG for each output.
 
 use super::Failure;
 use super::args::RunArgs;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Writes the frame and yields the files. Strings and closures have no pixels and are left out.
+/// Writes the frame and returns the files. Strings and closures have no pixels and are omitted.
 pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let planes: Vec<&Plane> =
         frame.planes.iter().filter(|p| !matches!(p.kind, Kind::Str | Kind::Closure)).collect();
@@ -31,8 +31,8 @@ pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<Pa
     }
 }
 
-/// Prints what the shader printed, and appends what it printed to files. Unless any file is allowed, these have to lie
-/// below the working directory.
+/// Prints the text of `printf`, and appends the text of `fprintf` to its files. Unless any file is allowed,
+/// the files must be below the working directory.
 pub(super) fn printed(list: &[Printed], anywhere: bool, out: &mut dyn Write) -> Result<(), Failure> {
     let roots = Roots::new([""]).or_anywhere(anywhere);
     for printed in list {
@@ -71,16 +71,16 @@ pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
     groups
 }
 
-/// Ints of each output that a float layer of an image rounds.
+/// The number of ints of each output that a float layer cannot hold exactly.
 #[derive(Debug, Default)]
 pub(super) struct Rounded(BTreeMap<Arc<str>, u64>);
 
 impl Rounded {
-    /// Counts those of some planes.
+    /// Adds the ints of these planes.
     pub(super) fn count(&mut self, planes: &[Plane], args: &RunArgs) {
         let exr = args.output.as_deref().is_some_and(is_exr);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
-            // Bits that a number may have from its first to its last one, and in all.
+            // The maximum number of significant bits, and the maximum value.
             let (digits, most) = if args.half { (11, 65504) } else { (24, u32::MAX) };
             let held = |word: &u32| {
                 let size = (*word as i32).unsigned_abs();
@@ -93,7 +93,7 @@ impl Rounded {
         }
     }
 
-    /// Warns of them.
+    /// Prints a warning about them.
     pub(super) fn warn(&self, args: &RunArgs, err: &mut dyn Write) {
         let limit = if args.half { 2048 } else { 1 << 24 };
         for (output, n) in &self.0 {
@@ -142,35 +142,35 @@ fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, F
     Ok(vec![path.to_path_buf()])
 }
 
-/// Words of a piece of a frame that is written while the next is computed.
+/// Size in words of the pieces of a frame that is written while the next piece is computed.
 const PIECE_WORDS: usize = 1 << 23;
 
-/// Why a frame was not written.
+/// The reason why a frame was not written.
 pub(super) enum Broken {
     /// The file.
     Image(ImageError),
     /// The run.
     Run(RunError),
-    /// There is nothing to write.
+    /// There are no pixels to write.
     Empty,
 }
 
-/// What is said of a frame without planes.
+/// The message for a frame without planes.
 pub(super) const EMPTY: &str = "the shader has no output that an image can hold (of closures, `--closures` writes the \
     weights on a grid, and `oslrun render` makes a picture of a scene)";
 
-/// What is said where the image holds the weights of closures because there is nothing else.
+/// The message for an image of closure weights, written because the shader has no other output.
 pub(super) const CLOSURES_ALONE: &str = "the shader yields closures alone: the layers are their weights, `--closures` also \
     shows their parameters, and `oslrun render` makes a picture of a scene";
 
-/// Whether a body has closures among its outputs and nothing that has pixels of its own.
+/// Whether all outputs of a body that could be shown are closures.
 pub(super) fn only_closures(body: &Body) -> bool {
     let mut outputs = body.outputs.iter().filter(|output| output.ty.element() != Type::STRING).peekable();
     outputs.peek().is_some() && outputs.all(|output| output.ty.element().base == Base::Closure)
 }
 
-/// Drops closures from the outputs of a body, of which nothing is shown: what only they need is not computed. If nothing else
-/// was asked for, they stay.
+/// Removes closures from the outputs of a body if they are not shown, so that they are not computed. They
+/// stay if no other output was requested.
 pub(super) fn drop_closures(body: &mut Body, asked: Option<&[Arc<str>]>) {
     let is_asked = |name: &str| {
         asked.is_none_or(|list| list.iter().any(|asked| name.split('.').next() == asked.split('.').next()))
@@ -191,7 +191,7 @@ impl From<ImageError> for Broken {
     }
 }
 
-/// Whether a frame goes into its file piece by piece.
+/// Whether a frame is written to its file piece by piece.
 pub(super) fn streams(args: &RunArgs) -> bool {
     args.output.as_deref().is_some_and(is_exr)
 }
@@ -200,24 +200,24 @@ fn is_exr(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
 }
 
-/// An image that comes some rows at a time, from the first on.
+/// An image that is computed some rows at a time, from the first row on.
 pub(super) trait Rows {
-    /// The planes that its pieces have, without their words.
+    /// The planes of its pieces, without values.
     fn planes(&self) -> Result<Vec<Plane>, RunError>;
 
-    /// Whether the planes of so many points may be in memory.
+    /// Checks that the planes of this many points may be in memory.
     fn fits(&self, points: usize) -> Result<(), RunError>;
 
     /// Its next rows.
     fn rows(&mut self, rows: Range<usize>) -> Result<Frame, RunError>;
 
-    /// Words of memory that it takes for each word of a piece.
+    /// Words of memory per word of a piece.
     fn weight(&self) -> usize {
         1
     }
 }
 
-/// A run with a point for each pixel.
+/// A run with one point per pixel.
 pub(super) struct Points<'a, 'b> {
     pub(super) run: &'a Run<'b>,
     pub(super) width: usize,
@@ -238,7 +238,7 @@ impl Rows for Points<'_, '_> {
     }
 }
 
-/// Rows of an image that are computed at a time.
+/// The number of rows that are computed at a time.
 fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
     let words = (width * planes * image.weight()).max(1);
     (PIECE_WORDS / words).next_multiple_of(ROWS_TOGETHER).max(ROWS_TOGETHER)
@@ -257,8 +257,8 @@ pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broke
     Ok(frame)
 }
 
-/// Computes an image and writes it to an EXR file as it comes, so that memory does not grow with it. Yields the
-/// frame without its planes, the time that computing took of it, and the file.
+/// Computes an image and writes it to an EXR file piece by piece, so that memory does not grow with its size.
+/// Returns the frame without its planes, the time of the computation alone, and the file.
 pub(super) fn stream(
     image: &mut (dyn Rows + Send),
     path: &Path,
@@ -289,7 +289,7 @@ pub(super) fn stream(
     Ok((frame, time, file, rounded))
 }
 
-/// Colors go through the sRGB curve; numbers become grey and other triples RGB as they are.
+/// Colors are converted to sRGB; numbers become grey, and other triples RGB without conversion.
 fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let mut groups = groups(planes);
     groups.retain(|group| matches!(group.values.len(), 1 | 3));
@@ -301,7 +301,7 @@ fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, F
     set.save()
 }
 
-/// PNG files, one for each output, that come into their places together.
+/// PNG files, one for each output, that are moved into place together.
 pub(super) struct PngSet<'a> {
     path: &'a Path,
     size: (usize, usize),
@@ -310,15 +310,16 @@ pub(super) struct PngSet<'a> {
 }
 
 impl PngSet<'_> {
-    /// No file yet. With `several`, each has the name of its output: `out.png` for the output `mask` is `out.mask.png`.
+    /// An empty set. With `several`, each file has the name of its output: `out.png` for the output `mask` is
+    /// `out.mask.png`.
     pub(super) fn new(path: &Path, size: (usize, usize), several: bool) -> PngSet<'_> {
         PngSet { path, size, several, files: Vec::new() }
     }
 
-    /// Writes the file of an output, beside its place.
+    /// Writes the file of an output under a temporary name in its folder.
     pub(super) fn add(&mut self, output: &Plane, planes: &[&[f32]]) -> Result<(), Failure> {
         let file = if self.several {
-            // The user chose the folder, and the shader the name.
+            // The user chose the folder, and the shader the file name.
             let folder = self.path.parent().unwrap_or(Path::new(""));
             let mut name = self.path.file_stem().unwrap_or_default().to_owned();
             name.push(format!(".{}.png", output.output));
@@ -335,7 +336,7 @@ impl PngSet<'_> {
         Ok(())
     }
 
-    /// Puts all files into their places, or none.
+    /// Moves all files into place, or none.
     pub(super) fn save(self) -> Result<Vec<PathBuf>, Failure> {
         let paths = self.files.iter().map(|file| file.path().to_path_buf()).collect();
         save_all(self.files).map_err(Failure::new)?;

@@ -1,4 +1,4 @@
-//! `--profile`: where the time of a run went, by instruction and by source line, and as a flame graph.
+//! `--profile`: the time spent in each instruction and source line, also as a flame graph.
 
 use super::Failure;
 use osl_exec::ProfileEntry;
@@ -10,10 +10,10 @@ use std::io::Write;
 use std::path::Path;
 use std::time::Duration;
 
-/// Rows of each table.
+/// Maximum number of rows of each table.
 const ROWS: usize = 20;
 
-/// What entries of a row come to.
+/// The sum of the entries of a row.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     runs: u64,
@@ -76,8 +76,8 @@ fn line(span: Span, sources: &SourceMap) -> String {
     sources.place(span).map_or_else(|| "no line".to_string(), place)
 }
 
-/// Writes a flame graph: an image if the file is named `.svg`, else its folded stacks. Frames are the branches and
-/// loops around an instruction, then its line, then what it does; widths are nanoseconds.
+/// Writes a flame graph: an image if the file is named `.svg`, else its folded stacks. The frames are the
+/// branches and loops around an instruction, then its line, then its operation; widths are nanoseconds.
 pub(super) fn write(
     profile: &[ProfileEntry],
     shader: &str,

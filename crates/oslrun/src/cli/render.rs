@@ -1,4 +1,4 @@
-//! `oslrun render SCENE.ass -o OUT`: a picture of a scene.
+//! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
 use super::args::RenderArgs;
 use super::load::Folders;
@@ -54,7 +54,7 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     Ok(())
 }
 
-/// Reads a scene and builds its world; the samples that it asks for.
+/// Reads a scene and builds its world; returns the world and the number of samples.
 fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> Result<(World, u32), Failure> {
     let text = input::read_text(&args.file, args.read.limits.limits())
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", args.file.display())))?;
@@ -62,7 +62,7 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     let mut messages = Messages::within(args.read.limits.limits());
     let name = args.file.display().to_string();
     let description = scene::read(&name, &text, &files, &mut messages);
-    // All materials share what is read.
+    // All materials share the texture cache.
     let textures = textures(args);
     let services =
         || Services { ray: "camera".to_string(), textures: textures.clone(), ..Services::default() };
@@ -71,7 +71,7 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
         let mut networks = Networks::new(&description, library, &mut messages);
         scene::build(&description, &mut networks, &around, &mut messages)
     });
-    // What is wrong with a shader is told; the scene does without it.
+    // Errors in a shader are reported; the scene is rendered without that shader.
     let _ = report::diagnostics(&library.diagnostics, &library.sources, &args.read, err);
     for message in messages.list() {
         let _ = writeln!(err, "{}", shown(&message.to_string()));
@@ -80,7 +80,7 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     Ok((world, description.settings.samples))
 }
 
-/// The textures of a scene: they lie beside it, or in a search path.
+/// The textures of a scene: in its folder, or in a search path.
 fn textures(args: &RenderArgs) -> TextureCache {
     let mut folders = vec![args.file.parent().map(Path::to_path_buf).unwrap_or_default()];
     folders.extend(args.search_path.iter().cloned());
@@ -109,7 +109,7 @@ fn picture(args: &RenderArgs, world: &World, samples: u32, sources: &SourceMap) 
     result.map_err(|stop| super::run::stopped(&stop, sources))
 }
 
-/// A bar on a terminal; nothing in logs.
+/// A progress bar on a terminal; nothing in logs.
 fn progress() -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -122,7 +122,7 @@ fn progress() -> ProgressBar {
     bar
 }
 
-/// Prints what shaders had to say.
+/// Prints the messages of shaders.
 fn said(picture: &Picture, sources: &SourceMap, args: &RenderArgs, err: &mut dyn Write) -> Tally {
     let report = Report {
         sources,
@@ -195,7 +195,7 @@ fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], 
     );
 }
 
-/// Files that scenes include: beside the one that includes them, or in a search path.
+/// Finds included scenes: in the folder of the including scene, or in a search path.
 struct Includes<'a> {
     folders: &'a [PathBuf],
     roots: Roots,
@@ -228,7 +228,7 @@ impl SceneFiles for Includes<'_> {
     }
 }
 
-/// The shaders of a scene: each is read once, and has a part of the source map for each layer.
+/// The shaders of a scene: each file is read once, and has a part of the source map for each layer.
 struct Library<'a> {
     files: Folders<'a>,
     options: osl_syntax::Options,

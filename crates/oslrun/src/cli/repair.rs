@@ -1,4 +1,4 @@
-//! `--repair`: insert missing brackets, show the edits, run what comes of it.
+//! `--repair`: inserts missing brackets, shows the edits, and runs the repaired text.
 
 use super::Failure;
 use super::input::Input;
@@ -9,7 +9,8 @@ use similar::TextDiff;
 use std::io::Write;
 use std::path::Path;
 
-/// Replaces the text by its repaired form, printing the edits as a diff. A text that needs none stays as it is.
+/// Replaces the text by its repaired form, and prints the edits as a diff. A text without such errors is not
+/// changed.
 pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write) -> Result<(), Failure> {
     if pipeline::is_compiled(&input.name) {
         return Err(Failure::new("--repair is for sources, not for compiled shaders"));

@@ -1,4 +1,4 @@
-//! Diagnostics and run-time messages on their way to the user.
+//! Prints diagnostics and run-time messages for the user.
 
 use super::Failure;
 use super::args::{MessageFormat, ReadArgs};
@@ -8,7 +8,7 @@ use osl_syntax::source::{Place, SourceMap};
 use serde::Serialize;
 use std::io::Write;
 
-/// Prints diagnostics; a failure if one is an error.
+/// Prints diagnostics; fails if one is an error.
 pub(super) fn diagnostics(
     list: &[Diagnostic],
     sources: &SourceMap,

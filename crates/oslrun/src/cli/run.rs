@@ -1,4 +1,4 @@
-//! `oslrun FILE -o OUT`: compile, run over the grid, write.
+//! `oslrun FILE -o OUT`: compiles a shader, runs it on the grid, and writes the image.
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
@@ -66,7 +66,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let compile_time = started.elapsed();
 
     let services = services(args, folder, grid_spaces(args));
-    // A material without other outputs has its closures for an image.
+    // A material without other outputs writes its closures to the image.
     let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
     let closures = args.closures || alone;
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
@@ -141,14 +141,14 @@ pub(super) fn grid(args: &RunArgs) -> Grid {
     }
 }
 
-/// The spaces of a grid: those of the image are destinations.
+/// The spaces of a grid: the spaces of the image can only be the target of a transformation.
 pub(super) fn grid_spaces(args: &RunArgs) -> Spaces {
     let mut spaces = Spaces::default();
     set_screen_spaces(&mut spaces, args.grid.0, args.grid.1);
     spaces
 }
 
-/// What shaders can ask for. Spaces that the command line gives go before those of the scene.
+/// The services of the renderer. Spaces from the command line take precedence over those of the scene.
 pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> Services {
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
@@ -165,25 +165,26 @@ pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> S
     Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
 }
 
-/// A frame, the times that running and writing it took, and the file if it is written already, though not yet in place.
+/// A frame, the times of running and writing it, and its file if it is written already, but not yet moved
+/// into place.
 struct Shaded {
     frame: Frame,
     run: Duration,
     write: Duration,
     file: Option<Unsaved>,
     rounded: Rounded,
-    /// What there is to say of samples.
+    /// The report on samples.
     said: Option<sampling::Said>,
 }
 
-/// The shader in the arithmetic that was asked for, and in one that may do where an error is permitted.
+/// The shader in the requested arithmetic, and in another one that may be used if an error is permitted.
 #[derive(Clone, Copy)]
 struct Programs<'a> {
     usual: &'a Program,
     cheaper: Option<&'a Program>,
 }
 
-/// Runs all points. What goes into an EXR file is written as it comes.
+/// Runs all points. An EXR file is written during the run.
 fn shade(
     programs: Programs<'_>,
     services: &Services,
@@ -218,7 +219,7 @@ fn shade(
     })
 }
 
-/// How the command line says that points are run.
+/// The run options of the command line.
 pub(super) fn options(args: &RunArgs) -> RunOptions {
     let mut limits = args.read.limits.limits().clone();
     if let Some(steps) = args.max_steps {
@@ -234,7 +235,7 @@ pub(super) fn options(args: &RunArgs) -> RunOptions {
     }
 }
 
-/// Does work on as many threads as the command line says.
+/// Runs the work on the requested number of threads.
 pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
     let Some(threads) = args.threads else { return Ok(work()) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build();
@@ -242,7 +243,7 @@ pub(super) fn on_threads<T: Send>(args: &RunArgs, work: impl FnOnce() -> T + Sen
     Ok(pool.install(work))
 }
 
-/// Computes an image, into its file if that takes it piece by piece.
+/// Computes an image, and writes it to its file if it is written piece by piece.
 fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
     match &args.output {
@@ -267,7 +268,7 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
     }
 }
 
-/// A run that ended early, in words.
+/// The message for a run that stopped early.
 pub(super) fn stopped(stop: &RunError, sources: &SourceMap) -> Failure {
     let (span, hint) = match stop {
         RunError::TooManySteps { span, .. } => (*span, "; --max-steps sets the limit".to_string()),
@@ -285,7 +286,7 @@ pub(super) fn stopped(stop: &RunError, sources: &SourceMap) -> Failure {
     Failure::new(format!("{place}{stop}{hint}"))
 }
 
-/// A bar on a terminal, for runs that take a while; nothing in logs.
+/// A progress bar on a terminal, for longer runs; nothing in logs.
 fn progress(points: usize) -> ProgressBar {
     if points < 1 << 20 || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
@@ -298,7 +299,7 @@ fn progress(points: usize) -> ProgressBar {
     bar
 }
 
-/// Without an image: the range of each output, so that a first run shows something.
+/// The summary of a run without an image: the range of each output, so that a first run shows something.
 pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
     for plane in &frame.planes {
         let values = plane.floats();
@@ -340,7 +341,7 @@ pub(super) fn stats(
     }
 }
 
-/// The most memory that the process has had, in bytes, where the system tells.
+/// The peak memory of the process in bytes, if the system provides it.
 fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

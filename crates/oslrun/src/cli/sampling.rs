@@ -1,4 +1,5 @@
-//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`: images with other than one sample in each pixel.
+//! `--samples`, `--filter`, `--shading-rate`, `--adaptive`, `--max-error`: images with a number of samples
+//! per pixel other than one.
 
 use super::Failure;
 use super::output::Rows;
@@ -11,15 +12,15 @@ use osl_measure::sample::{
 use std::fmt::Write;
 use std::ops::Range;
 
-/// How many samples pixels have.
+/// The options for samples.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct SampleArgs {
-    /// Samples of each pixel (default: 1, at its centre); with --adaptive and --max-error the most of any (default: 1024 and
-    /// 4096).
+    /// Samples per pixel (default: 1, at its centre); with --adaptive and --max-error the maximum per pixel
+    /// (default: 1024 and 4096).
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
     pub(super) samples: Option<u32>,
-    /// What a pixel is to show of its surroundings: box, gaussian, blackman-harris or mitchell, and how wide in pixels
-    /// (default: 1, 2, 3, 4). One sample lies at the centre in any case.
+    /// Filter of the pixels: box, gaussian, blackman-harris or mitchell, and its width in pixels (default: 1,
+    /// 2, 3, 4). A single sample is always at the centre.
     #[arg(long, value_name = "NAME[,WIDTH]", value_parser = filter)]
     pub(super) filter: Option<(FilterKind, f32)>,
     /// Compute one pixel of 2x1, 2x2 or 4x4, and interpolate the others.
@@ -28,42 +29,43 @@ pub(super) struct SampleArgs {
     /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
     #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error")]
     pub(super) adaptive: Option<f32>,
-    /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible: pixels are
-    /// interpolated where the shader is smooth, and have many samples where it is not; unless --arithmetic says otherwise, in
-    /// fast arithmetic where that is off by much less. With --stats the error is checked.
+    /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible:
+    /// pixels are interpolated where the shader is smooth, and have many samples where it is not. The fast
+    /// arithmetic is used if its error is much smaller, unless --arithmetic is given. With --stats the error
+    /// is checked.
     #[arg(long, value_name = "ERROR", value_parser = error)]
     pub(super) max_error: Option<f32>,
-    /// Widen steps, choices by comparison and noise by the area that a sample stands for, so that fewer samples are needed.
+    /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.
     #[arg(long, conflicts_with_all = ["adaptive", "max_error"])]
     pub(super) prefilter: bool,
 }
 
-/// What to do about samples.
+/// The sampling plan of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Plan {
-    /// One at each pixel's centre.
+    /// One sample at each pixel's centre.
     Plain,
-    /// As many in each.
+    /// The same number of samples in each pixel.
     Samples(u32, FilterKind, f32),
-    /// One for several pixels.
+    /// One sample for several pixels.
     Rate(Rate),
-    /// As many as a standard error asks for.
+    /// As many samples as a standard error requires.
     Adaptive(Adaptive, FilterKind, f32),
-    /// As few as an error permits.
+    /// As few samples as an error permits.
     MaxError(MaxError, FilterKind, f32),
 }
 
-/// The most samples of a pixel, where nothing else is said, and where an error has to be kept: noise of the range 0 to 1 to 0.02
-/// wants 2300.
+/// The default maximum number of samples per pixel, and the default with an error to keep: noise with values
+/// from 0 to 1 needs 2300 samples for an error of 0.02.
 const MOST: u32 = 1024;
 const MOST_FOR_ERROR: u32 = 4096;
-/// Pixels that are compared with an oracle.
+/// The number of pixels that are compared with an oracle.
 const CHECKED: usize = 256;
-/// The fewest samples that the oracle has of each.
+/// The minimum number of samples of the oracle per pixel.
 const ORACLE: u32 = 1024;
 
 impl SampleArgs {
-    /// What the options mean together.
+    /// The plan that the options describe together.
     pub(super) fn plan(&self) -> Result<Plan, Failure> {
         let (kind, width) = self.filter.unwrap_or((FilterKind::Box, 1.0));
         let most = self.samples.unwrap_or(MOST);
@@ -82,7 +84,7 @@ impl SampleArgs {
 }
 
 impl SampleArgs {
-    /// Whether any option is.
+    /// Whether any of these options is given.
     pub(super) fn is_given(&self) -> bool {
         let SampleArgs { samples, filter, shading_rate, adaptive, max_error, prefilter } = self;
         samples.is_some()
@@ -93,7 +95,7 @@ impl SampleArgs {
             || *prefilter
     }
 
-    /// How wide steps are to be, if they are to be wide: as the share of the pixel that a sample stands for.
+    /// The width of filtered steps, if they are filtered: the share of the pixel that belongs to a sample.
     pub(super) fn prefilter(&self, plan: Plan) -> Option<f32> {
         let samples = if let Plan::Samples(samples, ..) = plan { samples } else { 1 };
         self.prefilter.then(|| 1.0 / (samples as f32).sqrt())
@@ -110,7 +112,7 @@ impl Plan {
         }
     }
 
-    /// Samples that the pattern is to begin with.
+    /// The number of samples for which the sample pattern is built.
     fn samples(self) -> u32 {
         match self {
             Plan::Samples(samples, ..) => samples,
@@ -118,7 +120,7 @@ impl Plan {
         }
     }
 
-    /// The error that was asked for, or infinity.
+    /// The requested error, or infinity.
     fn limit(self) -> f32 {
         match self {
             Plan::MaxError(wanted, ..) => wanted.error,
@@ -151,7 +153,7 @@ fn error(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
 }
 
-/// A program at any place of an image.
+/// A program that can be run at any place of an image.
 pub(super) fn shading<'a>(
     program: &'a Program,
     services: &'a Services,
@@ -163,24 +165,24 @@ pub(super) fn shading<'a>(
     Shading { program, services, surface, options, cheaper: None, pattern, filter: plan.filter() }
 }
 
-/// An image by a plan, piece by piece.
+/// An image that is computed with a plan, piece by piece.
 pub(super) struct Sampled<'a, 'b> {
     shading: &'a Shading<'b>,
     plan: Plan,
     tally: Tally,
-    /// Pixels to compare with an oracle.
+    /// The pixels to compare with an oracle.
     watch: Option<Watch>,
     progress: &'a (dyn Fn(usize) + Sync),
 }
 
-/// What there is to say of an image from samples.
+/// The report on an image with samples.
 pub(super) struct Said {
     pub(super) tally: Tally,
     pub(super) text: String,
 }
 
 impl<'a, 'b> Sampled<'a, 'b> {
-    /// An image of which nothing is done.
+    /// An image before its first piece.
     pub(super) fn new(
         shading: &'a Shading<'b>,
         plan: Plan,
@@ -202,7 +204,7 @@ impl<'a, 'b> Sampled<'a, 'b> {
         }
     }
 
-    /// What the image took, and how far it is off.
+    /// The cost and the error of the image.
     pub(super) fn said(self) -> Result<Said, RunError> {
         let mut text = spent(&self.tally);
         if let Some(watch) = &self.watch {
@@ -242,7 +244,7 @@ impl Rows for Sampled<'_, '_> {
     }
 }
 
-/// Evaluations and who had them.
+/// The number of evaluations, and the pixels that received them.
 fn spent(tally: &Tally) -> String {
     let mut text = format!("{:.3} evaluations a pixel", tally.per_pixel());
     let share = |pixels: u64| 100.0 * pixels as f64 / tally.pixels.max(1) as f64;

@@ -1,8 +1,9 @@
-//! What shaders say while they run: one line for each message and place, with the number of points and the first pixel.
+//! The messages of shaders while they run: one line for each message and place, with the number of points and
+//! the first pixel.
 //!
-//! Errors of a shader are not failures of the run: the image is written, and the last line counts them, unless
-//! `--deny errors` says otherwise. A file that cannot be used has one line, whichever calls ask for it. This module must
-//! not know how points are run.
+//! Errors that a shader reports do not fail the run: the image is written, and the last line counts the
+//! errors, unless `--deny errors` is given. A file that cannot be used has only one line, even if several
+//! calls use it. This module must not know how points are run.
 
 use super::Failure;
 use super::args::MessageFormat;
@@ -16,25 +17,25 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::sync::Arc;
 
-/// Different messages of one place that are shown.
+/// Maximum number of different messages that are shown for one place.
 const AT_A_PLACE: usize = 50;
 
-/// What a report has to know of a run.
+/// The facts about a run that a report needs.
 pub(super) struct Report<'a> {
     pub(super) sources: &'a SourceMap,
     pub(super) format: MessageFormat,
-    /// How many points there are, and what they are called.
+    /// The number of points, and their name in messages.
     pub(super) points: (u64, &'a str),
-    /// Pixels of a row, where points belong to pixels.
+    /// Pixels per row, if points belong to pixels.
     pub(super) width: Option<usize>,
-    /// Where files were looked for, and the option that adds a folder.
+    /// The folders that were searched for files, and the option that adds a folder.
     pub(super) textures: &'a TextureCache,
     pub(super) path_option: &'a str,
     /// The values of string parameters.
     pub(super) texts: &'a [(String, Arc<str>)],
 }
 
-/// How many errors and warnings shaders reported.
+/// The numbers of errors and warnings that shaders reported.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
     pub(super) errors: usize,
@@ -42,7 +43,7 @@ pub(super) struct Tally {
 }
 
 impl Tally {
-    /// Adds those of another run.
+    /// Adds the numbers of another run.
     pub(super) fn add(&mut self, other: Tally) {
         self.errors += other.errors;
         self.warnings += other.warnings;
@@ -70,12 +71,12 @@ impl Tally {
         all.into_iter().flatten().collect::<Vec<_>>().join(" and ")
     }
 
-    /// What follows the name of a written file: `; 2 errors while shading`.
+    /// The text after the name of a written file: `; 2 errors while shading`.
     pub(super) fn suffix(self) -> String {
         if self == Tally::default() { String::new() } else { format!("; {} while shading", self.words()) }
     }
 
-    /// Prints which files were written; without one, what was said.
+    /// Prints which files were written; if none, prints the numbers of messages.
     pub(super) fn wrote(self, files: &[std::path::PathBuf], out: &mut dyn Write) {
         for (at, file) in files.iter().enumerate() {
             let suffix = if at + 1 == files.len() { self.suffix() } else { String::new() };
@@ -87,7 +88,7 @@ impl Tally {
     }
 }
 
-/// How a run keeps messages for a report: places of one line are one, in whichever copy of a file.
+/// How a run stores messages for a report: places on the same line count as one, in all copies of a file.
 pub(super) fn keeping(sources: &SourceMap) -> Keeping {
     let sources = sources.clone();
     let line = move |span: Span| {
@@ -112,7 +113,7 @@ struct Line {
     help: Option<String>,
     #[serde(flatten)]
     at: Option<At>,
-    /// How many points say it, if they were counted, and of how many.
+    /// The number of points with this message, if they were counted, and the total.
     points: Option<u64>,
     of: u64,
     /// Column and row of the first.
@@ -130,7 +131,7 @@ struct At {
 }
 
 impl Report<'_> {
-    /// Prints messages of a run and counts them.
+    /// Prints the messages of a run and counts them.
     pub(super) fn print(&self, messages: &[Said], err: &mut dyn Write) -> Tally {
         let (lines, tally) = self.lines(messages);
         for line in lines {
@@ -151,14 +152,14 @@ impl Report<'_> {
             Some(n) => format!(", at {n} {name}"),
             None => String::new(),
         };
-        // The text of a shader may have lines of its own.
+        // A shader's text may contain line breaks.
         let message = message.replace('\n', "\n    ");
         let first = pixel.map_or_else(String::new, |[x, y]| format!(", first at pixel ({x}, {y})"));
         let help = help.as_ref().map_or_else(String::new, |help| format!("; {help}"));
         shown(&format!("{severity}: {place}{message}{count}{first}{help}")).into_owned()
     }
 
-    /// The lines: of each file one, of each place one for each text, up to a limit.
+    /// The lines: one for each file, and one for each place and text, up to a limit.
     fn lines(&self, messages: &[Said]) -> (Vec<Line>, Tally) {
         let (mut lines, mut tally): (Vec<Line>, _) = (Vec::new(), Tally::default());
         let mut files: HashMap<Arc<str>, usize> = HashMap::new();
@@ -168,7 +169,7 @@ impl Report<'_> {
             let message = &said.message;
             let known = message.file.as_ref().and_then(|file| files.get(file));
             if let Some(line) = known.and_then(|at| lines.get_mut(*at)) {
-                // Several calls ask for the file, mostly at the same points.
+                // Several calls use the file, mostly at the same points.
                 line.points = line.points.max(said.points);
                 continue;
             }
@@ -181,7 +182,7 @@ impl Report<'_> {
                     Line { help, texture: Some(file.to_string()), parameter, ..self.line(said, text) }
                 }
             };
-            // Copies of a layer say the same.
+            // Copies of a layer report the same.
             let key = (message.error, line.at.clone(), line.message.clone());
             if let Some(line) = known_lines.get(&key).and_then(|at| lines.get_mut(*at)) {
                 line.points = line.points.zip(said.points).map(|(a, b)| a.max(b));
@@ -225,12 +226,12 @@ impl Report<'_> {
         }
     }
 
-    /// The parameter whose value is the name of a file.
+    /// The parameter whose value is this file name.
     fn parameter(&self, file: &str) -> Option<String> {
         self.texts.iter().find(|(_, text)| **text == *file).map(|(name, _)| name.clone())
     }
 
-    /// Why a file cannot be used, and what to do about it.
+    /// Why a file cannot be used, and how to solve it.
     fn unusable(&self, file: &str, parameter: Option<&str>, message: &Message) -> (String, Option<String>) {
         let (shown, option) = (file.escape_debug(), self.path_option);
         let of = parameter.map_or_else(String::new, |name| format!(" of parameter `{name}`"));
@@ -263,7 +264,7 @@ impl Report<'_> {
     }
 }
 
-/// A message without the place that stands before it, in short.
+/// The message in short, without the position at its start.
 fn brief(message: &Message, sources: &SourceMap) -> String {
     let place =
         |span| sources.place(span).map_or_else(String::new, |p: Place| format!("{}:{}", p.file, p.line));
@@ -279,7 +280,7 @@ fn brief(message: &Message, sources: &SourceMap) -> String {
     }
 }
 
-/// `Index [5] out of range a[0..4]` in short.
+/// The short form of `Index [5] out of range a[0..4]`.
 fn index(text: &str) -> Option<String> {
     let (index, rest) = text.strip_prefix("Index [")?.split_once("] out of range ")?;
     let (name, range) = rest.strip_suffix(']')?.rsplit_once('[')?;

@@ -1,4 +1,4 @@
-//! `oslrun stability FILE`: where a shader stops being right, and which line is to blame.
+//! `oslrun stability FILE`: shows where a shader becomes inaccurate, and which line is the cause.
 
 use super::Failure;
 use super::args::{self, RunArgs};
@@ -14,28 +14,29 @@ use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// What is to be examined.
+/// What to examine.
 #[derive(Debug, Args)]
 pub(super) struct StabilityArgs {
-    /// Points of the grid that each setting is tried on.
+    /// Number of grid points on which each setting is tried.
     #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = args::grid)]
     points: (usize, usize),
-    /// The error from which on a point is wrong, as a share of the output's range.
+    /// The error above which a point counts as wrong, as a fraction of the output's range.
     #[arg(long, value_name = "SHARE", default_value = "0.01")]
     tolerance: f64,
     /// Do not try other values of the parameters.
     #[arg(long)]
     no_params: bool,
-    /// Show the outcome of every setting, and all lines.
+    /// Show the result of every setting, and all lines.
     #[arg(long)]
     all: bool,
-    /// As JSON.
+    /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Report to write, with curves and maps of lost digits.
+    /// Write a report with curves and maps of lost digits.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Image of the decimal digits that each pixel has lost, at the setting given: EXR, a channel for each output.
+    /// Image of the number of decimal digits that each pixel has lost at the given setting: EXR, with a
+    /// channel for each output.
     #[arg(long, value_name = "FILE")]
     error_map: Option<PathBuf>,
     /// The shader and its points.
@@ -94,7 +95,7 @@ fn files(args: &StabilityArgs, examined: &Examined, grid: &Grid, out: &mut dyn W
     Ok(())
 }
 
-/// Writes the digits that each point has lost.
+/// Writes the number of digits that each point has lost.
 fn map(path: &Path, planes: &Planes, grid: &Grid) -> Result<(), Failure> {
     let lost = |(strict, exact): (&Vec<f64>, &Vec<f64>)| {
         strict.iter().zip(exact).map(|(s, e)| digits_lost(*s, *e) as f32).collect::<Vec<f32>>()
@@ -106,7 +107,8 @@ fn map(path: &Path, planes: &Planes, grid: &Grid) -> Result<(), Failure> {
     write_exr(path, grid.width, grid.height, &layers, ExrOptions::default()).map_err(Failure::new)
 }
 
-/// The values of a parameter to try: its limits, 0, its opposite, and the extremes. Only numbers have any.
+/// The values of a parameter to try: its limits, 0, its negation, and the extremes. `None` if it is not a
+/// number.
 fn knob(parameter: &Parameter, given: &[(String, String)]) -> Option<Knob> {
     if parameter.output {
         return None;

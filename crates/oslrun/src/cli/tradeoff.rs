@@ -1,4 +1,4 @@
-//! `oslrun tradeoff FILE`: what speed costs in accuracy.
+//! `oslrun tradeoff FILE`: measures speed against accuracy.
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
@@ -27,7 +27,7 @@ pub(super) struct TradeoffArgs {
     /// The shader, and how it is run: as for a run, without --output and the number of samples.
     #[command(flatten)]
     pub(super) run: RunArgs,
-    /// Seconds that it may take, roughly.
+    /// Approximate maximum time in seconds.
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
     pub(super) budget: f64,
     /// Print one JSON object.
@@ -87,7 +87,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         _ => tradeoff::text(&trade),
     };
     let _ = write!(out, "{text}");
-    // What the shader had to say, once.
+    // The messages of the shader, once.
     let said = bench.said(&programs);
     let frame = said.map_err(|stop| stopped(&stop, &sources))?;
     let report = Report {
@@ -102,7 +102,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     report.print(&frame.messages, err).judge(run.lints.denies_errors())
 }
 
-/// The program in its forms: in each arithmetic, and with its steps widened for some numbers of samples.
+/// The program in all forms: in each arithmetic, and with steps filtered for some numbers of samples.
 struct Programs {
     strict: Compiled,
     fast: Compiled,
@@ -180,13 +180,13 @@ impl Bench<'_> {
         })
     }
 
-    /// What a run has to say.
+    /// The messages of a run.
     fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::RunError> {
         Ok(self.shading(&programs.strict).rows(0..self.surface.size().1, 1)?.frame)
     }
 }
 
-/// A picture as the text of a URL.
+/// A picture as a data URL.
 fn encoded(width: usize, height: usize, planes: &[Vec<f32>]) -> Result<String, Failure> {
     let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
     let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };

@@ -1,8 +1,9 @@
 //! A lesson for each diagnostic: the rule, a wrong example and a right one.
 //!
-//! The texts are the files of `docs/errors`, one a code, so that they read on the web too; they are built in. Their
-//! form: a heading `# CODE: title`, paragraphs, `Wrong:` with a block of code, `Right:` with another. Tests hold
-//! each example to its code. This module must not know how lessons are shown.
+//! The texts are the files of `docs/errors`, one per code, so that they can be read on the web; they are
+//! compiled into the binary. Their form: a heading `# CODE: title`, paragraphs, `Wrong:` with a block of
+//! code, `Right:` with another. Tests check that each wrong example produces the code and that each right one
+//! does not. This module must not know how lessons are shown.
 
 mod files;
 
@@ -13,15 +14,15 @@ use std::sync::OnceLock;
 /// A lesson.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Lesson {
-    /// The code that it explains, as the file names it.
+    /// The code that it explains, as in the file name.
     pub code: &'static str,
     /// A few words.
     pub title: &'static str,
     /// The rule, in one or more paragraphs.
     pub rule: &'static str,
-    /// Source text that earns the code.
+    /// A source text that produces the code.
     pub wrong: &'static str,
-    /// Source text that says what was meant.
+    /// The corrected source text.
     pub right: &'static str,
     /// The whole lesson, as written.
     pub text: &'static str,
@@ -54,11 +55,11 @@ pub fn find(code_or_name: &str) -> Vec<&'static Lesson> {
     all().iter().filter(|lesson| wanted.iter().any(|code| code.id == lesson.code)).collect()
 }
 
-/// Up to three codes whose number or name is close to the text, the closest first.
+/// Up to three codes with a similar number or name, the closest first.
 pub fn closest(code_or_name: &str) -> Vec<Code> {
     let text = code_or_name.to_lowercase();
     let distance = |code: &Code| {
-        // A number may be one character off, a name a third of its length.
+        // A number may differ in one character, a name in a third of its length.
         let limits = [(code.id.to_lowercase(), 1), (code.name.to_owned(), code.name.len() / 3)];
         let distances = limits.map(|(known, limit)| (strsim::damerau_levenshtein(&text, &known), limit));
         distances
@@ -73,7 +74,7 @@ pub fn closest(code_or_name: &str) -> Vec<Code> {
     close.into_iter().take(3).map(|(_, code)| code).collect()
 }
 
-/// Reads a lesson; `None` where the text has another form.
+/// Parses a lesson; `None` if the text has another form.
 fn parse(text: &'static str) -> Option<Lesson> {
     let (heading, rest) = text.strip_prefix("# ")?.split_once('\n')?;
     let (code, title) = heading.split_once(": ")?;
@@ -84,7 +85,7 @@ fn parse(text: &'static str) -> Option<Lesson> {
 
 /// The code between the fences.
 fn block(text: &'static str) -> Option<&'static str> {
-    // A shader, a compiled one, or the text of a group.
+    // A shader, a compiled shader, or the text of a group.
     let fence = |name: &str| text.split_once(&format!("```{name}\n"));
     let (_, inside) = ["osl", "oso", "text"].into_iter().find_map(fence)?;
     inside.split_once("```").map(|(code, _)| code)

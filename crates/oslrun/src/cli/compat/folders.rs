@@ -1,4 +1,4 @@
-//! Where the reference's tools look for shaders: compiled ones first, and their sources.
+//! The folders in which the reference's tools look for shaders: compiled shaders first, then sources.
 
 use crate::cli::args::ReadArgs;
 use crate::cli::input;
@@ -8,9 +8,9 @@ use osl_limits::Limits;
 use osl_syntax::source::SourceProvider;
 use std::path::{Path, PathBuf};
 
-/// Folders, and shaders that a tool has written itself.
+/// Folders, and the shaders that a tool has generated itself.
 pub(super) struct Folders {
-    /// Names and texts of the shaders that the tool has written.
+    /// Names and texts of the generated shaders.
     written: Vec<(String, String)>,
     path: Vec<PathBuf>,
     includes: input::Files,
@@ -18,7 +18,7 @@ pub(super) struct Folders {
 }
 
 impl Folders {
-    /// The folders of a path, and the working directory after them.
+    /// The folders of a search path, followed by the working directory.
     pub(super) fn new(mut path: Vec<PathBuf>, written: Vec<(String, String)>, limits: &LimitArgs) -> Folders {
         path.push(PathBuf::new());
         let read = ReadArgs { limits: limits.clone(), ..ReadArgs::default() };
@@ -41,7 +41,7 @@ impl ShaderFiles for Folders {
             for folder in &self.path {
                 let path = folder.join(format!("{stem}.{ending}"));
                 if path.is_file() {
-                    // The user's own script names the shader, so it may lie anywhere, and its includes beside it.
+                    // The user's own script names the shader, so the file and its includes may be anywhere.
                     self.includes.also(folder_of(&path));
                     let text = input::read_text(&path, &self.limits)?;
                     return Ok((path.display().to_string(), text));

@@ -1,7 +1,7 @@
-//! A shader group as the reference's tools build it: step by step, each failure reported at once and in their words,
-//! because scripts read them. Used by every tool that runs groups.
+//! Builds a shader group as the reference's tools do: step by step. Each failure is reported at once, in the
+//! words of those tools, because scripts read them. All tools that run groups use it.
 //!
-//! The model of a group, and which connections it takes, belong to `osl_ir::group`; this module must not know command
+//! `osl_ir::group` defines groups and decides which connections are valid; this module must not know command
 //! lines or scenes.
 
 use super::Console;
@@ -46,13 +46,13 @@ impl<'a> GroupBuilder<'a> {
         }
     }
 
-    /// Starts another group. The shaders that were read stay known.
+    /// Starts another group. Shaders that were read stay in memory.
     pub(super) fn restart(&mut self, name: &str) {
         self.group = Group::new(name).with_limits(&self.limits);
         self.waiting.clear();
     }
 
-    /// The group so far; what follows belongs to another one without a name.
+    /// The group so far; later calls belong to another, unnamed group.
     pub(super) fn take(&mut self) -> Group {
         self.waiting.clear();
         std::mem::replace(&mut self.group, Group::new("").with_limits(&self.limits))
@@ -63,12 +63,12 @@ impl<'a> GroupBuilder<'a> {
         (self.group, self.library.sources)
     }
 
-    /// Keeps a value for the next shader: a [`Statement::Param`].
+    /// Stores a value for the next shader: a [`Statement::Param`].
     pub(super) fn value(&mut self, statement: Statement) {
         self.waiting.push(statement);
     }
 
-    /// Adds a layer. If its shader cannot be read, reports so, and keeps the values for the next one.
+    /// Adds a layer. If its shader cannot be read, reports this and keeps the values for the next shader.
     pub(super) fn shader(&mut self, shader: &str, layer: Option<&str>, console: &mut Console<'_>) -> bool {
         let told = self.library.diagnostics.len();
         let Ok(loaded) = self.library.load(shader) else {
@@ -80,7 +80,8 @@ impl<'a> GroupBuilder<'a> {
         self.add(loaded, &stem(shader), layer, told, console)
     }
 
-    /// Adds a layer whose shader the tool itself has written. If it does not compile, reports its errors as a compiler's.
+    /// Adds a layer whose shader the tool has generated. If it does not compile, reports its errors like a
+    /// compiler.
     pub(super) fn written(&mut self, shader: &str, layer: Option<&str>, console: &mut Console<'_>) -> bool {
         let told = self.library.diagnostics.len();
         let Ok(loaded) = self.library.load(shader) else {
@@ -95,7 +96,7 @@ impl<'a> GroupBuilder<'a> {
         self.add(loaded, shader, layer, told, console)
     }
 
-    /// Adds a layer of a shader, and reports what reading it said.
+    /// Adds a layer with this shader, and reports the diagnostics from reading it.
     fn add(
         &mut self,
         (program, base): (Arc<Program>, u32),
@@ -143,7 +144,7 @@ impl<'a> GroupBuilder<'a> {
         console.error(&format!("Unable to read \"{file}\""));
     }
 
-    /// The waiting values, as values of the parameters of a shader.
+    /// The stored values, converted to the parameters of a shader.
     fn values(&mut self, program: &Program, console: &mut Console<'_>) -> ParamValues {
         let mut values = ParamValues::default();
         for statement in std::mem::take(&mut self.waiting) {
@@ -164,7 +165,7 @@ impl<'a> GroupBuilder<'a> {
         values
     }
 
-    /// Names of values that no shader has taken.
+    /// Names of values that no shader has used.
     pub(super) fn waiting(&self) -> Vec<&str> {
         self.waiting
             .iter()
@@ -175,7 +176,7 @@ impl<'a> GroupBuilder<'a> {
             .collect()
     }
 
-    /// Makes a connection, or reports why there can be none. False if the group is invalid then.
+    /// Makes a connection, or reports why it is invalid. False if the group is invalid then.
     pub(super) fn connect(
         &mut self,
         from: (&str, &str),
@@ -195,7 +196,7 @@ impl<'a> GroupBuilder<'a> {
         !self.connection_error
     }
 
-    /// Why a connection cannot be made, line by line.
+    /// The reasons why a connection is invalid, one per line.
     fn refused(&self, why: &ConnectError, from: (&str, &str), to: (&str, &str)) -> Vec<String> {
         match why {
             ConnectError::NoLayer(layer, _) => {
@@ -225,7 +226,7 @@ impl<'a> GroupBuilder<'a> {
         }
     }
 
-    /// What to say of an end whose parameter does not exist.
+    /// The message for a connection end whose parameter does not exist.
     fn missing(&self, (layer, path): (&str, &str)) -> Option<String> {
         let found = self.group.layers().get(self.group.find(layer)?)?;
         let name = path.split(['[', '.']).next().unwrap_or(path);
@@ -244,7 +245,7 @@ impl<'a> GroupBuilder<'a> {
         ty.unwrap_or_else(|| "unknown".to_string())
     }
 
-    /// Adds what the text of a group describes, up to its first error. False if there is one.
+    /// Adds the layers and connections in the text of a group, up to its first error. False if there is one.
     pub(super) fn text(&mut self, text: &str, console: &mut Console<'_>) -> bool {
         let (statements, diagnostics) = text::parse(text, 0, &self.limits);
         let broken = diagnostics.iter().find(|d| d.is_error());
@@ -295,7 +296,7 @@ fn start(statement: &Statement) -> u32 {
     }
 }
 
-/// Where the statement begins that holds a byte of a text.
+/// The start of the statement that contains a byte of a text.
 fn begin(text: &str, at: u32) -> usize {
     let before = text.get(..at as usize).unwrap_or("");
     let first = before.rfind([';', ',']).map_or(0, |at| at + 1);
@@ -303,7 +304,7 @@ fn begin(text: &str, at: u32) -> usize {
     first + rest.len() - rest.trim_start().len()
 }
 
-/// What is wrong with the text of a statement.
+/// The message for an invalid statement.
 fn description(near: &str, broken: &Diagnostic) -> String {
     let mut words = near.split(|c: char| c.is_whitespace() || matches!(c, ';' | ','));
     let keyword = words.next().unwrap_or("");
@@ -319,13 +320,13 @@ fn description(near: &str, broken: &Diagnostic) -> String {
     broken.message.clone()
 }
 
-/// The message of a diagnostic, in the reference's words where scripts know them.
+/// The message of a diagnostic, in the reference's words if scripts know them.
 fn compiler_message(d: &Diagnostic) -> String {
     let unknown = d.message.strip_suffix("` is not declared").and_then(|m| m.split_once('`'));
     unknown.map_or_else(|| d.message.clone(), |(_, name)| format!("'{name}' was not declared in this scope"))
 }
 
-/// The name that a file of a shader stands for.
+/// The shader name that a file name stands for.
 fn stem(shader: &str) -> String {
     if !shader.ends_with(".oso") && !shader.ends_with(".osl") {
         return shader.to_string();
@@ -333,7 +334,7 @@ fn stem(shader: &str) -> String {
     Path::new(shader).file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The text of a group, as the reference writes one: each layer after the values given to it, connections to it behind it.
+/// The text of a group in the reference's form: before each layer its values, after it the connections to it.
 pub(super) fn serialized(group: &Group) -> String {
     let mut text = String::new();
     for (index, layer) in group.layers().iter().enumerate() {
@@ -354,7 +355,7 @@ pub(super) fn serialized(group: &Group) -> String {
     text
 }
 
-/// Values as the text of a group has them, each after a blank.
+/// Values in the form of a group's text, each after a blank.
 fn words(values: &[Const]) -> String {
     let numbers = |list: &[f32]| list.iter().map(|x| format!(" {x}")).collect::<String>();
     let word = |value: &Const| match value {

@@ -1,7 +1,9 @@
-//! The command lines of the reference's tools: `oslrun testshade …`, or the same binary under the tool's name.
+//! The command lines of the reference's tools: `oslrun testshade …`, or the same binary under the tool's
+//! name.
 //!
-//! They take the tools' options, use their defaults, write the same files and print the same lines, so that scripts made
-//! for those tools go on. Sources of the options: the OSL documentation and the tools' own help.
+//! They accept the options of those tools, use their defaults, write the same files and print the same lines,
+//! so that existing scripts keep working. Sources of the options: the OSL documentation and the tools' own
+//! help.
 
 mod folders;
 mod group;
@@ -22,7 +24,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 
-/// Where a tool writes, and what it may take.
+/// The output streams and the limits of a tool.
 struct Console<'a> {
     out: &'a mut dyn Write,
     err: &'a mut dyn Write,
@@ -40,7 +42,7 @@ impl Console<'_> {
         let _ = writeln!(self.err, "WARNING: {text}");
     }
 
-    /// Reports what reading a shader said.
+    /// Reports a diagnostic from reading a shader.
     fn diagnostic(&mut self, d: &Diagnostic, sources: &SourceMap) {
         let place = sources.place(d.span).map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
         let text = format!("{place}{}", d.message);
@@ -51,7 +53,7 @@ impl Console<'_> {
 /// The tools, by name.
 const TOOLS: [&str; 4] = ["oslc", "oslinfo", "testrender", "testshade"];
 
-/// Runs the tool that the command line asks for, by the binary's name or the first argument, and yields its exit code.
+/// Runs the tool that the binary's name or the first argument names, and returns its exit code.
 pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -> Option<u8> {
     let name = |arg: &OsString| Path::new(arg).file_stem().map(|s| s.to_string_lossy().into_owned());
     let tool = |arg: Option<&OsString>| {
@@ -80,7 +82,7 @@ pub(super) fn run(args: &[OsString], out: &mut dyn Write, err: &mut dyn Write) -
     })
 }
 
-/// A number with six digits, as the tools print it.
+/// A number with six digits, in the form that the tools print.
 fn number(x: f32) -> String {
     text::format("%g", &[Value::Consts(vec![Const::Float(x)])], Flavour::Print, 64)
 }

@@ -1,13 +1,13 @@
-//! Options as the reference's tools read them: in order, with one dash or two, each with a fixed number of words behind it,
-//! some with settings of their own: `--param:type=float x 1`.
+//! Options as the reference's tools read them: in order, with one or two dashes, each followed by a fixed
+//! number of words. Some have settings of their own: `--param:type=float x 1`.
 
 /// An option that a tool knows.
 pub(super) struct Known {
     /// Its name without dashes.
     pub(super) name: &'static str,
-    /// Words behind it.
+    /// The number of words after it.
     pub(super) words: usize,
-    /// What it does, for `--help`; empty where it is known but does nothing here.
+    /// Its description for `--help`; empty if the option is accepted but has no effect here.
     pub(super) help: &'static str,
 }
 
@@ -17,7 +17,7 @@ pub(super) enum Item {
     /// An option.
     Option {
         name: &'static str,
-        /// Settings behind colons, `type=float`.
+        /// Settings after colons, `type=float`.
         settings: Vec<(String, String)>,
         words: Vec<String>,
     },
@@ -58,7 +58,7 @@ pub(super) fn parse(tool: &str, args: &[String], known: &[Known]) -> Result<Vec<
     Ok(items)
 }
 
-/// The options in words.
+/// The help text of the options.
 pub(super) fn help(usage: &str, known: &[Known]) -> String {
     let mut text = format!("{usage}\n\nOptions:\n");
     for Known { name, words, help } in known.iter().filter(|k| !k.help.is_empty()) {

@@ -1,7 +1,7 @@
 //! `oslc`: compiles a shader to a `.oso` file.
 //!
-//! Every argument that is no option names the file; the last one counts. Diagnostics have the form `FILE:LINE: error: …`,
-//! each as often as the reference reports it, and none is a lint of ours.
+//! Each argument that is not an option names the file; the last one counts. Diagnostics have the form
+//! `FILE:LINE: error: …` and are repeated as often as in the reference. Lints are not reported.
 
 use super::Console;
 use crate::cli::args::ReadArgs;
@@ -40,16 +40,16 @@ Options:
 Accepted and without effect: -O -O0 -O1 -O2 -d -v -buffer -embed-source
 ";
 
-/// Warnings of ours that the reference does not have: lints, and notes on what it accepts silently.
+/// Warnings that the reference does not have: lints, and notes on code that it accepts silently.
 const OURS: [&str; 7] = ["W0207", "W0209", "W0210", "W0211", "W0212", "W0213", "W0214"];
 
 /// A rule for make.
 #[derive(Default)]
 struct Rule {
     wanted: bool,
-    /// Into a file, rather than to the standard output.
+    /// Whether it is written to a file rather than to the standard output.
     to_file: bool,
-    /// Whether it names `stdosl.h`.
+    /// Whether it lists `stdosl.h`.
     standard: bool,
     file: Option<PathBuf>,
     target: Option<String>,
@@ -96,7 +96,7 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
 }
 
 impl Job {
-    /// Takes one argument, and the word after it where the option has one.
+    /// Handles one argument, and the word after it if the option has one.
     fn argument(&mut self, arg: &str, word: &str) {
         let long = arg.strip_prefix('-').filter(|rest| rest.starts_with('-')).unwrap_or(arg);
         match long {
@@ -115,7 +115,7 @@ impl Job {
         }
     }
 
-    /// Options that are glued to their word; what is none is the file.
+    /// Handles options that are joined to their word; any other word is the file.
     fn glued(&mut self, arg: &str) {
         let after = |option| arg.strip_prefix(option).map(str::to_string);
         if let Some(name) = after("-MF") {
@@ -139,7 +139,7 @@ impl Rule {
         *self = Rule { wanted: true, to_file, standard, file: self.file.take(), target: self.target.take() };
     }
 
-    /// Whether the rule is all that the tool prints.
+    /// Whether the tool prints only the rule.
     fn is_printed(&self) -> bool {
         self.wanted && !self.to_file
     }
@@ -154,7 +154,7 @@ impl Rule {
     ) -> Result<(), String> {
         let output = job.output.clone().unwrap_or_else(|| source.with_extension("oso"));
         let target = self.target.clone().unwrap_or_else(|| escaped(&output.display().to_string()));
-        // A header that is part of this program is no file, and make would stop at a name without one.
+        // A header that is built into this program is not a file, and make would stop at its name.
         let is_wanted = |path: &&Path| {
             path.is_file() && (self.standard || path.file_name().is_none_or(|name| name != "stdosl.h"))
         };
@@ -173,17 +173,17 @@ impl Rule {
     }
 }
 
-/// A file whose name follows from that of the source.
+/// A file whose name is derived from that of the source.
 fn derived(path: &Path) -> Result<Unsaved, SaveError> {
     Unsaved::derived(path.parent().unwrap_or(Path::new("")), path.file_name().unwrap_or_default())
 }
 
-/// A name as make reads it.
+/// A name, escaped for make.
 fn escaped(name: &str) -> String {
     name.replace('$', "$$").replace(' ', "\\ ").replace('#', "\\#")
 }
 
-/// Compiles a file; whether that went well.
+/// Compiles a file; returns whether that succeeded.
 fn compile(file: &Path, job: &Job, console: &mut Console<'_>) -> bool {
     match compiled(file, job, console) {
         Ok(Some(path)) => {
@@ -241,7 +241,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     Ok(Some(path))
 }
 
-/// Prints diagnostics as the tool does; whether one is an error.
+/// Prints diagnostics in the tool's form; returns whether one is an error.
 fn told(list: &[Diagnostic], sources: &SourceMap, job: &Job, console: &mut Console<'_>) -> bool {
     let mut bad = false;
     for d in list.iter().filter(|d| d.is_error() || !OURS.contains(&d.code.id)) {

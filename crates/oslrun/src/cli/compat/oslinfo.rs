@@ -1,4 +1,4 @@
-//! `oslinfo`: the parameters of shaders, compiled or not.
+//! `oslinfo`: prints the parameters of shaders, compiled or not.
 
 use super::options::{self, Item, Known};
 use super::{Console, number};
@@ -136,7 +136,7 @@ fn metadata(list: &[Metadatum], console: &mut Console<'_>) {
     }
 }
 
-/// Numbers and quoted strings, one behind the other.
+/// Numbers and quoted strings in sequence.
 fn flat(value: &Value, out: &mut Vec<String>) {
     match value {
         Value::Array(all) => all.iter().for_each(|v| flat(v, out)),

@@ -1,7 +1,7 @@
 //! The settings that scripts give with `--options KEY=VALUE,…`, as the reference's tools read them.
 //!
-//! Keys that steer a code generator, and keys that nobody knows, have no effect. This module must not know how a setting
-//! takes effect: who runs a group asks.
+//! Keys that control a code generator, and unknown keys, have no effect. This module only reads the settings;
+//! the code that runs a group applies them.
 
 use super::Console;
 use osl_ir::group::{Checks, Rules};
@@ -11,37 +11,37 @@ use std::path::PathBuf;
 /// The settings that have an effect here.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::cli) struct Settings {
-    /// A layer that writes shader globals runs only where another layer needs it.
+    /// A layer that writes shader globals runs only if another layer needs it.
     pub(in crate::cli) lazy_globals: bool,
     /// A layer without connections to later layers does not run.
     pub(in crate::cli) lazy_unconnected: bool,
-    /// A layer that calls `error` runs only where another layer needs it.
+    /// A layer that calls `error` runs only if another layer needs it.
     pub(in crate::cli) lazy_error: bool,
-    /// Parameters without metadata of their own do not take the data of the point.
+    /// Parameters without metadata of their own do not take their values from the point's data.
     pub(in crate::cli) lockgeom: bool,
-    /// `isconnected` counts a parameter that may take the data of the point as connected.
+    /// `isconnected` counts a parameter as connected if it may take its value from the point's data.
     pub(in crate::cli) userdata_isconnected: bool,
-    /// A connection that cannot be made is an error; else it is a warning, and the group goes on without it.
+    /// An invalid connection is an error; otherwise it is a warning, and the group runs without it.
     pub(in crate::cli) connection_error: bool,
     /// An index out of range is reported.
     pub(in crate::cli) range_checking: bool,
-    /// A coordinate system that nobody knows is reported.
+    /// An unknown coordinate system is reported.
     pub(in crate::cli) unknown_coordsys_error: bool,
-    /// A failed `getmessage` forbids to set the message later.
+    /// After a failed `getmessage`, the message cannot be set.
     pub(in crate::cli) strict_messages: bool,
-    /// Each error and warning is reported, however often it was reported before.
+    /// Each error and warning is reported, even if it was reported before.
     pub(in crate::cli) error_repeats: bool,
-    /// Warnings that one thread reports, at most.
+    /// Maximum number of warnings that one thread reports.
     pub(in crate::cli) max_warnings: usize,
-    /// Values that are infinite or no number are reported.
+    /// Infinite and NaN values are reported.
     pub(in crate::cli) debug_nan: bool,
     /// Reads of variables without a value are reported.
     pub(in crate::cli) debug_uninit: bool,
-    /// The primaries of colors.
+    /// The color space, which determines the primaries.
     pub(in crate::cli) color_space: String,
     /// Another name of the common space.
     pub(in crate::cli) common_space: String,
-    /// Folders to look for shaders in, before the working directory.
+    /// Folders to search for shaders, before the working directory.
     pub(in crate::cli) shader_path: Vec<PathBuf>,
 }
 
@@ -69,14 +69,14 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Takes the settings of a list `KEY=VALUE,…`; commas in quotes belong to the value. What comes later counts.
+    /// Reads a list `KEY=VALUE,…`; commas in quotes belong to the value. Later settings replace earlier ones.
     pub(in crate::cli) fn read(&mut self, list: &str) {
         for (key, value) in pairs(list) {
             self.set(&key, &value);
         }
     }
 
-    /// What they say about the layers of a group.
+    /// The rules for the layers of a group.
     pub(in crate::cli) fn rules(&self) -> Rules {
         Rules {
             entries: None,
@@ -89,13 +89,13 @@ impl Settings {
         }
     }
 
-    /// Whether a message of a run is one that the settings silence.
+    /// Whether the settings silence this message of a run.
     pub(super) fn silences(&self, message: &str) -> bool {
         !self.range_checking && message.starts_with("Index [")
             || !self.unknown_coordsys_error && message.starts_with("Unknown transformation ")
     }
 
-    /// The number of the color space among those that OSL knows; reports one that it does not, which Rec709 stands for.
+    /// The number of the color space in OSL's list. An unknown one is reported, and Rec709 is used instead.
     pub(super) fn primaries(&self, console: &mut Console<'_>) -> i32 {
         let found = SYSTEMS.iter().position(|name| *name == self.color_space);
         if found.is_none() {
@@ -141,12 +141,12 @@ impl Settings {
     }
 }
 
-/// The folders of a search path, which `:` or `;` parts.
+/// The folders of a search path, separated by `:` or `;`.
 pub(in crate::cli) fn folders(path: &str) -> Vec<PathBuf> {
     path.split([':', ';']).filter(|part| !part.is_empty()).map(PathBuf::from).collect()
 }
 
-/// The pairs of a list. What is no pair is left out.
+/// The pairs of a list. Entries that are not pairs are ignored.
 pub(in crate::cli) fn pairs(list: &str) -> Vec<(String, String)> {
     let mut quoted = false;
     let parts = list.split(|c| {

@@ -22,7 +22,8 @@ const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
     Known { name, words, help }
 }
 
-/// The tool's options. Those without help steer a code generator or a graphics card that is not here.
+/// The tool's options. Those without help text control a code generator or a graphics card, which do not
+/// exist here.
 const KNOWN: &[Known] = &[
     o("help", 0, "Print this"),
     o("r", 2, "Width and height of the picture: 640 480"),
@@ -59,7 +60,7 @@ const KNOWN: &[Known] = &[
 
 const USAGE: &str = "testrender [options] scene.xml outputfilename\nRender a scene.";
 
-/// What a command line asks for.
+/// What a command line requests.
 struct Job {
     size: [usize; 2],
     samples: usize,
@@ -86,7 +87,7 @@ pub(super) fn main(args: &[String], console: &mut Console<'_>) -> u8 {
     }
 }
 
-/// Reads the items of a command line; `most` is the number of pixels that a picture may have.
+/// Reads the items of a command line; `most` is the maximum number of pixels of a picture.
 fn read(items: Vec<Item>, most: u64) -> Result<Job, String> {
     let mut job = Job {
         size: [640, 480],
@@ -148,7 +149,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let image = job.words.get(1).ok_or_else(|| missing("a filename for output render"))?;
     let started = Instant::now();
     let limits = console.limits.limits();
-    // What is no file is the scene itself.
+    // An argument that is not a file is the text of the scene.
     let path = Path::new(file);
     let text = match file.ends_with(".xml") && path.is_file() {
         true => input::read_text(path, limits)?,
@@ -212,7 +213,7 @@ fn world(
         absorbed_from: count("rr_depth", defaults.absorbed_from),
         albedo: job.albedo.filter(|scale| *scale > 0.0),
     };
-    // The user's own script names the files of textures, so any path will do.
+    // The user's own script names the texture files, so any path is allowed.
     let textures = || {
         let mut folders = vec![PathBuf::new()];
         folders.extend(job.texture_path.iter().cloned());
@@ -231,10 +232,10 @@ fn world(
     Ok(((world, options), sources))
 }
 
-/// Compiles a shader group to a program that yields `Ci`.
+/// Compiles a shader group to a program that outputs `Ci`.
 ///
 /// # Errors
-/// What to say before the tool ends, if it has not been said.
+/// The message to print before the tool ends; empty if it was printed already.
 fn compile(
     text: &GroupText,
     builder: &mut GroupBuilder<'_>,
@@ -271,7 +272,7 @@ fn compile(
     Ok(pipeline::finish(body, &options).program)
 }
 
-/// Prints what shaders printed and reported.
+/// Prints the text and the messages of shaders.
 fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
     output::printed(&picture.notes.printed, true, console.out)
         .map_err(|failure| format!("ERROR: {}", failure.0))?;

@@ -1,8 +1,10 @@
-//! What shaders print and say, as the reference's tools tell it: point after point, printed text on the standard output,
-//! errors and warnings on the standard error, each out before the next of the other stream.
+//! Prints the text and messages of shaders as the reference's tools do: point after point, printed text on
+//! the standard output, errors and warnings on the standard error. Each stream is flushed before the other
+//! one is written.
 //!
-//! A text that was told lately is not told again: the tools compare with the last texts of its kind. Each thread of theirs
-//! may tell so many warnings; here the run counts as one. This module must not know how points are run.
+//! A message that equals one of the last messages of its kind is not repeated. In the tools, the number of
+//! warnings per thread is limited; here, the whole run counts as one thread. This module must not know how
+//! points are run.
 
 use super::Console;
 use super::settings::Settings;
@@ -12,31 +14,31 @@ use osl_syntax::source::SourceMap;
 use std::collections::{HashSet, VecDeque};
 use std::sync::Arc;
 
-/// Errors, and warnings, that a text is compared with.
+/// The number of recent errors, and of recent warnings, that a message is compared with.
 const REMEMBERED: usize = 25;
 
-/// Tells what points did, in the order that it is given.
+/// Prints the text and messages of points, in the order in which it receives them.
 pub(in crate::cli) struct Teller<'a> {
     sources: &'a SourceMap,
     settings: Settings,
-    /// Calls of `warning` that may still be told.
+    /// The number of warnings that may still be printed.
     warnings_left: usize,
-    /// The texts that were told last: errors, and warnings.
+    /// The texts that were printed last: errors, and warnings.
     last: [VecDeque<String>; 2],
-    /// Files that lookups could not open, of which the reference's texture library tells once.
+    /// Files that lookups could not open; the reference's texture library reports each once.
     lost: HashSet<Arc<str>>,
-    /// Whether text waits in the standard output.
+    /// Whether the standard output has text to flush.
     waiting: bool,
 }
 
-/// Whether a message is that of a lookup in a file that cannot be opened.
+/// Whether a message comes from a lookup in a file that cannot be opened.
 fn is_lookup(message: &Message) -> bool {
     let functions = ["texture", "texture3d", "environment"];
     functions.iter().any(|f| message.text.starts_with(&format!("[RendererServices::{f}] ")))
 }
 
 impl<'a> Teller<'a> {
-    /// A teller that has told nothing.
+    /// A teller that has printed nothing.
     pub(in crate::cli) fn new(sources: &'a SourceMap, settings: &Settings) -> Teller<'a> {
         Teller {
             sources,
@@ -48,10 +50,10 @@ impl<'a> Teller<'a> {
         }
     }
 
-    /// Tells what points of a run of a program did.
+    /// Prints the text and messages of points of a run.
     ///
     /// # Errors
-    /// A file that the shader prints to cannot be written.
+    /// A file to which the shader prints cannot be written.
     pub(in crate::cli) fn tell(
         &mut self,
         events: &[Event],
@@ -110,7 +112,7 @@ impl<'a> Teller<'a> {
         }
     }
 
-    /// A message in the tools' words: those about an index name the layer.
+    /// A message in the tools' words: messages about an index name the layer.
     fn text(&self, message: &Message, program: &Program) -> String {
         let place =
             |span| self.sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));

@@ -1,7 +1,6 @@
-//! The closures that the reference's grid tool knows, and what it says of calls that do not suit.
+//! The closures that the reference's grid tool knows, and its messages about invalid calls.
 //!
-//! A closure that it does not know ends the code of the list of operations in which it is called; a keyword that it does
-//! not know is left out.
+//! An unknown closure ends the list of operations that calls it; an unknown keyword is ignored.
 
 use super::super::Console;
 use osl_ir::components::{self, Known, Problem, Stops};
@@ -77,7 +76,7 @@ pub(super) fn lower(
     lower: impl Fn(&Group) -> Result<Body, Vec<Diagnostic>>,
 ) -> Result<Body, Vec<Diagnostic>> {
     let mut body = lower(group)?;
-    // Most groups call what the tool knows, and as it knows it.
+    // Most groups call only closures that the tool knows, with valid arguments.
     if !components::problems(&body, KNOWN).is_empty() {
         let needed = needed(body.clone(), options);
         let problems = components::problems(&needed, KNOWN);
@@ -101,7 +100,7 @@ pub(super) fn lower(
     Ok(body)
 }
 
-/// The body with what is needed, each call as it was written.
+/// The body with only the components that are needed; each call keeps its written form.
 fn needed(mut body: Body, options: &passes::Options) -> Body {
     let mut options = options.clone();
     if let Some(outputs) = &mut options.outputs {

@@ -1,4 +1,4 @@
-//! What a command line of `testshade` asks for.
+//! The parsed command line of `testshade`.
 
 use super::super::options::Item;
 use super::super::settings::{self, Settings};
@@ -12,7 +12,7 @@ use osl_scene::{Grid, ReferenceRenderer};
 use osl_syntax::span::Span;
 use std::path::PathBuf;
 
-/// What to do.
+/// The requested action.
 pub(super) enum Order {
     Help,
     Shade(Box<Job>),
@@ -24,23 +24,23 @@ pub(super) struct Job {
     pub(super) vary: Vec<Global>,
     pub(super) data: Vec<(String, Datum)>,
     pub(super) raytype: String,
-    /// What makes the group, in order.
+    /// The steps that build the group, in order.
     pub(super) steps: Vec<Step>,
-    /// Layer, output, layer, parameter: made when all layers are there.
+    /// Layer, output, layer, parameter. Connections are made after all layers exist.
     pub(super) connections: Vec<[String; 4]>,
     /// The name that the command line gives the group.
     pub(super) group_name: Option<String>,
     pub(super) settings: Settings,
-    /// Folders to look for textures in.
+    /// Folders to search for textures.
     pub(super) texture_path: Vec<PathBuf>,
     /// Where to write the text of the group.
     pub(super) archive: Option<String>,
     pub(super) verbose: bool,
-    /// List the parameters of the layers.
+    /// Whether to list the parameters of the layers.
     pub(super) query: bool,
     /// Layer and value.
     pub(super) reparams: Vec<(String, Statement)>,
-    /// Output and file, as given.
+    /// Output and file, as written.
     pub(super) outputs: Vec<(String, String)>,
     pub(super) samples: Option<Samples>,
     pub(super) entries: Vec<String>,
@@ -51,20 +51,20 @@ pub(super) struct Job {
     pub(super) threads: usize,
 }
 
-/// A step in the making of a group.
+/// A step in building a group.
 pub(super) enum Step {
     /// A value for the next shader.
     Value(Statement),
-    /// A layer, of a shader that is to be found.
+    /// A layer with a shader from a file.
     Shader { shader: String, layer: Option<String> },
-    /// A layer, of a shader whose body is this text.
+    /// A layer with a shader whose body is this text.
     Expr { text: String, layer: Option<String> },
-    /// Another group in place of this one: its text, or the file that holds it.
+    /// A group that replaces the current one: its text, or the file that contains it.
     Group(String),
 }
 
 impl Job {
-    /// The points, and what the renderer answers there.
+    /// The renderer: the points, and its answers to the shader's questions.
     pub(super) fn renderer(&self) -> ReferenceRenderer {
         let mut renderer = ReferenceRenderer::new(self.grid.clone());
         renderer.vary.clone_from(&self.vary);
@@ -73,10 +73,10 @@ impl Job {
     }
 }
 
-/// Reads the items of a command line; `most` is the number of points that a grid may have.
+/// Reads the items of a command line; `most` is the maximum number of points of a grid.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// What is wrong, as text.
 pub(super) fn read(items: Vec<Item>, most: u64) -> Result<Order, String> {
     let mut job = Job {
         grid: Grid::new(1, 1),
@@ -131,7 +131,7 @@ fn word(text: &str) -> Word {
     Word { text: text.into(), span: Span::default() }
 }
 
-/// The layer of a shader; the name of a file stands for the shader in it.
+/// The step for a shader; a file name stands for the shader in it.
 fn declared(shader: &str, layer: Option<String>) -> Step {
     Step::Shader { shader: shader.trim().to_string(), layer }
 }
@@ -198,8 +198,8 @@ fn option(job: &mut Job, name: &str, settings: &[(String, String)], words: &[Str
     Ok(())
 }
 
-/// A value whose type is given, or told by its form: sixteen numbers are a matrix, three a vector, one an int or float; all
-/// else is a string.
+/// A value with its given type, or the type that its form implies: sixteen numbers are a matrix, three a
+/// vector, one an int or float; everything else is a string.
 fn value(name: &str, text: &str, settings: &[(String, String)]) -> Result<Statement, String> {
     let setting = |key: &str| settings.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
     let parts: Vec<&str> = text.split([',', ' ']).filter(|p| !p.is_empty()).collect();

@@ -1,4 +1,4 @@
-//! `testshade`: runs a shader or a group on a grid, prints what it prints, writes images.
+//! `testshade`: runs a shader or a group on a grid, prints its text, and writes images.
 
 mod closures;
 mod job;
@@ -24,7 +24,7 @@ const fn o(name: &'static str, words: usize, help: &'static str) -> Known {
     Known { name, words, help }
 }
 
-/// The tool's options. Those without help steer a code generator that is not here.
+/// The tool's options. Those without help text control a code generator, which does not exist here.
 const KNOWN: &[Known] = &[
     o("help", 0, "Print this"),
     o("v", 0, "Print the group too"),
@@ -139,8 +139,8 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     let shaders = setup::folders(&job, console.limits);
     let (mut group, sources) = setup::group(&job, &shaders, &options, console)?;
     let outputs = show::outputs(&group, &job);
-    // The tool parts what it says from what the shaders print by an empty line: before its list of outputs, or at the end
-    // where there is none.
+    // The tool separates its own lines from the shaders' text by an empty line: before its list of outputs,
+    // or at the end if there is no list.
     let silent = matches!(&job.outputs[..], [(_, file)] if file == "null");
     if !silent {
         let _ = writeln!(console.out);
@@ -168,11 +168,12 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
             told.err = &mut silent;
         }
         let program = compile(&group, primaries, &renderer, &outputs, &sources, &mut told)?;
-        // Where lookups tell shaders why they fail, the first of a file tells more: it has to be the same in all runs.
+        // If lookups report errors to shaders, the first error of a file has a longer text. One thread makes
+        // it the same in all runs.
         let alone = if program.has_error_messages() { Some(threads(1)?) } else { None };
         let machine = (&renderer, &services, alone.as_ref().or(pool.as_ref()));
         let mut frame = run(&program, machine, (!job.print).then_some(&mut teller), console)?;
-        // The tool prints the values of points before what the shaders said there.
+        // The tool prints the values of all points before the messages of the shaders.
         if job.print {
             show::points(&frame, &outputs, job.grid.width, console);
             teller.tell(&std::mem::take(&mut frame.events), &program, console)?;
@@ -192,10 +193,11 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// Points of a piece of a run, at least.
+/// Minimum number of points in one piece of a run.
 const PIECE: usize = 1 << 16;
 
-/// Runs a program on all points, and tells what each piece of them did; without a teller the frame keeps that.
+/// Runs a program on all points. A teller prints the text and messages piece by piece; without one they stay
+/// in the frame.
 fn run(
     program: &Program,
     (renderer, services, pool): (&osl_scene::ReferenceRenderer, &Services, Option<&rayon::ThreadPool>),
@@ -222,13 +224,13 @@ fn run(
     Ok(all)
 }
 
-/// So many threads to run on.
+/// A pool of `n` threads.
 fn threads(n: usize) -> Result<rayon::ThreadPool, String> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
     pool.map_err(|why| format!("testshade: cannot start {n} threads: {why}"))
 }
 
-/// Compiles the group, and says which closures do not suit the tool.
+/// Compiles the group, and reports calls of closures that are invalid in the tool.
 fn compile(
     group: &Group,
     primaries: i32,
@@ -256,7 +258,7 @@ fn compile(
     Ok(pipeline::finish(body, &options).program)
 }
 
-/// Sets the values that `--reparam` gives. Where there is no such parameter, nothing changes.
+/// Sets the values of `--reparam`. Unknown parameters are ignored.
 fn reparam(group: &mut Group, job: &Job) {
     for (layer, statement) in &job.reparams {
         let Statement::Param { ty, name, values, .. } = statement else { continue };

@@ -1,4 +1,4 @@
-//! The group that a command line of `testshade` describes, step by step, with what the tool says on the way.
+//! Builds the group that a command line of `testshade` describes, step by step, with the tool's messages.
 
 use super::super::Console;
 use super::super::folders::Folders;
@@ -15,10 +15,10 @@ use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Makes the group.
+/// Builds the group.
 ///
 /// # Errors
-/// What to say before the tool ends, if it has not been said.
+/// The message to print before the tool ends; empty if it was printed already.
 pub(super) fn group<'a>(
     job: &Job,
     files: &'a Folders,
@@ -89,10 +89,10 @@ pub(super) fn group<'a>(
     Ok((group, sources))
 }
 
-/// Tells the layers and outputs that are entries, and yields the layers that run; nothing without entries.
+/// Prints the layers and outputs that are entries, and returns the layers that run; nothing without entries.
 ///
 /// # Errors
-/// What to say before the tool ends, if it has not been said.
+/// The message to print before the tool ends; empty if it was printed already.
 pub(super) fn entries(
     group: &Group,
     job: &Job,
@@ -128,7 +128,8 @@ pub(super) fn entries(
     Ok((!job.entries.is_empty()).then_some(layers))
 }
 
-/// The layer of an entry output. Measured: the reference does not find outputs of layers that run if nothing takes them.
+/// The layer of an entry output. Measured: the reference does not find outputs of a running layer that are
+/// not connected.
 fn entry_output(group: &Group, job: &Job, entries: &[usize], output: &str) -> Option<usize> {
     let last = group.layers().len().checked_sub(1)?;
     let (index, name) = match output.split_once('.') {
@@ -173,27 +174,27 @@ fn list(program: &Program, lines: &mut String) {
     }
 }
 
-/// The shader whose body a `--expr` gives.
+/// The text of the shader for an `--expr`.
 fn expression(name: &str, body: &str) -> String {
     format!(
         "shader {name} (\n    float s = u [[ int interpolated=1 ]],\n    float t = v [[ int interpolated=1 ]],\n    output color result = 0,\n    output float alpha = 1,\n  )\n{{\n    {body}\n    ;\n}}\n"
     )
 }
 
-/// Where textures are looked for. The user's own script names the files, so any path will do.
+/// The texture cache. The user's own script names the files, so any path is allowed.
 pub(super) fn textures(job: &Job, limits: &Limits) -> TextureCache {
     let mut folders = vec![PathBuf::new()];
     folders.extend(job.texture_path.iter().cloned());
     TextureCache::within(folders, limits).allow_files(true)
 }
 
-/// Where shaders are looked for, with those that `--expr` makes.
+/// The folders of shaders, with the shaders generated for `--expr`.
 pub(super) fn folders(job: &Job, limits: &LimitArgs) -> Folders {
     let texts = job.steps.iter().filter_map(|step| match step {
         Step::Expr { text, .. } => Some(text),
         _ => None,
     });
-    // Measured: the reference counts the lines of such a text from 2.
+    // Measured: the reference numbers the lines of such a text from 2.
     let written = |(index, body): (usize, &String)| {
         let name = format!("expr_{index}");
         let text = format!("\n{}", expression(&name, body));

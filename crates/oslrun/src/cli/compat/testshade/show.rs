@@ -1,4 +1,4 @@
-//! What `testshade` shows of a run: what shaders said, values point by point, images.
+//! The results of a `testshade` run: shader messages, values point by point, images.
 
 use super::super::{Console, number};
 use super::job::Job;
@@ -12,17 +12,17 @@ use osl_ir::types::{Base, Extent};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// An output that was asked for and that a layer has.
+/// A requested output that a layer has.
 pub(super) struct Output {
-    /// As it was asked for.
+    /// Its name in the request.
     pub(super) asked: String,
     /// The name of its planes.
     pub(super) plane: Arc<str>,
-    /// What lowering has to know of it.
+    /// Its names for the lowering.
     pub(super) names: Vec<Arc<str>>,
-    /// Numbers of a point, and whether they are ints.
+    /// Numbers per point, and whether they are ints.
     shape: (usize, bool),
-    /// Where it goes.
+    /// The file that it is written to.
     pub(super) file: Option<PathBuf>,
 }
 
@@ -33,7 +33,8 @@ impl Output {
     }
 }
 
-/// The outputs that layers have; the last layer with an output of the name is meant. Others are passed over in silence.
+/// The requested outputs that exist. A plain name means the last layer that has such an output. Unknown names
+/// are ignored.
 pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
     let mut found = Vec::new();
     for (asked, file) in &job.outputs {
@@ -45,7 +46,7 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
         let Some((index, layer)) = layers.into_iter().find(|(_, l)| has(l)) else { continue };
         let last = index + 1 == group.layers().len();
         let path: Arc<str> = format!("{}.{name}", layer.name).into();
-        // A name without its layer makes every layer that has such an output run.
+        // After a name without a layer, every layer with such an output runs.
         let mut names: Vec<Arc<str>> = vec![path.clone()];
         names.extend(of.is_none().then(|| name.into()));
         found.push(Output {
@@ -76,7 +77,7 @@ fn shape(program: &hir::Program, name: &str) -> (usize, bool) {
     (each * elements, ty.base == Base::Int)
 }
 
-/// The planes of an output, in order, but for those that no image holds.
+/// The planes of an output, in order, except those that an image cannot hold.
 fn planes<'a>(frame: &'a Frame, output: &Output) -> Vec<&'a Plane> {
     let part = |plane: &str| {
         plane.strip_prefix(&*output.plane).is_some_and(|rest| rest.is_empty() || rest.starts_with(['[', '.']))
@@ -85,7 +86,7 @@ fn planes<'a>(frame: &'a Frame, output: &Output) -> Vec<&'a Plane> {
     frame.planes.iter().filter(|p| part(&p.output) && image(p)).collect()
 }
 
-/// Prints the outputs of each point. Strings and closures have no values that the tool prints.
+/// Prints the outputs of each point. The tool prints no values of strings and closures.
 pub(super) fn points(frame: &Frame, outputs: &[Output], width: usize, console: &mut Console<'_>) {
     let all: Vec<(&str, Vec<&Plane>)> = outputs.iter().map(|o| (o.name(), planes(frame, o))).collect();
     let shown = |plane: &Plane, at: usize| {
@@ -106,7 +107,7 @@ pub(super) fn points(frame: &Frame, outputs: &[Output], width: usize, console: &
     }
 }
 
-/// Writes each output to its file: all of them or none.
+/// Writes each output to its file: all files or none.
 pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), String> {
     let size = (job.grid.width, job.grid.height);
     let mut files = Vec::new();
@@ -114,7 +115,7 @@ pub(super) fn write(frame: &Frame, outputs: &[Output], job: &Job) -> Result<(), 
         let Some(file) = &output.file else { continue };
         let planes = planes(frame, output);
         let written = if planes.is_empty() {
-            // Its layer does not run: the image stays black.
+            // Its layer does not run, so the image stays black.
             let ((channels, ints), points) = (output.shape, size.0 * size.1);
             match (channels, ints) {
                 (0, _) => continue,
