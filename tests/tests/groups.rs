@@ -58,6 +58,7 @@ fn case(folder: &Path) -> Result<String, String> {
     let passes = passes::Options {
         varying: host.varying().to_vec(),
         slopes: host.varying_slopes().to_vec(),
+        traces: host.traces(),
         ..passes::Options::default()
     };
     let compiled = pipeline::finish(body, &passes);
