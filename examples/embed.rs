@@ -1,7 +1,8 @@
-//! A shader inside another program: text in, values at the program's own points out.
+//! Embeds a shader in another program: compiles a source text and computes values at the program's own
+//! points.
 //!
-//! `cargo run -p osl-examples --bin embed` shades points of a sphere, as a renderer would have hit them, and prints them
-//! as characters.
+//! `cargo run -p osl-examples --bin embed` shades points on a sphere, as a renderer's rays would hit them,
+//! and prints them as characters.
 
 #![allow(clippy::print_stdout, reason = "its purpose is to print")]
 
@@ -17,7 +18,7 @@ const SHADER: &str = "
 /// Columns and rows of the picture.
 const SIZE: (usize, usize) = (60, 30);
 
-/// Where a ray through a character of the picture hits the unit sphere, looking along -z.
+/// The point where the ray through a character of the picture, in direction -z, hits the unit sphere.
 fn hit(column: usize, row: usize) -> Option<[f32; 3]> {
     let x = 2.1 * ((column as f32 + 0.5) / SIZE.0 as f32 - 0.5);
     let y = 2.1 * (0.5 - (row as f32 + 0.5) / SIZE.1 as f32);
@@ -29,7 +30,7 @@ fn main() -> Result<(), Error> {
     let pixels: Vec<(usize, usize)> =
         (0..SIZE.1).flat_map(|row| (0..SIZE.0).map(move |column| (column, row))).collect();
     let hits: Vec<Option<[f32; 3]>> = pixels.iter().map(|(column, row)| hit(*column, *row)).collect();
-    // Only what was hit is shaded: points are a list, in any order.
+    // Only hit points are shaded: the points are a list, in any order.
     let p: Vec<[f32; 3]> = hits.iter().flatten().copied().collect();
     let v: Vec<f32> = p.iter().map(|p| p[1].asin() / std::f32::consts::PI + 0.5).collect();
     let rays = vec![[0.0, 0.0, -1.0]; p.len()];

@@ -1,7 +1,8 @@
-//! What a shader asks of its surroundings, answered by the program around it: attributes, data of the surface, named
-//! spaces, and where textures lie.
+//! Answers a shader's questions about its surroundings: attributes, data of the surface, named spaces, and
+//! the folders of textures.
 //!
-//! `cargo run -p osl-examples --bin renderer_services` prints what a shader sees of a small scene.
+//! `cargo run -p osl-examples --bin renderer_services` prints the values that a shader finds in a small
+//! scene.
 
 #![allow(clippy::print_stdout, reason = "its purpose is to print")]
 
@@ -21,7 +22,7 @@ const SHADER: &str = "
 
 /// A scene with one trunk, which stands at (10, 0, 0).
 struct Scene {
-    /// How worn it is, point by point.
+    /// Its wear, point by point.
     wear: Vec<f32>,
 }
 
@@ -55,7 +56,7 @@ fn main() -> Result<(), Error> {
         .p(&[[10.0, 0.0, 0.0], [10.5, 1.0, 0.0], [11.0, 2.0, 0.0]])
         .u([0.1, 0.5, 0.9])
         .v([0.1, 0.5, 0.9]);
-    // One renderer for all programs of a scene: it keeps the textures that were read.
+    // All programs of a scene share one renderer, which caches the textures.
     let renderer = Renderer::new(Scene { wear: vec![0.0, 0.25, 1.0] });
     let outputs = program.run_with(&points, &renderer)?;
     print!("{}", outputs.printed());

@@ -1,5 +1,6 @@
-//! The law between the product and the walker: at every point a program yields the same outputs, to the bit, prints the
-//! same text and says the same errors and warnings, compiled from its source or from the `.oso` that is written from it.
+//! Checks that the product agrees with the walker: at every point a program has the same outputs, to the bit,
+//! the same printed text and the same errors and warnings, compiled from its source or from the `.oso` that
+//! is written from it.
 
 use crate::walker::{self, Outcome, Point};
 use crate::{laws, run};
@@ -13,28 +14,28 @@ use osl_syntax::{NoFiles, Options};
 use oslrun::pipeline;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What came of a comparison.
+/// The result of a comparison.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// Both agree.
     Same,
-    /// Nothing was compared: why not.
+    /// Nothing was compared, for this reason.
     Open(String),
 }
 
-/// Six points, some of them outside of the unit patch.
+/// Six points, some of them outside the unit square.
 fn grid() -> Grid {
     Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(3, 2) }
 }
 
-/// What a point yields, in a form to compare: bits by plane, and the text.
+/// The results at a point, in a form to compare: bits of each plane, and the text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 struct Seen {
     planes: BTreeMap<(String, usize), u32>,
     printed: String,
 }
 
-/// The text without the signs of NaN: nothing says what they are.
+/// The text without the signs of NaN, which are unspecified.
 fn unsigned(text: &str) -> String {
     text.replace("-nan", "nan").replace("-NaN", "NaN")
 }
@@ -49,7 +50,7 @@ fn walked(outcome: &Outcome) -> Seen {
     seen
 }
 
-/// What the product yields at each point, and what it says.
+/// The results of the product at each point, and its messages.
 fn run(program: &Program, grid: &Grid) -> Result<(Vec<Seen>, BTreeSet<String>), String> {
     let body = osl_ir::lower::lower(program, &ParamValues::default()).map_err(|e| format!("{e:?}"))?;
     let compiled = pipeline::finish(body, &passes::Options::default());
@@ -76,7 +77,7 @@ fn seen(frame: &Frame, points: usize) -> Vec<Seen> {
     all
 }
 
-/// The messages without places and names: a formal may go by the name of the variable that it stands for.
+/// The messages without positions and names: a formal parameter may have the name of its argument.
 fn said(frame: &Frame) -> BTreeSet<String> {
     let plain = |said: &osl_exec::Said| {
         let text = unsigned(&said.message.text);

@@ -1,6 +1,6 @@
-//! Choices that bytes make: what a fuzzer changes in the bytes changes one choice.
+//! Choices made from bytes: if a fuzzer changes a byte, one choice changes.
 
-/// Bytes that are used up one by one; behind the end are zeros.
+/// Bytes that are consumed one by one; after the end, zeros follow.
 pub(crate) struct Dice<'a> {
     bytes: std::slice::Iter<'a, u8>,
 }
@@ -14,13 +14,13 @@ impl<'a> Dice<'a> {
         self.bytes.next().copied().unwrap_or(0)
     }
 
-    /// A number below another; 0 below 0.
+    /// A number less than `n`; 0 if `n` is 0.
     pub(crate) fn below(&mut self, n: u64) -> u64 {
         let wide = if n > 256 { u64::from(self.byte()) << 8 } else { 0 };
         (wide | u64::from(self.byte())).checked_rem(n).unwrap_or(0)
     }
 
-    /// Once in so many times; not once the bytes are used up.
+    /// True once in `n` times; never after the bytes are consumed.
     pub(crate) fn one_in(&mut self, n: u64) -> bool {
         self.below(n) == n - 1
     }
@@ -30,7 +30,7 @@ impl<'a> Dice<'a> {
         list.get(at).copied().unwrap_or_default()
     }
 
-    /// A side of something: mostly small, seldom one that overflows products.
+    /// A side length: mostly small, rarely so large that products overflow.
     pub(crate) fn side(&mut self) -> u32 {
         match self.byte() {
             small @ 0..224 => u32::from(small % 24) + 1,
@@ -50,7 +50,7 @@ impl<'a> Dice<'a> {
         }
     }
 
-    /// A float, often one that computations dislike.
+    /// A float, often a difficult one for computations.
     pub(crate) fn float(&mut self) -> f32 {
         let odd = [f32::NAN, f32::INFINITY, -1e38, 1e38, 1e-45, 0.0, -0.0, 1e12];
         match self.byte() {

@@ -1,7 +1,7 @@
-//! Nanoseconds a point by arithmetic: strict, fast and double precision, at 512² on one thread with the widest
-//! instruction set. Expect: fast at least 1.3 times as fast as strict where elementary functions are most of the work,
-//! never slower; double precision five times strict for noise and arithmetic, and some 40 ns for each
-//! elementary function.
+//! Nanoseconds per point in each arithmetic (strict, fast, double precision), at 512² on one thread with the
+//! widest instruction set. Expect: fast at least 1.3 times as fast as strict if elementary functions are most
+//! of the work, and never slower; double precision takes five times as long as strict for noise and
+//! arithmetic, and some 40 ns for each elementary function.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 

@@ -1,9 +1,10 @@
-//! Whether `--max-error` keeps its promise, and at what cost: the seed shaders and twenty others, each to two errors, and those
-//! of a second set, by which parameters were not chosen, though later changes were tried on both. Truth is thousands of
-//! samples at thousands of pixels; the cost is compared with the fixed setting of the fewest evaluations (a shading rate, or a
-//! number of samples) that keeps the error at 99.9 % of these pixels, found by trying all. Expect: errors kept at 99.9 %, at no
-//! more than 1.2 times that cost. A star marks cases where the truth's own standard error is larger than the error asked
-//! for. Prints the tables of docs/accuracy.md, and times, and takes a quarter of an hour.
+//! Whether `--max-error` keeps its promise, and at what cost. The cases are the seed shaders and twenty
+//! others, each with two errors, and a second set that was not used to choose the parameters (later changes
+//! were tried on both sets). The truth is thousands of samples at thousands of pixels. The cost is compared
+//! with the cheapest fixed setting (a shading rate, or a number of samples) that keeps the error at 99.9 % of
+//! these pixels, found by trying all. Expect: errors kept at 99.9 % of the pixels, at no more than 1.2 times
+//! that cost. A star marks cases in which the truth's own standard error is larger than the requested error.
+//! Prints the tables of docs/accuracy.md, and times; takes a quarter of an hour.
 
 #![allow(
     clippy::unwrap_used,
@@ -29,7 +30,7 @@ use std::time::Instant;
 
 const TEXTURE: &str = "tests/data/textures/tex64.png";
 
-/// Name, file, outputs (all where empty), parameters.
+/// Name, file, outputs (empty means all), parameters.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
 
 const FILES: [Case; 14] = [
@@ -103,22 +104,23 @@ const SECOND_SET: [(&str, &str); 8] = [
     ),
 ];
 
-/// Pixels whose truth is known, and samples of each.
+/// The number of pixels with a known truth, and the number of samples of each.
 const CHECKED: usize = 16384;
 const TRUTH: u32 = 4096;
 const ERRORS: [f32; 2] = [0.05, 0.02];
-/// The most samples of a pixel.
+/// Maximum number of samples per pixel.
 const MOST: u32 = 4096;
-/// Other samples that the same is done with, to be counted only.
+/// Other sample patterns, for which the result is only counted.
 const OTHERS: [u32; 2] = [1, 2];
-/// The share of the pixels that may be off, and how much more than the best fixed setting an image may cost.
+/// The permitted fraction of pixels with a larger error, and the permitted cost relative to the best fixed
+/// setting.
 const PROMISED: f64 = 0.001;
 const DEARER: f64 = 1.2;
 
 struct Shader {
     name: &'static str,
     program: Program,
-    /// In fast arithmetic, where that may be cheaper: as the command line offers it.
+    /// The program in fast arithmetic, if that may be cheaper, as on the command line.
     fast: Option<Program>,
 }
 
@@ -147,7 +149,7 @@ fn shaders(root: &Path) -> Vec<Shader> {
     FILES.iter().map(file).chain(TEXTS.iter().chain(&SECOND_SET).map(text)).collect()
 }
 
-/// The quicker of two runs, in milliseconds, and the image.
+/// The faster of two runs, in milliseconds, and the image.
 fn timed(work: impl Fn() -> Image) -> (f64, Image) {
     let once = || {
         let started = Instant::now();
@@ -158,21 +160,21 @@ fn timed(work: impl Fn() -> Image) -> (f64, Image) {
     if first.0 < second.0 { first } else { second }
 }
 
-/// Shares of the pixels above an error.
+/// The fractions of pixels above an error.
 fn above(image: &Image, truth: &Oracle, error: f32) -> f64 {
     let planes: Vec<Vec<f32>> = image.frame.planes.iter().map(|p| p.floats()).collect();
     let found = check(&planes, truth, f64::from(error), |pixel| pixel as usize);
     found.above as f64 / found.pixels.max(1) as f64
 }
 
-/// Whether the truth of almost all pixels is known better than to an error.
+/// Whether the truth is more accurate than an error at almost all pixels.
 fn is_known(truth: &Oracle, error: f32) -> bool {
     let unknown = |at: &usize| truth.errors.iter().any(|plane| plane[*at] > error);
     let count = truth.pixels.len();
     (0..count).filter(unknown).count() as f64 <= PROMISED * count as f64
 }
 
-/// The fixed setting of the fewest evaluations that keeps an error: its name, time and evaluations a pixel.
+/// The cheapest fixed setting that keeps an error: its name, time, and evaluations per pixel.
 fn best_fixed(shading: &Shading<'_>, truth: &Oracle, error: f32, side: usize) -> Option<(String, f64, f64)> {
     for rate in [[4, 4], [2, 2], [2, 1], [1, 1]].map(Rate) {
         let image = at_rate(shading, 0..side, rate).expect("an image");
@@ -182,7 +184,7 @@ fn best_fixed(shading: &Shading<'_>, truth: &Oracle, error: f32, side: usize) ->
         }
     }
     for samples in (1..).map(|level| 1_u32 << level).take_while(|n| *n <= MOST.min(shading.pattern.count())) {
-        // The pixels that count are enough to see whether it will do.
+        // The checked pixels are enough to see whether the setting is good.
         let some = shading.chosen(&truth.pixels, samples).expect("samples");
         let found =
             check(&some, truth, f64::from(error), |pixel| truth.pixels.binary_search(&pixel).unwrap());
@@ -194,8 +196,8 @@ fn best_fixed(shading: &Shading<'_>, truth: &Oracle, error: f32, side: usize) ->
     None
 }
 
-/// What is counted: cases, those that keep the error, those where a fixed setting does, and those of them that cost no more
-/// than they may.
+/// Counts of cases: all, those that keep the error, those with a fixed setting that keeps it, and those of
+/// them within the permitted cost.
 #[derive(Default)]
 struct Count {
     cases: u32,
@@ -216,7 +218,7 @@ impl Count {
 }
 
 fn main() {
-    // `cargo test` and `cargo bench -- --quick` only see whether it works.
+    // `cargo test` and `cargo bench -- --quick` only check that it works.
     let quick = std::env::args().any(|a| a == "--test" || a == "--quick")
         || !std::env::args().any(|a| a == "--bench");
     let only: Option<String> = std::env::args().skip(1).find(|a| !a.starts_with('-'));
@@ -253,7 +255,7 @@ fn main() {
             let kept = 100.0 * (1.0 - off);
             let own = image.tally.per_pixel();
             let count = &mut counts[usize::from(SECOND_SET.iter().any(|(name, _)| *name == shader.name))];
-            // A star: at more than one pixel of a thousand the truth is not known to the error.
+            // A star: at more than one pixel in a thousand the truth is not known to this error.
             let kept = format!("{kept:.2} %{}", if is_known(&truth, error) { "" } else { " *" });
             let best = best_fixed(&shading, &truth, error, side);
             for seed in OTHERS {

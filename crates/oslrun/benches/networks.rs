@@ -1,5 +1,5 @@
-//! What layers cost that nothing needs: a network of ten layers, and the same among fifty more. Expect: running takes as
-//! long, within the noise; compiling takes longer by what reading and resolving the others takes.
+//! The cost of unused layers: a network of ten layers, and the same network with fifty more. Expect: equal
+//! run times within the noise; compiling takes longer by the time of reading and resolving the other layers.
 
 #![allow(
     clippy::unwrap_used,
@@ -19,7 +19,7 @@ use osl_syntax::{NoFiles, Options};
 use oslrun::pipeline::{self, ShaderFiles};
 use std::fmt::Write as _;
 
-/// The shaders that are built in.
+/// The built-in shaders.
 struct Nodes;
 
 impl ShaderFiles for Nodes {
@@ -33,11 +33,11 @@ impl ShaderFiles for Nodes {
     }
 }
 
-/// Ten layers, all of which the color of the last one needs.
+/// Ten layers that the color of the last one depends on.
 const NEEDED: &str = include_str!("shaders/network.group");
 
-/// The ten among fifty others: twenty-five times noise and its remapping, each warped by the one before. What comes of them
-/// goes into the number that the last layer clamps, and nothing asks for that.
+/// The ten layers with fifty others: twenty-five times noise and its remapping, each warped by the one
+/// before. They determine the number that the last layer clamps, and that output is not requested.
 fn crowded() -> String {
     let (layers, connections) = NEEDED.split_at(NEEDED.find("shader clamp Last").expect("the last layer"));
     let (last, connections) = connections.split_at(connections.find("connect").expect("connections"));

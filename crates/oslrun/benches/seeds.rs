@@ -1,5 +1,6 @@
-//! Points a second of each seed shader, and of shaders that cover the library, at 512²: one thread by instruction set, and
-//! all threads; and what compiling costs. Expect: AVX-512 at least twice the baseline; compiling in a few milliseconds.
+//! Points per second of each seed shader, and of shaders that cover the library, at 512²: one thread for each
+//! instruction set, and all threads; also the compile time. Expect: AVX-512 at least twice the baseline;
+//! compiling takes a few milliseconds.
 
 #![allow(
     clippy::unwrap_used,
@@ -20,7 +21,7 @@ use osl_syntax::source::SourceProvider;
 use oslrun::pipeline::{self, ShaderFiles};
 use std::path::Path;
 
-/// Name, file, outputs to compute (all where empty), and parameters.
+/// Name, file, outputs to compute (empty means all), and parameters.
 type Case = (&'static str, &'static str, &'static [&'static str], &'static [(&'static str, &'static str)]);
 
 const CASES: [Case; 19] = [
@@ -47,7 +48,7 @@ const CASES: [Case; 19] = [
 
 const TEXTURE: &str = "tests/data/textures/tex64.png";
 
-/// The shaders that are built in.
+/// The built-in shaders.
 struct Nodes;
 
 impl ShaderFiles for Nodes {

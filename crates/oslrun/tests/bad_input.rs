@@ -1,4 +1,5 @@
-//! Bad input, as a user meets it: one clear line, exit code 1 (2 for the command line), the old file untouched.
+//! Bad input for the command: the result is one clear line, exit code 1 (2 for the command line), and an
+//! unchanged old file.
 
 #![allow(
     clippy::unwrap_used,
@@ -42,7 +43,7 @@ impl Place {
         path
     }
 
-    /// Runs, expects the code and the words, and that nothing else has happened.
+    /// Runs the command, and checks the exit code, the message, and that nothing else has happened.
     fn refuses(&self, args: &[&str], code: i32, words: &str) {
         let mut all = args.to_vec();
         let out = self.path("out.exr");

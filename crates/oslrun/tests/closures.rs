@@ -95,14 +95,14 @@ fn library_functions_may_be_declared_as_renderers_headers_do() {
     insta::assert_snapshot!("declared_library", out.replace(&dir.path().display().to_string(), "DIR"));
 }
 
-/// What only closures need is not computed where nobody shows them.
+/// Code that only closures need is not computed if the closures are not shown.
 #[test]
 fn closures_that_nobody_asks_for_cost_nothing() {
     let dir = tempfile::tempdir().unwrap();
     let text = "surface s(output closure color surf = 0, output float r = 0) {\n\
                 surf = noise(P) * layer(diffuse(N), emission()); Ci = surf; r = u; printf(\"x\"); }\n";
     let source = write(dir.path(), "s.osl", text);
-    // Instructions of what was asked for, as --stats counts them.
+    // Number of instructions for the requested outputs, as --stats prints it.
     let instructions = |args: &[&str]| {
         let (code, _, err) = command(&[&[source.as_str(), "-g", "4x4", "--stats"][..], args].concat());
         assert_eq!(code, 0, "{err}");
@@ -112,7 +112,7 @@ fn closures_that_nobody_asks_for_cost_nothing() {
     let (plain, closures) = (instructions(&[]), instructions(&["--closures"]));
     assert!(plain + 5 < closures, "{plain} {closures}");
     assert_eq!(instructions(&["--outputs", "r"]), plain);
-    // Alone they stand for the image.
+    // If they are the only output, the image shows their weights.
     let (code, out, err) = command(&[&source, "-g", "4x4", "--outputs", "surf"]);
     assert!(code == 0 && out.contains("surf"), "{out} {err}");
 }

@@ -1,4 +1,5 @@
-//! Closures in the front end that stands in for the reference's grid tool: what it knows, says, and leaves out.
+//! Closures in the front end that replaces the reference's grid tool: known closures, messages, and ignored
+//! calls.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
@@ -28,8 +29,9 @@ shader t(int which = 0, output float a = 0, output float b = 0, output float c =
 }
 ";
 
-/// An unknown closure ends the list of operations that it stands in: the rest of a branch, of a round, of a function, or of
-/// the shader where the branch is known to be taken. One that nothing needs is no matter.
+/// An unknown closure ends the list of operations that contains it: the rest of a branch, of an iteration, of
+/// a function, or of the shader if the branch is known to be taken. An unknown closure without effect on an
+/// output is ignored.
 #[test]
 fn unknown_closures_stop_what_follows() {
     let dir = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! `oslrun compile`, `oslrun info`, and compiled shaders where sources may stand.
+//! `oslrun compile`, `oslrun info`, and compiled shaders in place of sources.
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
@@ -32,7 +32,7 @@ fn a_compiled_shader_is_the_same_image() {
     assert_eq!(std::fs::read(&first).unwrap(), std::fs::read(&second).unwrap());
     let (code, out, _) = command(&["compile", &source, "-o", "-"]);
     assert_eq!((code, out), (0, std::fs::read_to_string(&oso).unwrap()));
-    // The commands that read shaders read it too, those that rewrite sources do not.
+    // The commands that read shaders accept it too; those that rewrite sources do not.
     assert_eq!(command(&["check", &oso]).0, 0);
     assert!(command(&["ir", &oso]).1.contains("# after the passes"));
     for args in [&["fmt", &oso][..], &[&oso, "--repair"]] {
@@ -59,7 +59,7 @@ fn information_as_text() {
     let (code, source, err) = command(&["info", &file("tests/data/values/struct/params.osl")]);
     assert_eq!(code, 0, "{err}");
     insta::assert_snapshot!("info-struct", source);
-    // The same of what the reference made of it, and of what is made of it here.
+    // The same for the file from the reference, and for the file that is written here.
     assert_eq!(command(&["info", &file("tests/data/oso/struct__params.oso")]).1, source);
     insta::assert_snapshot!("info-chaosmosaic", command(&["info", &file("osl/chaosmosaic.osl")]).1);
 }
@@ -101,7 +101,7 @@ fn a_command_does_not_write_over_what_it_reads() {
             assert_eq!(std::fs::read(dir.path().join("a.oso")).unwrap(), old);
         }
     }
-    // A name that the user gives is the user's own affair, and so is another folder.
+    // The user may name any file and any folder.
     assert_eq!(run(&["compile", "./a.oso", "-o", "b.oso"]), (Some(0), String::new()));
     std::fs::rename(dir.path().join("b.oso"), dir.path().join("sub/b.oso")).unwrap();
     assert_eq!(run(&["compile", "sub/b.oso"]), (Some(0), String::new()));

@@ -1,10 +1,10 @@
-//! `--userdata` and `--attributes`, as a shader sees them.
+//! `--userdata` and `--attributes`, read by a shader.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 
 use std::path::Path;
 
-/// Runs the command in this process: exit code, and what it said.
+/// Runs the command in this process; returns the exit code and its output.
 fn oslrun(args: &[&str]) -> (u8, String, String) {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let args = std::iter::once("oslrun").chain(args.iter().copied()).map(Into::into);

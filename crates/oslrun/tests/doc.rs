@@ -1,5 +1,5 @@
-//! The reference of the built-ins: the page is current, every example compiles and runs without a word, and the command
-//! finds entries and close names.
+//! The reference of the built-ins: the page is current, every example compiles and runs without diagnostics,
+//! and the command finds entries and close names.
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
@@ -37,12 +37,13 @@ fn the_page_is_current() {
     assert!(held == page, "docs/builtins.md is not current: run this test with UPDATE_DOCS=1");
 }
 
-/// Compiled with all passes and run on a few points, an example earns no diagnostic and no message but its own.
+/// Compiled with all passes and run on a few points, an example has no diagnostic, and no message except its
+/// own.
 #[test]
 fn every_example_runs() {
     let mut wrong = String::new();
     for row in builtins::all() {
-        // A surface is where all globals and closures may be used.
+        // All globals and closures may be used in a surface shader.
         let text = format!("surface example(output float result = 0) {{\n{}\n}}\n", row.example);
         if let Err(why) = run(&text) {
             wrong.push_str(&format!("{}: {why}\n{text}\n", row.name));
@@ -64,7 +65,8 @@ fn run(text: &str) -> Result<(), String> {
         textures: TextureCache::new(vec![root().join("tests/data/textures")]),
         ..Services::default()
     };
-    // Once with all passes, once with none: the examples' results are not used, so that passes drop most of them.
+    // Once with all passes and once without any: the results of the examples are not used, so the passes
+    // remove most of the code.
     for without in [Vec::new(), passes::Pass::ALL.to_vec()] {
         let options = passes::Options { without, ..passes::Options::default() };
         let compiled = pipeline::finish(body.clone(), &options);
@@ -93,7 +95,7 @@ fn the_command_finds() {
         assert!(entry.contains(part), "{entry}");
     }
     assert!(entry.lines().all(|line| line.chars().count() <= 100), "{entry}");
-    // A constructor with a space is found by the name that programs write.
+    // A constructor with a space is found by its plain name.
     let (code, entry, _) = command(&["doc", "matrix"]);
     assert_eq!(code, 0);
     assert!(entry.contains("matrix in space") && entry.contains("matrix from spaces"), "{entry}");

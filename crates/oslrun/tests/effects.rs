@@ -1,4 +1,4 @@
-//! What a run does besides images: closures, printed text, files; and the limits of all that.
+//! The results of a run other than images: closures, printed text, files; and their limits.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! `oslrun explain` and `oslrun stability`, as a user sees them.
+//! The commands `oslrun explain` and `oslrun stability`.
 
 #![allow(
     clippy::unwrap_used,
@@ -11,7 +11,7 @@
 use std::path::Path;
 use std::process::Command;
 
-/// The exit code, what went to the output, and what to the errors.
+/// The exit code, the standard output and the standard error.
 fn oslrun(args: &[&str]) -> (i32, String, String) {
     let result = Command::new(env!("CARGO_BIN_EXE_oslrun")).args(args).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();

@@ -1,4 +1,4 @@
-//! `oslrun fmt`, as a user meets it: what it writes, what it lists, what it leaves alone.
+//! The command `oslrun fmt`: the files that it writes, lists, or leaves unchanged.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
@@ -31,7 +31,7 @@ impl Place {
         std::fs::read_to_string(self.path().join(name)).unwrap()
     }
 
-    /// Runs `oslrun fmt` in the folder; nothing but the files may be left there.
+    /// Runs `oslrun fmt` in the folder; afterwards the folder must contain no other files.
     fn fmt(&self, args: &[&str], stdin: &str) -> Output {
         let count = || std::fs::read_dir(self.path()).unwrap().count();
         let before = count();
@@ -39,7 +39,7 @@ impl Place {
         command.arg("fmt").args(args).current_dir(self.path());
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
-        // A command that does not read its input may have closed it by now.
+        // A command that does not read its input may have closed it already.
         let _ = child.stdin.take().unwrap().write_all(stdin.as_bytes());
         let output = child.wait_with_output().unwrap();
         assert_eq!(count(), before);

@@ -1,5 +1,5 @@
-//! Every diagnostic has a lesson, and every lesson says what is true: its wrong example earns the code, its right one
-//! compiles without it. The table of all codes in the docs is made from the same list.
+//! Every diagnostic has a correct lesson: its wrong example produces the code, its right one compiles without
+//! it. The table of all codes in the docs is generated from the same list.
 
 #![allow(
     clippy::unwrap_used,
@@ -20,14 +20,14 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Codes that no text of a sensible length earns, with the reason. Their lessons say so.
+/// Codes that no text of a sensible length can produce, with the reason. Their lessons say so.
 const UNREACHABLE: &[(&str, &str)] = &[
     ("E0017", "the sources would have to hold 4 GiB"),
     ("E0208", "the text would have to hold 257 functions of one name"),
     ("E0311", "the parser refuses such targets first, as E0114"),
 ];
 
-/// Limits that the examples exceed in short where the real ones would take pages.
+/// Smaller limits for short examples; the real limits would need pages of text.
 fn limits(code: &str) -> Options {
     let mut options = Options::default();
     match code {
@@ -39,7 +39,7 @@ fn limits(code: &str) -> Options {
     options
 }
 
-/// Includes of the example itself; of nothing else.
+/// Finds only one file to include: the example itself.
 struct Itself(&'static str);
 
 impl SourceProvider for Itself {
@@ -51,7 +51,7 @@ impl SourceProvider for Itself {
     }
 }
 
-/// The shaders that the groups of the lessons are made of.
+/// The shaders in the groups of the lessons.
 struct Shaders;
 
 impl pipeline::ShaderFiles for Shaders {
@@ -69,14 +69,14 @@ impl pipeline::ShaderFiles for Shaders {
     }
 }
 
-/// All that any stage says about a source, and that as text.
+/// All diagnostics of all stages for a source, as a list and as text.
 fn said(text: &'static str, options: &Options) -> (Vec<Diagnostic>, String) {
     if ["param ", "shader "].iter().any(|s| text.starts_with(s)) && !text.contains('{') {
         let checked = pipeline::check_group("example.group", text, "example", &Shaders, options);
         let rendered = render(&checked.diagnostics, &checked.sources, RenderStyle::default());
         return (checked.diagnostics, rendered);
     }
-    // The lessons of compiled shaders show those.
+    // Lessons about compiled shaders contain such a shader.
     let name =
         if text.trim_start().starts_with("OpenShadingLanguage") { "example.oso" } else { "example.osl" };
     let checked = pipeline::check(name, text, &Itself(text), options);
@@ -123,7 +123,7 @@ fn is_code(text: &str) -> bool {
     digits.len() == 4 && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
-/// The lists that the codes are taken from could themselves miss one.
+/// The lists of codes may themselves be incomplete.
 #[test]
 fn no_source_knows_another_code() {
     let mut found = BTreeSet::new();
@@ -160,7 +160,7 @@ fn a_right_example_is_right() {
         let (list, text) = said(lesson.right, &Options::default());
         let fine = list.iter().all(|d| !d.is_error() && d.code.id != lesson.code);
         assert!(fine, "{}\n{}\n{text}", lesson.code, lesson.right);
-        // What a lesson recommends should not need another lesson.
+        // A recommended text should have no diagnostics at all.
         assert!(list.is_empty(), "{}\n{}\n{text}", lesson.code, lesson.right);
     }
 }
@@ -174,7 +174,7 @@ fn a_lesson_is_short_and_whole() {
     }
 }
 
-/// `docs/diagnostics.md`. To bring it up to date: `UPDATE_DOCS=1 cargo test -p oslrun --test lessons`.
+/// Checks `docs/diagnostics.md`. To update it: `UPDATE_DOCS=1 cargo test -p oslrun --test lessons`.
 #[test]
 fn the_table_in_the_docs_is_current() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/diagnostics.md");

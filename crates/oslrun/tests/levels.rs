@@ -1,21 +1,22 @@
-//! `-W`, `-A`, `--deny` and `explain-error`, as a user meets them.
+//! The options `-W`, `-A`, `--deny`, and the command `explain-error`.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
 use std::process::Command;
 
-/// A lint that everybody sees (W0312), one of `check` (W0301), and a warning of the compiler (W0203).
+/// A lint that is always shown (W0312), one that only `check` shows (W0301), and a warning of the compiler
+/// (W0203).
 const SOURCE: &str =
     "shader s(output float r = 0) {\n    float spare = 1/2 * u;\n    v = 0.5;\n    r = v;\n}\n";
 
-/// The exit code, what went to the output, and what to the errors.
+/// The exit code, the standard output and the standard error.
 fn oslrun(args: &[&str]) -> (i32, String, String) {
     let result = Command::new(env!("CARGO_BIN_EXE_oslrun")).args(args).output().unwrap();
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (result.status.code().unwrap(), text(&result.stdout), text(&result.stderr))
 }
 
-/// What a command says about a source: the exit code, and each diagnostic as `warning W0301`.
+/// The exit code for a source, and each diagnostic in the form `warning W0301`.
 fn judged(command: &[&str], source: &str, args: &[&str]) -> (i32, Vec<String>) {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("case.osl");
@@ -79,7 +80,7 @@ fn denied_warnings_are_errors() {
         let (code, said) = check(all);
         assert!(code == 1 && said.len() == 3 && said.iter().all(|s| s.starts_with("error")), "{said:?}");
     }
-    // What is not shown is not denied either, unless named.
+    // A warning that is not shown is not denied either, unless it is named.
     assert_eq!(check(&["--deny", "warnings", "-A", "all"]), (0, Vec::new()));
     assert_eq!(check(&["--deny", "W0301", "-A", "all"]), (1, vec!["error W0301".into()]));
 }
@@ -99,7 +100,7 @@ fn a_pragma_silences_the_next_line() {
     assert_eq!(judged(&["check"], &source, &[]), (0, vec!["warning W0203".into()]));
     let source = source.replacen("    v = ", "#pragma osl nowarn\n    v = ", 1);
     assert_eq!(judged(&["check"], &source, &["--deny", "warnings"]), (0, Vec::new()));
-    // Two lines below it says nothing.
+    // Two lines below, the pragma has no effect.
     let source = SOURCE.replacen("    float spare", "#pragma osl nowarn\n\n    float spare", 1);
     assert_eq!(judged(&["check"], &source, &[]).1.len(), 3);
 }
@@ -148,7 +149,8 @@ fn lessons_are_told() {
     assert_eq!(oslrun(&["explain-error"]).0, 2);
 }
 
-/// Each name once, however often it is written; names of parameters that are documentation not at all.
+/// Each name is reported once, even if it is written often; names of parameters that are only documentation
+/// are not reported.
 #[test]
 fn one_warning_a_name() {
     let source = "float twice(float x, float y) { x = 2 * x; x += 1; y = x; return x + y; }

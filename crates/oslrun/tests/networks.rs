@@ -1,4 +1,4 @@
-//! The networks of `examples`: each command of their page runs, on fewer points, and yields finite values.
+//! The networks of `examples`: each command of their page runs, on fewer points, and produces finite values.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 

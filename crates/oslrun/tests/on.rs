@@ -1,4 +1,4 @@
-//! `--on`: shaders on surfaces, as pictures with alpha.
+//! `--on`: shaders on surfaces, written as pictures with alpha.
 
 #![allow(
     clippy::unwrap_used,
@@ -41,7 +41,7 @@ const SHADER: &str =
     out = bump; by = bump * N; to = P + bump * N;
 }";
 
-/// A channel by the name that the picture has for it.
+/// A channel by its name in the picture.
 fn channel(image: &ImageData, name: &str) -> Vec<f32> {
     let at = image.channels.iter().position(|c| c == name);
     image.plane(at.unwrap_or_else(|| panic!("{name} of {:?}", image.channels)))
@@ -143,7 +143,7 @@ fn meshes_come_from_files_and_may_be_smooth() {
     let sharp = most(&[]);
     assert!(sharp > 1.5 && sharp <= 3.0_f32.sqrt() + 1e-5, "{sharp}");
     let smooth = most(&["--catmull-clark"]);
-    // Corners go to 1/2 each, and the farthest points of the limit surface are these.
+    // The corners move to 1/2 in each coordinate, and the farthest points of the limit surface are these.
     assert!(smooth > 0.8 && smooth < 0.88, "{smooth}");
 }
 

@@ -1,7 +1,8 @@
-//! The same bits on other processors: an emulator runs the command with fewer instruction sets than this machine has, and the
-//! system refuses it memory for machine code. `tests/aarch64.sh` does the same for another family of processors.
+//! Results are the same to the bit on other processors: an emulator runs the command with fewer instruction
+//! sets than this machine has, and the system denies it memory for machine code. `tests/aarch64.sh` does the
+//! same for another architecture.
 //!
-//! What cannot be tried here says so: the emulator is `qemu-x86_64` (Debian's `qemu-user`).
+//! A test that cannot run here says so: the emulator is `qemu-x86_64` (Debian's `qemu-user`).
 
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "a test says what must hold")]
@@ -11,11 +12,11 @@ use std::process::Command;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
-/// Shaders that between them use noise, elementary functions, loops and colors.
+/// Shaders that together use noise, elementary functions, loops and colors.
 const SHADERS: [&str; 4] =
     ["osl/flakes.osl", "osl/chaosmosaic.osl", "osl/strips.osl", "osl/nonlinear_noise.osl"];
 
-/// The image that a shader makes, as bytes, by a command line that comes before that of the command.
+/// The image of a shader, as bytes; `before` is a command line that starts the command.
 fn image(before: &[&str], shader: &str, arithmetic: &str, dir: &Path) -> Vec<u8> {
     let out = dir.join("out.exr");
     let this = env!("CARGO_BIN_EXE_oslrun");
@@ -28,7 +29,7 @@ fn image(before: &[&str], shader: &str, arithmetic: &str, dir: &Path) -> Vec<u8>
     std::fs::read(&out).unwrap()
 }
 
-/// Compares a way to run the command with running it as it is.
+/// Compares this way to run the command with a plain run.
 fn same_bits(before: &[&str], shaders: &[&str], arithmetics: &[&str]) {
     let dir = tempfile::tempdir().unwrap();
     for shader in shaders {
@@ -51,7 +52,7 @@ fn processors_without_wide_vectors() {
         println!("left out: no qemu-x86_64 (apt-get install qemu-user)");
         return;
     }
-    // SSE4.2 alone, and AVX2 with fused products: neither has AVX-512.
+    // SSE4.2 only, and AVX2 with fused multiply-add: neither has AVX-512.
     for cpu in ["Nehalem", "Haswell"] {
         same_bits(&["qemu-x86_64", "-cpu", cpu], &SHADERS, &["strict", "f64"]);
     }

@@ -1,4 +1,4 @@
-//! `--samples` and its kin, and `tradeoff`, on the command line.
+//! `--samples` and related options, and `tradeoff`, on the command line.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,6 @@
-//! Scripts as users have them, run unchanged: the tools are links to this program. A folder of `tests/data/scripts` holds
-//! the files of a project with its `run.sh`, and `expected.txt` with what that prints, both streams in order.
+//! Users' scripts, run unchanged: the tools are links to this program. A folder of `tests/data/scripts`
+//! contains the files of a project with its `run.sh`, and `expected.txt` with its printed text, both streams
+//! in order.
 
 #![cfg(unix)]
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "a test says what must hold")]
@@ -21,7 +22,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// What the script of a folder prints, with its exit code, in a copy of the folder.
+/// The text that the script of a folder prints, with its exit code, in a copy of the folder.
 fn run(name: &str) -> (String, String) {
     let source = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../tests/data/scripts").join(name);
     let dir = tempfile::tempdir().unwrap();
@@ -35,7 +36,7 @@ fn run(name: &str) -> (String, String) {
     let output = Command::new("bash")
         .args(["-c", "exec 2>&1; bash run.sh"])
         .env("PATH", format!("{}:{path}", tools.display()))
-        // As a make above this test would set them.
+        // A `make` that runs this test would set them.
         .env_remove("MAKEFLAGS")
         .env_remove("MAKELEVEL")
         .env("LC_ALL", "C")

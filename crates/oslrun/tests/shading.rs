@@ -36,7 +36,7 @@ fn the_image_is_written_and_messages_are_counted_by_place() {
     let dir = folder(PALETTE);
     let ran = run(dir.path(), &["s.osl", "-g", "8x4", "-o", "out.exr"]);
     assert_eq!(ran.code, Some(0), "{}", ran.err);
-    // Two reads of one line are one place; a point counts once, however often it says a thing.
+    // Two reads in one line are one place; a point counts once, even if it repeats the message.
     insta::assert_snapshot!("palette", ran.err);
     assert_eq!(ran.out, "wrote out.exr; 4 errors while shading\n");
     assert!(osl_image::read_image(&dir.path().join("out.exr")).is_ok());

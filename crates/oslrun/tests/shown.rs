@@ -1,11 +1,11 @@
-//! What comes from a shader, the name of a file or the command line is text wherever it is shown: no page runs it, no terminal
-//! obeys it. What a shader prints into a pipe stays as it is.
+//! Text from a shader, a file name or the command line is only shown, never executed, by pages and terminals.
+//! The text that a shader prints into a pipe is not changed.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
 use std::process::{Command, Output};
 
-/// A name that would be an element of a page, breaks out of quotes, and commands a terminal.
+/// A name that contains an HTML element, closing quotes, and control sequences for a terminal.
 const NAME: &str = "x<svg onload=alert(1)>\"'&]]>\u{1b}[2J\u{202e}.osl";
 
 struct Folder(tempfile::TempDir);
@@ -26,7 +26,7 @@ impl Folder {
     }
 }
 
-/// No control but line breaks and tabs.
+/// Checks that the only control characters are line breaks and tabs.
 #[track_caller]
 fn plain(text: &[u8]) {
     let text = String::from_utf8_lossy(text);
@@ -34,7 +34,7 @@ fn plain(text: &[u8]) {
     assert_eq!(found, None, "{text:?}");
 }
 
-/// Nothing of the name is markup.
+/// Checks that no part of the name is markup.
 #[track_caller]
 fn harmless(page: &str) {
     plain(page.as_bytes());
@@ -94,7 +94,7 @@ fn messages_hold_text() {
         let err = String::from_utf8_lossy(&said.stderr).into_owned();
         assert!(!said.status.success() && !err.is_empty(), "{args:?}");
         if args.contains(&"json") {
-            // JSON writes controls out by itself; other marks are those of its text.
+            // JSON escapes control characters itself; other special characters are part of its text.
             assert!(!err.contains('\u{1b}') && !err.contains('\u{7}'), "{err:?}");
         } else {
             plain(&said.stderr);

@@ -1,4 +1,5 @@
-//! `testshade`: which layers run and what is said of them, for the sides of each rule that the recorded cases do not show.
+//! `testshade`: which layers run, and which messages are printed, for cases that the recordings do not
+//! contain.
 
 #![allow(
     clippy::unwrap_used,
@@ -11,9 +12,9 @@
 use std::path::Path;
 use std::process::Command;
 
-/// Says its name, and hands a number on.
+/// A node that prints its name, and passes a number on.
 const NODE: &str = "shader node(string name = \"\", float in = 0 [[ int lockgeom = 0 ]], output float out = 0)\n{\n    printf(\"%s\\n\", name);\n    out = in + 1;\n}\n";
-/// Needs its first input at half of the points only.
+/// A shader that needs its first input at half of the points only.
 const HALF: &str = "shader half(float a = 0, float b = 0, output float Cout = 0)\n{\n    printf(\"half\\n\");\n    if (u > 0.5)\n        Cout = a;\n    Cout += b;\n}\n";
 
 /// A folder with the two shaders.
@@ -36,7 +37,7 @@ fn testshade(dir: &Path, line: &str) -> (i32, String, String) {
     (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
-/// What is printed where all goes well.
+/// The printed text of a successful run.
 fn prints(dir: &Path, line: &str) -> String {
     let (code, out, err) = testshade(dir, line);
     assert_eq!((code, err.as_str()), (0, ""), "{line}\n{out}");
@@ -67,7 +68,7 @@ fn entries_run_in_their_order_and_once() {
     // One that an earlier entry needs at some points only runs at all points.
     let both = prints(dir.path(), &format!("-g 2 1 {LAYERS} --entry H --entry A"));
     assert_eq!(both.matches("A\n").count(), 2, "{both}");
-    // A name that no layer has is no entry.
+    // A name that no layer has is not an entry.
     assert_eq!(text("--entry nosuch --entry C"), "Entry layers: nosuch(-1) C(2)\nC\n\n");
     assert_eq!(
         text("--entry A --entry C --entryoutput A.out"),
@@ -98,7 +99,7 @@ fn eager_layers_run_before_the_body_of_the_last() {
     let text = |more: &str| prints(dir.path(), &format!("{more} {LAYERS}"));
     let connects = "Connect A.out to H.a\nConnect B.out to H.b\n";
     assert_eq!(text("--options lazyunconnected=0"), format!("{connects}C\nhalf\nB\n\n"));
-    // An eager layer pulls what it needs itself.
+    // An eager layer runs the layers that it needs.
     std::fs::write(
         dir.path().join("loud.osl"),
         "shader loud(float in = 0, output float out = 0)\n{\n    out = in;\n    if (in > 5)\n        error(\"no\\n\");\n    printf(\"loud\\n\");\n}\n",
@@ -108,7 +109,7 @@ fn eager_layers_run_before_the_body_of_the_last() {
     assert_eq!(prints(dir.path(), &format!("-param name E {chain}")).matches("loud").count(), 0);
     let eager = prints(dir.path(), &format!("--options lazyerror=0 {chain}"));
     assert_eq!(eager, "Connect A.out to L.in\nA\nloud\n\n\n");
-    // Settings that mean nothing here, and a list that is none, do nothing.
+    // Settings without effect, and an invalid list, change nothing.
     assert_eq!(text("--options llvm_debug=1,nonsense,,=3,lazyglobals=0"), text("--options lazylayers=1"));
 }
 

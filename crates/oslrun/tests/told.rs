@@ -1,5 +1,5 @@
-//! What shaders print and say through the front ends of the reference's tools: in the order of the points, on both
-//! streams, and no text twice among the last ones.
+//! The text and messages of shaders in the front ends of the reference's tools: in the order of the points,
+//! on both streams, and without repeating a recent message.
 
 #![allow(
     clippy::unwrap_used,
@@ -34,7 +34,7 @@ fn prints_and_messages_stand_in_the_order_of_the_program() {
 
 #[test]
 fn a_text_comes_again_once_25_others_have_come() {
-    // The points say 0 to 29 and again; a text is forgotten when 25 others have been told since.
+    // The points print 0 to 29 and then again; a text is forgotten after 25 other ones.
     let shader = "shader s(output float f = 0) { int i = (int)(u * 59 + 0.5); error(\"%d\\n\", i % 30); }";
     let lines = |args: &[&str]| both(shader, args).lines().filter(|l| l.starts_with("ERROR")).count();
     assert_eq!(lines(&["-g", "60", "1"]), 60);

@@ -1,4 +1,4 @@
-//! The command lines of the reference's tools, as scripts call them: by name, in a folder of their own.
+//! The command lines of the reference's tools, as scripts use them: by name, in a separate folder.
 
 #![allow(
     clippy::unwrap_used,
@@ -30,7 +30,7 @@ fn tool(dir: &Path, name: &str, args: &[&str]) -> (i32, String, String) {
     (output.status.code().unwrap(), text(&output.stdout), text(&output.stderr))
 }
 
-/// What a tool prints where all goes well.
+/// The printed text of a successful run.
 fn prints(dir: &Path, name: &str, args: &[&str]) -> String {
     let (code, out, err) = tool(dir, name, args);
     assert_eq!((code, err.as_str()), (0, ""), "{name} {args:?}\n{out}");
@@ -264,14 +264,14 @@ fn groups_of_testshade() {
     );
     assert_eq!((code, out.as_str()), (0, "Pixel (0, 0):\n  sum : 6\n\n"));
     assert!(err.starts_with("WARNING: "), "{err}");
-    // From the second round on another value.
+    // From the second iteration on, the value is different.
     let rounds = prints(
         dir,
         "testshade",
         &["--shader", "noisy", "n", "--iters", "3", "--reparam", "n", "name", "again", "-o", "out", "null"],
     );
     assert_eq!(rounds, "n 1\nagain 1\nagain 1\n\n");
-    // A layer that nobody reads does not run.
+    // A layer without connections to others does not run.
     let lonely = ["--shader", "noisy", "n", "--shader", "add", "s", "-o", "sum", "null"];
     assert_eq!(prints(dir, "testshade", &lonely), "\n");
     for (bad, says) in [
@@ -323,7 +323,7 @@ fn images_of_testshade() {
             assert_eq!((image.width, image.height, image.channels.len()), (8, 4, 3), "{file}");
         }
     }
-    // What no layer has is passed over.
+    // An output that no layer has is ignored.
     assert_eq!(prints(dir, "testshade", &["-o", "nothing", "x.exr", "add"]), "\n");
     assert!(!dir.join("x.exr").exists());
     let (code, _, err) = tool(dir, "testshade", &["-o", "sum", "x.what", "add"]);
@@ -353,7 +353,7 @@ fn renderer_of_testshade() {
     assert!(more(&["--runstats"]).contains("Run: ") && more(&["--stats"]).contains("Run: "));
     assert_eq!(more(&["-t", "1"]), more(&["-t", "2"]));
     assert_eq!(more(&["--colorspace", "Rec709"]), more(&[]));
-    // What steers a code generator changes nothing.
+    // Options for a code generator have no effect.
     for quiet in [
         &["--batched"][..],
         &["--options", "lazylayers=1"],
@@ -421,7 +421,7 @@ fn rules_for_make() {
     ]);
     let dir = dir.path();
     let source = "sub dir/s.osl";
-    // The standard header is named only where it is a file.
+    // The standard header is listed only if it is a file.
     for (option, own, header) in [
         ("-M", "-Iown", "  own/stdosl.h \\\n"),
         ("-MM", "-Iown", ""),
@@ -451,7 +451,7 @@ fn rules_for_make() {
 fn errors_as_often_as_the_reference_reports_them() {
     // The lines of errors and warnings, in order.
     for (text, lines) in [
-        // What stands before a syntax error is checked, what stands after it is not.
+        // Code before a syntax error is checked; code after it is not.
         (
             "float f() { return \"a\"; }\nfloat g() { return 1 }\nfloat h() { return \"a\"; }\nshader s() {}\n",
             "1e 2e",
@@ -461,12 +461,13 @@ fn errors_as_often_as_the_reference_reports_them() {
             "1e 2e",
         ),
         ("float f() { return }\nfloat g() { return }\nshader s() {}\n", "1e"),
-        // Lists that are empty are no errors of syntax.
+        // Empty lists are not syntax errors.
         (
             "color f() { return {}; }\nfloat g() { return \"a\"; }\nshader s() { float x[2] = {}; }\n",
             "1e 2e 3e",
         ),
-        // A failed expression counts again where it is assigned, passed or returned; a name only within functions.
+        // A failed expression is reported again if it is assigned, passed or returned; a name only within
+        // functions.
         ("float f() { return none; }\nshader s() { float x = none; }\n", "1e 1e 2e"),
         ("shader s(output float o = 0) {\no = \"a\" * 2;\nprintf(\"%g\", \"a\" * 2);\n}\n", "2e 2e 3e 3e"),
         ("shader s() { color c = color(1, 2); }\n", "1e 1e"),

@@ -1,4 +1,4 @@
-//! The door `fmt`: texts near real shaders, to the formatter.
+//! The door `fmt`: texts similar to real shaders, for the formatter.
 #![no_main]
 
 osl_fuzz::target!(fmt);

@@ -1,4 +1,5 @@
-//! The door `generate`: choices of the generator of valid programs: every way to compile and run yields the same bits.
+//! The door `generate`: choices of the generator of valid programs; all ways to compile and run give the same
+//! bits.
 #![no_main]
 
 osl_fuzz::target!(generate);

@@ -1,4 +1,4 @@
-//! The door `mutate`: texts near real shaders: checked, linted, compiled and run.
+//! The door `mutate`: texts similar to real shaders are checked, linted, compiled and run.
 #![no_main]
 
 osl_fuzz::target!(mutate);

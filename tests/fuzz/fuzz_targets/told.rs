@@ -1,4 +1,4 @@
-//! The door `told`: the same choices: what `explain` and `stability` say of the program.
+//! The door `told`: the same choices; the output of `explain` and `stability` for the program.
 #![no_main]
 
 osl_fuzz::target!(told);

@@ -1,4 +1,4 @@
-//! What all targets share: a door, and changes to its inputs that know lines and words as well as bytes.
+//! Shared by all targets: a door, and mutations of its inputs that know lines and words as well as bytes.
 
 pub use libfuzzer_sys;
 pub use osl_tests;
@@ -20,8 +20,8 @@ macro_rules! target {
     };
 }
 
-/// Changes an input in place, and yields its new length; nothing where the usual changes are to be used, which is every
-/// second time.
+/// Mutates an input in place, and returns its new length; `None` means that the usual mutations are to be
+/// used, which happens every second time.
 pub fn change(door: &str, data: &mut [u8], size: usize, max_size: usize, seed: u32) -> Option<usize> {
     use osl_tests::fuzz::mutate::{Random, mutate};
     let door = osl_tests::doors::find(door)?;

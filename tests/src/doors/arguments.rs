@@ -88,7 +88,7 @@ pub(super) const WORDS: &[&str] = &[
     "--",
 ];
 
-/// Command lines of every command.
+/// Command lines for every command.
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     [
         "a.osl\n-g\n4x4\n-p\nk=0.5\n-p\nc=1,0.5,0\n--uv-scale\n2,3",
@@ -119,7 +119,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     .into()
 }
 
-/// The files at hand.
+/// The files in the folder.
 const FILES: [(&str, &str); 4] = [
     (
         "a.osl",
@@ -139,13 +139,14 @@ const FILES: [(&str, &str); 4] = [
     ),
 ];
 
-/// The largest product of the numbers of a command line that runs: work that a command line asks for is its own to ask.
+/// The maximum product of the numbers in a command line that is run; more work than that is the user's
+/// choice.
 const LARGEST: u64 = 4096;
 
-/// Words of a command line at most.
+/// Maximum number of words in a command line.
 const MAX_WORDS: usize = 24;
 
-/// The folder in which command lines run. Names of files have no folders, so that all that is written lies in it.
+/// The folder in which command lines run. File names have no folders, so all files are written there.
 static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
     #[expect(clippy::expect_used, reason = "without a temporary folder nothing can be tried")]
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -154,10 +155,11 @@ static FOLDER: LazyLock<TempDir> = LazyLock::new(|| {
     folder
 });
 
-/// How often a command line ran: now and then the folder is emptied.
+/// The number of command lines that ran; from time to time the folder is emptied.
 static RUNS: AtomicU64 = AtomicU64::new(0);
 
-/// A command line, in a folder with a few shaders: an exit code of 0, 1 or 2. A code of 2 comes with words.
+/// Runs a command line in a folder with a few shaders. The exit code must be 0, 1 or 2, and 2 requires a
+/// message.
 pub fn arguments(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let plain = text.replace(['/', '\\', '\0'], "_").replace("..", "__");
@@ -171,7 +173,7 @@ pub fn arguments(bytes: &[u8]) -> u64 {
             return 0;
         }
     }
-    // Both wait for what nobody will type.
+    // Both would wait for input.
     if words.iter().any(|word| word == "fmt") && words.iter().any(|word| word == "-") {
         return 0;
     }
@@ -194,7 +196,7 @@ pub fn arguments(bytes: &[u8]) -> u64 {
 /// The commands whose first word may be no missing file but a text or an expression of its own.
 const TOOLS: [&str; 6] = ["testshade", "testrender", "--group", "--expr", "-expr", "-group"];
 
-/// Whether the numbers of a command line, multiplied, ask for much work, or its words for a loop.
+/// Whether the product of the numbers in a command line, or a loop in its words, means much work.
 fn asks_much(words: &[String]) -> bool {
     let digits = words.iter().flat_map(|word| word.split(|c: char| !c.is_ascii_digit()));
     let work = digits

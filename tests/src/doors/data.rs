@@ -1,4 +1,4 @@
-//! What a command reads beside shaders, through the command itself.
+//! Data that a command reads in addition to shaders, through the command itself.
 
 use super::message;
 use std::ffi::OsString;
@@ -54,7 +54,7 @@ const SHADER: &str = r#"shader asks(output float o = 0) {
 }
 "#;
 
-/// Attributes as JSON: what is read is asked for by a shader, in types that may not fit.
+/// Attributes as JSON: a shader asks for them, in types that may not match.
 pub fn attributes(bytes: &[u8]) -> u64 {
     let place = Place::get();
     let (shader, json) = (place.file("asks.osl", SHADER.as_bytes()), place.file("attributes.json", bytes));
@@ -71,7 +71,7 @@ pub fn attributes(bytes: &[u8]) -> u64 {
     message(&err).wrapping_add(u64::from(code))
 }
 
-/// A folder of this thread for the files of its executions: doors may run side by side.
+/// A folder for the files of this thread's executions, since doors may run in parallel.
 pub(super) struct Place(TempDir);
 
 impl Place {
@@ -85,7 +85,7 @@ impl Place {
 
     #[expect(clippy::expect_used, reason = "without a temporary folder nothing can be tried")]
     fn new() -> Place {
-        // The folder outlives the thread; the one around it goes with the process that made it.
+        // The folder outlives the thread; its parent is removed with the process that created it.
         static ROOT: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a temporary folder"));
         Place(tempfile::tempdir_in(ROOT.path()).expect("a temporary folder"))
     }
@@ -104,7 +104,7 @@ impl Place {
     }
 }
 
-/// Runs a command line: its exit code and what it says of errors.
+/// Runs a command line; returns its exit code and its error text.
 pub(super) fn command(args: impl IntoIterator<Item = OsString>) -> (u8, String) {
     let (mut out, mut err) = (Vec::new(), Vec::new());
     let code = oslrun::cli::main(args, &mut out, &mut err);

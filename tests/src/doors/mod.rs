@@ -1,8 +1,9 @@
-//! The doors: every way by which text or bytes from outside come in, each as one function of bytes.
+//! The doors: all ways in which text or bytes come from outside, each as one function of bytes.
 //!
-//! A door does with its bytes what the product does with such input, and checks what must hold afterwards. It panics where
-//! that does not hold. Fuzz targets (`tests/fuzz`), the plain fuzzer ([`crate::fuzz`]) and ordinary tests call the same
-//! functions. A door must not know who calls it, nor write outside a temporary folder.
+//! A door processes its bytes as the product does with such input, and then checks the required properties.
+//! It panics if one is violated. Fuzz targets (`tests/fuzz`), the plain fuzzer ([`crate::fuzz`]) and ordinary
+//! tests call the same functions. A door must not know its caller, and must not write outside a temporary
+//! folder.
 
 mod arguments;
 mod data;
@@ -27,19 +28,20 @@ use std::path::{Path, PathBuf};
 pub struct Door {
     /// Its name.
     pub name: &'static str,
-    /// What comes in.
+    /// The kind of input.
     pub what: &'static str,
-    /// Takes bytes. The number tells kinds of outcomes apart: an input with a new one is worth changing further.
+    /// Processes bytes. The result identifies the kind of outcome: an input with a new kind is worth mutating
+    /// further.
     pub enter: fn(&[u8]) -> u64,
     /// Inputs to start from.
     pub seeds: fn() -> Vec<Vec<u8>>,
     /// Words of the format.
     pub words: &'static [&'static str],
-    /// Bytes of an input at most.
+    /// Maximum length of an input in bytes.
     pub max_len: usize,
-    /// Whether the bytes are choices of a generator, for which any bytes are as good as others.
+    /// Whether the bytes are choices of a generator, so that all bytes are equally valid.
     pub is_choices: bool,
-    /// Executions in the ordinary tests: what takes about four seconds in a build for tests.
+    /// Number of executions in the ordinary tests: about four seconds in a test build.
     pub runs: u64,
 }
 
@@ -189,15 +191,15 @@ pub fn hash(bytes: &[u8]) -> u64 {
         .fold(0xcbf2_9ce4_8422_2325, |sum, byte| (sum ^ u64::from(*byte)).wrapping_mul(0x100_0000_01b3))
 }
 
-/// The number of an outcome: which codes or words it has, whatever their order and number. The first two of the alphabet and
-/// the last stand for all, or nearly every input would be a kind of its own.
+/// The number of an outcome: the set of its codes or words. Only the first two in alphabetical order and the
+/// last one count, because otherwise nearly every input would be a kind of its own.
 fn outcome<'a>(words: impl IntoIterator<Item = &'a str>) -> u64 {
     let all: std::collections::BTreeSet<&str> = words.into_iter().collect();
     let some = all.iter().take(2).chain(all.iter().next_back().filter(|_| all.len() > 2));
     some.fold(0, |sum: u64, word| sum.rotate_left(7) ^ hash(word.as_bytes()))
 }
 
-/// The number of a message: its words without numbers and names, which differ from input to input.
+/// The number of a message: its words without numbers and names, which differ between inputs.
 fn message(text: &str) -> u64 {
     let word = |w: &&str| w.len() > 1 && w.bytes().all(|b| b.is_ascii_lowercase());
     text.split_whitespace()
@@ -225,12 +227,12 @@ fn files(folder: &str, extensions: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// What those files hold.
+/// The contents of these files.
 fn contents(folder: &str, extensions: &[&str]) -> Vec<Vec<u8>> {
     files(folder, extensions).iter().filter_map(|path| std::fs::read(path).ok()).collect()
 }
 
-/// The budgets under which doors run what they have compiled: small, so that they are often met.
+/// The limits under which doors run compiled programs: small, so that they are often reached.
 fn tight() -> osl_exec::RunOptions {
     osl_exec::RunOptions {
         batch: Some(16),
@@ -239,7 +241,7 @@ fn tight() -> osl_exec::RunOptions {
     }
 }
 
-/// Says what does not hold, and for which input.
+/// Panics with the violated property and the input.
 #[expect(clippy::panic, reason = "who calls a door expects a panic where something is wrong")]
 fn broken(input: &str, what: &str) -> ! {
     panic!("{input}\n{what}")

@@ -1,4 +1,4 @@
-//! Valid programs of the generator, of which the bytes are the choices.
+//! Valid programs from the generator, with the bytes as its choices.
 
 use super::{broken, hash, tight};
 use crate::generate as generator;
@@ -15,7 +15,7 @@ use osl_syntax::{NoFiles, Options};
 use oslrun::pipeline;
 use std::sync::OnceLock;
 
-/// What tells programs apart: how many different operations, values and blocks they have, roughly.
+/// A rough kind of program: the numbers of its different operations, values and blocks.
 fn kind(body: &Body) -> u64 {
     let insts = body.blocks.iter().flat_map(|block| &block.insts);
     let ops: std::collections::HashSet<_> = insts.map(|inst| std::mem::discriminant(&inst.op)).collect();
@@ -23,14 +23,14 @@ fn kind(body: &Body) -> u64 {
     (ops.len() as u64) << 16 | roughly(body.values.len()) << 8 | roughly(body.blocks.len())
 }
 
-/// Every way of compiling and running yields the same bits.
+/// All ways to compile and run give the same bits.
 pub fn generate(bytes: &[u8]) -> u64 {
     static WAYS: OnceLock<Vec<Way>> = OnceLock::new();
     let ways = WAYS.get_or_init(laws::ways);
     let text = generator::program(bytes);
-    // The few programs that the generator gets wrong still must not panic.
+    // The few invalid programs of the generator must still not cause a panic.
     let Ok(body) = laws::lower(&text) else { return 0 };
-    // One other way each time: compiling takes longer than all the rest.
+    // One other way per execution, because compiling takes most of the time.
     let at = hash(bytes) as usize % ways.len();
     if let Err(law) = laws::hold_body(&body, &ways[at..=at]) {
         broken(&text, &format!("breaks {law}"));
@@ -38,7 +38,7 @@ pub fn generate(bytes: &[u8]) -> u64 {
     kind(&body)
 }
 
-/// A program, the compiled shader that is written from it, and that text read again: both run with the same bits.
+/// A program, the compiled shader written from it, and that text read again: both run with the same bits.
 pub fn compiled(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
     let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
@@ -67,8 +67,8 @@ pub fn compiled(bytes: &[u8]) -> u64 {
     kind(&body)
 }
 
-/// What of a run must be the same through a compiled shader, which knows no columns and, of closures that only a
-/// renderer knows, not where keywords begin: values and text.
+/// The results that must be the same through a compiled shader: values and text. A compiled shader knows no
+/// columns and, in closures that only a renderer knows, not where keywords begin.
 fn comparable(shown: &Shown) -> Vec<String> {
     if shown.values.starts_with("stopped") {
         return vec!["stopped".to_string()];
@@ -78,7 +78,8 @@ fn comparable(shown: &Shown) -> Vec<String> {
     values.map(str::to_string).collect()
 }
 
-/// What `explain` says of one point and `stability` of a few, with pages for both: within their budgets, without a panic.
+/// `explain` at one point and `stability` at a few points, with pages for both: within their limits, without
+/// a panic.
 pub fn told(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
     let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
@@ -86,7 +87,8 @@ pub fn told(bytes: &[u8]) -> u64 {
     let (Ok(body), Ok(noted)) = (pipeline::lower(program, &[]), pipeline::lower_noted(program, &[])) else {
         return 1;
     };
-    // Sweeps run a program some fifty times, under the budgets of the command: what takes long once takes minutes then.
+    // A sweep runs a program some fifty times with the limits of the command: a slow program would take
+    // minutes.
     let compiled = pipeline::finish(body.clone(), &passes::Options::default());
     let once = osl_exec::run(&compiled.program, laws::services(), &Grid::new(2, 2), &tight(), &|_| ());
     let points = Grid::new(4, 4);

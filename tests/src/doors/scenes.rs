@@ -69,7 +69,7 @@ pub(super) const WORDS: &[&str] = &[
     "1e30",
 ];
 
-/// The scenes of the examples, without what makes them large, and short ones.
+/// The scenes of the examples, without their large parts, and short ones.
 pub(super) fn seeds() -> Vec<Vec<u8>> {
     let camera = "options\n{\n xres 4\n yres 3\n AA_samples 1\n}\npersp_camera\n{\n name c\n position 0 0 5\n look_at 0 0 0\n}\n";
     let mut seeds = contents("examples/scenes", &["ass"]);
@@ -91,7 +91,7 @@ impl SceneFiles for Itself<'_> {
     }
 }
 
-/// The shaders that are built in, read once.
+/// The built-in shaders, read once.
 struct BuiltIn;
 
 static KNOWN: LazyLock<HashMap<String, Arc<hir::Program>>> = LazyLock::new(|| {
@@ -110,11 +110,11 @@ impl Shaders for BuiltIn {
     }
 }
 
-/// Faces of a scene that is built; larger ones are read alone.
+/// Maximum number of faces of a scene that is built; larger scenes are only read.
 const MAX_FACES: u64 = 1 << 10;
 
-/// Any text as a scene: the reader, and what becomes of a scene that it takes, up to a picture of a few pixels. Files
-/// include the text itself. No world without a reason.
+/// Any text as a scene: reads it and, if it is valid, builds and renders it in a few pixels. Included files
+/// are the text itself. A missing world must have a reason.
 pub fn scene(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let mut messages = Messages::default();
@@ -193,7 +193,7 @@ pub(super) fn xml_seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// The shaders at hand.
+/// The available shaders.
 const SHADERS: [(&str, &str); 4] = [
     (
         "matte.osl",
@@ -210,12 +210,12 @@ const SHADERS: [(&str, &str); 4] = [
     ("emitter.osl", "surface emitter(float power = 1) { Ci = (power / surfacearea()) * emission(); }"),
 ];
 
-/// The largest table of a background that is made, and the most paths, shapes and groups; of larger scenes only the text
-/// is read, since the work that they ask for is theirs to ask.
+/// The maximum size of a background's table, and the maximum numbers of paths, shapes and groups. The text of
+/// larger scenes is only read, since their work is the user's choice.
 const MAX_TABLE: usize = 16;
 const MAX_COUNT: i32 = 4;
 
-/// A scene of `testrender` through its command line, in a few pixels.
+/// Renders a scene of `testrender` through its command line, in a few pixels.
 pub fn testrender(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let read = match osl_scene::testrender::scene::read(&text, &osl_limits::Limits::default()) {

@@ -93,7 +93,8 @@ pub(super) fn compiled_seeds() -> Vec<Vec<u8>> {
     contents("tests/data/oso", &["oso"])
 }
 
-/// A compiled shader: what is read is compiled and run under tight budgets. What is written from it reads again.
+/// A compiled shader: if it can be read, it is compiled and run with tight limits. The text written from it
+/// can be read again.
 pub fn oso(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let checked = pipeline::check("fuzz.oso", &text, &NoFiles, &Options::default());
@@ -171,7 +172,7 @@ pub(super) const GROUP_WORDS: &[&str] = &[
     "\n",
 ];
 
-/// The shaders at hand.
+/// The available shaders.
 const SHADERS: &[(&str, &str)] = &[
     ("a", "shader a(float freq = 2, output float out = 0, output color c = 1) { out = noise(P * freq); c = color(u, v, out); }"),
     ("b", "shader b(float x = 1, int i = 3, string text = \"t\", output float out = 0) { out = x * i + strlen(text); }"),
@@ -208,7 +209,7 @@ impl ShaderFiles for AtHand {
     }
 }
 
-/// Groups of the repository with the names of these shaders, and some of these.
+/// Groups of the repository with the names of these shaders, and some groups of these shaders.
 pub(super) fn group_seeds() -> Vec<Vec<u8>> {
     let mut seeds: Vec<Vec<u8>> = [
         "shader a one; param float x 3; shader b two; connect one.out two.x",
@@ -227,7 +228,7 @@ pub(super) fn group_seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// A group: what is read is compiled to one program and run under tight budgets.
+/// A group: if it can be read, it is compiled to one program and run with tight limits.
 pub fn group(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let checked = pipeline::check_group("fuzz.group", &text, "g", &AtHand, &Options::default());

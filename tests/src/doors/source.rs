@@ -112,7 +112,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
     seeds
 }
 
-/// Every file that is asked for is the text itself, so that inclusion is fuzzed too.
+/// Every included file is the text itself, so that inclusion is fuzzed too.
 struct Itself<'a>(&'a str);
 
 impl SourceProvider for Itself<'_> {
@@ -121,12 +121,12 @@ impl SourceProvider for Itself<'_> {
     }
 }
 
-/// Any text: the preprocessor, the lexer, the parser with its recovery, and what prints their results. What repair
-/// returns must parse, and a tree without errors must print the same when its file is read again.
+/// Any text: the preprocessor, the lexer, the parser with its recovery, and the printers of their results. A
+/// repaired text must parse, and a tree without errors must print the same text after its file is read again.
 pub fn parse(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let strict = bytes.len().is_multiple_of(2);
-    // Small budgets are met more often.
+    // Small limits are reached more often.
     let mut options = Options { strict, keep_tokens: true, ..Options::default() };
     let reading = &mut options.limits.reading;
     (reading.include_depth, reading.includes, reading.nesting) = (6, 20, 48);
@@ -136,7 +136,7 @@ pub fn parse(bytes: &[u8]) -> u64 {
     let parsed = parse_text("fuzz.osl", &text, &provider, &options);
     assert!(parsed.diagnostics.len() <= 2 * options.limits.reading.diagnostics as usize + 1);
     let tree = print::ast(&parsed.ast);
-    // Drawing takes longer than all the rest, so it has its turn now and then.
+    // Printing takes most of the time, so it runs only sometimes.
     if bytes.len() % 16 < 2 {
         print::tokens(&parsed.tokens, &parsed.sources);
         render(&parsed.diagnostics, &parsed.sources, RenderStyle { color: strict });
@@ -149,7 +149,7 @@ pub fn parse(bytes: &[u8]) -> u64 {
     } else if bytes.len() < 400
         && let Some(found) = repair::repair("fuzz.osl", &text, &provider, &options)
     {
-        // The provider must see the repaired text as well, or includes would bring back what was lost.
+        // The provider must also return the repaired text, or includes would restore the errors.
         if !text.contains("include") {
             assert!(!parse_text("fuzz.osl", &found.text, &provider, &options).has_errors());
         }
@@ -157,10 +157,11 @@ pub fn parse(bytes: &[u8]) -> u64 {
     outcome(parsed.diagnostics.iter().map(|d| d.code.id))
 }
 
-/// Values of a body that is run; larger ones are compiled alone.
+/// Maximum number of values of a body that is run; larger bodies are only compiled.
 const MAX_VALUES: usize = 20_000;
 
-/// Texts near real shaders: what parses is checked, linted, lowered, compiled in two ways, and run under tight budgets.
+/// Texts similar to real shaders: if they parse, they are checked, linted, lowered, compiled in two ways, and
+/// run with tight limits.
 pub fn mutate(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let mut options = Options::default();
@@ -185,7 +186,8 @@ pub fn mutate(bytes: &[u8]) -> u64 {
     outcome(codes().chain([if run.is_ok() { "ran" } else { "stopped" }]))
 }
 
-/// The formatter: formatting again changes nothing, tokens and tree stay the same, and so does the compiled program.
+/// The formatter: formatting twice gives the same text as once; tokens, tree and compiled program stay the
+/// same.
 pub fn fmt(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
     let once = match osl_syntax::format::format("fuzz.osl", &text) {
@@ -196,7 +198,7 @@ pub fn fmt(bytes: &[u8]) -> u64 {
         Ok(twice) => assert_eq!(twice, once, "formatting again changes\n{text}"),
         Err(errors) => super::broken(&text, &format!("formatted it cannot be formatted: {errors:?}")),
     }
-    // Formatting moves lines, and the number of a line is what these make of it.
+    // Formatting moves lines, and these depend on line numbers.
     if text.contains("__LINE__") || text.contains("#line") || text.contains("# ") {
         return 1;
     }
@@ -211,7 +213,7 @@ pub fn fmt(bytes: &[u8]) -> u64 {
         return codes(&before);
     }
     assert_eq!(print::ast(&before.ast), print::ast(&after.ast), "another tree\n{text}\n{once}");
-    // The tree is the meaning; that nothing else of the text counts is checked now and then.
+    // The tree determines the meaning; that nothing else in the text matters is checked only sometimes.
     if bytes.len().is_multiple_of(8) {
         let [before, after] = [&*text, &once].map(|text| Some(osl_ir::ir::print(&laws::lower(text).ok()?)));
         assert_eq!(before, after, "another program\n{text}\n{once}");

@@ -1,4 +1,4 @@
-//! Image files, as a shader reads them.
+//! Image files, read by a shader.
 
 use super::data::Place;
 use super::{contents, message, outcome};
@@ -75,7 +75,7 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
             seeds.push(jpeg);
         }
     }
-    // Rows shorter than 8 pixels are stored as they are, longer ones in runs.
+    // Rows shorter than 8 pixels are stored without compression, longer ones as runs.
     seeds.push([b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 3\n".as_slice(), &[128; 24]].concat());
     let row: &[u8] = &[2, 2, 0, 9, 137, 40, 137, 41, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9, 137, 129];
     seeds

@@ -1,26 +1,26 @@
-//! Inputs that are worth changing: the seeds of a door, and those that came to something new.
+//! The inputs that are worth mutating: the seeds of a door, and inputs with new kinds of outcomes.
 
 use super::mutate::{Random, mutate};
 use crate::doors::Door;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// Inputs that are kept at most; then new ones take the places of others.
+/// Maximum number of inputs; then new ones replace old ones.
 const MAX_INPUTS: usize = 4096;
 
 /// The inputs of one door.
 pub struct Corpus {
     door: &'static Door,
     inputs: Vec<Vec<u8>>,
-    /// What inputs came to so far.
+    /// The outcomes so far.
     known: HashSet<u64>,
-    /// Where new inputs are kept, if anywhere.
+    /// The folder for new inputs, if any.
     folder: Option<PathBuf>,
     random: Random,
 }
 
 impl Corpus {
-    /// The seeds of a door and what `folder` holds of earlier runs.
+    /// A corpus with the seeds of a door and the inputs of earlier runs in `folder`.
     pub fn new(door: &'static Door, seed: u64, folder: Option<&Path>) -> Corpus {
         let mut inputs: Vec<Vec<u8>> = (door.seeds)();
         inputs.retain(|input| input.len() <= door.max_len);
@@ -47,7 +47,7 @@ impl Corpus {
         self.inputs.is_empty()
     }
 
-    /// The next input to try: at first every other one is a seed as it is, all else is changed.
+    /// The next input to try: at first, every second one is an unchanged seed; all others are mutated.
     pub fn input(&mut self, number: u64) -> Vec<u8> {
         let seed = number.is_multiple_of(2).then(|| self.inputs.get(usize::try_from(number / 2).ok()?));
         if let Some(Some(input)) = seed {
@@ -64,14 +64,14 @@ impl Corpus {
         mutate(random, &input, &other, door.words, door.max_len)
     }
 
-    /// Keeps an input if it came to something that none before did.
+    /// Keeps an input if its outcome is new.
     pub fn note(&mut self, input: &[u8], came_to: u64) {
         if !self.known.insert(came_to) || self.inputs.iter().any(|have| have == input) {
             return;
         }
         if let Some(folder) = &self.folder {
             let name = format!("{:016x}", crate::doors::hash(input));
-            // The corpus helps later runs; this one goes on without.
+            // The corpus helps later runs; this run continues without it.
             let _ = std::fs::create_dir_all(folder);
             let _ = std::fs::write(folder.join(name), input);
         }

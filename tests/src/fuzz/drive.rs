@@ -1,4 +1,4 @@
-//! The loop of one process: inputs of one door, one after the other, on one thread.
+//! The loop of one process: runs inputs of one door in sequence, on one thread.
 //!
 //! It must not know other processes.
 
@@ -11,16 +11,16 @@ use std::path::Path;
 use std::sync::{Mutex, Once, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long to go on.
+/// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub enum Until {
-    /// So many executions.
+    /// After this number of executions.
     Runs(u64),
-    /// So much time.
+    /// After this time.
     Time(Duration),
 }
 
-/// What an execution may take.
+/// The limits of an execution.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// Seconds of processor time.
@@ -35,7 +35,7 @@ impl Default for Bounds {
     }
 }
 
-/// What is wrong with an input.
+/// The failure of an input.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Wrong {
     /// The door panics, with these words.
@@ -56,22 +56,23 @@ impl std::fmt::Display for Wrong {
     }
 }
 
-/// What a loop came to.
+/// The result of a loop.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// Executions.
+    /// Number of executions.
     pub executions: u64,
-    /// Seconds of all of them.
+    /// Total time in seconds.
     pub seconds: f64,
-    /// Seconds of the longest.
+    /// The longest time in seconds.
     pub worst: f64,
-    /// Megabytes that the process had at most.
+    /// Peak memory of the process in megabytes.
     pub megabytes: f64,
-    /// Inputs of the corpus.
+    /// Number of inputs in the corpus.
     pub corpus: usize,
 }
 
-/// Runs a door on inputs of its corpus. `before` gets each input before it is tried, `wrong` those that break something.
+/// Runs a door on inputs of its corpus. `before` receives each input before it is run, `wrong` each input
+/// that fails.
 pub fn drive(
     door: &'static Door,
     (seed, until, bounds): (u64, Until, Bounds),
@@ -98,7 +99,7 @@ pub fn drive(
         let result = quietly(|| (door.enter)(&input));
         let seconds = began.elapsed().as_secs_f64();
         tally.seconds += seconds;
-        // A busy machine makes an execution long but not costly.
+        // On a busy machine an execution takes longer, but does not cost more.
         let seconds = match (processor, measure::processor_seconds()) {
             (Some(before), Some(after)) if seconds > 0.1 => seconds.min(after - before),
             _ => seconds,
@@ -111,7 +112,7 @@ pub fn drive(
         if seconds > bounds.seconds {
             wrong(&input, Wrong::Slow(seconds));
         }
-        // Memory takes time to fill: short executions are not asked for theirs.
+        // Filling memory takes time, so the memory of short executions is not measured.
         if seconds > 0.005
             && let Some(megabytes) = measure::peak_megabytes()
         {
@@ -128,14 +129,14 @@ pub fn drive(
 }
 
 thread_local! {
-    /// Whether this thread is within a door, and the words of a panic there.
+    /// Whether this thread is in a door, and the message of a panic there.
     static WITHIN: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// The words of the last panic on a thread that is in no door: one that works for a door.
+/// The message of the last panic on a thread outside of any door, which works for a door.
 static ELSEWHERE: Mutex<String> = Mutex::new(String::new());
 
-/// Runs a function; the words of its panic if it panics, which are not printed.
+/// Runs a function; returns the message if it panics, without printing it.
 fn quietly(run: impl FnOnce() -> u64) -> Result<u64, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

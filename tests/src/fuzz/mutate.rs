@@ -1,7 +1,7 @@
-//! Changes to inputs: bits, numbers, pieces, lines and words.
+//! Mutations of inputs: bits, numbers, pieces, lines and words.
 //!
-//! Some changes treat the input as bytes, some as lines of words, whatever it is: a changed line of a compiled shader is
-//! nearly one, and so is a changed word of a picture's header.
+//! Some mutations treat any input as bytes, others as lines of words: a changed line of a compiled shader is
+//! nearly valid, and so is a changed word in a picture's header.
 
 /// Random numbers from a seed: SplitMix64 (Steele, Lea and Flood 2014).
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number below `n`; 0 if there is none.
+    /// A number less than `n`; 0 if `n` is 0.
     pub fn below(&mut self, n: usize) -> usize {
         if n == 0 { 0 } else { (self.number() % n as u64) as usize }
     }
@@ -32,7 +32,7 @@ impl Random {
         list.get(self.below(list.len()))
     }
 
-    /// A piece of `0..len` of up to `longest`.
+    /// A part of `0..len`, at most `longest` long.
     fn range(&mut self, len: usize, longest: usize) -> std::ops::Range<usize> {
         let start = self.below(len + 1);
         // Short pieces are more likely than long ones.
@@ -41,7 +41,7 @@ impl Random {
     }
 }
 
-/// Whole numbers at which something may break.
+/// Integers that may cause failures.
 const NUMBERS: [i64; 24] = [
     0,
     1,
@@ -69,7 +69,7 @@ const NUMBERS: [i64; 24] = [
     i64::MIN,
 ];
 
-/// The same as words of a text.
+/// The same as words of text.
 const WORDS: [&str; 22] = [
     "0",
     "1",
@@ -95,8 +95,8 @@ const WORDS: [&str; 22] = [
     "\"\"",
 ];
 
-/// Changes an input: a few changes, one after the other. `other` is another input, for pieces of it; `words` are words of
-/// the format. The result has at most `max_len` bytes.
+/// Applies a few mutations to an input in sequence. `other` is another input, for parts of it; `words` are
+/// words of the format. The result has at most `max_len` bytes.
 pub fn mutate(random: &mut Random, input: &[u8], other: &[u8], words: &[&str], max_len: usize) -> Vec<u8> {
     let mut data = input.to_vec();
     let changes = 1 + random.below(4) * random.below(3);
@@ -142,7 +142,7 @@ fn change(random: &mut Random, data: &mut Vec<u8>, other: &[u8], words: &[&str],
             insert(random, data, &piece);
         }
         8 => {
-            // One input up to a place, the other from a place on.
+            // One input up to a position, then the other from a position on.
             let from = random.below(other.len() + 1);
             let keep = random.below(data.len() + 1);
             data.truncate(keep);
@@ -193,7 +193,7 @@ fn number(random: &mut Random, data: &mut [u8]) {
     }
 }
 
-/// Writes a piece many times.
+/// Repeats a piece many times.
 fn repeat(random: &mut Random, data: &mut Vec<u8>, max_len: usize) {
     let range = random.range(data.len(), 64);
     let piece = data.get(range.clone()).unwrap_or(&[]).to_vec();
@@ -203,7 +203,7 @@ fn repeat(random: &mut Random, data: &mut Vec<u8>, max_len: usize) {
     data.splice(range.end..range.end, piece.repeat(times));
 }
 
-/// Puts another word in the place of one: a number, a word of the format, or a word from elsewhere in the input.
+/// Replaces a word by a number, a word of the format, or another word of the input.
 fn word(random: &mut Random, data: &mut Vec<u8>, words: &[&str]) {
     let found = pieces(data, |b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'.' | b'-'));
     let Some(range) = random.pick(&found).cloned() else { return };
@@ -217,7 +217,7 @@ fn word(random: &mut Random, data: &mut Vec<u8>, words: &[&str]) {
     data.splice(range, new);
 }
 
-/// Takes a line out, doubles it, moves it, or takes one of another input.
+/// Removes a line, duplicates it, moves it, or inserts one of another input.
 fn line(random: &mut Random, data: &mut Vec<u8>, other: &[u8]) {
     let lines = pieces(data, |b| b != b'\n');
     let Some(range) = random.pick(&lines).cloned() else { return };
@@ -279,7 +279,7 @@ mod tests {
         assert!(all.iter().all(|data| data.len() <= 200));
         let different: std::collections::BTreeSet<_> = all.iter().collect();
         assert!(different.len() > 1500, "{}", different.len());
-        // Nothing to change is no reason to fail.
+        // An empty input must not fail.
         let mut random = Random::new(1);
         (0..2000).for_each(|_| assert!(mutate(&mut random, &[], &[], &[], 5).len() <= 5));
     }

@@ -1,7 +1,8 @@
-//! Processes that fuzz: a parent that starts one for each thread and door, and what such a process does.
+//! Runs fuzzing processes: a parent starts one for each thread and door.
 //!
-//! An input may end its process, by an overflow of the stack or a failed allocation, and memory is known of processes only.
-//! A process notes each input before it tries it, so that the parent finds the one that ended it.
+//! An input may end its process, by a stack overflow or a failed allocation, and memory can be measured only
+//! for a whole process. A process records each input before it runs it, so that the parent finds the one that
+//! ended it.
 
 use super::drive::{Bounds, Tally, Until, Wrong, drive};
 use super::measure;
@@ -15,18 +16,18 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// What to run.
+/// The fuzzing job.
 #[derive(Clone, Debug)]
 pub struct Job {
     /// The doors.
     pub doors: Vec<&'static Door>,
-    /// How long, all doors together.
+    /// The duration for all doors together.
     pub until: Until,
     /// The seed of all changes.
     pub seed: u64,
-    /// Processes at a time.
+    /// Number of parallel processes.
     pub threads: usize,
-    /// Where corpora and failing inputs are kept.
+    /// The folder for corpora and failing inputs.
     pub folder: PathBuf,
     /// What an execution may take.
     pub bounds: Bounds,

@@ -1,8 +1,8 @@
-//! Every command, and every way by which a shader reaches a run, passes on the limits that the user sets.
+//! The user's limits reach every command, and every way in which a shader is run.
 
 use crate::{Folder, Said, shader};
 
-/// What loops, what is nested, what is long: each takes more than the limits that the tests set.
+/// Shaders with loops, deep nesting and long text: each exceeds the limits that the tests set.
 const LOOP: &str = "shader a(output float o = 0) { for (int i = 0; i < 100; i++) o += sin(u * i); }";
 const SURFACE: &str =
     "surface s() { float k = 0; for (int i = 0; i < 100; i++) k += sin(u * i); Ci = k * diffuse(N); }";
@@ -99,7 +99,7 @@ fn scenes() {
     );
     limited(&displaced, &render, STEPS, "takes more than");
     let sky = scene("plain\n{\n name m\n}\nslow\n{\n name d\n}\nsky\n{\n name k\n color d\n}\n");
-    // The sky has many points: without a limit this takes long.
+    // The sky has many points: without a limit this takes a long time.
     refused(&sky.run(&[&render[..], &STEPS].concat()), "takes more than");
     let network = scene("plain\n{\n name m\n c d\n}\nslow\n{\n name d\n}\n");
     limited(&network, &render, ["--limit", "reading.layers=1"], "too many nodes");
@@ -119,7 +119,7 @@ fn tools_of_the_reference() {
         limited(&folder, args, STEPS, "takes more than");
         limited(&folder, args, VALUES, "large");
     }
-    // Scripts expect that this tool goes on without a shader that it cannot read.
+    // Scripts expect that this tool continues without a shader that it cannot read.
     let said = folder.run(&[&shade[..], &["--limit", "reading.file_bytes=9"]].concat());
     assert!(said.err.contains("Could not find shader"), "{}", said.err);
     // The option may come before the others, and in one word.

@@ -23,7 +23,7 @@ pub(crate) const TRIPPED: Tripped = &[
     ("compiling.marked", marked),
 ];
 
-/// A run succeeds as it is, and fails with the error of the row for a smaller limit.
+/// Checks that a run succeeds without changes, and fails with the error of the row for a smaller limit.
 fn run(row: &Row, folder: &Folder, limit: u64) {
     folder.run(&["a.osl", "-g", "2x2"]).succeeds();
     folder.run(&["a.osl", "-g", "2x2", "--limit", &format!("{}={limit}", row.name)]).fails_with(row);
@@ -115,7 +115,7 @@ fn jump_depth(row: &Row) {
 
 fn values(row: &Row) {
     run(row, &body("o = sin(u) + cos(v) * 2;"), 20);
-    // Known before the elements become values: twelve arrays of a million would take gigabytes.
+    // Detected before the elements become values: twelve arrays of a million elements would take gigabytes.
     let arrays = format!(
         "shader a(float x[1048576] = {{0}}, output float o = 0) {{ printf(\"{}\"{}); o = u; }}",
         "%g".repeat(12),
@@ -152,7 +152,7 @@ fn folded_bytes(row: &Row) {
     assert!(!usual.contains("concat") && limited.contains("concat"), "{}:\n{usual}\n{limited}", row.name);
 }
 
-/// Writing a compiled shader succeeds as it is, and fails for a smaller limit.
+/// Checks that writing a compiled shader succeeds without changes, and fails for a smaller limit.
 fn compile(row: &Row, text: &str, limit: u64) {
     let folder = body(text);
     folder.run(&["compile", "a.osl"]).succeeds();

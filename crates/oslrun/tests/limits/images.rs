@@ -40,7 +40,7 @@ fn set(row: &Row, n: u64) -> String {
     format!("{}={n}", row.name)
 }
 
-/// A picture that is more than a limit permits is an error that names it.
+/// Checks that a picture beyond a limit is an error that names the limit.
 fn too_much(row: &Row, name: &str, n: u64) {
     let folder = pictures();
     let said = look(&folder, name, &[]);
@@ -54,7 +54,7 @@ fn working_memory(row: &Row) {
     assert!(said.err.contains(row.error), "{}", said.err);
 }
 
-/// Levels of an image of 8 x 8 pixels of which the file stores one.
+/// The mipmap levels of an image of 8 x 8 pixels, in a file that stores one level.
 fn partial_samples(row: &Row) {
     let folder = pictures();
     let count = "shader c(output float o = 0) { int n; gettextureinfo(\"p.exr\", \"miplevels\", n); printf(\"%d\\n\", n); }";
@@ -81,7 +81,7 @@ fn attribute(row: &Row, n: u64) {
     assert!(folder.run(&["c.osl", "-g", "1x1", "--limit", &set(row, n)]).out.contains("none"));
 }
 
-/// Names that are forgotten are looked for again: nothing else changes.
+/// Names that were dropped are looked up again: nothing else changes.
 fn forgotten(row: &Row, names: &str) {
     let folder = pictures();
     let ask = format!(

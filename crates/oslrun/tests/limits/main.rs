@@ -1,7 +1,9 @@
-//! Every limit is reached by a test, with the error that its row names; `docs/limits.md` is made from the same rows.
+//! Tests reach every limit and check the error that its row in the table names. `docs/limits.md` is generated
+//! from the same rows.
 //!
-//! A module for each group holds a list: the name of a limit, and a function that reaches it. Inputs are small: the limit is
-//! lowered with `--limit` instead. (`UPDATE_DOCS=1 cargo test -p oslrun --test limits` writes the page anew.)
+//! A module for each group contains a list: the name of a limit, and a function that reaches it. Inputs are
+//! small, because the limit is lowered with `--limit`. (`UPDATE_DOCS=1 cargo test -p oslrun --test limits`
+//! rewrites the page.)
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
@@ -17,27 +19,27 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A limit by name, and what reaches it.
+/// The name of a limit, and a function that reaches it.
 type Trip = (&'static str, fn(&Row));
 type Tripped = &'static [Trip];
 
-/// What a command said.
+/// The exit code and output of a command.
 struct Said {
-    /// Exit code; 128 and the number of the signal where one ended it.
+    /// The exit code; 128 plus the number of the signal that ended the command.
     code: i32,
     out: String,
     err: String,
 }
 
 impl Said {
-    /// The command failed with the error of a row.
+    /// Checks that the command failed with the error of a row.
     #[track_caller]
     fn fails_with(&self, row: &Row) {
         assert_eq!(self.code, 1, "{}\n{}", self.out, self.err);
         assert!(self.err.contains(row.error), "not `{}` but:\n{}", row.error, self.err);
     }
 
-    /// The command succeeded.
+    /// Checks that the command succeeded.
     #[track_caller]
     fn succeeds(&self) {
         assert_eq!(self.code, 0, "{}\n{}", self.out, self.err);
@@ -118,7 +120,7 @@ fn the_page_is_current() {
     assert!(held == page, "docs/limits.md is not current: run this test with UPDATE_DOCS=1");
 }
 
-/// A number as `--limit` takes it.
+/// A number in the form for `--limit`.
 fn amount(n: u64) -> String {
     match n {
         0 => n.to_string(),

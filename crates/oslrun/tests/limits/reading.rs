@@ -26,7 +26,7 @@ pub(crate) const TRIPPED: Tripped = &[
     ("reading.oso_quoted", oso_quoted),
 ];
 
-/// `check` succeeds as it is, and fails with the error of the row for a smaller limit.
+/// Checks that `check` succeeds without changes, and fails with the error of the row for a smaller limit.
 fn check(row: &Row, folder: &Folder, file: &str, limit: u64) {
     folder.run(&["check", file]).succeeds();
     folder.run(&["check", file, "--limit", &format!("{}={limit}", row.name)]).fails_with(row);

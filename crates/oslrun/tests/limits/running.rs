@@ -1,4 +1,4 @@
-//! The limits of `running`, and that whether they are reached depends on the point alone.
+//! The limits of `running`; whether a point reaches them depends on this point only.
 
 use crate::{Folder, Said, Tripped, shader};
 use osl_limits::Row;
@@ -43,7 +43,8 @@ fn point_steps(row: &Row) {
     run(&few, &[]).succeeds();
     run(&few, &["--limit", "running.point_steps=500"]).fails_with(row);
     run(&few, &["--max-steps", "500"]).fails_with(row);
-    // Each of these does much in a step of the shader, and pays for it; a point that counted steps alone would take minutes.
+    // Each of these does much work in one step of the shader, which counts as several steps; otherwise a
+    // point would take minutes.
     let knots = "float k[2000]; k[int(u * 9)] = v;";
     for text in [
         &format!("{LOOP} o += sin(u * i);") as &str,
@@ -67,11 +68,11 @@ fn point_steps(row: &Row) {
     ] {
         run(&body(text), &["--limit", "running.point_steps=20000"]).fails_with(row);
     }
-    // Code without a loop counts as well.
+    // Code without loops counts too.
     let mut straight = String::new();
     (0..200).for_each(|_| straight += "o += noise(\"gabor\", P * o, \"bandwidth\", 8.0);\n");
     run(&body(&straight), &["--limit", "running.point_steps=20000"]).fails_with(row);
-    // A shader that takes much and ends has room by default.
+    // A shader with much work, which ends, is within the default limits.
     run(&body("float x = 0; float y = 0; for (int i = 0; i < 10000; i++) { float t = x * x - y * y + u; y = 2 * x * y + v; x = t; if (x > 2) x = 0; } o = x;"), &[]).succeeds();
 }
 
@@ -82,7 +83,7 @@ fn point_memory(row: &Row) {
         "for (int i = 0; i < 5000; i++) setmessage(format(\"m%d\", i), u);",
         "for (int i = 0; i < 5000; i++) printf(\"%g\\n\", u);",
         "closure color c = diffuse(N); for (int i = 0; i < 500; i++) c = c + u * diffuse(N); o = !c;",
-        // A sum of itself, which would be long written out.
+        // A sum that is added to itself: it would be long in expanded form.
         "closure color c = u * diffuse(N); for (int i = 0; i < 40; i++) c = c + c; o = !c;",
         "string x = \"<b/>\"; for (int i = 0; i < 12; i++) x = concat(x, x); o = dict_find(concat(\"<r>\", x, format(\"%g\", u), \"</r>\"), \"/r\");",
     ] {
@@ -94,7 +95,7 @@ fn memory(row: &Row) {
     let arrays = body("float x[50000]; x[int(u * 9)] = u; o = x[int(v * 9)];");
     for threads in ["1", "16"] {
         run(&arrays, &["--threads", threads]).succeeds();
-        // Points run one by one where it has to be.
+        // Points are run one by one if necessary.
         let one = ["--threads", threads, "--limit", "running.memory=300k"];
         run(&arrays, &[&one[..], &["--arithmetic", "strict"]].concat()).succeeds();
         run(&arrays, &[&one[..], &["--arithmetic", "f64"]].concat()).fails_with(row);
@@ -113,7 +114,7 @@ fn frame_bytes(row: &Row) {
 
 fn printed_bytes(row: &Row) {
     let prints = body("for (int i = 0; i < 10; i++) printf(\"%g\\n\", u);");
-    // A million points would print too much, a few of them do.
+    // A million points would print too much; a few do not.
     for batch in ["1", "16", "64"] {
         for threads in ["1", "2"] {
             run(&prints, &["--batch", batch, "--threads", threads, "--limit", "running.printed_bytes=10k"])
@@ -129,14 +130,14 @@ fn closure_bytes(row: &Row) {
     run(&material, &["--closures", "--limit", "running.closure_bytes=10k"]).fails_with(row);
 }
 
-/// The text of an XML document with so many elements, made by a shader.
+/// A shader that builds the text of an XML document with this number of elements.
 fn searches(count: u32) -> Folder {
     body(&format!(
         "string x = \"<b/>\"; for (int i = 0; i < {count}; i++) x = concat(x, x); int n = dict_find(concat(\"<r>\", x, \"</r>\"), \"/r/b\"); int k = 0; while (n != 0) {{ n = dict_next(n); k++; }} o = k;"
     ))
 }
 
-/// The error is one of the shader, which goes on.
+/// Checks that the error is reported as one of the shader, which continues.
 #[track_caller]
 fn tells(said: &Said, row: &Row) {
     assert!(said.err.contains(row.error), "{}", said.err);
@@ -170,7 +171,7 @@ fn xml_cache_bytes(_: &Row) {
     assert!(run(&body(text), &["--limit", "running.xml_cache_bytes=1"]).out.contains("6 to 6"));
 }
 
-/// What is joined while compiling is cut like what is joined in a run.
+/// Strings that are joined at compile time are cut in the same way as in a run.
 fn string_bytes(_: &Row) {
     for text in [
         "string s = format(\"%g\", 2 + u - u); o = strlen(concat(s, \"bcd\", \"efg\", \"h\"));",
@@ -243,7 +244,7 @@ fn tried_steps(row: &Row) {
     assert!(said.out.contains(row.error), "{}", said.out);
 }
 
-/// Programs that some points run beyond a limit, or that a few points together would.
+/// Programs that exceed a limit at some points, or that would exceed it for a few points together.
 const DEPENDS: [&str; 6] = [
     "string s = format(\"%g %g\", u, v); while (strlen(s) < 20000) s = concat(s, s); o = strlen(s);",
     "float x[2000]; x[int(u * 9)] = v; string s = format(\"%g %g\", u, v); while (strlen(s) < 15000) s = concat(s, s); o = x[0];",

@@ -54,7 +54,7 @@ fn refused(row: &Row, n: u64) {
     render(&folder, row, n).fails_with(row);
 }
 
-/// The scene is rendered, with coarser surfaces.
+/// Checks that the scene is rendered with coarser surfaces.
 fn subdivided(row: &Row, n: u64) {
     let folder = scene();
     let said = render(&folder, row, n);
@@ -83,7 +83,8 @@ fn xml_depth(row: &Row) {
     testrender(row, "<a><a><a></a></a></a>", 2);
 }
 
-/// A scene of testrender: a ball inside a larger one, both bright mirrors, that prints where it is met.
+/// A scene of testrender: a ball inside a larger one, both bright mirrors, with shaders that print their
+/// hits.
 fn mirrors(more: &[&str]) -> (Said, Vec<u8>) {
     let text = "<World><Camera eye=\"0,0,4\" dir=\"0,0,-1\"/><ShaderGroup>shader s x;</ShaderGroup>\
                 <Sphere center=\"0,0,0\" radius=\"1\"/><Sphere center=\"0,0,0\" radius=\"9\"/></World>";

@@ -1,7 +1,7 @@
-//! Shaders. A case is `FOLDER/NAME.osl`, with directives in its first lines (`//@ grid W H`, `//@ center`,
-//! `//@ include DIR`), and beside it `NAME.csv` (`x,y,u,v` and a column a component), `NAME.out` (printed text),
-//! `NAME.err` (errors and warnings of the run) and `NAME.compile` (exit code and messages of the compiler), where the
-//! reference gave any.
+//! Shader cases. A case is `FOLDER/NAME.osl`, with directives in its first lines (`//@ grid W H`,
+//! `//@ center`, `//@ include DIR`). Next to it are the recordings of the reference: `NAME.csv` (`x,y,u,v`
+//! and one column per component), `NAME.out` (printed text), `NAME.err` (errors and warnings of the run) and
+//! `NAME.compile` (exit code and messages of the compiler); missing files mean that there was no such output.
 
 use crate::{OSLRUN, data, names_in};
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Integers are divided by this in files of floats.
+/// Integers in files of floats are divided by this number.
 const LARGEST_INT: f64 = 2_147_483_647.0;
 
 /// All cases, as `FOLDER/NAME`.
@@ -24,7 +24,7 @@ pub(crate) fn cases() -> Vec<String> {
     names_in(&root).into_iter().flat_map(in_folder).collect()
 }
 
-/// How a case differs from its recording.
+/// The differences between a case and its recording.
 pub(crate) fn check(case: &str) -> Vec<String> {
     let source = data("corpus").join(case).with_extension("osl");
     let folder = source.parent().unwrap().canonicalize().unwrap();
@@ -57,13 +57,13 @@ pub(crate) fn check(case: &str) -> Vec<String> {
     differences
 }
 
-/// The words behind `//@ NAME`, if the source has that directive.
+/// The text after `//@ NAME`, if the source has that directive.
 fn directive<'a>(text: &'a str, name: &str) -> Option<&'a str> {
     let lines = text.lines().filter_map(|line| line.strip_prefix("//@ "));
     lines.filter_map(|line| line.strip_prefix(name)).map(str::trim).next()
 }
 
-/// Compiles every shader of a folder into another, and returns how that of the name went.
+/// Compiles every shader of a folder into another folder, and returns the output for the named shader.
 fn compile_all(folder: &Path, target: &Path, stem: &str, include: Option<&str>) -> Output {
     let mut wanted = None;
     for name in names_in(folder) {
@@ -86,7 +86,7 @@ fn compile_all(folder: &Path, target: &Path, stem: &str, include: Option<&str>) 
     wanted.unwrap()
 }
 
-/// What the run printed and reported, against the recording: printed lines in order, messages as a set.
+/// Compares the text and messages of the run with the recording: printed lines in order, messages as a set.
 fn text_differences(run: &Output, out: &str, err: &str) -> Vec<String> {
     let (printed, said) = (String::from_utf8_lossy(&run.stdout), String::from_utf8_lossy(&run.stderr));
     let is_message = |line: &&str| line.starts_with("ERROR") || line.starts_with("WARNING");
@@ -113,7 +113,7 @@ fn text_differences(run: &Output, out: &str, err: &str) -> Vec<String> {
     differences
 }
 
-/// Recorded values: a column a component, a row a point.
+/// Recorded values: one column per component, one row per point.
 struct Table {
     columns: Vec<String>,
     rows: Vec<Vec<f32>>,
@@ -128,14 +128,14 @@ impl Table {
         Self { columns, rows: lines.map(row).collect() }
     }
 
-    /// The outputs that the columns belong to, each once.
+    /// The outputs of the columns, each once.
     fn outputs(&self) -> Vec<&str> {
         let mut outputs: Vec<&str> = self.columns.iter().map(|column| output_of(column)).collect();
         outputs.dedup();
         outputs
     }
 
-    /// How the pictures in a folder differ from the table. `source` tells which outputs are ints.
+    /// The differences between the pictures in a folder and the table. `source` shows which outputs are ints.
     fn differences(&self, folder: &Path, source: &str) -> Vec<String> {
         let mut differences = Vec::new();
         for output in self.outputs() {
@@ -170,7 +170,7 @@ fn output_of(column: &str) -> &str {
     column.split(['.', '[']).next().unwrap_or(column)
 }
 
-/// The channels of a file by the order of the output's components: R, G, B, A, then by number.
+/// The channels of a file in the order of the output's components: R, G, B, A, then by number.
 fn in_order(channels: &[String]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..channels.len()).collect();
     order.sort_by_key(|&channel| {

@@ -1,4 +1,5 @@
-//! Cases that differ from the recordings, each with the reason. `docs/conformance.md` repeats those that stay.
+//! Cases that differ from the recordings, each with the reason. `docs/conformance.md` lists the permanent
+//! ones.
 
 /// Case and reason.
 const EXCEPTIONS: &[(&str, &str)] = &[

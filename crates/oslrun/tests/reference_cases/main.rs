@@ -1,6 +1,7 @@
-//! Recorded cases of the reference's tools: `tests/data/suite`, command lines with all that they print and write, and
-//! `tests/data/corpus`, shaders with their values and printed text. Each case holds the rule of a cause; the rules'
-//! other sides have tests of their own. These modules know the recordings, and nothing of how oslrun works.
+//! Recorded cases of the reference's tools: `tests/data/suite` contains command lines with everything that
+//! they print and write, and `tests/data/corpus` contains shaders with their values and printed text. Each
+//! case checks one rule; other tests check cases to which the rule does not apply. These modules know the
+//! recordings, but not how oslrun works.
 
 #![allow(
     clippy::unwrap_used,
@@ -27,8 +28,8 @@ fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data").join(name)
 }
 
-/// Runs the check on each case, all at once, and fails with the list of cases that differ. An exception that holds no
-/// more is a failure too, so that the list stays true.
+/// Runs the check on all cases in parallel, and fails with the list of cases that differ. An exception that
+/// no longer differs is a failure too, so that the list stays correct.
 fn hold(cases: &[String], check: impl Fn(&str) -> Vec<String> + Sync) {
     let only = std::env::var("CASE").ok();
     let chosen = cases.iter().filter(|case| only.as_ref().is_none_or(|only| case.contains(only.as_str())));

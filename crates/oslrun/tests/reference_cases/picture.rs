@@ -1,9 +1,9 @@
-//! Pictures of recordings: how they are read, and when two are the same.
+//! Reads recorded pictures and compares them.
 
 use osl_image::{ImageData, read_image};
 use std::path::Path;
 
-/// How far values may be apart, absolutely and relatively.
+/// The permitted difference of values, absolute and relative.
 pub(crate) const NEAR: f32 = 1e-5;
 
 /// How a picture differs from the recorded one: its size, the type of its samples, or its values.

@@ -1,19 +1,19 @@
-//! Command lines. A case is a folder: sources and other inputs; `cmd`, a command a line, run in order by bash in a copy of
-//! the folder; `expected.txt`, what the reference printed, both streams in order, with its exit codes; `expected/`,
-//! pictures that it wrote; `note.txt`, the rule.
+//! Command lines. A case is a folder: sources and other inputs; `cmd`, one command per line, run in order by
+//! bash in a copy of the folder; `expected.txt`, the text that the reference printed on both streams in
+//! order, with its exit codes; `expected/`, the pictures that it wrote; `note.txt`, the rule.
 //!
-//! Lines are compared to the letter, except diagnostics of `oslc`: their wording is ours, so that file, line and kind
-//! count, and how many there are.
+//! Lines must be identical, except diagnostics of `oslc`: their wording is our own, so only file, line, kind
+//! and number are compared.
 
 use crate::{OSLRUN, data, names_in, picture};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Pictures of paths: the reference's own tests allow more.
+/// The tolerance for path-traced pictures: the reference's own tests allow more.
 const NEAR_OF_PATHS: f32 = 2e-3;
 
-/// A folder that holds the program under the names of the reference's tools.
+/// A folder that contains links to the program, named like the reference's tools.
 pub(crate) struct Tools(tempfile::TempDir);
 
 impl Tools {
@@ -42,7 +42,7 @@ impl Tools {
     }
 }
 
-/// How a case differs from its recording.
+/// The differences between a case and its recording.
 pub(crate) fn check(tools: &Tools, case: &str) -> Vec<String> {
     let source = data("suite").join(case);
     let parent = tempfile::tempdir().unwrap();
@@ -69,8 +69,8 @@ pub(crate) fn check(tools: &Tools, case: &str) -> Vec<String> {
     differences
 }
 
-/// The lines of a text. Of a diagnostic of `oslc`, file, line and kind; lines that explain one (indented, behind it) are
-/// left out.
+/// The lines of a text. A diagnostic of `oslc` is reduced to file, line and kind; indented lines that explain
+/// it are omitted.
 fn comparable(text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     let mut in_diagnostic = false;
@@ -95,7 +95,7 @@ fn place(line: &str) -> Option<&str> {
     is_place.then(|| &line[..line.len() - rest.len()])
 }
 
-/// Copies what commands may read.
+/// Copies the files that commands may read.
 fn copy(source: &Path, target: &Path) {
     fs::create_dir_all(target).unwrap();
     for name in names_in(source) {

@@ -1,14 +1,14 @@
-//! `kill -9` at random moments of a large write over an old file.
+//! `kill -9` at random moments while a large file replaces an old one.
 
 use super::{Place, names, oslrun};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Kills that many runs at moments that are spread over the time of a whole one. Afterwards the file holds the old bytes or
-/// the new ones, and the next run leaves nothing else behind.
+/// Kills runs at moments spread over the time of a complete run. Afterwards the file must contain the old
+/// bytes or the new ones, and the next run must leave no other files.
 fn kill(times: u32, grid: &str) {
-    // Cheap to compute, so that most of the time is that of writing.
+    // Cheap to compute, so that writing takes most of the time.
     let shader = b"shader a(float k = 0, output float o = 0) { o = u * v + k; }";
     let place = Place::new("osl", b"", shader);
     let before = names(&place.project());
@@ -26,7 +26,7 @@ fn kill(times: u32, grid: &str) {
     };
     let (images, time) = ([whole(0).0, whole(1).0], whole(1).1);
     assert_ne!(images[0], images[1]);
-    // The two images take turns, so that each run would change the file.
+    // The two images alternate, so that each run would change the file.
     let (mut now, mut random, mut torn, mut parts, mut replaced) = (1, 1_u64, 0, 0, 0);
     for _ in 0..times {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -1,7 +1,7 @@
-//! What a shader, group, scene or texture names is opened only below the folders that the user gave, and an output file is
-//! old or new, never torn. One table of tricks is tried at every door.
+//! Files that a shader, group, scene or texture names are opened only below the folders that the user gave,
+//! and an output file is either old or new, never incomplete. All tests use one table of tricks.
 //!
-//! `reads` and `writes` hold the doors; `killed` ends runs at random moments.
+//! `reads` and `writes` contain the ways to open files; `killed` ends runs at random moments.
 
 #![cfg(unix)]
 #![allow(
@@ -22,13 +22,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-/// What no answer may contain: it stands in every file outside.
+/// Text that no output may contain: every file outside contains it.
 const SECRET: &str = "sesame";
 
-/// No command here may take longer, even on a busy machine without optimisation.
+/// Maximum time of a command, even on a busy machine without optimisation.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A folder to work in, with files of one ending, and a folder beside it that must not be reached.
+/// A working folder with files of one extension, and a neighbouring folder that must not be accessed.
 struct Place {
     dir: tempfile::TempDir,
     ending: &'static str,
@@ -60,7 +60,7 @@ impl Place {
         self.dir.path().join("outside")
     }
 
-    /// Names that lead out, to what is no file, or to nothing.
+    /// Names that lead outside, to something that is not a file, or to nothing.
     fn tricks(&self) -> Vec<String> {
         let end = self.ending;
         let mut names: Vec<String> = [
@@ -102,7 +102,7 @@ impl Place {
         std::fs::write(self.project().join(name), text).unwrap();
     }
 
-    /// Runs a command that must end by itself, without the secret.
+    /// Runs a command, which must end by itself and must not print the secret.
     fn run<S: AsRef<OsStr>>(&self, args: &[S]) -> Said {
         let said = Said::of(oslrun().args(args).current_dir(self.project()));
         assert!(!said.text.contains(SECRET), "{}", said.text);
@@ -110,7 +110,7 @@ impl Place {
         said
     }
 
-    /// What lies outside is as it was.
+    /// Checks that the files outside are unchanged.
     fn outside_is_untouched(&self, why: &str) {
         let names = names(&self.outside());
         assert_eq!(names, [format!("secret.{}", self.ending)], "{why}");
@@ -121,14 +121,14 @@ fn oslrun() -> Command {
     Command::new(env!("CARGO_BIN_EXE_oslrun"))
 }
 
-/// What a command said, on both streams.
+/// The output of a command, on both streams.
 struct Said {
     status: ExitStatus,
     text: String,
 }
 
 impl Said {
-    /// Runs a command to its end, which has to come.
+    /// Runs a command, which must end.
     fn of(command: &mut Command) -> Said {
         let streams = tempfile::tempdir().unwrap();
         let file = |name: &str| std::fs::File::create(streams.path().join(name)).unwrap();

@@ -1,4 +1,5 @@
-//! Doors for reading: includes, shaders of groups, included scenes, textures, dictionaries, and what the user names.
+//! Ways to read files: includes, shaders of groups, included scenes, textures, dictionaries, and files that
+//! the user names.
 
 use super::{Place, SECRET, Said, oslrun};
 use osl_image::{BitDepth, PngOptions, Transfer, write_png};
@@ -16,7 +17,7 @@ fn includes() {
         assert_eq!(said.status.code(), Some(1), "{name}: {}", said.text);
         assert!(said.text.contains("error[E"), "{name}: {}", said.text);
     }
-    // Where the file is refused because of its place, the message says what to do.
+    // If the file is refused because of its folder, the message says how to allow it.
     place.write("a.osl", "#include \"link.h\"\nshader a() {}\n");
     assert!(place.run(&["check", "a.osl"]).text.contains("-I DIR"));
     for name in ["good.h", "./good.h", "sub/../good.h", "../project/good.h"] {
@@ -24,7 +25,7 @@ fn includes() {
         let said = place.run(&["check", "a.osl"]);
         assert_eq!(said.status.code(), Some(0), "{name}: {}", said.text);
     }
-    // A folder of -I opens what lies below it, also by way of `..` and links.
+    // A folder of -I allows the files below it, also through `..` and links.
     std::fs::write(place.outside().join("secret.h"), "#define GOOD 1\n").unwrap();
     for name in ["../outside/secret.h", "secret.h", "link.h"] {
         place.write("a.osl", format!("#include \"{name}\"\nshader a(output int o = GOOD) {{}}\n"));
@@ -104,7 +105,7 @@ fn textures() {
     let shade = |name: &str| place.run(&["a.osl", "-g", "1x1", "-p", &format!("f={name}")]).text;
     for name in place.tricks() {
         let said = shade(&name);
-        // A name without a file has the missing color; a path that no system takes may fail the run.
+        // A name without a file gives the missing color; a path that no system accepts may fail the run.
         assert!(!said.contains("o[0]: 1") && !said.contains("o[0]: 2"), "{name}: {said}");
     }
     assert!(shade("good.png").contains("o[0]: 2"), "{}", shade("good.png"));
@@ -142,7 +143,7 @@ fn what_the_user_names_may_lie_anywhere_but_is_a_file() {
     for name in ["../outside/secret.osl", "link.osl", "good.osl"] {
         assert_eq!(place.run(&["check", name]).status.code(), Some(0), "{name}");
     }
-    // Names that are no text.
+    // File names that are not valid text.
     let odd = OsStr::from_bytes(b"\xff.osl");
     std::fs::write(place.project().join(odd), "#include \"b.h\"\nshader a(output float o = B) {}").unwrap();
     place.write("b.h", "#define B 1\n");

@@ -1,4 +1,4 @@
-//! Doors for writing: `fprintf`, names made of a shader's, sets of files, the standard output.
+//! Ways to write files: `fprintf`, names derived from a shader's name, sets of files, the standard output.
 
 use super::{Place, Said, names, oslrun};
 use std::fs::{self, File};
@@ -16,7 +16,7 @@ fn fprintf_stays_in_the_folder() {
         "shader a(string f = \"\", output float o = 0) { fprintf(f, \"%s\", \"new\\n\"); o = u; }",
     );
     let print = |name: &str| place.run(&["a.osl", "-g", "1x1", "-p", &format!("f={name}")]);
-    // Files whose names are only odd are files of the folder.
+    // Files with unusual names are still files in the folder.
     let odd = ["GOOD.txt", "good.txt.", "good.txt/"];
     for name in place.tricks().into_iter().filter(|name| !odd.contains(&name.as_str())) {
         let said = print(&name);

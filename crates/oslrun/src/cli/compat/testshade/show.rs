@@ -46,7 +46,7 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
         let Some((index, layer)) = layers.into_iter().find(|(_, l)| has(l)) else { continue };
         let last = index + 1 == group.layers().len();
         let path: Arc<str> = format!("{}.{name}", layer.name).into();
-        // After a name without a layer, every layer with such an output runs.
+        // A name without a layer makes every layer with such an output run.
         let mut names: Vec<Arc<str>> = vec![path.clone()];
         names.extend(of.is_none().then(|| name.into()));
         found.push(Output {
