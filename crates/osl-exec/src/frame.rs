@@ -1,53 +1,14 @@
-//! The input and the result of a run: options, planes, closures, messages.
+//! The result of a run: planes, closures, messages.
 //!
 //! This module must not know how the points are run, see [`Run`](crate::Run).
 
 use crate::machine::Component;
-use crate::message::{Event, Keeping, Printed, Said, unite};
-use crate::native::Native;
+use crate::message::{Event, Printed, Said, unite};
 use crate::profile::ProfileEntry;
 use osl_ir::ir::Kind;
 use osl_ir::types::Type;
-use osl_limits::{Limits, Running};
-use osl_noise::Isa;
+use osl_limits::Running;
 use std::sync::Arc;
-
-/// Options of a run.
-#[derive(Clone, Debug)]
-pub struct RunOptions {
-    /// Points per batch, rounded up to a multiple of 16; chosen for the program if not set. Fewer if the
-    /// memory of the run or the work of a point requires it.
-    pub batch: Option<usize>,
-    /// Points per tile.
-    pub tile: usize,
-    /// The instruction set.
-    pub isa: Isa,
-    /// The budgets of points, and of the run as a whole.
-    pub limits: Limits,
-    /// Whether the closures of outputs are kept.
-    pub closures: bool,
-    /// Whether to measure where the time goes.
-    pub profile: bool,
-    /// Which runs of operations become machine code.
-    pub native: Native,
-    /// How messages are kept.
-    pub keeping: Keeping,
-}
-
-impl Default for RunOptions {
-    fn default() -> Self {
-        RunOptions {
-            batch: None,
-            tile: 4096,
-            isa: Isa::detect(),
-            limits: Limits::default(),
-            closures: false,
-            profile: false,
-            native: Native::Recurring,
-            keeping: Keeping::default(),
-        }
-    }
-}
 
 /// One component of an output over all points.
 #[derive(Clone, Debug)]

@@ -1,13 +1,11 @@
 //! Where the time of a run goes: counts for each step, attributed to instructions and source lines.
 //!
-//! A machine without a profile only checks once per block whether there is one, and measures nothing.
+//! A machine without a profile only checks once per block whether there is one, and measures nothing. This
+//! module must not know machines.
 
-use crate::arithmetic::Arithmetic;
-use crate::error::RunError;
-use crate::machine::Machine;
-use crate::program::{Program, Steps};
+use crate::program::Program;
 use osl_ir::Span;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The counts of a machine, by the marks of its program.
 #[derive(Clone, Debug, Default)]
@@ -56,6 +54,22 @@ impl Profile {
         Profile { counts: vec![Count::default(); program.marks.len()], inner: Duration::ZERO }
     }
 
+    /// A step begins: yields the time of the steps inside the one around it so far, which its end takes back.
+    pub(crate) fn begin(&mut self) -> Duration {
+        std::mem::take(&mut self.inner)
+    }
+
+    /// A step ends that took so long on so many lanes. `outer`: what its beginning yielded.
+    pub(crate) fn end(&mut self, mark: u32, lanes: u64, time: Duration, outer: Duration) {
+        let own = time.saturating_sub(self.inner);
+        self.inner = outer + time;
+        if let Some(count) = self.counts.get_mut(mark as usize) {
+            count.runs += 1;
+            count.lanes += lanes;
+            count.own += own;
+        }
+    }
+
     /// Adds the counts of another machine.
     pub(crate) fn add(&mut self, other: &Profile) {
         for (to, from) in self.counts.iter_mut().zip(&other.counts) {
@@ -80,29 +94,5 @@ impl Profile {
             ProfileEntry { name: mark.name.clone(), span: mark.span, around, runs, lanes, own }
         })
         .collect()
-    }
-}
-
-impl<'a, A: Arithmetic> Machine<'a, A> {
-    /// Runs steps and records the time of each.
-    pub(crate) fn profiled(&mut self, steps: &'a Steps, mask: &crate::machine::Mask) -> Result<(), RunError> {
-        let lanes = self.lanes_in(mask);
-        for (step, mark) in steps.list.iter().zip(&steps.marks) {
-            let outer = self.profile.as_mut().map(|p| std::mem::take(&mut p.inner)).unwrap_or_default();
-            let start = Instant::now();
-            let result = self.step(step, mask);
-            let time = start.elapsed();
-            if let Some(profile) = &mut self.profile {
-                let own = time.saturating_sub(profile.inner);
-                profile.inner = outer + time;
-                if let Some(count) = profile.counts.get_mut(*mark as usize) {
-                    count.runs += 1;
-                    count.lanes += lanes;
-                    count.own += own;
-                }
-            }
-            result?;
-        }
-        Ok(())
     }
 }

@@ -1,0 +1,25 @@
+//! Steps whose time is measured. What becomes of the times is in [`profile`](crate::profile).
+
+use super::{Machine, Mask};
+use crate::arithmetic::Arithmetic;
+use crate::error::RunError;
+use crate::program::Steps;
+use std::time::Instant;
+
+impl<'a, A: Arithmetic> Machine<'a, A> {
+    /// Runs steps and records the time of each.
+    pub(super) fn profiled(&mut self, steps: &'a Steps, mask: &Mask) -> Result<(), RunError> {
+        let lanes = self.lanes_in(mask);
+        for (step, mark) in steps.list.iter().zip(&steps.marks) {
+            let outer = self.profile.as_mut().map(|profile| profile.begin()).unwrap_or_default();
+            let start = Instant::now();
+            let result = self.step(step, mask);
+            let time = start.elapsed();
+            if let Some(profile) = &mut self.profile {
+                profile.end(*mark, lanes, time, outer);
+            }
+            result?;
+        }
+        Ok(())
+    }
+}

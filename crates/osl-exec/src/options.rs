@@ -1,0 +1,43 @@
+//! How a program runs. What it computes with is no option: the program is compiled for its numbers.
+
+use crate::message::Keeping;
+use crate::native::Native;
+use osl_limits::Limits;
+use osl_noise::Isa;
+
+/// Options of a run.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// Points per batch, rounded up to a multiple of 16; chosen for the program if not set. Fewer if the
+    /// memory of the run or the work of a point requires it.
+    pub batch: Option<usize>,
+    /// Points per tile.
+    pub tile: usize,
+    /// The instruction set.
+    pub isa: Isa,
+    /// The budgets of points, and of the run as a whole.
+    pub limits: Limits,
+    /// Whether the closures of outputs are kept.
+    pub closures: bool,
+    /// Whether to measure where the time goes.
+    pub profile: bool,
+    /// Which runs of operations become machine code.
+    pub native: Native,
+    /// How messages are kept.
+    pub keeping: Keeping,
+}
+
+impl Default for RunOptions {
+    fn default() -> Self {
+        RunOptions {
+            batch: None,
+            tile: 4096,
+            isa: Isa::detect(),
+            limits: Limits::default(),
+            closures: false,
+            profile: false,
+            native: Native::Recurring,
+            keeping: Keeping::default(),
+        }
+    }
+}
