@@ -11,9 +11,9 @@ pub struct Golden {
     pub size: (usize, usize),
     /// Factors of u and v.
     pub scale: [f32; 2],
-    /// Added to u and v.
+    /// Offsets of u and v.
     pub offset: [f32; 2],
-    /// Points at pixel centres.
+    /// Whether points are at pixel centres.
     pub center: bool,
     /// Parameter values: type, name and text.
     pub params: Vec<(String, String, String)>,
@@ -21,7 +21,7 @@ pub struct Golden {
     pub interpolated: Vec<String>,
     /// Keys that this reader does not interpret.
     pub other: Vec<String>,
-    /// `u`, `v`, then `f`, `c.r`, `a[0]` …: name and a value for each point.
+    /// `u`, `v`, then `f`, `c.r`, `a[0]` …: a name, and a value for each point.
     pub columns: Vec<(String, Vec<f32>)>,
 }
 
@@ -41,7 +41,7 @@ impl Golden {
         Golden::parse(&text).ok_or_else(|| format!("{}: not a recorded run", path.display()))
     }
 
-    /// The conditions that a shader's `//@` lines state, without values.
+    /// The conditions in the `//@` lines of a shader, without values.
     pub fn conditions(shader: &str) -> Golden {
         let mut golden = Golden { scale: [1.0; 2], size: (1, 1), ..Golden::default() };
         for key in shader.lines().filter_map(|line| line.strip_prefix("//@ ")) {
@@ -67,9 +67,10 @@ impl Golden {
         Some(golden)
     }
 
-    /// Gives the columns of an output of more than ten the names of what they hold, unless `is_int` says of the output that
-    /// it was recorded in order: the recorder wrote floats in the alphabetical order of their numbers (4, then 10 before
-    /// 5) but for the first four, under names in numerical order.
+    /// Renames the columns of an output with more than ten components to match their contents, unless
+    /// `is_int` says that the output was recorded in order. The recorder wrote floats in the alphabetical
+    /// order of their numbers (4, then 10 before 5), except for the first four, under names in numerical
+    /// order.
     pub fn untangle(&mut self, is_int: impl Fn(&str) -> bool) {
         let stem = |name: &str| name.split_once('[').map_or(String::new(), |(stem, _)| stem.to_string());
         for group in self.columns.chunk_by_mut(|(a, _), (b, _)| stem(a) == stem(b) && !stem(a).is_empty()) {
@@ -106,16 +107,16 @@ impl Golden {
     }
 }
 
-/// How two columns differ.
+/// The differences between two columns.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Comparison {
-    /// Values compared.
+    /// Number of compared values.
     pub total: usize,
     /// Equal, or both NaN.
     pub exact: usize,
-    /// Within the tolerance, absolute or relative.
+    /// Number within the tolerance, absolute or relative.
     pub within: usize,
-    /// The largest absolute difference, and where.
+    /// The largest absolute difference, and its point.
     pub worst: (f32, usize),
 }
 
@@ -137,7 +138,7 @@ pub fn compare(expected: &[f32], got: &[f32], tolerance: f32) -> Comparison {
     c
 }
 
-/// How many floats apart two values are.
+/// The distance of two values in units in the last place.
 pub fn ulps(a: f32, b: f32) -> u32 {
     let order = |x: f32| {
         let bits = x.to_bits() as i32;

@@ -1,4 +1,4 @@
-//! The renderer that reference values were recorded with, set up by the conditions of a recorded run.
+//! The renderer with which reference values were recorded, configured from the conditions of a recorded run.
 
 use crate::golden::Golden;
 use osl_exec::{Datum, Services};
@@ -38,7 +38,7 @@ pub fn renderer(golden: &Golden) -> ReferenceRenderer {
     host
 }
 
-/// Its named spaces, textures and the kind of ray.
+/// Its named spaces, its textures, and the kind of ray.
 pub fn services(golden: &Golden, host: &ReferenceRenderer) -> Services {
     let ray = golden.other.iter().find_map(|key| key.strip_prefix("raytype ")).unwrap_or("");
     Services {

@@ -1,5 +1,5 @@
-//! What holds of every valid program: the IR is valid after every pass, and no way of compiling or running changes
-//! what comes out.
+//! Properties of every valid program: the IR is valid after every pass, and all ways to compile and run give
+//! the same results.
 
 use crate::run;
 use osl_exec::{Frame, Isa, Native, RunOptions, Services};
@@ -29,9 +29,9 @@ pub const SWITCHABLE: [Pass; 10] = [
 /// A way of compiling and running.
 #[derive(Clone, Debug)]
 pub struct Way {
-    /// Passes that do not run.
+    /// Passes to skip.
     pub without: Vec<Pass>,
-    /// Points of a batch.
+    /// Points per batch.
     pub batch: usize,
     /// Which operations become machine code.
     pub native: Native,
@@ -39,12 +39,12 @@ pub struct Way {
     pub isa: Isa,
 }
 
-/// The way that others are compared with: all passes, small batches.
+/// The way with which others are compared: all passes, small batches.
 pub fn plain() -> Way {
     Way { without: Vec::new(), batch: 16, native: Native::Never, isa: Isa::detect() }
 }
 
-/// All other ways: without each pass, without all, with large batches, on each instruction set.
+/// All other ways: without each pass, without any, with large batches, on each instruction set.
 pub fn ways() -> Vec<Way> {
     let mut ways: Vec<Way> = SWITCHABLE.iter().map(|p| Way { without: vec![*p], ..plain() }).collect();
     ways.push(Way { without: SWITCHABLE.to_vec(), ..plain() });
@@ -58,7 +58,7 @@ pub fn ways() -> Vec<Way> {
 /// The body of a program before the passes.
 ///
 /// # Errors
-/// The program's own errors, as text: it is no valid program, or too large.
+/// The program's own errors, as text: it is invalid or too large.
 pub fn lower(text: &str) -> Result<Body, String> {
     let checked = pipeline::check("generated.osl", text, &NoFiles, &Options::default());
     let program = checked.program.ok_or_else(|| {
@@ -76,7 +76,7 @@ pub fn lower(text: &str) -> Result<Body, String> {
     osl_ir::lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:?}"))
 }
 
-/// What runs share: files are opened once.
+/// Shared by all runs, so that files are opened once.
 pub fn services() -> &'static Services {
     static SERVICES: OnceLock<Services> = OnceLock::new();
     SERVICES.get_or_init(run::services)
@@ -94,14 +94,14 @@ pub struct Shown {
     pub values: String,
     /// Errors and warnings, in order.
     pub messages: Vec<String>,
-    /// The same with their places, and which points say them.
+    /// The messages with their places and the points that report them.
     pub counted: Vec<String>,
 }
 
-/// All that a run yields, bit by bit, as text.
+/// All results of a run, to the bit, as text.
 ///
 /// # Errors
-/// The body is not valid, before or after the passes.
+/// The body is invalid, before or after the passes.
 pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let grid = grid();
     let options = passes::Options { without: way.without.clone(), ..passes::Options::default() };
@@ -111,7 +111,7 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
         batch: Some(way.batch),
         isa: way.isa,
         native: way.native,
-        // Generated loops end, and the passes decide how many steps that takes.
+        // Generated loops end; the number of steps depends on the passes.
         limits: run::steps(1 << 26),
         closures: true,
         ..RunOptions::default()
@@ -122,8 +122,8 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     })
 }
 
-/// How the values of a run begin that has ended early. What a program takes is the passes' business: where passes are left
-/// out, a limit may be reached, or not, or that of another point.
+/// The start of the values of a run that stopped early. The cost of a program depends on the passes: without
+/// some of them, a limit may or may not be reached, or another point may reach it.
 const STOPPED: &str = "stopped: ";
 
 fn show(frame: &Frame) -> Shown {
@@ -149,8 +149,8 @@ fn show(frame: &Frame) -> Shown {
     Shown { values, messages, counted }
 }
 
-/// Text without the signs of NaN: nothing says what they are, and they depend on the instruction set, and in a vector loop
-/// on whether a lane is in its last rounds.
+/// The text without the signs of NaN, which are unspecified: they depend on the instruction set and, in a
+/// vector loop, on whether a lane is in the last iterations.
 fn unsigned(text: &str) -> String {
     let mut text = text.replace("-nan", "nan");
     while text.contains(" nan") {
@@ -159,10 +159,10 @@ fn unsigned(text: &str) -> String {
     text
 }
 
-/// Whether the messages of a run may be these where those of the plain run are `plain`. What the shader itself says, which
-/// the generator lets begin with `=`, keeps its order. What nobody needs is not looked up, and which lookups are found to be
-/// unneeded, or the same as another, is the passes' business: where passes are left out, lookups that fail are told of
-/// if the program as it was lowered tells of them.
+/// Whether a run may have these messages if the plain run has the messages `plain`. The shader's own
+/// messages, which start with `=` in generated programs, keep their order. The passes decide which lookups
+/// are unnecessary or duplicates: without some passes, further lookups may report errors, if the program
+/// reports them as lowered.
 fn says(way: &Way, plain: &[String], got: &[String], lowered: impl FnOnce() -> Vec<String>) -> bool {
     if way.without.is_empty() || plain == got {
         return plain == got;
@@ -173,18 +173,18 @@ fn says(way: &Way, plain: &[String], got: &[String], lowered: impl FnOnce() -> V
         && got.iter().chain(plain).all(|m| lowered.contains(m))
 }
 
-/// Holds a program against the laws.
+/// Checks the properties for a program.
 ///
 /// # Errors
-/// The first law that is broken, in words.
+/// The first violated property, as text.
 pub fn hold(text: &str, ways: &[Way]) -> Result<(), String> {
     hold_body(&lower(text)?, ways)
 }
 
-/// Holds a lowered program against the laws.
+/// Checks the properties for a lowered program.
 ///
 /// # Errors
-/// The first law that is broken, in words.
+/// The first violated property, as text.
 pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
     validate::validate(body)?;
     let plain_way = plain();
@@ -213,15 +213,15 @@ pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
     Ok(())
 }
 
-/// A smaller program that breaks a law as this one does: without lines, and with simple values for what is in brackets,
-/// as long as it still compiles.
+/// A smaller program that violates a property like this one: lines are removed, and text in brackets is
+/// replaced by simple values, as long as the program still compiles.
 pub fn reduce(text: &str, ways: &[Way]) -> String {
     reduce_by(text, &|text| {
         lower(text).is_ok() && !matches!(std::panic::catch_unwind(|| hold(text, ways)), Ok(Ok(())))
     })
 }
 
-/// A smaller program of which `breaks` is true as it is of this one.
+/// A smaller program for which `breaks` is true as for this one.
 pub fn reduce_by(text: &str, breaks: &dyn Fn(&str) -> bool) -> String {
     let mut text = text.to_string();
     loop {

@@ -1,4 +1,4 @@
-//! What the end-to-end tests share: reference data and the way from a shader's text to its values.
+//! Shared by the end-to-end tests: reference data, and the path from a shader's text to its values.
 
 pub mod agree;
 mod dice;

@@ -1,14 +1,14 @@
-//! Points for tests of single functions: each knows its number, and has tangents without values.
+//! Points for tests of single functions: each point knows its number, and has derivatives.
 
 use osl_exec::PointSource;
 use osl_ir::hir::Global;
 use osl_ir::ir::Axis;
 
-/// `u` is the point's number. `v` and the components of `P` are -0, which changes nothing that it is added to, and have
-/// slopes: a parameter plus `v` has its value, and derivatives.
+/// `u` is the point's number. `v` and the components of `P` are -0, so adding them changes no value, but they
+/// have derivatives: a parameter plus `v` has the parameter's value, with derivatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Points {
-    /// How many.
+    /// Number of points.
     pub count: usize,
     /// The numbers are multiples of this,
     pub step: usize,
@@ -17,7 +17,7 @@ pub struct Points {
 }
 
 impl Points {
-    /// So many points, numbered from 0.
+    /// Points numbered from 0.
     pub fn new(count: usize) -> Points {
         Points { count, step: 1, modulus: usize::MAX }
     }

@@ -18,7 +18,7 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Named spaces and textures as reference results were recorded with.
+/// The named spaces and textures with which reference results were recorded.
 pub fn services() -> Services {
     Services {
         spaces: reference_spaces(64, 64),
@@ -57,7 +57,7 @@ pub fn run(
     run_in(Arithmetic::Strict, (name, text, params), grid, options)
 }
 
-/// The same in one of the arithmetics.
+/// The same in a given arithmetic.
 ///
 /// # Errors
 /// The diagnostics, as text.
@@ -73,7 +73,8 @@ pub fn run_in(
     osl_exec::run(&compiled.program, &services(), grid, options, &|_| ()).map_err(|e| e.to_string())
 }
 
-/// Runs a shader as a recorded run was made: values that do not suit their parameters are ignored.
+/// Runs a shader under the conditions of a recorded run: values that do not match their parameters are
+/// ignored.
 ///
 /// # Errors
 /// The diagnostics, as text.

@@ -1,8 +1,8 @@
-//! Scenes and meshes made of chance: coordinates at the ends of floats, corners that no vertex has, files that include
-//! themselves.
+//! Random scenes and meshes: coordinates at the limits of floats, corners without vertices, files that
+//! include themselves.
 //!
-//! Most of what [`scene`] makes is well-formed text, so that it comes past the reader to what builds and renders. It must
-//! not know what reads it.
+//! Most of the text from [`scene`] is well-formed, so that it passes the reader and is built and rendered.
+//! This module must not know what reads its text.
 
 use crate::dice::Dice;
 use std::fmt::Write;
@@ -33,7 +33,7 @@ pub fn scene(bytes: &[u8]) -> String {
         let name = dice.pick(&["a.ass", "../a.ass", "/dev/zero", ""]);
         let _ = writeln!(text, "include \"{name}\"");
     }
-    // Cut short, sometimes within a word.
+    // Truncated, sometimes within a word.
     if dice.one_in(8) {
         let length = dice.below(text.len() as u64) as usize;
         text.truncate(length);

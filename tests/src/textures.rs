@@ -1,12 +1,12 @@
-//! Image files made of chance: headers that are almost right, sizes that no machine holds, data that is too short.
+//! Random image files: headers that are almost right, sizes that exceed any memory, truncated data.
 //!
-//! What [`texture`] makes is mostly well-formed, so that it comes past the first check of a decoder and reaches the next;
-//! some of it is a picture. It must not know what reads the files.
+//! Most files from [`texture`] are well-formed, so that they pass the first check of a decoder and reach the
+//! next; some are valid images. This module must not know what reads the files.
 
 use crate::dice::Dice;
 use std::io::Write;
 
-/// A file name and the bytes of the file. The same bytes make the same file; few bytes go on as zeros.
+/// A file name and the bytes of the file. The same bytes give the same file; missing bytes count as zeros.
 pub fn texture(bytes: &[u8]) -> (String, Vec<u8>) {
     let mut dice = Dice::new(bytes);
     let (ending, mut file) = match dice.below(6) {
@@ -17,7 +17,7 @@ pub fn texture(bytes: &[u8]) -> (String, Vec<u8>) {
         4 => ("jpg", jpeg(&mut dice)),
         _ => ("exr", exr(&mut dice)),
     };
-    // Cut short, or damaged in a few places.
+    // Truncated, or damaged in a few places.
     if dice.one_in(4) {
         let length = dice.below(file.len() as u64 + 1) as usize;
         file.truncate(length);
@@ -40,7 +40,7 @@ pub fn texture(bytes: &[u8]) -> (String, Vec<u8>) {
 fn deflated(dice: &mut Dice<'_>, length: u64) -> Vec<u8> {
     let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
     let fill = if dice.one_in(2) { 0 } else { dice.byte() };
-    // A bomb of up to 4 MB.
+    // A decompression bomb of up to 4 MB.
     let _ = encoder.write_all(&vec![fill; length.min(1 << 22) as usize]);
     encoder.finish().unwrap_or_default()
 }

@@ -1,5 +1,5 @@
-//! One shader in the ways to run it: from its source with all passes, without those that can be left out, and through the
-//! text of a compiled shader.
+//! Runs one shader in several ways: from its source with all passes, without the optional passes, and through
+//! the text of a compiled shader.
 
 #![allow(clippy::panic, reason = "what the tests check is checked here")]
 
@@ -10,10 +10,10 @@ use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 use oslrun::pipeline;
 
-/// Checks what a shader prints at one point, in each of the ways, and that it reports nothing.
+/// Checks the text that a shader prints at one point, in each of the ways, and that it reports nothing.
 ///
 /// # Panics
-/// It does not compile, prints something else or reports something.
+/// It does not compile, prints a different text, or reports a message.
 pub fn prints(text: &str, expected: &str) {
     let checked = pipeline::check("s.osl", text, &NoFiles, &Options::default());
     let program = checked.program.unwrap_or_else(|| panic!("{text}: {:#?}", checked.diagnostics));

@@ -1,5 +1,5 @@
-//! The arithmetics beside the strict one: double precision against mathematics, and each against itself however it is
-//! run.
+//! The arithmetics other than the strict one: double precision is compared with mathematics, and each
+//! arithmetic with itself in all ways to run.
 
 #![allow(
     clippy::unwrap_used,
@@ -14,7 +14,7 @@ use osl_scene::Grid;
 use osl_tests::run;
 use std::f64::consts::PI;
 
-/// Runs statements that set `out` from `u` and `v` in double precision, and yields u, v and the values.
+/// Runs statements that set `out` from `u` and `v` in double precision, and returns u, v and the values.
 fn values(body: &str, grid: &Grid) -> Vec<(f64, f64, f64)> {
     let text = format!("shader s(output float out = 0, output point where = 0) {{ where = P; {body} }}");
     let shader = ("s.osl", text.as_str(), &[][..]);
@@ -26,7 +26,7 @@ fn values(body: &str, grid: &Grid) -> Vec<(f64, f64, f64)> {
     x.into_iter().zip(y).zip(out).map(|((x, y), out)| (x, y, out)).collect()
 }
 
-/// A body of a shader, and what it comes to.
+/// A body of a shader, and the expected values.
 type Case = (&'static str, fn(f64, f64) -> f64);
 
 const ANALYTIC: &[Case] = &[
@@ -86,7 +86,7 @@ const ANALYTIC: &[Case] = &[
         t * t * (3.0 - 2.0 * t) + v / 2.0 + u * 0.875 + v * 0.125
     }),
     ("out = erf(u) + erfc(v * 2);", |u, v| erf(u) + 1.0 - erf(2.0 * v)),
-    // Derivatives: u and v change by as much as the grid says.
+    // Derivatives: u and v change by the step of the grid.
     ("out = (Dx(sin(u * 3)) / Dx(u)) + Dy(log10(v + 1)) / Dy(v) + Dx(pow(u + 1, 2.5)) / Dx(u);", |u, v| {
         3.0 * (3.0 * u).cos() + 1.0 / ((v + 1.0) * std::f64::consts::LN_10) + 2.5 * (u + 1.0).powf(1.5)
     }),
@@ -95,7 +95,7 @@ const ANALYTIC: &[Case] = &[
     }),
 ];
 
-/// By its series: good for the small arguments here.
+/// Computed by its series, which is accurate for the small arguments here.
 fn erf(x: f64) -> f64 {
     let (mut term, mut sum) = (x, x);
     for n in 1..80 {
@@ -146,7 +146,7 @@ fn double_precision_keeps_the_domains_of_the_language() {
     }
 }
 
-/// What repeats with a whole period is the same a whole period further on, however far.
+/// Periodic noise has the same value after any number of whole periods.
 #[test]
 fn noise_in_double_precision_is_the_same_far_from_the_origin() {
     for noise in ["pnoise(\"perlin\", Q", "pnoise(\"uperlin\", Q", "pnoise(\"cell\", Q"] {
@@ -162,7 +162,7 @@ fn noise_in_double_precision_is_the_same_far_from_the_origin() {
             }
         }
     }
-    // Simplex noise has no periods: its value is that of the coordinates themselves.
+    // Simplex noise has no periods: its value depends on the coordinates themselves.
     let grid = Grid { scale: [7.0, 5.0], ..Grid::new(21, 13) };
     let got =
         values("point Q = P * 1.375 + 1000000; out = snoise(Q[0], Q[1]) + noise(\"simplex\", Q);", &grid);
@@ -176,7 +176,7 @@ fn noise_in_double_precision_is_the_same_far_from_the_origin() {
     }
 }
 
-/// The tangents of noise are its slopes.
+/// The derivatives of noise are its slopes.
 #[test]
 fn derivatives_of_noise_in_double_precision_are_slopes() {
     for call in [
@@ -201,7 +201,7 @@ fn derivatives_of_noise_in_double_precision_are_slopes() {
 /// A shader: its name, its file, values of parameters.
 type Seed = (&'static str, &'static str, &'static [(&'static str, &'static str)]);
 
-/// Seeds whose outputs are continuous but at few points.
+/// Seeds whose outputs are continuous except at few points.
 const SEEDS: &[Seed] = &[
     ("Cobbled", "osl/Cobbled.osl", &[]),
     ("flakes", "osl/flakes.osl", &[]),
@@ -251,7 +251,7 @@ fn each_arithmetic_has_the_same_results_however_it_is_run() {
             let plain =
                 RunOptions { batch: Some(64), tile: 10_000, isa: Isa::baseline(), ..RunOptions::default() };
             for isa in Isa::all() {
-                // Fast numbers depend on the instruction set, and on nothing else.
+                // Results of the fast arithmetic depend on the instruction set, and on nothing else.
                 let plain = match arithmetic {
                     Arithmetic::Fast => RunOptions { isa, ..plain.clone() },
                     _ => plain.clone(),

@@ -1,4 +1,5 @@
-//! What a program is compiled for: points that vary more are refused, points that vary less have the same values.
+//! Assumptions of a compiled program about its points: points that vary more are refused, points that vary
+//! less have the same values.
 
 #![allow(
     clippy::unwrap_used,
@@ -14,7 +15,8 @@ use osl_ir::ir::Axis;
 use osl_ir::passes;
 use osl_tests::run;
 
-/// Four points: what varies is the number of the point, its changes are twice that number. What is shared is 7.
+/// Four points: a varying value is the number of the point, and its change is twice that number. Uniform
+/// values are 7.
 #[derive(Default)]
 struct Points {
     varying: Vec<Global>,
@@ -127,7 +129,7 @@ fn what_is_refused_does_not_depend_on_the_shader() {
     assert_eq!(shade(&program, &points).unwrap_err(), RunError::VariesMore(Global::P));
 }
 
-/// Everything varies in a program that is compiled without options, also what only calls can ask for.
+/// In a program compiled without options everything varies, including what only calls can ask for.
 #[test]
 fn a_program_of_the_usual_options_accepts_all_points() {
     for (call, global) in [("backfacing()", Global::Backfacing), ("surfacearea()", Global::SurfaceArea)] {
@@ -138,7 +140,7 @@ fn a_program_of_the_usual_options_accepts_all_points() {
     }
 }
 
-/// A pass that is left out assumes nothing.
+/// A pass that is skipped makes no assumptions.
 #[test]
 fn without_the_search_for_what_points_share_all_points_are_accepted() {
     let options = passes::Options { without: vec![passes::Pass::Rate], ..of(&[], &[]) };
@@ -147,7 +149,7 @@ fn without_the_search_for_what_points_share_all_points_are_accepted() {
     assert_eq!(values(&program, &points), [0.0, 2.0, 4.0, 6.0]);
 }
 
-/// The arithmetic is the program's: the same options of a run yield doubles where it was compiled for them.
+/// The arithmetic belongs to the program: the same run options give doubles if it was compiled for them.
 #[test]
 fn a_program_runs_in_the_arithmetic_that_it_was_compiled_for() {
     let points = Points { varying: vec![Global::U], ..Points::default() };

@@ -1,4 +1,5 @@
-//! Calls of built-ins: output arguments whose places have side effects, the order of arguments, messages by name.
+//! Calls of built-ins: output arguments with side effects in their indices, the order of arguments, messages
+//! by name.
 
 #![allow(
     clippy::unwrap_used,
@@ -14,7 +15,8 @@ use osl_ir::passes;
 use osl_scene::Grid;
 use osl_tests::run;
 
-/// A run over points `u` = 0 … 1 with all passes, and one without those that can be left out; what both print.
+/// Runs a body on points `u` = 0 … 1 with all passes, and without the optional ones; both must print the
+/// same.
 fn frame(body: &str, points: usize) -> Frame {
     let text = format!(
         "struct S {{ int m[2]; }};\nstruct T {{ float x; }};\nint next(output int k) {{ k += 1; return k - 1; }}\nshader s() {{\nint i = 0;\n{body}\n}}"
@@ -114,7 +116,7 @@ fn arguments_run_left_to_right_and_variables_show_later_changes() {
         ("float a[3]; sincos(next(i), a[next(i)], a[next(i)]); printf(\"%g %d\", a, i);", "0 0 1 3"),
         // Written back in the order of the arguments.
         ("float a[2]; sincos(0, a[0], a[0]); printf(\"%g\", a[0]);", "1"),
-        // The index is that of the argument's turn.
+        // The index is evaluated when the argument has its turn.
         ("float a[3]; float b[3]; sincos(0, b[2], a[i]), i = 2; printf(\"%g %d\", a[0], i);", "1 2"),
         ("float a[3]; sincos(0, a[i], a[++i]); printf(\"%g %g %d\", a[0], a[1], i);", "0 1 1"),
     ] {
@@ -130,12 +132,12 @@ fn says(body: &str, points: usize, expected: &str, errors: &[&str]) {
     assert_eq!(said.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>(), errors, "{body}");
 }
 
-/// The same calls with names that are written out, and with computed ones.
+/// The same calls with literal names, and with computed ones.
 fn both(body: &str, points: usize, expected: &str, errors: &[&str]) {
     says(&body.replace('@', "\"m\""), points, expected, errors);
     says(&body.replace('@', "format(\"%s\", \"m\")"), points, expected, errors);
     says(&body.replace('@', "(u > 5 ? \"other\" : \"m\")"), points, expected, errors);
-    // One computed, the others not.
+    // One name computed, the others literal.
     says(&body.replacen('@', "substr(\"nm\", 1, 1)", 1).replace('@', "\"m\""), points, expected, errors);
     let last = body.rfind('@').unwrap();
     let last = format!("{}substr(\"nm\", 1, 1){}", &body[..last], &body[last + 1..]);

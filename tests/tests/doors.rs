@@ -1,7 +1,7 @@
-//! Every door, a fixed number of inputs each: no panic, no execution of more than five seconds.
+//! Runs every door on a fixed number of inputs: no panic, and no execution of more than five seconds.
 //!
-//! `cargo run --profile fuzz -p osl-tests --example fuzz` goes on for as long as one likes (`tests/fuzz/README.md`). What it finds is mended,
-//! and its input becomes one of those below.
+//! `cargo run --profile fuzz -p osl-tests --example fuzz` runs for any time (`tests/fuzz/README.md`). When it
+//! finds a bug, the bug is fixed and its input is added to the list below.
 
 #![allow(
     clippy::panic,
@@ -14,11 +14,12 @@
 use osl_tests::doors;
 use osl_tests::fuzz::drive::{Bounds, Until, drive};
 
-/// Changed inputs of a door, always the same ones.
+/// Runs a door on mutated inputs, which are the same in every run.
 fn open(name: &str) {
     let door = doors::find(name).unwrap_or_else(|| panic!("no door {name}"));
     let mut wrong = Vec::new();
-    // Tests run side by side in one process, whose memory says nothing of one of them; a build for tests is slow.
+    // Tests run in parallel in one process, so its memory cannot be attributed to one of them; test builds
+    // are slow.
     let bounds = Bounds { megabytes: f64::INFINITY, seconds: 5.0 };
     let tally = drive(door, (1, Until::Runs(door.runs), bounds), None, &mut |_| (), &mut |input, what| {
         wrong.push(format!("{what}\n{}", String::from_utf8_lossy(input)));
@@ -46,7 +47,7 @@ doors! {
     parse mutate fmt generate compiled told oso group attributes textures scene testrender arguments
 }
 
-/// Inputs that once broke something: the door, what was wrong, and the input.
+/// Inputs that once failed: the door, the failure, and the input.
 const ONCE_WRONG: &[(&str, &str, &[u8])] = &[];
 
 #[test]

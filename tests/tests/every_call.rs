@@ -1,5 +1,5 @@
-//! Every built-in with every combination of extreme arguments, derivatives included: no panic, and the same bits for every
-//! instruction set and batch size.
+//! Every built-in with every combination of extreme arguments, including derivatives: no panic, and the same
+//! bits on every instruction set and for every batch size.
 
 #![allow(
     clippy::unwrap_used,
@@ -53,10 +53,10 @@ const TRIPLES: [&str; 12] = [
 const INTS: [&str; 7] = ["0", "1", "-1", "3", "100", "2147483647", "-2147483648"];
 const STRINGS: [&str; 6] = ["", "a", "ab12 cd", "-17x", "1e99", "%d"];
 
-/// The most points of a run: larger products are sampled.
+/// Maximum number of points of a run: larger products are sampled.
 const MOST: usize = 2_500;
 
-/// Texts that a function knows, and one that it does not.
+/// Strings that a function knows, and one that it does not.
 fn words(row: &Builtin) -> &'static [&'static str] {
     match row.name {
         "noise" => &["perlin", "uperlin", "simplex", "usimplex", "cell", "hash", "gabor"],
@@ -76,7 +76,7 @@ fn words(row: &Builtin) -> &'static [&'static str] {
     }
 }
 
-/// A call with its declarations, and how many points all combinations take.
+/// A call with its declarations, and the number of points for all combinations.
 struct Call {
     text: String,
     points: usize,
@@ -154,7 +154,7 @@ impl Writer {
     }
 }
 
-/// The shader that calls a function by a signature with these texts; no texts stand for varying ones.
+/// The shader that calls a function by a signature with these strings; an empty list means varying ones.
 fn call(row: &'static Builtin, signature: &'static Signature, literals: &[&str]) -> Call {
     let mut w = Writer { body: String::new(), args: Vec::new(), points: 1 };
     let mut literals = literals.iter().copied();
@@ -220,7 +220,7 @@ fn call(row: &'static Builtin, signature: &'static Signature, literals: &[&str])
     Call { text, points: w.points }
 }
 
-/// What went into output arguments, added up, with derivatives.
+/// The sum of the output arguments, with derivatives.
 fn outputs(w: &mut Writer, signature: &Signature) {
     for (param, name) in signature.params.iter().zip(w.args.clone()) {
         let ParamType::Of(ty) = param.ty else { continue };
@@ -253,7 +253,7 @@ fn components(value: &str, ty: &str) -> String {
     parts.join(", ")
 }
 
-/// All ways to give a signature its texts.
+/// All combinations of strings for a signature.
 fn texts(row: &'static Builtin, signature: &Signature) -> Vec<Vec<&'static str>> {
     let is_text = |p: &&builtins::Param| p.ty == ParamType::Of(Type::STRING) && !p.output;
     let count = signature.params.iter().filter(is_text).count();
@@ -269,13 +269,13 @@ fn texts(row: &'static Builtin, signature: &Signature) -> Vec<Vec<&'static str>>
         all = all.into_iter().flat_map(longer).collect();
     }
     if row.name.ends_with("message") {
-        // And names that differ from point to point.
+        // Also names that differ from point to point.
         all.push(Vec::new());
     }
     all
 }
 
-/// All that a run yields. A nan is a nan: which one an operation makes is not defined.
+/// All results of a run. All NaNs are equal: the bits of a NaN are not defined.
 fn all_of(frame: &Frame) -> Vec<(String, Vec<u32>)> {
     let plain = |kind: Kind, word: u32| {
         if kind != Kind::Int && f32::from_bits(word).is_nan() { 0x7fc0_0000 } else { word }
@@ -336,7 +336,7 @@ fn check(row: &'static Builtin, signature: &'static Signature, literals: &[&str]
 #[test]
 fn every_built_in_is_the_same_everywhere() {
     let calls: Vec<(&Builtin, &Signature, Vec<&str>)> = builtins::all()
-        // It would write files, where a run allows that.
+        // It would write files if the run allowed that.
         .filter(|row| row.name != "fprintf")
         .flat_map(|row| row.signatures().iter().map(move |s| (row, s)))
         .flat_map(|(row, s)| texts(row, s).into_iter().map(move |t| (row, s, t)))

@@ -1,5 +1,6 @@
-//! What functions and operators give at the edges of their domains: `data/extremes.txt`, computed in three ways, when
-//! compiling, when running with the same value at all points and with values that differ, on every instruction set.
+//! Results of functions and operators at the edges of their domains: `data/extremes.txt`, computed in three
+//! ways: at compile time, in a run with uniform values, and in a run with varying values, on every
+//! instruction set.
 
 #![allow(
     clippy::unwrap_used,
@@ -17,12 +18,12 @@ use osl_tests::points::Points;
 use osl_tests::run;
 use std::fmt::Write;
 
-/// A value as the table writes it: `3i`, `(0, 0, 1)` or `-1e-45`.
+/// A value in the notation of the table: `3i`, `(0, 0, 1)` or `-1e-45`.
 #[derive(Clone, Debug)]
 struct Value {
     ty: &'static str,
     parts: Vec<f32>,
-    /// For ints, which floats do not hold.
+    /// For ints, which a float cannot hold exactly.
     int: i32,
 }
 
@@ -59,11 +60,12 @@ struct Case {
     expression: String,
     args: Vec<Value>,
     result: Value,
-    /// The result where the arguments are known when compiling, if it is another one.
+    /// The result for arguments that are known at compile time, if it is different.
     known: Option<Value>,
 }
 
-/// The table: expressions of a, b, c, d, and indented below each lines of `arguments = result`, or of `arguments = result
+/// The table: expressions of a, b, c, d, each followed by indented lines of `arguments = result`, or of
+/// arguments = result
 /// | result of known arguments`. Arguments are separated by blanks.
 fn table() -> Vec<Case> {
     let text = std::fs::read_to_string(run::root().join("tests/data/extremes.txt")).unwrap();
@@ -107,7 +109,7 @@ fn shader(case: &Case, form: Form) -> String {
     for (name, value) in names() {
         let _ = writeln!(text, "{} {name} = p{name};", value.ty);
         if form == Form::Varying {
-            // Never so, but that is known at each point only.
+            // Never true, but that is only known at each point.
             let _ = writeln!(text, "if (u > 1e6) {name} = 7;");
         }
     }
@@ -181,7 +183,8 @@ fn every_line_holds_in_every_way() {
     assert!(wrong.is_empty(), "\n{wrong}");
 }
 
-/// A varying value over a known number other than 0 divides plainly, and has an exact remainder, as in the reference.
+/// A varying value divided by a known number other than 0 is a plain quotient, with an exact remainder, as in
+/// the reference.
 #[test]
 fn a_known_divisor_is_not_guarded() {
     let of = |expression: &str, value: &str| {

@@ -1,4 +1,4 @@
-//! Programs that a generator makes: they compile, and every way of compiling and running them yields the same bits.
+//! Generated programs: they compile, and all ways to compile and run them give the same bits.
 
 #![allow(
     clippy::unwrap_used,
@@ -21,11 +21,11 @@ fn walked_text(seed: u64) -> String {
     generate::walked_program(&generate::noise_bytes(seed, 150 + (seed % 7) as usize * 80))
 }
 
-/// Seeds, and what there is to say of their programs.
+/// Seeds, and a text about the program of each.
 type Told = Vec<(u64, String)>;
 
-/// The seeds on whose programs the product and the walker differ; how many were not compared, and why not. Every eighth
-/// program goes through `.oso` too.
+/// The seeds on whose programs the product and the walker differ; and those that were not compared, with the
+/// reason. Every eighth program is also compared through `.oso`.
 fn disagreeing(seeds: std::ops::Range<u64>) -> (Told, Told) {
     let (mut broken, mut open) = (Vec::new(), Vec::new());
     for seed in seeds {
@@ -40,7 +40,7 @@ fn disagreeing(seeds: std::ops::Range<u64>) -> (Told, Told) {
     (broken, open)
 }
 
-/// The seeds whose programs break a law, with the law.
+/// The seeds whose programs violate a property, with the property.
 fn broken(seeds: std::ops::Range<u64>) -> Vec<(u64, String)> {
     let ways = laws::ways();
     let mut broken = Vec::new();
@@ -78,7 +78,7 @@ fn same_bits_in_any_way() {
     assert!(broken.is_empty(), "{} programs", broken.len());
 }
 
-/// Programs that once broke a law, with what was wrong.
+/// Programs that once violated a property, with a description of the bug.
 const ONCE_BROKEN: &[(&str, &str)] = &[
     (
         "a NaN had another sign in the last lanes of a batch, which a message showed",
@@ -245,12 +245,12 @@ fn the_walker_agrees() {
     let (broken, open) = disagreeing(0..2000);
     tell(&broken);
     assert!(broken.is_empty(), "{} programs", broken.len());
-    // What the language leaves open is not compared; it must not become the rule.
+    // Undefined behaviour is not compared; such programs must stay rare.
     tell(&open);
     assert!(open.len() < 300, "{} of 2000 are not compared", open.len());
 }
 
-/// Programs on which the product once differed from the walker, with what was wrong.
+/// Programs on which the product once differed from the walker, with a description of the bug.
 const ONCE_DIFFERENT: &[(&str, &str)] = &[
     (
         "what follows exit() in the same statement still ran: another call, an index out of range, an assignment",
@@ -326,7 +326,7 @@ fn agree_one() {
     let text =
         std::env::var("FILE").ok().map_or_else(|| walked_text(seed), |f| std::fs::read_to_string(f).unwrap());
     let differs = |text: &str, oso| !matches!(catch_unwind(|| agree::hold(text, oso)), Ok(Ok(_)));
-    // What differs from the source is not about the compiled text.
+    // Differences in the source itself do not concern the compiled text.
     let oso = !differs(&text, false);
     let differs = |text: &str| differs(text, oso);
     let small = if differs(&text) { laws::reduce_by(&text, &differs) } else { text };

@@ -38,7 +38,7 @@ impl ShaderFiles for Folder {
     }
 }
 
-/// How far values may be off, absolutely or relatively: noise, and what goes through approximations.
+/// The permitted absolute or relative error, for noise and approximations.
 const TOLERANCE: f32 = 5e-6;
 
 fn case(folder: &Path) -> Result<String, String> {
@@ -50,7 +50,7 @@ fn case(folder: &Path) -> Result<String, String> {
     let mut golden = Golden::load(&csv)?;
     golden.untangle(|_| false);
     let host = host::renderer(&golden);
-    // The recorder asked for the outputs of the last layer by their names, whatever layer has them.
+    // The recorder requested the outputs of the last layer by their names, in any layer.
     let last = group.layers().last().unwrap().program.clone();
     let outputs = last.shader.params.iter().filter(|p| p.output);
     let outputs: Vec<_> = outputs.map(|p| last.vars[p.var.0 as usize].name.clone()).collect();
@@ -116,7 +116,7 @@ fn recorded_groups() {
     assert_eq!(failed, 0);
 }
 
-/// The shaders that the malformed groups name.
+/// The shaders in the malformed groups.
 struct Known;
 
 impl ShaderFiles for Known {
@@ -139,7 +139,7 @@ impl ShaderFiles for Known {
     }
 }
 
-/// What is said of a group, with the places in its text.
+/// The diagnostics of a group, with the positions in its text.
 fn said(text: &str) -> String {
     let checked = pipeline::check_group("bad.group", text, "g", &Known, &Options::default());
     let failed = checked.diagnostics.iter().any(|d| d.is_error());
@@ -228,7 +228,8 @@ fn a_layer_runs_once_and_only_where_it_is_read() {
                 param string name \"none\" ; shader say X ; shader root R ; connect F.f N.x ; connect N.f R.a ; ";
     let (columns, printed) = run_text(text, &[("say", SAY), ("root", root)], &[]);
     assert_eq!(columns[0], ("r".to_string(), vec![0.0, 6.0, 0.0, 6.0]));
-    // Read in a loop, so it runs before the loop, at every point; and its own source after it has printed.
+    // It is read in a loop, so it runs before the loop, at every point; its own source runs after it has
+    // printed.
     assert_eq!(printed.concat(), "near far ".repeat(4));
     let root = "shader root(float a = 0, float b = 0, output float r = 0) { if (u > 0.5) { r = a; } }";
     let (_, printed) = run_text(text, &[("say", SAY), ("root", root)], &[]);
@@ -255,7 +256,8 @@ fn an_input_is_handed_on_and_an_output_is_connected_to() {
     assert_eq!(columns[0].1, [0.0, 11.0, 0.0, 11.0]);
 }
 
-/// What two layers print, the second fed by the first: `own` are the outputs of the second that the renderer takes.
+/// The printed text of two connected layers; `own` are the outputs of the second layer that the renderer
+/// requests.
 fn said_for(sources: &[(&str, &str)], text: &str, own: &[&str], userdata_isconnected: bool) -> String {
     let checked = pipeline::check_group("test.group", text, "g", &Sources(sources), &Options::default());
     let mut group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
@@ -305,7 +307,7 @@ fn layers_run_only_for_what_somebody_takes() {
     for (own, expected) in [
         (&["a", "b"][..], "a b A B C"),
         (&["a"], "a A B"),
-        // What C takes of B leads to an output of C that nobody takes.
+        // C uses the output of B only for an output that is not requested.
         (&["b"], "b C"),
         (&[], ""),
     ] {

@@ -1,10 +1,12 @@
-//! What takes twice the input takes twice the time: about fifty shapes of input, each at a size and at two and four times it.
+//! Twice the input takes twice the time: about fifty shapes of input, each at a size, twice and four times
+//! that size.
 //!
-//! The program that `OSLRUN` names reads each of them, so that everything counts from the command line to the last message:
-//! `cargo build --release -p oslrun`, then
+//! The program that `OSLRUN` names reads each input, so that everything from the command line to the last
+//! message is measured: `cargo build --release -p oslrun`, then
 //! `OSLRUN=$PWD/target/release/oslrun cargo test -p osl-tests --test growth -- --ignored --nocapture`.
-//! `SHAPE=name` takes those that begin so, `SCALE=0.1` makes all smaller. A shape fails where four times the input takes more than ten times
-//! the time, or memory, beyond half a second or 100 MB: then a step takes the square of its input. Each ends within 5 s and 500 MB.
+//! `SHAPE=name` selects shapes by the start of their names, `SCALE=0.1` makes all smaller. A shape fails if
+//! four times the input takes more than ten times the time or memory, beyond half a second or 100 MB: then a
+//! step is quadratic in its input. Each run ends within 5 s and 500 MB.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, missing_docs, reason = "a test says what must hold")]
 
@@ -12,7 +14,7 @@ use std::fmt::Write;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A shape of input: its name, the command, its size, and the file of a size.
+/// A shape of input: its name, the command, its size, and a function that generates the file for a size.
 struct Shape {
     name: &'static str,
     args: &'static str,
@@ -213,7 +215,7 @@ const SHAPES: &[Shape] = &[
     shape("group_values", "a.group -g 1x1", 20_000, |n| "param float a 1 ;\n".repeat(n) + "shader s A ;\n"),
 ];
 
-/// Seconds and megabytes of one run.
+/// Time in seconds and memory in megabytes of one run.
 fn measured(shape: &Shape, size: usize) -> (f64, u64) {
     let folder = tempfile::tempdir().unwrap();
     let name = shape.args.split(' ').find(|word| word.starts_with("a.")).unwrap();

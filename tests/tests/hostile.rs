@@ -1,7 +1,7 @@
-//! Sources written to exhaust the compiler: each ends, with the error that names its excess, or compiles.
+//! Sources that are written to exhaust the compiler: each compiles, or fails with the error for its excess.
 //!
-//! Nothing here is timed; a case that does not end, or overflows the stack, is what fails. How long the program
-//! itself takes for each, and how much memory, is what [`real_runs`] measures.
+//! This test measures no times; a case fails if it does not end, or overflows the stack. [`real_runs`]
+//! measures the time and the memory of the program itself.
 
 #![allow(
     clippy::unwrap_used,
@@ -21,7 +21,7 @@ use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 thread_local! {
-    /// Whether sources go through the program itself instead.
+    /// Whether the program itself reads the sources instead.
     static REAL: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -82,14 +82,14 @@ fn real(name: &str, text: &str) -> BTreeSet<&'static str> {
     codes.map(|code| &*code.to_string().leak()).collect()
 }
 
-/// The largest resident memory that a process has had, in thousands of bytes.
+/// The peak resident memory of a process, in thousands of bytes.
 fn resident(id: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{id}/status")).ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     Some(line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()? * 1024 / 1000)
 }
 
-/// The codes of the errors, and how many problems there are, up to and with lowering, lints and rendering.
+/// The codes of the errors, and the number of problems, up to and including lowering, lints and rendering.
 fn errors(name: &str, text: &str) -> BTreeSet<&'static str> {
     if REAL.get() {
         return real(name, text);
@@ -118,7 +118,7 @@ fn errors(name: &str, text: &str) -> BTreeSet<&'static str> {
     list.iter().filter(|d| d.is_error()).map(|d| d.code.id).collect()
 }
 
-/// Expects exactly these codes of errors.
+/// Checks that there are exactly these codes of errors.
 fn ends(name: &str, text: &str, codes: &[&'static str]) {
     let found = errors(name, text);
     // The program stops at the first step that fails.
@@ -228,7 +228,7 @@ fn a_million_errors() {
     ends("closers", &shader(&")\n".repeat(n)), &["E0110"]);
     ends("brackets without partners", &shader(&"( } ".repeat(n / 10)), &["E0110", "E0111"]);
     ends("stray characters", &shader(&"$".repeat(n)), &["E0101", "E0120"]);
-    // Each by another name: one name is told once.
+    // Each with another name, because a name is reported once.
     let unknown: String = (0..n / 12).map(|i| format!("r = unknwon{i};\n")).collect();
     assert!(errors("unknown names", &shader(&unknown)).contains("E0120"));
     for (name, line) in [("bad operands", "r = u + \"a\";"), ("directives", "#foo")] {
@@ -302,7 +302,7 @@ fn overloads() {
     errors("operators", &format!("{operators} {}", shader(&format!("r = u{};", " + v".repeat(200)))));
 }
 
-/// A short text that stands for a very long one.
+/// A short text that expands to a very long one.
 #[test]
 fn multiplied() {
     let structs = lines(16, |i| format!("struct S{} {{ S{i} a; S{i} b; }};", i + 1));
@@ -338,7 +338,7 @@ fn multiplied() {
     ends("strings computed while compiling", &fold, &[]);
 }
 
-/// Inputs of which a step could take the square.
+/// Inputs for which a step could be quadratic.
 #[test]
 fn squares() {
     let n = 100_000;
@@ -363,7 +363,8 @@ fn squares() {
     ends("messages", &shader(&messages), &[]);
 }
 
-/// Sources that compile, and would run on and on or fill the memory. What the program says of them is in its own tests.
+/// Sources that compile, and would run endlessly or fill the memory. Their messages are tested with the
+/// program itself.
 #[test]
 fn runs_that_would_not_end() {
     for (name, body) in [

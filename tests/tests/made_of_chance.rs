@@ -1,4 +1,5 @@
-//! Textures and scenes made of chance, with fixed seeds: refused or read, within their memory, without a panic.
+//! Random textures and scenes with fixed seeds: they are read or refused, within their memory, without a
+//! panic.
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test fails by panicking")]
 
 use osl_image::{SubImage, Texture, decode_part};
@@ -34,7 +35,7 @@ fn textures_are_refused_or_read() {
                     let _ = Texture::new(image).average();
                     read += 1;
                 }
-                // Decoders that fail by a panic are held, but each is a fault of ours or of theirs.
+                // Panics of decoders are caught, but each one is a bug, here or in the decoder.
                 Err(error) => {
                     assert!(!error.to_string().contains("the decoder failed"), "seed {seed}: {error}")
                 }

@@ -1,4 +1,5 @@
-//! The shaders of `osl/nodes` against formulas: each runs as a layer of a group, with what feeds it written here.
+//! Compares the shaders of `osl/nodes` with formulas: each runs as a layer of a group, with its inputs
+//! computed here.
 
 #![allow(
     clippy::unwrap_used,
@@ -18,7 +19,7 @@ use osl_tests::run;
 use oslrun::pipeline::{self, ShaderFiles};
 use std::f64::consts::PI;
 
-/// The nodes, and shaders that a test brings along.
+/// The nodes, and shaders that a test provides.
 struct Library<'a>(&'a [(&'a str, &'a str)]);
 
 impl ShaderFiles for Library<'_> {
@@ -33,15 +34,15 @@ impl ShaderFiles for Library<'_> {
     }
 }
 
-/// What a word in a parameter does to a number.
+/// A word in a parameter, and its function of one number.
 type Curve = (&'static str, fn(f64) -> f64);
-/// What a word in a parameter does to two numbers.
+/// A word in a parameter, and its function of two numbers.
 type Blend = (&'static str, fn(f64, f64) -> f64);
 
 /// Points along each side. Odd, so that some lie in the middle.
 const SIDE: usize = 17;
 
-/// What a group yields on the unit patch.
+/// The values of a group on the unit square.
 struct Values(Vec<(String, Vec<f32>)>);
 
 impl Values {
@@ -49,7 +50,8 @@ impl Values {
         &self.0.iter().find(|(n, _)| n == name).unwrap_or_else(|| panic!("no {name}")).1
     }
 
-    /// Each value is that of the formula, as far as single precision and the approximations of the reference go.
+    /// Checks that each value is that of the formula, within single precision and the approximations of the
+    /// reference.
     fn are(&self, name: &str, formula: impl Fn(f64, f64) -> f64) {
         for (point, got) in self.get(name).iter().enumerate() {
             let (x, y) = (point % SIDE, point / SIDE);
@@ -90,7 +92,7 @@ fn node(name: &str, params: &str) -> Values {
     values(&format!("{params} shader {name} n;"), &[], &[])
 }
 
-/// Runs one node whose input `to` is fed by an expression of u, v and P.
+/// Runs one node whose input `to` is connected to an expression of u, v and P.
 fn fed(name: &str, params: &str, to: &str, ty: &str, expression: &str) -> Values {
     let source = format!("shader feed(output {ty} o = 0) {{ o = {expression}; }}");
     values(
@@ -147,7 +149,8 @@ fn clamp() {
     colors.are("result_color.b", |_, _| 0.5);
 }
 
-/// How much red, green and blue add to the luminance: of the primaries of Rec. 709, those amounts that make white of D65.
+/// The weights of red, green and blue in the luminance: for the primaries of Rec. 709, those that give white
+/// of D65.
 fn luminance() -> [f64; 3] {
     let xyz = |x: f64, y: f64| [x / y, 1.0, (1.0 - x - y) / y];
     let [r, g, b, white] = [xyz(0.64, 0.33), xyz(0.3, 0.6), xyz(0.15, 0.06), xyz(0.3127, 0.3291)];
@@ -232,7 +235,7 @@ fn project_planar() {
     }
 }
 
-/// A turn from 0 to 1 around z from a center, for points of the patch. A center off the grid keeps clear of the seam.
+/// An angle from 0 to 1 around z from a center. The center is not on the grid, to avoid the seam.
 fn around(u: f64, v: f64) -> f64 {
     ((v - 0.47).atan2(u - 0.53) / (2.0 * PI) + 0.25).rem_euclid(1.0)
 }
@@ -320,7 +323,7 @@ fn chaos_image() {
     got.are("n.UV.x", |u, v| u + shift(u, v, 0));
     got.are("n.UV.y", |u, v| v + shift(u, v, 1));
 
-    // Fading: in the middle of a tile nothing else shows, and there is no step at an edge.
+    // Blending: in the middle of a tile only that tile is visible, and there is no step at an edge.
     let fading = |u: f32, v: f32, blend: f32| {
         let more = format!("param float blend {blend}; param point uv {u} {v} 0;");
         node("chaos_image", &format!("{params} {more}")).get("result.r")[0]
@@ -364,7 +367,7 @@ fn color_correct() {
     turned.are("result.r", |_, _| 0.0);
 }
 
-/// What a group comes to after the passes: instructions, lane registers and their words.
+/// The size of a group after the passes: instructions, lane registers and their words.
 fn size(text: &str, output: &str) -> (usize, (usize, u32)) {
     let checked = pipeline::check_group("group", text, "test", &Library(&[]), &Options::default());
     let body = osl_ir::lower::lower_group(&checked.group.unwrap(), &[]).unwrap();

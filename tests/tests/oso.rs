@@ -1,4 +1,5 @@
-//! Compiled shaders: those that the reference wrote run like their sources, and what is written here comes back.
+//! Compiled shaders: those from the reference run like their sources, and those written here can be read
+//! again.
 
 #![allow(
     clippy::unwrap_used,
@@ -34,7 +35,7 @@ fn data(folder: &str) -> PathBuf {
     run::root().join("tests/data").join(folder)
 }
 
-/// Whether a value is as near as it has to be: the rule of the tests of the sources.
+/// Whether a value is near enough, by the rule of the source tests.
 fn near(expected: f32, got: f32) -> bool {
     expected == got
         || (expected.is_nan() && got.is_nan())
@@ -42,7 +43,7 @@ fn near(expected: f32, got: f32) -> bool {
         || ulps(expected, got) <= 2
 }
 
-/// Runs a compiled shader of the reference for a recorded run of its source; what differs.
+/// Runs a compiled shader of the reference under the conditions of a recorded run; returns the differences.
 fn recorded(oso: &Path, csv: &Path, seed: bool) -> Vec<String> {
     let name = oso.file_name().unwrap().to_string_lossy().into_owned();
     let text = std::fs::read_to_string(oso).unwrap();
@@ -85,7 +86,7 @@ fn recorded(oso: &Path, csv: &Path, seed: bool) -> Vec<String> {
     wrong
 }
 
-/// The recorded runs of the source of a sample.
+/// The recorded runs for the source of a sample.
 fn runs_of(sample: &Path) -> (Vec<PathBuf>, bool) {
     let stem = sample.file_stem().unwrap().to_string_lossy().into_owned();
     let (area, case) = stem.split_once("__").unwrap();
@@ -118,10 +119,10 @@ fn samples_of_the_reference_run_as_recorded() {
     assert!(bad.is_empty(), "{} of {}:\n{}", bad.len(), samples.len(), bad.join("\n"));
 }
 
-/// Parts of what a run yields, by name.
+/// Parts of the results of a run, by name.
 type Outcome = Vec<(String, String)>;
 
-/// Everything that a run yields, as text: bits of all planes, closures, printed text, messages.
+/// All results of a run, as text: bits of all planes, closures, printed text, messages.
 fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> Outcome {
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut all = Vec::new();
@@ -131,8 +132,8 @@ fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> 
     }
     let printed: String = frame.printed.iter().map(|p| p.text.as_str()).collect();
     all.push(("printed".to_string(), printed));
-    // A compiled shader knows the lines of its operations but not the columns: of equal messages of one line the first
-    // counts, so that only their order may differ.
+    // A compiled shader knows the lines of its operations but not the columns, so equal messages of one line
+    // may have another order.
     let mut said = frame.said(place);
     said.sort();
     all.push(("messages".to_string(), format!("{said:#?}")));
@@ -144,8 +145,9 @@ fn outcome(frame: &osl_exec::Frame, sources: &osl_syntax::source::SourceMap) -> 
     all
 }
 
-/// A component as a compiled shader can hold it. For a closure of the renderer alone such a file does not tell where
-/// parameters end and keywords begin: keys count as parameters before their values, which prints alike.
+/// A component in the form that a compiled shader can represent. For a closure that only the renderer knows,
+/// such a file does not tell where keywords begin: keys count as parameters before their values, which print
+/// alike.
 fn as_compiled(component: &Component) -> Component {
     let mut component = component.clone();
     let is_known = osl_ir::builtins::names().any(|name| name == &*component.name);
@@ -165,7 +167,7 @@ fn as_compiled(component: &Component) -> Component {
     component
 }
 
-/// Compiles a source to text and runs both; what differs. `None` if the source is not accepted.
+/// Compiles a source to text and runs both; returns the differences. `None` if the source is not accepted.
 fn round_trip(source: &Path) -> Option<Vec<String>> {
     let name = source.file_name().unwrap().to_string_lossy().into_owned();
     round_trip_text(&name, &std::fs::read_to_string(source).unwrap())
@@ -175,7 +177,7 @@ fn round_trip_text(name: &str, text: &str) -> Option<Vec<String>> {
     round_trip_by(name, text, &|_| ())
 }
 
-/// The same with outcomes of which `plain` takes what may differ.
+/// The same; `plain` removes permitted differences from the results.
 fn round_trip_by(name: &str, text: &str, plain: &dyn Fn(&mut Outcome)) -> Option<Vec<String>> {
     let checked = oslrun::pipeline::check(name, text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
     let program = checked.program?;
@@ -188,7 +190,7 @@ fn round_trip_by(name: &str, text: &str, plain: &dyn Fn(&mut Outcome)) -> Option
     let options = RunOptions { closures: true, ..RunOptions::default() };
     let mut expected = match run::like(name, text, &golden, &options) {
         Ok((frame, sources)) => outcome(&frame, &sources),
-        // It does not fit, or does not end: neither does what it becomes.
+        // It is too large or does not end, and so is the compiled form.
         Err(why) => vec![("error".to_string(), why)],
     };
     let mut got = match run::like(&format!("{name}.oso"), &written, &golden, &options) {
@@ -329,8 +331,8 @@ fn generated_programs_come_back() {
     let check = |seed: u64| {
         let bytes = osl_tests::generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100);
         let text = osl_tests::generate::program(&bytes);
-        // A formal that stands for a variable is that variable, an element of an element has a name of its own, and
-        // messages about indices name those.
+        // A formal that refers to a variable is that variable, an element of an element has its own name, and
+        // messages about indices contain these names.
         let unnamed = |outcome: &mut Outcome| {
             let named = |line: &str| match line.split_once(" out of range ") {
                 Some((head, rest)) => format!("{head}{}", rest.trim_start_matches(|c| c != '[')),
@@ -352,7 +354,7 @@ fn generated_programs_come_back() {
     assert!(bad.is_empty(), "{} of 600:\n{}", bad.len(), bad[0]);
 }
 
-/// Operations that renderers know. What else is written is in the list behind it.
+/// Operations that renderers know. Other written operations are in the list after it.
 const KNOWN: &str = "aassign abs acos add and area aref arraycopy arraylength asin assign atan atan2 backfacing bitand \
     bitor blackbody break calculatenormal cbrt ceil cellnoise clamp closure color compassign compl compref concat \
     continue cos cosh cross degrees determinant dict_find dict_next dict_value distance div dot Dx Dy Dz dowhile end \
@@ -365,10 +367,10 @@ const KNOWN: &str = "aassign abs acos add and area aref arraycopy arraylength as
     surfacearea tan tanh texture texture3d trace transform transformc transformn transformv transpose trunc vector \
     warning wavelength_color while xor";
 
-/// Functions that the reference's header writes out in the language, and that stay operations here.
+/// Functions that the reference's header defines in the language, and that are operations here.
 const BEYOND: &[&str] = &["artistic_ior", "fresnel", "linearstep", "rotate", "smooth_linearstep"];
 
-/// Nothing in the name of a file ends its hint or its comment.
+/// A file name cannot end its hint or its comment.
 #[test]
 fn names_of_files_are_read_again() {
     for name in ["a\"b.osl", "a\nend.osl", "a\\", "a}b.osl", "\"", "a\rb\tc.osl"] {
@@ -410,7 +412,8 @@ fn written_texts() {
     }
 }
 
-/// Lines are left out, doubled and exchanged, bytes overwritten: what comes of it is read or refused, never more.
+/// Lines are removed, duplicated and exchanged, bytes overwritten: the result is read or refused, without a
+/// panic.
 #[test]
 fn nothing_upsets_the_reader() {
     let samples = files(&data("oso"), "oso");
@@ -431,7 +434,7 @@ fn nothing_upsets_the_reader() {
                     1 => changed.swap(a, b),
                     2 => changed.insert(a, changed[b].clone()),
                     3 => {
-                        // A word of one line in the place of one of another.
+                        // A word of one line replaces one of another line.
                         let word = changed[b].split_whitespace().nth(random(6)).unwrap_or("0").to_string();
                         let mut words: Vec<String> =
                             changed[a].split_inclusive(char::is_whitespace).map(str::to_string).collect();
@@ -454,7 +457,7 @@ fn nothing_upsets_the_reader() {
             let read = osl_ir::oso::read("changed.oso", &changed.join("\n"), &Default::default());
             assert_eq!(read.program.is_some(), read.diagnostics.is_empty());
             if let Some(program) = read.program {
-                // A loop may have lost its end: it is compiled, not run.
+                // A loop may have lost its end, so the shader is compiled, but not run.
                 let _ = osl_ir::lower::lower(&program, &osl_ir::params::ParamValues::default());
                 let again = osl_ir::oso::write(&program, &read.sources, &Default::default()).unwrap();
                 let third = osl_ir::oso::read("again.oso", &again, &Default::default());

@@ -1,7 +1,8 @@
-//! Small sources against what the reference compiler does with them: which it refuses and on what line, which it
-//! takes with a warning, which without a word.
+//! Compares diagnostics of small sources with the reference compiler: which sources it rejects and on what
+//! line, which it accepts with a warning, and which without a message.
 //!
-//! Under strict syntax the same files are refused, on the same line. By default what has one obvious meaning runs.
+//! Under strict syntax the same files are rejected, on the same line. By default, sources with one obvious
+//! meaning run.
 
 #![allow(
     clippy::unwrap_used,
@@ -16,7 +17,7 @@ use osl_syntax::{NoFiles, Options};
 use osl_tests::run;
 use oslrun::pipeline;
 
-/// A source, with the line on which the reference speaks of it, if it names one.
+/// A source, with the line of the reference's message, if any.
 struct Case {
     name: String,
     text: String,
@@ -40,13 +41,13 @@ fn cases(folder: &str, count: usize) -> Vec<Case> {
     cases
 }
 
-/// The number behind `"line":`.
+/// The number after `"line":`.
 fn line(json: &str) -> Option<u32> {
     let (_, rest) = json.split_once("\"line\":")?;
     rest.trim_start().split(|c: char| !c.is_ascii_digit()).next()?.parse().ok()
 }
 
-/// What is said of a source, each with its line, up to and with lowering.
+/// The diagnostics of a source, each with its line, up to and including lowering.
 fn said(case: &Case, strict: bool) -> Vec<(u32, Diagnostic)> {
     let options = Options { strict, ..Options::default() };
     let checked = pipeline::check(&format!("{}.osl", case.name), &case.text, &NoFiles, &options);
@@ -75,14 +76,14 @@ fn shown(list: &[(u32, Diagnostic)]) -> String {
     list.iter().map(|(line, d)| format!("{line}: {} {}", d.code.id, d.message)).collect::<Vec<_>>().join("; ")
 }
 
-/// Cases whose error we place elsewhere than the reference, with our line and why it is the better one.
+/// Cases whose error has another line than in the reference, with our line and why it is better.
 const ELSEWHERE: &[(&str, u32, &str)] = &[
     ("output_arg_const_param", 3, "the call passes what cannot be written, not the function that writes"),
     ("output_arg_literal", 3, "the call passes what cannot be written, not the function that writes"),
     ("two_shaders", 4, "where the second shader begins, not where it ends"),
 ];
 
-/// Slips that run by default, each with a warning, since only one thing can be meant.
+/// Mistakes that run by default, each with a warning, since they have only one possible meaning.
 const RUN_BY_DEFAULT: &[&str] =
     &["macro_redefined", "trailing_comma_call", "trailing_comma_init", "warning_directive"];
 
@@ -131,8 +132,8 @@ fn what_the_reference_takes_with_a_warning_has_one_on_its_line() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// What the reference takes without a word and that is hardly meant: it compiles, with a warning or a
-/// lint of `check` of this code.
+/// Sources that the reference accepts silently, but that are hardly intended: they compile, with a warning or
+/// a lint of `check` of this code.
 const DOUBTFUL: &[(&str, &str)] = &[
     ("array_init_wrong_type", "W0210"),
     ("assignment_in_condition", "W0301"),

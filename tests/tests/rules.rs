@@ -1,4 +1,4 @@
-//! Rules of the language that are easy to miss, each as the reference has it.
+//! Rules of the language that are easy to miss, each as in the reference.
 
 #![allow(
     clippy::unwrap_used,

@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 /// Name, text, and parameter values.
 type Case = (&'static str, String, Vec<(String, String)>);
 
-/// The seed shaders with parameters that make them busy.
+/// The seed shaders, with parameters for which they do much work.
 fn shaders() -> &'static [Case] {
     static SHADERS: OnceLock<Vec<Case>> = OnceLock::new();
     SHADERS.get_or_init(|| {
@@ -74,7 +74,7 @@ proptest! {
     }
 }
 
-/// Any passes may be left out: they change what is computed, never what comes out.
+/// Any passes may be skipped: they change the computation, but never the results.
 #[test]
 fn any_passes() {
     let sets: [&[Pass]; 11] = [
@@ -102,7 +102,7 @@ fn any_passes() {
     }
 }
 
-/// Batches that see one cell of a pattern, a few or many share what they can, and nothing of it shows.
+/// Batches with one cell of a pattern, with a few or with many share work, without any effect on the results.
 #[test]
 fn any_size_of_cells() {
     for (name, text, params) in shaders() {
@@ -120,7 +120,7 @@ fn any_size_of_cells() {
     }
 }
 
-/// A run in pieces is the run as a whole.
+/// A run in pieces has the results of a single run.
 #[test]
 fn any_pieces() {
     for (name, text, params) in shaders() {
@@ -138,7 +138,7 @@ fn any_pieces() {
     }
 }
 
-/// NaN is one word in outputs, however it came about.
+/// NaN is always the same word in outputs.
 #[test]
 fn one_nan() {
     let text =
@@ -158,7 +158,7 @@ fn one_nan() {
     }
 }
 
-/// An output computed alone is the output computed with all others.
+/// An output that is computed alone equals the output that is computed with all others.
 #[test]
 fn any_slice() {
     for (name, text, params) in shaders() {
@@ -181,7 +181,7 @@ fn any_slice() {
     }
 }
 
-/// An element is set by copies where its place is the same for all lanes, and lane by lane where it is not.
+/// An element is set by copies if its index is uniform, and lane by lane if it is not.
 #[test]
 fn elements_of_matrices_are_set_alike_in_either_way() {
     let text = "shader s(output int off = 0) {

@@ -1,8 +1,8 @@
-//! The seed shaders against recorded reference results: every value within 1e-5, absolute or relative, on at least
-//! 99.9 % of the points of every output.
+//! Compares the seed shaders with recorded reference results: every value must be within 1e-5, absolute or
+//! relative, on at least 99.9 % of the points of every output.
 //!
-//! What the points beyond that are, where there are any: `d <= radius`, `r < Radius` and cell borders decide by the
-//! last bit of a distance, and the file-by-file counts below hold them down.
+//! The remaining points are at edges: `d <= radius`, `r < Radius` and cell borders depend on the last bit of
+//! a distance. The counts for each file below limit them.
 
 #![allow(
     clippy::unwrap_used,

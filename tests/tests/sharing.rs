@@ -1,4 +1,5 @@
-//! What neighbours share, and which distances are compared by their squares, seen in the text of the IR.
+//! Tests in the text of the IR which computations neighbouring cells share, and which distances are compared
+//! by their squares.
 
 #![allow(
     clippy::unwrap_used,

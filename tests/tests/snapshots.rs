@@ -1,5 +1,5 @@
-//! Snapshots for each seed shader: IR before and after the passes, and a sample of its values.
-//! Tokens and trees have theirs beside the crate that makes them.
+//! Snapshots for each seed shader: IR before and after the passes, and a sample of its values. The crate that
+//! makes tokens and trees has its own snapshots.
 
 #![allow(
     clippy::unwrap_used,

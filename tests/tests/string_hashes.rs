@@ -1,4 +1,5 @@
-//! Hashes of strings against the reference's, through a shader: the rows `hash_string` of the noise vectors.
+//! Compares hashes of strings with the reference's, through a shader: the rows `hash_string` of the noise
+//! vectors.
 
 #![allow(
     clippy::unwrap_used,

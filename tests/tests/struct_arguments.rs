@@ -1,4 +1,5 @@
-//! Structs, arrays and their members as arguments: what the formal stands for, what is copied, what is written back.
+//! Structs, arrays and their members as arguments: what a formal refers to, what is copied, and what is
+//! written back.
 
 #![allow(
     clippy::unwrap_used,
@@ -10,7 +11,7 @@
 
 use osl_tests::ways;
 
-/// Structs of every form that may be nested, and functions that write one argument each.
+/// Structs of every form that may be nested, and functions that each write one argument.
 const HEAD: &str = "
 struct Leaf { float f; int i; };
 struct Row { Leaf leaf[3]; float len; };
@@ -29,7 +30,7 @@ void clear(output Row r) { for (int k = 0; k < 3; ++k) { r.leaf[k].i = k; r.leaf
 void show(Row r) { printf(\"%d %d %d %g %g %g %g\", r.leaf[0].i, r.leaf[1].i, r.leaf[2].i, r.leaf[0].f, r.leaf[1].f, r.leaf[2].f, r.len); }
 ";
 
-/// Checks what a shader with this body prints.
+/// Checks the text that a shader with this body prints.
 fn prints(functions: &str, body: &str, expected: &str) {
     ways::prints(&format!("{HEAD}{functions}\nshader s() {{\n{body}\n}}"), expected);
 }
@@ -137,7 +138,7 @@ fn two_formals_may_stand_for_one_variable() {
             "Nums n; add(n.x[1], n.x[1]); printf(\"%g\", n.x[1]);",
             "2",
         ),
-        // A formal that is no output stands for the variable all the same.
+        // A formal that is not an output refers to the variable too.
         ("void write(Leaf l) { l.i = 9; }", "Top t; write(t.one); printf(\"%d\", t.one.i);", "9"),
         ("void write(float x[]) { x[2] = 9; }", "Top t; write(t.nums.x); printf(\"%g\", t.nums.x);", "0 0 9"),
         ("void write(Leaf l) { l.i = 9; }", "Leaf l[2]; write(l[1]); printf(\"%d\", l[1].i);", "0"),

@@ -1,4 +1,5 @@
-//! What shaders print and report, against what the reference prints: `tests/data/text/CASE.osl`, `.out`, `.err`.
+//! Compares printed text and messages of shaders with the reference's: `tests/data/text/CASE.osl`, `.out`,
+//! `.err`.
 
 #![allow(
     clippy::unwrap_used,
@@ -15,7 +16,7 @@ use osl_tests::golden::Golden;
 use osl_tests::run;
 use std::path::Path;
 
-/// Cases that differ on purpose, and why.
+/// Cases that differ on purpose, with the reason.
 const EXCEPTIONS: &[(&str, &str)] = &[
     (
         "array_index_error",
@@ -32,7 +33,7 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("split_out", "the same"),
 ];
 
-/// Messages as the recorder's renderer writes them.
+/// Messages in the format of the recorder's renderer.
 fn errors(frame: &Frame, sources: &SourceMap, case: &str) -> String {
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut text = String::new();

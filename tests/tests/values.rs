@@ -1,5 +1,6 @@
-//! Small shaders, one for each thing, against recorded reference results: `tests/data/values/AREA/CASE`. The table in
-//! `docs/conformance.md` is what this test finds; `UPDATE_DOCS=1 cargo test -p osl-tests --test values` writes it.
+//! Compares small shaders, one for each feature, with recorded reference results:
+//! `tests/data/values/AREA/CASE`. This test generates the table in `docs/conformance.md`;
+//! `UPDATE_DOCS=1 cargo test -p osl-tests --test values` writes it.
 
 #![allow(
     clippy::unwrap_used,
@@ -18,7 +19,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Cases that differ on purpose, and why.
+/// Cases that differ on purpose, with the reason.
 const EXCEPTIONS: &[(&str, &str)] = &[
     ("arith/incdec_elements", "the reference does not store what `a[i]++` yields; here it is stored"),
     ("arrays/int_array_histogram", "the same: `h[k]++` counts here"),
@@ -35,19 +36,19 @@ const EXCEPTIONS: &[(&str, &str)] = &[
     ("preproc/predefined", "the reference counts `__LINE__` from 2; here it is the line of the file"),
 ];
 
-/// What a case comes to.
+/// The result of a case.
 #[derive(Default)]
 struct Outcome {
     values: usize,
     exact: usize,
-    /// Units in the last place, of values of at least 0.001.
+    /// The largest error in units in the last place, for values of at least 0.001.
     worst_ulp: u32,
     /// Largest absolute difference.
     worst: f32,
     wrong: Vec<String>,
 }
 
-/// Whether a value is as near as it has to be.
+/// Whether a value is near enough.
 fn near(expected: f32, got: f32) -> bool {
     expected == got
         || (expected.is_nan() && got.is_nan())
@@ -130,7 +131,7 @@ fn cases() -> Vec<PathBuf> {
     all
 }
 
-/// The part of a document between two marks, which this test writes.
+/// The part of a document between two marks, which this test generates.
 fn table_in_docs(table: &str) {
     let path = run::root().join("docs/conformance.md");
     let text = std::fs::read_to_string(&path).unwrap();

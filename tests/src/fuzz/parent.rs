@@ -29,15 +29,15 @@ pub struct Job {
     pub threads: usize,
     /// The folder for corpora and failing inputs.
     pub folder: PathBuf,
-    /// What an execution may take.
+    /// The limits of an execution.
     pub bounds: Bounds,
 }
 
-/// The words of the command line that make a process a worker: behind this one stand the door, the seed, how long, and the
-/// folder.
+/// The first word of the command line of a worker process: after it come the door, the seed, the duration,
+/// and the folder.
 pub const WORKER: &str = "--worker";
 
-/// Runs a job; `told` gets a line for each door and one for each failing input. Whether all was well.
+/// Runs a job; `told` receives a line for each door and one for each failing input. True if no input failed.
 pub fn run(job: &Job, told: &mut (dyn FnMut(&str) + Send)) -> bool {
     let told = Mutex::new(told);
     let tell = |line: &str| {
@@ -92,10 +92,10 @@ fn line(name: &str, tally: &Tally, time: Duration, wrong: usize) -> String {
     )
 }
 
-/// Processes that a thread starts for one door at most: an input that ends one need not be the last.
+/// Maximum number of processes that a thread starts for one door, since several inputs may end their process.
 const MAX_STARTS: u64 = 8;
 
-/// Runs processes for a door until one comes to its end; what they did, and how many inputs failed.
+/// Runs processes for a door until one completes; returns their tally and the number of failing inputs.
 fn worker(job: &Job, door: &Door, until: Until, number: usize, tell: &dyn Fn(&str)) -> (Tally, usize) {
     let (mut sum, mut wrong) = (Tally::default(), 0);
     let started = Instant::now();
@@ -143,14 +143,14 @@ fn spawn(job: &Job, door: &Door, seed: u64, until: Until, name: &str) -> std::io
         .args([WORKER, door.name, &seed.to_string(), &until, &bounds])
         .arg(&job.folder)
         .arg(name)
-        // Doors run on one thread each, and a pool of more in every process would only stand in the way of others.
+        // Each door runs on one thread; a thread pool in every process would only slow down the others.
         .env("RAYON_NUM_THREADS", "1")
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .spawn()
 }
 
-/// Keeps a failing input in the folder; a line that says which and why.
+/// Stores a failing input in the folder; returns a line with the file and the reason.
 fn keep(folder: &Path, door: &Door, input: &[u8], why: &str) -> String {
     let failing = folder.join("failing");
     let name = format!("{}-{:016x}", door.name, doors::hash(input));
@@ -175,16 +175,16 @@ fn read_tally(text: &str) -> Option<Tally> {
     })
 }
 
-/// Seconds of one execution after which the process ends itself: it hangs.
+/// Seconds after which an execution counts as hanging, and the process ends itself.
 const HANGS: u64 = 120;
 
-/// Failing inputs that a process keeps: a door that fails always would fill the disk.
+/// Maximum number of failing inputs that a process stores: a door that always fails would fill the disk.
 const MAX_KEPT: usize = 20;
 
-/// What a worker does, by the words behind [`WORKER`]. What it prints is for the parent.
+/// The work of a worker process, with the words after [`WORKER`]. Its output is for the parent.
 ///
 /// # Errors
-/// The words are not those that a parent gives.
+/// The words do not come from a parent.
 pub fn work(args: &[String], out: &mut dyn Write) -> Result<(), String> {
     let [door, seed, until, bounds, folder, name] = args else { return Err("six words".to_string()) };
     let door = doors::find(door).ok_or("a door")?;
@@ -199,7 +199,7 @@ pub fn work(args: &[String], out: &mut dyn Write) -> Result<(), String> {
         seconds: seconds.parse().map_err(|_| "seconds")?,
         megabytes: megabytes.parse().map_err(|_| "megabytes")?,
     };
-    // Doors may have another working directory.
+    // Doors may change the working directory.
     let folder = fs::canonicalize(folder).map_err(|e| e.to_string())?;
     let current = folder.join("current");
     fs::create_dir_all(&current).map_err(|e| e.to_string())?;
@@ -210,7 +210,7 @@ pub fn work(args: &[String], out: &mut dyn Write) -> Result<(), String> {
     measure::forget_peak();
     let mut before = |input: &[u8]| {
         BEGUN.fetch_add(1, Ordering::Relaxed);
-        // Without the note an input that ends the process is not found, and all else goes on.
+        // If the note fails, an input that ends the process is not found; everything else continues.
         let _ = noted.seek(SeekFrom::Start(0)).and_then(|_| noted.write_all(input));
         let _ = noted.set_len(input.len() as u64);
     };
@@ -227,10 +227,10 @@ pub fn work(args: &[String], out: &mut dyn Write) -> Result<(), String> {
     out.write_all(lines.as_bytes()).map_err(|e| e.to_string())
 }
 
-/// Executions that were begun.
+/// Number of started executions.
 static BEGUN: AtomicU64 = AtomicU64::new(0);
 
-/// Ends the process where one execution goes on and on.
+/// Ends the process if one execution hangs.
 fn watch() {
     let (mut last, mut since) = (0, Instant::now());
     loop {

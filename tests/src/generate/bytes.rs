@@ -25,7 +25,7 @@ impl<'a> Bytes<'a> {
         self.at >= self.data.len()
     }
 
-    /// A number below `n`, which is at most 256; 0 at the end of the bytes.
+    /// A number less than `n`, which is at most 256; 0 at the end of the bytes.
     pub fn below(&mut self, n: usize) -> usize {
         self.byte() as usize % n.max(1)
     }
@@ -35,13 +35,13 @@ impl<'a> Bytes<'a> {
         self.byte() > 255 - of
     }
 
-    /// One of a list that is not empty; the first at the end of the bytes.
+    /// An element of a list that is not empty; the first at the end of the bytes.
     pub fn pick<T: Copy>(&mut self, list: &[T]) -> T {
         list[self.below(list.len())]
     }
 }
 
-/// `n` bytes that a number stands for, each number for others.
+/// `n` bytes from a seed; different seeds give different bytes.
 pub fn noise_bytes(seed: u64, n: usize) -> Vec<u8> {
     // SplitMix64 (Steele, Lea and Flood 2014).
     let mut state = seed;

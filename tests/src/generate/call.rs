@@ -1,4 +1,4 @@
-//! Calls: of built-ins, after their signatures in the table, and of the program's own functions.
+//! Calls: of built-ins, according to the signatures in their table, and of the program's own functions.
 
 use super::place::Want;
 use super::{Gen, Pass, Scope, Ty, VALUES, word};
@@ -12,11 +12,11 @@ use std::sync::OnceLock;
 struct Form {
     name: &'static str,
     signature: &'static Signature,
-    /// Whether another form differs in the result alone, so that the call has to say which is meant.
+    /// Whether another form differs only in the result, so that the call must have a cast.
     cast: bool,
 }
 
-/// Calls that are statements of another kind, or constructors with names of their own.
+/// Calls that are statements of another kind, or constructors with special names.
 fn is_call(name: &str) -> bool {
     !name.contains(' ') && name != "exit"
 }
@@ -71,7 +71,7 @@ fn letter(ty: Type) -> char {
     }
 }
 
-/// Texts that mean something to a function, by position of the parameter.
+/// Meaningful strings for a function, by position of the parameter.
 fn texts(function: &str, position: usize) -> Option<&'static [&'static str]> {
     Some(match (function, position) {
         ("noise" | "snoise" | "pnoise" | "psnoise", 0) => {
@@ -123,7 +123,8 @@ impl Gen<'_> {
         self.quoted(&["rgb", "hsv", "hsl", "YIQ", "XYZ", "xyY"])
     }
 
-    /// A call that yields a letter; `'x'` for one that yields nothing. `None` where what it needs is not at hand.
+    /// A call that returns a type, given by its letter; `'x'` for no result. `None` if the necessary
+    /// arguments are not available.
     pub(super) fn call_of(&mut self, ret: char, depth: usize) -> Option<String> {
         if self.bytes.chance(70)
             && let Some(call) = self.own_call(Ty::One(ret), depth)
@@ -146,7 +147,7 @@ impl Gen<'_> {
         let function = self.functions[at].clone();
         let mut args: Vec<String> = Vec::new();
         for (n, (ty, pass)) in function.params.iter().enumerate() {
-            // Now and then two formals stand for one variable.
+            // Sometimes one variable is the argument of two formals.
             let twin = |m: &usize| {
                 let (other, how) = function.params[*m];
                 other == *ty && (*pass == Pass::In || how != Pass::In)
@@ -220,7 +221,7 @@ impl Gen<'_> {
     fn string_for(&mut self, function: &str, position: usize, depth: usize) -> String {
         match texts(function, position) {
             Some(list) => {
-                // Names that have to be literals, and names that may be computed.
+                // Names that must be literals, and names that may be computed.
                 let open = matches!(function, "transform" | "transformc" | "noise" | "spline" | "texture");
                 if open && self.bytes.chance(16) { self.leaf_string() } else { self.quoted(list) }
             }
@@ -228,7 +229,7 @@ impl Gen<'_> {
         }
     }
 
-    /// The format, which is the last of the arguments, and values for it.
+    /// The format, which is the last argument so far, and values for it.
     fn printed(&mut self, args: &mut Vec<String>, depth: usize) {
         let mut format = String::from("=");
         let mut values = Vec::new();

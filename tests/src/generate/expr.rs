@@ -2,7 +2,7 @@
 
 use super::{Gen, Scope, Ty, VALUES, word};
 
-/// Shader globals that are read.
+/// Shader globals that programs read.
 const GLOBALS: &[(&str, char)] = &[
     ("u", 'f'),
     ("v", 'f'),
@@ -15,7 +15,7 @@ const GLOBALS: &[(&str, char)] = &[
     ("time", 'f'),
 ];
 
-/// Numbers that are hard on arithmetic.
+/// Numbers that are difficult for arithmetic.
 const FLOATS: &[&str] = &[
     "0.0",
     "1.0",
@@ -140,7 +140,8 @@ impl Gen<'_> {
         }
     }
 
-    /// An operation on what an operand changes: all places are read after all operands.
+    /// An operation on a variable that one of its operands changes: all variables are read after all
+    /// operands.
     fn effect(&mut self, letter: char, d: usize) -> Option<String> {
         if !matches!(letter, 'i' | 'f' | 'c' | 'v' | 'm') {
             return None;

@@ -1,8 +1,8 @@
-//! Valid programs from any bytes: what the properties of the compiler are tested on.
+//! Generates valid programs from any bytes: the inputs for tests of the compiler's properties.
 //!
-//! A byte is a choice. Where the bytes end, every choice is the simplest, so that a program of any bytes ends. Every
-//! expression is made for a type, calls follow the table of built-ins, loops have counters that their bodies cannot
-//! write. This module must not know passes or machines.
+//! A byte is a choice. After the end of the bytes, every choice is the simplest, so every program ends. Every
+//! expression is made for a type, calls follow the table of built-ins, and loops have counters that their
+//! bodies cannot write. This module must not know passes or machines.
 
 mod bytes;
 mod call;
@@ -15,7 +15,7 @@ pub use bytes::{Bytes, noise_bytes};
 
 use std::fmt::Write;
 
-/// A type: the letter of its element as the table of built-ins writes it, or a struct by number.
+/// A type: the letter of its element in the table of built-ins, or the number of a struct.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ty {
     One(char),
@@ -25,7 +25,7 @@ enum Ty {
     Struct(usize),
     /// An array of structs that hold no arrays.
     Structs(usize, u32),
-    /// A formal that takes those of any length.
+    /// A formal that takes arrays of such structs of any length.
     OpenStructs(usize),
 }
 
@@ -34,7 +34,7 @@ enum Ty {
 enum Pass {
     /// It only reads it.
     In,
-    /// It is no output, and yet written to: the caller's variable changes too.
+    /// Not an output, but written to, which changes the caller's variable.
     Written,
     /// An output.
     Out,
@@ -45,7 +45,7 @@ enum Pass {
 enum Scope {
     /// Everything.
     All,
-    /// What the walker knows: no closures, spaces, textures, messages or derivatives.
+    /// Only what the walker knows: no closures, spaces, textures, messages or derivatives.
     Walked,
 }
 
@@ -53,7 +53,7 @@ enum Scope {
 struct Var {
     name: String,
     ty: Ty,
-    /// Whether it may be assigned to: loop counters and parameters without `output` may not.
+    /// Whether it may be assigned to; loop counters and parameters without `output` may not.
     write: bool,
 }
 
@@ -64,13 +64,13 @@ struct Function {
     params: Vec<(Ty, Pass)>,
 }
 
-/// What a function returns that returns nothing.
+/// The result type of a function without result.
 const NOTHING: Ty = Ty::One('x');
 
-/// Letters of the values that planes show.
+/// Letters of the types that planes show.
 const VALUES: &[char] = &['f', 'c', 'i', 'p', 'v', 'n', 'm', 's'];
 
-/// A program in the making.
+/// The state of the generator.
 struct Gen<'a> {
     scope: Scope,
     bytes: Bytes<'a>,
@@ -82,20 +82,20 @@ struct Gen<'a> {
     names: usize,
     indent: usize,
     loops: usize,
-    /// Indices around what is being made.
+    /// Number of array indices around the current expression.
     indices: usize,
-    /// Statements that may still be made.
+    /// Number of statements that may still be generated.
     left: usize,
-    /// What a `return` returns; `None` in the shader itself.
+    /// The type that `return` returns; `None` in the shader itself.
     returns: Option<Ty>,
 }
 
-/// A valid program, all of whose choices are these bytes.
+/// The valid program that these bytes choose.
 pub fn program(bytes: &[u8]) -> String {
     make(bytes, Scope::All)
 }
 
-/// A valid program of what the [walker](crate::walker) knows.
+/// A valid program with only what the [walker](crate::walker) knows.
 pub fn walked_program(bytes: &[u8]) -> String {
     make(bytes, Scope::Walked)
 }
@@ -126,7 +126,7 @@ fn make(bytes: &[u8], scope: Scope) -> String {
     g.text
 }
 
-/// The word of a letter.
+/// The keyword for a letter.
 fn word(letter: char) -> &'static str {
     match letter {
         'i' => "int",
@@ -156,7 +156,7 @@ impl Gen<'_> {
         self.bytes.pick(VALUES)
     }
 
-    /// `type name`, with its length behind the name where it is an array.
+    /// `type name`, with its length after the name if it is an array.
     fn declarator(ty: Ty, name: &str) -> String {
         match ty {
             Ty::One(letter) => format!("{} {name}", word(letter)),
@@ -180,7 +180,7 @@ impl Gen<'_> {
         }
     }
 
-    /// A struct that may be the element of an array: nothing in it is one.
+    /// A struct without arrays, which may be the element of an array.
     fn flat_struct(&mut self) -> Option<usize> {
         let flat: Vec<usize> = (0..self.structs.len()).filter(|id| self.is_flat(*id)).collect();
         flat.get(self.bytes.below(flat.len())).copied()
@@ -194,7 +194,7 @@ impl Gen<'_> {
         })
     }
 
-    /// Whether the type has arrays of structs in it, which no parameter of a shader may have.
+    /// Whether the type contains arrays of structs, which a parameter of a shader must not have.
     fn holds_structs(&self, ty: Ty) -> bool {
         match ty {
             Ty::Struct(id) => self.structs[id].iter().any(|field| self.holds_structs(*field)),
@@ -235,7 +235,7 @@ impl Gen<'_> {
         self.structs.push(fields);
     }
 
-    /// A function; one inside of the shader sees the variables before it.
+    /// A function; one inside the shader sees the variables declared before it.
     fn function(&mut self) {
         let ret = match self.bytes.below(8) {
             0 => NOTHING,
@@ -268,7 +268,7 @@ impl Gen<'_> {
         let outer = (self.returns.replace(ret), std::mem::replace(&mut self.left, 8));
         self.block(2);
         if ret != NOTHING {
-            // Every way to the end returns a value.
+            // Every path to the end returns a value.
             let at = self.text.trim_end().len() - 1;
             self.text.truncate(at);
             let value = self.returned(ret);
@@ -332,7 +332,7 @@ impl Gen<'_> {
         self.vars.push(Var { name, ty, write });
     }
 
-    /// Prints the strings of the outputs, which no plane shows.
+    /// Prints the strings of the outputs, which have no planes.
     fn print_texts(&mut self) {
         let mut texts = Vec::new();
         let outputs: Vec<(String, Ty)> =

@@ -2,14 +2,14 @@
 
 use super::{Gen, Ty, Var};
 
-/// What is looked for in a variable.
+/// The kind of part to find in a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Want {
     /// A part of exactly this type.
     Exactly(Ty),
-    /// An array of the letter, whatever its length.
+    /// An array of the letter, of any length.
     Array(char),
-    /// An array of the struct, whatever its length.
+    /// An array of the struct, of any length.
     Structs(usize),
 }
 
@@ -29,12 +29,12 @@ fn has_components(letter: char) -> bool {
 }
 
 impl Gen<'_> {
-    /// A place of a type: a variable, an element, a field. `write` asks for one that can be assigned to.
+    /// A place of a type: a variable, an element, a field. `write` means that it must be assignable.
     pub(super) fn place(&mut self, ty: Ty, write: bool) -> Option<String> {
         self.find(Want::Exactly(ty), write)
     }
 
-    /// An array of a letter, whatever its length.
+    /// An array of a letter, of any length.
     pub(super) fn array(&mut self, letter: char, write: bool) -> Option<String> {
         self.find(Want::Array(letter), write)
     }
@@ -58,7 +58,7 @@ impl Gen<'_> {
         if fitting.is_empty() {
             return None;
         }
-        // Late variables first: they are the busy ones.
+        // Late variables first: they are used most.
         let var = &fitting[fitting.len() - 1 - self.bytes.below(fitting.len().min(256))];
         self.within(var.ty, var.name.clone(), want)
     }
@@ -118,7 +118,7 @@ impl Gen<'_> {
         }
     }
 
-    /// An index, now and then out of range.
+    /// An index, sometimes out of range.
     fn index(&mut self, len: usize) -> String {
         let choice = self.bytes.below(8);
         if choice < 4 || self.indices > 2 {

@@ -3,7 +3,7 @@
 use super::{Gen, NOTHING, Scope, Ty, Var};
 
 impl Gen<'_> {
-    /// A block of statements in braces; `depth` bounds what is nested in it.
+    /// A block of statements in braces; `depth` bounds the nesting in it.
     pub(super) fn block(&mut self, depth: usize) {
         let mark = self.vars.len();
         self.line("{");
@@ -79,7 +79,7 @@ impl Gen<'_> {
         }
     }
 
-    /// A call of one of the program's functions for what it changes.
+    /// A call of one of the program's functions for its side effects.
     fn own_statement(&mut self) {
         let returns: Vec<Ty> = self.functions.iter().map(|function| function.ret).collect();
         let Some(ret) = returns.get(self.bytes.below(returns.len())) else { return self.assignment() };
@@ -148,7 +148,7 @@ impl Gen<'_> {
         self.vars.truncate(mark);
     }
 
-    /// A `while` or `do` with a condition of its own besides the counter.
+    /// A `while` or `do` with another condition in addition to the counter.
     fn conditioned(&mut self, depth: usize) {
         let name = self.name("w");
         let most = 1 + self.bytes.below(4);

@@ -1,4 +1,4 @@
-//! Whole structs and arrays: what they are made from, and copies of them.
+//! Whole structs and arrays: their values and copies.
 
 use super::place::Want;
 use super::{Gen, Ty, Var};
@@ -57,7 +57,7 @@ impl Gen<'_> {
         self.list_of(parts, depth)
     }
 
-    /// A struct: a variable or part of one, a call, a constructor; a list where that may stand.
+    /// A struct: a variable or part of one, a call, a constructor, or a list if `list` permits it.
     pub(super) fn struct_value(&mut self, id: usize, depth: usize, list: bool) -> String {
         if depth > 0 && !self.bytes.ended() {
             let found = match self.bytes.below(8) {
@@ -77,7 +77,7 @@ impl Gen<'_> {
         format!("S{id}({})", values.join(", "))
     }
 
-    /// What a `return` returns.
+    /// The value of a `return`.
     pub(super) fn returned(&mut self, ty: Ty) -> String {
         match ty {
             Ty::Struct(id) => self.struct_value(id, 2, true),
@@ -86,7 +86,7 @@ impl Gen<'_> {
         }
     }
 
-    /// What a local is initialised with.
+    /// The initial value of a local variable.
     pub(super) fn initial(&mut self, ty: Ty) -> String {
         match ty {
             Ty::One(letter) => self.expr(letter, 3),
@@ -95,7 +95,7 @@ impl Gen<'_> {
         }
     }
 
-    /// An assignment of a whole struct or array, or `None` where there is none at hand.
+    /// An assignment of a whole struct or array, or `None` if there is no variable for it.
     pub(super) fn whole_assignment(&mut self) -> Option<String> {
         let whole: Vec<Var> =
             self.vars.iter().filter(|v| v.write && !matches!(v.ty, Ty::One(_))).cloned().collect();

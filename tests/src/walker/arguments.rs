@@ -1,4 +1,4 @@
-//! Calls of the program's own functions: what the formals stand for.
+//! Calls of the program's own functions: binding formals to arguments.
 
 use super::expr::is_plain;
 use super::place::Spot;
@@ -46,7 +46,7 @@ impl Walker<'_> {
         }
         let value = match self.statements_of(&function.body, function.ret)? {
             Flow::Return(value) => value,
-            // Open in the language, zero here.
+            // Undefined in the language, zero here.
             _ if function.ret != Type::VOID => self.zero(function.ret),
             _ => Value::Nothing,
         };
@@ -57,7 +57,7 @@ impl Walker<'_> {
         Ok(value)
     }
 
-    /// A variable without name.
+    /// A variable without a name.
     fn own(&mut self, value: Value) -> Spot {
         self.cells.push(value);
         Spot::cell(self.cells.len() - 1)

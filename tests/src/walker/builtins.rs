@@ -1,5 +1,5 @@
-//! Built-in functions by name. Single elementary numbers, noise and the text of values come from the libraries that
-//! recorded vectors check; everything else is the language's definition.
+//! Built-in functions by name. Elementary functions of one number, noise and the text of values come from the
+//! libraries that recorded vectors check; everything else is the language's definition.
 
 use super::expr::is_literal;
 use super::{Stop, Value, Walker, math};
@@ -97,7 +97,7 @@ impl Walker<'_> {
         let mut places = Vec::new();
         for (e, place) in call.args.iter().zip(&call.outputs) {
             match place {
-                // The indices of an output count once.
+                // The indices of an output are evaluated once.
                 Some(place) => {
                     let spot = self.spot(place)?;
                     let held = self.read(&spot);
@@ -148,7 +148,7 @@ fn each(a: &Value, f: impl Fn(f32) -> f32) -> Value {
     }
 }
 
-/// A function of each component; numbers beside triples count for each.
+/// A function of each component; a number next to triples is used for every component.
 fn each_of(args: &[Value], f: impl Fn(&[f32]) -> Result<f32, Stop>) -> Result<Value, Stop> {
     if !args.iter().any(|a| matches!(a, Value::Triple(_))) {
         let numbers: Vec<f32> = args.iter().map(Value::float).collect();
@@ -162,10 +162,10 @@ fn each_of(args: &[Value], f: impl Fn(&[f32]) -> Result<f32, Stop>) -> Result<Va
     Ok(Value::Triple(result))
 }
 
-/// Bytes of a string, as the usual limits have it.
+/// Maximum length of a string in bytes, as in the usual limits.
 const MAX_STRING: u64 = 1 << 20;
 
-/// Functions whose result has the sign of their argument, for NaN too. Nothing says what sign a NaN has.
+/// Functions whose result has the sign of their argument, also for NaN. The sign of a NaN is unspecified.
 const SHOW_SIGN: &[&str] = &["asin", "atan", "atan2", "cbrt", "erf", "erfc", "expm1", "pow", "sinh", "tanh"];
 
 fn function(name: &str, ret: Type, args: &[Value], literal: bool) -> Result<Value, Stop> {
@@ -272,7 +272,7 @@ fn strings(name: &str, args: &[Value]) -> Result<Value, Stop> {
     let function = match name {
         "concat" => {
             let text: String = args.iter().map(|a| a.text().to_string()).collect();
-            // Programs may double strings: those that do not end are not worth the time.
+            // Programs may double strings; endless doubling is not worth the time.
             if text.len() > 10_000 {
                 return Err(Stop::Open("a long string"));
             }

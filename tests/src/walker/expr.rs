@@ -1,4 +1,4 @@
-//! Expressions: operands from left to right, plain variables read after all of them.
+//! Expressions: operands are evaluated from left to right, but plain variables are read after all of them.
 
 use super::place::Spot;
 use super::{Stop, Value, Walker, math, ops};
@@ -6,7 +6,7 @@ use osl_ir::hir::{Expr, ExprKind, Init, Place};
 use osl_ir::types::{Base, Type};
 use osl_syntax::ast::BinaryOp;
 
-/// An operand: its value, or the variable that is read when the others are known.
+/// An operand: its value, or a variable that is read after the others are evaluated.
 pub(super) enum Operand {
     Now(Value),
     Later(Spot),
@@ -42,7 +42,7 @@ impl Walker<'_> {
                 self.eval(chosen)?
             }
             ExprKind::Assign(place, init) => {
-                // The right side first, then the indices of the left.
+                // The right side first, then the indices on the left.
                 let operand = self.operand_of(place.ty, init)?;
                 let before = match &operand {
                     Operand::Later(spot) => Some(self.read(spot)),
@@ -87,7 +87,7 @@ impl Walker<'_> {
         })
     }
 
-    /// Whether a condition is true.
+    /// The value of a condition.
     pub(super) fn holds(&mut self, e: &Expr) -> Result<bool, Stop> {
         let value = self.eval(e)?;
         ops::holds(&value)
@@ -101,7 +101,8 @@ impl Walker<'_> {
         Ok(operands.into_iter().map(|o| self.settled(o)).collect())
     }
 
-    /// An operand. A variable, or a field of one, is the variable itself; so is what `++x` and `x = y` yield.
+    /// An operand. A variable, or a field of one, is the variable itself; so is the result of `++x` and
+    /// `x = y`.
     pub(super) fn operand(&mut self, e: &Expr) -> Result<Operand, Stop> {
         let place = match &e.kind {
             ExprKind::Read(place) => Some(place),
@@ -146,7 +147,7 @@ pub(super) fn is_literal(e: &Expr) -> bool {
     }
 }
 
-/// A value as one of another type.
+/// A value converted to another type.
 fn converted(value: Value, to: Type) -> Value {
     match (to.base, &value) {
         (Base::Int, Value::Float(x)) => Value::Int(math::truncated(*x)),

@@ -1,9 +1,9 @@
-//! Functions of numbers, by the language's definitions.
+//! Mathematical functions, by the language's definitions.
 
 use super::Stop;
 
-/// `a / b`: 0 where the quotient is not finite, except where the divisor is a literal other than 0. Whether another
-/// divisor counts as a constant depends on the optimiser: the quotient is open where that matters.
+/// `a / b`: 0 if the quotient is not finite, except if the divisor is a literal other than 0. Whether another
+/// divisor counts as a constant depends on the optimiser, so the quotient is undefined where that matters.
 pub(super) fn quotient(a: f32, b: f32, literal: bool) -> Result<f32, Stop> {
     let q = a / b;
     if q.is_finite() || (literal && b != 0.0) {
@@ -15,13 +15,13 @@ pub(super) fn quotient(a: f32, b: f32, literal: bool) -> Result<f32, Stop> {
     }
 }
 
-/// Whether a triple of divisors has zeros beside other numbers. If the optimiser finds it to be constant, the
-/// quotients by those zeros are not guarded.
+/// Whether some components of a divisor are zero and others are not. If the optimiser finds it to be
+/// constant, the quotients by the zeros are not guarded.
 pub(super) fn is_mixed(b: [f32; 3]) -> bool {
     b.contains(&0.0) && b.iter().any(|x| *x != 0.0)
 }
 
-/// A float as an int: without its fraction, the least where it is out of range.
+/// A float converted to an int: without its fraction; the smallest int if it is out of range.
 pub(super) fn truncated(x: f32) -> i32 {
     if (-2_147_483_648.0..2_147_483_648.0).contains(&x) { x as i32 } else { i32::MIN }
 }
@@ -36,11 +36,11 @@ pub(super) fn fmod(a: f32, b: f32, literal: bool) -> Result<f32, Stop> {
         return Ok(0.0);
     }
     let stepwise = a - truncated(a / b) as f32 * b;
-    // A divisor that folding finds to be constant has the exact remainder.
+    // If folding finds that the divisor is constant, the remainder is exact.
     if stepwise.to_bits() == exact.to_bits() { Ok(exact) } else { Err(Stop::Open("fmod by a variable")) }
 }
 
-/// The library's formula, to which the divisor is a variable.
+/// The library's formula, in which the divisor is a variable.
 pub(super) fn modulo(a: f32, b: f32) -> Result<f32, Stop> {
     Ok(a - b * quotient(a, b, false)?.floor())
 }
@@ -55,7 +55,7 @@ pub(super) fn sign(x: f32) -> f32 {
     }
 }
 
-/// Halves go away from zero.
+/// Halves are rounded away from zero.
 pub(super) fn round(x: f32) -> f32 {
     x.round()
 }
@@ -76,7 +76,7 @@ pub(super) fn mix(a: f32, b: f32, t: f32) -> f32 {
     a * (1.0 - t) + b * t
 }
 
-/// The second where the condition is not 0.
+/// The second argument if the condition is not 0.
 pub(super) fn select(a: f32, b: f32, c: f32) -> f32 {
     if c != 0.0 { b } else { a }
 }
@@ -119,7 +119,7 @@ pub(super) fn cross(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// The length; of vectors whose squares would vanish that of the vector scaled up.
+/// The length; if the squares would underflow, that of the scaled vector.
 pub(super) fn length(v: [f32; 3]) -> f32 {
     let square = dot(v, v);
     if square < 2.350_988_7e-38 {
@@ -148,7 +148,7 @@ pub(super) fn normalize(v: [f32; 3]) -> [f32; 3] {
 }
 
 pub(super) fn faceforward(n: [f32; 3], i: [f32; 3], reference: [f32; 3]) -> [f32; 3] {
-    // As comparisons of the language are: with NaN they hold.
+    // Like comparisons in the language: true for NaN.
     let facing = dot(i, reference);
     if facing > 0.0 || facing.is_nan() { n.map(|x| -x) } else { n }
 }

@@ -1,11 +1,12 @@
-//! A second opinion on what a program means: it walks the resolved tree at one point.
+//! A second implementation of the language: it walks the resolved tree at one point.
 //!
-//! It owns the meaning of statements, expressions, places and calls, written down from the rules of the language alone:
-//! no inlining, no splitting of structs, no passes, no lanes. Variables are trees of values, and a formal that stands
-//! for a variable names its tree. It is small and slow. It must not call the lowering, the passes or the
-//! interpreter; single numbers (sines, noise, the text of a number) come from the libraries that recorded vectors check.
-//! Where the language leaves a value open (see [`Stop::Open`]) it says so instead of choosing one.
-//! Closures, textures, spaces, messages and derivatives are not part of it.
+//! It defines the meaning of statements, expressions, places and calls from the rules of the language only:
+//! no inlining, no splitting of structs, no passes, no lanes. Variables are trees of values, and a formal
+//! that stands for a variable refers to its tree. It is small and slow. It must not call the lowering, the
+//! passes or the interpreter; elementary functions (sines, noise, the text of a number) come from the
+//! libraries that recorded vectors check. If the language leaves a value undefined (see [`Stop::Open`]), the
+//! walker says so instead of choosing one. It does not know closures, textures, spaces, messages and
+//! derivatives.
 
 mod arguments;
 mod builtins;
@@ -28,11 +29,11 @@ use std::collections::BTreeSet;
 pub enum Stop {
     /// The shader called `exit`.
     Exit,
-    /// The language leaves open what happens here, or the walker does not know it.
+    /// The language leaves the behaviour undefined, or the walker does not know it.
     Open(&'static str),
 }
 
-/// What a point has: its globals.
+/// The input of a point: its globals.
 #[derive(Clone, Copy, Debug)]
 pub struct Point {
     /// The coordinates on the patch.
@@ -42,7 +43,7 @@ pub struct Point {
 }
 
 impl Point {
-    /// A global on the grid of unit patches.
+    /// The value of a global on the grid of unit patches.
     fn global(&self, global: Global) -> Value {
         match global {
             Global::U => Value::Float(self.u),
@@ -57,34 +58,34 @@ impl Point {
     }
 }
 
-/// What a point yields.
+/// The results of a point.
 #[derive(Clone, Debug, Default)]
 pub struct Outcome {
-    /// Each part of each output that is no array, by the name that planes have: `a`, `s.m0`, `a[2]`.
+    /// Each part of each output that is not an array, by the name of its plane: `a`, `s.m0`, `a[2]`.
     pub outputs: Vec<(String, Value)>,
-    /// All that it printed.
+    /// The printed text.
     pub printed: String,
     /// Errors and warnings, each once.
     pub messages: BTreeSet<String>,
 }
 
-/// Steps of statements and expressions after which a walk is given up.
+/// Maximum number of statements and expressions of a walk.
 const MAX_STEPS: u32 = 300_000;
 
 struct Walker<'a> {
     program: &'a Program,
-    /// The variables that live, and those that lived.
+    /// The variables, current and former.
     cells: Vec<Value>,
-    /// Where each variable of the program lies now.
+    /// The current place of each variable of the program.
     places: Vec<Option<Spot>>,
     outcome: Outcome,
     steps: u32,
 }
 
-/// The value of a program at a point.
+/// The results of a program at a point.
 ///
 /// # Errors
-/// The language leaves the value open, or the program uses what the walker does not know.
+/// The language leaves a value undefined, or the program uses something that the walker does not know.
 pub fn walk(program: &Program, point: Point) -> Result<Outcome, &'static str> {
     let mut walker = Walker {
         program,
@@ -143,7 +144,7 @@ impl Walker<'_> {
         if self.steps > MAX_STEPS { Err(Stop::Open("too many steps")) } else { Ok(()) }
     }
 
-    /// A new place for a variable; those that stand for the old one keep it.
+    /// A new place for a variable; references to the old place keep it.
     fn bring_to_life(&mut self, var: VarId, value: Value) {
         self.cells.push(value);
         self.places[var.0 as usize] = Some(Spot::cell(self.cells.len() - 1));

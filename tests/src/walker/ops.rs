@@ -4,7 +4,7 @@ use super::{Stop, Value, math};
 use osl_ir::numeric::matrix;
 use osl_syntax::ast::{BinaryOp as B, UnaryOp as U};
 
-/// Whether a value counts as true. A NaN does; what one among several numbers does is left open.
+/// Whether a value is true. NaN is true; the result for NaN among several numbers is undefined.
 pub(super) fn holds(value: &Value) -> Result<bool, Stop> {
     Ok(match value {
         Value::Int(n) => *n != 0,
@@ -37,7 +37,7 @@ pub(super) fn unary(op: U, a: &Value) -> Result<Value, Stop> {
     })
 }
 
-/// `++` and `--`: each number of a triple, all sixteen of a matrix.
+/// `++` and `--`: applied to each number of a triple, and to all sixteen of a matrix.
 pub(super) fn stepped(a: &Value, up: bool) -> Value {
     let by = if up { 1.0 } else { -1.0 };
     match a {
@@ -49,7 +49,7 @@ pub(super) fn stepped(a: &Value, up: bool) -> Value {
     }
 }
 
-/// `a op b`. `literal` says that the divisor is written as a number.
+/// `a op b`. `literal` means that the divisor is written as a number.
 pub(super) fn binary(op: B, a: &Value, b: &Value, literal: bool) -> Result<Value, Stop> {
     Ok(match (a, b) {
         (Value::Int(a), Value::Int(b)) => Value::Int(ints(op, *a, *b)?),

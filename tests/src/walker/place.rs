@@ -1,27 +1,27 @@
-//! Places: variables and their parts, and what stands for them.
+//! Places: variables and their parts, and references to them.
 
 use super::{Stop, Value, Walker};
 use osl_ir::hir::{Place, Step, VarId};
 
-/// A place whose indices are known.
+/// A place with evaluated indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Spot {
     cell: usize,
-    /// Fields and elements on the way.
+    /// The fields and elements that lead to it.
     path: Vec<usize>,
-    /// The number of a triple or a matrix.
+    /// The index of a component in a triple or a matrix.
     number: Option<usize>,
 }
 
 impl Spot {
-    /// All of a variable.
+    /// A whole variable.
     pub(super) fn cell(cell: usize) -> Spot {
         Spot { cell, path: Vec::new(), number: None }
     }
 }
 
 impl Walker<'_> {
-    /// Where a variable lies. One whose declaration no statement has passed is empty.
+    /// The place of a variable. A variable whose declaration has not been executed is empty.
     pub(super) fn variable(&mut self, var: VarId) -> Spot {
         if let Some(Some(spot)) = self.places.get(var.0 as usize) {
             return spot.clone();
@@ -31,7 +31,7 @@ impl Walker<'_> {
         Spot::cell(self.cells.len() - 1)
     }
 
-    /// Has a variable stand for a place.
+    /// Makes a variable refer to a place.
     pub(super) fn bind(&mut self, var: VarId, spot: Spot) {
         self.places[var.0 as usize] = Some(spot);
     }
@@ -65,7 +65,7 @@ impl Walker<'_> {
         Ok(spot)
     }
 
-    /// An index outside of `0..len` counts as the nearest within, and is reported.
+    /// An index outside `0..len` is clamped to the range and reported.
     fn held(&mut self, index: i32, len: usize) -> usize {
         let last = len as i32 - 1;
         if index < 0 || index > last {

@@ -1,4 +1,4 @@
-//! Statements in order, loops round by round.
+//! Statements in order, loops iteration by iteration.
 
 use super::{Stop, Value, Walker};
 use osl_ir::hir::{Expr, Init, Stmt, StmtKind};
@@ -14,12 +14,12 @@ pub(super) enum Flow {
 }
 
 impl Walker<'_> {
-    /// Statements until one leaves.
+    /// Executes statements until one leaves the list.
     pub(super) fn statements(&mut self, list: &[Stmt]) -> Result<Flow, Stop> {
         self.statements_of(list, Type::VOID)
     }
 
-    /// Statements of a function that returns a type.
+    /// Executes the statements of a function that returns a type.
     pub(super) fn statements_of(&mut self, list: &[Stmt], ret: Type) -> Result<Flow, Stop> {
         for stmt in list {
             let flow = self.statement(stmt, ret)?;
@@ -41,7 +41,8 @@ impl Walker<'_> {
                 let again = self.places[var.0 as usize].is_some();
                 let value = match init {
                     Some(init) => self.made_from(ty, init)?,
-                    // No rule says what it holds: numbers are 0 here, arrays keep the values of the round before.
+                    // Its value is undefined: numbers are 0 here, arrays keep the values of the previous
+                    // iteration.
                     None if again && self.holds_array(ty) => {
                         return Err(Stop::Open("an array that lives again without values"));
                     }
@@ -94,7 +95,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The value that an initialiser makes of a type: the parts of a list in order, the missing ones zero.
+    /// The value of a type that an initialiser gives: the parts of a list in order, missing ones zero.
     pub(super) fn made_from(&mut self, ty: Type, init: &Init) -> Result<Value, Stop> {
         let items = match init {
             Init::Value(e) => {

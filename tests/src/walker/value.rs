@@ -19,12 +19,12 @@ pub enum Value {
     Text(Arc<str>),
     /// The elements of an array, or the fields of a struct.
     Many(Vec<Value>),
-    /// No value, and those that the walker does not know.
+    /// No value, and values that the walker does not know.
     Nothing,
 }
 
 impl Value {
-    /// Takes over another value; of arrays as many elements as both have.
+    /// Assigns another value; for arrays, as many elements as both have.
     pub(super) fn assign(&mut self, from: Value) {
         match (self, from) {
             (Value::Many(to), Value::Many(from)) => to.iter_mut().zip(from).for_each(|(t, f)| t.assign(f)),
@@ -32,7 +32,7 @@ impl Value {
         }
     }
 
-    /// The number; an int as the nearest float.
+    /// The value as a float; an int becomes the nearest float.
     pub(super) fn float(&self) -> f32 {
         match self {
             Value::Int(n) => *n as f32,
@@ -55,7 +55,7 @@ impl Value {
         }
     }
 
-    /// Three numbers; a number three times.
+    /// The value as a triple; a single number is repeated.
     pub(super) fn triple(&self) -> [f32; 3] {
         match self {
             Value::Triple(t) => *t,
@@ -63,7 +63,7 @@ impl Value {
         }
     }
 
-    /// Sixteen numbers; a number on the diagonal.
+    /// The value as a matrix; a single number is put on the diagonal.
     pub(super) fn matrix(&self) -> [f32; 16] {
         match self {
             Value::Matrix(m) => *m,
@@ -71,7 +71,7 @@ impl Value {
         }
     }
 
-    /// The bits of a value that planes show, each NaN the same. Empty for strings.
+    /// The bits of the value in planes, with one bit pattern for all NaNs. Empty for strings.
     pub fn words(&self) -> Vec<u32> {
         let bits = |x: &f32| if x.is_nan() { f32::NAN.to_bits() } else { x.to_bits() };
         match self {
@@ -85,7 +85,7 @@ impl Value {
 }
 
 impl Walker<'_> {
-    /// What a variable of a type holds before anything is stored.
+    /// The value of a variable of a type before the first assignment.
     pub(super) fn zero(&self, ty: Type) -> Value {
         match ty.extent {
             Extent::One => {}
@@ -106,14 +106,14 @@ impl Walker<'_> {
         }
     }
 
-    /// Whether a type is an array or has one in it.
+    /// Whether a type is an array or contains one.
     pub(super) fn holds_array(&self, ty: Type) -> bool {
         let in_fields =
             |id| self.program.structs.get(id).fields.iter().any(|field| self.holds_array(field.ty));
         ty.is_array() || ty.as_struct().is_some_and(in_fields)
     }
 
-    /// The parts of an output as planes name them.
+    /// The parts of an output, named like its planes.
     pub(super) fn parts(&self, ty: Type, name: String, value: &Value, parts: &mut Vec<(String, Value)>) {
         match (ty.base, ty.extent, value) {
             (Base::Struct(id), Extent::One, Value::Many(fields)) => {

@@ -1,7 +1,7 @@
-//! What is measured: a piece of a shader, a model of it in f64, and where its arguments come from.
+//! A test case: a piece of a shader, a model of it in f64, and the domains of its arguments.
 
-/// The numbers that a case may use, in the order of the globals that carry them: `a`, `b`, `c` are P, I, Ps, and `s`, `t`
-/// are u, v.
+/// The number of inputs of a case, in the order of the globals that carry them: `a`, `b`, `c` are P, I, Ps,
+/// and `s`, `t` are u, v.
 pub(crate) const INPUTS: usize = 11;
 
 /// The values of the inputs in f64.
@@ -26,12 +26,12 @@ impl In {
     }
 }
 
-/// Which piece of a function a model computes: whatever it decides it tells. Where the piece changes there is no central
-/// difference.
+/// Identifies the piece of a piecewise function that a model computes: the model records each decision.
+/// Across pieces there is no central difference.
 #[derive(Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Piece {
     decisions: u64,
-    /// Whether the place is next to an edge that only shows inside, so that arithmetic in f32 may be beyond it.
+    /// Whether the point is next to an internal edge, so that arithmetic in f32 may be on the other side.
     pub(crate) blurred: bool,
 }
 
@@ -41,57 +41,57 @@ impl Piece {
         self.decisions = (self.decisions.rotate_left(7) ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
 
-    /// A condition, noted.
+    /// Records a condition.
     pub(crate) fn is(&mut self, condition: bool) -> bool {
         self.note(i64::from(condition));
         condition
     }
 
-    /// Something that decides by its sign, of terms of this size.
+    /// Records the sign of a number, computed from terms of this size.
     pub(crate) fn positive(&mut self, x: f64, terms: f64) -> bool {
         self.blurred |= x.abs() < 1e-5 * terms;
         self.is(x > 0.0)
     }
 
-    /// A floor, noted.
+    /// Records a floor.
     pub(crate) fn floor(&mut self, x: f64) -> f64 {
         self.note(x.floor() as i64);
         x.floor()
     }
 }
 
-/// A model: a float is the first of the three.
+/// A model; a float result is the first of the three.
 pub(crate) type Model = Box<dyn Fn(&In, &mut Piece) -> [f64; 3] + Sync + Send>;
 
 /// A function of some numbers.
 pub(crate) type Scalar = fn(&[f64], &mut Piece) -> f64;
 
-/// Where the values of an argument come from.
+/// The range of an argument's values.
 #[derive(Clone, Copy)]
 pub(crate) struct Domain {
     pub(crate) low: f64,
     pub(crate) high: f64,
-    /// Whether all sizes are equally likely, rather than all values; `low` is then a size too.
+    /// Whether all magnitudes are equally likely, rather than all values; `low` is then a magnitude too.
     pub(crate) sizes: bool,
-    /// Whether sizes come with both signs.
+    /// Whether magnitudes come with both signs.
     pub(crate) signed: bool,
-    /// Which of the extreme values are taken,
+    /// The range of the extreme values,
     pub(crate) edges: (f64, f64),
-    /// and of what size at least, or zero.
+    /// and their smallest magnitude, except zero.
     pub(crate) least: f64,
 }
 
-/// All values equally likely, all extreme values up to 1e10.
+/// All values equally likely; all extreme values up to 1e10.
 pub(crate) const fn even(low: f64, high: f64) -> Domain {
     Domain { low, high, sizes: false, signed: false, edges: (-1e10, 1e10), least: 0.0 }
 }
 
-/// All sizes equally likely, with both signs.
+/// All magnitudes equally likely, with both signs.
 pub(crate) const fn sizes(low: f64, high: f64) -> Domain {
     Domain { sizes: true, signed: true, ..even(low, high) }
 }
 
-/// All positive sizes equally likely.
+/// All positive magnitudes equally likely.
 pub(crate) const fn positive(low: f64, high: f64) -> Domain {
     Domain { sizes: true, ..even(low, high) }
 }
@@ -107,20 +107,20 @@ impl Domain {
         self.edges.0 <= edge && edge <= self.edges.1 && (edge == 0.0 || edge.abs() >= self.least)
     }
 
-    /// No extreme values between zero and this size.
+    /// No extreme values between zero and this magnitude.
     pub(crate) const fn least(self, least: f64) -> Domain {
         Domain { least, ..self }
     }
 }
 
-/// The share of the sum of all contributions that a derivative may be wrong by. The approximations behind the slopes (sine,
-/// exponential, power) are wrong by up to about 2e-6 where they are defined for use, powers by some 1e-5 at their largest
-/// exponents; a rule takes up to some 40 roundings of 6e-8 each.
+/// The permitted error of a derivative, as a fraction of the sum of all contributions. The approximations in
+/// the slopes (sine, exponential, power) have errors up to about 2e-6 in their intended range, powers some
+/// 1e-5 at their largest exponents; a rule has up to some 40 roundings of 6e-8 each.
 pub(crate) const TOLERANCE: f64 = 3e-5;
 
 /// A case.
 pub(crate) struct Case {
-    /// The row of the table of built-ins; what is no call has a name of its own.
+    /// The row of the table of built-ins; expressions other than calls have names of their own.
     pub(crate) row: &'static str,
     /// Statements that set `f`.
     pub(crate) code: String,
@@ -129,14 +129,14 @@ pub(crate) struct Case {
     pub(crate) domains: [Domain; 5],
     /// `None`: the derivatives are exactly zero.
     pub(crate) model: Option<Model>,
-    /// Inputs whose changes do not count, by the rule of the function.
+    /// Inputs whose derivatives do not contribute, by the rule of the function.
     pub(crate) still: Vec<usize>,
-    /// Roundings inside that are like moving an input by this many units in the last place of the largest input, or of 1;
-    /// with their cause.
+    /// Internal roundings with the effect of moving an input by this many units in the last place of the
+    /// largest input, or of 1; with their cause.
     pub(crate) inside: (f64, &'static str),
-    /// Points with random arguments, and points where some arguments are extreme.
+    /// The number of points with random arguments, and with some extreme arguments.
     pub(crate) points: [usize; 2],
-    /// Another tolerance than [`TOLERANCE`], with its cause.
+    /// A tolerance other than [`TOLERANCE`], with its cause.
     pub(crate) tolerance: Option<(f64, &'static str)>,
 }
 
@@ -156,12 +156,12 @@ impl Case {
         }
     }
 
-    /// A case whose derivatives are zero.
+    /// A case with zero derivatives.
     pub(crate) fn zero(row: &'static str, code: &str, triple: bool) -> Case {
         Case { model: None, ..Case::new(row, code, triple, Box::new(|_, _| [0.0; 3])) }
     }
 
-    /// Domains of `a`, `b`, `c`, `s`, `t`; the last holds for those that are left.
+    /// Domains of `a`, `b`, `c`, `s`, `t`; the last one is used for the remaining inputs.
     pub(crate) fn on(mut self, domains: &[Domain]) -> Case {
         for (at, domain) in self.domains.iter_mut().enumerate() {
             *domain = domains[at.min(domains.len() - 1)];
@@ -196,14 +196,14 @@ impl Case {
         self.domains[if input < 9 { input / 3 } else { input - 6 }]
     }
 
-    /// For messages.
+    /// Its name in messages.
     pub(crate) fn name(&self) -> String {
         format!("{}: {}", self.row, self.code)
     }
 }
 
-/// The two forms of a function that works on each component: of floats and of triples. `$0` … in `call` are the
-/// arguments, which have these domains.
+/// The two forms of a function that works on each component: for floats and for triples. `$0` … in `call` are
+/// the arguments, with these domains.
 pub(crate) fn each(row: &'static str, call: &str, domains: &[Domain], scalar: Scalar) -> Vec<Case> {
     vec![of_floats(row, call, domains, scalar), of_triples(row, call, domains, scalar)]
 }

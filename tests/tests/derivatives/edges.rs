@@ -1,10 +1,10 @@
-//! Where there is no slope, or only one to a side: the derivatives that the rules give, exactly.
+//! Points without a slope, or with one on one side only: the exact derivatives by the rules.
 
 use crate::case::Case;
 use crate::measure;
 use crate::source::Point;
 
-/// A call of `s` and `t`, their values, and its derivative where s changes by 1 and t by 16.
+/// A call of `s` and `t`, their values, and the derivative if s changes by 1 and t by 16.
 type Row = (&'static str, f32, f32, f32);
 
 const ROWS: &[Row] = &[
@@ -29,7 +29,7 @@ const ROWS: &[Row] = &[
     ("pow(s, t)", 0.0, 0.0, 0.0),
     ("pow(s, t)", 0.0, 1.0, 1.0),
     ("pow(s, t)", 0.0, 2.0, 0.0),
-    // The logarithm counts as 0, so that only s contributes.
+    // The logarithm counts as 0, so only s contributes.
     ("pow(s, t)", -1.0, 3.0, 3.0),
     ("hypot(s, t)", 0.0, 0.0, 0.0),
     // Squares that underflow.
@@ -42,19 +42,19 @@ const ROWS: &[Row] = &[
     ("s / t", 5.0, 0.0, 0.0),
     ("s / t", 0.0, 0.0, 0.0),
     ("tanh(s)", 1e10, 0.0, 0.0),
-    // The exponential goes no lower.
+    // The exponential is clamped.
     ("erf(s)", 1e10, 0.0, 1.326_403_4e-38),
     ("erfc(s)", -20.0, 0.0, -1.326_403_4e-38),
     // Zero counts as positive.
     ("abs(s)", 0.0, 0.0, 1.0),
     ("abs(s)", -0.0, 0.0, 1.0),
     ("fabs(s)", -2.0, 0.0, -1.0),
-    // Of two equals the first, and the second.
+    // Of two equal values, the first, and the second.
     ("min(s, t)", 3.0, 3.0, 1.0),
     ("max(s, t)", 3.0, 3.0, 16.0),
     ("clamp(s, t, 5)", 3.0, 3.0, 16.0),
     ("clamp(s, 1, t)", 3.0, 3.0, 1.0),
-    // The remainder keeps the dividend's change, mod what its formula gives.
+    // The remainder has the derivative of the dividend, and mod that of its formula.
     ("fmod(s, t)", 6.0, 3.0, 1.0),
     ("fmod(s, t)", 5.0, 0.0, 1.0),
     ("mod(s, t)", 6.0, 3.0, -31.0),
@@ -71,7 +71,7 @@ const ROWS: &[Row] = &[
     ("s > t ? s : t", 2.0, 2.0, 16.0),
     ("select(s, t, s)", 0.0, 5.0, 1.0),
     ("mix(s, t, 0)", 3.0, 4.0, 1.0),
-    // At both ends the spline keeps how x changes, beyond them not.
+    // At both ends the spline keeps the derivative of x, beyond them not.
     ("float k[4] = { 0, 1, 2, 3 }; f = spline(\"linear\", s, k);", 0.0, 0.0, 1.0),
     ("float k[4] = { 0, 1, 2, 3 }; f = spline(\"linear\", s, k);", 1.0, 0.0, 1.0),
     ("float k[4] = { 0, 1, 2, 3 }; f = spline(\"linear\", s, k);", 1.5, 0.0, 0.0),

@@ -1,5 +1,5 @@
-//! Models of gradient and simplex noise in f64. Of the noises' own parts they use the hash alone, and the rule that picks
-//! a gradient by its bits.
+//! Models of gradient and simplex noise in f64. They share with the noises only the hash, and the rule that
+//! picks a gradient from its bits.
 
 use crate::case::{Case, Model, even};
 use osl_noise::hash::hash;
@@ -65,7 +65,7 @@ fn slope(h: u32, dims: usize, [x, y, z, w]: [f64; 4]) -> f64 {
     }
 }
 
-/// The final mixing of lookup3 (Jenkins), on which simplex noise hashes.
+/// The final mixing of lookup3 (Jenkins), which is the hash of simplex noise.
 fn scramble(p: u32, q: u32, r: u32) -> u32 {
     let (mut a, mut b, mut c) = (p, q, r ^ 0xdead_beef);
     let step = |x: &mut u32, y: u32, k: u32| *x = (*x ^ y).wrapping_sub(y.rotate_left(k));
@@ -162,7 +162,7 @@ pub(crate) fn simplex(p: &[f64], seed: u32) -> f64 {
     sum * [64.0, 68.0, 54.0][dims - 2]
 }
 
-/// Coordinates and periods of each dimension, in a program, and which inputs they are.
+/// Coordinates and periods of each dimension in a program, and their inputs.
 const FORMS: [(&str, &str, &[usize]); 4] = [
     ("s", "5", &[9]),
     ("s, t", "5, 3.5", &[9, 10]),
@@ -171,7 +171,7 @@ const FORMS: [(&str, &str, &[usize]); 4] = [
 ];
 const PERIODS: [&[f64]; 4] = [&[5.0], &[5.0, 3.5], &[5.0, 3.0, 4.0], &[5.0, 3.0, 4.0, 2.0]];
 
-/// A field: how it is called, of which row, whether it repeats, and its value for a component.
+/// A field: its call, its row, whether it is periodic, and its value for a component.
 struct Field {
     row: &'static str,
     name: &'static str,
@@ -179,7 +179,7 @@ struct Field {
     of: fn(&[f64], &[f64], Option<u32>) -> f64,
 }
 
-/// Rows of "Noise" but Gabor noise.
+/// Rows of "Noise" except Gabor noise.
 pub(crate) fn fields() -> Vec<Case> {
     let of_perlin: fn(&[f64], &[f64], Option<u32>) -> f64 = perlin;
     let half_perlin: fn(&[f64], &[f64], Option<u32>) -> f64 = |p, q, c| 0.5 * perlin(p, q, c) + 0.5;

@@ -1,17 +1,17 @@
-//! Models of the functions of numbers, and of operators and statements.
+//! Models of the mathematical functions, and of operators and statements.
 
 use crate::case::{Case, Domain, Piece, each, even, of_floats, of_triples, positive, sizes};
 use std::f64::consts::{LN_2, LN_10, PI};
 
-/// Where sines are computed with the precision that they are made for.
+/// The range in which sines have their intended precision.
 const TURNS: Domain = even(-10.0, 10.0).edges(-1e4, 1e4);
 const FOLDED: &str =
     "the argument is subtracted from pi/2 or 1, and what is left again, which rounds it like 1";
-/// Where exponentials stay finite.
+/// The range in which exponentials are finite.
 const EXPONENT: Domain = even(-20.0, 20.0).edges(-80.0, 80.0);
 
-/// 2/√π times the integral of exp(-x²): its series, and from 2 on the continued fraction of what is missing to 1, without
-/// that 1 where `rest`.
+/// 2/√π times the integral of exp(-x²): its series, and from 2 on the continued fraction of its complement to
+/// 1; the complement itself if `rest`.
 fn error_function(x: f64, rest: bool, piece: &mut Piece) -> f64 {
     let size = x.abs();
     if piece.is(size < 2.0) {
@@ -29,7 +29,7 @@ fn error_function(x: f64, rest: bool, piece: &mut Piece) -> f64 {
         fraction = size + f64::from(n) / 2.0 / fraction;
     }
     let missing = (-x * x).exp() / PI.sqrt() / fraction;
-    // Both functions but for a number.
+    // Both functions except for a constant.
     if piece.is(x > 0.0) == rest { missing } else { -missing }
 }
 
@@ -58,7 +58,8 @@ pub(crate) fn exponentials() -> Vec<Case> {
                 if p.is(x[0].abs() >= 1.0) { 0.0 } else { x[0].asin() }
             }),
             each("atan", "atan($0)", &[wide], |x, _| x[0].atan()),
-            // The rule's sign is that of the reference, the opposite of the slope's. Half the angle has no cut.
+            // The rule has the sign of the reference, the opposite of the slope's. Half the angle has no
+            // discontinuity.
             each("atan2", "atan2($0, $1)", &[even(-5.0, 5.0), even(-5.0, 5.0)], |x, p| {
                 if p.is(x[1].abs() > x[0].abs()) { -(x[0] / x[1]).atan() } else { (x[1] / x[0]).atan() }
             }),
@@ -66,7 +67,7 @@ pub(crate) fn exponentials() -> Vec<Case> {
             each("cosh", "cosh($0)", &[EXPONENT], |x, _| x[0].cosh()),
             each("sinh", "sinh($0)", &[EXPONENT], |x, _| x[0].sinh()),
             each("tanh", "tanh($0)", &[even(-6.0, 6.0)], |x, p| {
-                // Far out what is missing to 1 or -1.
+                // For large arguments, the complement to 1 or -1.
                 match (p.is(x[0] > 1.0), p.is(x[0] < -1.0)) {
                     (true, _) => -2.0 / ((2.0 * x[0]).exp() + 1.0),
                     (_, true) => 2.0 / ((-2.0 * x[0]).exp() + 1.0),
@@ -178,7 +179,7 @@ fn smooth_linearstep(x: &[f64], p: &mut Piece) -> f64 {
 pub(crate) fn numbers() -> Vec<Case> {
     let wide = sizes(1e-3, 1e3);
     let steps = [even(-2.0, 0.0), even(0.5, 2.0), even(-2.0, 2.0)];
-    // Dividends that leave f32 some of the fraction.
+    // Dividends for which f32 can represent part of the fraction.
     let (over, by) = (even(-20.0, 20.0).edges(-100.0, 100.0), sizes(0.5, 5.0).edges(0.5, 1e10));
     let near = [over, by];
     let mut cases: Vec<Case> = vec![
@@ -220,7 +221,7 @@ pub(crate) fn numbers() -> Vec<Case> {
     for case in cases.iter_mut().filter(|c| c.row.contains("step")) {
         case.inside = (4.0, "differences of arguments round like the largest of them");
     }
-    // The divisor's change does not count, by the rule of the function.
+    // The divisor's derivative does not contribute, by the rule of the function.
     let remainder: fn(&[f64], &mut Piece) -> f64 = |x, p| {
         p.is(x[0] < 0.0);
         p.note((x[0] / x[1]).trunc() as i64);
@@ -237,7 +238,7 @@ pub(crate) fn numbers() -> Vec<Case> {
     cases
 }
 
-/// What is written without calls.
+/// Expressions and statements without calls.
 pub(crate) fn operators() -> Vec<Case> {
     let wide = sizes(1e-3, 1e3);
     let divisor = sizes(1e-3, 1e3).edges(0.5, 1e10);

@@ -1,7 +1,9 @@
-//! A model of Gabor noise in f64, without and with the filter. Sources: Lagae, Lefebvre, Drettakis and Dutré, Procedural
-//! noise using sparse Gabor convolution, 2009; Lagae, Lefebvre and Dutré, Improving Gabor noise, 2011.
+//! A model of Gabor noise in f64, without and with the filter. Sources: Lagae, Lefebvre, Drettakis and Dutré,
+//! Procedural noise using sparse Gabor convolution, 2009; Lagae, Lefebvre and Dutré, Improving Gabor noise,
+//! 2011.
 //!
-//! Of the noise's own parts it uses the hash, the number that a word stands for, and the kernels' radius.
+//! It shares with the noise only the hash, the conversion of a word to a number, and the radius of the
+//! kernels.
 
 use crate::case::{Case, Model, Piece, even};
 use osl_noise::gabor::{self, Options};
@@ -40,7 +42,7 @@ fn wave(sequence: &mut Sequence, options: &Options) -> ([f64; 3], f64) {
 /// The noise without filter.
 fn noise(p: [f64; 3], periods: Option<[f64; 3]>, seed: u32, options: &Options, piece: &mut Piece) -> f64 {
     let radius = f64::from(gabor::radius(options));
-    // A kernel's Gaussian has fallen to 0.02 at its radius.
+    // The Gaussian of a kernel is 0.02 at its radius.
     let a = (-0.02_f64.ln() / PI).sqrt() / radius;
     let impulses = f64::from(options.impulses);
     let volume = 4.0 / 3.0 * PI;
@@ -81,7 +83,7 @@ fn noise(p: [f64; 3], periods: Option<[f64; 3]>, seed: u32, options: &Options, p
 const FORMS: [(&str, &str, &[usize]); 3] =
     [("s", "5", &[9]), ("s, t", "5, 3", &[9, 10]), ("a", "point(5, 3, 4)", &[0, 1, 2])];
 
-/// Gabor noise of one to three dimensions, of each kind of direction, free and repeated.
+/// Gabor noise in one to three dimensions, for each kind of direction, periodic or not.
 pub(crate) fn noises() -> Vec<Case> {
     let mut cases = Vec::new();
     for (coordinates, periods, inputs) in FORMS {
@@ -113,7 +115,7 @@ pub(crate) fn noises() -> Vec<Case> {
                     if periodic { ("pnoise", format!(", {periods}")) } else { ("noise", String::new()) };
                 let ty = if triple { "vector" } else { "float" };
                 let code = format!("({ty}){row}(\"gabor\", {coordinates}{periods}, {texts})");
-                // A value is the sum of hundreds of terms: fewer points.
+                // A value is the sum of hundreds of terms, so there are fewer points.
                 cases.push(
                     Case {
                         points: [60, 20],

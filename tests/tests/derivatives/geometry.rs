@@ -20,7 +20,7 @@ fn scale(a: V, k: f64) -> V {
     a.map(|x| x * k)
 }
 
-/// The length; largest component first, so that nothing underflows.
+/// The length, scaled by the largest component so that nothing underflows.
 fn length(a: V) -> f64 {
     let largest = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
     if largest == 0.0 { 0.0 } else { largest * dot(scale(a, 1.0 / largest), scale(a, 1.0 / largest)).sqrt() }
@@ -41,7 +41,7 @@ fn refract(i: V, n: V, eta: f64, p: &mut Piece) -> V {
     if p.is(k < 0.0) { [0.0; 3] } else { add(scale(i, eta), scale(n, -(eta * facing + k.sqrt()))) }
 }
 
-/// Shares reflected and transmitted (Fresnel's equations for light without polarisation).
+/// The reflected and transmitted fractions (Fresnel's equations for unpolarised light).
 fn fresnel(i: V, n: V, eta: f64, p: &mut Piece) -> (f64, f64) {
     let facing = dot(i, n);
     let c = if p.is(facing < 0.0) { -facing } else { facing };
@@ -55,7 +55,7 @@ fn fresnel(i: V, n: V, eta: f64, p: &mut Piece) -> (f64, f64) {
     (kr, (1.0 - kr) * eta * eta)
 }
 
-/// A point turned about an axis (Rodrigues).
+/// A point rotated around an axis (Rodrigues).
 fn turn(x: V, angle: f64, axis: V) -> V {
     let u = normalize(axis);
     let (s, c) = angle.sin_cos();
@@ -199,8 +199,8 @@ pub(crate) fn vectors() -> Vec<Case> {
     cases
 }
 
-/// Rows of "Matrices and spaces". The reference's spaces: `shader` turns by 45° about z and moves by 1 in x, `myspace`
-/// scales by 1, 2 and 1.
+/// Rows of "Matrices and spaces". The reference's spaces: `shader` rotates by 45° around z and moves by 1 in
+/// x, `myspace` scales by 1, 2 and 1.
 pub(crate) fn spaces() -> Vec<Case> {
     let mut cases = Vec::new();
     let mut case = |row: &'static str, code: &str, model: Model| {
@@ -222,13 +222,13 @@ pub(crate) fn spaces() -> Vec<Case> {
         "transform",
         &format!("{MATRIX} f = (vector)transform(m, (normal)b);"),
         Box::new(|x, _| {
-            // By the transpose of the inverse: the cofactors over the determinant.
+            // By the transposed inverse: the cofactors divided by the determinant.
             let [r, s, t] = LINEAR;
             let cofactors = [cross(s, t), cross(t, r), cross(r, s)];
             scale(apply(x.b(), cofactors), 1.0 / dot(r, cross(s, t)))
         }),
     );
-    // The matrix carries no derivatives, even where its numbers change.
+    // The matrix carries no derivatives, even if its numbers vary.
     case("transform", "f = transform(matrix(2), b);", Box::new(|x, _| scale(x.b(), 2.0)));
     let turned = |v: V| {
         let h = std::f64::consts::FRAC_1_SQRT_2;

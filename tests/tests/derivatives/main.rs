@@ -1,7 +1,7 @@
-//! Derivatives held against what they mean: for every row of the table of built-ins that has derivatives, and for
-//! operators and statements, `Dx` and `Dy` of a run against central differences of models in f64 (`measure` says how,
-//! and what the tolerance is); what the rules say where there is no slope (`edges`); and the reference's own results, bit
-//! for bit (`vectors`).
+//! Compares derivatives with their mathematical meaning. For every row of the table of built-ins that has
+//! derivatives, and for operators and statements, `Dx` and `Dy` of a run are compared with central
+//! differences of models in f64 (`measure` describes the method and the tolerance). `edges` checks the rules
+//! at points without a slope, and `vectors` compares with the reference's own results, to the bit.
 
 #![allow(
     clippy::unwrap_used,
@@ -48,7 +48,7 @@ fn cases() -> Vec<Case> {
     .collect()
 }
 
-/// Rows whose derivatives are zero because what they give comes from elsewhere: files, texts, messages, the renderer.
+/// Rows with zero derivatives, because their values come from files, texts, messages or the renderer.
 const ELSEWHERE: &[&str] = &["texture3d", "environment", "stof", "setmessage", "getmessage", "surfacearea"];
 
 #[test]

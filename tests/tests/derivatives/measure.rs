@@ -46,7 +46,7 @@ const EXTREMES: [f64; 25] = [
     -1e10,
 ];
 
-/// What came out of a case.
+/// The result of a case.
 #[derive(Default)]
 pub(crate) struct Outcome {
     pub(crate) measured: usize,
@@ -55,7 +55,8 @@ pub(crate) struct Outcome {
     pub(crate) beyond: usize,
     /// The largest error in units of the tolerance.
     pub(crate) worst: f64,
-    /// The largest error as a share of the sum of contributions, without what the inputs' last places explain.
+    /// The largest error as a fraction of the sum of contributions, without errors that the inputs' last
+    /// places explain.
     pub(crate) share: f64,
     pub(crate) wrong: Vec<String>,
 }
@@ -87,7 +88,7 @@ pub(crate) fn points(case: &Case) -> Vec<Point> {
             }
             for d in &mut d {
                 d[*input] = random.between(-2.0, 2.0) as f32;
-                // Changes of zero, and small ones.
+                // Derivatives of zero, and small ones.
                 match random.word() % 8 {
                     0 => d[*input] = 0.0,
                     1 => d[*input] *= 1e-3,
@@ -103,7 +104,7 @@ pub(crate) fn points(case: &Case) -> Vec<Point> {
 /// The shader of a case.
 pub(crate) fn shader(case: &Case) -> String {
     let ty = if case.triple { "vector" } else { "float" };
-    // What stands before two percent signs belongs outside the shader.
+    // The text before two percent signs belongs outside the shader.
     let (outside, code) = case.code.split_once("%%").unwrap_or(("", &case.code));
     format!(
         "{outside}\nshader derivatives(output {ty} r = 0, output {ty} dx = 0, output {ty} dy = 0) {{
@@ -112,10 +113,10 @@ pub(crate) fn shader(case: &Case) -> String {
     )
 }
 
-/// Value, Dx and Dy at each point, in this order; a float has its components beyond the first zero.
+/// Value, Dx and Dy at each point, in this order; for a float, the components after the first are zero.
 ///
 /// # Errors
-/// Whatever the compiler or the run has to say, with the shader.
+/// The messages of the compiler or the run, with the shader.
 pub(crate) fn computed(case: &Case, points: &[Point]) -> Result<Vec<[[f32; 3]; 3]>, String> {
     let text = shader(case);
     let options = passes::Options::default();
@@ -137,13 +138,13 @@ pub(crate) fn computed(case: &Case, points: &[Point]) -> Result<Vec<[[f32; 3]; 3
     Ok(out)
 }
 
-/// The slopes of a model along an input: per component the best step, its estimate and how sure that is.
+/// The slopes of a model along an input: for each component the best step, its estimate, and its uncertainty.
 #[derive(Clone, Copy)]
 struct Slope {
     step: [f64; 3],
     slope: [f64; 3],
     doubt: [f64; 3],
-    /// Not even the largest step changes anything: the slope is zero, apart from what f64 does not show.
+    /// Even the largest step changes nothing: the slope is zero within the precision of f64.
     flat: [bool; 3],
 }
 
@@ -155,7 +156,7 @@ fn at(model: &Model, x: &In, input: usize, value: f64) -> ([f64; 3], Piece) {
     (result, piece)
 }
 
-/// The difference of fourth order with a step, and the largest value; none across pieces.
+/// The fourth-order difference for a step, and the largest value; `None` across pieces.
 fn difference(model: &Model, x: &In, input: usize, step: f64, piece: Piece) -> Option<([f64; 3], [f64; 3])> {
     let here = x.0[input];
     let step = (here + step) - here;
@@ -176,7 +177,7 @@ fn difference(model: &Model, x: &In, input: usize, step: f64, piece: Piece) -> O
 
 fn slope(model: &Model, x: &In, input: usize, piece: Piece) -> Option<Slope> {
     let here = x.0[input].abs();
-    // Odd steps, which no lattice answers.
+    // Odd steps, which do not match any lattice.
     let mut steps: Vec<f64> = (0..9).map(|k| 0.072_8 * 0.1_f64.powi(k)).collect();
     if here > 0.0 {
         steps.extend((0..8).map(|k| 0.072_8 * 0.1_f64.powi(k) * here));
@@ -188,7 +189,7 @@ fn slope(model: &Model, x: &In, input: usize, piece: Piece) -> Option<Slope> {
     let mut largest = [0.0_f64; 3];
     for step in steps {
         let Some((slope, sizes)) = difference(model, x, input, step, piece) else { continue };
-        // Terms that cancel at small steps show at large ones.
+        // Terms that cancel at small steps are visible at large ones.
         largest = [0, 1, 2].map(|c| largest[c].max(sizes[c]));
         let rounding = largest.map(|size| 4.0 * f64::EPSILON * size / step);
         let best = best.get_or_insert(Slope {
@@ -208,13 +209,13 @@ fn slope(model: &Model, x: &In, input: usize, piece: Piece) -> Option<Slope> {
     best
 }
 
-/// By how much arithmetic in f32 may seem to move an input.
+/// The apparent movement of an input by arithmetic in f32.
 fn shift(case: &Case, x: &In, input: usize) -> f64 {
     let largest = case.used().iter().fold(1.0_f64, |m, i| m.max(x.0[*i].abs()));
     f64::from(f32::EPSILON) * (4.0 * x.0[input].abs() + case.inside.0 * largest)
 }
 
-/// What is known of a point: the derivative along each axis for each component, and its tolerance.
+/// The result for a point: the derivative along each axis for each component, and its tolerance.
 enum Known {
     Kink,
     Slopes(Vec<(usize, Slope)>),
@@ -240,7 +241,7 @@ fn known(case: &Case, model: &Model, x: &In) -> Known {
     Known::Slopes(slopes)
 }
 
-/// How much the derivative of a component changes where inputs move by some units in the last place.
+/// The change of a component's derivative if the inputs move by some units in the last place.
 fn unsteady(
     case: &Case,
     model: &Model,
@@ -267,7 +268,7 @@ fn unsteady(
     total
 }
 
-/// Holds a case against its model.
+/// Compares a case with its model.
 pub(crate) fn measure(case: &Case) -> Outcome {
     let points = points(case);
     let mut outcome = Outcome::default();
@@ -292,15 +293,15 @@ pub(crate) fn measure(case: &Case) -> Outcome {
     outcome
 }
 
-/// What a component of a derivative has to be, by the slopes.
+/// The expected value of a component of a derivative, by the slopes.
 #[derive(Default)]
 struct Expected {
     value: f64,
     /// Sum of the sizes of all contributions.
     size: f64,
-    /// What the slopes may be wrong by,
+    /// The possible error of the slopes,
     doubt: f64,
-    /// and that without slopes that are zero as far as f64 shows.
+    /// and the error without slopes that are zero within the precision of f64.
     unknown: f64,
     /// The steepest slope of any component times the sum of changes.
     steepest: f64,
@@ -340,7 +341,7 @@ fn one(case: &Case, model: &Model, point: &Point, result: &[[f32; 3]; 3], outcom
         for (c, got) in result.iter().take(components).enumerate() {
             let expected = expected(case, &slopes, d, c);
             let unsteady = unsteady(case, model, &x, &slopes, d, c);
-            // Where terms cancel, they are as large as those of the steepest input and component.
+            // If terms cancel, they are as large as those of the steepest input and component.
             let cancelled = case.inside.0 * f64::from(f32::EPSILON) * expected.steepest;
             let tolerance = share * expected.size + unsteady + cancelled + 1e-36;
             if expected.size.max(unsteady) > f64::from(f32::MAX) / 16.0 {
@@ -357,7 +358,7 @@ fn one(case: &Case, model: &Model, point: &Point, result: &[[f32; 3]; 3], outcom
             outcome.worst = outcome.worst.max(error / explained);
             let rest = error - unsteady - cancelled - expected.doubt;
             outcome.share = outcome.share.max(rest / expected.size.max(1e-30));
-            // Nan is wrong too.
+            // NaN is an error too.
             if error.is_nan() || error > explained {
                 outcome.wrong.push(shown(case, point, axis, c, *got, &expected, tolerance));
             }

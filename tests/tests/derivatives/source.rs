@@ -1,4 +1,4 @@
-//! Points whose globals with derivatives are set one by one, values and slopes.
+//! Points with explicitly set values and derivatives of globals.
 
 use crate::case::INPUTS;
 use osl_exec::{Datum, PointSource};
@@ -76,7 +76,7 @@ impl PointSource for Points {
     }
 }
 
-/// A sequence of numbers that look random (Steele, Lea and Flood, SplitMix, 2014).
+/// A pseudorandom sequence (Steele, Lea and Flood, SplitMix, 2014).
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {

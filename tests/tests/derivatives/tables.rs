@@ -1,10 +1,11 @@
-//! Models of what is looked up: splines, textures, data of a point.
+//! Models of lookups: splines, textures, data of a point.
 
 use crate::case::{Case, In, Model, Piece, even};
 use osl_tests::run;
 
-/// How far slopes of `splineinverse` may be off, as a share. Its search stops a millionth from the root, and the slope of
-/// its last step is off by up to 1.12e-3 at the points here (`bspline`, where the spline is steepest).
+/// The permitted relative error of slopes of `splineinverse`. Its search stops a millionth from the root, and
+/// the slope of its last step has an error of up to 1.12e-3 at the points here (`bspline`, where the spline
+/// is steepest).
 const SEARCH: f64 = 1.5e-3;
 
 /// A basis of splines: knots from segment to segment, coefficients of x³, x², x and 1 (OSL language specification,
@@ -50,7 +51,8 @@ const BASES: [Basis; 5] = [
 
 impl Basis {
     fn at(&self, x: f64, knots: &[f64], p: &mut Piece) -> f64 {
-        // x beyond the ends counts as the end, but keeps how it changes: outside the model goes on straight.
+        // x beyond the ends counts as the end, but keeps its derivative: outside, the model is a straight
+        // line.
         let (low, high) = (p.is(x < 0.0), p.is(x > 1.0));
         let inside = if low {
             0.0
@@ -95,7 +97,7 @@ pub(crate) fn splines() -> Vec<Case> {
         });
         let code = format!("vector k[5] = {{ a, b, (vector)c, t, a }}; f = spline(\"{name}\", s, k);");
         cases.push(Case::new("spline", &code, true, model).on(&[value, value, value, inside, value]));
-        // Rising knots that do not change; found again by bisection.
+        // Rising knots with zero derivatives; the value is found by bisection.
         let rising = if basis.step == 2 {
             [0.0, 1.0, 1.0, 2.0, 3.0, 2.0, 5.0]
         } else {
@@ -132,7 +134,7 @@ pub(crate) fn splines() -> Vec<Case> {
     cases
 }
 
-/// The average of the four pixels around a place, by how near they are.
+/// The average of the four nearest pixels, weighted by distance.
 fn bilinear(pixels: &[f32], size: [usize; 2], s: f64, t: f64, p: &mut Piece) -> f64 {
     let [x, y] = [s * size[0] as f64 - 0.5, t * size[1] as f64 - 0.5];
     let (left, top) = (p.floor(x), p.floor(y));
@@ -147,7 +149,7 @@ fn bilinear(pixels: &[f32], size: [usize; 2], s: f64, t: f64, p: &mut Piece) -> 
     upper * (1.0 - v) + lower * v
 }
 
-/// The same with the sixteen pixels around and the cubic B-spline as weight.
+/// The same with the sixteen nearest pixels and the cubic B-spline as weight.
 fn bicubic(pixels: &[f32], size: [usize; 2], s: f64, t: f64, p: &mut Piece) -> f64 {
     let [x, y] = [s * size[0] as f64 - 0.5, t * size[1] as f64 - 0.5];
     let (left, top) = (p.floor(x), p.floor(y));

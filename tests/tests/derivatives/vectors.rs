@@ -8,7 +8,8 @@ use osl_tests::run;
 use std::collections::BTreeMap;
 use std::io::Read;
 
-/// Arguments and results of a row: each argument is its value, its change along x, its change along y.
+/// Arguments and results of a row: each argument has its value, its derivative along x, and its derivative
+/// along y.
 type Row = (Vec<f32>, Vec<u32>);
 
 /// The one function whose rows have derivatives only as arguments.
@@ -31,7 +32,8 @@ fn rows() -> BTreeMap<String, Vec<Row>> {
     rows
 }
 
-/// The call of a function, whether it yields triples, and for each argument where its components go.
+/// The call of a function, whether its result is a triple, and for each argument the inputs of its
+/// components.
 fn call(function: &str) -> (String, bool, &'static [&'static [usize]]) {
     let vectors = matches!(function, "dot" | "cross" | "length" | "normalize" | "distance");
     let args: &[&[usize]] = match function {
@@ -66,11 +68,11 @@ fn point(values: &[f32], args: &[&[usize]]) -> Point {
     point
 }
 
-/// Rows where a nan counts in another way: its sign is not looked at, and zero times the nan is a nan.
+/// Number of rows in which NaN is compared differently: its sign is ignored, and zero times NaN is NaN.
 const OTHER_NANS: usize = 3;
 
-/// Nans are equal, and zeros: what only multiplies a zero is left out, so that the sign of a derivative of zero has no
-/// meaning.
+/// NaNs are equal, and so are zeros of both signs: a product with zero is omitted, so the sign of a zero
+/// derivative has no meaning.
 fn same(got: f32, expected: u32) -> bool {
     let expected = f32::from_bits(expected);
     got.to_bits() == expected.to_bits()
@@ -78,7 +80,7 @@ fn same(got: f32, expected: u32) -> bool {
         || (got == 0.0 && expected == 0.0)
 }
 
-/// The rows of a call that fail, as text; results are from `skip` words on.
+/// The failing rows of a call, as text; results start at word `skip`.
 fn check(
     code: &str,
     triple: bool,
