@@ -1,4 +1,4 @@
-//! The order to stop that comes from outside: a clock or a measure of memory says it, and every stage hears it.
+//! The order to stop from outside: a watch of the time or the memory gives it, and every stage checks for it.
 
 use crate::Limits;
 use std::sync::Arc;
@@ -25,17 +25,17 @@ impl std::fmt::Display for Halt {
 
 impl std::error::Error for Halt {}
 
-/// Whether to stop; all copies are one.
+/// Whether to stop; all copies share one value.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Flag(Arc<AtomicU8>);
 
 impl Limits {
-    /// Tells every stage that works under these limits, or a copy of them, to end. The first reason counts.
+    /// Tells every stage that uses these limits, or a copy of them, to stop. The first reason counts.
     pub fn halt(&self, why: Halt) {
         let _ = self.flag.0.compare_exchange(0, why as u8, Ordering::Relaxed, Ordering::Relaxed);
     }
 
-    /// Whether to end, and why. It costs as much as reading a number.
+    /// The reason to stop, if any. A call costs as much as reading a number.
     pub fn halted(&self) -> Option<Halt> {
         match self.flag.0.load(Ordering::Relaxed) {
             1 => Some(Halt::Time),
@@ -44,7 +44,7 @@ impl Limits {
         }
     }
 
-    /// Whether another copy of these limits exists: somebody who works under them.
+    /// Whether another copy of these limits exists, so that they are still in use.
     pub fn is_shared(&self) -> bool {
         Arc::strong_count(&self.flag.0) > 1
     }

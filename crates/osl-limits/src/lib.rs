@@ -1,9 +1,10 @@
-//! What input may cost: every budget of the product, in one table.
+//! Bounds the cost of any input: every limit of the product, in one table.
 //!
-//! A shader, a texture or a scene may come from anybody, so each stage asks [`Limits`] before it makes something as large,
-//! or goes on as long, as its input says. The table below is the one place where such numbers stand: it makes
-//! the fields, their names on the command line, and the rows of `docs/limits.md`. Whether a limit is reached depends on the input
-//! alone, never on the machine; only [`Halt`], what `--max-time` and `--max-memory` do, knows a clock.
+//! A shader, a texture or a scene may come from an untrusted source. So each stage asks [`Limits`] before it
+//! allocates memory or continues work in proportion to its input. The table in this crate is the only place
+//! for such numbers: it generates the fields, their names on the command line, and the rows of
+//! `docs/limits.md`. Whether a limit is reached depends only on the input, never on the machine; only
+//! [`Halt`], which `--max-time` and `--max-memory` cause, depends on time and memory.
 //!
 //! This crate must not know what is limited: no sources, no programs, no images, no threads.
 
@@ -16,9 +17,9 @@ pub use table::{Compiling, Images, Limits, Reading, Row, Running, Scenes};
 /// Why a limit cannot be set.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum SetError {
-    /// No limit has this name; the nearest has.
+    /// No limit has this name; the nearest existing name, if any.
     Unknown(Option<&'static str>),
-    /// The value is no whole number.
+    /// The value is not a whole number.
     NoNumber,
 }
 
@@ -34,7 +35,7 @@ impl std::fmt::Display for SetError {
 
 impl std::error::Error for SetError {}
 
-/// A whole number, with k, M or G behind it for 2^10, 2^20 and 2^30.
+/// A whole number, optionally followed by k, M or G for 2^10, 2^20 or 2^30.
 fn number(text: &str) -> Option<u64> {
     let (digits, shift) = match text.chars().last()? {
         'k' | 'K' => (&text[..text.len() - 1], 10),
@@ -49,7 +50,7 @@ impl Limits {
     /// Sets a limit by its name, such as `reading.file_bytes`, from text such as `1000` or `64M`.
     ///
     /// # Errors
-    /// There is no such limit, or the text is no whole number.
+    /// There is no such limit, or the text is not a whole number.
     pub fn set(&mut self, name: &str, text: &str) -> Result<(), SetError> {
         let value = number(text.trim()).ok_or(SetError::NoNumber)?;
         let Some(field) = self.field(name) else {
