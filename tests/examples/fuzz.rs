@@ -1,4 +1,5 @@
-//! A fuzzer without further tools: `cargo run --profile fuzz -p osl-tests --example fuzz -- [OPTIONS] [DOOR…]`.
+//! A fuzzer without further tools:
+//! `cargo run --profile fuzz -p osl-tests --example fuzz -- [OPTIONS] [DOOR…]`.
 //!
 //! ```text
 //! --time SECONDS   how long, all doors together (default 60)
@@ -10,7 +11,8 @@
 //! --one FILE       hands a file to the one door that is named, and says what comes of it
 //! --list           the doors
 //! ```
-//! The exit code is 1 if an input panics, takes more than 5 s of processor time or 500 MB, or ends its process.
+//! The exit code is 1 if an input panics, takes more than 5 s of processor time or 500 MB, or ends its
+//! process.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "what a program for people does")]
 

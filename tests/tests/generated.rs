@@ -216,8 +216,8 @@ fn once_broken() {
     }
 }
 
-/// A program by its seed, reduced if it breaks a law: `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`,
-/// or the text of a `FILE`.
+/// A program by its seed, reduced if it breaks a law:
+/// `SEED=7 cargo test -p osl-tests --test generated -- --ignored --nocapture one`, or the text of a `FILE`.
 #[test]
 #[ignore = "shows a program"]
 fn one() {

@@ -1,5 +1,5 @@
-//! Shader groups against recorded runs: `tests/data/groups/CASE/`, with `group.txt`, the layers' sources, the values of the
-//! last layer's outputs in `out.csv` and what was printed in `out.txt`.
+//! Shader groups against recorded runs: `tests/data/groups/CASE/`, with `group.txt`, the layers' sources, the
+//! values of the last layer's outputs in `out.csv` and what was printed in `out.txt`.
 
 #![allow(
     clippy::unwrap_used,

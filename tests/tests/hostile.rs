@@ -25,12 +25,12 @@ thread_local! {
     static REAL: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs the program that `OSLRUN` names on every source here and shows the seconds and the largest resident memory of
-/// each: `cargo build --release -p oslrun`, then
+/// Runs the program that `OSLRUN` names on every source here and shows the seconds and the largest resident
+/// memory of each: `cargo build --release -p oslrun`, then
 /// `OSLRUN=$PWD/target/release/oslrun cargo test -p osl-tests --test hostile -- --ignored --nocapture`.
 ///
-/// Each ends within a second and 200 MB on a machine that does nothing else. The memory is what Linux keeps of a process
-/// that runs; elsewhere it shows as 0.
+/// Each ends within a second and 200 MB on a machine that does nothing else. The memory is what Linux keeps
+/// of a process that runs; elsewhere it shows as 0.
 #[test]
 #[ignore = "measures the program that OSLRUN names"]
 fn real_runs() {

@@ -1,4 +1,5 @@
-//! The maps of the project are those of its manifests: which crate may depend on which, and who uses which library.
+//! The maps of the project are those of its manifests: which crate may depend on which, and who uses which
+//! library.
 
 #![allow(missing_docs, reason = "a test says what must hold")]
 

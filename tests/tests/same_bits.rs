@@ -1,4 +1,5 @@
-//! Results do not depend on batch, tile, thread count, instruction set or passes: the same bits for every seed shader.
+//! Results do not depend on batch, tile, thread count, instruction set or passes: the same bits for every
+//! seed shader.
 
 #![allow(
     clippy::unwrap_used,

@@ -15,8 +15,8 @@ use std::fmt::Debug;
 
 /// The contents of a lane.
 pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
-    /// Whether cheap operations have loops of their own for single arguments. Without, what is single is broadcast first:
-    /// a third as much to compile.
+    /// Whether cheap operations have separate loops for single arguments. If not, single values are broadcast
+    /// first, which leaves a third of the code to compile.
     const FORMS: bool;
     /// The word for an int, or for the number of a string or closure.
     fn of(bits: u32) -> Self;

@@ -34,7 +34,7 @@ impl Plane {
         self.words.iter().map(convert).collect()
     }
 
-    /// The values as doubles, as accurately as they are known; ints are converted.
+    /// The values as doubles, as accurate as they are stored; ints are converted.
     pub fn doubles(&self) -> Vec<f64> {
         if !self.wide.is_empty() {
             return self.wide.clone();
@@ -52,19 +52,20 @@ pub struct Frame {
     pub planes: Vec<Plane>,
     /// The messages of the run, each once.
     pub messages: Vec<Said>,
-    /// What the shader printed, point by point.
+    /// The printed text of the shader, point by point.
     pub printed: Vec<Printed>,
-    /// What points printed and said, in their order, where that is kept each time: `messages` and `printed` are empty then.
+    /// The text and messages of points in their order, if every occurrence is kept: then `messages` and
+    /// `printed` are empty.
     pub events: Vec<Event>,
-    /// The closures, if they were asked for.
+    /// The closures, if requested.
     pub closures: Vec<Closures>,
-    /// Where the time went, if that was asked for: all threads together.
+    /// The time of each instruction, if requested: the sum over all threads.
     pub profile: Vec<ProfileEntry>,
 }
 
 impl Frame {
-    /// Appends the results of the points after its own: the next piece of a [`Run`](crate::Run). `limits` bound
-    /// the messages.
+    /// Appends the results of the points after its own: the next piece of a [`Run`](crate::Run). `limits`
+    /// bound the messages.
     pub fn add(&mut self, next: Frame, limits: &Running) {
         let Frame { planes, messages, printed, events, closures, profile } = next;
         unite(&mut self.messages, messages, limits);

@@ -1,4 +1,4 @@
-//! How a program runs. What it computes with is no option: the program is compiled for its numbers.
+//! The options of a run. The arithmetic is not among them: a program is compiled for one.
 
 use crate::message::Keeping;
 use crate::native::Native;
@@ -19,9 +19,9 @@ pub struct RunOptions {
     pub limits: Limits,
     /// Whether the closures of outputs are kept.
     pub closures: bool,
-    /// Whether to measure where the time goes.
+    /// Whether to measure the time of each instruction.
     pub profile: bool,
-    /// Which runs of operations become machine code.
+    /// Which sequences of operations become machine code.
     pub native: Native,
     /// How messages are kept.
     pub keeping: Keeping,

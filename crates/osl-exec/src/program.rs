@@ -156,8 +156,8 @@ impl Program {
     /// Checks that a source keeps to what the program was compiled for.
     ///
     /// # Errors
-    /// Something differs from point to point that the program takes for the same at all of them, or the source traces rays
-    /// and the program was compiled without them.
+    /// Something differs from point to point that the program takes for the same at all of them, or the
+    /// source traces rays and the program was compiled without them.
     pub(crate) fn accepts(&self, source: &dyn PointSource) -> Result<(), RunError> {
         let Assumptions { varying, slopes, traces, .. } = &self.assumptions;
         let beyond =

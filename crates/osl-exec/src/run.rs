@@ -29,10 +29,10 @@ use tile::{Bytes, Piece, Tile, Worker};
 /// Bytes charged for a component of an output besides its values: its name and location.
 const SLOT_BYTES: u64 = 256;
 
-/// Runs a program over all points of a source. `progress` is called with the number of points done.
+/// Runs a program over all points of a source. `progress` is called with the number of finished points.
 ///
 /// # Errors
-/// A limit of a point or of the run, or the program was not compiled for such a source.
+/// A limit of a point or of the run is exceeded, or the program was not compiled for such a source.
 pub fn run(
     program: &Program,
     services: &Services,
@@ -103,11 +103,12 @@ impl<'a> Run<'a> {
         plane
     }
 
-    /// Runs the points of a range; where the source has blocks, it begins and ends with whole rows of them. The planes
-    /// of the frame have these points alone. `progress` is called with the number of points that the run has done.
+    /// Runs the points of a range; if the source has blocks, the range must begin and end with whole rows of
+    /// them. The planes of the frame contain only these points. `progress` is called with the number of
+    /// points that the run has finished.
     ///
     /// # Errors
-    /// A limit of a point or of the run, or the program was not compiled for such a source.
+    /// A limit of a point or of the run is exceeded, or the program was not compiled for such a source.
     pub fn points(&self, points: Range<usize>, progress: &(dyn Fn(usize) + Sync)) -> Result<Frame, RunError> {
         self.program.accepts(self.source)?;
         match self.program.arithmetic() {
@@ -179,7 +180,7 @@ impl<'a> Run<'a> {
     /// The outputs of the program for this many points, if they fit in memory.
     fn slots(&self, points: usize) -> Result<Slots, RunError> {
         let count = self.program.outputs.iter().map(|plan| plan.ty_len(self.program) as u64 * 16);
-        // None is allocated before the total size is known.
+        // Nothing is allocated before the total size is known.
         let most = self.options.limits.running.frame_bytes;
         let each = if self.program.arithmetic().is_double() { 12 } else { 4 };
         let bytes = |planes: u64| {

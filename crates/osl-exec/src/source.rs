@@ -55,8 +55,8 @@ pub trait PointSource: Sync {
         position
     }
 
-    /// The globals that differ from point to point. A program refuses to run if it was compiled for fewer, see
-    /// [`RunError::VariesMore`](crate::RunError::VariesMore).
+    /// The globals that differ from point to point. A program refuses to run if it was compiled for fewer,
+    /// see [`RunError::VariesMore`](crate::RunError::VariesMore).
     fn varying(&self) -> &[Global];
 
     /// The value of a uniform global; a scalar is in the first element. Space: common.

@@ -1,7 +1,8 @@
-//! Reading Radiance HDR files: three floats a pixel that share an exponent, in rows of runs.
+//! Reads Radiance HDR files: three floats per pixel that share an exponent, in run-length encoded rows.
 //!
-//! The format is that of Greg Ward, "Real Pixels" (Graphics Gems II), and of the Radiance reference manual. Rows run from
-//! the top and pixels from the left (`-Y` before `+X`), as nearly every file has them. This module must not know other formats.
+//! Source of the format: Greg Ward, "Real Pixels" (Graphics Gems II), and the Radiance reference manual. Rows
+//! must run from the top and pixels from the left (`-Y` before `+X`), as in nearly every file. This module
+//! must not know other formats.
 
 use std::io::{BufRead, Read, SeekFrom};
 use std::path::Path;
@@ -11,10 +12,10 @@ use crate::error::ImageError;
 use crate::read::{Opened, StoredType, channel_names};
 use crate::texels::Texels;
 
-/// A pixel as it is stored: red, green and blue, and the exponent that they share.
+/// A stored pixel: red, green and blue, and their shared exponent.
 type Rgbe = [u8; 4];
 
-/// Decodes a file whose first bytes are those of the format.
+/// Decodes a file that starts with the signature of the format.
 pub(crate) fn decode(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, ImageError> {
     let Opened { path, head, source, .. } = file;
     let bad = |what: &str| ImageError::format(path, what);
@@ -39,7 +40,7 @@ pub(crate) fn decode(file: Opened<'_>, admission: &Admission<'_>) -> Result<Deco
     Ok(Decoded::plain(size, channel_names(3), (StoredType::Float, Texels::Float(rows(path, source, size)?))))
 }
 
-/// Width and height from the line that follows the texts.
+/// Width and height from the line after the header's texts.
 fn sizes(line: &[u8]) -> Result<(u32, u32), String> {
     let line = String::from_utf8_lossy(line);
     let words: Vec<&str> = line.split_whitespace().take(4).collect();
@@ -72,9 +73,9 @@ fn rows(
     Ok(samples)
 }
 
-/// What may be wrong with a row.
+/// An error in a row.
 enum RowError {
-    /// The file ends, or the disk refuses.
+    /// The file ends, or reading fails.
     Io(std::io::Error),
     /// A run has no pixel to repeat, or is longer than the rest of the row.
     Run,
@@ -86,7 +87,7 @@ impl From<std::io::Error> for RowError {
     }
 }
 
-/// Reads one row. A row that starts with 2, 2 and a byte below 128 stores its four components one after the other.
+/// Reads one row. A row that starts with 2, 2 and a byte below 128 stores its four components in sequence.
 fn read_row(source: &mut (impl BufRead + ?Sized), row: &mut [Rgbe]) -> Result<(), RowError> {
     let mut first = Rgbe::default();
     source.read_exact(&mut first)?;
@@ -96,7 +97,8 @@ fn read_row(source: &mut (impl BufRead + ?Sized), row: &mut [Rgbe]) -> Result<()
     }
 }
 
-/// One component of a row: a count above 128 repeats the next byte, a smaller one announces as many bytes.
+/// One component of a row: a count above 128 repeats the next byte, a smaller one is followed by as many
+/// bytes.
 fn read_component(
     source: &mut (impl BufRead + ?Sized),
     row: &mut [Rgbe],
@@ -125,8 +127,8 @@ fn read_component(
     Ok(())
 }
 
-/// Pixels one by one. A pixel of 1, 1, 1 repeats the one before it as often as its exponent says; where several of them
-/// follow each other, each counts 256 times as much as the one before.
+/// Pixels one by one. A pixel of 1, 1, 1 repeats the previous one as often as its exponent says; if several
+/// such pixels follow each other, each counts 256 times as much as the one before.
 fn read_pixels(source: &mut (impl BufRead + ?Sized), first: Rgbe, row: &mut [Rgbe]) -> Result<(), RowError> {
     let (mut done, mut weight) = (0, 1);
     let (mut last, mut next) = (None, Some(first));
@@ -160,7 +162,7 @@ fn read_bytes<const N: usize>(source: &mut (impl Read + ?Sized)) -> Result<[u8; 
     Ok(bytes)
 }
 
-/// The floats of a pixel: its bytes times 2^(e - 136), and 0 where the exponent `e` is 0.
+/// The floats of a pixel: its bytes times 2^(e - 136), or 0 if the exponent `e` is 0.
 fn floats([r, g, b, e]: Rgbe) -> [f32; 3] {
     // 2^(e - 128), below the smallest normal float at e = 1.
     let power = f32::from_bits(if e > 1 { u32::from(e - 1) << 23 } else { u32::from(e) << 22 });

@@ -1,5 +1,5 @@
-//! The globals of shaders: what they can ask of the point that they run at. This module must not know who
-//! asks.
+//! The globals of shaders: properties of the shading point that a shader can read. This module must not know
+//! who reads them.
 
 use crate::types::Type;
 

@@ -2,18 +2,19 @@
 
 use crate::halt::Flag;
 
-/// A limit as `docs/limits.md` shows it.
+/// A limit, as shown in `docs/limits.md`.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
-    /// `GROUP.NAME`, as `--limit` takes it.
+    /// `GROUP.NAME`, as in `--limit`.
     pub name: &'static str,
     /// What it bounds.
     pub meaning: &'static str,
-    /// What is counted.
+    /// The unit of the count.
     pub unit: &'static str,
-    /// What it is where nobody sets it.
+    /// Its default value.
     pub default: u64,
-    /// The code of the error that a user sees, or how its message begins, or what happens instead.
+    /// The code of the error that a user sees, or the start of its message, or the behaviour instead of an
+    /// error.
     pub error: &'static str,
 }
 
@@ -36,7 +37,7 @@ macro_rules! limits {
             }
         )*
 
-        /// What input may cost. A copy shares the order to stop, and nothing else.
+        /// The limits of all inputs. A copy shares only the order to stop.
         #[derive(Clone, Debug, Default)]
         pub struct Limits {
             $($(#[doc = $about])+ pub $group: $Type,)*
@@ -73,9 +74,9 @@ limits! {
         file_bytes = 64 << 20, "bytes", "it has more than";
         /// Text of one source file.
         source_bytes = 16 << 20, "bytes", "E0017";
-        /// Text of all files of a program, each counted as often as it is included.
+        /// Text of all files of a program, each counted for every inclusion.
         included_bytes = 64 << 20, "bytes", "E0017";
-        /// Nested inclusions: files that included files include.
+        /// Nesting depth of inclusions.
         include_depth = 64, "files", "E0002";
         /// Inclusions in total.
         includes = 4096, "files", "E0003";
@@ -89,7 +90,7 @@ limits! {
         token_bytes = 64 << 20, "bytes", "E0016";
         /// Nested constructs, and calls of macros nested in their arguments.
         nesting = 256, "levels", "E0113";
-        /// Errors, and as many warnings, that are reported about a file.
+        /// Errors that are reported for a file, and the same number of warnings.
         diagnostics = 64, "messages", "E0120";
         /// Tokens that the parser reads again to continue after errors.
         recovery = 4 << 20, "tokens", "later errors are not reported";
@@ -99,20 +100,21 @@ limits! {
         group_words = 2 << 20, "words", "E0801";
         /// Layers of a group.
         layers = 4096, "layers", "E0803";
-        /// Symbols, and as many operations, of a compiled shader.
+        /// Symbols of a compiled shader, and the same number of operations.
         oso_lines = 1 << 20, "lines", "E0601";
         /// Nested blocks in a compiled shader.
         oso_depth = 512, "levels", "E0601";
         /// Nested structs in a compiled shader.
         oso_structs = 32, "levels", "E0601";
-        /// Elements of constant arrays in a compiled shader, each array counted for every section that uses it.
+        /// Elements of constant arrays in a compiled shader, each array counted for every section that uses
+        /// it.
         oso_elements = 1 << 20, "elements", "E0601";
         /// Lines of the sources that a compiled shader quotes.
         oso_quoted = 1 << 20, "lines", "messages name the line of the compiled shader";
     }
     /// From the syntax tree to a program.
     compiling: Compiling {
-        /// Functions of one name in one scope: each call looks at all of them.
+        /// Functions of one name in one scope: each call compares all of them.
         overloads = 256, "functions", "E0208";
         /// Nested structs.
         struct_depth = 256, "levels", "E0310";
@@ -124,21 +126,22 @@ limits! {
         nested_jumps = 64, "blocks", "what follows starts anew beside these blocks";
         /// Blocks around a list of statements from which on its jumps open no blocks within one another.
         jump_depth = 192, "blocks", "what follows a jump tests a flag instead";
-        /// Values of a program once its functions are inlined.
+        /// Values of a program after its functions are inlined.
         values = 500_000, "values", "E0601";
-        /// Variables of a program once its functions are inlined, each part of a struct by itself.
+        /// Variables of a program after its functions are inlined; each part of a struct counts separately.
         variables = 500_000, "variables", "E0601";
-        /// Names of the variables of a program once its functions are inlined.
+        /// Names of the variables of a program after its functions are inlined.
         name_bytes = 64 << 20, "bytes", "E0601";
         /// Words of arrays that a program has for each point.
         array_words = 1 << 20, "words", "E0601";
-        /// Values that branches and loops hand on: one for each of them and each variable that is written inside.
+        /// Values that branches and loops pass on: one for each of them and each variable that is written
+        /// inside.
         joins = 2_000_000, "values", "E0601";
-        /// Text of the strings that are computed while compiling.
+        /// Text of the strings that are computed at compile time.
         folded_bytes = 4 << 20, "bytes", "the rest is computed when the shader runs";
-        /// Operations of a compiled shader that is written.
+        /// Operations of a compiled shader on output.
         written_operations = 400_000, "operations", "E0601";
-        /// Symbols of a compiled shader that is written.
+        /// Symbols of a compiled shader on output.
         written_symbols = 500_000, "symbols", "E0601";
         /// Variables without initial value that the lints watch at a time.
         watched = 256, "variables", "other variables are not watched";
@@ -153,15 +156,16 @@ limits! {
         trace = 500_000, "instructions", "too long to be followed to its end";
         /// Steps of a point, see below; `--max-steps` sets it as well.
         point_steps = 1 << 23, "steps", "takes more than";
-        /// What a point makes: strings, messages, closures, nodes of dictionaries, printed text.
+        /// Memory that a point creates: strings, messages, closures, nodes of dictionaries, printed text.
         point_memory = 16 << 20, "bytes", "strings, messages and closures";
-        /// Registers and arrays of all threads; batches become small, and threads few, to fit it.
+        /// Registers and arrays of all threads; batches become smaller, and threads fewer, to fit it.
         memory = 128 << 20, "bytes", "the arrays of a point take";
-        /// The outputs of the points that are in memory at a time: rows of an image for EXR, the whole of it otherwise.
+        /// The outputs of the points that are in memory at a time: rows of an image for EXR, the whole of it
+        /// otherwise.
         frame_bytes = 256 << 20, "bytes", "take more than";
-        /// What all points print.
+        /// Text that all points print.
         printed_bytes = 128 << 20, "bytes", "all points together print more than";
-        /// The closures of all points, where they are kept.
+        /// The closures of all points, if they are kept.
         closure_bytes = 256 << 20, "bytes", "all points together yield closures of more than";
         /// An XML text or file that is searched.
         xml_bytes = 4 << 20, "bytes", "the XML text has more than";
@@ -198,14 +202,15 @@ limits! {
         header_bytes = 1 << 20, "bytes", "--limit images.header_bytes";
         /// Values of one image: width times height times channels.
         samples = 1 << 30, "values", "--limit images.samples";
-        /// Memory for textures, with their coarser levels, in the type that their files store. A single texture that is larger
-        /// cannot be read; of several, those that were not used for longest are read again when they are wanted.
+        /// Memory for textures, with their coarser levels, in the type that their files store. A single
+        /// texture that is larger cannot be read; of several, those that were not used for longest are read
+        /// again when they are wanted.
         texture_memory = 1 << 30, "bytes", "--limit images.texture_memory";
         /// Memory that decoding may take beyond that. Where several threads decode, they wait for each other.
         working_memory = 64 << 20, "bytes", "--limit images.working_memory";
         /// Values of an image of which a file stores a part. Coarser levels of larger ones are not made.
         partial_samples = 1 << 28, "values", "the finest level is used";
-        /// Pages of a TIFF file that are looked at.
+        /// Pages of a TIFF file that are read.
         pages = 1 << 10, "pages", "there is no subimage";
         /// Attributes of an image that are kept.
         attributes = 1 << 10, "attributes", "the attribute is not there";
@@ -213,7 +218,8 @@ limits! {
         attribute_length = 1 << 16, "bytes", "the attribute is not there";
         /// Names of textures that are remembered. Beyond, those that are not in use are looked for again.
         names = 1 << 16, "names", "the file is looked for again";
-        /// Names that stand for many files (`<UDIM>`), and folders, that are remembered. Beyond, they are looked for again.
+        /// Names that stand for many files (`<UDIM>`), and folders, that are remembered. Beyond, they are
+        /// looked for again.
         patterns = 1 << 10, "names", "the files are looked for again";
     }
     /// Scenes, meshes and pictures.
@@ -226,9 +232,9 @@ limits! {
         bytes = 64 << 20, "bytes", "a scene has at most";
         /// Elements of an array in a scene, counting the components of points.
         elements = 1 << 24, "numbers", "--limit scenes.elements";
-        /// Surfaces, lights, skies and shader nodes of a scene: each ray may ask each of them.
+        /// Surfaces, lights, skies and shader nodes of a scene: each ray may be tested with each of them.
         nodes = 1 << 14, "nodes", "--limit scenes.nodes";
-        /// Shader nodes on the way from a node to one that it needs.
+        /// Length of a chain of shader nodes, each of which needs the next.
         node_depth = 128, "nodes", "needs itself, or too many others";
         /// Messages that are kept about a scene.
         messages = 100, "messages", "later messages are not shown";
@@ -242,7 +248,7 @@ limits! {
         pixel_triangles = 1 << 21, "triangles", "it is cut less finely";
         /// Pixels of a picture, some 60 bytes each.
         pixels = 1 << 24, "pixels", "--limit scenes.pixels";
-        /// Spheres and quads of a scene of testrender: each ray asks them all.
+        /// Spheres and quads of a scene of testrender: each ray is tested with all of them.
         shapes = 1 << 14, "shapes", "shapes";
         /// Nested elements of the XML of a scene of testrender.
         xml_depth = 256, "elements", "Elements are nested too deeply";
@@ -252,7 +258,7 @@ limits! {
         bounces = 1 << 12, "surfaces", "paths end there";
         /// Texts that the shaders of testrender print.
         printed = 1 << 16, "texts", "later texts are not printed";
-        /// Side of the table by which testrender chooses directions of a background.
+        /// Side length of the table with which testrender chooses directions of a background.
         background = 1 << 11, "cells", "the table has this side";
     }
 }

@@ -1,4 +1,5 @@
-//! Closures of any vendor: declared under metadata named `builtin`, called with keywords, shown, compiled and read back.
+//! Closures of any vendor: declared under metadata named `builtin`, called with keywords, shown, compiled and
+//! read back.
 
 #![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 

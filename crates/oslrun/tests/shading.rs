@@ -1,4 +1,5 @@
-//! Errors of a running shader: the image is written, each message has a line with its points, and the last line counts.
+//! Errors of a running shader: the image is written, each message has a line with its points, and the last
+//! line counts.
 
 #![allow(
     clippy::unwrap_used,

@@ -107,8 +107,8 @@ static PROGRAM: LazyLock<Program> = LazyLock::new(|| {
     pipeline::finish(body, &passes::Options::default()).program
 });
 
-/// The bytes of an image file, or choices from which one is generated. A shader looks the image up in every way
-/// and queries its metadata. The result is a value or a message.
+/// The bytes of an image file, or choices from which one is generated. A shader looks the image up in every
+/// way and queries its metadata. The result is a value or a message.
 pub fn textures(bytes: &[u8]) -> u64 {
     let made = bytes.strip_prefix(&[CHOICES]).map(|choices| chance::texture(choices).1);
     let bytes = made.as_deref().unwrap_or(bytes);

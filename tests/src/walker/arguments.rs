@@ -8,9 +8,9 @@ use osl_ir::hir::{Arg, ExprKind, FunctionId, Init, Place, VarKind};
 use osl_ir::types::Type;
 
 impl Walker<'_> {
-    /// Calls a function. A variable, or a field of one, *is* the formal, output or not. Parts with an index that are given
-    /// to outputs are copied, and written back in order after the call, except elements that are structs. All
-    /// else is a value of the call's own.
+    /// Calls a function. A variable, or a field of one, *is* the formal, output or not. Parts with an index
+    /// that are given to outputs are copied, and written back in order after the call, except elements that
+    /// are structs. All else is a value of the call's own.
     pub(super) fn call(&mut self, id: FunctionId, args: &[Arg]) -> Result<Value, Stop> {
         let program = self.program;
         let function = &program.functions[id.0 as usize];

@@ -4,7 +4,8 @@
 use crate::case::{Case, Model, even};
 use osl_noise::hash::hash;
 
-/// Perlin, Improving Noise, 2002: quintic weights, gradients along edges. `byte` of the hash for a component of a triple.
+/// Perlin, Improving Noise, 2002: quintic weights, gradients along edges. `byte` of the hash for a component
+/// of a triple.
 pub(crate) fn perlin(p: &[f64], periods: &[f64], byte: Option<u32>) -> f64 {
     let dims = p.len();
     let mut sum = 0.0;

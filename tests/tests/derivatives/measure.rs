@@ -1,15 +1,16 @@
-//! A case held against central differences of its model.
+//! Compares a case with central differences of its model.
 //!
-//! The slope of the model along each input is a difference of fourth order in f64; of steps a factor of ten apart the one
-//! counts whose neighbour agrees best, rounding included. The derivative is then the sum over inputs of slope times
-//! change, and the tolerance a share of the sum of the sizes of these products, plus what the derivative itself changes
-//! where inputs move by four units in the last place, which no arithmetic in f32 can tell apart behind one rounding. Where
-//! a function adds arguments of different sizes, or takes what is left of them, its case says so (`inside`): then those
-//! are units of the largest argument or of 1, and slopes may be wrong by as many units of the steepest.
+//! The slope of the model along each input is a fourth-order difference in f64. Steps differ by a factor of
+//! ten; the step whose neighbour agrees best, including rounding, is used. The derivative is the sum over
+//! inputs of slope times change. The tolerance is a fraction of the sum of the magnitudes of these products,
+//! plus the change of the derivative itself if the inputs move by four units in the last place, which
+//! arithmetic in f32 cannot distinguish after one rounding. If a function adds arguments of different
+//! magnitudes, or subtracts them, its case says so (`inside`): then the units are those of the largest
+//! argument or of 1, and slopes may have an error of as many units of the steepest one.
 //!
-//! A point does not count where the model takes another piece within a part in 500000 of an input (`kinks`), where
-//! no step gives a slope (`unmeasured`), and where the result leaves the range of f32 (`beyond`). All are counted, and at
-//! least three quarters of the derivatives of each case must count.
+//! A point does not count if the model takes another piece within 1/500000 of an input (`kinks`), if no step
+//! gives a slope (`unmeasured`), or if the result leaves the range of f32 (`beyond`). All three are counted,
+//! and at least three quarters of the derivatives of each case must count.
 
 use crate::case::{Case, Domain, INPUTS, In, Model, Piece, TOLERANCE};
 use crate::source::{Point, Points, Random};

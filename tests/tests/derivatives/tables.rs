@@ -8,8 +8,8 @@ use osl_tests::run;
 /// is steepest).
 const SEARCH: f64 = 1.5e-3;
 
-/// A basis of splines: knots from segment to segment, coefficients of x³, x², x and 1 (OSL language specification,
-/// chapter on splines).
+/// A basis of splines: knots from segment to segment, coefficients of x³, x², x and 1 (OSL language
+/// specification, chapter on splines).
 struct Basis {
     name: &'static str,
     step: usize,

@@ -1,5 +1,5 @@
-//! The reference's own derivatives: every row of `fastmath_vectors.csv` whose function ends in `.d`, and those of
-//! `filterwidth`, bit for bit, through runs of `Dx` and `Dy`.
+//! The reference's own derivatives: every row of `fastmath_vectors.csv` whose function ends in `.d`, and
+//! those of `filterwidth`, bit for bit, through runs of `Dx` and `Dy`.
 
 use crate::case::Case;
 use crate::measure;

@@ -1,8 +1,9 @@
 //! The lane operations as loops, stamped from the one list of [`osl_ir::for_each_lane_op!`].
 //!
-//! Each body goes into a plain loop over slices inside a function compiled for the instruction set in use; the compiler
-//! vectorises the loop. Cheap bodies have a loop for each combination of lane arrays and single arguments, all others one
-//! for lane arrays. No loop looks at a mask: lanes that do not run compute something that nobody reads.
+//! Each body becomes a plain loop over slices, in a function compiled for the instruction set; the compiler
+//! vectorises the loop. Cheap bodies have a loop for each combination of lane arrays and single arguments,
+//! all others only one for lane arrays. Loops ignore the mask: inactive lanes compute values that are not
+//! used.
 
 mod lane;
 mod run;
@@ -112,7 +113,7 @@ impl<W: Word> LaneCall<'_, W> {
     }
 }
 
-/// One argument. What is single was broadcast.
+/// One argument. A single value was broadcast before.
 #[inline(always)]
 fn map1<W: Word, A: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A) -> O) {
     let (n, stride) = (call.n, call.stride);
@@ -139,7 +140,7 @@ macro_rules! fill {
     };
 }
 
-/// Two arguments. With `FORMS` one of them may be single, else both are lanes.
+/// Two arguments. With `FORMS` one of them may be single, otherwise both are lanes.
 #[inline(always)]
 fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
     call: Part<'_, W>,
@@ -164,7 +165,7 @@ fn map2<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, O: Lane<W>>(
     }
 }
 
-/// Three arguments. With `FORMS` one or two of them may be single, else all are lanes.
+/// Three arguments. With `FORMS` one or two of them may be single, otherwise all are lanes.
 #[inline(always)]
 fn map3<const FORMS: bool, W: Word, A: Lane<W>, B: Lane<W>, C: Lane<W>, O: Lane<W>>(
     call: Part<'_, W>,
@@ -279,9 +280,9 @@ macro_rules! unwrap {
     };
 }
 
-/// Whether an operation has loops of its own for arguments that are single. Where little is computed, and for matrices,
-/// they are worth the time that it takes to compile them; elsewhere what is single is broadcast first, which costs a small
-/// part of the loop.
+/// Whether an operation has separate loops for single arguments. They are worth their compile time for cheap
+/// operations and for matrices; in others, single values are broadcast first, which costs a small part of the
+/// loop.
 const fn has_forms(op: LaneOp) -> bool {
     let args = op.shape().args;
     args.len() > 1
@@ -350,7 +351,8 @@ macro_rules! call {
     };
 }
 
-/// A call of what differs in the fast arithmetic; nothing for the rest, which runs strict.
+/// A call of an operation that differs in the fast arithmetic; nothing for the others, which use the strict
+/// loops.
 macro_rules! call_in_fast {
     (strict $($call:tt)*) => {
         ()

@@ -1,8 +1,8 @@
-//! Lane operations that follow each other, with their arguments found: what a run of them needs, and the loop over it.
+//! Sequences of lane operations with resolved arguments: their data, and the loop over them.
 //!
-//! In the strict arithmetic the loop is part of what is compiled for the instruction set, and from one operation to the next
-//! there is no call; in the others, which would take as long again to build, there is one. The fast arithmetic runs the
-//! loops of the strict one for all operations that have the same bits in both.
+//! In the strict arithmetic, the loop is part of the code that is compiled for the instruction set, and there
+//! is no call between operations. In the others, which would double the build time, there is one. The fast
+//! arithmetic uses the loops of the strict one for all operations that have the same bits in both.
 
 use super::{Arg, FORMS, LaneCall, Stamped};
 use crate::arithmetic::{Arithmetic, Element, Word};
@@ -30,7 +30,7 @@ pub(crate) struct LaneRun<'a, W> {
     pub(crate) cells: &'a [Lanes<W>],
     /// For each group of cells, the cell of each lane.
     pub(crate) indices: &'a [Lanes],
-    /// Room to broadcast single arguments to lanes.
+    /// Buffers to broadcast single arguments to lanes.
     pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
     /// Lanes of each component of a register.
     pub(crate) width: usize,
@@ -45,7 +45,7 @@ pub(crate) enum Ready {
     Spread(Spread),
 }
 
-/// Gives lanes the values of their cells.
+/// Copies the values of cells to their lanes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spread {
     /// The group of cells.
@@ -121,7 +121,8 @@ impl<W: Word, R: Element<W>> Kernel for StampedRun<'_, W, R> {
 }
 
 impl<W: Word> LaneRun<'_, W> {
-    /// Calls `run` with each piece of the lanes and, within it, with each longest part of the steps that `kind` judges alike.
+    /// Calls `run` with each piece of the lanes and, within it, with each longest part of the steps that
+    /// `kind` judges alike.
     pub(crate) fn each_part<K: PartialEq>(
         &mut self,
         kind: impl Fn(&Ready) -> K,

@@ -1,4 +1,4 @@
-//! Steps whose time is measured. What becomes of the times is in [`profile`](crate::profile).
+//! Runs steps and measures their times. [`profile`](crate::profile) combines the times.
 
 use super::{Machine, Mask};
 use crate::arithmetic::Arithmetic;

@@ -52,8 +52,8 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// Starts the count of a batch, in which each point starts with `base` steps. With `each`, every lane has its
-    /// own count.
+    /// Starts the count of a batch, in which each point starts with `base` steps. With `each`, every lane has
+    /// its own count.
     pub(super) fn begin(&mut self, limits: &Limits, (points, base): (usize, u64), each: bool) {
         let running = &limits.running;
         let single = points <= 1;

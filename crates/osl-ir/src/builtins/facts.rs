@@ -1,60 +1,62 @@
-//! Facts of a row beside its texts: what lints, resolution and compiled shaders ask of a function.
+//! Facts of a row in addition to its texts: what lints, resolution and compiled shaders need to know about a
+//! function.
 //!
-//! This module must not know who asks.
+//! This module must not know who uses them.
 
 use super::Builtin;
 use crate::types::Type;
 
-/// What the strings among the arguments of a function name, if they are names of spaces.
+/// What the string arguments of a function name, if they are names of spaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spaces {
-    /// A space of coordinates: `common`, `object`, those of the scene.
+    /// A coordinate space: `common`, `object`, or one of the scene.
     Coordinates,
-    /// A color space that a constructor takes.
+    /// A color space that a constructor accepts.
     OfColor,
-    /// A color space that a conversion takes: it knows some more.
+    /// A color space that a conversion accepts: there are some more of these.
     OfConversion,
 }
 
-/// What a function asks about a variable, of which it does not take the value.
+/// A property of a variable that a function reads instead of its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Asks {
-    /// How many elements it has.
+    /// The number of its elements.
     Length,
-    /// How it is connected.
+    /// Its connections.
     Connection,
     /// Whether it is constant.
     Constancy,
 }
 
-/// The arguments whose derivatives a function reads by itself. What it is composed of is not counted where
-/// compiled shaders write that out.
+/// The arguments whose derivatives a function reads itself. Functions in its expansion in compiled shaders
+/// are not counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Differentiates {
-    /// These, counted from 0.
+    /// The arguments with these indices, counted from 0.
     Arguments(&'static [usize]),
-    /// The coordinates behind the name of a noise, if the noise of this name filters itself, or the name is
-    /// not known.
+    /// The coordinates after the name of a noise, if the noise of this name filters itself, or the name is
+    /// unknown.
     Noise(&'static str),
 }
 
-/// What a compiled shader writes for a call.
+/// The operations of a compiled shader for a call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compiled {
-    /// An operation of the function's own name.
+    /// An operation with the function's own name.
     Own,
-    /// An operation of another name.
+    /// An operation with another name.
     As(&'static str),
-    /// An operation whose name depends on the type of the result; for other types it is the function's own.
-    ByResult(&'static [(Type, &'static str)]),
-    /// An operation of this name on the space and on each part of the value: a constructor.
-    Parts(&'static str),
-    /// Several operations, where the arguments are of the usual form; otherwise one of the function's own
+    /// An operation whose name depends on the type of the result; for other types it has the function's own
     /// name.
+    ByResult(&'static [(Type, &'static str)]),
+    /// An operation with this name, on the space and on each part of the value: a constructor.
+    Parts(&'static str),
+    /// Several operations if the arguments have the usual form; otherwise one with the function's own name.
     Composed(Composed),
 }
 
-/// The functions that compiled shaders write as several operations, since renderers have none for them.
+/// The functions that compiled shaders write as several operations, since renderers have no single operation
+/// for them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(missing_docs, reason = "each variant is the function of its name")]
 pub enum Composed {
@@ -68,11 +70,11 @@ pub enum Composed {
     AaStep,
     Substr,
     Concat,
-    /// Whether the ray is of a kind.
+    /// Whether the ray is of this kind.
     RayKind(&'static str),
 }
 
-/// An argument that a short form leaves out.
+/// An argument that a short form omits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LeftOut {
     /// The number 0.
@@ -83,32 +85,32 @@ pub enum LeftOut {
     Same(usize),
 }
 
-/// The facts of a row. Most functions have the usual ones.
+/// The facts of a row. Most functions have the usual facts.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts {
-    /// Which argument is a format string. What follows is printed, so that it is only read; what follows the
-    /// parameters of other functions may be written.
+    /// Which argument is a format string. The arguments after it are printed, so they are only read; further
+    /// arguments of other functions may be written.
     pub format: Option<usize>,
-    /// What it asks about its first argument.
+    /// The property of its first argument that it reads.
     pub asks: Option<Asks>,
-    /// Whether it asks the renderer or other shaders for something, and leaves its output as it is where they
-    /// do not have it.
+    /// Whether it is a query to the renderer or to other shaders, which leaves its output unchanged if it
+    /// fails.
     pub query: bool,
     /// Whether the options of texture lookups may follow its parameters.
     pub lookup: bool,
-    /// What the strings among its arguments name.
+    /// What its string arguments name.
     pub spaces: Option<Spaces>,
     /// The arguments whose derivatives it reads.
     pub differentiates: Differentiates,
-    /// What a compiled shader writes for it.
+    /// Its form in a compiled shader.
     pub compiled: Compiled,
-    /// The form of so many parameters, and what it leaves out of the one form that compiled shaders know, by
-    /// its place there.
+    /// The number of parameters of a short form, and the arguments that it omits, by their positions in the
+    /// one form that compiled shaders have.
     pub left_out: (usize, &'static [(usize, LeftOut)]),
 }
 
 impl Facts {
-    /// The facts of a function of which nothing else is said.
+    /// The facts of a function without special ones.
     pub(super) const USUAL: Facts = Facts {
         format: None,
         asks: None,
@@ -122,12 +124,12 @@ impl Facts {
 }
 
 impl Builtin {
-    /// The row with the format string at an argument.
+    /// The row, with the format string at this argument.
     pub(super) const fn format(self, at: usize) -> Builtin {
         Builtin { facts: Facts { format: Some(at), ..self.facts }, ..self }
     }
 
-    /// The row of a function that asks about a variable.
+    /// The row of a function that reads a property of a variable.
     pub(super) const fn asks(self, asks: Asks) -> Builtin {
         Builtin { facts: Facts { asks: Some(asks), ..self.facts }, ..self }
     }
@@ -142,17 +144,17 @@ impl Builtin {
         Builtin { facts: Facts { lookup: true, ..self.facts }, ..self }
     }
 
-    /// The row with what its strings name.
+    /// The row, with what its strings name.
     pub(super) const fn spaces(self, spaces: Spaces) -> Builtin {
         Builtin { facts: Facts { spaces: Some(spaces), ..self.facts }, ..self }
     }
 
-    /// The row with the arguments whose derivatives it reads.
+    /// The row, with the arguments whose derivatives it reads.
     pub(super) const fn differentiates(self, differentiates: Differentiates) -> Builtin {
         Builtin { facts: Facts { differentiates, ..self.facts }, ..self }
     }
 
-    /// The row with what its form of so many parameters leaves out.
+    /// The row, with the arguments that its form with this number of parameters omits.
     pub(super) const fn left_out(self, params: usize, left_out: &'static [(usize, LeftOut)]) -> Builtin {
         Builtin { facts: Facts { left_out: (params, left_out), ..self.facts }, ..self }
     }
@@ -162,7 +164,7 @@ impl Builtin {
         self.compiled(Compiled::Composed(composed))
     }
 
-    /// The row with what compiled shaders write for it.
+    /// The row, with its form in a compiled shader.
     pub(super) const fn compiled(self, compiled: Compiled) -> Builtin {
         Builtin { facts: Facts { compiled, ..self.facts }, ..self }
     }
@@ -177,7 +179,7 @@ mod tests {
         matches!(param.map(|p| p.ty), Some(ParamType::Of(ty)) if suits(ty))
     }
 
-    /// An argument that a fact speaks of is there in every signature, and of the kind that it speaks of.
+    /// An argument that a fact refers to exists in every signature, and has the right type.
     #[test]
     fn facts_suit_the_signatures() {
         for row in all() {
@@ -206,7 +208,7 @@ mod tests {
         }
     }
 
-    /// Where strings name spaces, the names of the parameters say so, and the reverse.
+    /// If strings name spaces, their parameters are named accordingly, and vice versa.
     #[test]
     fn names_of_spaces_are_named_so() {
         for row in all() {

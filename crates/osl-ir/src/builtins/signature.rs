@@ -1,14 +1,14 @@
-//! Signatures in a short notation, as the table writes them.
+//! The short notation for signatures in the table.
 //!
 //! `v(v,f)`: a return type and parameter types by letter: `i` int, `f` float, `c` color, `p` point, `v`
-//! vector, `n` normal, `m` matrix, `s` string, `K` closure, `x` void, `?` anything. `o` before a letter makes
-//! an output, `[]` behind it an array of any length. `…` at the end takes any further arguments, `*` pairs of
-//! an option's name and value; behind the parameters of a closure, whatever follows a name.
+//! vector, `n` normal, `m` matrix, `s` string, `K` closure, `x` void, `?` anything. `o` before a letter marks
+//! an output, `[]` after it an array of any length. `…` at the end accepts any further arguments, `*` pairs
+//! of an option's name and value; after the parameters of a closure, `*` accepts anything after a name.
 //!
-//! Names of parameters stand in a list of their own, `edge0, edge1, x`, which serves all signatures of a row:
-//! the first parameter has the first name. Where signatures of several lengths have other names, there are
-//! several lists, divided by `|`: a signature takes the one of its length, or else the first that is longer.
-//! A name behind a type, `f(p p,f t)`, goes before the list.
+//! Names of parameters are in a separate list, `edge0, edge1, x`, for all signatures of a row: the first
+//! parameter has the first name. If signatures of different lengths have different names, there are several
+//! lists, separated by `|`: a signature uses the list of its length, or else the first longer one. A name
+//! after a type, `f(p p,f t)`, takes precedence over the list.
 
 use crate::types::{Base, Extent, StructTable, Type};
 
@@ -26,7 +26,7 @@ pub struct Signature {
 /// A parameter of a built-in.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Param {
-    /// Its name; empty where it is not known.
+    /// Its name; empty if it is not known.
     pub name: &'static str,
     /// Its type.
     pub ty: ParamType,
@@ -34,7 +34,7 @@ pub struct Param {
     pub output: bool,
 }
 
-/// The type that a parameter takes.
+/// The type that a parameter accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParamType {
     /// This type, or types that convert to it.
@@ -80,7 +80,7 @@ impl Tail {
 }
 
 impl Signature {
-    /// Parses the notation and the names of the parameters; `None` where either is malformed.
+    /// Parses the notation and the names of the parameters; `None` if one of them is malformed.
     pub(super) fn parse(text: &'static str, names: &'static str) -> Option<Signature> {
         let (ret, rest) = text.split_once('(')?;
         let inner = rest.strip_suffix(')')?;
@@ -108,7 +108,7 @@ impl Signature {
         Some(signature)
     }
 
-    /// The signature as the language would declare it.
+    /// The signature as a declaration in the language.
     pub fn show(&self, name: &str) -> String {
         let structs = StructTable::default();
         let params = self.params.iter().map(|p| {

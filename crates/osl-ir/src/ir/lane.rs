@@ -263,8 +263,8 @@ pub enum Continuity {
 pub enum Precision {
     /// The bits of the strict arithmetic.
     Strict,
-    /// The formula of the strict arithmetic, except that products and sums may be fused and a reciprocal root is the
-    /// fast one.
+    /// The formula of the strict arithmetic, except that products and sums may be fused and a reciprocal root
+    /// is the fast one.
     Fused,
     /// By a cheaper formula from `numeric::fast`.
     Approximated,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 pub(crate) struct Message {
     /// Its name.
     pub(crate) name: Arc<str>,
-    /// 0 for unset, −n for queried in vain and n for set, with the type of `values[n - 1]`.
+    /// 0 for unset, −n for queried without success and n for set, with the type of `values[n - 1]`.
     pub(crate) state: SlotId,
     /// The types with which it is set or queried, the length of an array, and the variable of each.
     pub(crate) values: Vec<(Type, Option<u32>, SlotId)>,

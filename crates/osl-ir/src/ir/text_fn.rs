@@ -1,5 +1,5 @@
-//! The functions of strings that a body can call. What they compute is in [`text`](crate::text), which this module
-//! must not know.
+//! The functions of strings that a body can call. What they compute is in [`text`](crate::text), which this
+//! module must not know.
 
 use super::Kind;
 

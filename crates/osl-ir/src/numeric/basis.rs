@@ -1,5 +1,5 @@
-//! The bases of splines: which polynomial of four knots a segment is. This module must not know how knots are
-//! stored.
+//! The bases of splines: each defines the polynomial of a segment from four knots. This module must not know
+//! how knots are stored.
 
 /// A basis: the distance between segments in knots, and rows of coefficients of x³, x², x and 1.
 pub struct Basis {
@@ -11,7 +11,7 @@ pub struct Basis {
     pub rows: [[f32; 4]; 4],
 }
 
-/// The name of the basis that stays at a knot up to the next.
+/// The name of the basis that keeps the value of a knot up to the next.
 pub const CONSTANT: &str = "constant";
 /// The unit of the coefficients of `bspline`.
 pub const SIXTH: f32 = 1.0 / 6.0;

@@ -1,7 +1,6 @@
-//! Format strings, as `printf` takes: each conversion against its argument.
+//! Checks format strings, such as those of `printf`: each conversion against its argument.
 //!
-//! OSL language specification, chapter on printing. What a conversion prints is none of this module's
-//! business.
+//! OSL language specification, chapter on printing. This module must not know the printed text.
 
 use super::Resolver;
 use super::errors;

@@ -131,7 +131,8 @@ pub(super) struct RunArgs {
     /// repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     pub(super) userdata: Vec<(String, String)>,
-    /// JSON file of attributes: {"name": value, "object": {"name": value}}. 3 is an int, 3.0 a float, [r, g, b] a triple.
+    /// JSON file of attributes: {"name": value, "object": {"name": value}}. 3 is an int, 3.0 a float, [r, g,
+    /// b] a triple.
     #[arg(long, value_name = "FILE")]
     pub(super) attributes: Option<PathBuf>,
     /// Write 16-bit floats (EXR).
@@ -179,8 +180,8 @@ pub(super) struct RunArgs {
     /// Memory for textures (default: 1024); the same as `--limit images.texture_memory`.
     #[arg(long, value_name = "MIB")]
     pub(super) texture_memory: Option<u64>,
-    /// Let the shader include, open and append to any file, not only those below the working directory, the shader's own folder,
-    /// and the folders of -I and the paths.
+    /// Let the shader include, open and append to any file, not only those below the working directory, the
+    /// shader's own folder, and the folders of -I and the paths.
     #[arg(long)]
     pub(super) allow_files: bool,
     /// Maximum number of steps per point: --limit running.point_steps=N.
@@ -274,7 +275,8 @@ pub(super) struct CompileArgs {
     /// The shader file.
     #[arg(value_name = "FILE.osl")]
     pub(super) file: PathBuf,
-    /// File to write; - is the standard output (default: the shader file's name with .oso, in the working directory).
+    /// File to write; - is the standard output (default: the shader file's name with .oso, in the working
+    /// directory).
     #[arg(short, long, value_name = "FILE.oso")]
     pub(super) output: Option<PathBuf>,
     /// The warnings to report.
@@ -366,7 +368,8 @@ pub(super) struct RenderArgs {
     /// repeated.
     #[arg(long, value_name = "DIR")]
     pub(super) search_path: Vec<PathBuf>,
-    /// Let the scene and its shaders open any file, not only those below the working directory and the search paths.
+    /// Let the scene and its shaders open any file, not only those below the working directory and the search
+    /// paths.
     #[arg(long)]
     pub(super) allow_files: bool,
     /// Insert missing brackets into shaders.

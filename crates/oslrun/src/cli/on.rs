@@ -31,7 +31,8 @@ use std::time::Instant;
 /// A surface to shade.
 #[derive(Debug, Args)]
 pub(super) struct OnArgs {
-    /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file (.obj).
+    /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file
+    /// (.obj).
     #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"])]
     pub(super) on: Option<String>,
     /// Displace the surface by this output first: a float moves along the normal, a vector is an offset, a

@@ -24,7 +24,8 @@ pub(crate) const TRIPPED: Tripped = &[
     ("scenes.printed", printed),
 ];
 
-/// A scene of a square that is subdivided and a sphere that is displaced, with a material of two nodes, in two files.
+/// A scene of a square that is subdivided and a sphere that is displaced, with a material of two nodes, in
+/// two files.
 fn scene() -> Folder {
     Folder::with(&[
         (

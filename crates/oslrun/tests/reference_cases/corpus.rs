@@ -120,7 +120,8 @@ struct Table {
 }
 
 impl Table {
-    /// Reads the table. Its first line names the grid, its second the columns, of which the first four are coordinates.
+    /// Reads the table. Its first line contains the grid, its second the columns; the first four are
+    /// coordinates.
     fn read(text: &str) -> Self {
         let mut lines = text.lines().skip(1);
         let columns = lines.next().unwrap_or_default().split(',').skip(4).map(String::from).collect();

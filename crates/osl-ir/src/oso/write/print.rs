@@ -201,8 +201,8 @@ fn quoted(file: &SourceFile, line: usize) -> &str {
     text.char_indices().nth(MAX_QUOTED).map_or(text, |(end, _)| &text[..end])
 }
 
-/// The name of a file as a hint and a comment can have it. The format has no escapes for either, so quotes become
-/// apostrophes, control characters spaces, and no backslash stands before the closing quote.
+/// The name of a file as a hint and a comment can have it. The format has no escapes for either, so quotes
+/// become apostrophes, control characters spaces, and no backslash stands before the closing quote.
 fn file_name(name: &str) -> String {
     let plain = |c: char| match c {
         '"' => '\'',

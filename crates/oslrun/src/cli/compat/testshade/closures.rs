@@ -63,8 +63,8 @@ const KNOWN: &[Known] = &[
     },
 ];
 
-/// Lowers the group with its closures in the tool's form, and says what does not suit. Only components that are needed
-/// count: for `Ci`, for the outputs of `options`, or for text that is printed.
+/// Lowers the group with its closures in the tool's form, and says what does not suit. Only components that
+/// are needed count: for `Ci`, for the outputs of `options`, or for text that is printed.
 ///
 /// # Errors
 /// Those of `lower`.
