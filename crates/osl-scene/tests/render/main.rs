@@ -67,6 +67,17 @@ fn in_an_even_sky_nothing_is_brighter_than_the_sky() {
     }
 }
 
+/// The front of the ball lets everything through, and its back is seen from inside.
+#[test]
+fn a_material_knows_which_side_it_is_seen_from() {
+    let text = "surface mat() { Ci = transparent(); if (backfacing()) Ci = color(0, 1, 0) * emission(); }";
+    let picture = picture(&furnace(1), &[text], [12, 12], options(16));
+    let inside = |x: usize, y: usize| (4..8).contains(&x) && (4..8).contains(&y);
+    let green = mean(&picture, inside).map(|(share, _)| share);
+    assert!(green[0] < 1e-6 && green[2] < 1e-6, "{green:?}");
+    assert!((green[1] - 1.0).abs() < 1e-6, "{green:?}");
+}
+
 #[test]
 fn light_from_below_the_surface_has_the_color_that_was_asked_for() {
     // The medium's fit assumes flat, thick objects: here, a ball that is large relative to the mean free
