@@ -12,30 +12,32 @@ const WIDTH: usize = 96;
 pub const RULES: [(&str, &str); 8] = [
     (
         "Floats",
-        "Single precision, rounded operation by operation; denormals and the sign of zero are kept. Only the sign of a \
-         derivative that is 0 may depend on what is known when compiling.",
+        "Single precision, rounded operation by operation; denormals and the sign of zero are kept. Only the \
+         sign of a zero derivative may depend on which values are known at compile time.",
     ),
     (
         "a / b",
-        "0 where the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. Only what varies from point to \
-         point, divided by a number other than 0 that is known when compiling, divides plainly: to inf and nan, too. \
-         For ints b of 0 gives 0, and -2147483648/-1 is -2147483648.",
+        "0 if the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. There is one exception: if a \
+         varies from point to point, and b is a number other than 0 that is known at compile time, the result \
+         may be inf or nan. For ints, b = 0 gives 0, and -2147483648/-1 is -2147483648.",
     ),
-    ("a % b", "Ints only, with the sign of a; 0 for b of 0."),
+    ("a % b", "Ints only. The result has the sign of a, and is 0 for b = 0."),
     ("Int arithmetic", "Wraps at 32 bits. Shifts use the low five bits of their distance."),
     (
         "(int) x",
-        "Cuts off the fraction; x from 2147483648 on, below -2147483648, inf, -inf and nan all give -2147483648.",
+        "Removes the fraction. The result is -2147483648 for nan, inf, -inf, and all numbers out of range.",
     ),
     (
         "Comparisons",
-        "All six are true where an operand is nan, == and != alike, and so is nan as a condition.",
+        "All six are true if an operand is nan, including == and !=. A condition that is nan is true too.",
     ),
-    ("Indices", "Of arrays, components and matrices: clamped into range, with an error of the run."),
+    (
+        "Indices",
+        "Indices of arrays, components and matrices are clamped to the valid range, and the run reports an error.",
+    ),
     (
         "nan",
-        "Which nan an operation yields (its sign and payload) is the one thing that may differ between processors; \
-         see isnan.",
+        "The sign and payload of a nan are the only results that may differ between processors; see isnan.",
     ),
 ];
 

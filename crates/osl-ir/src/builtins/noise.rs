@@ -155,7 +155,7 @@ pub(super) static ROWS: &[Builtin] = &[
         PERIODIC,
         "",
         |b, s| plain(b, s, NoiseField::Perlin, true),
-        "Gradient noise, -1 to 1, that repeats with the periods behind the coordinates.",
+        "Gradient noise, -1 to 1, that repeats with the periods given after the coordinates.",
     )
     .derivatives("analytic; of the coordinates, the periods have none")
     .extremes(
@@ -168,7 +168,7 @@ pub(super) static ROWS: &[Builtin] = &[
         NAMED_PERIODIC,
         "",
         |b, s| noise(b, s, true),
-        "Noise that repeats with the periods behind the coordinates; simplex has no periodic form.",
+        "Noise that repeats with the periods given after the coordinates; simplex has no periodic form.",
     )
     .differentiates(Differentiates::Noise("gabor"))
     .derivatives("analytic; of the coordinates, the periods have none; zero for cell and hash")

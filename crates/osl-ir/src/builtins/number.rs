@@ -97,7 +97,7 @@ pub(super) static ROWS: &[Builtin] = &[
         "x limited to minval to maxval: max(min(x, maxval), minval).",
     )
     .derivatives("of the value picked")
-    .extremes("minval wins where it is above maxval. x of nan stays nan; limits of nan do not limit.")
+    .extremes("If minval is above maxval, the result is minval. x of nan stays nan; limits of nan do not limit.")
     .example("float inside = clamp(2 * u, 0.2, 0.8);"),
     Builtin::compose(
         "mix",

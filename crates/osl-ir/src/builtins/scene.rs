@@ -25,7 +25,7 @@ pub(super) static ROWS: &[Builtin] = &[
     .query()
     .derivatives("the renderer's, where it has them")
     .extremes(
-        "0 where there is none of exactly this type, and the variable stays. An index outside an \
+        "0 if there is no value of exactly this type; the variable is not changed. An index outside an \
                array gives 0.",
     )
     .example("float fov = 90; int known = getattribute(\"camera:fov\", fov);"),
@@ -173,10 +173,10 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(i)"],
         "nodeID",
         |b, s| b.kernel(Kernel::DictNext, s.args, Kind::Int).into(),
-        "The node that the same path found behind a node; 0 if there is none.",
+        "The next node that the same path found after a node; 0 if there is none.",
     )
     .derivatives("none: the result is an int")
-    .extremes("0 behind the last node, and for a node that is not known.")
+    .extremes("0 after the last node, and for an unknown node.")
     .example("int node = dict_next(dict_find(\"<a><b/><b/></a>\", \"//b\"));"),
     Builtin::compose(
         "dict_value",

@@ -76,8 +76,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "White space before and anything behind the number is skipped. What no int holds gives the \
-               nearest, 2147483647 or -2147483648. Hexadecimal is not read: 0x10 gives 0.",
+        "White space before the number and any text after it are ignored. A number out of range gives the nearest int, 2147483647 or -2147483648. Hexadecimal numbers are not read: 0x10 gives 0.",
     )
     .example("int n = stoi(\"42 apples\");"),
     Builtin::compose(
@@ -89,8 +88,7 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("zero")
     .extremes(
-        "White space before and anything behind the number is skipped. Reads inf and nan; what no \
-               float holds gives inf or 0.",
+        "White space before the number and any text after it are ignored. Reads inf and nan; a number out of range gives inf or 0.",
     )
     .example("float x = stof(\"1.5e3\");"),
     Builtin::compose(
@@ -116,7 +114,7 @@ pub(super) static ROWS: &[Builtin] = &[
     .derivatives("none: the result is an int")
     .extremes(
         "The empty string and a limit of 0 or less give 0 pieces. A full array keeps the unsplit rest \
-               in its last element; elements behind the pieces stay. Empty pieces count with a separator, \
+               in its last element; elements after the pieces are not changed. Empty pieces count with a separator, \
                not with white space.",
     )
     .example("string parts[3]; int n = split(\"a/b/c\", parts, \"/\");"),
