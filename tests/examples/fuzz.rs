@@ -3,12 +3,12 @@
 //!
 //! ```text
 //! --time SECONDS   how long, all doors together (default 60)
-//! --runs N         how many executions instead, all doors together
+//! --runs N         number of executions instead, for all doors together
 //! --seed S         another seed, other inputs (default 1)
 //! --threads N      processes at a time (default: all cores)
 //! --folder DIR     where corpora and failing inputs are kept (default tests/fuzz/corpus/plain)
-//! --seeds DIR      writes the inputs that the one door that is named starts from, for other fuzzers
-//! --one FILE       hands a file to the one door that is named, and says what comes of it
+//! --seeds DIR      writes the seed inputs of the one named door, for other fuzzers
+//! --one FILE       runs the one named door on a file, and prints the outcome
 //! --list           the doors
 //! ```
 //! The exit code is 1 if an input panics, takes more than 5 s of processor time or 500 MB, or ends its

@@ -10,7 +10,7 @@ use osl_scene::subdivide::{Detail, Scheme, tessellate_within};
 use osl_tests::{scenes, textures};
 use std::path::Path;
 
-/// Bytes that a seed stands for.
+/// The bytes of a seed.
 fn bytes(seed: u64) -> Vec<u8> {
     let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
     let next = |_| {

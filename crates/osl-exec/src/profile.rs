@@ -59,7 +59,7 @@ impl Profile {
         std::mem::take(&mut self.inner)
     }
 
-    /// A step ends that took so long on so many lanes. `outer`: what its beginning yielded.
+    /// Ends a step that took `time` for `lanes` lanes. `outer` is the result of its [`begin`](Self::begin).
     pub(crate) fn end(&mut self, mark: u32, lanes: u64, time: Duration, outer: Duration) {
         let own = time.saturating_sub(self.inner);
         self.inner = outer + time;

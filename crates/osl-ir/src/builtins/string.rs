@@ -76,7 +76,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "White space before the number and any text after it are ignored. A number out of range gives the nearest int, 2147483647 or -2147483648. Hexadecimal numbers are not read: 0x10 gives 0.",
+        "White space before the number and any text after it are ignored. A number out of range gives the \
+         nearest int, 2147483647 or -2147483648. Hexadecimal numbers are not read: 0x10 gives 0.",
     )
     .example("int n = stoi(\"42 apples\");"),
     Builtin::compose(
@@ -88,7 +89,8 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .derivatives("zero")
     .extremes(
-        "White space before the number and any text after it are ignored. Reads inf and nan; a number out of range gives inf or 0.",
+        "White space before the number and any text after it are ignored. Reads inf and nan; a number \
+         out of range gives inf or 0.",
     )
     .example("float x = stof(\"1.5e3\");"),
     Builtin::compose(

@@ -56,7 +56,7 @@ pub struct Options {
     pub known_spaces: Vec<String>,
     /// Lines on which the file suppresses warnings.
     pub silenced: Vec<Span>,
-    /// How much they may report; a file that earns more will not be read to the end either.
+    /// The limits of their findings.
     pub limits: Limits,
 }
 

@@ -27,7 +27,7 @@ thread_local! {
     static LAST: RefCell<Last> = const { RefCell::new(Last { text: String::new(), limits: (0, 0), compiled: None }) };
 }
 
-/// A pattern, the limits that it was compiled under, and what came of it.
+/// A pattern, the limits with which it was compiled, and the result.
 struct Last {
     text: String,
     limits: (u64, u64),

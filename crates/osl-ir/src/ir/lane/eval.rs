@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn same(a: &Option<Const>, b: &Option<Const>) -> bool {
-        // The sign and payload of a NaN are nobody's concern.
+        // The sign and payload of a NaN are not specified.
         let bits = |x: &f32| if x.is_nan() { u32::MAX } else { x.to_bits() };
         let all = |a: &[f32], b: &[f32]| a.iter().map(bits).eq(b.iter().map(bits));
         match (a, b) {
