@@ -1,7 +1,7 @@
-//! The maps of the project are those of its manifests: which crate may depend on which, and who uses which
-//! library.
+//! Compares the maps of the project with its manifests: which crate may depend on which, and which crate uses
+//! which library.
 
-#![allow(missing_docs, reason = "a test says what must hold")]
+#![allow(clippy::unwrap_used, missing_docs, reason = "a test says what must hold")]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

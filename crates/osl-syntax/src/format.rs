@@ -49,10 +49,10 @@ pub fn format(name: &str, text: &str) -> Result<String, Vec<Diagnostic>> {
     format_within(name, text, &Limits::default())
 }
 
-/// As [`format`], with limits of its own: for the text of a source, for nesting, for errors.
+/// The same as [`format()`] with given limits: of the text of a source, of nesting, of errors.
 ///
 /// # Errors
-/// Those of [`format`].
+/// Those of [`format()`].
 pub fn format_within(name: &str, text: &str, limits: &Limits) -> Result<String, Vec<Diagnostic>> {
     let Ok(end) = u32::try_from(text.len()) else {
         return Err(vec![errors::too_large(Span::default(), name)]);
