@@ -85,7 +85,7 @@ impl Pattern {
         // A repeated part is compiled as often as it is repeated.
         let repeats = if pattern.contains('{') { 20 } else { 1 };
         let classes = pattern.bytes().filter(|b| matches!(b, b'\\' | b'[' | b'.')).count() as u64;
-        (500 + 40 * pattern.len() as u64 + 1000 * classes) * repeats
+        (500 + 40 * pattern.len() as u64 + 2000 * classes) * repeats
     }
 
     /// The maximum cost of a search in a number of bytes, in counted steps: every position of the pattern
