@@ -20,7 +20,7 @@ const CASES: &[(&str, [f32; 3])] = &[
     ("out = radians(X);", [0.040_142_573; 3]),
     ("int a = (int)X + 1; out = mod(a, a - a);", [3.0; 3]),
     ("int a = (int)X + 5; out = mod(-a, 3);", [-1.0; 3]),
-    ("out = distance(point(X, Y, 0), point(0), point(1, 2, 3));", [3.526_585_1; 3]),
+    ("out = distance(point(X, Y, 0), point(0), point(1, 2, 3));", [3.526_585; 3]),
     (
         "out = (color)rotate(point(X, Y, 1), 0.5, point(1), point(1, 2, 3));",
         [2.441_025, 0.926_008_34, 0.686_995_86],
