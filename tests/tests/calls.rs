@@ -47,6 +47,16 @@ fn prints(body: &str, expected: &str) {
     assert!(frame.messages.is_empty(), "{body}: {:?}", frame.messages);
 }
 
+/// A function writes variables; components are copies that are written back after it, even where they come first.
+#[test]
+fn components_are_written_back_after_variables() {
+    let both = "vector w = vector(0.6, 0, -0.8); normal n = normal(0, 0, 1); float k, t; vector r, q, a = 7;
+        fresnel(w, n, 1.5, k, t, r, q);
+        fresnel(w, n, 1.5, a[1], t, a, a);
+        printf(\"%d %d %d %d\", a[0] == q[0], a[1] == k, a[2] == q[2], k > 0.01);";
+    prints(both, "1 1 1 1");
+}
+
 #[test]
 fn places_of_outputs_are_evaluated_once() {
     for (body, expected) in [

@@ -318,6 +318,15 @@ fn functions_that_are_written_out_keep_their_derivatives() {
 }
 
 #[test]
+fn outputs_that_overlap_are_written_in_one_order_either_way() {
+    let text = "shader s(output vector r = 7, output vector q[2] = { 1, 2 }, output float k = 0) {
+        fresnel(vector(u, v, -1), normal(0.1, 0, 1), 1.5, r[1], r[2], r, r);
+        fresnel(vector(u, v, -1), normal(0.1, 0, 1), 1.5, k, q[1][0], q[1], q[0]);
+        sincos(u, q[0][1], k); }";
+    assert_eq!(round_trip_text("overlap.osl", text), Some(Vec::new()));
+}
+
+#[test]
 fn mod_by_a_constant_has_no_guard_either_way() {
     let text = "shader s(output float r[4] = {}, output color c = 0, output int n[2] = {}) {
         r[0] = mod(1e38, 1e-3); r[1] = mod((1 + u) * 1e38, 1e-3); float x = 1e-3; r[2] = mod(v * 1e38 + 1e37, x);

@@ -170,9 +170,15 @@ impl Lowerer<'_> {
             Some(value) => self.made(target, value, call.row.name),
             None => self.count_op(),
         }
-        for (index, value) in outputs {
-            if let Some(Some(spot)) = spots.get(index) {
-                self.write(spot, Val::One(value));
+        // A variable is written by the function itself; elements and components are copies, which are written back after
+        // the call. The order shows where two outputs overlap.
+        for parts in [false, true] {
+            for (index, value) in &outputs {
+                if let Some(Some(spot)) = spots.get(*index)
+                    && spot.is_part() == parts
+                {
+                    self.write(spot, Val::One(*value));
+                }
             }
         }
         self.at(span);

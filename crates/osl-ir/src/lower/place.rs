@@ -25,6 +25,11 @@ enum Part {
 }
 
 impl Spot {
+    /// Whether it is an element or component of a variable, rather than the variable itself.
+    pub(super) fn is_part(&self) -> bool {
+        self.element.is_some() || !matches!(self.part, Part::Whole)
+    }
+
     /// The whole of a storage.
     pub(super) fn whole(storage: Storage) -> Spot {
         Spot { storage, element: None, part: Part::Whole, checked: None }
