@@ -127,7 +127,7 @@ fn map1<W: Word, A: Lane<W>, O: Lane<W>>(call: Part<'_, W>, f: impl Fn(A) -> O) 
     );
 }
 
-/// Fills the output from two arguments, each of which is read by an expression of the lane.
+/// Fills the output of a call; the expression computes the value of lane `$i`.
 macro_rules! fill {
     ($call:ident, $i:ident, $value:expr) => {
         O::fill(

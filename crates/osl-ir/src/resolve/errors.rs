@@ -72,7 +72,7 @@ codes! {
     OPEN_OPTION = "E0408" "open-option";
     /// `break` or `continue` outside a loop.
     OUTSIDE_LOOP = "E0501" "outside-loop";
-    /// `return` with a value where none is expected, or without one.
+    /// `return` with a value in a function without a result, or without a value in any other.
     BAD_RETURN = "E0502" "bad-return";
     /// A shader parameter without default.
     NO_DEFAULT = "E0503" "no-default";

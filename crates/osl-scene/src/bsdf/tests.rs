@@ -1,4 +1,4 @@
-//! Scattering conserves energy: none is created, none is lost where none should be, and densities match the
+//! Scattering conserves energy: no closure creates any, lossless closures keep all, and densities match the
 //! sampled directions.
 
 use super::*;

@@ -34,7 +34,7 @@ pub enum Scheme {
 /// How finely a surface is divided.
 #[derive(Clone, Copy, Debug)]
 pub enum Detail<'a> {
-    /// This many levels, each of which divides faces into four.
+    /// This many levels. Each level divides every face into four.
     Level(u32),
     /// Until no edge in the picture is longer than a number of pixels.
     Pixels {
