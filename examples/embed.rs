@@ -32,12 +32,13 @@ fn main() -> Result<(), Error> {
     let hits: Vec<Option<[f32; 3]>> = pixels.iter().map(|(column, row)| hit(*column, *row)).collect();
     // Only hit points are shaded: the points are a list, in any order.
     let p: Vec<[f32; 3]> = hits.iter().flatten().copied().collect();
+    #[expect(clippy::disallowed_methods, reason = "an example needs no more than the standard library")]
     let v: Vec<f32> = p.iter().map(|p| p[1].asin() / std::f32::consts::PI + 0.5).collect();
     let rays = vec![[0.0, 0.0, -1.0]; p.len()];
     let points = Points::new(p.len()).p(&p).n(&p).v(v).i(&rays);
 
     let stripes = Shader::compile("stripes.osl", SHADER)?;
-    let program = Group::builder().layer("stripes", &stripes).param("width", 0.08).compile(&[])?;
+    let program = Group::new().layer("stripes", &stripes).param("width", 0.08).compile(&[])?;
     let outputs = program.run(&points)?;
 
     let mask = outputs.floats("mask").unwrap_or_default();

@@ -6,7 +6,7 @@
 
 #![allow(clippy::print_stdout, reason = "its purpose is to print")]
 
-use osl::{Error, Group, Points, Renderer, RendererServices, Shader, Value};
+use osl::{Error, Group, Points, Renderer, RendererServices, RunOptions, Shader, Value};
 use std::path::{Path, PathBuf};
 
 const SHADER: &str = "
@@ -51,14 +51,14 @@ impl RendererServices for Scene {
 
 fn main() -> Result<(), Error> {
     let paint = Shader::compile("paint.osl", SHADER)?;
-    let program = Group::builder().layer("paint", &paint).compile(&["result"])?;
+    let program = Group::new().layer("paint", &paint).compile(&["result"])?;
     let points = Points::new(3)
         .p(&[[10.0, 0.0, 0.0], [10.5, 1.0, 0.0], [11.0, 2.0, 0.0]])
         .u([0.1, 0.5, 0.9])
         .v([0.1, 0.5, 0.9]);
     // All programs of a scene share one renderer, which caches the textures.
     let renderer = Renderer::new(Scene { wear: vec![0.0, 0.25, 1.0] });
-    let outputs = program.run_with(&points, &renderer)?;
+    let outputs = program.run_with(&points, &renderer, &RunOptions::default())?;
     print!("{}", outputs.printed());
     for message in outputs.messages() {
         println!("{}: {}", if message.error { "error" } else { "warning" }, message.text);

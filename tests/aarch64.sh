@@ -27,5 +27,5 @@ export CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L $cross -E 
 if [ $# -gt 0 ]; then exec cargo test --target "$target" "$@"; fi
 # From small to large, so that a difference shows early.
 cargo test --target "$target" -p osl-noise
-cargo test --target "$target" -p osl-ir --test numeric_vectors --test numeric_laws
+cargo test --target "$target" -p osl-numeric --test numeric_vectors --test numeric_laws
 cargo test --target "$target" -p osl-tests --test values --test seeds

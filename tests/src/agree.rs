@@ -4,14 +4,14 @@
 
 use crate::walker::{self, Outcome, Point};
 use crate::{laws, run};
+use osl::stages;
 use osl_exec::{Frame, RunOptions};
-use osl_ir::hir::Program;
+use osl_hir::hir::Program;
 use osl_ir::ir::Kind;
-use osl_ir::params::ParamValues;
 use osl_ir::passes;
+use osl_lower::params::ParamValues;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The result of a comparison.
@@ -52,8 +52,8 @@ fn walked(outcome: &Outcome) -> Seen {
 
 /// The results of the product at each point, and its messages.
 fn run(program: &Program, grid: &Grid) -> Result<(Vec<Seen>, BTreeSet<String>), String> {
-    let body = osl_ir::lower::lower(program, &ParamValues::default()).map_err(|e| format!("{e:?}"))?;
-    let compiled = pipeline::finish(body, &passes::Options::default());
+    let body = osl_lower::lower(program, &ParamValues::default()).map_err(|e| format!("{e:?}"))?;
+    let compiled = stages::finish(body, &passes::Options::default());
     let options = RunOptions { limits: run::steps(1 << 26), ..RunOptions::default() };
     let frame = osl_exec::run(&compiled.program, laws::services(), grid, &options, &|_| ());
     let frame = frame.map_err(|stop| format!("stopped: {stop}"))?;
@@ -120,7 +120,7 @@ fn compare(expected: &Seen, got: &Seen) -> Option<String> {
 /// # Errors
 /// The first difference, in words, or that the program does not compile.
 pub fn hold(text: &str, through_oso: bool) -> Result<Verdict, String> {
-    let checked = pipeline::check("generated.osl", text, &NoFiles, &Options::default());
+    let checked = stages::check("generated.osl", text, &NoFiles, &Options::default());
     let Some(program) = checked.program else {
         return Ok(Verdict::Open(format!(
             "does not compile: {}",
@@ -143,9 +143,9 @@ pub fn hold(text: &str, through_oso: bool) -> Result<Verdict, String> {
     }
     let mut programs = vec![("source", program.clone())];
     if through_oso {
-        let written = osl_ir::oso::write(&program, &checked.sources, &Default::default())
+        let written = osl_hir::oso::write(&program, &checked.sources, &Default::default())
             .map_err(|d| format!("cannot be written to .oso: {d:?}"))?;
-        let read = osl_ir::oso::read("generated.oso", &written, &Default::default());
+        let read = osl_hir::oso::read("generated.oso", &written, &Default::default());
         let program =
             read.program.ok_or_else(|| format!("cannot be read from .oso: {:?}", read.diagnostics))?;
         programs.push((".oso", program));

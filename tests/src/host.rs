@@ -2,8 +2,8 @@
 
 use crate::golden::Golden;
 use osl_exec::{Datum, Services};
+use osl_hir::hir::Global;
 use osl_image::TextureCache;
-use osl_ir::hir::Global;
 use osl_ir::ir::Const;
 use osl_scene::{Grid, ReferenceRenderer};
 

@@ -2,13 +2,13 @@
 //! the same results.
 
 use crate::run;
+use osl::stages;
 use osl_exec::{Frame, Isa, Native, RunOptions, Services};
-use osl_ir::ir::{Body, validate};
-use osl_ir::params::ParamValues;
+use osl_ir::ir::{Body, print, read::read, validate};
 use osl_ir::passes::{self, Pass};
+use osl_lower::params::ParamValues;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline;
 use std::fmt::Write;
 use std::sync::OnceLock;
 
@@ -60,7 +60,7 @@ pub fn ways() -> Vec<Way> {
 /// # Errors
 /// The program's own errors, as text: it is invalid or too large.
 pub fn lower(text: &str) -> Result<Body, String> {
-    let checked = pipeline::check("generated.osl", text, &NoFiles, &Options::default());
+    let checked = stages::check("generated.osl", text, &NoFiles, &Options::default());
     let program = checked.program.ok_or_else(|| {
         let errors: Vec<String> = checked
             .diagnostics
@@ -73,7 +73,7 @@ pub fn lower(text: &str) -> Result<Body, String> {
             .collect();
         errors.join("\n")
     })?;
-    osl_ir::lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:?}"))
+    osl_lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:?}"))
 }
 
 /// Shared by all runs, so that files are opened once.
@@ -105,7 +105,7 @@ pub struct Shown {
 pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let grid = grid();
     let options = passes::Options { without: way.without.clone(), ..passes::Options::default() };
-    let compiled = pipeline::finish(body.clone(), &options);
+    let compiled = stages::finish(body.clone(), &options);
     validate::validate(&compiled.body)?;
     let options = RunOptions {
         batch: Some(way.batch),
@@ -187,6 +187,10 @@ pub fn hold(text: &str, ways: &[Way]) -> Result<(), String> {
 /// The first violated property, as text.
 pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
     validate::validate(body)?;
+    reads_back(body)?;
+    let mut passed = body.clone();
+    passes::run(&mut passed, &passes::Options::default());
+    reads_back(&passed)?;
     let plain_way = plain();
     let expected = shown(body, &plain_way)?;
     for way in ways {
@@ -211,6 +215,23 @@ pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
         }
     }
     Ok(())
+}
+
+/// Checks that the printed IR of a body reads back as a valid body that prints the same.
+///
+/// # Errors
+/// How it does not, as text.
+pub fn reads_back(body: &Body) -> Result<(), String> {
+    let text = print(body);
+    let again = read(&text).map_err(|e| format!("{e}\n{text}"))?;
+    validate::validate(&again).map_err(|e| format!("as read: {e}\n{text}"))?;
+    let printed = print(&again);
+    let differs = |(a, b): &(&str, &str)| a != b;
+    match text.lines().zip(printed.lines()).find(differs) {
+        Some((a, b)) => Err(format!("printed {a}\n as read {b}")),
+        None if text != printed => Err(format!("as read it has another length:\n{text}")),
+        None => Ok(()),
+    }
 }
 
 /// A smaller program that violates a property like this one: lines are removed, and text in brackets is

@@ -1,7 +1,7 @@
 //! Points for tests of single functions: each point knows its number, and has derivatives.
 
 use osl_exec::PointSource;
-use osl_ir::hir::Global;
+use osl_hir::hir::Global;
 use osl_ir::ir::Axis;
 
 /// `u` is the point's number. `v` and the components of `P` are -0, so adding them changes no value, but they
@@ -36,7 +36,7 @@ impl PointSource for Points {
         if matches!(global, Global::N | Global::Ng) { [0.0, 0.0, 1.0] } else { [0.0; 3] }
     }
 
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
         match (global, axis) {
             (Global::V, Axis::X) => [1.0, 0.0, 0.0],
             (Global::V, Axis::Y) => [0.5, 0.0, 0.0],

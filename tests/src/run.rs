@@ -2,15 +2,15 @@
 
 use crate::golden::Golden;
 use crate::host;
+use osl::stages;
 use osl_exec::{Arithmetic, Frame, PointSource, RunOptions, Services};
 use osl_image::TextureCache;
-use osl_ir::params::{self, ParamValues};
 use osl_ir::passes;
 use osl_ir::types::Type;
+use osl_lower::params::{self, ParamValues};
 use osl_scene::{Grid, reference_spaces};
 use osl_syntax::source::SourceMap;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline;
 use std::path::{Path, PathBuf};
 
 /// The folder of the repository.
@@ -36,11 +36,11 @@ pub fn compile(
     text: &str,
     params: &[(String, String)],
     options: &passes::Options,
-) -> Result<pipeline::Compiled, String> {
-    let checked = pipeline::check(name, text, &NoFiles, &Options::default());
+) -> Result<stages::Compiled, String> {
+    let checked = stages::check(name, text, &NoFiles, &Options::default());
     let program = checked.program.ok_or_else(|| format!("{:#?}", checked.diagnostics))?;
-    let body = pipeline::lower(&program, params).map_err(|e| format!("{e:?}"))?;
-    Ok(pipeline::finish(body, options))
+    let body = stages::lower(&program, params).map_err(|e| format!("{e:?}"))?;
+    Ok(stages::finish(body, options))
 }
 
 /// Runs a shader on a grid with the reference's spaces.
@@ -85,7 +85,7 @@ pub fn like(
     options: &RunOptions,
 ) -> Result<(Frame, SourceMap), String> {
     let host = host::renderer(golden);
-    let checked = pipeline::check(name, text, &NoFiles, &Options::default());
+    let checked = stages::check(name, text, &NoFiles, &Options::default());
     let program = checked.program.ok_or_else(|| format!("{:#?}", checked.diagnostics))?;
     let mut values = ParamValues::default();
     for (ty, name, value) in &golden.params {
@@ -94,14 +94,14 @@ pub fn like(
         }
     }
     golden.interpolated.iter().for_each(|name| values.interpolate(name));
-    let body = osl_ir::lower::lower(&program, &values).map_err(|e| format!("{e:#?}"))?;
+    let body = osl_lower::lower(&program, &values).map_err(|e| format!("{e:#?}"))?;
     let passes = passes::Options {
         varying: host.varying().to_vec(),
-        slopes: host.varying_slopes().to_vec(),
+        derivs: host.varying_derivs().to_vec(),
         traces: host.traces(),
         ..passes::Options::default()
     };
-    let compiled = pipeline::finish(body, &passes);
+    let compiled = stages::finish(body, &passes);
     let frame = osl_exec::run(&compiled.program, &host::services(golden, &host), &host, options, &|_| ());
     Ok((frame.map_err(|e| e.to_string())?, checked.sources))
 }

@@ -4,20 +4,20 @@
 #![allow(clippy::panic, reason = "what the tests check is checked here")]
 
 use crate::run;
+use osl::stages;
 use osl_exec::RunOptions;
 use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline;
 
 /// Checks the text that a shader prints at one point, in each of the ways, and that it reports nothing.
 ///
 /// # Panics
 /// It does not compile, prints a different text, or reports a message.
 pub fn prints(text: &str, expected: &str) {
-    let checked = pipeline::check("s.osl", text, &NoFiles, &Options::default());
+    let checked = stages::check("s.osl", text, &NoFiles, &Options::default());
     let program = checked.program.unwrap_or_else(|| panic!("{text}: {:#?}", checked.diagnostics));
-    let written = osl_ir::oso::write(&program, &checked.sources, &Default::default())
+    let written = osl_hir::oso::write(&program, &checked.sources, &Default::default())
         .unwrap_or_else(|e| panic!("{text}: {e:#?}"));
     let grid = Grid::new(1, 1);
     let none = passes::Options { without: passes::Pass::ALL.to_vec(), ..passes::Options::default() };

@@ -10,7 +10,7 @@
 )]
 
 use osl_exec::{Arithmetic, Frame, PointSource, Program, RunError, RunOptions};
-use osl_ir::hir::Global;
+use osl_hir::hir::Global;
 use osl_ir::ir::Axis;
 use osl_ir::passes;
 use osl_tests::run;
@@ -20,7 +20,7 @@ use osl_tests::run;
 #[derive(Default)]
 struct Points {
     varying: Vec<Global>,
-    slopes: Vec<Global>,
+    derivs: Vec<Global>,
     traces: bool,
 }
 
@@ -37,7 +37,7 @@ impl PointSource for Points {
         [7.0; 3]
     }
 
-    fn slope(&self, _: Global, _: Axis) -> [f32; 3] {
+    fn deriv(&self, _: Global, _: Axis) -> [f32; 3] {
         [7.0; 3]
     }
 
@@ -45,11 +45,11 @@ impl PointSource for Points {
         lanes.iter_mut().enumerate().for_each(|(at, lane)| *lane = (first + at % width).min(3) as f32);
     }
 
-    fn varying_slopes(&self) -> &[Global] {
-        &self.slopes
+    fn varying_derivs(&self) -> &[Global] {
+        &self.derivs
     }
 
-    fn fill_slope(&self, _: Global, _: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+    fn fill_deriv(&self, _: Global, _: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         lanes.iter_mut().enumerate().for_each(|(at, lane)| *lane = 2.0 * (first + at % width).min(3) as f32);
     }
 
@@ -77,8 +77,8 @@ fn values(program: &Program, points: &Points) -> Vec<f32> {
 }
 
 /// A program for points on which these globals and these changes differ.
-fn of(varying: &[Global], slopes: &[Global]) -> passes::Options {
-    passes::Options { varying: varying.to_vec(), slopes: slopes.to_vec(), ..passes::Options::default() }
+fn of(varying: &[Global], derivs: &[Global]) -> passes::Options {
+    passes::Options { varying: varying.to_vec(), derivs: derivs.to_vec(), ..passes::Options::default() }
 }
 
 #[test]
@@ -98,15 +98,15 @@ fn globals_that_vary_more_are_refused() {
 #[test]
 fn changes_that_vary_more_are_refused() {
     let program = compile("out = Dx(u) + Dx(v);", &of(&Global::ALL, &[Global::U]));
-    let points = Points { slopes: vec![Global::U, Global::V], ..Points::default() };
+    let points = Points { derivs: vec![Global::U, Global::V], ..Points::default() };
     let error = shade(&program, &points).unwrap_err();
-    assert_eq!(error, RunError::SlopesVaryMore(Global::V));
+    assert_eq!(error, RunError::DerivsVaryMore(Global::V));
     assert_eq!(
         error.to_string(),
         "the change of `v` from pixel to pixel differs from point to point, and the program was compiled for points that \
          share it"
     );
-    let points = Points { slopes: vec![Global::U], ..Points::default() };
+    let points = Points { derivs: vec![Global::U], ..Points::default() };
     assert_eq!(values(&program, &points), [7.0, 9.0, 11.0, 13.0]);
 }
 

@@ -47,7 +47,8 @@ fn prints(body: &str, expected: &str) {
     assert!(frame.messages.is_empty(), "{body}: {:?}", frame.messages);
 }
 
-/// A function writes variables; components are copies that are written back after it, even where they come first.
+/// A function writes variables; components are copies that are written back after it, even where they come
+/// first.
 #[test]
 fn components_are_written_back_after_variables() {
     let both = "vector w = vector(0.6, 0, -0.8); normal n = normal(0, 0, 1); float k, t; vector r, q, a = 7;

@@ -11,7 +11,7 @@
 )]
 
 use osl_exec::{Frame, Isa, Native, RunOptions};
-use osl_ir::builtins::{self, Builtin, ParamType, Signature, Tail};
+use osl_hir::builtins::{self, Builtin, ParamType, Signature, Tail};
 use osl_ir::ir::Kind;
 use osl_ir::passes;
 use osl_ir::types::{Base, Extent, Type};

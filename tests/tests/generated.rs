@@ -141,7 +141,7 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "shader s(output int r = isconstant(2), output int q = isconstant(u)) { r += isconstant(1 + 1); }",
     ),
     (
-        "what wants tangents, which rounds noises and powers in another way, was asked of the unfolded body",
+        "what wants derivatives, which rounds noises and powers in another way, was asked of the unfolded body",
         "shader s(output float r = 0, output float q = 0) { float a = snoise(P * 7); float b = pow(u, v);
             r = a; q = b; if (1 - 1) r += Dx(a * b); r += Dx(u); }",
     ),
@@ -166,7 +166,7 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
             for (int i = 0; i++ < 4;) r = clamp(-(color)pnoise(v / m[1][abs(-i) % 4], 0.0), 1, 1); }",
     ),
     (
-        "a round of a loop wants tangents that the others do not",
+        "a round of a loop wants derivatives that the others do not",
         "shader s(output float r = 0) { float n = u; for (int i = 0; i < 3; i++) {
             n = noise(P * (i + 3)) + n; if (i == 1) r += Dx(n); r += n; } }",
     ),

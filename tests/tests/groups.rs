@@ -10,17 +10,17 @@
     reason = "a test says what must hold"
 )]
 
+use osl::stages::{self, ShaderFiles};
 use osl_exec::{PointSource, RunOptions};
-use osl_ir::group::Group;
-use osl_ir::lower::{Last, Requests};
 use osl_ir::passes;
+use osl_lower::group::Group;
+use osl_lower::{Last, Requests};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::golden::{Golden, compare};
 use osl_tests::host;
 use osl_tests::run;
-use oslrun::pipeline::{self, ShaderFiles};
 use std::path::{Path, PathBuf};
 
 /// The shaders of a folder.
@@ -44,7 +44,7 @@ const TOLERANCE: f32 = 5e-6;
 fn case(folder: &Path) -> Result<String, String> {
     let text = std::fs::read_to_string(folder.join("group.txt")).unwrap();
     let files = Folder(folder.to_path_buf());
-    let checked = pipeline::check_group("group.txt", &text, "unnamed_group_1", &files, &Options::default());
+    let checked = stages::check_group("group.txt", &text, "unnamed_group_1", &files, &Options::default());
     let group = checked.group.ok_or_else(|| format!("{:#?}", checked.diagnostics))?;
     let csv = [folder.join("out.csv"), folder.join("out.csv.gz")].into_iter().find(|p| p.is_file()).unwrap();
     let mut golden = Golden::load(&csv)?;
@@ -54,14 +54,14 @@ fn case(folder: &Path) -> Result<String, String> {
     let last = group.layers().last().unwrap().program.clone();
     let outputs = last.shader.params.iter().filter(|p| p.output);
     let outputs: Vec<_> = outputs.map(|p| last.vars[p.var.0 as usize].name.clone()).collect();
-    let body = osl_ir::lower::lower_group(&group, &outputs).map_err(|e| format!("{e:?}"))?;
+    let body = osl_lower::lower_group(&group, &outputs).map_err(|e| format!("{e:?}"))?;
     let passes = passes::Options {
         varying: host.varying().to_vec(),
-        slopes: host.varying_slopes().to_vec(),
+        derivs: host.varying_derivs().to_vec(),
         traces: host.traces(),
         ..passes::Options::default()
     };
-    let compiled = pipeline::finish(body, &passes);
+    let compiled = stages::finish(body, &passes);
     let frame = osl_exec::run(
         &compiled.program,
         &host::services(&golden, &host),
@@ -141,7 +141,7 @@ impl ShaderFiles for Known {
 
 /// The diagnostics of a group, with the positions in its text.
 fn said(text: &str) -> String {
-    let checked = pipeline::check_group("bad.group", text, "g", &Known, &Options::default());
+    let checked = stages::check_group("bad.group", text, "g", &Known, &Options::default());
     let failed = checked.diagnostics.iter().any(|d| d.is_error());
     assert_eq!(failed, checked.group.is_none(), "{text}");
     render(&checked.diagnostics, &checked.sources, RenderStyle::default())
@@ -199,17 +199,17 @@ fn run_text(
     sources: &[(&str, &str)],
     outputs: &[&str],
 ) -> (Vec<(String, Vec<f32>)>, Vec<String>) {
-    let checked = pipeline::check_group("test.group", text, "g", &Sources(sources), &Options::default());
+    let checked = stages::check_group("test.group", text, "g", &Sources(sources), &Options::default());
     let group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
     let outputs: Vec<_> = outputs.iter().map(|o| (*o).into()).collect();
     run_for(&group, &Requests { outputs, ..Requests::default() })
 }
 
 fn run_for(group: &Group, requests: &Requests) -> (Vec<(String, Vec<f32>)>, Vec<String>) {
-    let body = osl_ir::lower::lower_group_for(group, requests).unwrap();
+    let body = osl_lower::lower_group_for(group, requests).unwrap();
     osl_ir::ir::validate::validate(&body).unwrap();
     let grid = osl_scene::Grid::new(2, 2);
-    let compiled = pipeline::finish(
+    let compiled = stages::finish(
         body,
         &passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() },
     );
@@ -259,7 +259,7 @@ fn an_input_is_handed_on_and_an_output_is_connected_to() {
 /// The printed text of two connected layers; `own` are the outputs of the second layer that the renderer
 /// requests.
 fn said_for(sources: &[(&str, &str)], text: &str, own: &[&str], userdata_isconnected: bool) -> String {
-    let checked = pipeline::check_group("test.group", text, "g", &Sources(sources), &Options::default());
+    let checked = stages::check_group("test.group", text, "g", &Sources(sources), &Options::default());
     let mut group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
     group.rules.userdata_connected = userdata_isconnected;
     let last = Last::Named(own.iter().map(|o| (*o).into()).collect());
@@ -312,7 +312,7 @@ fn layers_run_only_for_what_somebody_takes() {
         (&[], ""),
     ] {
         let (columns, printed) = {
-            let checked = pipeline::check_group(
+            let checked = stages::check_group(
                 "test.group",
                 text,
                 "g",

@@ -9,6 +9,7 @@
     reason = "a test says what must hold"
 )]
 
+use osl::stages::{self, ShaderFiles};
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_image::TextureCache;
 use osl_ir::passes;
@@ -16,7 +17,6 @@ use osl_scene::Grid;
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::run;
-use oslrun::pipeline::{self, ShaderFiles};
 use std::f64::consts::PI;
 
 /// The nodes, and shaders that a test provides.
@@ -65,7 +65,7 @@ impl Values {
 
 /// Runs a group; the outputs are those of its last layer, and `more`.
 fn values(text: &str, own: &[(&str, &str)], more: &[&str]) -> Values {
-    let checked = pipeline::check_group(
+    let checked = stages::check_group(
         "group",
         text,
         "test",
@@ -74,10 +74,10 @@ fn values(text: &str, own: &[(&str, &str)], more: &[&str]) -> Values {
     );
     assert!(checked.diagnostics.is_empty(), "{text}: {:#?}", checked.diagnostics);
     let more: Vec<_> = more.iter().map(|name| (*name).into()).collect();
-    let body = osl_ir::lower::lower_group(&checked.group.unwrap(), &more).unwrap();
+    let body = osl_lower::lower_group(&checked.group.unwrap(), &more).unwrap();
     let grid = Grid::new(SIDE, SIDE);
     let options = passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() };
-    let program = pipeline::finish(body, &options).program;
+    let program = stages::finish(body, &options).program;
     let services = Services {
         textures: TextureCache::new(vec![run::root().join("tests/data/textures")]),
         ..Services::default()
@@ -369,12 +369,12 @@ fn color_correct() {
 
 /// The size of a group after the passes: instructions, lane registers and their words.
 fn size(text: &str, output: &str) -> (usize, (usize, u32)) {
-    let checked = pipeline::check_group("group", text, "test", &Library(&[]), &Options::default());
-    let body = osl_ir::lower::lower_group(&checked.group.unwrap(), &[]).unwrap();
+    let checked = stages::check_group("group", text, "test", &Library(&[]), &Options::default());
+    let body = osl_lower::lower_group(&checked.group.unwrap(), &[]).unwrap();
     let varying = Grid::new(1, 1).varying().to_vec();
     let outputs = Some(vec![output.into()]);
     let options = passes::Options { outputs, varying, ..passes::Options::default() };
-    let done = pipeline::finish(body, &options);
+    let done = stages::finish(body, &options);
     (done.body.count(), done.program.register_words())
 }
 

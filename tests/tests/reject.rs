@@ -12,10 +12,10 @@
     reason = "a test says what must hold"
 )]
 
+use osl::stages;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::run;
-use oslrun::pipeline;
 
 /// A source, with the line of the reference's message, if any.
 struct Case {
@@ -50,10 +50,10 @@ fn line(json: &str) -> Option<u32> {
 /// The diagnostics of a source, each with its line, up to and including lowering.
 fn said(case: &Case, strict: bool) -> Vec<(u32, Diagnostic)> {
     let options = Options { strict, ..Options::default() };
-    let checked = pipeline::check(&format!("{}.osl", case.name), &case.text, &NoFiles, &options);
+    let checked = stages::check(&format!("{}.osl", case.name), &case.text, &NoFiles, &options);
     let mut list = checked.diagnostics.clone();
     if let Some(program) = &checked.program {
-        list.extend(osl_ir::lower::lower(program, &Default::default()).err().unwrap_or_default());
+        list.extend(osl_lower::lower(program, &Default::default()).err().unwrap_or_default());
     }
     let place = |d: &Diagnostic| checked.sources.place(d.span).map_or(0, |p| p.line);
     list.into_iter().map(|d| (place(&d), d)).collect()
@@ -62,8 +62,8 @@ fn said(case: &Case, strict: bool) -> Vec<(u32, Diagnostic)> {
 /// The same under strict syntax, with every lint.
 fn said_and_linted(case: &Case) -> Vec<(u32, Diagnostic)> {
     let options = Options { strict: true, ..Options::default() };
-    let checked = pipeline::check(&format!("{}.osl", case.name), &case.text, &NoFiles, &options);
-    let lints = pipeline::lint(&checked, &osl_ir::lint::Options::default());
+    let checked = stages::check(&format!("{}.osl", case.name), &case.text, &NoFiles, &options);
+    let lints = stages::lint(&checked, &osl_hir::lint::Options::default());
     let place = |d: &Diagnostic| checked.sources.place(d.span).map_or(0, |p| p.line);
     said(case, true).into_iter().chain(lints.into_iter().map(|d| (place(&d), d))).collect()
 }

@@ -8,9 +8,9 @@
     reason = "a test says what must hold"
 )]
 
+use osl::stages;
 use osl_syntax::{NoFiles, Options};
 use osl_tests::ways::prints;
-use oslrun::pipeline;
 
 #[test]
 fn a_color_stays_in_its_space_only_by_constant_names() {
@@ -48,7 +48,7 @@ fn functions_that_differ_in_what_they_return() {
         prints(&format!("{head} {functions} shader s() {{ {body} }}"), expected);
     }
     let tied = format!("{head} A two() {{ return A(3); }} int two() {{ return 1; }} shader s() {{ two(); }}");
-    assert!(pipeline::check("s.osl", &tied, &NoFiles, &Options::default()).program.is_none());
+    assert!(stages::check("s.osl", &tied, &NoFiles, &Options::default()).program.is_none());
 }
 
 #[test]
@@ -70,7 +70,7 @@ fn one_vector_may_stand_for_knots() {
         "1 2 3",
     );
     let color = "color curve(float x, color k) { return spline(\"linear\", x, k); } shader s() { }";
-    assert!(pipeline::check("s.osl", color, &NoFiles, &Options::default()).program.is_none());
+    assert!(stages::check("s.osl", color, &NoFiles, &Options::default()).program.is_none());
 }
 
 #[test]

@@ -23,11 +23,11 @@ fn text(path: &str) -> String {
 fn snapshots(name: &str, path: &str, params: &[(&str, &str)]) {
     let text = text(path);
     let params: Vec<(String, String)> = params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
-    let checked = oslrun::pipeline::check(name, &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
-    let body = oslrun::pipeline::lower(&checked.program.unwrap(), &params).unwrap();
+    let checked = osl::stages::check(name, &text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    let body = osl::stages::lower(&checked.program.unwrap(), &params).unwrap();
     insta::assert_snapshot!(format!("{name}_ir_before"), osl_ir::ir::print(&body));
     let varying = osl_exec::PointSource::varying(&Grid::new(1, 1)).to_vec();
-    let compiled = oslrun::pipeline::finish(body, &passes::Options { varying, ..passes::Options::default() });
+    let compiled = osl::stages::finish(body, &passes::Options { varying, ..passes::Options::default() });
     insta::assert_snapshot!(format!("{name}_ir_after"), osl_ir::ir::print(&compiled.body));
     insta::assert_snapshot!(format!("{name}_values"), values(name, &text, &params));
 }

@@ -76,6 +76,9 @@ fn case(osl: &Path) -> Outcome {
         }
     };
     let interpreted = run(Native::Never).unwrap();
+    if frame.planes.len() != interpreted.planes.len() {
+        outcome.wrong.push("machine code has other planes than what is interpreted".to_string());
+    }
     for (a, b) in frame.planes.iter().zip(&interpreted.planes) {
         if a.words != b.words {
             outcome.wrong.push(format!("{}: machine code is not what is interpreted", a.output));
@@ -97,6 +100,9 @@ fn case(osl: &Path) -> Outcome {
         };
         let second = other.as_ref().and_then(|o| o.columns.iter().find(|(n, _)| n == column));
         let choices: Vec<&Vec<f32>> = std::iter::once(expected).chain(second.map(|(_, v)| v)).collect();
+        if expected.len() != got.len() {
+            outcome.wrong.push(format!("{column}: {} values, not {}", got.len(), expected.len()));
+        }
         let fits = |e: &Vec<f32>| e.iter().zip(got).all(|(e, g)| near(*e, *g));
         let chosen = choices.iter().find(|e| fits(e)).unwrap_or(&choices[0]);
         outcome.values += expected.len();

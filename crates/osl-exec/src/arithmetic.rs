@@ -8,9 +8,9 @@ use crate::lanes::{LaneCall, LaneRun, Ready, Stamped, StampedFast, StampedRun};
 use crate::native::Style;
 use bytemuck::Pod;
 use osl_ir::ir::Precision;
-use osl_ir::numeric::fast::Quick;
-use osl_ir::numeric::{Number, Real};
-use osl_noise::{FusedKernel, Isa, Kernel};
+use osl_numeric::fast::FastFloat;
+use osl_numeric::{Number, Scalar};
+use osl_simd::{FusedKernel, Isa, Kernel};
 use std::fmt::Debug;
 
 /// The contents of a lane.
@@ -85,7 +85,7 @@ impl Word for u64 {
 }
 
 /// A float stored in words.
-pub(crate) trait Element<W>: Real {
+pub(crate) trait Element<W>: Scalar {
     fn load(word: W) -> Self;
     fn store(self) -> W;
 }
@@ -101,10 +101,10 @@ impl Element<u32> for f32 {
     }
 }
 
-impl<const FUSED: bool> Element<u32> for Quick<FUSED> {
+impl<const FUSED: bool> Element<u32> for FastFloat<FUSED> {
     #[inline(always)]
     fn load(word: u32) -> Self {
-        Quick(f32::from_bits(word))
+        FastFloat(f32::from_bits(word))
     }
     #[inline(always)]
     fn store(self) -> u32 {
@@ -124,7 +124,7 @@ impl Element<u64> for f64 {
 }
 
 /// An arithmetic.
-pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
+pub(crate) trait ArithmeticImpl: Copy + Send + Sync + 'static {
     /// The contents of a lane.
     type Word: Word;
     /// The floats.
@@ -159,7 +159,7 @@ pub(crate) trait Arithmetic: Copy + Send + Sync + 'static {
 #[derive(Clone, Copy)]
 pub(crate) struct Strict;
 
-impl Arithmetic for Strict {
+impl ArithmeticImpl for Strict {
     type Word = u32;
     type Real = f32;
     const NATIVE: Option<Style> = Some(Style::Strict);
@@ -181,17 +181,17 @@ impl Arithmetic for Strict {
 #[derive(Clone, Copy)]
 pub(crate) struct Fast;
 
-impl Arithmetic for Fast {
+impl ArithmeticImpl for Fast {
     type Word = u32;
-    type Real = Quick<false>;
+    type Real = FastFloat<false>;
     const NATIVE: Option<Style> = Some(Style::Fast);
 
     fn lanes(isa: Isa, mut run: LaneRun<'_, u32>) {
         let is_strict = |step: &Ready| match step {
             Ready::Lane(step) => step.op.precision() == Precision::Strict,
-            Ready::Spread(_) => true,
+            Ready::Gather(_) => true,
         };
-        run.each_part(is_strict, |strict, part| {
+        run.each_alike(is_strict, |strict, part| {
             if strict {
                 Strict::lanes(isa, part);
             } else {
@@ -214,11 +214,11 @@ struct FastCall<'a>(LaneCall<'a, u32>);
 impl FusedKernel for FastCall<'_> {
     #[inline(always)]
     fn fused(self) {
-        StampedFast::<Quick<true>>::of(self.0).run();
+        StampedFast::<FastFloat<true>>::of(self.0).run();
     }
     #[inline(always)]
     fn plain(self) {
-        StampedFast::<Quick<false>>::of(self.0).run();
+        StampedFast::<FastFloat<false>>::of(self.0).run();
     }
 }
 
@@ -226,7 +226,7 @@ impl FusedKernel for FastCall<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct Double;
 
-impl Arithmetic for Double {
+impl ArithmeticImpl for Double {
     type Word = u64;
     type Real = f64;
 

@@ -3,8 +3,8 @@
 use crate::arithmetic::{Double, Fast};
 use crate::lanes;
 use osl_ir::ir::LaneOp;
-use osl_ir::numeric::fast::{BOUNDS, Bound};
-use osl_noise::Isa;
+use osl_numeric::fast::{BOUNDS, Bound};
+use osl_simd::Isa;
 use rayon::prelude::*;
 
 /// Lanes per call.

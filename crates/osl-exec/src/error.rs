@@ -1,7 +1,7 @@
 //! Why a run ends without results. This module must not know how programs run.
 
 use osl_ir::Span;
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_limits::Halt;
 
 /// Why a run stopped.
@@ -17,7 +17,7 @@ pub enum RunError {
         "the change of `{}` from pixel to pixel differs from point to point, and the program was compiled for points \
          that share it", .0.name()
     )]
-    SlopesVaryMore(Global),
+    DerivsVaryMore(Global),
     /// The points trace rays, and the program was compiled for points that do not.
     #[error("the points trace rays, and the program was compiled for points that do not")]
     Traces,

@@ -6,7 +6,8 @@
 use bytemuck::Pod;
 use osl_noise::gabor::{self, Options};
 use osl_noise::hash::NAN_WORD;
-use osl_noise::{Float, Isa, Kernel, Kind};
+use osl_noise::{Float, Kind};
+use osl_simd::{Isa, Kernel};
 
 /// Maximum number of results in floats: a triple and its derivatives along two axes.
 pub(crate) const MAX_OUTPUTS: usize = 9;
@@ -21,7 +22,7 @@ pub(crate) struct FieldCall<'a> {
     /// the coordinates.
     pub(crate) dims: usize,
     /// Whether derivatives of the coordinates are given.
-    pub(crate) tangents: bool,
+    pub(crate) has_derivs: bool,
     /// Whether derivatives of the values are computed: three values are then one value and its derivatives.
     pub(crate) dual: bool,
 }
@@ -75,10 +76,10 @@ pub(crate) fn double(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f64]], outs: &m
 }
 
 fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]], outs: &mut [&mut [F]]) {
-    let (dims, tangents) = (call.dims, call.tangents);
+    let (dims, has_derivs) = (call.dims, call.has_derivs);
     // Coordinates, then periods if any, then the derivatives.
-    let (plain, slopes) =
-        inputs.split_at(inputs.len() - if tangents { (2 * dims).min(inputs.len()) } else { 0 });
+    let (plain, derivs) =
+        inputs.split_at(inputs.len() - if has_derivs { (2 * dims).min(inputs.len()) } else { 0 });
     let numbers: Vec<Vec<F>>;
     let mut canonical: [&[F]; 8] = [&[]; 8];
     let plain = if kind == Kind::Hash && plain.iter().any(|lanes| lanes.iter().any(|x| x.is_nan())) {
@@ -90,9 +91,9 @@ fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]]
     };
     let (coords, periods) = plain.split_at(dims.min(plain.len()));
     let mut duals: [&[F]; 12] = [&[]; 12];
-    let moving = coords.iter().chain(slopes);
+    let moving = coords.iter().chain(derivs);
     duals.iter_mut().zip(moving).for_each(|(to, from)| *to = from);
-    let duals = &duals[..(coords.len() + slopes.len()).min(12)];
+    let duals = &duals[..(coords.len() + derivs.len()).min(12)];
     match outs {
         [x] if periods.is_empty() => osl_noise::eval(isa, kind, coords, x),
         [x] => osl_noise::eval_periodic(isa, kind, coords, periods, x),

@@ -3,7 +3,7 @@
 use crate::message::Keeping;
 use crate::native::Native;
 use osl_limits::Limits;
-use osl_noise::Isa;
+use osl_simd::Isa;
 
 /// Options of a run.
 #[derive(Clone, Debug)]
@@ -13,6 +13,9 @@ pub struct RunOptions {
     pub batch: Option<usize>,
     /// Points per tile.
     pub tile: usize,
+    /// Maximum number of threads; by default, all of the current thread pool. With one, everything runs on
+    /// the calling thread.
+    pub threads: Option<usize>,
     /// The instruction set.
     pub isa: Isa,
     /// The budgets of points, and of the run as a whole.
@@ -32,6 +35,7 @@ impl Default for RunOptions {
         RunOptions {
             batch: None,
             tile: 4096,
+            threads: None,
             isa: Isa::detect(),
             limits: Limits::default(),
             closures: false,

@@ -7,7 +7,7 @@
 //! `step` defines the parts of a program, and `compile` makes it.
 
 mod compile;
-mod shared;
+mod per_cell;
 mod step;
 mod uses;
 mod weight;
@@ -17,21 +17,21 @@ use crate::native::Plans;
 use crate::register::LINE;
 use crate::source::PointSource;
 use compile::Compiler;
-use osl_ir::hir::Global;
-use osl_ir::ir::{Assumptions, Axis, Body, Kernel, Kind, Op, Rate};
-use osl_ir::numeric::Arithmetic;
+use osl_ir::global::Global;
+use osl_ir::ir::{Assumptions, Axis, Body, Const, Input, Kernel, Kind, Op, Rate};
+use osl_numeric::Arithmetic;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 pub(crate) use step::{
-    Array, CellPlace, Export, KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource,
-    Place, Seed, Step, Steps,
+    Array, CellLocation, Export, KernelStep, LaneStep, Location, LoopParam, Mark, Operand, OutputPlan,
+    OutputSource, Seed, Step, Steps,
 };
 pub(crate) use weight::SERIAL;
 
 /// Sums up the weights of steps.
 fn weigh(steps: &mut Steps) {
     for step in &mut steps.list {
-        if let Step::Shared { steps, .. } = step {
+        if let Step::PerCell { steps, .. } = step {
             weigh(steps);
         }
     }
@@ -53,22 +53,25 @@ pub struct Program {
     /// Varying globals that are read, with their registers.
     pub(crate) globals: Vec<(Global, Operand)>,
     /// Derivatives of globals that are read.
-    pub(crate) slopes: Vec<(Global, Axis, Operand)>,
+    pub(crate) derivs: Vec<(Global, Axis, Operand)>,
     pub(crate) outputs: Vec<OutputPlan>,
     pub(crate) strings: Vec<Arc<str>>,
     error_messages: bool,
     /// The number of each string.
     pub(crate) numbers: FxHashMap<Arc<str>, u32>,
     /// The layers, each with the start of its source.
-    layers: Vec<(u32, osl_ir::builtins::Names)>,
+    layers: Vec<(u32, osl_ir::ir::Names)>,
     /// Machine code for sequences of its lane operations.
     pub(crate) native: Arc<Plans>,
-    /// Number of groups of shared values.
+    /// Number of groups of values per cell.
     pub(crate) groups: usize,
     /// Whether everything that it does is uniform, so that one run is enough.
-    pub(crate) shared: bool,
+    pub(crate) uniform: bool,
     /// Steps charged to each point before anything runs.
     pub(crate) base: u64,
+    /// The live parameters, with their current values, and where the uniform file has them.
+    inputs: Vec<Input>,
+    input_words: Vec<(u32, u32)>,
     /// What it was compiled for.
     assumptions: Assumptions,
 }
@@ -93,7 +96,7 @@ fn is_quiet(steps: &Steps) -> bool {
         Step::Kernel(step) => !step.kernel.has_effect() && !step.kernel.is_varying(),
         Step::If { then, otherwise, .. } => is_quiet(then) && is_quiet(otherwise),
         Step::Loop { body, .. } => is_quiet(body),
-        Step::Shared { steps, .. } => is_quiet(steps),
+        Step::PerCell { steps, .. } => is_quiet(steps),
     })
 }
 
@@ -103,7 +106,7 @@ impl Program {
         let mut compiler = Compiler::new(body);
         let steps = compiler.block(body.entry);
         let outputs = compiler.outputs();
-        let Compiler { registers, cells, words, globals, slopes, strings, marks, .. } = compiler;
+        let Compiler { registers, cells, words, globals, derivs, inputs, strings, marks, .. } = compiler;
         let arrays: Vec<Array> = body
             .slots
             .iter()
@@ -113,7 +116,7 @@ impl Program {
                 varying: slot.rate == Rate::Varying,
             })
             .collect();
-        let shared = registers.list.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
+        let uniform = registers.list.is_empty() && !arrays.iter().any(|a| a.varying) && is_quiet(&steps);
         let insts = body.blocks.iter().flat_map(|block| &block.insts);
         let error_messages = insts.map(|inst| &inst.op).any(|op| {
             matches!(
@@ -128,7 +131,7 @@ impl Program {
         });
         Program {
             error_messages,
-            shared,
+            uniform,
             base: weight::of_arrays(&arrays),
             steps,
             marks,
@@ -137,13 +140,15 @@ impl Program {
             words,
             arrays,
             globals,
-            slopes,
+            derivs,
             outputs,
             strings: strings.list,
             numbers: strings.numbers,
             layers: body.layers.clone(),
-            groups: shared::groups(body),
+            groups: per_cell::groups(body),
             native: Arc::default(),
+            inputs: body.inputs.clone(),
+            input_words: inputs,
             assumptions: body.assumptions.clone(),
         }
     }
@@ -153,20 +158,42 @@ impl Program {
         self.assumptions.arithmetic
     }
 
+    /// The live parameters, element by element, with the values of the next run.
+    pub fn inputs(&self) -> &[Input] {
+        &self.inputs
+    }
+
+    /// Sets a live parameter, or an element of one, by its index in [`Program::inputs`]. Returns whether
+    /// there is such a parameter and the value is of its kind.
+    pub fn set_input(&mut self, index: usize, value: Const) -> bool {
+        let numbers = matches!(value.kind(), Kind::Int | Kind::Float | Kind::Triple | Kind::Matrix);
+        let input = self.inputs.get_mut(index).filter(|input| input.value.kind() == value.kind());
+        let Some(input) = input.filter(|_| numbers) else { return false };
+        let words = Seed::of(&value, |_| 0);
+        for (_, at) in self.input_words.iter().filter(|(of, _)| *of as usize == index) {
+            let at = *at as usize;
+            if let Some(target) = self.words.get_mut(at..at + words.len()) {
+                target.copy_from_slice(&words);
+            }
+        }
+        input.value = value;
+        true
+    }
+
     /// Checks that a source keeps to what the program was compiled for.
     ///
     /// # Errors
     /// Something differs from point to point that the program takes for the same at all of them, or the
     /// source traces rays and the program was compiled without them.
     pub(crate) fn accepts(&self, source: &dyn PointSource) -> Result<(), RunError> {
-        let Assumptions { varying, slopes, traces, .. } = &self.assumptions;
+        let Assumptions { varying, derivs, traces, .. } = &self.assumptions;
         let beyond =
             |here: &[Global], known: &[Global]| here.iter().find(|global| !known.contains(global)).copied();
         if let Some(global) = beyond(source.varying(), varying) {
             return Err(RunError::VariesMore(global));
         }
-        if let Some(global) = beyond(source.varying_slopes(), slopes) {
-            return Err(RunError::SlopesVaryMore(global));
+        if let Some(global) = beyond(source.varying_derivs(), derivs) {
+            return Err(RunError::DerivsVaryMore(global));
         }
         if source.traces() && !traces {
             return Err(RunError::Traces);
@@ -175,7 +202,7 @@ impl Program {
     }
 
     /// The layer of a source location, and its names.
-    pub fn names(&self, span: osl_ir::Span) -> Option<(usize, &osl_ir::builtins::Names)> {
+    pub fn names(&self, span: osl_ir::Span) -> Option<(usize, &osl_ir::ir::Names)> {
         osl_ir::ir::names_at(&self.layers, span)
     }
 
@@ -183,6 +210,19 @@ impl Program {
     /// [`Services::reference_texts`](crate::Services) then depend on which lookup comes first.
     pub fn has_error_messages(&self) -> bool {
         self.error_messages
+    }
+
+    /// The bits of a word of the uniform file, in single precision, if they are the same in every run.
+    pub(crate) fn constant(&self, at: u32) -> Option<u32> {
+        let is_input = self.input_words.iter().any(|(input, first)| {
+            let words = self.inputs.get(*input as usize).map_or(0, |input| input.value.kind().words());
+            (*first..*first + words).contains(&at)
+        });
+        match self.words.get(at as usize)? {
+            Seed::Bits(bits) if !is_input => Some(*bits),
+            Seed::Float(x) if !is_input => Some(x.to_bits()),
+            _ => None,
+        }
     }
 
     /// Whether a word of the uniform file is a constant of the shader.
@@ -220,7 +260,7 @@ impl Program {
     }
 
     /// Bytes of the uniform arrays, for words of a size.
-    fn shared_bytes(&self, word: usize) -> u64 {
+    fn uniform_bytes(&self, word: usize) -> u64 {
         let arrays = self.arrays.iter().filter(|a| !a.varying).map(|a| u64::from(a.words) * u64::from(a.len));
         arrays.fold(0, u64::saturating_add).saturating_mul(word as u64)
     }
@@ -237,18 +277,18 @@ impl Program {
         bytes: u64,
         word: usize,
     ) -> Result<(usize, usize), u64> {
-        let (point, shared) = (self.point_bytes(word), self.shared_bytes(word));
-        let least = point.saturating_add(shared);
+        let (point, uniform) = (self.point_bytes(word), self.uniform_bytes(word));
+        let least = point.saturating_add(uniform);
         if least > bytes {
             return Err(least);
         }
-        let line = point.saturating_mul(LINE as u64).saturating_add(shared);
+        let line = point.saturating_mul(LINE as u64).saturating_add(uniform);
         let most = usize::try_from(bytes / line).unwrap_or(usize::MAX);
         if most == 0 {
             return Ok((1, 1));
         }
         let threads = threads.clamp(1, most);
-        let room = (bytes / threads as u64).saturating_sub(shared);
+        let room = (bytes / threads as u64).saturating_sub(uniform);
         let lanes = usize::try_from(room / point).unwrap_or(usize::MAX);
         Ok((threads, batch.min(lanes / LINE * LINE).max(LINE.min(batch))))
     }

@@ -20,7 +20,7 @@ use crate::program::{OutputPlan, Program, words_of};
 use crate::services::Services;
 use crate::source::PointSource;
 use osl_ir::ir::Kind;
-use osl_ir::numeric::Arithmetic;
+use osl_numeric::Arithmetic;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -118,7 +118,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    fn points_in<A: arithmetic::Arithmetic>(
+    fn points_in<A: arithmetic::ArithmeticImpl>(
         &self,
         points: Range<usize>,
         progress: &(dyn Fn(usize) + Sync),
@@ -131,7 +131,11 @@ impl<'a> Run<'a> {
         let slots = self.slots(points.len())?;
         let tiles = points.len().div_ceil(tile);
         let batch = options.batch.unwrap_or_else(|| program.batch()).clamp(1, tile);
-        let threads = rayon::current_num_threads().clamp(1, tiles.max(1));
+        // Asking for the number of threads would start them.
+        let threads = match options.threads {
+            Some(1) => 1,
+            most => rayon::current_num_threads().min(most.unwrap_or(usize::MAX)).clamp(1, tiles.max(1)),
+        };
         let (threads, batch) = self.machines::<A>((threads, batch))?;
         let mut planes: Vec<Plane> = slots.planes.iter().map(|slot| self.plane(slot, points.len())).collect();
         let mut parts: Vec<Vec<Piece<'_>>> = (0..tiles).map(|_| Vec::with_capacity(planes.len())).collect();
@@ -166,7 +170,7 @@ impl<'a> Run<'a> {
             gather((program, self.options), blocks, points.start, (planes, slots.closures), results);
         for said in &mut frame.messages {
             // A uniform program has run for one batch, which stands for the others.
-            if program.shared {
+            if program.uniform {
                 (said.first, said.points) = (points.start, Some(points.len() as u64));
             }
             said.first = source.pixel(said.first);
@@ -199,7 +203,7 @@ impl<'a> Run<'a> {
     }
 
     /// The number of threads and of points in a batch for which there is memory.
-    fn machines<A: arithmetic::Arithmetic>(
+    fn machines<A: arithmetic::ArithmeticImpl>(
         &self,
         wanted: (usize, usize),
     ) -> Result<(usize, usize), RunError> {

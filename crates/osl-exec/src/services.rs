@@ -1,7 +1,7 @@
 //! The queries of a running shader to its surroundings: named spaces and textures.
 
 use osl_image::TextureCache;
-use osl_ir::numeric::Real;
+use osl_numeric::Scalar;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -65,14 +65,14 @@ impl Spaces {
     ///
     /// # Errors
     /// The unknown names, and the matrix with common space in their place.
-    pub fn matrix<'n, R: Real>(&self, from: &'n str, to: &'n str) -> Result<[R; 16], Unknown<'n, R>> {
+    pub fn matrix<'n, R: Scalar>(&self, from: &'n str, to: &'n str) -> Result<[R; 16], Unknown<'n, R>> {
         let mut names = [None; 2];
         let from_matrix = self.to_common(from);
         names[0] = from_matrix.is_none().then_some(from);
         let from_matrix = from_matrix.map(|m| m.map(R::lit));
         let common = |name: &str| name == "common" || name == "world";
         let identity = IDENTITY.map(R::lit);
-        let multiply = osl_ir::numeric::matrix::multiply;
+        let multiply = osl_numeric::matrix::multiply;
         let matrix = if let Some(to_matrix) = self.from_common.get(to) {
             let to_matrix = to_matrix.map(R::lit);
             multiply(from_matrix.unwrap_or(identity), to_matrix)
@@ -81,7 +81,7 @@ impl Spaces {
             names[1] = to_matrix.is_none().then_some(to);
             // The product with an unknown space is computed like any other, so that no zero of it is
             // negative.
-            let inverse = to_matrix.map_or(identity, |m| osl_ir::numeric::matrix::inverse(m.map(R::lit)));
+            let inverse = to_matrix.map_or(identity, |m| osl_numeric::matrix::inverse(m.map(R::lit)));
             let known = names == [None; 2];
             match (from_matrix, inverse) {
                 _ if known && from == to => identity,

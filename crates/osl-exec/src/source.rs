@@ -1,7 +1,7 @@
 //! The source of shading points, as the interpreter sees it.
 
 use crate::order::Blocks;
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const};
 use osl_ir::types::Type;
 
@@ -13,18 +13,18 @@ pub struct Datum {
     /// Whether it is an array.
     pub array: bool,
     /// The change of a single float to the next pixel along x and along y.
-    pub slopes: [f32; 2],
+    pub derivs: [f32; 2],
 }
 
 impl Datum {
     /// A constant value.
     pub fn one(value: Const) -> Datum {
-        Datum { values: vec![value], array: false, slopes: [0.0; 2] }
+        Datum { values: vec![value], array: false, derivs: [0.0; 2] }
     }
 
     /// An array.
     pub fn array(values: Vec<Const>) -> Datum {
-        Datum { values, array: true, slopes: [0.0; 2] }
+        Datum { values, array: true, derivs: [0.0; 2] }
     }
 }
 
@@ -64,22 +64,22 @@ pub trait PointSource: Sync {
 
     /// The derivative of a global along an axis: its change from a pixel to its neighbour; a scalar is in the
     /// first element.
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3];
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3];
 
     /// Writes a varying global for the points from `first` on. **Shape:** `lanes` contains one array of
     /// `width` floats for each component of the global. After the last point, its value repeats.
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]);
 
-    /// The globals whose derivatives differ from point to point; [`PointSource::fill_slope`] returns them.
-    fn varying_slopes(&self) -> &[Global] {
+    /// The globals whose derivatives differ from point to point; [`PointSource::fill_deriv`] returns them.
+    fn varying_derivs(&self) -> &[Global] {
         &[]
     }
 
     /// Writes a varying derivative in the layout of [`PointSource::fill`].
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         let _ = first;
-        let slope = self.slope(global, axis);
-        lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
+        let deriv = self.deriv(global, axis);
+        lanes.chunks_mut(width.max(1)).zip(deriv).for_each(|(lanes, x)| lanes.fill(x));
     }
 
     /// Whether it answers [`PointSource::trace`] and [`PointSource::message`]. Otherwise programs are

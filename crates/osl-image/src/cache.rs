@@ -4,6 +4,7 @@
 //! module must not know how textures are looked up.
 
 use std::collections::{HashMap, HashSet};
+use std::io::Read;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -15,8 +16,9 @@ use crate::budget::{Budget, Reservation, Slot};
 use crate::decoded::{Admission, Decoded};
 use crate::error::ImageError;
 use crate::file;
-use crate::read::{SubImage, read_part};
-use crate::search::Search;
+use crate::image::SubImage;
+use crate::read::read_part;
+use crate::search::{ReadFile, Search};
 use crate::texture::Texture;
 use crate::udim::{self, Square};
 
@@ -171,6 +173,12 @@ impl TextureCache {
         Self::of(Search::new(search), limits)
     }
 
+    /// A cache whose files come from the client instead of the disk, within limits as for
+    /// [`TextureCache::within`].
+    pub fn given(files: ReadFile, limits: &Limits) -> Self {
+        Self::of(Search::Given(files), limits)
+    }
+
     fn of(search: Search, limits: &Limits) -> Self {
         let images = &limits.images;
         let budget = Budget::new(images.texture_memory, images.working_memory, images.names);
@@ -189,7 +197,10 @@ impl TextureCache {
     /// names, `..`, or symbolic links. By default they may not. Forgets everything that was read.
     #[must_use]
     pub fn allow_files(self, allowed: bool) -> Self {
-        let search = Search::new(self.folders().to_vec()).or_anywhere(allowed);
+        let search = match &self.shared.search {
+            Search::Given(files) => Search::Given(Arc::clone(files)),
+            Search::Folders { folders, .. } => Search::new(folders.clone()).or_anywhere(allowed),
+        };
         Self::of(search, &self.shared.limits)
     }
 
@@ -244,10 +255,17 @@ impl TextureCache {
     pub fn read_text(&self, name: &str, limit: u64) -> Result<String, String> {
         let shown = name.escape_debug();
         let file = self.shared.search.open(name).map_err(|_| format!("Could not open file \"{shown}\""))?;
-        if file.length() > limit {
-            return Err(format!("the file \"{shown}\" is longer than {limit} bytes"));
+        let too_long = || format!("the file \"{shown}\" is longer than {limit} bytes");
+        if file.length > limit {
+            return Err(too_long());
         }
-        let bytes = file.bytes(limit).map_err(|e| format!("the file \"{shown}\": {e}"))?;
+        let mut bytes = Vec::new();
+        // The file may grow while it is read, so one byte more than the limit is requested.
+        let read = file.source.take(limit.saturating_add(1)).read_to_end(&mut bytes);
+        read.map_err(|e| format!("the file \"{shown}\": cannot read the file: {e}"))?;
+        if bytes.len() as u64 > limit {
+            return Err(too_long());
+        }
         String::from_utf8(bytes).map_err(|_| format!("the file \"{shown}\" is not text"))
     }
 
@@ -257,7 +275,7 @@ impl TextureCache {
         if Self::is_tiled(name) {
             return !self.tiles(name).is_empty();
         }
-        self.shared.search.open(name).is_ok()
+        self.shared.search.find(name).is_ok()
     }
 
     /// Why no file with this name can be opened; `None` if one exists, which may still not be an image.
@@ -265,7 +283,7 @@ impl TextureCache {
         if self.exists(name) {
             return None;
         }
-        Some(match self.shared.search.open(name) {
+        Some(match self.shared.search.find(name) {
             Err(FileError::Outside) => Missing::Outside,
             _ => Missing::NotFound,
         })
@@ -291,7 +309,7 @@ impl TextureCache {
             listed.as_ref().is_none_or(|folders| folders.iter().any(|folder| folder.contains(&file)))
         };
         let names = Square::usual().filter_map(|square| square.name(name)).filter(may_be);
-        let tiles: Arc<[String]> = names.filter(|name| self.shared.search.open(name).is_ok()).collect();
+        let tiles: Arc<[String]> = names.filter(|name| self.shared.search.find(name).is_ok()).collect();
         let mut known = self.shared.tiles.write().unwrap_or_else(PoisonError::into_inner);
         if known.len() as u64 >= self.shared.limits.images.patterns {
             known.clear();
@@ -303,11 +321,11 @@ impl TextureCache {
     /// tried. `None` if each file must be tried.
     fn listed(&self, name: &str) -> Option<Vec<Arc<HashSet<String>>>> {
         let (folder, _) = name.rsplit_once('/').unwrap_or((".", ""));
-        if Self::is_tiled(folder) || cfg!(not(unix)) {
+        if Self::is_tiled(folder) || cfg!(not(unix)) || !self.shared.search.is_on_disk() {
             return None;
         }
         let first = Square::usual().next().and_then(|square| square.name(name))?;
-        if matches!(self.shared.search.open(&first), Err(FileError::Outside)) {
+        if matches!(self.shared.search.find(&first), Err(FileError::Outside)) {
             return None;
         }
         let folders = self.folders().iter().map(|root| root.join(folder));

@@ -8,10 +8,11 @@ use std::path::Path;
 use jpeg_encoder::{ColorType, Encoder};
 
 use crate::error::ImageError;
-use crate::exr_out::{ExrOptions, Layer, LayerKind, SampleType, check_plane, check_size, exr_file};
+use crate::exr_out::{ExrOptions, Layer, LayerKind, check_plane, check_size, exr_file};
+use crate::exr_zip::SampleType;
 use crate::file;
 use crate::png_out::{BitDepth, PngOptions, png_bytes};
-use crate::tiff_out::{self, Stored};
+use crate::tiff_out::{Stored, tiff_bytes};
 use crate::transfer::Transfer;
 use osl_files::Unsaved;
 
@@ -53,23 +54,46 @@ pub fn write_ints(
     samples: Option<Samples>,
 ) -> Result<Unsaved, ImageError> {
     check_size(path, size.0, size.1)?;
-    let ending = ending(path);
-    if samples.is_none() && matches!(ending.as_str(), "tif" | "tiff") {
+    let format = ImageFormat::of(path);
+    if samples.is_none() && format == Some(ImageFormat::Tiff) {
         if planes.iter().any(|plane| plane.len() != size.0 * size.1) {
             return Err(ImageError::input(path, "a plane does not have one value for each pixel"));
         }
         let bytes = pixels(planes, size.0 * size.1, i32::to_le_bytes);
-        return tiff_out::write(path, size, planes.len(), Stored::Int, bytes.as_flattened());
+        let bytes = tiff_bytes(path, size, planes.len(), Stored::Int, bytes.as_flattened())?;
+        return file::with(path, &bytes);
     }
     let fractions = |plane: &&[i32]| plane.iter().map(|n| *n as f32 * (1.0 / i32::MAX as f32)).collect();
     let fractions: Vec<Vec<f32>> = planes.iter().map(fractions).collect();
     let planes: Vec<&[f32]> = fractions.iter().map(Vec::as_slice).collect();
-    let samples = samples.or((ending == "exr").then_some(Samples::Half));
+    let samples = samples.or((format == Some(ImageFormat::Exr)).then_some(Samples::Half));
     write_channels(path, size, &planes, samples)
 }
 
-fn ending(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+/// The formats in which images are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageFormat {
+    /// OpenEXR: layers of floats.
+    Exr,
+    /// TIFF: floats or integers.
+    Tiff,
+    /// PNG: 8 or 16 bits.
+    Png,
+    /// JPEG: 8 bits, with losses.
+    Jpeg,
+}
+
+impl ImageFormat {
+    /// The format that the ending of a file's name means; `None` if it means none of these.
+    pub fn of(path: &Path) -> Option<ImageFormat> {
+        Some(match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "exr" => ImageFormat::Exr,
+            "tif" | "tiff" => ImageFormat::Tiff,
+            "png" => ImageFormat::Png,
+            "jpg" | "jpeg" => ImageFormat::Jpeg,
+            _ => return None,
+        })
+    }
 }
 
 /// Writes planes as the channels of a file, which replaces its target once the result is saved: .exr, .tif,
@@ -90,17 +114,34 @@ pub fn write_channels(
     for (i, plane) in planes.iter().enumerate() {
         check_plane(path, &format!("plane {i}"), plane, width * height)?;
     }
-    match ending(path).as_str() {
-        "exr" => exr(path, (width, height), planes, samples),
-        "tif" | "tiff" => tiff(path, (width, height), planes, samples.unwrap_or(Samples::Float)),
-        "png" => {
+    match ImageFormat::of(path) {
+        Some(ImageFormat::Exr) => exr(path, (width, height), planes, samples),
+        _ => file::with(path, &channel_bytes(path, (width, height), planes, samples, Transfer::Srgb)?),
+    }
+}
+
+/// The bytes of a .tif, .png or .jpg file with these planes as its channels. PNG and JPEG store integers,
+/// after `transfer`.
+///
+/// **Shape** and **Errors**: as for [`write_channels`].
+pub fn channel_bytes(
+    path: &Path,
+    (width, height): (usize, usize),
+    planes: &[&[f32]],
+    samples: Option<Samples>,
+    transfer: Transfer,
+) -> Result<Vec<u8>, ImageError> {
+    check_size(path, width, height)?;
+    for (i, plane) in planes.iter().enumerate() {
+        check_plane(path, &format!("plane {i}"), plane, width * height)?;
+    }
+    match ImageFormat::of(path) {
+        Some(ImageFormat::Tiff) => tiff(path, (width, height), planes, samples.unwrap_or(Samples::Float)),
+        Some(ImageFormat::Png) => {
             let depth = if samples == Some(Samples::Short) { BitDepth::Sixteen } else { BitDepth::Eight };
-            {
-                let options = PngOptions { transfer: Transfer::Srgb, depth };
-                file::with(path, &png_bytes(path, width, height, planes, options)?)
-            }
+            png_bytes(path, width, height, planes, PngOptions { transfer, depth })
         }
-        "jpg" | "jpeg" => jpeg(path, (width, height), planes),
+        Some(ImageFormat::Jpeg) => jpeg(path, (width, height), planes, transfer),
         _ => Err(ImageError::input(path, "the name must end in .exr, .tif, .png or .jpg")),
     }
 }
@@ -136,20 +177,25 @@ fn pixels<S: Copy, T>(planes: &[&[S]], n_pixels: usize, convert: impl Fn(S) -> T
     (0..n_pixels).flat_map(|at| planes.iter().map(move |plane| plane[at])).map(convert).collect()
 }
 
-fn jpeg(path: &Path, (width, height): (usize, usize), planes: &[&[f32]]) -> Result<Unsaved, ImageError> {
+fn jpeg(
+    path: &Path,
+    (width, height): (usize, usize),
+    planes: &[&[f32]],
+    transfer: Transfer,
+) -> Result<Vec<u8>, ImageError> {
     let color = match planes.len() {
         1 => ColorType::Luma,
         3 => ColorType::Rgb,
         n => return Err(ImageError::input(path, format!("a JPEG takes 1 or 3 channels, not {n}"))),
     };
-    let stored = pixels(planes, width * height, |x| Transfer::Srgb.quantize(x, 255) as u8);
+    let stored = pixels(planes, width * height, |x| transfer.quantize(x, 255) as u8);
     let (Ok(width), Ok(height)) = (u16::try_from(width), u16::try_from(height)) else {
         return Err(ImageError::input(path, "a JPEG has at most 65535 pixels a side"));
     };
     let mut bytes = Vec::new();
     let encoded = Encoder::new(&mut bytes, 98).encode(&stored, width, height, color);
     encoded.map_err(|e| ImageError::format(path, format!("cannot encode JPEG: {e}")))?;
-    file::with(path, &bytes)
+    Ok(bytes)
 }
 
 fn tiff(
@@ -157,9 +203,9 @@ fn tiff(
     size: (usize, usize),
     planes: &[&[f32]],
     samples: Samples,
-) -> Result<Unsaved, ImageError> {
+) -> Result<Vec<u8>, ImageError> {
     let n = size.0 * size.1;
-    let write = |stored, bytes: &[u8]| tiff_out::write(path, size, planes.len(), stored, bytes);
+    let write = |stored, bytes: &[u8]| tiff_bytes(path, size, planes.len(), stored, bytes);
     match samples {
         Samples::Byte => write(Stored::Byte, &pixels(planes, n, |x| Transfer::Linear.quantize(x, 255) as u8)),
         Samples::Short => {

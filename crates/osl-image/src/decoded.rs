@@ -10,8 +10,8 @@ use osl_limits::Limits;
 
 use crate::budget::{Budget, Reservation};
 use crate::error::ImageError;
+use crate::image::{Header, ImageData, StoredType};
 use crate::levels::samples_below;
-use crate::read::{Header, ImageData, StoredType};
 use crate::texels::{Texels, bytes_of};
 use crate::wrap::Wrap;
 

@@ -8,8 +8,9 @@ use std::f64::consts::{FRAC_1_PI, PI};
 
 use crate::filter::{Interp, Sample};
 use crate::footprint::{LevelBlend, bounded};
+use crate::level::Level;
 use crate::lookup::{LevelSource, Lookup, LookupOptions};
-use crate::texture::{Level, Texture};
+use crate::texture::Texture;
 use crate::wrap::Wrap;
 
 /// The smallest angle to a neighbour.

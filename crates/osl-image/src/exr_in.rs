@@ -17,7 +17,7 @@ use half::f16;
 
 use crate::decoded::{Admission, Claim, Decoded};
 use crate::error::ImageError;
-use crate::read::{Header as FileHeader, Opened, StoredType, SubImage};
+use crate::image::{Header as FileHeader, Opened, StoredType, SubImage};
 use crate::texels::Texels;
 use crate::wrap::Wrap;
 use crate::{exr_b44, exr_meta};

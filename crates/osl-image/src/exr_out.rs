@@ -17,7 +17,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use crate::error::ImageError;
-use crate::exr_zip;
+use crate::exr_zip::{self, SampleType};
 use crate::file;
 use osl_files::Unsaved;
 
@@ -63,16 +63,6 @@ pub struct Layer<'a> {
     pub kind: LayerKind,
     /// The values, one plane for each channel.
     pub planes: Vec<&'a [f32]>,
-}
-
-/// How a sample is stored.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SampleType {
-    /// 32 bits, exactly as given (under a lossless compression).
-    #[default]
-    Float,
-    /// 16 bits, rounded to nearest; values beyond 65504 become infinite.
-    Half,
 }
 
 /// How the file is compressed. All but [`ExrCompression::Pxr24`] are lossless.

@@ -7,7 +7,15 @@
 
 use half::f16;
 
-use crate::exr_out::SampleType;
+/// How a sample is stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SampleType {
+    /// 32 bits, exactly as given (under a lossless compression).
+    #[default]
+    Float,
+    /// 16 bits, rounded to nearest; values beyond 65504 become infinite.
+    Half,
+}
 
 /// The compression level, from 0 to 10.
 const LEVEL: u8 = 1;

@@ -3,32 +3,25 @@
 //! This module must not know image formats.
 
 use crate::error::ImageError;
-use osl_files::{Opened, Unsaved};
+use crate::search::Found;
+use osl_files::Unsaved;
 use osl_limits::Limits;
-use std::io::BufReader;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// An opened file to read from, with its path and length.
-pub(crate) struct File {
-    pub(crate) path: PathBuf,
-    pub(crate) length: u64,
-    pub(crate) source: BufReader<std::fs::File>,
-}
-
-/// An opened file, if it is not too long.
-pub(crate) fn to_read(file: Opened, limits: &Limits) -> Result<File, ImageError> {
-    let (path, length) = (file.path().to_owned(), file.length());
+/// A file, if it is not too long.
+pub(crate) fn to_read(file: Found, limits: &Limits) -> Result<Found, ImageError> {
     let most = limits.images.file_bytes;
-    if length > most {
+    if file.length > most {
         let reason = format!("is longer than {most} bytes (--limit images.file_bytes=N)");
-        return Err(ImageError::format(&path, reason));
+        return Err(ImageError::format(&file.path, reason));
     }
-    Ok(File { path, length, source: BufReader::new(file.into_file()) })
+    Ok(file)
 }
 
 /// A file that the user named.
-pub(crate) fn open_named(path: &Path, limits: &Limits) -> Result<File, ImageError> {
-    to_read(osl_files::open_named(path).map_err(|error| ImageError::file(path, error))?, limits)
+pub(crate) fn open_named(path: &Path, limits: &Limits) -> Result<Found, ImageError> {
+    let file = osl_files::open_named(path).map_err(|error| ImageError::file(path, error))?;
+    to_read(Found::on_disk(file), limits)
 }
 
 /// An empty file that will replace the one at a path.

@@ -4,8 +4,8 @@
 
 use half::f16;
 
+use crate::level::Level;
 use crate::texels::{Texel, Texels};
-use crate::texture::Level;
 use crate::wrap::Wrap;
 
 /// How texels are interpolated, once the level is chosen.

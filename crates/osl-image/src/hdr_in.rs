@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::decoded::{Admission, Claim, Decoded};
 use crate::error::ImageError;
-use crate::read::{Opened, StoredType, channel_names};
+use crate::image::{Opened, StoredType, channel_names};
 use crate::texels::Texels;
 
 /// A stored pixel: red, green and blue, and their shared exponent.

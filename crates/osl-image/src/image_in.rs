@@ -14,8 +14,8 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 use crate::decoded::{Admission, Claim, Decoded};
 use crate::error::ImageError;
 use crate::hdr_in;
+use crate::image::{Opened, Source, StoredType, channel_names};
 use crate::jpeg_head::JpegHead;
-use crate::read::{Opened, Source, StoredType, channel_names};
 use crate::texels::Texels;
 
 /// Memory of the PNG decoder besides rows: a property of the decoder.
@@ -116,7 +116,8 @@ fn decode_jpeg(file: Opened<'_>, admission: &Admission<'_>) -> Result<Decoded, I
     source.read_to_end(&mut bytes).map_err(|error| ImageError::io(path, "read the file", error))?;
     let head = JpegHead::of(&bytes).ok_or_else(|| ImageError::format(path, "JPEG without a header"))?;
     let size = (head.width, head.height);
-    let n_channels = head.n_channels.max(1);
+    // Every picture of more than one component is decoded to RGB, also one of two.
+    let n_channels = if head.n_channels > 1 { head.n_channels.max(3) } else { 1 };
     let working = length.saturating_add(head.decoder_bytes());
     admission.admit(path, &claim(size, n_channels, StoredType::U8, working))?;
     let mut decoder = jpeg_decoder(&bytes, None);

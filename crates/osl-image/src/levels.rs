@@ -2,9 +2,9 @@
 //!
 //! This module must not know files or lookups.
 
-use crate::read::StoredType;
+use crate::image::StoredType;
+use crate::level::Level;
 use crate::texels::Texels;
-use crate::texture::Level;
 use osl_limits::Limits;
 
 /// The size of an axis in the next coarser level.

@@ -25,8 +25,10 @@ mod file;
 mod filter;
 mod footprint;
 mod hdr_in;
+mod image;
 mod image_in;
 mod jpeg_head;
+mod level;
 mod levels;
 mod lookup;
 mod png_out;
@@ -43,17 +45,18 @@ mod wrap;
 
 pub use attributes::{Attribute, Attributes};
 pub use cache::{LoadFailure, Loaded, Missing, TextureCache};
-pub use channels_out::{Samples, write_channels, write_ints};
+pub use channels_out::{ImageFormat, Samples, channel_bytes, write_channels, write_ints};
 pub use environment::environment;
 pub use error::ImageError;
-pub use exr_out::{
-    ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, SampleType, write_exr, write_exr_rows,
-};
+pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, write_exr, write_exr_rows};
+pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
+pub use image::{Header, ImageData, StoredType, SubImage};
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, png_bytes, write_png};
-pub use read::{Header, ImageData, StoredType, SubImage, decode_part, read_image};
+pub use read::{decode_part, read_image};
+pub use search::ReadFile;
 pub use texture::Texture;
 pub use transfer::Transfer;
 pub use wrap::Wrap;

@@ -4,7 +4,8 @@
 
 use crate::filter::{Interp, Sample, Source, sample};
 use crate::footprint::{Ellipse, Footprint, LevelBlend};
-use crate::texture::{Level, Texture};
+use crate::level::Level;
+use crate::texture::Texture;
 use crate::wrap::Wrap;
 
 /// The options of a lookup. The default is that of `texture(name, s, t)` in OSL.

@@ -1,18 +1,55 @@
 //! Where texture files are searched for.
 //!
 //! A shader names the files that it reads, and a shader may come from anywhere. So unless the user says
-//! otherwise, only files below the working directory or a search path are opened. This module must not know
-//! image formats; `osl-files` keeps names inside the folders.
+//! otherwise, only files below the working directory or a search path are opened; `osl-files` keeps names
+//! inside the folders. A client may also provide all files from memory. This module must not know image
+//! formats.
 
-use osl_files::{FileError, Opened, Roots};
+use crate::image::Source;
+use osl_files::{FileError, Roots};
+use std::io::{BufReader, Cursor};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// The folders to search.
-#[derive(Debug, Default)]
-pub(crate) struct Search {
-    /// Searched after the working directory, in order.
-    folders: Vec<PathBuf>,
-    roots: Roots,
+/// Returns the bytes of the file with a name, from wherever a client keeps them; `None` if there is none.
+pub type ReadFile = Arc<dyn Fn(&str) -> Option<Arc<[u8]>> + Send + Sync>;
+
+/// Where files are.
+pub(crate) enum Search {
+    /// Below folders.
+    Folders {
+        /// Searched after the working directory, in order.
+        folders: Vec<PathBuf>,
+        roots: Roots,
+    },
+    /// Wherever the client keeps them.
+    Given(ReadFile),
+}
+
+/// A file to read from.
+pub(crate) struct Found {
+    /// Its name in messages.
+    pub(crate) path: PathBuf,
+    /// Bytes.
+    pub(crate) length: u64,
+    pub(crate) source: Box<dyn Source>,
+}
+
+impl std::fmt::Debug for Search {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Search::Folders { folders, .. } => f.debug_tuple("Folders").field(folders).finish(),
+            Search::Given(_) => f.write_str("Given"),
+        }
+    }
+}
+
+impl Found {
+    /// A file on the disk.
+    pub(crate) fn on_disk(file: osl_files::Opened) -> Found {
+        let (path, length) = (file.path().to_owned(), file.length());
+        Found { path, length, source: Box::new(BufReader::new(file.into_file())) }
+    }
 }
 
 impl Search {
@@ -20,23 +57,53 @@ impl Search {
     pub(crate) fn new(folders: Vec<PathBuf>) -> Search {
         let here = PathBuf::new();
         let roots = Roots::new(std::iter::once(&here).chain(&folders));
-        Search { folders, roots }
+        Search::Folders { folders, roots }
     }
 
     /// Sets whether files elsewhere may be opened too.
     pub(crate) fn or_anywhere(self, anywhere: bool) -> Search {
-        Search { roots: self.roots.or_anywhere(anywhere), ..self }
+        match self {
+            Search::Folders { folders, roots } => {
+                Search::Folders { folders, roots: roots.or_anywhere(anywhere) }
+            }
+            given => given,
+        }
     }
 
     /// The folders after the working directory.
     pub(crate) fn folders(&self) -> &[PathBuf] {
-        &self.folders
+        match self {
+            Search::Folders { folders, .. } => folders,
+            Search::Given(_) => &[],
+        }
+    }
+
+    /// Whether files are on the disk, so that folders can be listed.
+    pub(crate) fn is_on_disk(&self) -> bool {
+        matches!(self, Search::Folders { .. })
+    }
+
+    /// Whether there is a file with this name.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn find(&self, name: &str) -> Result<(), FileError> {
+        self.open(name).map(|_| ())
     }
 
     /// Opens the first file with this name.
-    pub(crate) fn open(&self, name: &str) -> Result<Opened, FileError> {
-        let name = Path::new(name);
-        let beside = self.folders.iter().map(|folder| folder.join(name));
-        self.roots.first(std::iter::once(name.to_owned()).chain(beside))
+    pub(crate) fn open(&self, name: &str) -> Result<Found, FileError> {
+        match self {
+            Search::Folders { folders, roots } => {
+                let name = Path::new(name);
+                let beside = folders.iter().map(|folder| folder.join(name));
+                roots.first(std::iter::once(name.to_owned()).chain(beside)).map(Found::on_disk)
+            }
+            Search::Given(read) => {
+                let bytes = read(name).ok_or(FileError::NotFound)?;
+                let length = bytes.len() as u64;
+                Ok(Found { path: PathBuf::from(name), length, source: Box::new(Cursor::new(bytes)) })
+            }
+        }
     }
 }

@@ -4,7 +4,7 @@
 
 use half::f16;
 
-use crate::read::StoredType;
+use crate::image::StoredType;
 
 /// Values of one image, pixel by pixel. Rare types are kept as floats.
 #[derive(Clone, Debug, PartialEq)]

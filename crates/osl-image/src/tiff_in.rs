@@ -11,7 +11,7 @@ use tiff::tags::{SampleFormat, Tag};
 
 use crate::decoded::{Admission, Claim, Decoded};
 use crate::error::ImageError;
-use crate::read::{Header, Opened, Source, StoredType, SubImage, channel_names};
+use crate::image::{Header, Opened, Source, StoredType, SubImage, channel_names};
 use crate::texels::{Texels, bytes_of};
 use crate::tiff_meta;
 use crate::wrap::Wrap;

@@ -8,7 +8,7 @@ use tiff::decoder::ifd::Value;
 use tiff::tags::Tag;
 
 use crate::attributes::{Attribute, Attributes};
-use crate::read::{Header, Source};
+use crate::image::{Header, Source};
 
 /// The form of a tag's value.
 #[derive(Clone, Copy)]

@@ -7,8 +7,6 @@
 use std::path::Path;
 
 use crate::error::ImageError;
-use crate::file;
-use osl_files::Unsaved;
 
 /// How samples are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,14 +43,14 @@ impl Stored {
 /// Maximum number of channels in a file that this module writes. Users choose the channels, not input.
 const MAX_CHANNELS: usize = 1 << 12;
 
-/// Writes samples in little-endian order, pixel by pixel, with `channels` samples each.
-pub(crate) fn write(
+/// The bytes of a file with samples in little-endian order, pixel by pixel, with `channels` samples each.
+pub(crate) fn tiff_bytes(
     path: &Path,
     (width, height): (usize, usize),
     channels: usize,
     stored: Stored,
     samples: &[u8],
-) -> Result<Unsaved, ImageError> {
+) -> Result<Vec<u8>, ImageError> {
     let expected = width * height * channels * usize::from(stored.bits() / 8);
     if samples.len() != expected {
         return Err(ImageError::input(path, format!("{} bytes of samples, not {expected}", samples.len())));
@@ -92,7 +90,7 @@ pub(crate) fn write(
     bytes.extend(samples);
     bytes.resize(at as usize, 0);
     bytes.extend(rest);
-    file::with(path, &bytes)
+    Ok(bytes)
 }
 
 /// Bytes before the samples.

@@ -11,7 +11,7 @@
 mod halt;
 mod table;
 
-pub use halt::Halt;
+pub use halt::{Cancel, Halt};
 pub use table::{Compiling, Images, Limits, Reading, Row, Running, Scenes};
 
 /// Why a limit cannot be set.
@@ -95,5 +95,16 @@ mod tests {
         other.halt(Halt::Time);
         other.halt(Halt::Memory);
         assert_eq!(limits.halted(), Some(Halt::Time));
+    }
+
+    #[test]
+    fn cancelling_stops_only_the_limits_made_for_it() {
+        let (limits, cancel) = (Limits::default(), Cancel::new());
+        let until = limits.until(&cancel).clone();
+        assert_eq!(until.halted(), None);
+        cancel.cancel();
+        assert_eq!((until.halted(), limits.halted()), (Some(Halt::Cancelled), None));
+        limits.halt(Halt::Time);
+        assert_eq!(until.halted(), Some(Halt::Time));
     }
 }

@@ -8,7 +8,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl::pipeline;
+use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes;
 use osl_limits::Limits;
@@ -36,10 +36,10 @@ shader s(float k = 2, output float r = 0, output float other = 1)
 ";
 
 fn explained(source: &str, outputs: Option<&[&str]>, at: (usize, usize), exact: bool) -> String {
-    let checked = pipeline::check("s.osl", source, &NoFiles, &Options::default());
+    let checked = stages::check("s.osl", source, &NoFiles, &Options::default());
     let program = checked.program.expect("it compiles");
-    let plain = pipeline::lower(&program, &[]).unwrap();
-    let noted = pipeline::lower_noted(&program, &[]).unwrap();
+    let plain = stages::lower(&program, &[]).unwrap();
+    let noted = stages::lower_noted(&program, &[]).unwrap();
     let grid = Grid::new(16, 16);
     let outputs: Option<Vec<Arc<str>>> = outputs.map(|o| o.iter().map(|n| (*n).into()).collect());
     let options = passes::Options {
@@ -81,17 +81,17 @@ fn what_is_traced_is_what_a_run_computes() {
             p = transform(\"shader\", \"world\", P + n) + noise(\"gabor\", P); }",
     ];
     for source in sources {
-        let checked = pipeline::check("s.osl", source, &NoFiles, &Options::default());
+        let checked = stages::check("s.osl", source, &NoFiles, &Options::default());
         let program = checked.program.expect("it compiles");
         let grid = Grid::new(7, 5);
         let options = passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() };
-        let plain = pipeline::lower(&program, &[]).unwrap();
+        let plain = stages::lower(&program, &[]).unwrap();
         let services = Services::default();
-        let compiled = pipeline::finish(plain, &options);
+        let compiled = stages::finish(plain, &options);
         let frame =
             osl_exec::run(&compiled.program, &services, &grid, &RunOptions::default(), &|_| ()).unwrap();
         let body =
-            prepare(pipeline::lower_noted(&program, &[]).unwrap(), &options.varying, &[], &options.limits);
+            prepare(stages::lower_noted(&program, &[]).unwrap(), &options.varying, &[], &options.limits);
         for pixel in [0, 11, 17, 34] {
             let point = OnePoint::at_pixel(&grid, 7, 5, pixel % 7, pixel / 7).unwrap();
             let trace = follow(&body, &services, OnePoint { source: &grid, point }, &Limits::default());
@@ -122,8 +122,8 @@ fn a_way_without_end_is_cut() {
 
 #[test]
 fn costs_are_told_by_output() {
-    let checked = pipeline::check("s.osl", LOOP, &NoFiles, &Options::default());
-    let body = pipeline::lower(&checked.program.unwrap(), &[]).unwrap();
+    let checked = stages::check("s.osl", LOOP, &NoFiles, &Options::default());
+    let body = stages::lower(&checked.program.unwrap(), &[]).unwrap();
     let costs = cost(&body, &passes::Options::default());
     let of = |name: &str| costs.iter().find(|c| c.output == name).unwrap().clone();
     assert!(of("other").instructions < of("all asked for").instructions);
@@ -135,12 +135,12 @@ fn the_mask_alone_evaluates_no_simplex_noise() {
     use osl_ir::ir::{Kernel, NoiseField, Op};
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl/Cobbled.osl");
     let text = std::fs::read_to_string(path).unwrap();
-    let checked = pipeline::check("Cobbled.osl", &text, &NoFiles, &Options::default());
+    let checked = stages::check("Cobbled.osl", &text, &NoFiles, &Options::default());
     let program = checked.program.unwrap();
     let simplex = |outputs: Option<&str>| {
         let outputs = outputs.map(|o| vec![o.into()]);
         let options = passes::Options { outputs, ..passes::Options::default() };
-        let body = pipeline::finish(pipeline::lower(&program, &[]).unwrap(), &options).body;
+        let body = stages::finish(stages::lower(&program, &[]).unwrap(), &options).body;
         let is_simplex = |op: &Op| {
             matches!(
                 op,

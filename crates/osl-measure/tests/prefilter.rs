@@ -8,7 +8,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl::pipeline;
+use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes;
 use osl_measure::sample::{Filter, Pattern, Shading};
@@ -20,11 +20,11 @@ const SIDE: usize = 48;
 /// Values of the first output with a number of samples.
 fn image(text: &str, samples: u32, prefilter: Option<f32>) -> Vec<f32> {
     let grid = Grid::new(SIDE, SIDE);
-    let checked = pipeline::check("test.osl", text, &NoFiles, &Options::default());
-    let body = pipeline::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
+    let checked = stages::check("test.osl", text, &NoFiles, &Options::default());
+    let body = stages::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
     let varying = grid.varying().to_vec();
-    let options = passes::Options { varying, slopes: Vec::new(), prefilter, ..passes::Options::default() };
-    let program = pipeline::finish(body, &options).program;
+    let options = passes::Options { varying, derivs: Vec::new(), prefilter, ..passes::Options::default() };
+    let program = stages::finish(body, &options).program;
     let (services, options) = (Services::default(), RunOptions::default());
     let shading = Shading {
         program: &program,

@@ -8,23 +8,23 @@
     reason = "a test says what must hold"
 )]
 
-use osl::pipeline;
+use osl::stages;
 use osl_exec::{Frame, PointSource, Program, RunOptions, Services};
-use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
 use osl_measure::sample::{
     Adaptive, Filter, FilterKind, Image, MaxError, Pattern, Rate, Shading, adaptive, at_rate, max_error,
 };
+use osl_numeric::Arithmetic;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
 
 fn compile(text: &str, arithmetic: Arithmetic) -> Program {
-    let checked = pipeline::check("test.osl", text, &NoFiles, &Options::default());
+    let checked = stages::check("test.osl", text, &NoFiles, &Options::default());
     let program = checked.program.expect("no errors");
-    let body = pipeline::lower(&program, &[]).expect("lowers");
+    let body = stages::lower(&program, &[]).expect("lowers");
     let varying = Grid::new(2, 2).varying().to_vec();
-    let options = passes::Options { varying, slopes: Vec::new(), arithmetic, ..passes::Options::default() };
-    pipeline::finish(body, &options).program
+    let options = passes::Options { varying, derivs: Vec::new(), arithmetic, ..passes::Options::default() };
+    stages::finish(body, &options).program
 }
 
 /// Calls `work` with a shader, given as text, on a grid.

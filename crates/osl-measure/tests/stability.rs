@@ -9,7 +9,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl::pipeline;
+use osl::stages;
 use osl_exec::Services;
 use osl_limits::Limits;
 use osl_measure::stability::{self, Base, Examined, Knob, Subject};
@@ -22,11 +22,11 @@ fn folder() -> PathBuf {
 }
 
 fn examine(name: &str, text: &str, knobs: &[Knob]) -> Examined {
-    let checked = pipeline::check(name, text, &NoFiles, &Options::default());
+    let checked = stages::check(name, text, &NoFiles, &Options::default());
     let program = checked.program.expect("it compiles");
     let base = |params: &[(String, String)]| {
-        let plain = pipeline::lower(&program, params).ok()?;
-        let noted = pipeline::lower_noted(&program, params).ok()?;
+        let plain = stages::lower(&program, params).ok()?;
+        let noted = stages::lower_noted(&program, params).ok()?;
         Some(Base::new(plain, noted, None, &Limits::default()))
     };
     let services = Services::default();

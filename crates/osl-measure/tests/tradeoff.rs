@@ -8,7 +8,7 @@
     reason = "a test says what must hold"
 )]
 
-use osl::pipeline;
+use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes;
 use osl_measure::sample::{Filter, Shading};
@@ -81,11 +81,11 @@ fn a_measured_trade_makes_sense() {
         r = step(0.437, u + 0.3 * v);
         c = color(sin(6 * u), v, r);
     }";
-    let checked = pipeline::check("test.osl", source, &NoFiles, &Options::default());
-    let body = pipeline::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
+    let checked = stages::check("test.osl", source, &NoFiles, &Options::default());
+    let body = stages::lower(&checked.program.expect("no errors"), &[]).expect("lowers");
     let varying = grid.varying().to_vec();
-    let options = passes::Options { varying, slopes: Vec::new(), ..passes::Options::default() };
-    let program = pipeline::finish(body, &options).program;
+    let options = passes::Options { varying, derivs: Vec::new(), ..passes::Options::default() };
+    let program = stages::finish(body, &options).program;
     let (services, options) = (Services::default(), RunOptions::default());
     let shading = Shading {
         program: &program,

@@ -2,34 +2,12 @@
 //!
 //! The value needed next keeps its register. If there are too few registers, the value that is needed last
 //! gives up its register (Belady 1966) and moves to memory, unless it is there already. This module must not
-//! know where arrays are or who provides them.
+//! know where arrays are or who provides them, or the machine for which an [`Encoder`] writes code.
 
-use crate::block::{Array, Binary, Block, Compare, Inst, IntCompare, Op, Unary};
-use crate::encode::{Assembler, Gpr, K, Mem, Opcode, Rm, Zmm, name};
-use crate::rare;
+use crate::block::{Array, Block, Inst, Op};
+use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
 use rustc_hash::FxHashMap;
-
-/// The code's arguments, in the registers of the first four parameters: pointers to the arrays, working
-/// memory for values without a register, the byte offset of the first lane, and the byte offset after the
-/// last.
-const POINTERS: Gpr = Gpr::RDI;
-const SLOTS: Gpr = Gpr::RSI;
-const LANE: Gpr = Gpr::RDX;
-const END: Gpr = Gpr::RCX;
-/// Holds the pointer of the array that an instruction uses, if that array has no register of its own.
-const ARRAY: Gpr = Gpr::RAX;
-/// Caller-saved registers, for the arrays that are used most.
-const BASES: [Gpr; 4] = [Gpr(8), Gpr(9), Gpr(10), Gpr(11)];
-
-/// Lanes per vector.
-pub(crate) const LANES: usize = 16;
-/// Bytes per vector and per slot.
-const VECTOR: usize = 4 * LANES;
-
-/// Masks are numbered after the vectors; mask 0 means "no mask".
-const VECTORS: usize = 32;
-const REGISTERS: usize = VECTORS + 8;
-const FIRST_MASK: usize = VECTORS + 1;
+use std::ops::Range;
 
 /// Marks a register that an instruction uses as a temporary.
 const TAKEN: u32 = u32::MAX;
@@ -41,40 +19,65 @@ pub struct Assembled {
     pub bytes: Vec<u8>,
     /// Number of vectors of working memory.
     pub slots: usize,
+    /// Number of instructions.
+    pub instructions: usize,
 }
 
-/// Assembles the code of a block, whether or not this machine can run it, so that it can be inspected or
-/// emulated.
-///
-/// The code takes four arguments, in the usual registers: the address of the array pointers, the address of
-/// its slots, the byte offset of the first lane, and the byte offset after the last.
-pub fn assemble(block: &Block) -> Assembled {
-    let mut allocator = Allocator::new(block);
-    for (slot, array) in allocator.bases.into_iter().enumerate() {
-        if let Some(array) = array {
-            allocator.code.pointer(BASES[slot], POINTERS, 8 * array as i32);
-        }
+/// Writes the code of a block.
+pub(crate) fn assemble<E: Encoder>(block: &Block) -> Assembled {
+    let (code, slots) = allocate::<E>(block);
+    let (bytes, instructions) = code.finish();
+    Assembled { instructions, bytes, slots }
+}
+
+/// Hands the operations of a block to an encoder. Returns it with the number of slots.
+pub(crate) fn allocate<E: Encoder>(block: &Block) -> (E, usize) {
+    let mut allocator = Allocator::<E>::new(block);
+    for (base, array) in allocator.bases.iter().enumerate() {
+        allocator.code.pointer(Base(base as u8), *array);
     }
-    let start = allocator.code.here();
-    for (at, inst) in block.insts.iter().enumerate() {
+    allocator.code.begin();
+    let needed = block.needed();
+    for (at, inst) in block.insts.iter().enumerate().filter(|(at, _)| needed[*at]) {
         allocator.inst(at as u32, inst);
     }
-    let Allocator { mut code, slots, .. } = allocator;
-    code.count_and_return(LANE, VECTOR as i8, END, start);
-    Assembled { bytes: code.finish(), slots }
+    (allocator.code, allocator.slots)
 }
 
-struct Allocator<'a> {
+/// The registers of a kind are those of `held` in a range; masks of their own come after the vectors.
+fn registers<E: Encoder>(mask: bool) -> Range<usize> {
+    let vectors = usize::from(E::VECTORS);
+    match E::MASKS {
+        Masks::Registers(from, to) if mask => vectors + usize::from(from)..vectors + usize::from(to),
+        _ => 0..vectors,
+    }
+}
+
+/// The register at an index of `held`.
+fn register<E: Encoder>(index: usize) -> Register {
+    let vectors = usize::from(E::VECTORS);
+    if index < vectors { Register::Vector(index as u8) } else { Register::Mask((index - vectors) as u8) }
+}
+
+/// The index in `held` of a register.
+fn index<E: Encoder>(register: Register) -> usize {
+    match register {
+        Register::Vector(number) => usize::from(number),
+        Register::Mask(number) => usize::from(E::VECTORS) + usize::from(number),
+    }
+}
+
+struct Allocator<'a, E> {
     block: &'a Block,
-    code: Assembler,
+    code: E,
     /// The uses of each value: those of value `v` are `uses[first[v]..first[v + 1]]`, and `next[v]` counts
     /// those done.
     uses: Vec<u32>,
     first: Vec<u32>,
     next: Vec<u32>,
     /// The value in each register; vectors come before masks.
-    held: [Option<u32>; REGISTERS],
-    register: Vec<Option<u8>>,
+    held: Vec<Option<u32>>,
+    register: Vec<Option<Register>>,
     slot: Vec<Option<u32>>,
     free: Vec<u32>,
     /// Slots whose value the current instruction reads for the last time.
@@ -85,15 +88,17 @@ struct Allocator<'a> {
     gone: Vec<bool>,
     slots: usize,
     /// The arrays that have a register.
-    bases: [Option<u32>; 4],
+    bases: Vec<u32>,
 }
 
-impl<'a> Allocator<'a> {
-    fn new(block: &'a Block) -> Allocator<'a> {
+impl<'a, E: Encoder> Allocator<'a, E> {
+    fn new(block: &'a Block) -> Self {
         let count = block.insts.len();
         let mut first = vec![0u32; count + 1];
         let mut touched = vec![0usize; block.arrays.len()];
-        for inst in &block.insts {
+        let needed = block.needed();
+        let insts = || block.insts.iter().enumerate().filter(|(at, _)| needed[*at]);
+        for (_, inst) in insts() {
             inst.args().iter().for_each(|v| first[*v as usize + 1] += 1);
             if let Op::Lanes(a, _) | Op::Word(a, _) | Op::LookUp(a, _) | Op::Store(a, _) = inst.op {
                 touched[a.0 as usize] += 1;
@@ -104,7 +109,7 @@ impl<'a> Allocator<'a> {
         }
         let mut filled = first.clone();
         let mut uses = vec![0; first[count] as usize];
-        for (at, inst) in block.insts.iter().enumerate() {
+        for (at, inst) in insts() {
             for v in inst.args() {
                 let slot = &mut filled[*v as usize];
                 uses[*slot as usize] = at as u32;
@@ -113,14 +118,14 @@ impl<'a> Allocator<'a> {
         }
         let mut order: Vec<u32> = (0..touched.len() as u32).collect();
         order.sort_by_key(|a| std::cmp::Reverse(touched[*a as usize]));
-        let bases = std::array::from_fn(|n| order.get(n).copied());
+        order.truncate(usize::from(E::BASES));
         Allocator {
             block,
-            code: Assembler::default(),
+            code: E::default(),
             uses,
             next: first.clone(),
             first,
-            held: [None; REGISTERS],
+            held: vec![None; registers::<E>(false).end.max(registers::<E>(true).end)],
             register: vec![None; count],
             slot: vec![None; count],
             free: Vec::new(),
@@ -128,7 +133,7 @@ impl<'a> Allocator<'a> {
             lanes: FxHashMap::default(),
             gone: vec![false; count],
             slots: 0,
-            bases,
+            bases: order,
         }
     }
 
@@ -140,88 +145,64 @@ impl<'a> Allocator<'a> {
                 self.lanes.insert((array, word), at);
             }
             Op::Word(..) | Op::Constant(_) => {}
-            Op::Unary(Unary::InverseRoot) => self.inverse_root(at, inst),
-            Op::Length => self.length(at, inst),
-            Op::Unary(op) => {
-                let rm = self.last(args[0], args);
-                let (op, imm) = unary(op);
-                self.give(at, inst, |code, to| code.evex(op, to, None, rm, K(0), false, imm));
-            }
-            Op::Binary(op) => {
-                let (op, turns) = binary(op);
-                let (a, b) = self.turned(args[0], args[1], turns);
-                let a = self.vector(a, args);
-                let b = self.last(b, args);
-                self.give(at, inst, |code, to| code.evex(op, to, Some(a), b, K(0), false, None));
-            }
-            Op::LookUp(array, word) => {
-                let index = self.vector(args[0], args);
-                let table = Rm::Lanes(self.memory(array, word, false));
-                self.give(at, inst, |code, to| {
-                    code.evex(name::VPERMD, to, Some(index), table, K(0), false, None);
-                });
-            }
-            Op::Compare(how) => self.compare(at, inst, name::VCMPPS, predicate(how)),
-            Op::IntCompare(how) => self.compare(at, inst, name::VPCMPD, int_predicate(how)),
-            Op::NotZero => {
-                let a = self.vector(args[0], args);
-                self.give(at, inst, |code, to| {
-                    code.evex(name::VPTESTMD, to, Some(a), Rm::Zmm(a), K(0), false, None);
-                });
-            }
-            Op::Class { nan, infinite } => {
-                let rm = self.last(args[0], args);
-                // Quiet and signaling NaN, and both infinities.
-                let classes = if nan { 0x81 } else { 0 } | if infinite { 0x18 } else { 0 };
-                self.give(at, inst, |code, to| {
-                    code.evex(name::VFPCLASSPS, to, None, rm, K(0), false, Some(classes));
-                });
-            }
-            Op::TruthAnd | Op::TruthOr => {
-                let (a, b) = (self.truth(args[0], args), self.truth(args[1], args));
-                let op = if inst.op == Op::TruthAnd { name::KANDW } else { name::KORW };
-                self.give(at, inst, |code, to| code.mask(op, K(to), Some(a), b));
-            }
-            Op::TruthNot => {
-                let a = self.truth(args[0], args);
-                self.give(at, inst, |code, to| code.mask(name::KNOTW, K(to), None, a));
-            }
             Op::Choose => {
-                let truth = self.truth(args[0], args);
-                let no = self.vector(args[2], args);
+                let mask = self.operand(args[0], args);
+                let no = self.operand(args[2], args);
                 let yes = self.last(args[1], args);
-                self.give(at, inst, |code, to| {
-                    code.evex(name::VPBLENDMD, to, Some(no), yes, truth, false, None);
-                });
+                self.give(at, inst, &[mask, no, yes]);
             }
-            Op::Fused { less } => {
-                let factor = self.vector(args[1], args);
-                let [to] = self.work(false, args).map(Zmm);
+            Op::Fused { .. } => {
+                let factor = self.operand(args[1], args);
+                let [to] = self.work(false, args);
                 // The result overwrites the addend, which may be needed again.
                 match self.register[args[0] as usize] {
-                    Some(sum) => self.code.copy(to, Zmm(sum)),
+                    Some(sum) => self.code.copy(to, sum),
                     None => self.fetch(args[0], to),
                 }
                 let last = self.last(args[2], args);
-                let op = if less { name::VFNMADD231PS } else { name::VFMADD231PS };
-                self.code.evex(op, to.0, Some(factor), last, K(0), false, None);
-                self.finish(at, inst, to, &[to], &[]);
-            }
-            Op::Number => {
-                let truth = self.truth(args[0], args);
-                let one = Rm::Lanes(Mem::Pool(self.code.constant(1)));
-                self.give(at, inst, |code, to| {
-                    code.evex(name::VBROADCASTSS, to, None, one, truth, true, None);
-                });
+                self.code.operate(inst.op, to, &[factor, last], Work::default());
+                self.finish(at, inst, to, &[to]);
             }
             Op::Store(array, word) => {
                 self.rescue(array, word);
                 let a = self.vector(args[0], args);
-                let to = Rm::Lanes(self.memory(array, word, true));
-                self.code.evex(name::VMOVDQU32_STORE, a.0, None, to, K(0), false, None);
+                let to = MemoryOperand::Lanes(self.base(array), word);
+                self.code.store(a, to);
                 self.done(args);
                 self.free.append(&mut self.ending);
             }
+            op if E::work(op) != (0, 0) => self.with_work(at, inst),
+            Op::LookUp(array, word) => {
+                let index = self.operand(args[0], args);
+                let table = Operand::Memory(MemoryOperand::Table(self.base(array), word));
+                self.give(at, inst, &[index, table]);
+            }
+            Op::Binary(op) => {
+                let (a, b) = self.turned(args[0], args[1], op.commutes());
+                let a = self.operand(a, args);
+                let b = self.last(b, args);
+                self.give(at, inst, &[a, b]);
+            }
+            // All others have one or two operands. Masks and what is tested for zero are in registers.
+            op => match *args {
+                [a] if op.takes_mask() || op == Op::NotZero => {
+                    let a = self.operand(a, args);
+                    self.give(at, inst, &[a]);
+                }
+                [a, b] if op.takes_mask() => {
+                    let (a, b) = (self.operand(a, args), self.operand(b, args));
+                    self.give(at, inst, &[a, b]);
+                }
+                [a] => {
+                    let a = self.last(a, args);
+                    self.give(at, inst, &[a]);
+                }
+                [a, b] => {
+                    let (a, b) = (self.operand(a, args), self.last(b, args));
+                    self.give(at, inst, &[a, b]);
+                }
+                _ => {}
+            },
         }
     }
 
@@ -235,12 +216,6 @@ impl<'a> Allocator<'a> {
         }
     }
 
-    fn compare(&mut self, at: u32, inst: &Inst, op: Opcode, predicate: u8) {
-        let args = inst.args();
-        let (a, b) = (self.vector(args[0], args), self.last(args[1], args));
-        self.give(at, inst, |code, to| code.evex(op, to, Some(a), b, K(0), false, Some(predicate)));
-    }
-
     /// Orders the operands such that the second may stay in memory, if the operation is commutative.
     fn turned(&self, a: u32, b: u32, turns: bool) -> (u32, u32) {
         let in_memory = |v: u32| self.register[v as usize].is_none();
@@ -249,12 +224,12 @@ impl<'a> Allocator<'a> {
 
     /// Ends the uses of an instruction's arguments, assigns a register to its result, and emits the
     /// instruction.
-    fn give(&mut self, at: u32, inst: &Inst, write: impl FnOnce(&mut Assembler, u8)) {
+    fn give(&mut self, at: u32, inst: &Inst, args: &[Operand]) {
         self.done(inst.args());
         if self.left(at) > 0 {
-            let to = self.take(inst.op.is_truth(), &[]);
+            let to = self.take(inst.op.is_mask(), &[]);
             self.hold(to, at);
-            write(&mut self.code, (to % VECTORS) as u8);
+            self.code.operate(inst.op, to, args, Work::default());
         }
         // Only now: otherwise a value that had to leave its register could have taken a slot that is still to
         // be read.
@@ -262,40 +237,38 @@ impl<'a> Allocator<'a> {
     }
 
     /// Temporary registers for one operation: vectors or masks.
-    fn work<const N: usize>(&mut self, truth: bool, keep: &[u32]) -> [u8; N] {
-        std::array::from_fn(|_| {
-            let register = self.take(truth, keep);
-            self.held[register] = Some(TAKEN);
-            (register % VECTORS) as u8
-        })
+    fn work<const N: usize>(&mut self, mask: bool, keep: &[u32]) -> [Register; N] {
+        std::array::from_fn(|_| self.temporary(mask, keep))
     }
 
-    fn inverse_root(&mut self, at: u32, inst: &Inst) {
-        let args = inst.args();
-        let x = self.vector(args[0], args);
-        let [a, b, c] = self.work(false, args).map(Zmm);
-        let [low, high] = self.work(true, args).map(K);
-        rare::inverse_root(&mut self.code, x, [a, b, c], [low, high]);
-        self.finish(at, inst, a, &[a, b, c], &[low, high]);
+    fn temporary(&mut self, mask: bool, keep: &[u32]) -> Register {
+        let taken = self.take(mask, keep);
+        self.held[index::<E>(taken)] = Some(TAKEN);
+        taken
     }
 
-    fn length(&mut self, at: u32, inst: &Inst) {
-        let args = inst.args();
-        let [root, square, x, y, z] = [0, 1, 2, 3, 4].map(|n| self.vector(args[n], args));
-        let [to, a, b, c, d] = self.work(false, args).map(Zmm);
-        let [small, other] = self.work(true, args).map(K);
-        rare::length(&mut self.code, (to, root, square), [x, y, z], [a, b, c, d], [small, other]);
-        self.finish(at, inst, to, &[to, a, b, c, d], &[small, other]);
+    /// An operation with all operands in registers, and temporary registers.
+    fn with_work(&mut self, at: u32, inst: &Inst) {
+        let (args, (vectors, masks)) = (inst.args(), E::work(inst.op));
+        let mut operands: Vec<Operand> = args.iter().map(|arg| self.operand(*arg, args)).collect();
+        if let Op::LookUp(array, word) = inst.op {
+            operands.push(Operand::Memory(MemoryOperand::Table(self.base(array), word)));
+        }
+        let mut taken: Vec<Register> = (0..vectors).map(|_| self.temporary(false, args)).collect();
+        taken.extend((0..masks).map(|_| self.temporary(true, args)));
+        let (vectors, masks) = taken.split_at(vectors);
+        let Some(to) = vectors.first() else { return };
+        self.code.operate(inst.op, *to, &operands, Work { vectors, masks });
+        self.finish(at, inst, *to, &taken);
     }
 
     /// Ends an instruction that left its result in one of its temporary registers.
-    fn finish(&mut self, at: u32, inst: &Inst, to: Zmm, vectors: &[Zmm], masks: &[K]) {
-        vectors.iter().for_each(|z| self.held[usize::from(z.0)] = None);
-        masks.iter().for_each(|k| self.held[VECTORS + usize::from(k.0)] = None);
+    fn finish(&mut self, at: u32, inst: &Inst, to: Register, taken: &[Register]) {
+        taken.iter().for_each(|register| self.held[index::<E>(*register)] = None);
         self.done(inst.args());
         self.free.append(&mut self.ending);
         if self.left(at) > 0 {
-            self.hold(usize::from(to.0), at);
+            self.hold(to, at);
         }
     }
 
@@ -307,7 +280,7 @@ impl<'a> Allocator<'a> {
             self.next[v] += 1;
             if self.next[v] >= self.first[v + 1] {
                 if let Some(register) = self.register[v].take() {
-                    self.held[usize::from(register)] = None;
+                    self.held[index::<E>(register)] = None;
                 }
                 self.ending.extend(self.slot[v].take());
             }
@@ -319,17 +292,17 @@ impl<'a> Allocator<'a> {
         self.first[v as usize + 1] - self.next[v as usize]
     }
 
-    fn hold(&mut self, register: usize, v: u32) {
-        self.held[register] = Some(v);
-        self.register[v as usize] = Some(register as u8);
+    fn hold(&mut self, register: Register, v: u32) {
+        self.held[index::<E>(register)] = Some(v);
+        self.register[v as usize] = Some(register);
     }
 
     /// A free register; another value may have to leave it, but none of those in `keep`.
-    fn take(&mut self, truth: bool, keep: &[u32]) -> usize {
-        if let Some(free) = self.unused(truth) {
-            return free;
+    fn take(&mut self, mask: bool, keep: &[u32]) -> Register {
+        if let Some(free) = self.unused(mask) {
+            return register::<E>(free);
         }
-        let range = if truth { FIRST_MASK..REGISTERS } else { 0..VECTORS };
+        let range = registers::<E>(mask);
         let mut chosen = (range.start, None, 0);
         for at in range {
             let Some(v) = self.held[at] else { continue };
@@ -344,17 +317,16 @@ impl<'a> Allocator<'a> {
         if let (at, Some(v), _) = chosen {
             self.leave(at, v);
         }
-        chosen.0
+        register::<E>(chosen.0)
     }
 
-    fn unused(&self, truth: bool) -> Option<usize> {
-        let range = if truth { FIRST_MASK..REGISTERS } else { 0..VECTORS };
-        range.into_iter().find(|at| self.held[*at].is_none())
+    fn unused(&self, mask: bool) -> Option<usize> {
+        registers::<E>(mask).find(|at| self.held[*at].is_none())
     }
 
     /// Moves a value out of its register.
-    fn leave(&mut self, register: usize, v: u32) {
-        self.held[register] = None;
+    fn leave(&mut self, at: usize, v: u32) {
+        self.held[at] = None;
         self.register[v as usize] = None;
         if self.slot[v as usize].is_some() || self.is_source(v) {
             return;
@@ -364,61 +336,47 @@ impl<'a> Allocator<'a> {
             self.slots as u32 - 1
         });
         self.slot[v as usize] = Some(slot);
-        let mem = slot_memory(slot);
-        if register >= VECTORS {
-            self.code.mask_memory(name::KMOVW_STORE, K((register - VECTORS) as u8), mem);
-        } else {
-            self.code.evex(name::VMOVDQU32_STORE, register as u8, None, Rm::Lanes(mem), K(0), false, None);
-        }
+        self.code.store(register::<E>(at), MemoryOperand::Slot(slot));
     }
 
-    /// Brings a mask into a register.
-    fn truth(&mut self, v: u32, keep: &[u32]) -> K {
+    /// Brings a value or a mask into a register.
+    fn vector(&mut self, v: u32, keep: &[u32]) -> Register {
         if let Some(register) = self.register[v as usize] {
-            return K(register - VECTORS as u8);
+            return register;
         }
-        let to = self.take(true, keep);
+        let to = self.take(self.block.insts[v as usize].op.is_mask(), keep);
         self.hold(to, v);
-        let k = K((to - VECTORS) as u8);
-        if let Some(slot) = self.slot[v as usize] {
-            self.code.mask_memory(name::KMOVW_LOAD, k, slot_memory(slot));
-        }
-        k
+        self.fetch(v, to);
+        to
     }
 
-    /// Brings a value into a register.
-    fn vector(&mut self, v: u32, keep: &[u32]) -> Zmm {
-        if let Some(register) = self.register[v as usize] {
-            return Zmm(register);
-        }
-        let to = self.take(false, keep);
-        self.hold(to, v);
-        self.fetch(v, Zmm(to as u8));
-        Zmm(to as u8)
+    /// The same as an operand.
+    fn operand(&mut self, v: u32, keep: &[u32]) -> Operand {
+        Operand::Register(self.vector(v, keep))
     }
 
     /// Loads a value from memory into a register.
-    fn fetch(&mut self, v: u32, to: Zmm) {
-        match self.home(v) {
-            Some(Rm::Word(mem)) => {
-                self.code.evex(name::VBROADCASTSS, to.0, None, Rm::Lanes(mem), K(0), false, None)
-            }
-            Some(rm) => self.code.evex(name::VMOVDQU32, to.0, None, rm, K(0), false, None),
-            None => {}
+    fn fetch(&mut self, v: u32, to: Register) {
+        if let Some(home) = self.home(v) {
+            self.code.load(to, home);
         }
     }
 
-    /// A value as the last operand, which may be in memory. It gets a register if it is needed again and one
-    /// is free.
-    fn last(&mut self, v: u32, keep: &[u32]) -> Rm {
+    /// A value as the last operand, which may be in memory if the machine permits it. It gets a register if
+    /// it is needed again and one is free.
+    fn last(&mut self, v: u32, keep: &[u32]) -> Operand {
         let again = self.left(v) as usize > keep.iter().filter(|have| **have == v).count();
         if self.register[v as usize].is_some() || again && self.unused(false).is_some() {
-            return Rm::Zmm(self.vector(v, keep));
+            return self.operand(v, keep);
         }
-        match self.home(v) {
-            Some(home) => home,
-            None => Rm::Zmm(self.vector(v, keep)),
+        let Some(home) = self.home(v) else { return self.operand(v, keep) };
+        if E::takes(home) {
+            return Operand::Memory(home);
         }
+        let to = self.take(false, keep);
+        self.hold(to, v);
+        self.code.load(to, home);
+        Operand::Register(to)
     }
 
     /// Whether a value is in memory already, such as an input or a constant.
@@ -427,96 +385,27 @@ impl<'a> Allocator<'a> {
     }
 
     /// The memory location of a value.
-    fn home(&mut self, v: u32) -> Option<Rm> {
+    fn home(&mut self, v: u32) -> Option<MemoryOperand> {
         if let Some(slot) = self.slot[v as usize] {
-            return Some(Rm::Lanes(slot_memory(slot)));
+            return Some(MemoryOperand::Slot(slot));
         }
         if self.gone[v as usize] {
             return None;
         }
         match self.block.insts[v as usize].op {
-            Op::Lanes(array, word) => Some(Rm::Lanes(self.memory(array, word, true))),
-            Op::Word(array, word) => Some(Rm::Word(self.memory(array, word, false))),
-            Op::Constant(bits) => Some(Rm::Word(Mem::Pool(self.code.constant(bits)))),
+            Op::Lanes(array, word) => Some(MemoryOperand::Lanes(self.base(array), word)),
+            Op::Word(array, word) => Some(MemoryOperand::Word(self.base(array), word)),
+            Op::Constant(bits) => Some(MemoryOperand::Constant(bits)),
             _ => None,
         }
     }
 
-    /// A word of an array, or the word of the first current lane.
-    fn memory(&mut self, array: Array, word: u32, lanes: bool) -> Mem {
-        let base = match self.bases.iter().position(|have| *have == Some(array.0)) {
-            Some(found) => BASES[found],
-            None => {
-                self.code.pointer(ARRAY, POINTERS, 8 * array.0 as i32);
-                ARRAY
-            }
-        };
-        let byte = 4 * word as i32;
-        if lanes { Mem::Indexed(base, LANE, byte) } else { Mem::At(base, byte) }
-    }
-}
-
-fn slot_memory(slot: u32) -> Mem {
-    Mem::At(SLOTS, slot as i32 * VECTOR as i32)
-}
-
-/// The instruction, and the rounding mode of those that round.
-fn unary(op: Unary) -> (Opcode, Option<u8>) {
-    // Suppresses the precision exception.
-    const QUIET: u8 = 8;
-    match op {
-        Unary::Sqrt | Unary::InverseRoot => (name::VSQRTPS, None),
-        Unary::Floor => (name::VRNDSCALEPS, Some(QUIET | 1)),
-        Unary::Ceil => (name::VRNDSCALEPS, Some(QUIET | 2)),
-        Unary::Trunc => (name::VRNDSCALEPS, Some(QUIET | 3)),
-        Unary::ToFloat => (name::VCVTDQ2PS, None),
-        Unary::ToInt => (name::VCVTTPS2DQ, None),
-        Unary::IntAbs => (name::VPABSD, None),
-    }
-}
-
-/// The instruction, and whether it is commutative.
-fn binary(op: Binary) -> (Opcode, bool) {
-    match op {
-        Binary::Add => (name::VADDPS, true),
-        Binary::Sub => (name::VSUBPS, false),
-        Binary::Mul => (name::VMULPS, true),
-        Binary::Div => (name::VDIVPS, false),
-        Binary::Min => (name::VMINPS, false),
-        Binary::IntAdd => (name::VPADDD, true),
-        Binary::IntSub => (name::VPSUBD, false),
-        Binary::IntMul => (name::VPMULLD, true),
-        Binary::IntMin => (name::VPMINSD, true),
-        Binary::IntMax => (name::VPMAXSD, true),
-        Binary::And => (name::VPANDD, true),
-        Binary::Or => (name::VPORD, true),
-        Binary::Xor => (name::VPXORD, true),
-        Binary::Shl => (name::VPSLLVD, false),
-        Binary::Shr => (name::VPSRAVD, false),
-    }
-}
-
-fn predicate(how: Compare) -> u8 {
-    match how {
-        Compare::Equal => 0x00,
-        Compare::Less => 0x01,
-        Compare::LessEqual => 0x02,
-        Compare::UnequalOrNan => 0x04,
-        Compare::GreaterEqualOrNan => 0x05,
-        Compare::GreaterOrNan => 0x06,
-        Compare::EqualOrNan => 0x08,
-        Compare::LessOrNan => 0x09,
-        Compare::LessEqualOrNan => 0x0A,
-        Compare::GreaterEqual => 0x0D,
-        Compare::Greater => 0x0E,
-    }
-}
-
-fn int_predicate(how: IntCompare) -> u8 {
-    match how {
-        IntCompare::Equal => 0,
-        IntCompare::Less => 1,
-        IntCompare::LessEqual => 2,
-        IntCompare::Unequal => 4,
+    /// The register with the pointer of an array, loaded if it has none of its own.
+    fn base(&mut self, array: Array) -> Base {
+        if let Some(found) = self.bases.iter().position(|have| *have == array.0) {
+            return Base(found as u8);
+        }
+        self.code.pointer(Base(E::BASES), array.0);
+        Base(E::BASES)
     }
 }

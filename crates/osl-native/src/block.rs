@@ -1,17 +1,22 @@
 //! A block: a sequence of vector operations on values, with loads and stores.
 //!
-//! A value has 16 lanes of 32 bits, floats or ints; a truth has one bit per lane. Equal operations on equal
-//! values are merged. This module must not know registers or instructions.
+//! A value has lanes of 32 bits, floats or ints, as many as the machine's vectors; a mask value has a bit for
+//! each of them. Equal operations on equal values are merged. This module must not know lanes, registers or
+//! instructions.
 
+use crate::simplify;
 use rustc_hash::FxHashMap;
 
-/// A value of 16 lanes.
+/// Number of words in a table. Indices are below it.
+pub const TABLE: usize = 16;
+
+/// A value: a word for each lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Value(pub(crate) u32);
 
-/// A mask: one truth for each of 16 lanes.
+/// A mask: true or false for each lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Truth(pub(crate) u32);
+pub struct MaskValue(pub(crate) u32);
 
 /// An array of words, provided by the caller of the code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -50,6 +55,14 @@ pub enum Binary {
     Shl,
     /// Arithmetic shift right.
     Shr,
+}
+
+impl Binary {
+    /// Whether the operands may change places.
+    pub(crate) fn commutes(self) -> bool {
+        use Binary::{Div, IntSub, Min, Shl, Shr, Sub};
+        !matches!(self, Sub | Div | Min | IntSub | Shl | Shr)
+    }
 }
 
 /// An operation on one value.
@@ -109,7 +122,7 @@ pub(crate) enum Op {
     Constant(u32),
     Unary(Unary),
     Binary(Binary),
-    /// A word from a table of 16, by an index of 0 to 15.
+    /// A word from a table, by an index.
     LookUp(Array, u32),
     Compare(Compare),
     IntCompare(IntCompare),
@@ -120,9 +133,9 @@ pub(crate) enum Op {
         nan: bool,
         infinite: bool,
     },
-    TruthAnd,
-    TruthOr,
-    TruthNot,
+    MaskAnd,
+    MaskOr,
+    MaskNot,
     /// The first value where the mask is set, else the second.
     Choose,
     /// The first value plus, or minus, the product of the others, rounded once.
@@ -143,10 +156,15 @@ impl Op {
         matches!(self, Op::Lanes(..) | Op::Word(..) | Op::Constant(_))
     }
 
+    /// Whether all its operands are masks.
+    pub(crate) fn takes_mask(self) -> bool {
+        matches!(self, Op::MaskAnd | Op::MaskOr | Op::MaskNot | Op::Number)
+    }
+
     /// Whether its result is a mask.
-    pub(crate) fn is_truth(self) -> bool {
-        use Op::{Class, Compare, IntCompare, NotZero, TruthAnd, TruthNot, TruthOr};
-        matches!(self, Compare(_) | IntCompare(_) | NotZero | Class { .. } | TruthAnd | TruthOr | TruthNot)
+    pub(crate) fn is_mask(self) -> bool {
+        use Op::{Class, Compare, IntCompare, MaskAnd, MaskNot, MaskOr, NotZero};
+        matches!(self, Compare(_) | IntCompare(_) | NotZero | Class { .. } | MaskAnd | MaskOr | MaskNot)
     }
 }
 
@@ -229,15 +247,23 @@ impl Block {
         Value(self.pure(Op::Constant(bits), &[]))
     }
 
+    /// The bits of a value, if they are a constant.
+    pub fn constant(&self, value: Value) -> Option<u32> {
+        match self.insts.get(value.0 as usize)?.op {
+            Op::Constant(bits) => Some(bits),
+            _ => None,
+        }
+    }
+
     /// The same float in all lanes.
     pub fn float(&mut self, x: f32) -> Value {
         self.bits(x.to_bits())
     }
 
-    /// For each lane, the word that `index` (0 to 15) selects from the 16 words of an array starting at
+    /// For each lane, the word that `index` selects from the [`TABLE`] words of an array starting at
     /// `word`. The block must not write that array.
     pub fn look_up(&mut self, array: Array, word: u32, index: Value) -> Value {
-        self.note_words(array, word as usize + 16);
+        self.note_words(array, word as usize + TABLE);
         Value(self.pure(Op::LookUp(array, word), &[index.0]))
     }
 
@@ -270,49 +296,55 @@ impl Block {
     }
 
     /// Compares floats.
-    pub fn compare(&mut self, how: Compare, a: Value, b: Value) -> Truth {
-        Truth(self.pure(Op::Compare(how), &[a.0, b.0]))
+    pub fn compare(&mut self, how: Compare, a: Value, b: Value) -> MaskValue {
+        MaskValue(self.pure(Op::Compare(how), &[a.0, b.0]))
     }
 
     /// Compares ints.
-    pub fn compare_ints(&mut self, how: IntCompare, a: Value, b: Value) -> Truth {
-        Truth(self.pure(Op::IntCompare(how), &[a.0, b.0]))
+    pub fn compare_ints(&mut self, how: IntCompare, a: Value, b: Value) -> MaskValue {
+        MaskValue(self.pure(Op::IntCompare(how), &[a.0, b.0]))
     }
 
     /// Whether any bit of a value is set. For a number made from a mask, this is that mask.
-    pub fn not_zero(&mut self, a: Value) -> Truth {
+    pub fn not_zero(&mut self, a: Value) -> MaskValue {
         match self.insts.get(a.0 as usize) {
-            Some(Inst { op: Op::Number, args: [truth, ..], .. }) => Truth(*truth),
-            _ => Truth(self.pure(Op::NotZero, &[a.0])),
+            Some(Inst { op: Op::Number, args: [mask, ..], .. }) => MaskValue(*mask),
+            _ => MaskValue(self.pure(Op::NotZero, &[a.0])),
         }
     }
 
     /// Whether floats are NaN (if `nan`) or infinite (if `infinite`).
-    pub fn class(&mut self, a: Value, nan: bool, infinite: bool) -> Truth {
-        Truth(self.pure(Op::Class { nan, infinite }, &[a.0]))
+    pub fn class(&mut self, a: Value, nan: bool, infinite: bool) -> MaskValue {
+        MaskValue(self.pure(Op::Class { nan, infinite }, &[a.0]))
     }
 
-    /// Logical and.
-    pub fn both(&mut self, a: Truth, b: Truth) -> Truth {
-        Truth(self.pure(Op::TruthAnd, &[a.0, b.0]))
+    /// Logical and. Two tests of the same floats become one, if there is such a test.
+    pub fn both(&mut self, a: MaskValue, b: MaskValue) -> MaskValue {
+        simplify::both(self, a, b).unwrap_or_else(|| MaskValue(self.pure(Op::MaskAnd, &[a.0, b.0])))
     }
 
     /// Logical or.
-    pub fn either(&mut self, a: Truth, b: Truth) -> Truth {
-        Truth(self.pure(Op::TruthOr, &[a.0, b.0]))
+    pub fn either(&mut self, a: MaskValue, b: MaskValue) -> MaskValue {
+        MaskValue(self.pure(Op::MaskOr, &[a.0, b.0]))
     }
 
-    /// Logical not.
-    pub fn not(&mut self, a: Truth) -> Truth {
-        Truth(self.pure(Op::TruthNot, &[a.0]))
+    /// Logical not. For a comparison, this is the opposite comparison.
+    pub fn not(&mut self, a: MaskValue) -> MaskValue {
+        simplify::not(self, a).unwrap_or_else(|| MaskValue(self.pure(Op::MaskNot, &[a.0])))
     }
 
     /// `yes` where the mask is set, else `no`.
-    pub fn choose(&mut self, truth: Truth, yes: Value, no: Value) -> Value {
+    pub fn choose(&mut self, mask: MaskValue, yes: Value, no: Value) -> Value {
         if yes == no {
             return yes;
         }
-        Value(self.pure(Op::Choose, &[truth.0, yes.0, no.0]))
+        if let Some(min) = simplify::min(self, mask, yes, no) {
+            return min;
+        }
+        match simplify::opposite(self, mask) {
+            Some(mask) => Value(self.pure(Op::Choose, &[mask.0, no.0, yes.0])),
+            None => Value(self.pure(Op::Choose, &[mask.0, yes.0, no.0])),
+        }
     }
 
     /// The length of a vector whose components' squares sum up to `square`. If the sum is below `2^-125` it
@@ -324,8 +356,19 @@ impl Block {
     }
 
     /// 1 where the mask is set, else 0.
-    pub fn number(&mut self, truth: Truth) -> Value {
-        Value(self.pure(Op::Number, &[truth.0]))
+    pub fn number(&mut self, mask: MaskValue) -> Value {
+        Value(self.pure(Op::Number, &[mask.0]))
+    }
+
+    /// For each operation, whether a store needs it.
+    pub(crate) fn needed(&self) -> Vec<bool> {
+        let mut needed: Vec<bool> = self.insts.iter().map(|i| matches!(i.op, Op::Store(..))).collect();
+        for (at, inst) in self.insts.iter().enumerate().rev() {
+            if needed[at] {
+                inst.args().iter().for_each(|v| needed[*v as usize] = true);
+            }
+        }
+        needed
     }
 
     fn note_words(&mut self, array: Array, words: usize) {

@@ -6,8 +6,8 @@
 
 #![expect(unsafe_code, reason = "code that was just made is called here")]
 
-use crate::allocate::{LANES, assemble};
 use crate::block::{Block, Use};
+use crate::target::Target;
 use memmap2::{Mmap, MmapMut};
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -47,19 +47,10 @@ pub struct Code {
     /// Where it starts.
     start: usize,
     arrays: Vec<Use>,
+    /// Words of working memory.
     slots: usize,
-}
-
-/// Whether this machine can run the code: x86-64 with AVX-512.
-pub fn is_supported() -> bool {
-    #[cfg(all(target_arch = "x86_64", unix))]
-    {
-        is_x86_feature_detected!("avx512f")
-            && is_x86_feature_detected!("avx512dq")
-            && is_x86_feature_detected!("fma")
-    }
-    #[cfg(not(all(target_arch = "x86_64", unix)))]
-    false
+    /// Lanes per vector.
+    lanes: usize,
 }
 
 /// Executable memory that holds bytes from an offset on; `None` if the system refuses. Each call takes pages
@@ -74,16 +65,16 @@ fn executable(start: usize, bytes: &[u8]) -> Option<Mmap> {
 impl Code {
     /// Assembles a block; `None` if the machine cannot run the code, the system does not permit new
     /// executable code, or the block is too large.
-    pub fn new(block: &Block) -> Option<Code> {
+    pub fn new(block: &Block, target: Target) -> Option<Code> {
         let furthest = block.arrays.iter().map(|used| used.words.max(used.lanes.unwrap_or(0))).max();
-        if !is_supported() || block.len() > MAX_OPERATIONS || furthest.unwrap_or(0) > MAX_WORDS {
+        if !target.is_supported() || block.len() > MAX_OPERATIONS || furthest.unwrap_or(0) > MAX_WORDS {
             return None;
         }
-        let assembled = assemble(block);
+        let (assembled, lanes) = (target.assemble(block), target.lanes());
         let size = assembled.bytes.len();
         let start = NEXT.fetch_add(size.next_multiple_of(LINE), Ordering::Relaxed) % PAGE;
         let memory = executable(start, &assembled.bytes)?;
-        Some(Code { memory, start, arrays: block.arrays.clone(), slots: assembled.slots })
+        Some(Code { memory, start, arrays: block.arrays.clone(), slots: assembled.slots * lanes, lanes })
     }
 
     /// Size of the code in bytes.
@@ -91,7 +82,7 @@ impl Code {
         self.memory.len()
     }
 
-    /// Computes lanes of the arrays, in whole vectors of 16. Returns false and does nothing if there are
+    /// Computes lanes of the arrays, in whole vectors. Returns false and does nothing if there are
     /// fewer or shorter arrays than the block needs, if an array that it writes is read-only, or if the lanes
     /// are not whole vectors.
     pub fn run<'a>(
@@ -100,7 +91,10 @@ impl Code {
         lanes: Range<usize>,
         scratch: &mut Scratch,
     ) -> bool {
-        if !lanes.start.is_multiple_of(LANES) || !lanes.end.is_multiple_of(LANES) || lanes.is_empty() {
+        if !lanes.start.is_multiple_of(self.lanes)
+            || !lanes.end.is_multiple_of(self.lanes)
+            || lanes.is_empty()
+        {
             return lanes.is_empty();
         }
         let Scratch { pointers, slots } = scratch;
@@ -120,7 +114,7 @@ impl Code {
             }
             pointers.push(pointer);
         }
-        slots.resize(slots.len().max(self.slots * LANES), 0);
+        slots.resize(slots.len().max(self.slots), 0);
         self.call(pointers, slots, lanes);
         true
     }

@@ -11,7 +11,8 @@
 )]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use osl_noise::{Isa, Kind, eval, eval3, gabor};
+use osl_noise::{Kind, eval, eval3, gabor};
+use osl_simd::Isa;
 use std::hint::black_box;
 
 const LANES: usize = 256;

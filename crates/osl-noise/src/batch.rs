@@ -6,8 +6,8 @@
 use crate::field::{Cell, Field, Hash, Kind, Perlin, Range, Simplex};
 use crate::float::Float;
 use crate::number::Dual;
-use crate::simd::{Isa, Kernel};
 use crate::unroll::array;
+use osl_simd::{Isa, Kernel};
 
 /// One value per point.
 pub fn eval<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {

@@ -4,7 +4,7 @@
 //! [`find`] numbers the cells of some lanes; [`Isa::look_up`] gives each lane its cell's word. This module
 //! must not know what a cell is: its key is any number of words.
 
-use crate::simd::{Isa, Kernel};
+use osl_simd::{Isa, Kernel};
 
 /// Maximum number of distinct cells: their words fit in one vector.
 pub const MAX_CELLS: usize = 16;

@@ -13,9 +13,9 @@ mod simplex;
 
 use crate::cells::{self, Cells, MAX_CELLS};
 use crate::field::Range;
-use crate::simd::wide::{Floats, Proof, Words};
-use crate::simd::{Isa, Kernel};
 use crate::unroll::{array, each};
+use osl_simd::wide::{Floats, Proof, Words};
+use osl_simd::{Isa, Kernel};
 pub(crate) use perlin::Perlin;
 pub(crate) use simplex::Simplex;
 use std::cell::RefCell;

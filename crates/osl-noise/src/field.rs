@@ -4,9 +4,9 @@
 use crate::coherent;
 use crate::float::Float;
 use crate::number::{Dual, Number};
-use crate::simd::Isa;
 use crate::unroll::{array, each};
 use crate::{cell, perlin, simplex};
+use osl_simd::Isa;
 
 /// A noise field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

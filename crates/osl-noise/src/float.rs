@@ -7,7 +7,7 @@
 
 use crate::batch::{self, Call};
 use crate::hash;
-use crate::simd::{Isa, Kernel};
+use osl_simd::{Isa, Kernel};
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -1,7 +1,7 @@
 //! The integer hash of every lattice, and the conversion of coordinates to lattice cells. Source: Bob
 //! Jenkins, lookup3 (public domain), in its form for whole words.
 
-use crate::simd::to_int;
+use osl_simd::to_int;
 
 /// The NaN that x86-64, where the reference ran, returns for an invalid operation.
 pub const NAN_WORD: u32 = 0xffc0_0000;

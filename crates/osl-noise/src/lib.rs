@@ -3,7 +3,7 @@
 //!
 //! Every field is written once, as an inlined body for one point (`cell`, `perlin`, `simplex` on top of
 //! `hash`). The scalar functions of `field` call this body, and `batch` puts it into loops that the compiler
-//! vectorises for each instruction set (`simd`). Products and sums are rounded one by one, so that all forms
+//! vectorises for each instruction set (crate `osl-simd`). Products and sums are rounded one by one, so that all forms
 //! give the same bits on every machine. Gabor noise has a variable number of terms and its own options; the
 //! module `gabor` contains all of it and uses functions from `math`. This crate must not know that a shading
 //! language exists.
@@ -24,11 +24,9 @@ pub mod hash;
 mod math;
 mod number;
 mod perlin;
-pub mod simd;
 mod simplex;
 mod unroll;
 
 pub use batch::{eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic};
 pub use field::Kind;
 pub use float::Float;
-pub use simd::{FusedKernel, Isa, Kernel};

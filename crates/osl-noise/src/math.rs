@@ -6,7 +6,7 @@
 //! on where a field is defined by them. Sources: argument reduction after Cody and Waite, and Payne and Hanek
 //! (1983) for large angles; Taylor polynomials.
 
-use crate::simd::to_int;
+use osl_simd::to_int;
 use std::f64::consts::{FRAC_2_PI, FRAC_PI_2, LOG2_E};
 
 /// Adding this rounds a binary64 below 2⁵¹ to an integer, which is then in the low bits.

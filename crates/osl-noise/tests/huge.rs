@@ -2,7 +2,8 @@
 
 #![allow(missing_docs, reason = "a test says what must hold")]
 
-use osl_noise::{Isa, Kind, eval};
+use osl_noise::{Kind, eval};
+use osl_simd::Isa;
 
 #[test]
 fn the_same_bits_however_many_points_there_are() {

@@ -10,7 +10,8 @@
     reason = "a test says what must hold"
 )]
 
-use osl_noise::{Isa, Kind, eval, eval_dual, eval3};
+use osl_noise::{Kind, eval, eval_dual, eval3};
+use osl_simd::Isa;
 use proptest::prelude::*;
 
 fn any_coordinate() -> impl Strategy<Value = f32> {

@@ -11,7 +11,8 @@
 )]
 
 use flate2::read::GzDecoder;
-use osl_noise::{Isa, Kind, eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic, gabor, hash};
+use osl_noise::{Kind, eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic, gabor, hash};
+use osl_simd::Isa;
 use std::io::Read;
 
 /// The test that reads a row.

@@ -12,7 +12,7 @@
 )]
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use osl::pipeline::{self, Compiled};
+use osl::stages::{self, Compiled};
 use osl_exec::{Plane, PointSource, RunOptions, Services};
 use osl_ir::passes;
 use osl_scene::displace::{Displacement, displace};
@@ -41,18 +41,18 @@ fn cube() -> Mesh {
 fn compile(kind: &str) -> Compiled {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl/nonlinear_noise.osl");
     let text = std::fs::read_to_string(&path).unwrap();
-    let checked = pipeline::check("nonlinear_noise.osl", &text, &NoFiles, &osl_syntax::Options::default());
+    let checked = stages::check("nonlinear_noise.osl", &text, &NoFiles, &osl_syntax::Options::default());
     let values = [("type", kind), ("freq", "0.025"), ("amplitude", "80"), ("bloom", "1")];
     let values = values.map(|(name, value)| (name.to_string(), value.to_string()));
-    let body = pipeline::lower(&checked.program.unwrap(), &values).unwrap();
+    let body = stages::lower(&checked.program.unwrap(), &values).unwrap();
     let points = SurfacePoints::default();
     let options = passes::Options {
         outputs: Some(vec!["disp".into()]),
         varying: points.varying().to_vec(),
-        slopes: points.varying_slopes().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
         ..passes::Options::default()
     };
-    pipeline::finish(body, &options)
+    stages::finish(body, &options)
 }
 
 fn smooth() -> Triangles {

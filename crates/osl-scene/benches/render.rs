@@ -4,10 +4,10 @@
 #![allow(clippy::unwrap_used, missing_docs, reason = "a bench stops where something is missing")]
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use osl::pipeline;
+use osl::stages;
 use osl_exec::Services;
-use osl_ir::group::text::Shaders;
-use osl_ir::hir;
+use osl_hir::hir;
+use osl_lower::group::text::Shaders;
 use osl_scene::render::{RenderOptions, World, render};
 use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
 use osl_syntax::{NoFiles, Options};
@@ -28,7 +28,7 @@ impl Shaders for Repository {
             ["osl", "osl/nodes", "examples/scenes"].map(|f| root().join(f).join(format!("{name}.osl")));
         let file = std::iter::once(repaired).chain(folders).find(|p| p.is_file()).ok_or("there is none")?;
         let text = std::fs::read_to_string(file).map_err(|e| e.to_string())?;
-        let checked = pipeline::check("bench.osl", &text, &NoFiles, &Options::default());
+        let checked = stages::check("bench.osl", &text, &NoFiles, &Options::default());
         Ok((Arc::new(checked.program.ok_or("it has errors")?), 0))
     }
 }

@@ -44,10 +44,10 @@ pub struct Ray {
     /// Its direction, of length 1.
     pub direction: Vec3,
     /// The change of the origin to the pixel on the right, and to the pixel above.
-    pub origin_slopes: [Vec3; 2],
+    pub origin_derivs: [Vec3; 2],
     /// The change of the direction to the pixel on the right, and to the pixel above. Above, so that the
     /// cross product of a surface's derivatives points to the camera, as `calculatenormal` expects.
-    pub direction_slopes: [Vec3; 2],
+    pub direction_derivs: [Vec3; 2],
 }
 
 /// A camera that is ready to take a picture.
@@ -117,12 +117,12 @@ impl View {
         let length = through.length();
         let direction = through / length;
         // The derivative of a normalised vector: what is across it, by its length.
-        let slope = |d: DVec3| ((d - direction * direction.dot(d)) / length).as_vec3();
+        let deriv = |d: DVec3| ((d - direction * direction.dot(d)) / length).as_vec3();
         Ray {
             origin: self.position(),
             direction: direction.as_vec3(),
-            origin_slopes: [Vec3::ZERO; 2],
-            direction_slopes: [slope(right), slope(up)],
+            origin_derivs: [Vec3::ZERO; 2],
+            direction_derivs: [deriv(right), deriv(up)],
         }
     }
 
@@ -215,7 +215,7 @@ mod tests {
         let ray = view.ray(100.0, 50.0);
         // A hundredth of a pixel is a small step, yet far above the rounding of a direction.
         let step = 32.0;
-        let [dx, dy] = ray.direction_slopes;
+        let [dx, dy] = ray.direction_derivs;
         let right = (view.ray(100.0 + step, 50.0).direction - ray.direction) / step;
         let above = (view.ray(100.0, 50.0 - step).direction - ray.direction) / step;
         assert!((right - dx).length() < 2e-2 * dx.length(), "{right} {dx}");

@@ -1,7 +1,7 @@
 //! Points with additional data: user data and attributes by name.
 
 use osl_exec::{Blocks, Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use std::collections::BTreeMap;
 
@@ -62,20 +62,20 @@ impl<S: PointSource> PointSource for WithData<S> {
         self.points.uniform(global)
     }
 
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
-        self.points.slope(global, axis)
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.points.deriv(global, axis)
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         self.points.fill(global, first, width, lanes);
     }
 
-    fn varying_slopes(&self) -> &[Global] {
-        self.points.varying_slopes()
+    fn varying_derivs(&self) -> &[Global] {
+        self.points.varying_derivs()
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
-        self.points.fill_slope(global, axis, first, width, lanes);
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        self.points.fill_deriv(global, axis, first, width, lanes);
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {

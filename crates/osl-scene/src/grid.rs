@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Vec3, Vec4};
 use osl_exec::{Blocks, Datum, PointSource, Spaces};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const};
 
 /// `width * height` points, row by row. `u = scale * x/(width-1) + offset`, or at pixel centres; an axis with
@@ -57,8 +57,8 @@ impl Grid {
     /// A texture coordinate with its derivatives.
     pub fn texture_coordinate(&self, axis: usize, value: f32) -> Datum {
         let global = if axis == 0 { Global::U } else { Global::V };
-        let slopes = Axis::BOTH.map(|along| self.slope(global, along)[0]);
-        Datum { slopes, ..Datum::one(Const::Float(value)) }
+        let derivs = Axis::BOTH.map(|along| self.deriv(global, along)[0]);
+        Datum { derivs, ..Datum::one(Const::Float(value)) }
     }
 
     /// u or v of the points from `first` on; lanes after the last point get its value.
@@ -94,7 +94,7 @@ impl PointSource for Grid {
         }
     }
 
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
         let at = axis as usize;
         let n = [self.width, self.height][at];
         let border = self.scale[at] / n.saturating_sub(1).max(1) as f32;

@@ -3,6 +3,16 @@
 //! The standard library's functions call the machine's own library. These come from the crate `libm`, which
 //! computes them itself. Square roots and rounding are exact everywhere and need no replacement.
 
+/// The square of a number.
+pub(crate) fn square(x: f32) -> f32 {
+    x * x
+}
+
+/// The fifth power of a number.
+pub(crate) fn fifth_power(x: f32) -> f32 {
+    square(square(x)) * x
+}
+
 /// A float that has these functions.
 pub(crate) trait Real: Copy {
     fn sin(self) -> Self;

@@ -3,7 +3,7 @@
 
 use crate::grid::{Grid, reference_spaces};
 use osl_exec::{Answer, Blocks, Datum, PointSource, Spaces};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const};
 use osl_ir::types::Type;
 
@@ -36,7 +36,7 @@ impl ReferenceRenderer {
     }
 
     /// A derivative that differs from point to point.
-    fn own_slope(&self, global: Global, axis: Axis, [u, v]: [f32; 2]) -> [f32; 3] {
+    fn own_deriv(&self, global: Global, axis: Axis, [u, v]: [f32; 2]) -> [f32; 3] {
         match (global, axis) {
             (Global::P, Axis::X) => [1.0 - u, 1.0 - v, u * 0.5],
             (Global::P, Axis::Y) => [1.0 - v, 1.0 - u, v * 0.5],
@@ -48,10 +48,10 @@ impl ReferenceRenderer {
         }
     }
 
-    fn slopes(&self, global: Global, uv: [f32; 2]) -> [f32; 2] {
+    fn derivs(&self, global: Global, uv: [f32; 2]) -> [f32; 2] {
         Axis::BOTH.map(|axis| {
             let own = self.vary.contains(&global);
-            if own { self.own_slope(global, axis, uv)[0] } else { self.grid.slope(global, axis)[0] }
+            if own { self.own_deriv(global, axis, uv)[0] } else { self.grid.deriv(global, axis)[0] }
         })
     }
 }
@@ -76,23 +76,23 @@ impl PointSource for ReferenceRenderer {
         }
     }
 
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
-        self.grid.slope(global, axis)
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.grid.deriv(global, axis)
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         self.grid.fill(global, first, width, lanes);
     }
 
-    fn varying_slopes(&self) -> &[Global] {
+    fn varying_derivs(&self) -> &[Global] {
         &self.vary
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         let last = self.count().saturating_sub(1);
         for (component, lanes) in lanes.chunks_mut(width).enumerate() {
             for (lane, out) in lanes.iter_mut().enumerate() {
-                *out = self.own_slope(global, axis, self.uv((first + lane).min(last)))[component];
+                *out = self.own_deriv(global, axis, self.uv((first + lane).min(last)))[component];
             }
         }
     }
@@ -142,8 +142,8 @@ impl PointSource for ReferenceRenderer {
             return Some(value.clone());
         }
         match name {
-            "s" => Some(Datum { slopes: self.slopes(Global::U, [u, v]), ..Datum::one(Const::Float(u)) }),
-            "t" => Some(Datum { slopes: self.slopes(Global::V, [u, v]), ..Datum::one(Const::Float(v)) }),
+            "s" => Some(Datum { derivs: self.derivs(Global::U, [u, v]), ..Datum::one(Const::Float(u)) }),
+            "t" => Some(Datum { derivs: self.derivs(Global::V, [u, v]), ..Datum::one(Const::Float(v)) }),
             "red" if u > 0.5 => float(u),
             "green" if u < 0.5 => float(v),
             "blue" if (v * 12.0) as i32 % 2 == 0 => float(1.0 - u),

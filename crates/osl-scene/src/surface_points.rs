@@ -4,7 +4,7 @@ use crate::camera::Ray;
 use crate::mesh::SurfacePoint;
 use glam::{Vec2, Vec3};
 use osl_exec::PointSource;
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 
 /// The footprint of a point: the changes to its neighbours along x and along y.
@@ -25,11 +25,11 @@ impl Footprint {
         let t = (point.p - ray.origin).dot(ray.direction);
         let facing = ray.direction.dot(point.ng);
         let p = [0, 1].map(|axis| {
-            let moved = ray.origin_slopes[axis] + ray.direction_slopes[axis] * t;
+            let moved = ray.origin_derivs[axis] + ray.direction_derivs[axis] * t;
             let p = moved - ray.direction * (moved.dot(point.ng) / facing);
             if p.is_finite() { p } else { moved }
         });
-        Footprint { p, uv: p.map(|p| uv_change(point, p)), i: ray.direction_slopes }
+        Footprint { p, uv: p.map(|p| uv_change(point, p)), i: ray.direction_derivs }
     }
 
     /// A square on the surface with a given side, along `dpdu` if there is one.
@@ -179,7 +179,7 @@ impl PointSource for SurfacePoints {
         [0.0; 3]
     }
 
-    fn slope(&self, _: Global, _: Axis) -> [f32; 3] {
+    fn deriv(&self, _: Global, _: Axis) -> [f32; 3] {
         [0.0; 3]
     }
 
@@ -187,11 +187,11 @@ impl PointSource for SurfacePoints {
         self.write(first, width, lanes, |at| self.value(global, at));
     }
 
-    fn varying_slopes(&self) -> &[Global] {
+    fn varying_derivs(&self) -> &[Global] {
         &[Global::P, Global::I, Global::U, Global::V]
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         self.write(first, width, lanes, |at| self.change(global, axis, at));
     }
 }

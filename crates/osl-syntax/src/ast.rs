@@ -4,6 +4,7 @@
 //! [`Span`] of its source text. The tree is a value: later stages put their results into tables keyed by id,
 //! never into the tree. This module must not know types, overloads or built-ins.
 
+use crate::gaps::Gaps;
 use crate::span::Span;
 use std::sync::Arc;
 
@@ -33,6 +34,8 @@ pub struct Ast {
     pub exprs: Vec<Expr>,
     /// The statement arena.
     pub stmts: Vec<Stmt>,
+    /// The parts of the file that are missing from the tree.
+    pub gaps: Gaps,
 }
 
 impl Ast {

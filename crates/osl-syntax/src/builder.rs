@@ -184,6 +184,10 @@ impl<'a> Builder<'a> {
     /// A `}` at file level that closes nothing. Directly before the shader it is a quirk.
     pub(crate) fn stray_brace(&mut self, at: u32) {
         let span = self.token_span(at);
+        if at.checked_sub(1).and_then(|n| self.tokens.get(n as usize)) == Some(&Token::Bad) {
+            // The error before it explains the brace.
+            return;
+        }
         let before_shader = matches!(self.tokens.get(at as usize + 1), Some(Token::ShaderKind(_)));
         let behind_body = !self.ast.items.is_empty();
         self.report(match before_shader && behind_body {

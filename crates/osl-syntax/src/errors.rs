@@ -21,6 +21,13 @@ pub fn is_of_syntax(d: &Diagnostic) -> bool {
     d.is_error() && [SYNTAX, UNCLOSED, STRAY_CLOSER, NOT_ASSIGNABLE, NOT_INDEXABLE].contains(&d.code)
 }
 
+/// Whether the text of a diagnostic may have declared names that the tree does not show.
+pub(crate) fn loses_text(d: &Diagnostic) -> bool {
+    let keeps = [MACRO_ARGUMENTS, BAD_PASTE, PRAGMA_ERROR, EXPANSION_DEPTH];
+    d.is_error()
+        && (d.code == UNTERMINATED_COMMENT || (d.code.id.starts_with("E00") && !keeps.contains(&d.code)))
+}
+
 /// Every code of this crate, in numerical order.
 pub const CODES: &[Code] = &[
     INCLUDE_NOT_FOUND,

@@ -12,6 +12,7 @@ pub mod diagnostic;
 pub mod errors;
 pub mod escape;
 pub mod format;
+pub mod gaps;
 mod lexer;
 mod parser;
 mod preprocess;
@@ -71,27 +72,12 @@ pub struct Parsed {
     pub diagnostics: Vec<Diagnostic>,
     /// Lines on which `#pragma osl nowarn` suppresses warnings, also those of later stages.
     pub nowarn: Vec<Span>,
-    /// The declarations before the first syntax error.
-    before_error: Option<Ast>,
-    /// Whether preprocessing was free of errors.
-    preprocessed: bool,
 }
 
 impl Parsed {
     /// Whether a diagnostic is a warning suppressed by `#pragma osl nowarn`.
     pub fn is_silenced(&self, d: &Diagnostic) -> bool {
         !d.is_error() && self.nowarn.iter().any(|s| s.start <= d.span.start && d.span.start < s.end)
-    }
-
-    /// The declarations that can be resolved in spite of errors: all of them, or those before the first
-    /// syntax error. The flag tells whether they are all. `None` if preprocessing failed, since missing names
-    /// would then be reported wrongly.
-    pub fn sound(&self) -> Option<(&Ast, bool)> {
-        match (&self.before_error, self.preprocessed) {
-            (_, false) => None,
-            (Some(before), true) => Some((before, false)),
-            (None, true) => Some((&self.ast, true)),
-        }
     }
 
     /// Whether there is an error.
@@ -115,33 +101,26 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     let listing = stream.tokens.iter().cloned().zip(stream.spans.iter().copied()).take(listed).collect();
     let whole = !pre.diagnostics.list.iter().any(Diagnostic::is_error);
     let lost = whole.then(|| repair::explain(&stream, text, options, &pre.sources)).flatten();
-    let (ast, before_error, mut diagnostics) = match lost {
-        Some((ast, diagnostics)) => (ast, parser::before_failure(&stream, options), diagnostics),
+    let as_reference = options.reports == Reports::AsReference;
+    let before = (as_reference && whole).then(|| parser::before_failure(&stream, options));
+    let (mut ast, mut diagnostics) = match lost {
+        Some((ast, diagnostics)) => (ast, diagnostics),
         None => parser::parse(stream, options, &pre.sources),
     };
-    let stop = diagnostics.iter().filter(|d| errors::is_of_syntax(d)).map(|d| d.span.start).min();
-    if let Some(stop) = stop.filter(|_| options.reports == Reports::AsReference) {
-        let mut first = true;
-        diagnostics.retain(|d| {
-            d.span.start < stop
-                || (errors::is_of_syntax(d) && d.span.start == stop && std::mem::take(&mut first))
-        });
+    if as_reference {
+        ast = before.unwrap_or_default();
+        stop_at_first(&mut ast, &mut diagnostics, end);
     }
-    let preprocessed = !pre.stopped && !pre.diagnostics.list.iter().any(Diagnostic::is_error);
+    if pre.stopped || pre.diagnostics.list.iter().any(errors::loses_text) || (as_reference && !whole) {
+        ast.gaps.any_name = true;
+    }
     let mut found = pre.diagnostics;
     if !pre.stopped {
         let told = lines_with_errors(&found.list, &pre.sources);
         diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)).for_each(|d| found.push(d));
     }
-    let mut parsed = Parsed {
-        ast,
-        sources: pre.sources,
-        tokens: listing,
-        diagnostics: Vec::new(),
-        nowarn: pre.nowarn,
-        before_error,
-        preprocessed,
-    };
+    let mut parsed =
+        Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), nowarn: pre.nowarn };
     if !found.list.iter().any(|d| d.code == errors::TOO_MANY_ERRORS) {
         found.list.extend(
             found.dropped.map(|span| errors::too_many_errors(span, options.limits.reading.diagnostics)),
@@ -151,6 +130,21 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
     found.list.sort_by_key(|d| d.span.start);
     parsed.diagnostics = found.list;
     parsed
+}
+
+/// Keeps what the reference reads: the declarations and diagnostics before the first syntax error, and it.
+fn stop_at_first(ast: &mut Ast, diagnostics: &mut Vec<Diagnostic>, end: u32) {
+    let of_syntax = diagnostics.iter().filter(|d| errors::is_of_syntax(d));
+    let Some(stop) = of_syntax.map(|d| d.span.start).min() else { return };
+    let mut first = true;
+    diagnostics.retain(|d| {
+        d.span.start < stop || (errors::is_of_syntax(d) && d.span.start == stop && std::mem::take(&mut first))
+    });
+    let holds = |item: &ast::Item| item.span().start <= stop && stop < item.span().end;
+    if let Some(n) = ast.items.iter().position(holds) {
+        ast.items.truncate(n);
+        ast.gaps.add(Span::new(stop, end.max(stop)));
+    }
 }
 
 /// The text of a file after preprocessing, with macros and includes expanded, line by line.

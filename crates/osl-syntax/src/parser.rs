@@ -13,6 +13,7 @@ use crate::ast::Ast;
 use crate::builder::Builder;
 use crate::diagnostic::{Diagnostic, Sink};
 use crate::errors;
+use crate::gaps::Gaps;
 use crate::source::SourceMap;
 use crate::span::Span;
 use crate::token::Token;
@@ -55,10 +56,14 @@ pub(crate) fn parse_once(stream: &Stream, options: &Options) -> Result<(Ast, Sin
     }
 }
 
-/// The declarations before the first failure; `None` if parsing succeeds.
-pub(crate) fn before_failure(stream: &Stream, options: &Options) -> Option<Ast> {
-    let (before, _, failure) = run(stream, options);
-    failure.map(|_| before)
+/// The declarations before the first failure, as the reference reads them; all of them if there is none.
+pub(crate) fn before_failure(stream: &Stream, options: &Options) -> Ast {
+    let (mut before, _, failure) = run(stream, options);
+    if let Some(failure) = failure {
+        let at = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
+        before.gaps.add(Span::new(at.start, stream.end.end.max(at.start)));
+    }
+    before
 }
 
 /// One run of the parser. If it fails, the tree contains the declarations before the failure.
@@ -78,15 +83,10 @@ fn run(stream: &Stream, options: &Options) -> (Ast, Sink, Option<Failure>) {
     (builder.ast, builder.diagnostics, failure)
 }
 
-/// Parses with recovery: every error is reported, and the tree contains the sound parts. The second tree
-/// contains the declarations before the first failure.
-pub(crate) fn parse(
-    mut stream: Stream,
-    options: &Options,
-    sources: &SourceMap,
-) -> (Ast, Option<Ast>, Vec<Diagnostic>) {
+/// Parses with recovery: every error is reported, and the tree contains the sound parts and lists its gaps.
+pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) -> (Ast, Vec<Diagnostic>) {
     let mut reported = Vec::new();
-    let mut before_failure = None;
+    let mut gaps = Gaps::default();
     let mut furthest = None;
     let mut work: u64 = 0;
     loop {
@@ -96,24 +96,36 @@ pub(crate) fn parse(
             reported.extend(
                 found.dropped.map(|at| errors::too_many_errors(at, options.limits.reading.diagnostics)),
             );
-            return (ast, before_failure, reported);
+            return (Ast { gaps, ..ast }, reported);
         };
-        before_failure.get_or_insert(ast);
         // A stand-in that does not fit repeats the previous error; the text after it was not read yet.
         let stand_in =
             matches!(stream.tokens.get(failure.at), Some(Token::Stray | Token::Bad | Token::BadExpr));
         let place = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
-        if !stand_in && furthest.is_none_or(|f| f < place.start) {
+        let told = stand_in
+            || recover::is_echo(&stream, failure.at)
+            || expected::unclosed_bracket(&stream, failure.at)
+                .is_some_and(|opener| recover::may_be_closed(&stream, opener, failure.at));
+        if !told && furthest.is_none_or(|f| f < place.start) {
             reported.push(expected::message(&stream, &failure, sources));
         }
         furthest = furthest.max(Some(place.start));
         work += stream.tokens.len() as u64;
         if reported.len() as u64 >= options.limits.reading.diagnostics {
             reported.push(errors::too_many_errors(place, options.limits.reading.diagnostics));
-        } else if work < options.limits.reading.recovery && recover::cut(&mut stream, failure.at) {
-            continue;
+        } else if work < options.limits.reading.recovery {
+            if !told && let Some(before) = expected::lacks_semicolon(&stream, &failure, sources) {
+                recover::insert_semicolon(&mut stream, failure.at, before, &mut gaps);
+                continue;
+            }
+            if recover::cut(&mut stream, failure.at, &mut gaps) {
+                continue;
+            }
         }
         reported.extend(found.list);
-        return (Ast::default(), before_failure, reported);
+        // Given up: the declarations before the failure are the tree, and the rest is a gap.
+        let read = ast.items.last().map_or(0, |item| item.span().end);
+        gaps.add_lost(Span::new(read, stream.end.end.max(read)), &stream.tokens);
+        return (Ast { gaps, ..ast }, reported);
     }
 }

@@ -4,7 +4,7 @@
 
 use crate::diagnostic::{Diagnostic, Edit, Severity};
 use crate::escape::{same_places, shown};
-use crate::source::{Place, SourceFile, SourceMap};
+use crate::source::{Position, SourceFile, SourceMap};
 use crate::span::Span;
 use annotate_snippets::renderer::{DecorStyle, Renderer};
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Patch, Snippet};
@@ -36,7 +36,7 @@ pub fn render(diagnostics: &[Diagnostic], sources: &SourceMap, style: RenderStyl
 }
 
 /// Where a diagnostic begins and ends; `None` for a span outside the files.
-pub fn places(span: Span, sources: &SourceMap) -> Option<(Place, Place)> {
+pub fn places(span: Span, sources: &SourceMap) -> Option<(Position, Position)> {
     Some((sources.place(span)?, sources.place(Span::new(span.end, span.end))?))
 }
 

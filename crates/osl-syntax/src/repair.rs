@@ -160,7 +160,38 @@ pub(crate) fn explain(
         errors.iter_mut().skip(1).for_each(|e| e.fixes.clear());
     }
     diagnostics.extend(errors);
+    let mut ast = ast;
+    guessed(stream, text, &insertions).into_iter().for_each(|gap| ast.gaps.add(gap));
     Some((ast, diagnostics))
+}
+
+/// The parts of the file about which insertions are a guess: the statement around a parenthesis, the tokens
+/// beside a `;` in the middle of a line, and the position of any other token.
+fn guessed(stream: &Stream, text: &str, insertions: &[Insertion]) -> Vec<Span> {
+    let ends = |token: &Token| matches!(token, Token::Semi | Token::LBrace | Token::RBrace);
+    let span = |at: usize| stream.spans.get(at).copied();
+    let around = |insertion: &Insertion| {
+        let at = insertion.before;
+        let here = span(at).unwrap_or(stream.end).start;
+        let here = span(at.wrapping_sub(1)).map_or(here, |before| before.end.min(here));
+        let point = Span::new(here, here);
+        match insertion.token {
+            Token::RParen | Token::RBracket => {
+                let before = stream.tokens.get(..at).unwrap_or_default();
+                let first = before.iter().rposition(ends).map_or(0, |n| n + 1);
+                let after = stream.tokens.get(at..).unwrap_or_default();
+                let last = at + after.iter().position(ends).unwrap_or(after.len());
+                let edges = [span(first), last.checked_sub(1).and_then(span)];
+                edges.into_iter().flatten().fold(point, Span::to)
+            }
+            Token::Semi if !place::ends_line(stream, at, text) => {
+                let edges = [at.checked_sub(1).and_then(span), span(at)];
+                edges.into_iter().flatten().fold(point, Span::to)
+            }
+            _ => point,
+        }
+    };
+    insertions.iter().map(around).collect()
 }
 
 /// The fewest insertions that make a stream parse; `None` if it parses already, or if none are found.

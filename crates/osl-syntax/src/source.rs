@@ -58,7 +58,7 @@ pub struct SourceMap {
 
 /// A human-readable location: file name, 1-based line, 1-based column in characters.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct Position {
     /// Name of the file.
     pub file: String,
     /// Line, from 1.
@@ -112,12 +112,12 @@ impl SourceMap {
     }
 
     /// Line and column of the start of a span.
-    pub fn place(&self, span: Span) -> Option<Place> {
+    pub fn place(&self, span: Span) -> Option<Position> {
         let file = self.file_at(span.start)?;
         let at = (span.start - file.base) as usize;
         let line = file.line_at(at);
         let before = file.text.get(file.line_start(line)?..at)?;
-        Some(Place { file: file.name.clone(), line, column: before.chars().count() as u32 + 1 })
+        Some(Position { file: file.name.clone(), line, column: before.chars().count() as u32 + 1 })
     }
 
     /// The file and the line, from 1, of the start of a span.

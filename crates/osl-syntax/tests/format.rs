@@ -190,6 +190,15 @@ fn broken_strings_stay_byte_for_byte() {
 }
 
 #[test]
+fn parameters_after_a_broken_string_are_divided_at_once() {
+    let once = tidy("\"a\nb\" f(\"c\" float x = 0) {\n}\n");
+    assert_eq!(once, "\"a\nb\" f(\n    \"c\" float x = 0\n) {}\n");
+    assert_eq!(tidy(&once), once);
+    let list = tidy("string s = \"a\nb\", t[2] = {\"c\", \"d\"};\n");
+    assert_eq!(tidy(&list), list);
+}
+
+#[test]
 fn line_ends_and_byte_order_mark() {
     assert_eq!(tidy("int f( );\r\n\r\n\r\nint g( );"), "int f();\r\n\r\nint g();\r\n");
     // Line breaks within comments and directives stay unchanged and do not affect the others.

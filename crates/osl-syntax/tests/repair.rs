@@ -54,3 +54,11 @@ fn what_is_whole_or_wrong_otherwise_is_left_alone() {
         assert_eq!(repaired(text), None, "{text}");
     }
 }
+
+/// A `;` that does not help is not inserted again and again until the budget of recovery is used up.
+#[test]
+fn recovery_inserts_one_semicolon_at_a_place() {
+    let text = "void f(float x) {\n    return 0x;\nntf(\n#ifndef A\n\"%d\\n\", 1, }\nreturn ret\n";
+    let parsed = osl_syntax::parse("loop.osl", text, &NoFiles, &Options::default());
+    assert!(parsed.ast.gaps.list.len() < 20, "{} gaps", parsed.ast.gaps.list.len());
+}

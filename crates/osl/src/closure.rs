@@ -4,7 +4,6 @@
 
 use crate::Value;
 use osl_exec::{Component, Param};
-use osl_ir::ir::Const;
 
 /// A component of a closure.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,37 +34,9 @@ impl Closure {
         let Component { weight, name, params } = component;
         let argument = |param: &Param| Argument {
             key: param.key.as_ref().map(ToString::to_string),
-            value: value(&param.values),
+            value: Value::of_constants(&param.values, false),
             closure: param.closure.iter().map(Closure::new).collect(),
         };
         Closure { weight: *weight, name: name.to_string(), arguments: params.iter().map(argument).collect() }
     }
-}
-
-/// One value, or an array; `None` for closures.
-fn value(list: &[Const]) -> Option<Value> {
-    Some(match list {
-        [Const::Int(n)] => Value::Int(*n),
-        [Const::Float(x)] => Value::Float(*x),
-        [Const::Triple(t)] => Value::Triple(*t),
-        [Const::Matrix(m)] => Value::Matrix(**m),
-        [Const::Str(s)] => Value::String(s.to_string()),
-        [Const::Int(_), ..] => {
-            Value::Ints(all(list, |v| if let Const::Int(n) = v { Some(*n) } else { None }))
-        }
-        [Const::Float(_), ..] => {
-            Value::Floats(all(list, |v| if let Const::Float(x) = v { Some(*x) } else { None }))
-        }
-        [Const::Triple(_), ..] => {
-            Value::Triples(all(list, |v| if let Const::Triple(t) = v { Some(*t) } else { None }))
-        }
-        [Const::Str(_), ..] => {
-            Value::Strings(all(list, |v| if let Const::Str(s) = v { Some(s.to_string()) } else { None }))
-        }
-        _ => return None,
-    })
-}
-
-fn all<T>(list: &[Const], of: impl Fn(&Const) -> Option<T>) -> Vec<T> {
-    list.iter().filter_map(of).collect()
 }

@@ -1,47 +1,75 @@
 //! All errors of the crate, as one type.
 
+use crate::diagnostic::{Diagnostic, Range, diagnostics, range};
+use osl_exec::RunError;
+use osl_limits::Halt;
 use osl_syntax::diagnostic::Diagnostic as Inner;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use std::fmt;
 
-/// An error or warning about a location in a source text.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Diagnostic {
-    /// Its stable code, such as `E0201`.
-    pub code: String,
-    /// Whether it is an error rather than a warning.
-    pub error: bool,
-    /// Its message, on one line.
-    pub message: String,
-    /// The file, by the name given to the compiler.
-    pub file: String,
-    /// Line, from 1; 0 if unknown.
-    pub line: u32,
-    /// Column in characters, from 1; 0 if unknown.
-    pub column: u32,
+/// What failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ErrorKind {
+    /// A source text has errors: see [`Error::diagnostics`].
+    Source,
+    /// The caller asked for something impossible: an unknown name, a value of another type, an array of
+    /// another length.
+    Request,
+    /// A program ended without results, because it reached one of its [`Limits`](crate::Limits).
+    Run,
+    /// The work was cancelled, see [`Cancel`](crate::Cancel).
+    Cancelled,
 }
 
 /// Why an operation failed. Its text shows all diagnostics with excerpts of the source.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Error {
+    kind: ErrorKind,
     text: String,
     diagnostics: Vec<Diagnostic>,
+    range: Option<Box<Range>>,
 }
 
 impl Error {
+    /// What failed.
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
+    }
+
     /// The diagnostics, if a source text caused the error.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.diagnostics
     }
 
-    pub(crate) fn new(text: impl fmt::Display) -> Error {
-        Error { text: text.to_string(), diagnostics: Vec::new() }
+    /// The loop or call of a source text that reached a limit of a run, if it is known.
+    pub fn range(&self) -> Option<&Range> {
+        self.range.as_deref()
     }
 
+    /// An impossible request.
+    pub(crate) fn new(text: impl fmt::Display) -> Error {
+        Error { kind: ErrorKind::Request, text: text.to_string(), diagnostics: Vec::new(), range: None }
+    }
+
+    /// A run without results.
+    pub(crate) fn run(error: &RunError, sources: &SourceMap) -> Error {
+        let kind = match error {
+            RunError::Halted(Halt::Cancelled) => ErrorKind::Cancelled,
+            _ => ErrorKind::Run,
+        };
+        let span = match error {
+            RunError::TooManySteps { span, .. } | RunError::TooMuchMemory { span, .. } => *span,
+            _ => None,
+        };
+        Error { kind, range: span.and_then(|span| range(span, sources)).map(Box::new), ..Error::new(error) }
+    }
+
+    /// Errors of a source text.
     pub(crate) fn of(list: &[Inner], sources: &SourceMap) -> Error {
         let text = render(list, sources, RenderStyle::default()).trim_end().to_string();
-        Error { text, diagnostics: diagnostics(list, sources) }
+        Error { kind: ErrorKind::Source, text, diagnostics: diagnostics(list, sources), range: None }
     }
 }
 
@@ -59,20 +87,3 @@ impl fmt::Debug for Error {
 }
 
 impl std::error::Error for Error {}
-
-/// Converts diagnostics to the types of this crate.
-pub(crate) fn diagnostics(list: &[Inner], sources: &SourceMap) -> Vec<Diagnostic> {
-    let one = |d: &Inner| {
-        let place = sources.place(d.span);
-        let (file, line, column) = place.map(|p| (p.file, p.line, p.column)).unwrap_or_default();
-        Diagnostic {
-            code: d.code.id.into(),
-            error: d.is_error(),
-            message: d.message.clone(),
-            file,
-            line,
-            column,
-        }
-    };
-    list.iter().map(one).collect()
-}

@@ -1,40 +1,50 @@
 //! Groups: shaders as layers, with parameter values and connections, compiled to a program.
 
-use crate::{Error, Program, Shader, Value, pipeline};
-use osl_ir::group::{self, Layer};
-use osl_ir::lower::{self, Last, Requests};
-use osl_ir::params::{self, ParamError, ParamValues};
+use crate::files::{Files, Includes};
+use crate::program::Live;
+use crate::stages::{self, CheckedGroup};
+use crate::{CompileOptions, Error, Program, ReadOptions, Shader, Value};
+use osl_hir::hir;
+use osl_ir::ir::Const;
+use osl_ir::passes;
 use osl_ir::types::{Base, Type};
-use osl_ir::{hir, passes};
 use osl_limits::Limits;
+use osl_lower::group::{self, Layer};
+use osl_lower::params::{self, ParamError, ParamValues};
+use osl_lower::{Last, Requests};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
 
-/// Shaders that work together. The last layer always runs; another layer runs only where its results are
-/// needed.
-#[derive(Clone, Copy, Debug)]
-pub struct Group;
-
-impl Group {
-    /// Starts a group without layers.
-    pub fn builder() -> GroupBuilder {
-        GroupBuilder::named("unnamed_group_1")
-    }
-}
-
-/// A group under construction. [`GroupBuilder::compile`] returns the first error of any step.
+/// Shaders that work together, with values for their parameters. The last layer always runs; another layer
+/// runs only where its results are needed.
+///
+/// Each method adds to the group; [`Group::compile`] returns the first error of any step.
 #[derive(Clone, Debug)]
-pub struct GroupBuilder {
+pub struct Group {
     group: group::Group,
     sources: SourceMap,
     limits: Limits,
     failed: Option<Error>,
 }
 
-impl GroupBuilder {
-    /// Starts a group with a name, which shaders can query.
-    pub fn named(name: &str) -> GroupBuilder {
-        GroupBuilder {
+/// The name of a group without a name.
+const UNNAMED: &str = "unnamed_group_1";
+
+impl Default for Group {
+    fn default() -> Group {
+        Group::new()
+    }
+}
+
+impl Group {
+    /// A group without layers.
+    pub fn new() -> Group {
+        Group::named(UNNAMED)
+    }
+
+    /// A group without layers, with a name that shaders can query.
+    pub fn named(name: &str) -> Group {
+        Group {
             group: group::Group::new(name),
             sources: SourceMap::default(),
             limits: Limits::default(),
@@ -42,10 +52,37 @@ impl GroupBuilder {
         }
     }
 
+    /// Reads a serialized group: the statements `param`, `shader` and `connect` of the language
+    /// specification. Shaders come from the client's files: `NAME`, `NAME.osl` or `NAME.oso`. More layers and
+    /// values can follow.
+    ///
+    /// ```
+    /// use osl::{Group, MemoryFiles, Points, ReadOptions};
+    ///
+    /// let ramp = "shader ramp(float k = 1, output float o = 0) { o = k * u; }";
+    /// let files = MemoryFiles::new().with("ramp.osl", ramp);
+    /// let text = "param float k 3; shader ramp r;";
+    /// let program = Group::read("a.group", text, &files, &ReadOptions::default())?.compile(&["o"])?;
+    /// assert_eq!(program.run(&Points::new(1).u([0.5]))?.floats("o"), Some(vec![1.5]));
+    /// # Ok::<(), osl::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// The text or a shader has errors, or a shader is missing.
+    pub fn read(name: &str, text: &str, files: &dyn Files, options: &ReadOptions) -> Result<Group, Error> {
+        let includes = Includes(files);
+        let CheckedGroup { sources, diagnostics, group } =
+            stages::check_group(name, text, UNNAMED, &includes, &options.inner());
+        match group {
+            Some(group) => Ok(Group { group, sources, limits: options.limits.clone(), failed: None }),
+            None => Err(Error::of(&diagnostics, &sources)),
+        }
+    }
+
     /// Sets the limits of the group: for its layers from here on, for compiling it, and for running its
     /// program.
     #[must_use]
-    pub fn limits(mut self, limits: &Limits) -> GroupBuilder {
+    pub fn limits(mut self, limits: &Limits) -> Group {
         self.group = self.group.with_limits(limits);
         self.limits = limits.clone();
         self
@@ -53,7 +90,7 @@ impl GroupBuilder {
 
     /// Adds a layer. Its name must differ from those of the other layers.
     #[must_use]
-    pub fn layer(self, name: &str, shader: &Shader) -> GroupBuilder {
+    pub fn layer(self, name: &str, shader: &Shader) -> Group {
         self.and(|group, sources| {
             let base = sources.append(&shader.sources).ok_or("the sources have more than 4 GiB")?;
             let values = ParamValues::default();
@@ -67,15 +104,24 @@ impl GroupBuilder {
 
     /// Sets a parameter of the layer added last; `s.a` is a field. A float parameter accepts an int, a triple
     /// accepts a float, and an array that is too short is padded with zeros.
+    ///
+    /// ```
+    /// # use osl::{Group, Points, Shader, Value};
+    /// let text = "shader a(float k[3] = {1, 1, 1}, output float o = 0) { o = k[1]; }";
+    /// let shader = Shader::compile("a.osl", text)?;
+    /// let program = Group::new().layer("a", &shader).param("k", vec![1.0, 2.0]).compile(&["o"])?;
+    /// assert_eq!(program.run(&Points::new(1))?.floats("o"), Some(vec![2.0]));
+    /// # Ok::<(), osl::Error>(())
+    /// ```
     #[must_use]
-    pub fn param(self, name: &str, value: impl Into<Value>) -> GroupBuilder {
+    pub fn param(self, name: &str, value: impl Into<Value>) -> Group {
         self.and(|group, _| last(group, |layer| set(layer, name, &value.into())))
     }
 
     /// Lets a parameter of the layer added last take the point's user data of the same name, where there is
     /// any.
     #[must_use]
-    pub fn interpolate(self, name: &str) -> GroupBuilder {
+    pub fn interpolate(self, name: &str) -> Group {
         self.and(|group, _| {
             last(group, |layer| {
                 layer.values.interpolate(name);
@@ -87,7 +133,7 @@ impl GroupBuilder {
     /// Connects an output or parameter of a layer to a parameter of a later one:
     /// `connect("noise.out", "paint.c[1]")`.
     #[must_use]
-    pub fn connect(self, from: &str, to: &str) -> GroupBuilder {
+    pub fn connect(self, from: &str, to: &str) -> Group {
         self.and(|group, _| {
             let end = |path: &str| {
                 let parts = path.split_once('.').map(|(layer, param)| (layer.to_string(), param.to_string()));
@@ -105,10 +151,21 @@ impl GroupBuilder {
     /// # Errors
     /// An earlier step failed, an output does not exist, or the program is too large.
     pub fn compile(self, outputs: &[&str]) -> Result<Program, Error> {
-        let GroupBuilder { group, sources, limits, failed } = self;
+        self.compile_with(&CompileOptions::outputs(outputs))
+    }
+
+    /// Compiles the group.
+    ///
+    /// # Errors
+    /// Those of [`Group::compile`].
+    pub fn compile_with(self, options: &CompileOptions) -> Result<Program, Error> {
+        let Group { mut group, sources, limits, failed } = self;
         if let Some(error) = failed {
             return Err(error);
         }
+        let CompileOptions { outputs, arithmetic, live } = options;
+        let live = live.iter().map(|name| make_live(&mut group, name)).collect::<Result<Vec<Live>, String>>();
+        let live = live.map_err(Error::new)?;
         let last = group.layers().last().ok_or_else(|| Error::new("the group has no layers"))?;
         let mut others: Vec<Arc<str>> = Vec::new();
         for name in outputs {
@@ -118,31 +175,30 @@ impl GroupBuilder {
                 return Err(Error::new(format!("layer `{}` has no output `{output}`", layer.name)));
             }
             if part.is_some() {
-                others.push((*name).into());
+                others.push(name.as_str().into());
             }
         }
-        let last = match outputs {
-            [] => Last::All,
-            _ => Last::Named(outputs.iter().map(|name| (*name).into()).collect()),
-        };
+        let named: Option<Vec<Arc<str>>> =
+            (!outputs.is_empty()).then(|| outputs.iter().map(|name| name.as_str().into()).collect());
+        let last = named.clone().map_or(Last::All, Last::Named);
         let requests = Requests { outputs: others, last, limits: limits.clone(), ..Requests::default() };
         let mut body =
-            lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
-        if outputs.is_empty() {
+            osl_lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
+        if named.is_none() {
             // Closures are computed only if they are named, since they cost time.
             body.outputs.retain(|output| output.ty.base != Base::Closure);
         }
-        let wanted = (!outputs.is_empty()).then(|| outputs.iter().map(|name| (*name).into()).collect());
-        let options =
-            passes::Options { outputs: wanted, limits: limits.clone(), ..passes::Options::default() };
-        Ok(Program::new(pipeline::finish(body, &options).program, sources, limits))
+        let options = passes::Options {
+            outputs: named,
+            arithmetic: *arithmetic,
+            limits: limits.clone(),
+            ..passes::Options::default()
+        };
+        Ok(Program::new(stages::finish(body, &options).program, live, sources, limits))
     }
 
     /// Performs a step, if no earlier one has failed.
-    fn and(
-        mut self,
-        step: impl FnOnce(&mut group::Group, &mut SourceMap) -> Result<(), String>,
-    ) -> GroupBuilder {
+    fn and(mut self, step: impl FnOnce(&mut group::Group, &mut SourceMap) -> Result<(), String>) -> Group {
         if self.failed.is_none() {
             self.failed = step(&mut self.group, &mut self.sources).err().map(Error::new);
         }
@@ -156,14 +212,61 @@ fn last(group: &mut group::Group, step: impl FnOnce(&mut Layer) -> Result<(), St
 }
 
 fn set(layer: &mut Layer, name: &str, value: &Value) -> Result<(), String> {
-    let (ty, words) = value.words();
     let Layer { program, values, .. } = layer;
-    let mut set = |ty| params::set_words(program, values, ty, name, &words);
-    let result = match set(ty) {
-        Err(ParamError::Type { .. }) if ty == Type::INT => set(Type::FLOAT),
+    set_in(program, values, name, value).map_err(|e| format!("layer `{}`: {e}", layer.name))
+}
+
+/// Adds the value of a parameter, or of each field of a struct.
+pub(crate) fn set_in(
+    program: &hir::Program,
+    values: &mut ParamValues,
+    name: &str,
+    value: &Value,
+) -> Result<(), String> {
+    if let Value::Struct(fields) = value {
+        let mut field =
+            |(field, value): &(String, Value)| set_in(program, values, &format!("{name}.{field}"), value);
+        return fields.iter().try_for_each(&mut field);
+    }
+    let Some((ty, constants)) = value.constants() else {
+        return Err(format!("parameter `{name}` takes no closures and no lists"));
+    };
+    let result = match params::set_constants(program, values, ty, name, constants) {
+        Err(ParamError::Type { .. }) if let Value::Int(n) = value => {
+            let float = vec![Const::Float(*n as f32)];
+            params::set_constants(program, values, Type::FLOAT, name, float)
+        }
         result => result,
     };
-    result.map_err(|e| format!("layer `{}`: {e}", layer.name))
+    result.map_err(|e| e.to_string())
+}
+
+/// Makes a parameter live, with its default if it has no value: `PARAMETER` of the last layer, or
+/// `LAYER.PARAMETER`.
+fn make_live(group: &mut group::Group, name: &str) -> Result<Live, String> {
+    let part = name.split_once('.').and_then(|(layer, param)| Some((group.find(layer)?, param)));
+    let at = group.layers().len().checked_sub(1).ok_or("the group has no layers")?;
+    let (at, param) = part.unwrap_or((at, name));
+    let layer = group.layer_mut(at).ok_or("the group has no layers")?;
+    let wrong = |layer: &Layer, why: &str| format!("layer `{}`: parameter `{param}` {why}", layer.name);
+    let Some(ty) = params::type_of(&layer.program, param) else {
+        return Err(wrong(layer, "does not exist"));
+    };
+    if matches!(ty.base, Base::String | Base::Closure) {
+        return Err(wrong(layer, "cannot be live: it is a string or a closure"));
+    }
+    let fields = crate::param::leaves(&layer.program, param, ty);
+    for field in &fields {
+        if layer.values.get(field).is_none() {
+            let Some(default) = crate::param::default(&layer.program, field) else {
+                return Err(wrong(layer, "cannot be live: it has neither a value nor a constant default"));
+            };
+            set(layer, field, &default)?;
+        }
+        layer.values.make_live(field);
+    }
+    let (param, program, layer) = (param.to_string(), layer.program.clone(), layer.name.clone());
+    Ok(Live { name: name.to_string(), program, layer, param, fields })
 }
 
 /// Whether a shader has an output with a name, or with a name that contains it as a part.

@@ -2,7 +2,7 @@
 
 use crate::{Error, RendererServices};
 use osl_exec::{Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 
 /// Points to shade, in common space: arrays with one element per point. Globals that are not set are uniform:
@@ -12,9 +12,9 @@ use osl_ir::ir::Axis;
 pub struct Points {
     count: usize,
     columns: Vec<Column>,
-    slopes: Vec<Slopes>,
+    derivs: Vec<Derivs>,
     varying: Vec<Global>,
-    varying_slopes: Vec<Global>,
+    varying_derivs: Vec<Global>,
 }
 
 /// A global at all points: its components, each an array.
@@ -26,7 +26,7 @@ struct Column {
 
 /// The derivatives of a global: its change to the next pixel along x and y.
 #[derive(Clone, Debug, PartialEq)]
-struct Slopes {
+struct Derivs {
     global: Global,
     axes: [Vec<Vec<f32>>; 2],
 }
@@ -56,11 +56,11 @@ impl Points {
         self
     }
 
-    fn sloping(mut self, global: Global, axes: [Vec<Vec<f32>>; 2]) -> Points {
-        self.slopes.retain(|s| s.global != global);
-        self.slopes.push(Slopes { global, axes });
-        if !self.varying_slopes.contains(&global) {
-            self.varying_slopes.push(global);
+    fn with_derivs(mut self, global: Global, axes: [Vec<Vec<f32>>; 2]) -> Points {
+        self.derivs.retain(|s| s.global != global);
+        self.derivs.push(Derivs { global, axes });
+        if !self.varying_derivs.contains(&global) {
+            self.varying_derivs.push(global);
         }
         self
     }
@@ -124,23 +124,23 @@ impl Points {
     /// The derivatives of u and v: `[du/dx, du/dy, dv/dx, dv/dy]` of each point, as changes to the next
     /// pixel. Texture lookups filter by them.
     #[must_use]
-    pub fn uv_slopes(self, slopes: &[[f32; 4]]) -> Points {
-        let part = |at: usize| vec![slopes.iter().map(|s| s[at]).collect::<Vec<f32>>()];
-        self.sloping(Global::U, [part(0), part(1)]).sloping(Global::V, [part(2), part(3)])
+    pub fn uv_derivs(self, derivs: &[[f32; 4]]) -> Points {
+        let part = |at: usize| vec![derivs.iter().map(|s| s[at]).collect::<Vec<f32>>()];
+        self.with_derivs(Global::U, [part(0), part(1)]).with_derivs(Global::V, [part(2), part(3)])
     }
 
     /// The derivatives of the positions: their change to the next pixel along x, and along y. Bump mapping
     /// needs them.
     #[must_use]
-    pub fn p_slopes(self, dx: &[[f32; 3]], dy: &[[f32; 3]]) -> Points {
-        self.sloping(Global::P, [parts(dx), parts(dy)])
+    pub fn p_derivs(self, dx: &[[f32; 3]], dy: &[[f32; 3]]) -> Points {
+        self.with_derivs(Global::P, [parts(dx), parts(dy)])
     }
 
     /// Whether all arrays have the right length.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let columns = self.columns.iter().flat_map(|c| c.parts.iter().map(|p| (c.global, p.len())));
-        let slopes = self.slopes.iter().flat_map(|s| s.axes.iter().flatten().map(|p| (s.global, p.len())));
-        match columns.chain(slopes).find(|(_, len)| *len != self.count) {
+        let derivs = self.derivs.iter().flat_map(|s| s.axes.iter().flatten().map(|p| (s.global, p.len())));
+        match columns.chain(derivs).find(|(_, len)| *len != self.count) {
             Some((global, len)) => {
                 Err(Error::new(format!("there are {} points, but {len} values of {global:?}", self.count)))
             }
@@ -184,7 +184,7 @@ impl PointSource for Source<'_> {
         }
     }
 
-    fn slope(&self, _: Global, _: Axis) -> [f32; 3] {
+    fn deriv(&self, _: Global, _: Axis) -> [f32; 3] {
         [0.0; 3]
     }
 
@@ -194,13 +194,13 @@ impl PointSource for Source<'_> {
         }
     }
 
-    fn varying_slopes(&self) -> &[Global] {
-        &self.points.varying_slopes
+    fn varying_derivs(&self) -> &[Global] {
+        &self.points.varying_derivs
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
-        if let Some(slopes) = self.points.slopes.iter().find(|s| s.global == global) {
-            copy(&slopes.axes[axis as usize], first, width, lanes);
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        if let Some(derivs) = self.points.derivs.iter().find(|s| s.global == global) {
+            copy(&derivs.axes[axis as usize], first, width, lanes);
         }
     }
 

@@ -1,23 +1,77 @@
 //! Programs, and the results of running them.
 
+use crate::group::set_in;
 use crate::points::Source;
-use crate::{Closure, Error, Points, Renderer};
-use osl_exec::{Frame, Plane, RunOptions};
-use osl_ir::ir::Kind;
+use crate::{Closure, Error, Points, Renderer, RunOptions, Value};
+use osl_exec::{Arithmetic, Frame, Plane};
+use osl_hir::hir;
+use osl_ir::ir::{Const, Kind};
 use osl_limits::Limits;
+use osl_lower::params::ParamValues;
 use osl_syntax::source::SourceMap;
+use std::sync::Arc;
 
 /// A compiled group. It may run any number of times, from any thread.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Program {
     program: osl_exec::Program,
+    live: Vec<Live>,
     sources: SourceMap,
     limits: Limits,
 }
 
 impl Program {
-    pub(crate) fn new(program: osl_exec::Program, sources: SourceMap, limits: Limits) -> Program {
-        Program { program, sources, limits }
+    pub(crate) fn new(
+        program: osl_exec::Program,
+        live: Vec<Live>,
+        sources: SourceMap,
+        limits: Limits,
+    ) -> Program {
+        Program { program, live, sources, limits }
+    }
+
+    /// Sets a live parameter for all runs from now on, by the name under which
+    /// [`CompileOptions::live`](crate::CompileOptions::live) has it. The results are those of a program that
+    /// was compiled with the value, bit for bit, except where the language distinguishes constants: a
+    /// quotient by a constant may be infinite, and `isconstant` tells.
+    ///
+    /// An array has the length that it had when the program was compiled: missing elements are zero.
+    ///
+    /// # Errors
+    /// The program has no such live parameter, or the value is not of its type.
+    pub fn set(&mut self, name: &str, value: impl Into<Value>) -> Result<(), Error> {
+        let Some(live) = self.live.iter().find(|live| live.name == name) else {
+            return Err(Error::new(format!("the program has no live parameter `{name}`")));
+        };
+        let mut values = ParamValues::default();
+        set_in(&live.program, &mut values, &live.param, &value.into()).map_err(Error::new)?;
+        for field in &live.fields {
+            let Some(given) = values.get(field) else { continue };
+            let path = format!("{}.{field}", live.layer);
+            let inputs: Vec<usize> = (0..self.program.inputs().len())
+                .filter(|at| *self.program.inputs()[*at].name == *path)
+                .collect();
+            if given.len() > inputs.len() && !inputs.is_empty() {
+                let most = inputs.len();
+                return Err(Error::new(format!("parameter `{field}` was compiled for {most} elements")));
+            }
+            for (element, index) in inputs.into_iter().enumerate() {
+                let kind = self.program.inputs()[index].value.kind();
+                let value = given.get(element).cloned().unwrap_or_else(|| Const::zero(kind));
+                self.program.set_input(index, value);
+            }
+        }
+        Ok(())
+    }
+
+    /// The names of the live parameters.
+    pub fn live(&self) -> impl Iterator<Item = &str> {
+        self.live.iter().map(|live| live.name.as_str())
+    }
+
+    /// The numbers with which it computes, from [`CompileOptions`](crate::CompileOptions).
+    pub fn arithmetic(&self) -> Arithmetic {
+        self.program.arithmetic()
     }
 
     /// Runs at all points, on all cores, without services: there are no attributes, and textures are looked
@@ -26,25 +80,45 @@ impl Program {
     /// # Errors
     /// The length of an array differs from the number of points, or a loop does not end.
     pub fn run(&self, points: &Points) -> Result<Outputs, Error> {
-        self.run_with(points, &Renderer::default())
+        self.run_with(points, &Renderer::default(), &RunOptions::default())
     }
 
-    /// Runs at all points, on all cores, with a renderer's services.
+    /// Runs at all points, with a renderer's services.
     ///
     /// # Errors
-    /// Those of [`Program::run`].
-    pub fn run_with(&self, points: &Points, renderer: &Renderer) -> Result<Outputs, Error> {
+    /// Those of [`Program::run`]; also if the run is cancelled.
+    pub fn run_with(
+        &self,
+        points: &Points,
+        renderer: &Renderer,
+        options: &RunOptions,
+    ) -> Result<Outputs, Error> {
         points.check()?;
         let source = Source { points, services: &*renderer.answers };
-        let options = RunOptions { closures: true, limits: self.limits.clone(), ..RunOptions::default() };
-        let frame = osl_exec::run(&self.program, &renderer.services, &source, &options, &|_| ());
-        let frame = frame.map_err(Error::new)?;
+        let inner = options.inner(&self.limits);
+        let progress = |done: usize| options.report(done);
+        let frame = osl_exec::run(&self.program, &renderer.services, &source, &inner, &progress);
+        let frame = frame.map_err(|error| Error::run(&error, &self.sources))?;
         let messages = frame.said(|span| {
             self.sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line))
         });
         let messages = messages.into_iter().map(|(error, text)| Message { error, text }).collect();
         Ok(Outputs { frame, messages })
     }
+}
+
+/// A live parameter.
+#[derive(Clone, Debug)]
+pub(crate) struct Live {
+    /// Its name for the client.
+    pub(crate) name: String,
+    /// The shader and the layer that have it.
+    pub(crate) program: Arc<hir::Program>,
+    pub(crate) layer: Arc<str>,
+    /// Its name in the shader.
+    pub(crate) param: String,
+    /// Its parts that are not structs: `s.a`.
+    pub(crate) fields: Vec<String>,
 }
 
 /// A message of a shader.
@@ -75,6 +149,21 @@ impl Outputs {
     pub fn floats(&self, name: &str) -> Option<Vec<f32>> {
         match &self.planes(name)[..] {
             [one] => Some(one.floats()),
+            _ => None,
+        }
+    }
+
+    /// One component of an output at all points, without a copy: 0 of a float, 0 to 2 of a triple, 0 to 15 of
+    /// a matrix. `None` for ints.
+    pub fn component(&self, name: &str, component: usize) -> Option<&[f32]> {
+        let plane = self.frame.planes.iter().find(|p| &*p.output == name && p.component == component)?;
+        (plane.kind != Kind::Int).then(|| bytemuck::cast_slice(&plane.words))
+    }
+
+    /// A float output in double precision, as accurate as it was computed; or an int one.
+    pub fn doubles(&self, name: &str) -> Option<Vec<f64>> {
+        match &self.planes(name)[..] {
+            [one] => Some(one.doubles()),
             _ => None,
         }
     }

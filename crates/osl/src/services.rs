@@ -1,6 +1,6 @@
 //! The queries of a running shader to the program around it.
 
-use crate::Value;
+use crate::{Files, Value};
 use osl_exec::{FindSpace, Services, Spaces};
 use osl_image::TextureCache;
 use osl_limits::Limits;
@@ -10,6 +10,39 @@ use std::sync::Arc;
 
 /// The answers of an embedder. By default, nothing is known. Shaders run on all cores, so the functions are
 /// called from any thread; the same query must have the same answer during a run.
+///
+/// ```
+/// use osl::{Files, Group, MemoryFiles, Points, Renderer, RendererServices, RunOptions, Shader, Value};
+/// use std::sync::Arc;
+///
+/// /// A scene in memory: one attribute, and an XML document.
+/// struct Scene(Arc<MemoryFiles>);
+///
+/// impl RendererServices for Scene {
+///     fn attribute(&self, object: &str, name: &str, point: usize) -> Option<Value> {
+///         (object.is_empty() && name == "index").then(|| Value::Int(point as i32))
+///     }
+///
+///     fn files(&self) -> Option<Arc<dyn Files>> {
+///         Some(self.0.clone())
+///     }
+/// }
+///
+/// let shader = Shader::compile(
+///     "a.osl",
+///     "shader a(output int i = -1, output int n = 0) {
+///         getattribute(\"index\", i);
+///         dict_value(dict_find(\"scene.xml\", \"lamp\"), \"watts\", n);
+///     }",
+/// )?;
+/// let program = Group::new().layer("a", &shader).compile(&[])?;
+/// let files = MemoryFiles::new().with("scene.xml", "<lamp watts=\"60\"/>");
+/// let renderer = Renderer::new(Scene(Arc::new(files)));
+/// let outputs = program.run_with(&Points::new(2), &renderer, &RunOptions::default())?;
+/// assert_eq!(outputs.ints("i"), Some(vec![0, 1]));
+/// assert_eq!(outputs.ints("n"), Some(vec![60, 60]));
+/// # Ok::<(), osl::Error>(())
+/// ```
 pub trait RendererServices: Send + Sync {
     /// An attribute of an object at a point, or of no object if `object` is empty: `getattribute`. The value
     /// must have exactly the type that the shader requests; other values are ignored.
@@ -36,6 +69,12 @@ pub trait RendererServices: Send + Sync {
     /// once.
     fn texture_folders(&self) -> Vec<PathBuf> {
         Vec::new()
+    }
+
+    /// The files from which textures and XML documents are read, in place of the disk. Called once. By
+    /// default, the disk, see [`RendererServices::texture_folders`].
+    fn files(&self) -> Option<Arc<dyn Files>> {
+        None
     }
 
     /// The ray type for which the points are shaded. Called once.
@@ -70,7 +109,10 @@ impl Renderer {
         let asked = answers.clone();
         let find: FindSpace = Arc::new(move |space: &str| asked.transform(space));
         spaces.set_lookup(find);
-        let textures = TextureCache::within(answers.texture_folders(), limits);
+        let textures = match answers.files() {
+            Some(files) => TextureCache::given(Arc::new(move |name: &str| files.read(name)), limits),
+            None => TextureCache::within(answers.texture_folders(), limits),
+        };
         let services =
             Arc::new(Services { ray: answers.ray_type(), spaces, textures, ..Services::default() });
         Renderer { answers, services }

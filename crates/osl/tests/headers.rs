@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
-use osl::{Group, Points, Renderer, RendererServices, Shader, Value};
+use osl::{Group, MemoryFiles, Points, ReadOptions, Renderer, RendererServices, RunOptions, Shader, Value};
 use std::fmt::Write;
 
 /// A struct of a header: its name, its fields, and the type of each.
@@ -104,7 +104,7 @@ fn wrong_of(header: &str, fields: Fields, more: &str) -> String {
 #[track_caller]
 fn nothing_wrong(text: &str) {
     let shader = Shader::compile("s.osl", text).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let program = Group::builder().layer("s", &shader).compile(&[]).unwrap();
+    let program = Group::new().layer("s", &shader).compile(&[]).unwrap();
     let out = program.run(&Points::new(3).u([0.25, 0.5, 0.9]).v([0.3, 0.5, 0.8])).unwrap();
     assert_eq!(out.ints("wrong"), Some(vec![0; 3]), "{}", out.printed());
 }
@@ -218,14 +218,14 @@ fn lines_along_edges() {
         }";
     let shader = Shader::compile("s.osl", text).unwrap();
     let outputs = ["pixels", "wide", "diagonal", "patch", "by_default", "none"];
-    let program = Group::builder().layer("s", &shader).compile(&outputs).unwrap();
+    let program = Group::new().layer("s", &shader).compile(&outputs).unwrap();
     // The center, points a tenth and a fifth from the right edge, and one near the left edge, which the
     // triangle lacks.
     let p = [[0.0, 0.0, 0.0], [0.9, 0.0, 0.0], [0.79, 0.0, 0.0], [-0.9, 0.0, 0.0]];
     let points = Points::new(4).p(&p).i(&[[0.0, 0.0, -1.0]; 4]);
-    let points = points.p_slopes(&[[0.3, 0.0, 0.0]; 4], &[[0.0, 0.1, 0.0]; 4]);
+    let points = points.p_derivs(&[[0.3, 0.0, 0.0]; 4], &[[0.0, 0.1, 0.0]; 4]);
     let run = |renderer: &Renderer| {
-        let out = program.run_with(&points, renderer).unwrap();
+        let out = program.run_with(&points, renderer, &RunOptions::default()).unwrap();
         outputs.map(|name| out.floats(name).unwrap().iter().map(|x| x.to_string()).collect::<String>())
     };
     // A pixel is 0.2 wide on average, so a line of one pixel reaches 0.1: not quite as far as the second
@@ -248,8 +248,7 @@ fn letters() {
     let mut sheet = String::new();
     for first in (33u8..127).step_by(16) {
         let letters: String = (first..127.min(first + 16)).map(char::from).collect();
-        let program =
-            Group::builder().layer("s", &shader).param("text", letters.as_str()).compile(&[]).unwrap();
+        let program = Group::new().layer("s", &shader).param("text", letters.as_str()).compile(&[]).unwrap();
         let width = 8 * letters.len() + 2;
         let p: Vec<[f32; 3]> =
             (-1..15).flat_map(|y| (0..width).map(move |x| [x as f32 - 0.5, y as f32 + 0.25, 0.0])).collect();
@@ -296,15 +295,15 @@ fn text_that_repeats() {
 
 #[test]
 fn own_headers_go_first() {
-    let own = |name: &str| (name == "vector2.h").then(|| "#define OWN 5\n".to_string());
+    let read = |text: &str, own: &MemoryFiles| Shader::read("s.osl", text, own, &ReadOptions::default());
+    let own = MemoryFiles::new().with("vector2.h", "#define OWN 5\n");
     let text = "#include \"vector2.h\"\n#include <vector4.h>\nshader s(output int five = OWN, vector4 four = {1, 2, 3, 4}) {}";
-    let shader = Shader::compile_with("s.osl", text, own).unwrap();
-    assert_eq!(shader.params().len(), 2);
-    let own = |name: &str| (name == "stdosl.h").then(|| "#define TAU 6.5\n".to_string());
+    assert_eq!(read(text, &own).unwrap().params().len(), 2);
+    let own = MemoryFiles::new().with("stdosl.h", "#define TAU 6.5\n");
     let text = "shader s(output float tau = TAU) {}";
-    assert!(Shader::compile_with("s.osl", text, own).is_ok());
+    assert!(read(text, &own).is_ok());
     assert!(Shader::compile("s.osl", text).is_err());
     let text = "shader s(output float pi = M_PI) {}";
-    assert!(Shader::compile_with("s.osl", text, own).is_err(), "read in place of the compiler's own");
-    assert!(Shader::compile_with("s.osl", text, |_| None).is_ok());
+    assert!(read(text, &own).is_err(), "read in place of the compiler's own");
+    assert!(read(text, &MemoryFiles::new()).is_ok());
 }

@@ -6,12 +6,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use osl::stages;
 use osl_exec::{Arithmetic, PointSource, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
 use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::NoFiles;
-use oslrun::pipeline;
 use std::path::Path;
 
 /// A shader: its name, its file, values of parameters.
@@ -42,7 +42,7 @@ fn arithmetics(c: &mut Criterion) {
         let text = std::fs::read_to_string(root.join(file)).expect("a shader");
         let params: Vec<(String, String)> =
             params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
-        let checked = pipeline::check(file, &text, &NoFiles, &osl_syntax::Options::default());
+        let checked = stages::check(file, &text, &NoFiles, &osl_syntax::Options::default());
         let source = checked.program.expect("a program");
         let mut group = c.benchmark_group(name);
         group.sampling_mode(SamplingMode::Flat).sample_size(10);
@@ -50,8 +50,8 @@ fn arithmetics(c: &mut Criterion) {
         for arithmetic in Arithmetic::ALL {
             let varying = grid.varying().to_vec();
             let options = passes::Options { varying, arithmetic, ..passes::Options::default() };
-            let body = pipeline::lower(&source, &params).expect("a body");
-            let program = pipeline::finish(body, &options).program;
+            let body = stages::lower(&source, &params).expect("a body");
+            let program = stages::finish(body, &options).program;
             let options = RunOptions::default();
             let shade = || osl_exec::run(&program, &services, &grid, &options, &|_| ()).expect("a frame");
             group.bench_function(arithmetic.name(), |b| b.iter(|| one.install(shade)));

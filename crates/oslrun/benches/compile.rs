@@ -11,9 +11,9 @@
 )]
 
 use criterion::{BenchmarkId, Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use osl::stages;
 use osl_exec::Program;
 use osl_ir::passes;
-use oslrun::pipeline;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -32,10 +32,10 @@ type Kind = (&'static str, fn(usize) -> String);
 const LENGTHS: [usize; 4] = [1000, 2000, 5000, 10_000];
 
 fn compile(text: &str) -> Program {
-    let checked = pipeline::check("s.osl", text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+    let checked = stages::check("s.osl", text, &osl_syntax::NoFiles, &osl_syntax::Options::default());
     let program = checked.program.unwrap_or_else(|| panic!("{:?}", checked.diagnostics));
-    let body = pipeline::lower(&program, &[]).expect("a body");
-    pipeline::finish(body, &passes::Options::default()).program
+    let body = stages::lower(&program, &[]).expect("a body");
+    stages::finish(body, &passes::Options::default()).program
 }
 
 /// Each line computes from the lines before it.

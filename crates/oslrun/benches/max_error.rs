@@ -15,16 +15,16 @@
     reason = "a test says what must hold"
 )]
 
+use osl::stages;
 use osl_exec::{PointSource, Program, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
-use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
 use osl_measure::sample::{
     Filter, Image, MaxError, Oracle, Pattern, Rate, Shading, Watch, at_rate, check, max_error, oracle,
 };
+use osl_numeric::Arithmetic;
 use osl_scene::Grid;
 use osl_syntax::NoFiles;
-use oslrun::pipeline;
 use std::path::Path;
 use std::time::Instant;
 
@@ -126,15 +126,16 @@ struct Shader {
 
 fn compile(name: &'static str, text: &str, params: &[(&str, &str)], outputs: &[&str]) -> Shader {
     let params: Vec<(String, String)> = params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
-    let checked = pipeline::check("shader.osl", text, &NoFiles, &osl_syntax::Options::default());
-    let body = pipeline::lower(&checked.program.expect("a program"), &params).expect("a body");
+    let checked = stages::check("shader.osl", text, &NoFiles, &osl_syntax::Options::default());
+    let body = stages::lower(&checked.program.expect("a program"), &params).expect("a body");
     let outputs = (!outputs.is_empty()).then(|| outputs.iter().map(|o| (*o).into()).collect());
     let varying = Grid::new(2, 2).varying().to_vec();
-    let options = passes::Options { outputs, varying, slopes: Vec::new(), ..passes::Options::default() };
-    let compiled = pipeline::finish(body.clone(), &options);
-    let fast = compiled.body.is_cheaper_in_fast().then(|| {
-        pipeline::finish(body, &passes::Options { arithmetic: Arithmetic::Fast, ..options }).program
-    });
+    let options = passes::Options { outputs, varying, derivs: Vec::new(), ..passes::Options::default() };
+    let compiled = stages::finish(body.clone(), &options);
+    let fast = compiled
+        .body
+        .is_cheaper_in_fast()
+        .then(|| stages::finish(body, &passes::Options { arithmetic: Arithmetic::Fast, ..options }).program);
     Shader { name, program: compiled.program, fast }
 }
 

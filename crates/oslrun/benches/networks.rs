@@ -11,12 +11,12 @@
 )]
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use osl::stages::{self, ShaderFiles};
 use osl_exec::{PointSource, Program, RunOptions, Services};
 use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline::{self, ShaderFiles};
 use std::fmt::Write as _;
 
 /// The built-in shaders.
@@ -58,13 +58,13 @@ fn crowded() -> String {
 }
 
 fn compile(text: &str, layers: usize) -> Program {
-    let checked = pipeline::check_group("group", text, "bench", &Nodes, &Options::default());
+    let checked = stages::check_group("group", text, "bench", &Nodes, &Options::default());
     let group = checked.group.unwrap_or_else(|| panic!("{:#?}", checked.diagnostics));
     assert_eq!(group.layers().len(), layers);
-    let body = osl_ir::lower::lower_group(&group, &[]).expect("a body");
+    let body = osl_lower::lower_group(&group, &[]).expect("a body");
     let outputs = Some(vec!["result_color".into()]);
     let varying = Grid::new(1, 1).varying().to_vec();
-    pipeline::finish(body, &passes::Options { outputs, varying, ..passes::Options::default() }).program
+    stages::finish(body, &passes::Options { outputs, varying, ..passes::Options::default() }).program
 }
 
 fn networks(c: &mut Criterion) {

@@ -12,13 +12,13 @@
 )]
 
 use criterion::{Criterion, SamplingMode, Throughput, criterion_group, criterion_main};
+use osl::stages::{self, ShaderFiles};
 use osl_exec::{Isa, PointSource, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
 use osl_ir::passes;
 use osl_scene::Grid;
 use osl_syntax::NoFiles;
 use osl_syntax::source::SourceProvider;
-use oslrun::pipeline::{self, ShaderFiles};
 use std::path::Path;
 
 /// Name, file, outputs to compute (empty means all), and parameters.
@@ -78,16 +78,16 @@ fn seeds(c: &mut Criterion) {
         let compile = || {
             let options = osl_syntax::Options::default();
             let body = if file.ends_with(".group") {
-                let checked = pipeline::check_group(file, &text, "bench", &Nodes, &options);
-                osl_ir::lower::lower_group(&checked.group.expect("a group"), &[]).expect("a body")
+                let checked = stages::check_group(file, &text, "bench", &Nodes, &options);
+                osl_lower::lower_group(&checked.group.expect("a group"), &[]).expect("a body")
             } else {
-                let checked = pipeline::check(file, &text, &NoFiles, &options);
-                pipeline::lower(&checked.program.expect("a program"), &params).expect("a body")
+                let checked = stages::check(file, &text, &NoFiles, &options);
+                stages::lower(&checked.program.expect("a program"), &params).expect("a body")
             };
             let outputs = (!outputs.is_empty()).then(|| outputs.iter().map(|o| (*o).into()).collect());
             let options =
                 passes::Options { outputs, varying: grid.varying().to_vec(), ..passes::Options::default() };
-            pipeline::finish(body, &options).program
+            stages::finish(body, &options).program
         };
         let mut group = c.benchmark_group(name);
         group.sampling_mode(SamplingMode::Flat).sample_size(10);

@@ -1,65 +1,28 @@
-//! The reference of the built-in functions, generated from their table: a list, an entry, the page in `docs`.
+//! Text of the reference of the built-in functions: a list, an entry, the page in `docs`.
 //!
-//! This module must not know how functions are compiled, nor where its text is written.
+//! [`osl::reference`] has the data. This module must not know how functions are compiled, nor where its text
+//! is written.
 
-use osl_ir::builtins::{self, Builtin, FAMILIES, Family};
+use osl::reference::{Function, RULES, functions};
 use std::fmt::Write;
 
 /// Width of text for terminals in columns.
 const WIDTH: usize = 96;
 
-/// The rules for all operators and functions: a heading and a text.
-pub const RULES: [(&str, &str); 8] = [
-    (
-        "Floats",
-        "Single precision, rounded operation by operation; denormals and the sign of zero are kept. Only the \
-         sign of a zero derivative may depend on which values are known at compile time.",
-    ),
-    (
-        "a / b",
-        "0 if the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. There is one exception: if a \
-         varies from point to point, and b is a number other than 0 that is known at compile time, the result \
-         may be inf or nan. For ints, b = 0 gives 0, and -2147483648/-1 is -2147483648.",
-    ),
-    ("a % b", "Ints only. The result has the sign of a, and is 0 for b = 0."),
-    ("Int arithmetic", "Wraps at 32 bits. Shifts use the low five bits of their distance."),
-    (
-        "(int) x",
-        "Removes the fraction. The result is -2147483648 for nan, inf, -inf, and all numbers out of range.",
-    ),
-    (
-        "Comparisons",
-        "All six are true if an operand is nan, including == and !=. A condition that is nan is true too.",
-    ),
-    (
-        "Indices",
-        "Indices of arrays, components and matrices are clamped to the valid range, and the run reports an error.",
-    ),
-    (
-        "nan",
-        "The sign and payload of a nan are the only results that may differ between processors; see isnan.",
-    ),
-];
-
-/// The rows of a name: the function, or the constructors with a space that start with it.
-pub fn find(name: &str) -> Vec<&'static Builtin> {
-    let begins = |row: &&Builtin| row.name.split_once(' ').is_some_and(|(first, _)| first == name);
-    builtins::all().filter(|row| row.name == name || begins(row)).collect()
-}
-
-/// The existing name that is closest to an unknown one.
-pub fn closest(name: &str) -> Option<&'static str> {
-    osl_syntax::spelling::closest(name, builtins::names())
+/// The functions of each family.
+fn families(all: &[Function]) -> impl Iterator<Item = &[Function]> {
+    all.chunk_by(|a, b| a.family == b.family)
 }
 
 /// All functions, family by family, one per line.
 pub fn list() -> String {
     let mut text = String::new();
-    let width = builtins::all().map(|row| row.name.len()).max().unwrap_or(0);
-    for family in &FAMILIES {
-        let _ = writeln!(text, "{}", family.title);
-        for row in family.rows {
-            let _ = writeln!(text, "  {:width$}  {}", row.name, first_sentence(row.about));
+    let all = functions();
+    let width = all.iter().map(|f| f.name.len()).max().unwrap_or(0);
+    for family in families(&all) {
+        let _ = writeln!(text, "{}", family[0].family);
+        for f in family {
+            let _ = writeln!(text, "  {:width$}  {}", f.name, first_sentence(f.about));
         }
         text.push('\n');
     }
@@ -68,22 +31,20 @@ pub fn list() -> String {
 }
 
 /// The entry of a function, for terminals.
-pub fn entry(row: &'static Builtin) -> String {
+pub fn entry(row: &Function) -> String {
     let mut text = String::new();
-    let family = family(row);
-    let _ = writeln!(text, "{} ({})\n", row.name, family.map_or("", |f| f.title));
-    for line in signatures(row) {
-        let _ = writeln!(text, "    {line}");
+    let _ = writeln!(text, "{} ({})\n", row.name, row.family);
+    for signature in &row.signatures {
+        let _ = writeln!(text, "    {}", signature.text);
     }
-    if !signatures(row).is_empty() {
+    if !row.signatures.is_empty() {
         text.push('\n');
     }
-    let source = family.map_or("", |f| f.source);
     let parts = [
         ("", row.about),
         ("Derivatives: ", row.derivatives),
         ("Extremes: ", row.extremes),
-        ("From: ", source),
+        ("From: ", row.source),
     ];
     for (label, part) in parts {
         text.push_str(&wrapped(&format!("{label}{}", sentence(part))));
@@ -109,22 +70,23 @@ pub fn markdown() -> String {
         let _ = writeln!(text, "* **{}**: {rule}", escaped(what));
     }
     text.push_str("\n## Contents\n\n");
-    for family in &FAMILIES {
+    let all = functions();
+    for family in families(&all) {
         let links: Vec<String> =
-            family.rows.iter().map(|row| format!("[{}](#{})", escaped(row.name), anchor(row.name))).collect();
-        let _ = writeln!(text, "* {}: {}", family.title, links.join(", "));
+            family.iter().map(|f| format!("[{}](#{})", escaped(f.name), anchor(f.name))).collect();
+        let _ = writeln!(text, "* {}: {}", family[0].family, links.join(", "));
     }
-    for family in &FAMILIES {
-        let _ = write!(text, "\n## {}\n\n{}\n", family.title, escaped(family.source));
-        family.rows.iter().for_each(|row| section(&mut text, row));
+    for family in families(&all) {
+        let _ = write!(text, "\n## {}\n\n{}\n", family[0].family, escaped(family[0].source));
+        family.iter().for_each(|row| section(&mut text, row));
     }
     text
 }
 
-fn section(text: &mut String, row: &'static Builtin) {
+fn section(text: &mut String, row: &Function) {
     let _ = write!(text, "\n### {}\n\n", row.name);
-    let signatures = signatures(row);
-    if !signatures.is_empty() {
+    if !row.signatures.is_empty() {
+        let signatures: Vec<&str> = row.signatures.iter().map(|s| s.text.as_str()).collect();
         let _ = write!(text, "```c\n{}\n```\n\n", signatures.join("\n"));
     }
     let _ = write!(text, "{}\n\n", escaped(row.about));
@@ -133,20 +95,8 @@ fn section(text: &mut String, row: &'static Builtin) {
     let _ = write!(text, "```c\n{}\n```\n", example(row).join("\n"));
 }
 
-fn family(row: &Builtin) -> Option<&'static Family> {
-    FAMILIES.iter().find(|family| family.rows.iter().any(|r| r.name == row.name))
-}
-
-/// The signatures as declarations; empty for constructors, whose description shows their form.
-fn signatures(row: &'static Builtin) -> Vec<String> {
-    if row.name.contains(' ') {
-        return Vec::new();
-    }
-    row.signatures().iter().map(|s| s.show(row.name)).collect()
-}
-
 /// The statements of the example, one per line.
-fn example(row: &Builtin) -> Vec<String> {
+fn example(row: &Function) -> Vec<String> {
     let statements = row.example.split_inclusive("; ");
     statements.map(|s| s.trim_end().to_string()).collect()
 }

@@ -109,7 +109,11 @@ fn outputs() {
     let place = Place::new();
     let flakes = seed("flakes.osl");
     place.refuses(&[&flakes, "-g", "4x4", "-o", &place.path("no/such/out.exr")], 1, "there is no folder");
-    place.refuses(&[&flakes, "-g", "4x4", "-o", &place.path("out.bmp")], 1, "must end in .exr or .png");
+    place.refuses(
+        &[&flakes, "-g", "4x4", "-o", &place.path("out.bmp")],
+        2,
+        "must end in .exr, .png, .tif or .jpg",
+    );
     std::fs::create_dir(place.path("folder.exr")).unwrap();
     place.refuses(&[&flakes, "-g", "4x4", "-o", &place.path("folder.exr")], 1, "it is a folder");
 }

@@ -3,14 +3,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
+use osl::{reference, stages};
 use osl_exec::{RunOptions, Services};
+use osl_hir::builtins;
 use osl_image::TextureCache;
-use osl_ir::builtins;
-use osl_ir::params::ParamValues;
 use osl_ir::passes;
+use osl_lower::params::ParamValues;
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
-use oslrun::{cli, pipeline, reference};
+use oslrun::cli;
 use std::path::{Path, PathBuf};
 
 fn root() -> PathBuf {
@@ -53,12 +54,12 @@ fn every_example_runs() {
 }
 
 fn run(text: &str) -> Result<(), String> {
-    let checked = pipeline::check("example.osl", text, &NoFiles, &Options::default());
+    let checked = stages::check("example.osl", text, &NoFiles, &Options::default());
     if !checked.diagnostics.is_empty() {
         return Err(format!("{:#?}", checked.diagnostics));
     }
     let program = checked.program.ok_or("no program")?;
-    let body = osl_ir::lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:#?}"))?;
+    let body = osl_lower::lower(&program, &ParamValues::default()).map_err(|e| format!("{e:#?}"))?;
     let grid = Grid::new(4, 4);
     let services = Services {
         spaces: osl_scene::reference_spaces(4, 4),
@@ -69,7 +70,7 @@ fn run(text: &str) -> Result<(), String> {
     // remove most of the code.
     for without in [Vec::new(), passes::Pass::ALL.to_vec()] {
         let options = passes::Options { without, ..passes::Options::default() };
-        let compiled = pipeline::finish(body.clone(), &options);
+        let compiled = stages::finish(body.clone(), &options);
         let frame = osl_exec::run(&compiled.program, &services, &grid, &RunOptions::default(), &|_| ())
             .map_err(|e| e.to_string())?;
         let said = frame.said(|_| "example.osl".to_string());

@@ -9,13 +9,13 @@
     reason = "a test says what must hold"
 )]
 
-use osl_ir::lint::{self, Level};
+use osl::lessons::{self, Lesson};
+use osl::stages;
+use osl_hir::lint::{self, Level};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
-use oslrun::lessons::{self, Lesson};
-use oslrun::pipeline;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -54,7 +54,7 @@ impl SourceProvider for Itself {
 /// The shaders in the groups of the lessons.
 struct Shaders;
 
-impl pipeline::ShaderFiles for Shaders {
+impl stages::ShaderFiles for Shaders {
     fn find(&self, shader: &str) -> Result<(String, String), String> {
         let text = match shader {
             "ramp" => "shader ramp(float scale = 1, output float value = 0) { value = u * scale; }",
@@ -72,18 +72,18 @@ impl pipeline::ShaderFiles for Shaders {
 /// All diagnostics of all stages for a source, as a list and as text.
 fn said(text: &'static str, options: &Options) -> (Vec<Diagnostic>, String) {
     if ["param ", "shader "].iter().any(|s| text.starts_with(s)) && !text.contains('{') {
-        let checked = pipeline::check_group("example.group", text, "example", &Shaders, options);
+        let checked = stages::check_group("example.group", text, "example", &Shaders, options);
         let rendered = render(&checked.diagnostics, &checked.sources, RenderStyle::default());
         return (checked.diagnostics, rendered);
     }
     // Lessons about compiled shaders contain such a shader.
     let name =
         if text.trim_start().starts_with("OpenShadingLanguage") { "example.oso" } else { "example.osl" };
-    let checked = pipeline::check(name, text, &Itself(text), options);
+    let checked = stages::check(name, text, &Itself(text), options);
     let mut list = checked.diagnostics.clone();
-    list.extend(pipeline::lint(&checked, &lint::Options::default()));
+    list.extend(stages::lint(&checked, &lint::Options::default()));
     if let Some(program) = &checked.program {
-        list.extend(osl_ir::lower::lower(program, &Default::default()).err().unwrap_or_default());
+        list.extend(osl_lower::lower(program, &Default::default()).err().unwrap_or_default());
     }
     let rendered = render(&list, &checked.sources, RenderStyle::default());
     (list, rendered)
@@ -127,7 +127,7 @@ fn is_code(text: &str) -> bool {
 #[test]
 fn no_source_knows_another_code() {
     let mut found = BTreeSet::new();
-    for folder in ["osl-syntax", "osl-ir", "osl-exec", "osl-scene", "oslrun"] {
+    for folder in ["osl-syntax", "osl-ir", "osl-hir", "osl-lower", "osl-exec", "osl-scene", "oslrun"] {
         quoted_codes(&Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder).join("src"), &mut found);
     }
     let codes: BTreeSet<String> = lessons::codes().iter().map(|c| c.id.to_owned()).collect();

@@ -60,8 +60,8 @@ fn names_and_codes_silence() {
 
 #[test]
 fn every_lint_can_be_silenced_and_denied() {
-    for lint in osl_ir::lint::LINTS {
-        let lesson = oslrun::lessons::find(lint.code.id)[0];
+    for lint in osl_hir::lint::LINTS {
+        let lesson = osl::lessons::find(lint.code.id)[0];
         let (id, name) = (lint.code.id, lint.code.name);
         let (_, said) = judged(&["check"], lesson.wrong, &[]);
         assert!(said.contains(&format!("warning {id}")), "{id}: {said:?}");
@@ -143,7 +143,7 @@ fn lessons_are_told() {
     assert_eq!(oslrun(&["explain-error", "unknown-name"]).1, out);
     assert_eq!(oslrun(&["explain-error", "e0201"]).1, out);
     let (_, list, _) = oslrun(&["explain-error", "--list"]);
-    assert_eq!(list.lines().count(), oslrun::lessons::codes().len());
+    assert_eq!(list.lines().count(), osl::lessons::codes().len());
     let (code, out, err) = oslrun(&["explain-error", "E0123"]);
     assert!(code == 1 && out.is_empty() && err.contains("did you mean E0"), "{err}");
     assert_eq!(oslrun(&["explain-error"]).0, 2);

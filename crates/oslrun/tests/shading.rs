@@ -145,3 +145,24 @@ fn ints_are_plain_numbers_and_a_run_says_which_are_rounded() {
     let half = run(dir.path(), &["s.osl", "-g", "8x1", "--half", "--outputs", "n", "-o", "half.exr"]);
     assert_eq!(half.err, "");
 }
+
+#[test]
+fn every_format_holds_the_outputs() {
+    let dir =
+        folder("shader s(output float f = 0, output color c = 0) { f = 3 * u - 1; c = color(u, v, 0.25); }");
+    for (ending, near) in [("exr", 0.0), ("tif", 0.0), ("png", 0.01), ("jpg", 0.05)] {
+        let out = format!("out.{ending}");
+        let ran = run(dir.path(), &["s.osl", "-g", "8x8", "--outputs", "c", "-o", &out]);
+        assert_eq!(ran.code, Some(0), "{}", ran.err);
+        let image = osl_image::read_image(&dir.path().join(&out)).unwrap();
+        let blue = image.plane(2);
+        // PNG and JPEG hold the value on the sRGB curve.
+        let wanted = if near == 0.0 { 0.25 } else { 0.537 };
+        assert!(blue.iter().all(|x| (x - wanted).abs() <= near), "{ending}: {blue:?}");
+    }
+    let ran = run(dir.path(), &["s.osl", "-g", "8x8", "-o", "both.tif"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    let image = osl_image::read_image(&dir.path().join("both.f.tif")).unwrap();
+    assert_eq!(image.plane(0).first(), Some(&-1.0));
+    assert!(dir.path().join("both.c.tif").exists());
+}

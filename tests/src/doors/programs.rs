@@ -3,16 +3,16 @@
 use super::{broken, hash, tight};
 use crate::generate as generator;
 use crate::laws::{self, Shown, Way};
+use osl::stages;
 use osl_ir::ir::Body;
-use osl_ir::params::ParamValues;
 use osl_ir::passes;
 use osl_limits::Limits;
+use osl_lower::params::ParamValues;
 use osl_measure::explain::{self, text as words};
 use osl_measure::stability::{self, Base, Knob, Subject};
 use osl_measure::trace::{self, OnePoint};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline;
 use std::sync::OnceLock;
 
 /// A rough kind of program: the numbers of its different operations, values and blocks.
@@ -41,18 +41,18 @@ pub fn generate(bytes: &[u8]) -> u64 {
 /// A program, the compiled shader written from it, and that text read again: both run with the same bits.
 pub fn compiled(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
-    let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
+    let checked = stages::check("generated.osl", &text, &NoFiles, &Options::default());
     let Some(program) = &checked.program else { return 0 };
-    let Ok(body) = osl_ir::lower::lower(program, &ParamValues::default()) else { return 1 };
-    let written = match osl_ir::oso::write(program, &checked.sources, &Limits::default()) {
+    let Ok(body) = osl_lower::lower(program, &ParamValues::default()) else { return 1 };
+    let written = match osl_hir::oso::write(program, &checked.sources, &Limits::default()) {
         Ok(written) => written,
         Err(why) => broken(&text, &format!("it cannot be written: {why:?}")),
     };
-    let loaded = pipeline::check("generated.oso", &written, &NoFiles, &Options::default());
+    let loaded = stages::check("generated.oso", &written, &NoFiles, &Options::default());
     let Some(loaded) = &loaded.program else {
         broken(&text, &format!("{written}\nwhat is written cannot be read: {:?}", loaded.diagnostics))
     };
-    let again = match osl_ir::lower::lower(loaded, &ParamValues::default()) {
+    let again = match osl_lower::lower(loaded, &ParamValues::default()) {
         Ok(again) => again,
         Err(why) => broken(&text, &format!("{written}\nwhat is read cannot be compiled: {why:?}")),
     };
@@ -82,23 +82,23 @@ fn comparable(shown: &Shown) -> Vec<String> {
 /// a panic.
 pub fn told(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
-    let checked = pipeline::check("generated.osl", &text, &NoFiles, &Options::default());
+    let checked = stages::check("generated.osl", &text, &NoFiles, &Options::default());
     let Some(program) = &checked.program else { return 0 };
-    let (Ok(body), Ok(noted)) = (pipeline::lower(program, &[]), pipeline::lower_noted(program, &[])) else {
+    let (Ok(body), Ok(noted)) = (stages::lower(program, &[]), stages::lower_noted(program, &[])) else {
         return 1;
     };
     // A sweep runs a program some fifty times with the limits of the command: a slow program would take
     // minutes.
-    let compiled = pipeline::finish(body.clone(), &passes::Options::default());
+    let compiled = stages::finish(body.clone(), &passes::Options::default());
     let once = osl_exec::run(&compiled.program, laws::services(), &Grid::new(2, 2), &tight(), &|_| ());
     let points = Grid::new(4, 4);
     let options = passes::Options {
         varying: osl_exec::PointSource::varying(&points).to_vec(),
-        slopes: osl_exec::PointSource::varying_slopes(&points).to_vec(),
+        derivs: osl_exec::PointSource::varying_derivs(&points).to_vec(),
         ..passes::Options::default()
     };
     explain::table(&explain::cost(&body, &options));
-    let followed = trace::prepare(noted.clone(), &options.varying, &options.slopes, &options.limits);
+    let followed = trace::prepare(noted.clone(), &options.varying, &options.derivs, &options.limits);
     let Some(point) = OnePoint::at_pixel(&points, 4, 4, 1, 2) else { return 2 };
     let one = OnePoint { source: &points, point };
     let mut limits = Limits::default();

@@ -2,13 +2,13 @@
 
 use super::data::{Place, command};
 use super::{contents, message, outcome};
+use osl::stages;
 use osl_exec::Services;
-use osl_ir::group::text::Shaders;
-use osl_ir::hir;
+use osl_hir::hir;
+use osl_lower::group::text::Shaders;
 use osl_scene::render::{RenderOptions, render};
 use osl_scene::scene::{self as scenes, Messages, Networks, SceneFiles, Surroundings};
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline;
 use std::collections::HashMap;
 use std::ffi::OsString;
 use std::sync::{Arc, LazyLock};
@@ -98,7 +98,7 @@ static KNOWN: LazyLock<HashMap<String, Arc<hir::Program>>> = LazyLock::new(|| {
     let names = ["lambert", "standard", "ramp", "fractal", "nonlinear_noise"];
     let read = |name: &str| {
         let text = oslrun::nodes::find(name)?;
-        let program = pipeline::check("fuzz.osl", text, &NoFiles, &Options::default()).program?;
+        let program = stages::check("fuzz.osl", text, &NoFiles, &Options::default()).program?;
         Some((name.to_owned(), Arc::new(program)))
     };
     names.into_iter().filter_map(read).collect()

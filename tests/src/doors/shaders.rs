@@ -2,12 +2,12 @@
 
 use super::{contents, files, outcome, tight};
 use crate::laws;
-use osl_ir::params::ParamValues;
+use osl::stages::{self, ShaderFiles};
 use osl_ir::passes;
+use osl_lower::params::ParamValues;
 use osl_scene::Grid;
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
-use oslrun::pipeline::{self, ShaderFiles};
 
 /// Words of compiled shaders.
 pub(super) const OSO_WORDS: &[&str] = &[
@@ -97,13 +97,13 @@ pub(super) fn compiled_seeds() -> Vec<Vec<u8>> {
 /// can be read again.
 pub fn oso(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
-    let checked = pipeline::check("fuzz.oso", &text, &NoFiles, &Options::default());
+    let checked = stages::check("fuzz.oso", &text, &NoFiles, &Options::default());
     let codes = || checked.diagnostics.iter().map(|d| d.code.id);
     for d in &checked.diagnostics {
         assert!(d.span.start <= d.span.end && checked.sources.place(d.span).is_some(), "{d:?}");
     }
     let Some(program) = &checked.program else { return outcome(codes()) };
-    let Ok(body) = osl_ir::lower::lower(program, &ParamValues::default()) else {
+    let Ok(body) = osl_lower::lower(program, &ParamValues::default()) else {
         return outcome(codes().chain(["not lowered"]));
     };
     if let Err(wrong) = osl_ir::ir::validate::validate(&body) {
@@ -114,9 +114,9 @@ pub fn oso(bytes: &[u8]) -> u64 {
         return outcome(codes().chain(["large"]));
     }
     if bytes.len().is_multiple_of(4)
-        && let Ok(written) = osl_ir::oso::write(program, &checked.sources, &Default::default())
+        && let Ok(written) = osl_hir::oso::write(program, &checked.sources, &Default::default())
     {
-        let again = pipeline::check("fuzz.oso", &written, &NoFiles, &Options::default());
+        let again = stages::check("fuzz.oso", &written, &NoFiles, &Options::default());
         if again.program.is_none() {
             super::broken(
                 &text,
@@ -124,7 +124,7 @@ pub fn oso(bytes: &[u8]) -> u64 {
             );
         }
     }
-    let compiled = pipeline::finish(body, &passes::Options::default());
+    let compiled = stages::finish(body, &passes::Options::default());
     let run = osl_exec::run(&compiled.program, laws::services(), &Grid::new(3, 2), &tight(), &|_| ());
     outcome(codes().chain([if run.is_ok() { "ran" } else { "stopped" }]))
 }
@@ -231,13 +231,13 @@ pub(super) fn group_seeds() -> Vec<Vec<u8>> {
 /// A group: if it can be read, it is compiled to one program and run with tight limits.
 pub fn group(bytes: &[u8]) -> u64 {
     let text = String::from_utf8_lossy(bytes);
-    let checked = pipeline::check_group("fuzz.group", &text, "g", &AtHand, &Options::default());
+    let checked = stages::check_group("fuzz.group", &text, "g", &AtHand, &Options::default());
     let codes = || checked.diagnostics.iter().map(|d| d.code.id);
     for d in &checked.diagnostics {
         assert!(d.span.start <= d.span.end && checked.sources.place(d.span).is_some(), "{d:?}");
     }
     let Some(group) = &checked.group else { return outcome(codes()) };
-    let Ok(body) = osl_ir::lower::lower_group(group, &[]) else {
+    let Ok(body) = osl_lower::lower_group(group, &[]) else {
         return outcome(codes().chain(["not lowered"]));
     };
     if let Err(wrong) = osl_ir::ir::validate::validate(&body) {
@@ -246,7 +246,7 @@ pub fn group(bytes: &[u8]) -> u64 {
     if body.values.len() > 20_000 {
         return outcome(codes().chain(["large"]));
     }
-    let compiled = pipeline::finish(body, &passes::Options::default());
+    let compiled = stages::finish(body, &passes::Options::default());
     let run = osl_exec::run(&compiled.program, laws::services(), &Grid::new(3, 2), &tight(), &|_| ());
     outcome(codes().chain([if run.is_ok() { "ran" } else { "stopped" }]))
 }

@@ -2,14 +2,14 @@
 
 use super::{contents, files, outcome, tight};
 use crate::laws;
+use osl::stages;
 use osl_ir::ir::validate;
-use osl_ir::params::ParamValues;
 use osl_ir::passes;
+use osl_lower::params::ParamValues;
 use osl_scene::Grid;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options, parse as parse_text, print, repair};
-use oslrun::pipeline;
 use std::sync::Arc;
 
 /// Words of the language and of its preprocessor.
@@ -168,11 +168,19 @@ pub fn mutate(bytes: &[u8]) -> u64 {
     let reading = &mut options.limits.reading;
     (reading.expansion, reading.tokens) = (2000, 20_000);
     (reading.diagnostics, reading.repair) = (12, 1 << 10);
-    let checked = pipeline::check("fuzz.osl", &text, &NoFiles, &options);
-    let lints = pipeline::lint(&checked, &osl_ir::lint::Options::default());
+    let checked = stages::check("fuzz.osl", &text, &NoFiles, &options);
+    let lints = stages::lint(&checked, &osl_hir::lint::Options::default());
     let codes = || checked.diagnostics.iter().chain(&lints).map(|d| d.code.id);
+    assert_eq!(checked.program.is_none(), checked.broken.is_some());
+    let symbols = stages::symbols(&checked, &options.limits);
+    for symbol in symbols.list() {
+        for span in symbol.declared.iter().chain(&symbol.uses) {
+            assert!(span.start <= span.end && checked.sources.place(*span).is_some(), "{symbol:?}");
+        }
+        symbols.show(symbol.ty);
+    }
     let Some(program) = &checked.program else { return outcome(codes()) };
-    let Ok(body) = osl_ir::lower::lower(program, &ParamValues::default()) else { return outcome(codes()) };
+    let Ok(body) = osl_lower::lower(program, &ParamValues::default()) else { return outcome(codes()) };
     if let Err(wrong) = validate::validate(&body) {
         super::broken(&text, &wrong);
     }
@@ -181,7 +189,7 @@ pub fn mutate(bytes: &[u8]) -> u64 {
         return outcome(codes());
     }
     let without = if bytes.len().is_multiple_of(2) { Vec::new() } else { laws::SWITCHABLE.to_vec() };
-    let compiled = pipeline::finish(body, &passes::Options { without, ..passes::Options::default() });
+    let compiled = stages::finish(body, &passes::Options { without, ..passes::Options::default() });
     let run = osl_exec::run(&compiled.program, laws::services(), &Grid::new(3, 2), &tight(), &|_| ());
     outcome(codes().chain([if run.is_ok() { "ran" } else { "stopped" }]))
 }

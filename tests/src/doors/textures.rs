@@ -4,12 +4,12 @@ use super::data::Place;
 use super::{contents, message, outcome};
 use crate::{laws, textures as chance};
 use image::{ExtendedColorType, ImageEncoder};
+use osl::stages;
 use osl_exec::{Program, RunOptions, Services};
 use osl_image::TextureCache;
 use osl_ir::passes;
 use osl_limits::Limits;
 use osl_scene::Grid;
-use oslrun::pipeline;
 use std::sync::LazyLock;
 
 /// Words of the headers of EXR, TIFF and HDR files, and names of parts of PNG files.
@@ -104,7 +104,7 @@ const SHADER: &str = r#"shader looks(string f = "t.img", output color o = 0, out
 
 static PROGRAM: LazyLock<Program> = LazyLock::new(|| {
     let body = laws::lower(SHADER).unwrap_or_else(|why| super::broken(SHADER, &why));
-    pipeline::finish(body, &passes::Options::default()).program
+    stages::finish(body, &passes::Options::default()).program
 });
 
 /// The bytes of an image file, or choices from which one is generated. A shader looks the image up in every

@@ -3,7 +3,7 @@
 use super::place::Want;
 use super::{Gen, Pass, Scope, Ty, VALUES, word};
 use crate::walker;
-use osl_ir::builtins::{self, ParamType, Signature, Tail};
+use osl_hir::builtins::{self, ParamType, Signature, Tail};
 use osl_ir::types::{Base, Extent, Type};
 use std::sync::OnceLock;
 

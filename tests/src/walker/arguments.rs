@@ -4,7 +4,7 @@ use super::expr::is_plain;
 use super::place::Spot;
 use super::stmt::Flow;
 use super::{Stop, Value, Walker};
-use osl_ir::hir::{Arg, ExprKind, FunctionId, Init, Place, VarKind};
+use osl_hir::hir::{Arg, ExprKind, FunctionId, Init, Lvalue, VarKind};
 use osl_ir::types::Type;
 
 impl Walker<'_> {
@@ -65,7 +65,7 @@ impl Walker<'_> {
 }
 
 /// The place that an argument names.
-fn place_of(init: &Init) -> Option<&Place> {
+fn place_of(init: &Init) -> Option<&Lvalue> {
     match init {
         Init::Value(e) => match &e.kind {
             ExprKind::Read(place) => Some(place),

@@ -3,12 +3,13 @@
 
 use super::expr::is_literal;
 use super::{Stop, Value, Walker, math};
-use osl_ir::hir::BuiltinCall;
+use osl_hir::hir::BuiltinCall;
 use osl_ir::ir::Const;
-use osl_ir::numeric::{matrix, strict};
 use osl_ir::text::{self, Flavour, TextFn};
 use osl_ir::types::Type;
-use osl_noise::{Isa, Kind};
+use osl_noise::Kind;
+use osl_numeric::{matrix, strict};
+use osl_simd::Isa;
 use std::sync::Arc;
 
 /// The functions that the walker knows.

@@ -2,7 +2,7 @@
 
 use super::place::Spot;
 use super::{Stop, Value, Walker, math, ops};
-use osl_ir::hir::{Expr, ExprKind, Init, Place};
+use osl_hir::hir::{Expr, ExprKind, Init, Lvalue};
 use osl_ir::types::{Base, Type};
 use osl_syntax::ast::BinaryOp;
 
@@ -134,8 +134,8 @@ impl Walker<'_> {
 }
 
 /// Whether a place is a variable, or a field of one.
-pub(super) fn is_plain(place: &Place) -> bool {
-    place.path.iter().all(|step| matches!(step, osl_ir::hir::Step::Field(_)))
+pub(super) fn is_plain(place: &Lvalue) -> bool {
+    place.path.iter().all(|step| matches!(step, osl_hir::hir::Step::Field(_)))
 }
 
 /// Whether an expression is written as a number.

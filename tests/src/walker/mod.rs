@@ -20,7 +20,7 @@ mod value;
 pub use builtins::KNOWN;
 pub use value::Value;
 
-use osl_ir::hir::{Global, Program, VarId, VarKind};
+use osl_hir::hir::{Global, Program, VarId, VarKind};
 use place::Spot;
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! Operators on values.
 
 use super::{Stop, Value, math};
-use osl_ir::numeric::matrix;
+use osl_numeric::matrix;
 use osl_syntax::ast::{BinaryOp as B, UnaryOp as U};
 
 /// Whether a value is true. NaN is true; the result for NaN among several numbers is undefined.

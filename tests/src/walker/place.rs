@@ -1,7 +1,7 @@
 //! Places: variables and their parts, and references to them.
 
 use super::{Stop, Value, Walker};
-use osl_ir::hir::{Place, Step, VarId};
+use osl_hir::hir::{Lvalue, Step, VarId};
 
 /// A place with evaluated indices.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ impl Walker<'_> {
     }
 
     /// Evaluates the indices of a place, each once and from left to right.
-    pub(super) fn spot(&mut self, place: &Place) -> Result<Spot, Stop> {
+    pub(super) fn spot(&mut self, place: &Lvalue) -> Result<Spot, Stop> {
         let mut spot = self.variable(place.var);
         for step in &place.path {
             match step {

@@ -1,7 +1,7 @@
 //! Statements in order, loops iteration by iteration.
 
 use super::{Stop, Value, Walker};
-use osl_ir::hir::{Expr, Init, Stmt, StmtKind};
+use osl_hir::hir::{Expr, Init, Stmt, StmtKind};
 use osl_ir::types::{Base, Extent, Type};
 
 /// How a statement ends.

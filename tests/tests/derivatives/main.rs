@@ -26,7 +26,7 @@ mod tables;
 mod vectors;
 
 use case::Case;
-use osl_ir::builtins;
+use osl_hir::builtins;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 

@@ -5,8 +5,8 @@
 //! inputs of slope times change. The tolerance is a fraction of the sum of the magnitudes of these products,
 //! plus the change of the derivative itself if the inputs move by four units in the last place, which
 //! arithmetic in f32 cannot distinguish after one rounding. If a function adds arguments of different
-//! magnitudes, or keeps only a remainder, its case says so (`inside`): then the units are those of the largest
-//! argument or of 1, and slopes may have an error of as many units of the steepest one.
+//! magnitudes, or keeps only a remainder, its case says so (`inside`): then the units are those of the
+//! largest argument or of 1, and slopes may have an error of as many units of the steepest one.
 //!
 //! A point does not count if the model takes another piece within 1/500000 of an input (`kinks`), if no step
 //! gives a slope (`unmeasured`), or if the result leaves the range of f32 (`beyond`). All three are counted,

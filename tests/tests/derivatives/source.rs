@@ -2,7 +2,7 @@
 
 use crate::case::INPUTS;
 use osl_exec::{Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_hir::hir::Global;
 use osl_ir::ir::{Axis, Const};
 
 /// The inputs of a point and how they change along x and y.
@@ -53,7 +53,7 @@ impl PointSource for Points {
         if matches!(global, Global::N | Global::Ng) { [0.0, 0.0, 1.0] } else { [0.0; 3] }
     }
 
-    fn slope(&self, _: Global, _: Axis) -> [f32; 3] {
+    fn deriv(&self, _: Global, _: Axis) -> [f32; 3] {
         [0.0; 3]
     }
 
@@ -61,18 +61,18 @@ impl PointSource for Points {
         self.write(global, first, width, lanes, |p| p.x);
     }
 
-    fn varying_slopes(&self) -> &[Global] {
+    fn varying_derivs(&self) -> &[Global] {
         &GLOBALS
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         self.write(global, first, width, lanes, |p| p.d[axis as usize]);
     }
 
     fn attribute(&self, _: &str, name: &str, _: Option<usize>, point: usize) -> Option<Datum> {
         let point = &self.0[point.min(self.0.len() - 1)];
-        let slopes = [point.d[0][9], point.d[1][9]];
-        (name == "s").then(|| Datum { slopes, ..Datum::one(Const::Float(point.x[9])) })
+        let derivs = [point.d[0][9], point.d[1][9]];
+        (name == "s").then(|| Datum { derivs, ..Datum::one(Const::Float(point.x[9])) })
     }
 }
 

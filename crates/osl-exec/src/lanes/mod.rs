@@ -1,4 +1,4 @@
-//! The lane operations as loops, stamped from the one list of [`osl_ir::for_each_lane_op!`].
+//! The lane operations as loops, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
 //!
 //! Each body becomes a plain loop over slices, in a function compiled for the instruction set; the compiler
 //! vectorises the loop. Cheap bodies have a loop for each combination of lane arrays and single arguments,
@@ -11,8 +11,8 @@ mod run;
 use crate::arithmetic::{Element, Word};
 use lane::{Lane, One};
 use osl_ir::ir::{Cost, Kind, LaneOp, MAX_ARGS};
-use osl_noise::Kernel;
-pub(crate) use run::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread, StampedRun, one};
+use osl_simd::Kernel;
+pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, StampedRun, one};
 use std::marker::PhantomData;
 
 /// An argument of a lane operation.
@@ -374,7 +374,7 @@ macro_rules! stamp {
                     return;
                 }
                 match call.op {
-                    $(LaneOp::$name => call!($name, call, W, R, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
+                    $(LaneOp::$name => call!($name, call, W, R, osl_numeric::$module::$body, ($($arg),*) -> $ret)),*
                 }
             }
         }
@@ -386,11 +386,11 @@ macro_rules! stamp {
                 let call = self.0;
                 match call.op {
                     $(LaneOp::$name => call_in_fast!($precision
-                        $name, call, u32, R, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
+                        $name, call, u32, R, osl_numeric::$module::$body, ($($arg),*) -> $ret)),*
                 }
             }
         }
     };
 }
 
-osl_ir::for_each_lane_op!(stamp);
+osl_numeric::for_each_lane_op!(stamp);

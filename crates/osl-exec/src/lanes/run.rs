@@ -5,11 +5,11 @@
 //! arithmetic uses the loops of the strict one for all operations that have the same bits in both.
 
 use super::{Arg, FORMS, LaneCall, Stamped};
-use crate::arithmetic::{Arithmetic, Element, Word};
+use crate::arithmetic::{ArithmeticImpl, Element, Word};
 use crate::register::Lanes;
 use osl_ir::ir::{LaneOp, MAX_ARGS};
 use osl_noise::cells::MAX_CELLS;
-use osl_noise::{Isa, Kernel};
+use osl_simd::{Isa, Kernel};
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -31,7 +31,7 @@ pub(crate) struct LaneRun<'a, W> {
     /// For each group of cells, the cell of each lane.
     pub(crate) indices: &'a [Lanes],
     /// Buffers to broadcast single arguments to lanes.
-    pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
+    pub(crate) broadcasts: &'a mut [Vec<W>; MAX_ARGS],
     /// Lanes of each component of a register.
     pub(crate) width: usize,
     /// The lanes to compute: whole pieces, except the last.
@@ -42,12 +42,12 @@ pub(crate) struct LaneRun<'a, W> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Ready {
     Lane(ReadyLane),
-    Spread(Spread),
+    Gather(Gather),
 }
 
 /// Copies the values of cells to their lanes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spread {
+pub(crate) struct Gather {
     /// The group of cells.
     pub(crate) group: u16,
     /// Number of words for each lane.
@@ -84,14 +84,14 @@ impl ReadyLane {
 /// An argument, its words (per lane), and the distance in words between its parts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReadyArg {
-    pub(crate) from: From,
+    pub(crate) from: LaneInput,
     pub(crate) words: u8,
     pub(crate) apart: u32,
 }
 
 /// The location of words.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum From {
+pub(crate) enum LaneInput {
     /// Lanes of a register, starting at a word.
     Lanes(u32, u32),
     /// One value for all lanes, in the uniform file.
@@ -123,7 +123,7 @@ impl<W: Word, R: Element<W>> Kernel for StampedRun<'_, W, R> {
 impl<W: Word> LaneRun<'_, W> {
     /// Calls `run` with each piece of the lanes and, within it, with each longest part of the steps that
     /// `kind` judges alike.
-    pub(crate) fn each_part<K: PartialEq>(
+    pub(crate) fn each_alike<K: PartialEq>(
         &mut self,
         kind: impl Fn(&Ready) -> K,
         mut run: impl FnMut(K, LaneRun<'_, W>),
@@ -134,7 +134,7 @@ impl<W: Word> LaneRun<'_, W> {
             for steps in self.steps.chunk_by(|a, b| kind(a) == kind(b)) {
                 let Some(first) = steps.first() else { continue };
                 let LaneRun { isa, words, cells, indices, width, .. } = *self;
-                let (registers, spread) = (&mut *self.registers, &mut *self.spread);
+                let (registers, broadcasts) = (&mut *self.registers, &mut *self.broadcasts);
                 let part = LaneRun {
                     isa,
                     steps,
@@ -142,7 +142,7 @@ impl<W: Word> LaneRun<'_, W> {
                     words,
                     cells,
                     indices,
-                    spread,
+                    broadcasts,
                     width,
                     lanes: start..end,
                 };
@@ -155,14 +155,14 @@ impl<W: Word> LaneRun<'_, W> {
     /// Calls `run` with each operation on each piece.
     #[inline(always)]
     pub(crate) fn each(self, run: impl Fn(LaneCall<'_, W>)) {
-        let LaneRun { isa, steps, registers, words, cells, indices, spread, width, lanes } = self;
+        let LaneRun { isa, steps, registers, words, cells, indices, broadcasts, width, lanes } = self;
         let (mut start, end) = (lanes.start, lanes.end);
         while start < end {
             let lanes = PIECE.min(end - start);
             for step in steps {
                 let step = match step {
                     Ready::Lane(step) => step,
-                    Ready::Spread(step) => {
+                    Ready::Gather(step) => {
                         step.run(isa, registers, (cells, indices), (start, lanes, width));
                         continue;
                     }
@@ -182,7 +182,7 @@ impl<W: Word> LaneRun<'_, W> {
                 let is_single = |arg: &Arg<'_, W>| matches!(arg, Arg::Same(_));
                 if !W::FORMS || !FORMS[step.op as usize] || args[..list.len()].iter().all(is_single) {
                     for (((slot, apart), room), arg) in
-                        args.iter_mut().zip(&mut apart).zip(spread.iter_mut()).zip(list)
+                        args.iter_mut().zip(&mut apart).zip(broadcasts.iter_mut()).zip(list)
                     {
                         if let Arg::Same(words) = *slot {
                             let words = &words[..usize::from(arg.words)];
@@ -210,9 +210,9 @@ struct Files<'a, W> {
 impl<'a, W: Word> Files<'a, W> {
     /// The words of an argument, for lanes from `start` on.
     #[inline(always)]
-    fn find(&self, from: From, start: usize) -> Arg<'a, W> {
+    fn find(&self, from: LaneInput, start: usize) -> Arg<'a, W> {
         match from {
-            From::Lanes(reg, first) => {
+            LaneInput::Lanes(reg, first) => {
                 let reg = reg as usize;
                 let found = match self.before.get(reg) {
                     Some(found) => found,
@@ -220,13 +220,13 @@ impl<'a, W: Word> Files<'a, W> {
                 };
                 Arg::Each(&found.words()[first as usize + start..])
             }
-            From::Words(at) => Arg::Same(&self.words[at as usize..]),
-            From::Cell(reg, first) => Arg::Same(&self.cells[reg as usize].words()[first as usize..]),
+            LaneInput::Words(at) => Arg::Same(&self.words[at as usize..]),
+            LaneInput::Cell(reg, first) => Arg::Same(&self.cells[reg as usize].words()[first as usize..]),
         }
     }
 }
 
-impl Spread {
+impl Gather {
     #[inline(always)]
     fn run<W: Word>(
         &self,
@@ -256,12 +256,12 @@ fn broadcast<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize
 
 /// Runs an operation with one argument on `n` lanes; the words of both are component by component. Allocates,
 /// so it is meant for rare cases.
-pub(crate) fn one<A: Arithmetic>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mut [A::Word], n: usize) {
+pub(crate) fn one<A: ArithmeticImpl>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mut [A::Word], n: usize) {
     let mut registers = [Lanes::new(out.len()), Lanes::new(arg.len())];
     registers[1].words_mut().copy_from_slice(arg);
     let parts = if op.shape().per_component { (out.len() / n.max(1)) as u8 } else { 1 };
     let arg = ReadyArg {
-        from: From::Lanes(1, 0),
+        from: LaneInput::Lanes(1, 0),
         words: (arg.len() / n.max(1)) as u8,
         apart: if parts > 1 { n as u32 } else { 0 },
     };
@@ -273,7 +273,7 @@ pub(crate) fn one<A: Arithmetic>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mu
         words: &[],
         cells: &[],
         indices: &[],
-        spread: &mut Default::default(),
+        broadcasts: &mut Default::default(),
         width: n,
         lanes: 0..n,
     };

@@ -2,9 +2,9 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{Arithmetic, Word};
+use crate::arithmetic::{ArithmeticImpl, Word};
 use crate::lanes::Arg;
-use crate::program::{Array, Operand, Place};
+use crate::program::{Array, Location, Operand};
 
 /// Elements that are cleared together.
 const BLOCK: usize = 64;
@@ -17,7 +17,7 @@ pub(super) fn blocks(array: &Array) -> usize {
     (array.len as usize).div_ceil(BLOCK)
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// Clears the parts of arrays that a batch has written: long arrays are seldom written everywhere.
     pub(super) fn clear_arrays(&mut self) {
         for ((array, plan), dirty) in self.arrays.iter_mut().zip(&self.program.arrays).zip(&mut self.dirty) {
@@ -87,7 +87,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         let source = self.arrays[array as usize].words();
         let last = plan.len.saturating_sub(1);
         let words = plan.words as usize;
-        let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
+        let n = if matches!(out.location, Location::Words(_)) { 1 } else { width };
         match self.arg(index) {
             Arg::Same(i) => {
                 let at = i[0].bits().min(last) as usize * words;

@@ -3,7 +3,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, UNSET_TEXT};
@@ -31,7 +31,7 @@ fn mended(value: &Const) -> Const {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn check_finite(&mut self, name: &str, op: &str, step: &KernelStep, mask: &Mask) {
         let (Some(arg), Some(kind)) = (step.args.first(), step.kinds.first()) else { return };
         for lane in self.active(mask) {

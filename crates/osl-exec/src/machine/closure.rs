@@ -2,7 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kind, Shape};
 use osl_ir::text::{self, Flavour, Value};
@@ -97,7 +97,7 @@ impl Closures {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     fn new_node(&mut self, form: Form) -> u32 {
         let (written, kept) = match &form {
             Form::Component(component) => (component.bytes(), component.bytes()),

@@ -2,17 +2,17 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{Arithmetic, Element};
+use crate::arithmetic::{ArithmeticImpl, Element};
 use crate::lanes;
 use crate::message::Message;
-use crate::program::{KernelStep, Place};
+use crate::program::{KernelStep, Location};
 use crate::services::IDENTITY;
-use osl_ir::builtins::color_path_in;
 use osl_ir::ir::LaneOp;
-use osl_ir::numeric::Number;
-use osl_ir::numeric::color::ColorSystem;
+use osl_numeric::Number;
+use osl_numeric::color::ColorSystem;
+use osl_numeric::spaces;
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// The matrix between two spaces, and a message for each unknown space, which counts as common space.
     fn matrix_between(&self, from: &str, to: &str) -> ([A::Real; 16], Vec<Message>) {
         match self.services.spaces.matrix(from, to) {
@@ -32,13 +32,13 @@ impl<A: Arithmetic> Machine<'_, A> {
             if both && !unknown.is_empty() { IDENTITY.map(A::Real::lit) } else { matrix }
         };
         let width = self.width;
-        if let (Some(from), Some(to)) = (self.shared_text(*from, mask), self.shared_text(*to, mask)) {
+        if let (Some(from), Some(to)) = (self.uniform_text(*from, mask), self.uniform_text(*to, mask)) {
             let (matrix, unknown) = self.matrix_between(&from, &to);
             let matrix = used(matrix, &unknown);
             for message in unknown {
                 self.report_all(mask, Message { at: Some(step.span), ..message });
             }
-            let n = if matches!(out.place, Place::Words(_)) { 1 } else { width };
+            let n = if matches!(out.location, Location::Words(_)) { 1 } else { width };
             let mut target = self.take(*out);
             for (lanes, x) in target.chunks_mut(n).zip(matrix) {
                 lanes.fill(x.store());
@@ -87,7 +87,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             let number = step.args.get(3).map_or(0, |system| self.bits(*system, lane) as i32);
             let (from, to) = (&self.text(self.bits(from, lane)), &self.text(self.bits(to, lane)));
             let mut words = [0, 1, 2].map(|c| self.word(self.part(color, c), lane));
-            let path = color_path_in(from, true, number).zip(color_path_in(to, false, number));
+            let path = spaces::path_in(from, true, number).zip(spaces::path_in(to, false, number));
             if path.is_none() {
                 let text = format!("Unknown color space transformation \"{from}\" -> \"{to}\"");
                 self.report(step, lane, mask, Message::error(text));

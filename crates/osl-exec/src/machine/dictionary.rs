@@ -3,13 +3,13 @@
 use super::Machine;
 use super::mask::Mask;
 use super::text::BYTES_A_STEP;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::dictionary::{Cost, Start};
 use crate::message::Message;
-use crate::program::{KernelStep, Place};
+use crate::program::{KernelStep, Location};
 use osl_ir::ir::{Const, Kind};
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// The first node that a path finds in a text or below a node.
     pub(super) fn dict_find(&mut self, step: &KernelStep, mask: &Mask) {
         let Some(out) = step.outs.first() else { return };
@@ -47,8 +47,9 @@ impl<A: Arithmetic> Machine<'_, A> {
 
     /// The owner of the node that a step finds: a lane, or all lanes.
     fn own(&self, step: &KernelStep, lane: usize) -> Option<usize> {
-        let shared = !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.place, Place::Words(_)));
-        (!shared).then_some(lane)
+        let uniform =
+            !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.location, Location::Words(_)));
+        (!uniform).then_some(lane)
     }
 
     pub(super) fn dict_next(&mut self, step: &KernelStep, mask: &Mask) {

@@ -1,13 +1,13 @@
 //! Branches and loops: which lanes take which path, and how results are merged.
 
 use super::{Machine, Mask};
-use crate::arithmetic::{Arithmetic, Word};
+use crate::arithmetic::{ArithmeticImpl, Word};
 use crate::error::RunError;
 use crate::lanes::Arg;
 use crate::program::{LoopParam, Operand, Steps};
 use osl_ir::Span;
 
-impl<'a, A: Arithmetic> Machine<'a, A> {
+impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     pub(super) fn branch(
         &mut self,
         cond: Operand,

@@ -2,25 +2,25 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::ir::{Const, Kernel};
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// Runs a kernel over the active lanes, or once if the result is uniform.
     pub(super) fn kernel(&mut self, step: &KernelStep, mask: &Mask) {
         let KernelStep { args, outs, .. } = step;
         match &step.kernel {
-            Kernel::Noise { field, dims, tangents, .. } => {
-                self.noise(*field, usize::from(*dims), *tangents, args, outs);
+            Kernel::Noise { field, dims, has_derivs, .. } => {
+                self.noise(*field, usize::from(*dims), *has_derivs, args, outs);
             }
             Kernel::NamedNoise { .. } => self.named_noise(step, mask),
             Kernel::SpaceMatrix { both } => self.space_matrix(*both, step, mask),
             Kernel::FindSpace => self.find_space(step, mask),
             Kernel::ColorBetween => self.color_between(step, mask),
-            Kernel::Texture { options, footprint, quiet, tangents, .. } => {
-                self.texture(options, (*footprint, *quiet, *tangents), step, mask);
+            Kernel::Texture { options, footprint, quiet, has_derivs, .. } => {
+                self.texture(options, (*footprint, *quiet, *has_derivs), step, mask);
             }
             Kernel::Environment { options, footprint, quiet, .. } => {
                 self.environment(options, (*footprint, *quiet), step, mask);

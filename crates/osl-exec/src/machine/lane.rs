@@ -4,11 +4,11 @@
 //! their arguments once per batch.
 
 use super::{Machine, Mask};
-use crate::arithmetic::{Arithmetic, Word};
+use crate::arithmetic::{ArithmeticImpl, Word};
 use crate::error::RunError;
-use crate::lanes::{From, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, Spread};
-use crate::native::{Files, Key, MAX_RUN, Waiting};
-use crate::program::{CellPlace, Export, LaneStep, Operand, Place, Step};
+use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane};
+use crate::native::{Files, Key, MAX_RUN, Sequence, Waiting};
+use crate::program::{CellLocation, Export, LaneStep, Location, Operand, Step};
 use crate::register::{LINE, Lanes};
 use osl_ir::ir::MAX_ARGS;
 
@@ -36,7 +36,7 @@ pub(super) struct Queue<'a> {
 enum Item<'a> {
     Lane(&'a LaneStep),
     /// Gives lanes the values of their cells.
-    Spread(&'a Export, CellPlace),
+    Gather(&'a Export, CellLocation),
 }
 
 impl<'a> Queue<'a> {
@@ -51,13 +51,13 @@ impl<'a> Queue<'a> {
     }
 }
 
-impl<'a, A: Arithmetic> Machine<'a, A> {
+impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     /// Runs steps, except the trailing lane operations, which stay in the queue.
     pub(super) fn follow(&mut self, steps: &'a [Step], mask: &Mask) -> Result<(), RunError> {
         for step in steps {
             match step {
                 Step::Lane(step) => self.queue(step),
-                Step::Shared { group, steps, exports } => self.shared(*group, steps, exports, mask)?,
+                Step::PerCell { group, steps, exports } => self.per_cell(*group, steps, exports, mask)?,
                 _ => {
                     self.run_queue();
                     self.step(step, mask)?;
@@ -69,15 +69,15 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
 
     /// Queues a lane operation. A uniform operation is computed at once, since it depends on no lane.
     pub(super) fn queue(&mut self, step: &'a LaneStep) {
-        match step.out.place {
-            Place::Words(at) => self.once(step, at),
-            Place::Lanes { component, .. } => {
-                let ones = step.args().iter().map(|arg| match arg.place {
-                    Place::Lanes { cells: Some(cells), .. } => self.shared.is_one(cells.group).into(),
+        match step.out.location {
+            Location::Words(at) => self.once(step, at),
+            Location::Lanes { component, .. } => {
+                let ones = step.args().iter().map(|arg| match arg.location {
+                    Location::Lanes { cells: Some(cells), .. } => self.per_cell.is_one(cells.group).into(),
                     _ => 0,
                 });
                 let ones = ones.fold(0u32, |all, one| all << 1 | one);
-                let running = u32::from(self.shared.is_running());
+                let running = u32::from(self.per_cell.is_running());
                 self.queue.push(Item::Lane(step), step.life.0, component << 8 | running << 7 | ones);
                 if self.queue.items.len() >= MAX_RUN {
                     self.run_queue();
@@ -87,10 +87,10 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     }
 
     /// Queues the copying of cell values to lanes.
-    pub(super) fn queue_spread(&mut self, export: &'a Export) {
-        if let Place::Lanes { cells: Some(cells), .. } = export.value.place {
+    pub(super) fn queue_gather(&mut self, export: &'a Export) {
+        if let Location::Lanes { cells: Some(cells), .. } = export.value.location {
             // Its register never holds another value.
-            self.queue.push(Item::Spread(export, cells), cells.reg, 1 << 6);
+            self.queue.push(Item::Gather(export, cells), cells.reg, 1 << 6);
         }
     }
 
@@ -101,22 +101,26 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         }
         let mut queue = std::mem::take(&mut self.queue);
         let mut native = self.native.take();
-        // A single cell does not fill a vector.
-        let shape = A::NATIVE.filter(|_| self.width.is_multiple_of(LINE)).map(|style| (self.width, style));
-        let plan = native.as_mut().zip(shape).and_then(|(known, shape)| {
-            let all = || queue.items.iter().map(|item| self.waiting(item)).collect();
-            known.plan(&self.program.native, shape, &queue.keys, all)
+        let plan = native.as_mut().zip(A::NATIVE).and_then(|(cache, style)| {
+            // A single cell does not fill a vector.
+            let shape = cache.shape(style, self.width)?;
+            let constant = |at| self.program.constant(at);
+            let all = || Sequence {
+                items: queue.items.iter().map(|item| self.waiting(item)).collect(),
+                constant: &constant,
+            };
+            cache.plan(&self.program.native, shape, &queue.keys, all)
         });
         let mut ready = std::mem::take(&mut self.ready);
         if plan.is_none() {
             ready.extend(queue.items.iter().map(|item| self.waiting(item).ready));
         }
         let (isa, width) = (self.isa, self.width);
-        let (cells, indices) = self.shared.tables();
-        let (words, spread) = (&self.words[..], &mut self.spread);
-        let mut files = Files { registers: &mut self.registers, cells, indices, words, spread };
+        let (cells, indices) = self.per_cell.tables();
+        let (words, broadcasts) = (&self.words[..], &mut self.broadcasts);
+        let mut files = Files { registers: &mut self.registers, cells, indices, words, broadcasts };
         match (plan, &mut native) {
-            (Some(plan), Some(known)) => plan.run::<A>(isa, &mut files, width, &mut known.scratch),
+            (Some(plan), Some(cache)) => plan.run::<A>(isa, &mut files, width, &mut cache.scratch),
             _ => A::lanes(isa, files.run(isa, &ready, width, 0..width)),
         }
         ready.clear();
@@ -129,24 +133,24 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         match item {
             Item::Lane(step) => {
                 let (at, last) = step.life;
-                let out = match step.out.place {
-                    Place::Words(at) => (at, 0),
-                    Place::Lanes { reg, component, cells } => {
-                        (self.shared.register(reg, cells) as u32, component * self.width as u32)
+                let out = match step.out.location {
+                    Location::Words(at) => (at, 0),
+                    Location::Lanes { reg, component, cells } => {
+                        (self.per_cell.register(reg, cells) as u32, component * self.width as u32)
                     }
                 };
                 Waiting { ready: Ready::Lane(self.ready(step, out, self.width)), at, last }
             }
-            Item::Spread(export, cells) => {
-                let out = match export.value.place {
-                    Place::Lanes { reg, component, .. } => (reg, component * self.width as u32),
-                    Place::Words(at) => (at, 0),
+            Item::Gather(export, cells) => {
+                let out = match export.value.location {
+                    Location::Lanes { reg, component, .. } => (reg, component * self.width as u32),
+                    Location::Words(at) => (at, 0),
                 };
                 let component =
-                    if let Place::Lanes { component, .. } = export.value.place { component } else { 0 };
+                    if let Location::Lanes { component, .. } = export.value.location { component } else { 0 };
                 let words = export.value.words as u8;
-                let spread = Spread { group: cells.group, from: (cells.reg, component), words, out };
-                Waiting { ready: Ready::Spread(spread), at: 0, last: export.last }
+                let gather = Gather { group: cells.group, from: (cells.reg, component), words, out };
+                Waiting { ready: Ready::Gather(gather), at: 0, last: export.last }
             }
         }
     }
@@ -162,7 +166,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             words: &self.words,
             cells: &[],
             indices: &[],
-            spread: &mut self.spread,
+            broadcasts: &mut self.broadcasts,
             width: 1,
             lanes: 0..1,
         };
@@ -174,7 +178,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     /// An operation with resolved arguments.
     fn ready(&self, step: &LaneStep, out: (u32, u32), width: usize) -> ReadyLane {
         let args = step.args();
-        let mut list = [ReadyArg { from: From::Words(0), words: 0, apart: 0 }; MAX_ARGS];
+        let mut list = [ReadyArg { from: LaneInput::Words(0), words: 0, apart: 0 }; MAX_ARGS];
         let (mut parts, mut through) = (step.parts, 1);
         // Components are contiguous: if this holds for all arguments, or they are single words, one part
         // processes all components.
@@ -182,7 +186,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         for (slot, arg) in list.iter_mut().zip(args) {
             let parted = arg.words > 1 && parts > 1;
             let from = self.from(*arg);
-            let lanes = matches!(from, From::Lanes(..));
+            let lanes = matches!(from, LaneInput::Lanes(..));
             let apart = if !parted {
                 0
             } else if lanes {
@@ -199,14 +203,14 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         ReadyLane { op: step.op, parts, through, count: args.len() as u8, out, args: list }
     }
 
-    fn from(&self, operand: Operand) -> From {
-        match operand.place {
-            Place::Words(at) => From::Words(at),
-            Place::Lanes { component, cells: Some(cells), .. } if self.shared.is_one(cells.group) => {
-                From::Cell(cells.reg, component)
+    fn from(&self, operand: Operand) -> LaneInput {
+        match operand.location {
+            Location::Words(at) => LaneInput::Words(at),
+            Location::Lanes { component, cells: Some(cells), .. } if self.per_cell.is_one(cells.group) => {
+                LaneInput::Cell(cells.reg, component)
             }
-            Place::Lanes { reg, component, cells } => {
-                From::Lanes(self.shared.register(reg, cells) as u32, component * self.width as u32)
+            Location::Lanes { reg, component, cells } => {
+                LaneInput::Lanes(self.per_cell.register(reg, cells) as u32, component * self.width as u32)
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Masks: which lanes of a batch execute a step.
 
 use crate::arithmetic::Word;
-use osl_noise::{Isa, Kernel};
+use osl_simd::{Isa, Kernel};
 
 /// A set of lanes; the word of a lane in it is all ones.
 #[derive(Clone, Debug, PartialEq, Eq)]

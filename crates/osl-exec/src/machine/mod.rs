@@ -15,15 +15,15 @@ mod lane;
 mod mask;
 mod named;
 mod noise;
+mod per_cell;
 mod point;
 mod profiled;
-mod shared;
 mod text;
 mod texture;
 mod texture_info;
 mod work;
 
-use crate::arithmetic::{Arithmetic, Word};
+use crate::arithmetic::{ArithmeticImpl, Word};
 use crate::dictionary::{Dictionaries, Documents};
 use crate::error::RunError;
 use crate::lanes::{Arg, Ready};
@@ -31,7 +31,7 @@ use crate::message::{Message, Messages, Room};
 use crate::native;
 use crate::options::RunOptions;
 use crate::profile::Profile;
-use crate::program::{Array, KernelStep, Operand, OutputSource, Place, Program, Step, Steps};
+use crate::program::{Array, KernelStep, Location, Operand, OutputSource, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -39,22 +39,22 @@ pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};
 use osl_limits::Limits;
-use osl_noise::Isa;
+use osl_simd::Isa;
 
 /// The registers and working memory of one thread.
-pub(crate) struct Machine<'a, A: Arithmetic> {
+pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     program: &'a Program,
     services: &'a Services,
     isa: Isa,
     /// Lanes per batch: a multiple of a cache line.
     width: usize,
     registers: Vec<Lanes<A::Word>>,
-    shared: shared::Shared<'a, A::Word>,
+    per_cell: per_cell::PerCell<'a, A::Word>,
     words: Vec<A::Word>,
     arrays: Vec<Lanes<A::Word>>,
     scratch: Vec<Lanes<A::Word>>,
     /// Single arguments of a lane operation, broadcast to lanes.
-    spread: [Vec<A::Word>; MAX_ARGS],
+    broadcasts: [Vec<A::Word>; MAX_ARGS],
     /// The result of a uniform lane operation.
     single: Lanes<A::Word>,
     /// Queued lane operations.
@@ -62,7 +62,7 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     /// Queued operations with resolved arguments.
     ready: Vec<Ready>,
     /// Sequences of lane operations that have occurred, unless everything runs without machine code.
-    native: Option<native::Known>,
+    native: Option<native::PlanCache>,
     limits: &'a Limits,
     /// The cost of the batch so far.
     work: work::Work,
@@ -77,8 +77,8 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     closures: closure::Closures,
     dictionaries: Dictionaries<'a>,
     named: named::Named<A::Word>,
-    /// The regular expression that each lane used last. Two more follow: the last one that all lanes shared,
-    /// and the last one of this machine.
+    /// The regular expression that each lane used last. Two more follow: the last one that all lanes had in
+    /// common, and the last one of this machine.
     patterns: Vec<u32>,
     /// Which blocks of each array contain more than zeros.
     dirty: Vec<Vec<bool>>,
@@ -87,7 +87,7 @@ pub(crate) struct Machine<'a, A: Arithmetic> {
     pub(crate) profile: Option<Box<Profile>>,
 }
 
-impl<'a, A: Arithmetic> Machine<'a, A> {
+impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     /// A machine for batches of up to `width` points.
     pub(crate) fn new(
         program: &'a Program,
@@ -106,15 +106,15 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
             isa,
             width,
             registers: lane::registers(&program.registers, width),
-            shared: shared::Shared::new(program, width),
+            per_cell: per_cell::PerCell::new(program, width),
             words: program.words.iter().map(|seed| seed.word::<A>()).collect(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
-            spread: Default::default(),
+            broadcasts: Default::default(),
             single: Lanes::new(LINE),
             queue: lane::Queue::default(),
             ready: Vec::new(),
-            native: native::Known::new(native).filter(|_| A::NATIVE.is_some() && isa.name() == "avx512"),
+            native: A::NATIVE.and_then(|_| native::PlanCache::new(native, isa)),
             limits: &options.limits,
             work: work::Work::default(),
             ran: false,
@@ -151,7 +151,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         if let Some(why) = self.limits.halted() {
             return Err(RunError::Halted(why));
         }
-        if self.program.shared && self.ran && !self.messages.keeps_each() {
+        if self.program.uniform && self.ran && !self.messages.keeps_each() {
             // It contains the results of every point.
             return Ok(());
         }
@@ -159,7 +159,7 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         let program = self.program;
         self.work.begin(self.limits, (points, program.base), each);
         self.queue.clear();
-        self.shared.clear();
+        self.per_cell.clear();
         (self.first, self.points) = (first, points);
         self.texts.clear();
         self.closures.clear();
@@ -168,25 +168,25 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         self.patterns.clear();
         self.clear_arrays();
         for (global, operand) in &program.globals {
-            match operand.place {
-                Place::Lanes { reg, .. } if source.varying().contains(global) => {
+            match operand.location {
+                Location::Lanes { reg, .. } if source.varying().contains(global) => {
                     let width = self.width;
                     let lanes =
                         &mut self.registers[reg as usize].words_mut()[..operand.words as usize * width];
                     A::fill(lanes, |lanes| source.fill(*global, first, width, lanes));
                 }
-                _ => self.spread(source.uniform(*global), *operand),
+                _ => self.broadcast(source.uniform(*global), *operand),
             }
         }
-        for (global, axis, operand) in &program.slopes {
-            match operand.place {
-                Place::Lanes { reg, .. } if source.varying_slopes().contains(global) => {
+        for (global, axis, operand) in &program.derivs {
+            match operand.location {
+                Location::Lanes { reg, .. } if source.varying_derivs().contains(global) => {
                     let width = self.width;
                     let lanes =
                         &mut self.registers[reg as usize].words_mut()[..operand.words as usize * width];
-                    A::fill(lanes, |lanes| source.fill_slope(*global, *axis, first, width, lanes));
+                    A::fill(lanes, |lanes| source.fill_deriv(*global, *axis, first, width, lanes));
                 }
-                _ => self.spread(source.slope(*global, *axis), *operand),
+                _ => self.broadcast(source.deriv(*global, *axis), *operand),
             }
         }
         self.steps(&program.steps, &Mask::start(points, self.width))?;
@@ -195,12 +195,12 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         Ok(())
     }
 
-    /// Sets a place to uniform values.
-    fn spread(&mut self, value: [f32; 3], operand: Operand) {
+    /// Sets a location to uniform values.
+    fn broadcast(&mut self, value: [f32; 3], operand: Operand) {
         for (component, x) in value.into_iter().enumerate().take(operand.words as usize) {
-            match operand.place {
-                Place::Words(at) => self.words[at as usize + component] = A::of(x),
-                Place::Lanes { reg, .. } => {
+            match operand.location {
+                Location::Words(at) => self.words[at as usize + component] = A::of(x),
+                Location::Lanes { reg, .. } => {
                     self.registers[reg as usize].words_mut()[component * self.width..][..self.width]
                         .fill(A::of(x));
                 }
@@ -290,8 +290,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
                 self.find_cells(*group, roots, outs, mask);
                 self.export_roots(*group, roots, outs, exports);
             }
-            Step::Shared { group, steps, exports } => {
-                self.shared(*group, steps, exports, mask)?;
+            Step::PerCell { group, steps, exports } => {
+                self.per_cell(*group, steps, exports, mask)?;
                 self.run_queue();
             }
         }
@@ -301,13 +301,13 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     #[inline]
     fn arg(&self, operand: Operand) -> Arg<'_, A::Word> {
         let words = operand.words as usize;
-        match operand.place {
-            Place::Words(at) => Arg::Same(&self.words[at as usize..][..words]),
-            Place::Lanes { reg, component, cells } => {
-                if let Some(lanes) = cells.and_then(|cells| self.shared.by_all(cells)) {
+        match operand.location {
+            Location::Words(at) => Arg::Same(&self.words[at as usize..][..words]),
+            Location::Lanes { reg, component, cells } => {
+                if let Some(lanes) = cells.and_then(|cells| self.per_cell.by_all(cells)) {
                     return Arg::Same(&lanes[component as usize..][..words]);
                 }
-                let lanes = self.registers[self.shared.register(reg, cells)].words();
+                let lanes = self.registers[self.per_cell.register(reg, cells)].words();
                 Arg::Each(&lanes[component as usize * self.width..][..words * self.width])
             }
         }
@@ -364,24 +364,24 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     /// One component of an operand with several.
     pub(crate) fn part(&self, operand: Operand, component: usize) -> Operand {
         let component = component as u32;
-        let place = match operand.place {
-            Place::Words(at) => Place::Words(at + component),
-            Place::Lanes { reg, component: base, cells } => {
-                Place::Lanes { reg, component: base + component, cells }
+        let location = match operand.location {
+            Location::Words(at) => Location::Words(at + component),
+            Location::Lanes { reg, component: base, cells } => {
+                Location::Lanes { reg, component: base + component, cells }
             }
         };
         let kind = if operand.words > 1 { Kind::Float } else { operand.kind };
-        Operand { place, words: 1, kind }
+        Operand { location, words: 1, kind }
     }
 
-    /// Writes the words of a value at one lane, or for all lanes if the place is uniform.
+    /// Writes the words of a value at one lane, or for all lanes if the location is uniform.
     fn set_words(&mut self, out: Operand, lane: usize, words: &[A::Word]) {
         for (component, word) in words.iter().enumerate().take(out.words as usize) {
-            match out.place {
-                Place::Words(at) => self.words[at as usize + component] = *word,
-                Place::Lanes { reg, component: base, cells } => {
+            match out.location {
+                Location::Words(at) => self.words[at as usize + component] = *word,
+                Location::Lanes { reg, component: base, cells } => {
                     let at = (base as usize + component) * self.width + lane;
-                    self.registers[self.shared.register(reg, cells)].words_mut()[at] = *word;
+                    self.registers[self.per_cell.register(reg, cells)].words_mut()[at] = *word;
                 }
             }
         }
@@ -417,8 +417,8 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
     /// uniform.
     fn lanes(&self, outs: &[Operand], mask: &Mask) -> Vec<usize> {
         let mut lanes = self.active(mask);
-        let shared = !outs.is_empty() && outs.iter().all(|o| matches!(o.place, Place::Words(_)));
-        if shared {
+        let uniform = !outs.is_empty() && outs.iter().all(|o| matches!(o.location, Location::Words(_)));
+        if uniform {
             lanes.truncate(1);
         }
         lanes
@@ -429,8 +429,9 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
         let message = Message { at: Some(step.span), ..message };
         self.pay_text(8 * message.text.len());
         self.work.pay(REPORT);
-        let shared = !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.place, Place::Words(_)));
-        if shared {
+        let uniform =
+            !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.location, Location::Words(_)));
+        if uniform {
             self.report_all(mask, message);
         } else {
             self.messages.add([self.first + lane], message);
@@ -464,31 +465,31 @@ impl<'a, A: Arithmetic> Machine<'a, A> {
 
     /// Takes the words of a result out of the machine.
     fn take(&mut self, out: Operand) -> Target<A::Word> {
-        match out.place {
-            Place::Words(_) => Target::Few([A::Word::default(); 16], out.words as usize),
-            Place::Lanes { reg, component, cells } => Target::Lanes(
-                std::mem::take(&mut self.registers[self.shared.register(reg, cells)]),
+        match out.location {
+            Location::Words(_) => Target::Few([A::Word::default(); 16], out.words as usize),
+            Location::Lanes { reg, component, cells } => Target::Lanes(
+                std::mem::take(&mut self.registers[self.per_cell.register(reg, cells)]),
                 component as usize * self.width,
             ),
         }
     }
 
     fn put(&mut self, out: Operand, target: Target<A::Word>) {
-        match (out.place, target) {
-            (Place::Words(at), Target::Few(few, n)) => {
+        match (out.location, target) {
+            (Location::Words(at), Target::Few(few, n)) => {
                 self.words[at as usize..][..n].copy_from_slice(&few[..n])
             }
-            (Place::Lanes { reg, cells, .. }, Target::Lanes(lanes, _)) => {
-                self.registers[self.shared.register(reg, cells)] = lanes;
+            (Location::Lanes { reg, cells, .. }, Target::Lanes(lanes, _)) => {
+                self.registers[self.per_cell.register(reg, cells)] = lanes;
             }
             _ => {}
         }
     }
 
-    /// Copies a value to another place at the active lanes; at all lanes if the target is uniform.
+    /// Copies a value to another location at the active lanes; at all lanes if the target is uniform.
     fn copy(&mut self, from: Operand, to: Operand, mask: &Mask) {
         let mut target = self.take(to);
-        let n = if matches!(to.place, Place::Words(_)) { 1 } else { self.width };
+        let n = if matches!(to.location, Location::Words(_)) { 1 } else { self.width };
         for (component, lanes) in target.chunks_mut(n).enumerate().take(to.words as usize) {
             match self.component(from, component) {
                 Arg::Each(words) if n == words.len() => mask.copy(self.isa, lanes, words),

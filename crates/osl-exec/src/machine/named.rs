@@ -4,12 +4,12 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::program::KernelStep;
 use osl_ir::Span;
-use osl_ir::builtins::{MessageMade, other_type, set_late, set_twice};
 use osl_ir::ir::MessageForm;
+use osl_ir::ir::{MessageMade, other_type, set_late, set_twice};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ impl<W> Named<W> {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn set_message(&mut self, form: &MessageForm, step: &KernelStep, mask: &Mask) {
         let Some(name) = step.args.first() else { return };
         for lane in self.active(mask) {

@@ -2,16 +2,16 @@
 
 use super::mask::Mask;
 use super::{Machine, Target};
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::fields::{Field, FieldCall, MAX_INPUTS, MAX_OUTPUTS};
 use crate::lanes::Arg;
 use crate::message::Message;
-use crate::program::{KernelStep, Operand, Place};
+use crate::program::{KernelStep, Location, Operand};
 use crate::register::Lanes;
 use osl_ir::ir::{GaborOption, Kernel, NoiseField};
 use osl_noise::{Kind as NoiseKind, gabor};
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// A noise field. Its arguments are the coordinates, one to four floats in one or two operands, then
     /// periods, then the derivatives of the coordinates. Results: the value and, if three are requested, its
     /// derivatives.
@@ -19,12 +19,12 @@ impl<A: Arithmetic> Machine<'_, A> {
         &mut self,
         field: NoiseField,
         dims: usize,
-        tangents: bool,
+        has_derivs: bool,
         args: &[Operand],
         outs: &[Operand],
     ) {
         let field = Field::Lattice(field_of(field));
-        self.fields(&FieldCall { field, dims, tangents, dual: outs.len() == 3 }, args, outs);
+        self.fields(&FieldCall { field, dims, has_derivs, dual: outs.len() == 3 }, args, outs);
     }
 
     /// Gabor noise, whose options may differ between lanes.
@@ -36,13 +36,13 @@ impl<A: Arithmetic> Machine<'_, A> {
         outs: &[Operand],
         mask: &Mask,
     ) {
-        let once = matches!(outs.first(), Some(Operand { place: Place::Words(_), .. }));
+        let once = matches!(outs.first(), Some(Operand { location: Location::Words(_), .. }));
         let lanes = if once { vec![0] } else { self.active(mask) };
-        let shared = given.iter().all(|(_, value)| matches!(self.arg(*value), Arg::Same(_)));
-        let of = if shared { &lanes[..lanes.len().min(1)] } else { &lanes };
+        let uniform = given.iter().all(|(_, value)| matches!(self.arg(*value), Arg::Same(_)));
+        let of = if uniform { &lanes[..lanes.len().min(1)] } else { &lanes };
         let options: Vec<gabor::Options> = of.iter().map(|lane| self.gabor_options(given, *lane)).collect();
         for at in 0..lanes.len() {
-            let impulses = options.get(if shared { 0 } else { at }).map_or(0.0, |options| options.impulses);
+            let impulses = options.get(if uniform { 0 } else { at }).map_or(0.0, |options| options.impulses);
             let fields = if triple { 3 } else { 1 };
             self.work.pay(fields * (GABOR + IMPULSE * impulses.clamp(0.0, MAX_IMPULSES) as u64));
             if !self.work.close() {
@@ -50,7 +50,7 @@ impl<A: Arithmetic> Machine<'_, A> {
             }
         }
         let field = Field::Gabor(&lanes, &options);
-        self.fields(&FieldCall { field, dims, tangents: true, dual: outs.len() == 3 }, args, outs);
+        self.fields(&FieldCall { field, dims, has_derivs: true, dual: outs.len() == 3 }, args, outs);
     }
 
     fn gabor_options(&self, given: &[(GaborOption, Operand)], lane: usize) -> gabor::Options {
@@ -71,8 +71,8 @@ impl<A: Arithmetic> Machine<'_, A> {
     /// those of its results.
     fn fields(&mut self, call: &FieldCall<'_>, args: &[Operand], outs: &[Operand]) {
         let Some(first) = outs.first() else { return };
-        let n = if matches!(first.place, Place::Words(_)) { 1 } else { self.width };
-        let mut spread = std::mem::take(&mut self.scratch);
+        let n = if matches!(first.location, Location::Words(_)) { 1 } else { self.width };
+        let mut broadcasts = std::mem::take(&mut self.scratch);
         let mut targets: [Target<A::Word>; MAX_RESULTS] = std::array::from_fn(|i| match outs.get(i) {
             Some(out) => self.take(*out),
             None => Target::None,
@@ -80,7 +80,7 @@ impl<A: Arithmetic> Machine<'_, A> {
         {
             let mut inputs: [&[A::Word]; MAX_INPUTS] = [&[]; MAX_INPUTS];
             let mut count = 0;
-            let mut scratch = spread.iter_mut();
+            let mut scratch = broadcasts.iter_mut();
             for arg in args {
                 for component in 0..arg.words as usize {
                     let lanes = match self.component(*arg, component) {
@@ -116,12 +116,12 @@ impl<A: Arithmetic> Machine<'_, A> {
         for (out, target) in outs.iter().zip(targets) {
             self.put(*out, target);
         }
-        self.scratch = spread;
+        self.scratch = broadcasts;
     }
 
     pub(super) fn named_noise(&mut self, step: &KernelStep, mask: &Mask) {
         let Some((name, _)) = step.args.split_first() else { return };
-        if let Some(text) = self.shared_text(*name, mask) {
+        if let Some(text) = self.uniform_text(*name, mask) {
             self.noise_by_name(&text, step, mask);
             return;
         }
@@ -153,14 +153,14 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     fn noise_by_name(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
-        let Kernel::NamedNoise { dims, triple, periodic, options, tangents } = &step.kernel else { return };
+        let Kernel::NamedNoise { dims, triple, periodic, options, has_derivs } = &step.kernel else { return };
         let dims = usize::from(*dims);
         let coordinates = step.kernel.coordinates().len() * if *periodic { 2 } else { 1 };
         let (plain, rest) = step.args[1..].split_at(coordinates.min(step.args.len() - 1));
-        let (values, slopes) = rest.split_at(options.len().min(rest.len()));
-        let args = [plain, slopes].concat();
+        let (values, derivs) = rest.split_at(options.len().min(rest.len()));
+        let args = [plain, derivs].concat();
         if let Some(field) = NoiseField::from_name(name, *periodic) {
-            return self.noise(field, dims, *tangents, &args, &step.outs);
+            return self.noise(field, dims, *has_derivs, &args, &step.outs);
         }
         if name == "gabor" {
             let given: Vec<_> = options.iter().copied().zip(values.iter().copied()).collect();

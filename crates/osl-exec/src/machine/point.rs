@@ -2,19 +2,19 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{Arithmetic, Element, Word};
+use crate::arithmetic::{ArithmeticImpl, Element, Word};
 use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
 use osl_ir::ir::{Const, Kind};
-use osl_ir::numeric::{Number, spline};
 use osl_ir::types::{Base, Extent, Type};
 use osl_noise::hash::NAN_WORD;
+use osl_numeric::{Number, spline};
 
 /// Steps for a knot that an inverse spline searches.
 const KNOT: u64 = 4;
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     pub(super) fn hash(&mut self, step: &KernelStep, mask: &Mask) {
         let Some(out) = step.outs.first() else { return };
         for lane in self.lanes(&step.outs, mask) {
@@ -40,7 +40,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn attribute(&mut self, kind: Kind, count: u8, step: &KernelStep, mask: &Mask) {
         let values = usize::from(count).max(1);
         let (outs, rest) = step.outs.split_at(values.min(step.outs.len()));
-        let Some((found, slopes)) = rest.split_first() else { return };
+        let Some((found, derivs)) = rest.split_first() else { return };
         for lane in self.active(mask) {
             let [Const::Str(object), Const::Str(name), Const::Int(element)] =
                 &self.values(&step.args, &step.kinds, lane)[..]
@@ -59,9 +59,9 @@ impl<A: Arithmetic> Machine<'_, A> {
                 let value = datum.as_ref().and_then(|d| d.values.get(index).cloned());
                 self.set_value(*out, lane, &value.unwrap_or_else(|| Const::zero(kind)));
             }
-            for (axis, out) in slopes.iter().enumerate() {
-                let slope = datum.as_ref().map_or(0.0, |d| d.slopes[axis]);
-                self.set_floats(*out, lane, &[slope]);
+            for (axis, out) in derivs.iter().enumerate() {
+                let deriv = datum.as_ref().map_or(0.0, |d| d.derivs[axis]);
+                self.set_floats(*out, lane, &[deriv]);
             }
             if !self.work.close() {
                 return;
@@ -107,12 +107,12 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     pub(super) fn spline_inverse(&mut self, knots: u32, step: &KernelStep, mask: &Mask) {
-        let Some((out, tangents)) = step.outs.split_first() else { return };
+        let Some((out, derivs)) = step.outs.split_first() else { return };
         let len = self.program.arrays.get(knots as usize).map_or(0, |a| a.len as usize);
         let [basis, y, count, changes @ ..] = &step.args[..] else { return };
         let mut list = vec![A::Real::lit(0.0); len];
         for lane in self.lanes(&step.outs, mask) {
-            let searched = KNOT * (len * (1 + tangents.len())) as u64;
+            let searched = KNOT * (len * (1 + derivs.len())) as u64;
             self.work.pay(searched);
             if !self.work.affords(0) {
                 return;
@@ -121,14 +121,14 @@ impl<A: Arithmetic> Machine<'_, A> {
                 *knot = A::Real::load(self.element(knots, index, 0, lane));
             }
             let count = usize::try_from(self.bits(*count, lane) as i32).unwrap_or(0).min(len);
-            let basis = osl_ir::builtins::spline_basis(&self.text(self.bits(*basis, lane)));
+            let basis = osl_numeric::basis::basis(&self.text(self.bits(*basis, lane)));
             let y = A::Real::load(self.word(*y, lane));
             let x = spline::inverse(basis, y, &list, count);
             self.set_words(*out, lane, &[x.store()]);
-            for (out, change) in tangents.iter().zip(changes) {
+            for (out, change) in derivs.iter().zip(changes) {
                 let change = A::Real::load(self.word(*change, lane));
-                let tangent = spline::inverse_tangent(basis, y, change, &list, count);
-                self.set_words(*out, lane, &[tangent.store()]);
+                let deriv = spline::inverse_derivative(basis, y, change, &list, count);
+                self.set_words(*out, lane, &[deriv.store()]);
             }
             if !self.work.close() {
                 return;

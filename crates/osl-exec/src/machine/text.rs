@@ -2,7 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{Arithmetic, Word};
+use crate::arithmetic::{ArithmeticImpl, Word};
 use crate::lanes::Arg;
 use crate::message::{Message, Printed};
 use crate::program::{KernelStep, Operand, SERIAL};
@@ -37,7 +37,7 @@ impl Texts {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// The string with a number.
     pub(super) fn text(&self, number: u32) -> Arc<str> {
         let known = &self.program.strings;
@@ -67,7 +67,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     }
 
     /// A string that all active lanes share, if they do; otherwise the string of the first active lane.
-    pub(super) fn shared_text(&self, operand: Operand, mask: &Mask) -> Option<Arc<str>> {
+    pub(super) fn uniform_text(&self, operand: Operand, mask: &Mask) -> Option<Arc<str>> {
         match self.arg(operand) {
             Arg::Same(word) => Some(self.text(word[0].bits())),
             Arg::Each(lanes) => {
@@ -205,16 +205,16 @@ impl<A: Arithmetic> Machine<'_, A> {
     pub(super) fn regex(&mut self, whole: bool, places: Option<u32>, step: &KernelStep, mask: &Mask) {
         let array = places.and_then(|p| self.program.arrays.get(p as usize).copied());
         let mut lanes = self.active(mask);
-        let shared = array.is_none_or(|a| !a.varying)
-            && step.outs.iter().all(|o| matches!(o.place, crate::program::Place::Words(_)));
-        if shared {
+        let uniform = array.is_none_or(|a| !a.varying)
+            && step.outs.iter().all(|o| matches!(o.location, crate::program::Location::Words(_)));
+        if uniform {
             lanes.truncate(1);
         }
         let [subject, pattern] = &step.args[..] else { return };
         for lane in lanes {
             let (s, number) = (self.text(self.bits(*subject, lane)), self.bits(*pattern, lane));
             let pattern = self.text(number);
-            if !self.pay_pattern(&pattern, number, (!shared).then_some(lane)) {
+            if !self.pay_pattern(&pattern, number, (!uniform).then_some(lane)) {
                 return;
             }
             let search = if whole { text::Pattern::whole } else { text::Pattern::find };

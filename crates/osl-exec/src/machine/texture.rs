@@ -4,7 +4,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
 use osl_image::{
@@ -94,36 +94,36 @@ fn probes([ds_dx, dt_dx, ds_dy, dt_dy]: [f32; 4]) -> u64 {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// Lookups in the plane: the lanes differ in coordinates and options, and mostly share the file.
     pub(super) fn texture(
         &mut self,
         options: &[TextureOption],
-        (footprint, quiet, tangents): (bool, bool, bool),
+        (footprint, quiet, has_derivs): (bool, bool, bool),
         step: &KernelStep,
         mask: &Mask,
     ) {
         let [name, s, t, rest @ ..] = &step.args[..] else { return };
-        let (values, slopes) = rest.split_at(options.len().min(rest.len()));
-        let slopes = if footprint { slopes } else { &[] };
+        let (values, derivs) = rest.split_at(options.len().min(rest.len()));
+        let derivs = if footprint { derivs } else { &[] };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
         for lane in self.lanes(&step.outs, mask) {
             let given = self.lookup_options(options, values, channels, lane);
             let float = |m: &Self, o: &Operand| m.single(*o, lane);
             let at = (float(self, s), float(self, t));
-            let mut slope = [0.0; 4];
-            slope.iter_mut().zip(slopes).for_each(|(to, from)| *to = float(self, from));
-            self.work.pay(PROBE * probes(slope));
+            let mut deriv = [0.0; 4];
+            deriv.iter_mut().zip(derivs).for_each(|(to, from)| *to = float(self, from));
+            self.work.pay(PROBE * probes(deriv));
             let number = self.bits(*name, lane);
             if !self.pay_file(number, &self.text(number)) {
                 return;
             }
             let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
-            let [ds_dx, dt_dx, ds_dy, dt_dy] = slope;
+            let [ds_dx, dt_dx, ds_dy, dt_dy] = deriv;
             let footprint = Footprint { ds_dx, dt_dx, ds_dy, dt_dy };
             let sample = opened.map(|texture| {
-                if tangents {
+                if has_derivs {
                     lookup(texture, s, t, &footprint, channels + 1, &given.lookup)
                 } else {
                     let value = lookup_values(texture, s, t, &footprint, channels + 1, &given.lookup);

@@ -2,9 +2,9 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::{KernelStep, Operand, Place};
+use crate::program::{KernelStep, Location, Operand};
 use osl_image::{Attribute, LoadFailure, SubImage, Texture, TextureCache};
 use osl_ir::ir::{Const, Kind};
 use std::sync::Arc;
@@ -17,7 +17,7 @@ const FILE: u64 = 500;
 /// Maximum number of files of a name.
 const SQUARES: u64 = 100;
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// A datum of a texture's header.
     pub(super) fn texture_info(&mut self, kind: Kind, count: usize, step: &KernelStep, mask: &Mask) {
         let Some((found, outs)) = step.outs.split_last() else { return };
@@ -98,7 +98,7 @@ impl<A: Arithmetic> Machine<'_, A> {
     ) {
         let why =
             if self.services.reference_texts { why.reference_message() } else { why.message().to_owned() };
-        let is_constant = matches!(file.place, Place::Words(at) if self.program.is_constant(at));
+        let is_constant = matches!(file.location, Location::Words(at) if self.program.is_constant(at));
         let who = if self.services.reference_texts && is_constant {
             format!("Shader error [{}]: ", self.program.shader(step.span))
         } else {

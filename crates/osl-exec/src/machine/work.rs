@@ -9,7 +9,7 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::program::SERIAL;
 use osl_ir::Span;
@@ -152,13 +152,13 @@ impl Work {
     }
 }
 
-impl<A: Arithmetic> Machine<'_, A> {
+impl<A: ArithmeticImpl> Machine<'_, A> {
     /// Charges the points of a mask for a block.
     #[inline]
     pub(super) fn spend(&mut self, steps: u64, mask: &Mask) {
         self.work.spent += steps;
         if !self.work.lanes.is_empty() {
-            if self.shared.is_running() {
+            if self.per_cell.is_running() {
                 // The lanes of the mask are cells.
                 self.work.lanes.iter_mut().for_each(|lane| *lane += steps);
             } else {

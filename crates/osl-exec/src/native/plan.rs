@@ -1,12 +1,13 @@
 //! Plans: which operations of a sequence become code, and which are interpreted in between.
 
-use super::{Shape, Style, Waiting, operation};
-use crate::arithmetic::{Arithmetic, Word};
-use crate::lanes::{From, LaneRun, PIECE, Ready, ReadyLane, Spread};
+use super::{Sequence, Shape, Style, Waiting, record};
+use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyLane};
 use crate::register::Lanes;
 use osl_ir::ir::MAX_ARGS;
-use osl_native::{Array, Block, Code, Scratch, Value, Words};
-use osl_noise::Isa;
+use osl_native::{Array, Block, Code, Scratch, TABLE, Value, Words};
+use osl_noise::cells::MAX_CELLS;
+use osl_simd::Isa;
 use rustc_hash::FxHashMap;
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -19,13 +20,13 @@ pub(crate) struct Plan {
 
 #[derive(Debug)]
 enum Part {
-    Code { code: Code, arrays: Vec<Place> },
+    Code { code: Code, arrays: Vec<ArraySource> },
     Lanes(Vec<Ready>),
 }
 
 /// An array used by the code. Registers come first, in order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-enum Place {
+pub(super) enum ArraySource {
     Register(u32),
     /// A register of the cells.
     Cells(u32),
@@ -41,7 +42,7 @@ pub(crate) struct Files<'a, W> {
     pub(crate) cells: &'a [Lanes<W>],
     pub(crate) indices: &'a [Lanes],
     pub(crate) words: &'a [W],
-    pub(crate) spread: &'a mut [Vec<W>; MAX_ARGS],
+    pub(crate) broadcasts: &'a mut [Vec<W>; MAX_ARGS],
 }
 
 impl<W> Files<'_, W> {
@@ -53,22 +54,22 @@ impl<W> Files<'_, W> {
         width: usize,
         lanes: Range<usize>,
     ) -> LaneRun<'a, W> {
-        let Files { registers, cells, indices, words, spread } = self;
-        LaneRun { isa, steps, registers, words, cells, indices, spread, width, lanes }
+        let Files { registers, cells, indices, words, broadcasts } = self;
+        LaneRun { isa, steps, registers, words, cells, indices, broadcasts, width, lanes }
     }
 }
 
 impl Plan {
     /// The plan of a sequence for batches of a shape; `None` if no part of it can be code.
-    pub(super) fn new(run: &[Waiting], shape: Shape) -> Option<Plan> {
+    pub(super) fn new(sequence: &Sequence<'_>, shape: Shape) -> Option<Plan> {
         let is_known = |waiting: &Waiting| match waiting.ready {
-            Ready::Lane(step) => operation::is_known(step.op, shape.1),
-            Ready::Spread(_) => true,
+            Ready::Lane(step) => record::is_known(step.op, shape.style),
+            Ready::Gather(_) => true,
         };
         let mut parts = Vec::new();
-        for part in run.chunk_by(|a, b| is_known(a) == is_known(b)) {
+        for part in sequence.items.chunk_by(|a, b| is_known(a) == is_known(b)) {
             if is_known(part.first()?) {
-                parts.push(compile(part, shape)?);
+                parts.push(compile(part, sequence.constant, shape)?);
             } else {
                 parts.push(Part::Lanes(part.iter().map(|waiting| waiting.ready).collect()));
             }
@@ -88,7 +89,7 @@ impl Plan {
     }
 
     /// Computes a batch.
-    pub(crate) fn run<A: Arithmetic>(
+    pub(crate) fn run<A: ArithmeticImpl>(
         &self,
         isa: Isa,
         files: &mut Files<'_, A::Word>,
@@ -115,76 +116,100 @@ impl Plan {
 /// Calls code on its arrays.
 fn call<W: Word>(
     code: &Code,
-    arrays: &[Place],
+    arrays: &[ArraySource],
     files: &mut Files<'_, W>,
     lanes: Range<usize>,
     scratch: &mut Scratch,
 ) {
+    let suited = code.run(lend(arrays, files), lanes, scratch);
+    debug_assert!(suited, "the arrays of a run are those that it was compiled for");
+}
+
+/// The arrays, as code takes them.
+pub(super) fn lend<'f, W: Word>(
+    arrays: &'f [ArraySource],
+    files: &'f mut Files<'_, W>,
+) -> impl Iterator<Item = Words<'f>> {
     let Files { registers, cells, indices, words, .. } = files;
     let (mut rest, mut passed) = (&mut **registers, 0);
-    let arrays = arrays.iter().map_while(|place| match place {
-        Place::Register(reg) => {
+    arrays.iter().map_while(move |source| match source {
+        ArraySource::Register(reg) => {
             let (_, found) = std::mem::take(&mut rest).split_at_mut_checked(*reg as usize - passed)?;
             let (register, behind) = found.split_first_mut()?;
             (rest, passed) = (behind, *reg as usize + 1);
             W::narrow_mut(register.words_mut()).map(Words::Write)
         }
-        Place::Cells(reg) => W::narrow(cells.get(*reg as usize)?.words()).map(Words::Read),
-        Place::Index(group) => Some(Words::Read(indices.get(usize::from(*group))?.words())),
-        Place::Words => W::narrow(words).map(Words::Read),
-    });
-    let suited = code.run(arrays, lanes, scratch);
-    debug_assert!(suited, "the arrays of a run are those that it was compiled for");
+        ArraySource::Cells(reg) => W::narrow(cells.get(*reg as usize)?.words()).map(Words::Read),
+        ArraySource::Index(group) => Some(Words::Read(indices.get(usize::from(*group))?.words())),
+        ArraySource::Words => W::narrow(words).map(Words::Read),
+    })
 }
 
 /// Compiles operations that can all become code.
-fn compile(run: &[Waiting], (width, style): Shape) -> Option<Part> {
-    let mut places = BTreeSet::new();
+fn compile(run: &[Waiting], constant: Constants<'_>, shape: Shape) -> Option<Part> {
+    let (block, arrays) = block(run, constant, shape)?;
+    Some(Part::Code { code: Code::new(&block, shape.target)?, arrays })
+}
+
+/// The block of operations that can all become code, and its arrays.
+pub(super) fn block(
+    run: &[Waiting],
+    constant: Constants<'_>,
+    shape: Shape,
+) -> Option<(Block, Vec<ArraySource>)> {
+    let mut sources = BTreeSet::new();
     for waiting in run {
         match waiting.ready {
             Ready::Lane(step) => {
-                places.insert(Place::Register(step.out.0));
-                places.extend(step.args().iter().map(|arg| match arg.from {
-                    From::Lanes(reg, _) => Place::Register(reg),
-                    From::Words(_) => Place::Words,
-                    From::Cell(reg, _) => Place::Cells(reg),
+                sources.insert(ArraySource::Register(step.out.0));
+                sources.extend(step.args().iter().map(|arg| match arg.from {
+                    LaneInput::Lanes(reg, _) => ArraySource::Register(reg),
+                    LaneInput::Words(_) => ArraySource::Words,
+                    LaneInput::Cell(reg, _) => ArraySource::Cells(reg),
                 }));
             }
-            Ready::Spread(step) => {
-                places.extend([
-                    Place::Register(step.out.0),
-                    Place::Cells(step.from.0),
-                    Place::Index(step.group),
+            Ready::Gather(step) => {
+                sources.extend([
+                    ArraySource::Register(step.out.0),
+                    ArraySource::Cells(step.from.0),
+                    ArraySource::Index(step.group),
                 ]);
             }
         }
     }
     let mut block = Block::new();
-    let arrays: FxHashMap<Place, Array> = places.iter().map(|place| (*place, block.array())).collect();
+    let arrays: FxHashMap<ArraySource, Array> =
+        sources.iter().map(|source| (*source, block.array())).collect();
     let end = run.iter().map(|waiting| waiting.at).max()?;
-    let mut writer = Writer { block, arrays, width: width as u32, style };
+    let mut writer = Writer { constant, block, arrays, width: shape.width as u32, style: shape.style };
     for waiting in run {
         let kept = waiting.last > end;
         match &waiting.ready {
             Ready::Lane(step) => writer.lane(step, kept)?,
-            Ready::Spread(step) => writer.spread(step, kept)?,
+            Ready::Gather(step) => writer.gather(step, kept)?,
         }
     }
-    let code = Code::new(&writer.block)?;
-    Some(Part::Code { code, arrays: places.into_iter().collect() })
+    Some((writer.block, sources.into_iter().collect()))
 }
 
-struct Writer {
+/// The constants of the uniform file.
+type Constants<'a> = &'a dyn Fn(u32) -> Option<u32>;
+
+// The values of the cells are a table.
+const _: () = assert!(MAX_CELLS == TABLE);
+
+struct Writer<'a> {
+    constant: Constants<'a>,
     block: Block,
-    arrays: FxHashMap<Place, Array>,
+    arrays: FxHashMap<ArraySource, Array>,
     width: u32,
     style: Style,
 }
 
-impl Writer {
+impl Writer<'_> {
     fn lane(&mut self, step: &ReadyLane, kept: bool) -> Option<()> {
         let shape = step.op.shape();
-        let out = *self.arrays.get(&Place::Register(step.out.0))?;
+        let out = *self.arrays.get(&ArraySource::Register(step.out.0))?;
         let mut args = Vec::with_capacity(9);
         let parts = u32::from(step.parts) * u32::from(step.through);
         for part in 0..parts {
@@ -195,8 +220,8 @@ impl Writer {
                     args.push(self.value(arg.from, component + if parted { part } else { 0 })?);
                 }
             }
-            let result = operation::operation(&mut self.block, step.op, &args, self.style)?;
-            for (component, value) in result.list().iter().enumerate() {
+            let result = record::operation(&mut self.block, step.op, &args, self.style)?;
+            for (component, value) in result.iter().enumerate() {
                 let word = step.out.1 + (part + component as u32) * self.width;
                 self.block.store(out, word, *value, kept);
             }
@@ -204,26 +229,31 @@ impl Writer {
         Some(())
     }
 
-    fn spread(&mut self, step: &Spread, kept: bool) -> Option<()> {
-        let index = self.block.lanes(*self.arrays.get(&Place::Index(step.group))?, 0);
-        let table = *self.arrays.get(&Place::Cells(step.from.0))?;
-        let out = *self.arrays.get(&Place::Register(step.out.0))?;
+    fn gather(&mut self, step: &Gather, kept: bool) -> Option<()> {
+        let index = self.block.lanes(*self.arrays.get(&ArraySource::Index(step.group))?, 0);
+        let table = *self.arrays.get(&ArraySource::Cells(step.from.0))?;
+        let out = *self.arrays.get(&ArraySource::Register(step.out.0))?;
         for component in 0..u32::from(step.words) {
-            let value = self.block.look_up(table, (step.from.1 + component) * 16, index);
+            let value = self.block.look_up(table, (step.from.1 + component) * TABLE as u32, index);
             self.block.store(out, step.out.1 + component * self.width, value, kept);
         }
         Some(())
     }
 
     /// A component of an argument.
-    fn value(&mut self, from: From, component: u32) -> Option<Value> {
+    fn value(&mut self, from: LaneInput, component: u32) -> Option<Value> {
         Some(match from {
-            From::Lanes(reg, word) => {
-                let array = *self.arrays.get(&Place::Register(reg))?;
+            LaneInput::Lanes(reg, word) => {
+                let array = *self.arrays.get(&ArraySource::Register(reg))?;
                 self.block.lanes(array, word + component * self.width)
             }
-            From::Words(at) => self.block.word(*self.arrays.get(&Place::Words)?, at + component),
-            From::Cell(reg, word) => self.block.word(*self.arrays.get(&Place::Cells(reg))?, word + component),
+            LaneInput::Words(at) => match (self.constant)(at + component) {
+                Some(bits) => self.block.bits(bits),
+                None => self.block.word(*self.arrays.get(&ArraySource::Words)?, at + component),
+            },
+            LaneInput::Cell(reg, word) => {
+                self.block.word(*self.arrays.get(&ArraySource::Cells(reg))?, word + component)
+            }
         })
     }
 }

@@ -1,11 +1,11 @@
-//! The compiler of one body: assigns places to values, and turns instructions into steps.
+//! The compiler of one body: assigns locations to values, and turns instructions into steps.
 
 use super::uses::Uses;
 use super::{
-    CellPlace, Export, KernelStep, LaneStep, LoopParam, Mark, Operand, OutputPlan, OutputSource, Place, Seed,
-    Step, Steps, shared, weigh, words_of,
+    CellLocation, Export, KernelStep, LaneStep, Location, LoopParam, Mark, Operand, OutputPlan, OutputSource,
+    Seed, Step, Steps, per_cell, weigh, words_of,
 };
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, BlockId, Body, Const, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -71,10 +71,10 @@ impl File {
 
 pub(super) struct Compiler<'a> {
     body: &'a Body,
-    places: Vec<Option<Place>>,
+    locations: Vec<Option<Location>>,
     /// For a view, the value into whose register it points, and the component.
     views: Vec<Option<(ValueId, u32)>>,
-    /// Shared values that single points read.
+    /// Values per cell that single points read.
     exported: Vec<bool>,
     /// Position of the last use of each value.
     last_use: Vec<u32>,
@@ -86,7 +86,9 @@ pub(super) struct Compiler<'a> {
     pub(super) cells: File,
     pub(super) words: Vec<Seed>,
     pub(super) globals: Vec<(Global, Operand)>,
-    pub(super) slopes: Vec<(Global, Axis, Operand)>,
+    pub(super) derivs: Vec<(Global, Axis, Operand)>,
+    /// Where the uniform file has the inputs of the body, by index.
+    pub(super) inputs: Vec<(u32, u32)>,
     pub(super) strings: Strings,
     pub(super) marks: Vec<Mark>,
     /// The mark of the step around the current position.
@@ -97,12 +99,12 @@ impl<'a> Compiler<'a> {
     pub(super) fn new(body: &'a Body) -> Self {
         let values = body.values.len();
         let Uses { views, last_use, .. } = Uses::of(body);
-        let exported = shared::exported(body, &views);
+        let exported = per_cell::exported(body, &views);
         let mut strings = Strings::default();
         strings.number(&"".into());
         Compiler {
             body,
-            places: vec![None; values],
+            locations: vec![None; values],
             views,
             exported,
             last_use,
@@ -112,7 +114,8 @@ impl<'a> Compiler<'a> {
             cells: File::default(),
             words: Vec::new(),
             globals: Vec::new(),
-            slopes: Vec::new(),
+            derivs: Vec::new(),
+            inputs: Vec::new(),
             strings,
             marks: Vec::new(),
             around: None,
@@ -121,32 +124,32 @@ impl<'a> Compiler<'a> {
 
     fn operand(&mut self, v: ValueId) -> Operand {
         let kind = self.body.kind(v);
-        let place = match self.places.get(v.index()).copied().flatten() {
-            Some(place) => place,
+        let location = match self.locations.get(v.index()).copied().flatten() {
+            Some(location) => location,
             None => self.define(v),
         };
-        Operand { place, words: words_of(kind), kind }
+        Operand { location, words: words_of(kind), kind }
     }
 
-    /// Assigns a place to a value. Values of a valid body are defined before they are used.
-    fn define(&mut self, v: ValueId) -> Place {
+    /// Assigns a location to a value. Values of a valid body are defined before they are used.
+    fn define(&mut self, v: ValueId) -> Location {
         let words = words_of(self.body.kind(v));
-        let place = if self.body.value(v).rate == Rate::Uniform {
+        let location = if self.body.value(v).rate == Rate::Uniform {
             self.words.resize(self.words.len() + words as usize, Seed::Computed);
-            Place::Words((self.words.len() - words as usize) as u32)
+            Location::Words((self.words.len() - words as usize) as u32)
         } else {
             let last = self.last_use[v.index()].max(self.position);
             let reg = self.registers.take(words, Some(last));
-            let cells = shared::group(self.body, v).map(|group| {
+            let cells = per_cell::group(self.body, v).map(|group| {
                 // A value that points read is kept until then, which is when the batch gets there and not the
                 // steps on cells.
                 let last = (!self.exported[v.index()]).then_some(last);
-                CellPlace { group, reg: self.cells.take(words, last) }
+                CellLocation { group, reg: self.cells.take(words, last) }
             });
-            Place::Lanes { reg, component: 0, cells }
+            Location::Lanes { reg, component: 0, cells }
         };
-        self.places[v.index()] = Some(place);
-        place
+        self.locations[v.index()] = Some(location);
+        location
     }
 
     /// Advances to the next position, freeing the registers of values that ended at this one.
@@ -160,7 +163,7 @@ impl<'a> Compiler<'a> {
         let body = self.body;
         let mut steps = Steps::default();
         for inst in &body.block(id).insts {
-            match shared::group_of(body, inst) {
+            match per_cell::group_of(body, inst) {
                 Some(group) => self.member(inst, group, &mut steps),
                 None => self.marked(inst, &mut steps),
             }
@@ -185,9 +188,9 @@ impl<'a> Compiler<'a> {
 
     /// An instruction of a group, added to those of the group before it.
     fn member(&mut self, inst: &'a Inst, group: u16, steps: &mut Steps) {
-        if !matches!(steps.list.last(), Some(Step::Shared { group: last, .. }) if *last == group) {
+        if !matches!(steps.list.last(), Some(Step::PerCell { group: last, .. }) if *last == group) {
             let mark = self.mark(inst, format!("shared{group}"));
-            steps.list.push(Step::Shared { group, steps: Steps::default(), exports: Vec::new() });
+            steps.list.push(Step::PerCell { group, steps: Steps::default(), exports: Vec::new() });
             steps.marks.push(mark);
         }
         let around = std::mem::replace(&mut self.around, steps.marks.last().copied());
@@ -202,14 +205,14 @@ impl<'a> Compiler<'a> {
             .collect();
         let export = |r: ValueId| Export { last: self.last_use[r.index()], value: self.operand(r) };
         let found: Vec<Export> = exported.into_iter().map(export).collect();
-        if let Some(Step::Shared { steps, exports, .. }) = steps.list.last_mut() {
+        if let Some(Step::PerCell { steps, exports, .. }) = steps.list.last_mut() {
             steps.list.extend(inner.list);
             steps.marks.extend(inner.marks);
             exports.extend(found);
         }
     }
 
-    /// The place of a value that exists before the first step: its register is new, and is not reused in a
+    /// The location of a value that exists before the first step: its register is new, and is not reused in a
     /// loop.
     fn given(&mut self, inst: &Inst) -> Option<Operand> {
         let result = *inst.results.first()?;
@@ -217,7 +220,7 @@ impl<'a> Compiler<'a> {
         if self.body.value(result).rate == Rate::Varying {
             let last = self.last_use[result.index()].max(self.position);
             let reg = self.registers.add(words, (self.loops == 0).then_some(last));
-            self.places[result.index()] = Some(Place::Lanes { reg, component: 0, cells: None });
+            self.locations[result.index()] = Some(Location::Lanes { reg, component: 0, cells: None });
         }
         Some(self.operand(result))
     }
@@ -227,7 +230,7 @@ impl<'a> Compiler<'a> {
         inst.results.first().map_or(u32::MAX, |r| self.last_use[r.index()])
     }
 
-    /// Gives the results of an instruction their places.
+    /// Gives the results of an instruction their locations.
     fn results(&mut self, inst: &Inst) -> Vec<Operand> {
         inst.results
             .iter()
@@ -256,9 +259,21 @@ impl<'a> Compiler<'a> {
                 }
                 self.advance();
             }
-            Op::Slope(global, axis) => {
+            Op::Input(index) => {
+                let body = self.body;
+                if let (Some(input), Some(out)) = (body.inputs.get(*index as usize), self.result(inst)) {
+                    let at = match out.location {
+                        Location::Words(at) => at,
+                        Location::Lanes { .. } => self.words.len() as u32,
+                    };
+                    self.inputs.push((*index, at));
+                    self.constant(&input.value, out, steps);
+                }
+                self.advance();
+            }
+            Op::GlobalDeriv(global, axis) => {
                 if let Some(out) = self.given(inst) {
-                    self.slopes.push((*global, *axis, out));
+                    self.derivs.push((*global, *axis, out));
                 }
                 self.advance();
             }
@@ -342,43 +357,36 @@ impl<'a> Compiler<'a> {
     fn view(&mut self, inst: &Inst) -> bool {
         let Some(result) = inst.results.first().copied() else { return false };
         let Some((root, component)) = self.views.get(result.index()).copied().flatten() else { return false };
-        let place = match self.operand(root).place {
-            Place::Lanes { reg, component: base, cells } => {
-                Place::Lanes { reg, component: base + component, cells }
+        let location = match self.operand(root).location {
+            Location::Lanes { reg, component: base, cells } => {
+                Location::Lanes { reg, component: base + component, cells }
             }
-            Place::Words(at) => Place::Words(at + component),
+            Location::Words(at) => Location::Words(at + component),
         };
-        self.places[result.index()] = Some(place);
+        self.locations[result.index()] = Some(location);
         true
     }
 
     fn constant(&mut self, value: &Const, out: Operand, steps: &mut Vec<Step>) {
-        let words: Vec<Seed> = match value {
-            Const::Int(n) => vec![Seed::Bits(*n as u32)],
-            Const::Float(x) => vec![Seed::Float(*x)],
-            Const::Triple(t) => t.iter().map(|x| Seed::Float(*x)).collect(),
-            Const::Matrix(m) => m.iter().map(|x| Seed::Float(*x)).collect(),
-            Const::Str(s) => vec![Seed::Bits(self.strings.number(s))],
-            Const::Null => vec![Seed::Bits(0)],
-        };
-        match out.place {
-            Place::Words(at) => {
+        let words = Seed::of(value, |text| self.strings.number(text));
+        match out.location {
+            Location::Words(at) => {
                 let at = at as usize;
                 if let Some(target) = self.words.get_mut(at..at + words.len()) {
                     target.copy_from_slice(&words);
                 }
             }
-            Place::Lanes { .. } => {
+            Location::Lanes { .. } => {
                 // Only if the rate pass is off: broadcasts a hidden uniform constant.
                 let life = (self.position, u32::MAX);
                 let at = self.words.len() as u32;
                 for (component, word) in words.iter().enumerate() {
                     self.words.push(*word);
                     let kind = if matches!(word, Seed::Float(_)) { Kind::Float } else { Kind::Int };
-                    let from = Operand { place: Place::Words(at + component as u32), words: 1, kind };
-                    let Place::Lanes { reg, component: base, cells } = out.place else { continue };
-                    let place = Place::Lanes { reg, component: base + component as u32, cells };
-                    let to = Operand { place, words: 1, kind };
+                    let from = Operand { location: Location::Words(at + component as u32), words: 1, kind };
+                    let Location::Lanes { reg, component: base, cells } = out.location else { continue };
+                    let location = Location::Lanes { reg, component: base + component as u32, cells };
+                    let to = Operand { location, words: 1, kind };
                     let step = match word {
                         Seed::Bits(_) | Seed::Computed => LaneStep::new(LaneOp::IOr, &[from, from], to, life),
                         Seed::Float(_) => LaneStep::new(LaneOp::Still, &[from], to, life),

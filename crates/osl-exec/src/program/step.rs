@@ -1,24 +1,24 @@
-//! The parts of a program: places of values, steps, and outputs.
+//! The parts of a program: locations of values, steps, and outputs.
 
 use super::words_of;
-use crate::arithmetic::{Arithmetic, Word};
+use crate::arithmetic::{ArithmeticImpl, Word};
 use osl_ir::Span;
-use osl_ir::ir::{Kernel, Kind, LaneOp, MAX_ARGS};
+use osl_ir::ir::{Const, Kernel, Kind, LaneOp, MAX_ARGS};
 use osl_ir::types::Type;
 use std::sync::Arc;
 
 /// The location of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Place {
-    /// A lane register, from this component on; and the words of its cells, if the value is shared.
-    Lanes { reg: u32, component: u32, cells: Option<CellPlace> },
+pub(crate) enum Location {
+    /// A lane register, from this component on; and the words of its cells, if it has a value for each cell.
+    Lanes { reg: u32, component: u32, cells: Option<CellLocation> },
     /// Words of the uniform file, from this one on.
     Words(u32),
 }
 
 /// The location of a value's words for each cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct CellPlace {
+pub(crate) struct CellLocation {
     /// The group of cells.
     pub(crate) group: u16,
     /// The register with a word for each cell. If points read it, it is not reused for another value.
@@ -28,7 +28,7 @@ pub(crate) struct CellPlace {
 /// A value: its location, its number of words (per lane), and their kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Operand {
-    pub(crate) place: Place,
+    pub(crate) location: Location,
     pub(crate) words: u32,
     pub(crate) kind: Kind,
 }
@@ -96,7 +96,7 @@ pub(crate) enum Step {
         exports: Vec<usize>,
     },
     /// Runs steps once for each cell of a group, if it has few. Points read the values in `exports`.
-    Shared {
+    PerCell {
         group: u16,
         steps: Steps,
         exports: Vec<Export>,
@@ -186,8 +186,20 @@ pub(crate) enum Seed {
 }
 
 impl Seed {
+    /// The words of a constant. `number` gives a string its number.
+    pub(crate) fn of(value: &Const, number: impl FnOnce(&Arc<str>) -> u32) -> Vec<Seed> {
+        match value {
+            Const::Int(n) => vec![Seed::Bits(*n as u32)],
+            Const::Float(x) => vec![Seed::Float(*x)],
+            Const::Triple(t) => t.iter().map(|x| Seed::Float(*x)).collect(),
+            Const::Matrix(m) => m.iter().map(|x| Seed::Float(*x)).collect(),
+            Const::Str(s) => vec![Seed::Bits(number(s))],
+            Const::Null => vec![Seed::Bits(0)],
+        }
+    }
+
     /// The word in an arithmetic.
-    pub(crate) fn word<A: Arithmetic>(self) -> A::Word {
+    pub(crate) fn word<A: ArithmeticImpl>(self) -> A::Word {
         match self {
             Seed::Bits(bits) => A::Word::of(bits),
             Seed::Float(x) => A::of(x),

@@ -20,7 +20,7 @@ pub(crate) fn weight(step: &Step) -> u64 {
         Step::If { results, .. } => 4 + results.len() as u64,
         Step::FindCells { roots, .. } => 4 * roots.len() as u64,
         // Charged during execution.
-        Step::Loop { .. } | Step::Shared { .. } => 0,
+        Step::Loop { .. } | Step::PerCell { .. } => 0,
     }
 }
 
@@ -41,13 +41,13 @@ fn of_op(op: LaneOp) -> u64 {
 
 /// The cost of a kernel that does not depend on its values.
 fn of_kernel(kernel: &Kernel) -> u64 {
-    let noise = |dims: u8, triple: bool, tangents: bool| {
-        (2 << dims.min(4)) * if triple { 3 } else { 1 } * if tangents { 2 } else { 1 }
+    let noise = |dims: u8, triple: bool, has_derivs: bool| {
+        (2 << dims.min(4)) * if triple { 3 } else { 1 } * if has_derivs { 2 } else { 1 }
     };
     let serial = match kernel {
         // The fields work on vectors.
-        Kernel::Noise { dims, triple, tangents, .. } => return noise(*dims, *triple, *tangents),
-        Kernel::NamedNoise { dims, triple, tangents, .. } => 10 + noise(*dims, *triple, *tangents),
+        Kernel::Noise { dims, triple, has_derivs, .. } => return noise(*dims, *triple, *has_derivs),
+        Kernel::NamedNoise { dims, triple, has_derivs, .. } => 10 + noise(*dims, *triple, *has_derivs),
         Kernel::Texture { options, .. } | Kernel::Environment { options, .. } => {
             30 + 2 * options.len() as u64
         }

@@ -2,7 +2,7 @@
 //! ones.
 
 use super::{Slot, Work};
-use crate::arithmetic::Arithmetic;
+use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::machine::{Component, Machine};
 use crate::message::Messages;
@@ -51,7 +51,7 @@ pub(super) struct Piece<'a> {
 }
 
 /// A worker with its machines.
-pub(super) struct Worker<'w, 'p, A: Arithmetic> {
+pub(super) struct Worker<'w, 'p, A: ArithmeticImpl> {
     work: &'w Work<'w, 'p>,
     machine: Machine<'w, A>,
     /// A machine for smaller batches, if there are any.
@@ -69,7 +69,7 @@ struct Running<'p> {
     tile: Tile,
 }
 
-impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
+impl<'w, 'p, A: ArithmeticImpl> Worker<'w, 'p, A> {
     /// A new worker.
     pub(super) fn new(work: &'w Work<'w, 'p>) -> Self {
         Worker { work, machine: machine(work, work.batch), narrow: None, level: 0, row: Default::default() }
@@ -197,13 +197,13 @@ impl<'w, 'p, A: Arithmetic> Worker<'w, 'p, A> {
 }
 
 /// A machine for batches of a size.
-fn machine<'w, A: Arithmetic>(work: &'w Work<'w, '_>, batch: usize) -> Machine<'w, A> {
+fn machine<'w, A: ArithmeticImpl>(work: &'w Work<'w, '_>, batch: usize) -> Machine<'w, A> {
     let run = work.run;
     Machine::new(run.program, run.services, run.source, batch, run.options, &run.documents)
 }
 
 /// Runs some points on a machine, and copies their results.
-fn advance<A: Arithmetic>(
+fn advance<A: ArithmeticImpl>(
     machine: &mut Machine<'_, A>,
     work: &Work<'_, '_>,
     running: &mut Running<'_>,
@@ -245,7 +245,7 @@ fn advance<A: Arithmetic>(
 }
 
 /// Copies the outputs of the points that a machine has run.
-fn deliver<A: Arithmetic>(
+fn deliver<A: ArithmeticImpl>(
     machine: &Machine<'_, A>,
     work: &Work<'_, '_>,
     running: &mut Running<'_>,

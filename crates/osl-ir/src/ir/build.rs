@@ -4,8 +4,8 @@ use super::{
     Assumptions, Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value,
     ValueId, Values,
 };
-use crate::numeric::known::Known;
 use osl_limits::Compiling;
+use osl_numeric::library_constants::LibraryConstant;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use smallvec::smallvec;
@@ -21,15 +21,15 @@ pub struct Builder {
     /// The source location of the next instruction.
     pub span: Span,
     /// Messages of the program, by name.
-    pub(crate) messages: Vec<super::Message>,
+    pub messages: Vec<super::Message>,
     /// Whether messages are found by name at run time, since at least one name is not a literal.
-    pub(crate) messages_by_name: bool,
+    pub messages_by_name: bool,
     /// The index of each message in the list, since a program may have as many messages as statements.
-    pub(crate) message_places: FxHashMap<Arc<str>, usize>,
+    pub message_places: FxHashMap<Arc<str>, usize>,
     /// Whether to record what the source does.
-    pub(crate) notes: bool,
+    pub notes: bool,
     /// The limits on the size of the body.
-    pub(crate) limits: Compiling,
+    pub limits: Compiling,
     /// Words of the arrays so far.
     array_words: u64,
     /// Bytes of the names of variables so far.
@@ -38,7 +38,7 @@ pub struct Builder {
 
 /// The limit that a body exceeds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Excess {
+pub enum Excess {
     /// Values or variables.
     Size,
     /// Words of arrays.
@@ -58,6 +58,7 @@ impl Builder {
             entry: BlockId(0),
             outputs: Vec::new(),
             layers: Vec::new(),
+            inputs: Vec::new(),
             assumptions: Assumptions::default(),
         };
         Builder {
@@ -76,7 +77,7 @@ impl Builder {
 
     /// The limit that the body exceeds, if any. Code that writes in proportion to a length of the input must
     /// check this now and then, and stop; lowering reports the error.
-    pub(crate) fn excess(&self) -> Option<Excess> {
+    pub fn excess(&self) -> Option<Excess> {
         let Compiling { values, variables, array_words, name_bytes, .. } = self.limits;
         if self.body.values.len() as u64 > values || self.body.slots.len() as u64 > variables {
             return Some(Excess::Size);
@@ -88,7 +89,7 @@ impl Builder {
     }
 
     /// Number of values that the program may still have.
-    pub(crate) fn values_left(&self) -> u64 {
+    pub fn values_left(&self) -> u64 {
         self.limits.values.saturating_sub(self.body.values.len() as u64)
     }
 
@@ -107,7 +108,7 @@ impl Builder {
     }
 
     /// A new block that nothing refers to yet.
-    pub(crate) fn block(&mut self) -> BlockId {
+    pub fn block(&mut self) -> BlockId {
         self.body.blocks.push(Block::default());
         BlockId(self.body.blocks.len() as u32 - 1)
     }
@@ -151,14 +152,21 @@ impl Builder {
     }
 
     /// A constant of the library.
-    pub fn known(&mut self, constant: Known) -> ValueId {
+    pub fn library_constant(&mut self, constant: LibraryConstant) -> ValueId {
         let number = self.int(constant as i32);
-        self.lane(LaneOp::Known, &[number])
+        self.lane(LaneOp::LibraryConstant, &[number])
     }
 
     /// A shader global.
     pub fn global(&mut self, global: crate::global::Global, kind: Kind) -> ValueId {
         self.one(kind, Op::Global(global))
+    }
+
+    /// A live parameter, or one element of one.
+    pub fn input(&mut self, input: super::Input) -> ValueId {
+        let (index, kind) = (self.body.inputs.len() as u32, input.value.kind());
+        self.body.inputs.push(input);
+        self.one(kind, Op::Input(index))
     }
 
     /// A lane operation; the kind of its result follows from its shape and arguments.
@@ -186,7 +194,7 @@ impl Builder {
     }
 
     /// Records what the source does, if notes are enabled.
-    pub(crate) fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
+    pub fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
         if self.notes {
             let note = note(&self.body);
             self.push(Op::Kernel(Kernel::Note(note), args.into()), Values::new());

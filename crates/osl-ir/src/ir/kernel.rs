@@ -3,7 +3,7 @@
 //!
 //! This module states the facts about a kernel that passes need: its effects, the arrays that it reads and
 //! writes, whether its result differs between points even for equal arguments, and whether it has a form with
-//! derivatives (tangents).
+//! derivatives.
 
 use super::TextFn;
 use super::{Kind, SlotId};
@@ -15,9 +15,9 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Kernel {
     /// A noise field. Arguments: one float for each dimension up to 2; a triple for 3; a triple and a float
-    /// for 4; then, if `periodic`, the periods in the same form; then, if `tangents`, the derivatives of the
-    /// coordinates along x, then along y. Results: float or triple, then its derivatives along x and y if
-    /// requested.
+    /// for 4; then, if `periodic`, the periods in the same form; then, if `has_derivs`, the derivatives of
+    /// the coordinates along x, then along y. Results: float or triple, then its derivatives along x and y if
+    /// requested and needed.
     Noise {
         /// Which field.
         field: NoiseField,
@@ -28,7 +28,7 @@ pub enum Kernel {
         /// Whether periods follow.
         periodic: bool,
         /// Whether derivatives are given and computed.
-        tangents: bool,
+        has_derivs: bool,
     },
     /// `noise(name, …)`: the name, then as for `Noise`, with the values of `options` before the derivatives.
     /// Folding turns a constant name into [`Kernel::Noise`], except for Gabor noise. An unknown name reports
@@ -43,7 +43,7 @@ pub enum Kernel {
         /// The options whose values follow.
         options: Vec<GaborOption>,
         /// Whether derivatives are given and computed. Gabor noise is filtered by them.
-        tangents: bool,
+        has_derivs: bool,
     },
     /// The matrix from the first named space to the second. An unknown name reports an error and counts as
     /// common space.
@@ -54,11 +54,11 @@ pub enum Kernel {
     /// The same with two results: whether both are known, and the matrix.
     FindSpace,
     /// Converts a color from the first named space to the second. An unknown name reports an error and leaves
-    /// the color unchanged.
+    /// the color unchanged. The pass `primaries` adds the number of the system of RGB primaries as an int.
     ColorBetween,
     /// A texture lookup. Arguments: file name, s, t, the values of `options` in order, then, if `footprint`,
     /// the derivatives of s and t along x, then along y. Results: float or triple, the channel after it, an
-    /// error message; then, if `tangents`, the derivatives of the first two along x and y.
+    /// error message; then, if `has_derivs`, the derivatives of the first two along x and y.
     Texture {
         /// Whether three channels are requested.
         triple: bool,
@@ -69,7 +69,7 @@ pub enum Kernel {
         /// Whether the error message is an output, in which case the error is not reported.
         quiet: bool,
         /// Whether derivatives are computed.
-        tangents: bool,
+        has_derivs: bool,
     },
     /// A lookup in an environment map: file name, direction, the values of `options`, then, if `footprint`,
     /// the derivatives of the direction along x and along y. Results as for [`Kernel::Texture`] without
@@ -137,7 +137,7 @@ pub enum Kernel {
         /// Number of requested values; 0 for a single value that is not an array.
         count: u8,
         /// Whether derivatives are computed.
-        tangents: bool,
+        has_derivs: bool,
     },
     /// Whether a ray hits something: its origin and direction.
     Trace,
@@ -173,7 +173,7 @@ pub enum Kernel {
         /// The knots.
         knots: SlotId,
         /// Whether the value's derivatives follow, and the result's are computed.
-        tangents: bool,
+        has_derivs: bool,
     },
     /// A closure component: the values of `shapes`, which are the parameters in order and then keyword
     /// arguments.
@@ -185,7 +185,7 @@ pub enum Kernel {
     },
     /// Sum of two closures.
     ClosureSum,
-    /// A closure times a color.
+    /// A closure times a number or a color.
     ClosureScale,
     /// Sets a message with a name computed at run time: the name; and the value, unless it is an array.
     /// Effect: the messages of the point; output if the message exists already.
@@ -300,6 +300,16 @@ impl Kernel {
         )
     }
 
+    /// The forms of its arguments, after a file name if it prints to one.
+    pub fn shapes(&self) -> Option<&[Shape]> {
+        match self {
+            Kernel::Format(shapes) | Kernel::Print { shapes, .. } | Kernel::Component { shapes, .. } => {
+                Some(shapes)
+            }
+            _ => None,
+        }
+    }
+
     /// The array that it writes.
     pub fn writes(&self) -> Option<SlotId> {
         match self {
@@ -344,27 +354,27 @@ impl Kernel {
 
     /// The form that takes and returns derivatives.
     #[must_use]
-    pub fn with_tangents(mut self) -> Kernel {
-        if let Kernel::Noise { tangents, .. }
-        | Kernel::NamedNoise { tangents, .. }
-        | Kernel::Texture { tangents, .. }
-        | Kernel::SplineInverse { tangents, .. }
-        | Kernel::Attribute { tangents, .. } = &mut self
+    pub fn with_derivs(mut self) -> Kernel {
+        if let Kernel::Noise { has_derivs, .. }
+        | Kernel::NamedNoise { has_derivs, .. }
+        | Kernel::Texture { has_derivs, .. }
+        | Kernel::SplineInverse { has_derivs, .. }
+        | Kernel::Attribute { has_derivs, .. } = &mut self
         {
-            *tangents = true;
+            *has_derivs = true;
         }
         self
     }
 
     /// Whether it is the form with derivatives.
-    pub fn tangents(&self) -> bool {
+    pub fn has_derivs(&self) -> bool {
         matches!(
             self,
-            Kernel::Noise { tangents: true, .. }
-                | Kernel::NamedNoise { tangents: true, .. }
-                | Kernel::Texture { tangents: true, .. }
-                | Kernel::SplineInverse { tangents: true, .. }
-                | Kernel::Attribute { tangents: true, .. }
+            Kernel::Noise { has_derivs: true, .. }
+                | Kernel::NamedNoise { has_derivs: true, .. }
+                | Kernel::Texture { has_derivs: true, .. }
+                | Kernel::SplineInverse { has_derivs: true, .. }
+                | Kernel::Attribute { has_derivs: true, .. }
         )
     }
 

@@ -11,24 +11,24 @@
 
 mod build;
 mod kernel;
-mod lane;
 mod message;
 mod print;
+pub mod read;
 mod text_fn;
 pub mod validate;
 
 pub use build::Builder;
-pub(crate) use build::Excess;
+pub use build::Excess;
 pub use kernel::{
     GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
 };
-pub use lane::{Continuity, Cost, Derivative, LaneOp, LaneShape, MAX_ARGS, Precision};
-pub(crate) use message::{First, Message};
+pub use message::{First, Message, MessageMade, other_type, set_late, set_twice};
+pub use osl_numeric::{Const, Continuity, Cost, Derivative, Kind, LaneOp, LaneShape, MAX_ARGS, Precision};
 pub use print::print;
 pub use text_fn::TextFn;
 
 use crate::global::Global;
-use crate::numeric::Arithmetic;
+use osl_numeric::Arithmetic;
 use osl_syntax::span::Span;
 use smallvec::SmallVec;
 use std::sync::Arc;
@@ -61,41 +61,13 @@ ids! {
     SlotId = "s";
 }
 
-/// The kind of a value, for storage and arithmetic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Kind {
-    /// 32-bit integer; truth values are 0 and 1.
-    Int,
-    /// Number of the arithmetic in use.
-    Float,
-    /// Three floats.
-    Triple,
-    /// Sixteen floats, row by row.
-    Matrix,
-    /// String.
-    Str,
-    /// Closure.
-    Closure,
-}
-
-impl Kind {
-    /// 32-bit words of a value.
-    pub fn words(self) -> u32 {
-        match self {
-            Kind::Int | Kind::Float | Kind::Str | Kind::Closure => 1,
-            Kind::Triple => 3,
-            Kind::Matrix => 16,
-        }
-    }
-}
-
 /// Whether the points of a batch share a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Rate {
     /// One value for the whole batch.
     Uniform,
     /// One value for all points in the same cell of the group's pattern, see [`Op::Share`].
-    Shared(u16),
+    PerCell(u16),
     /// A separate value for each point.
     Varying,
 }
@@ -113,60 +85,6 @@ pub struct Value {
 
 /// The values of an instruction, in order. Most instructions have one to four, which need no allocation.
 pub type Values = SmallVec<[ValueId; 4]>;
-
-/// A constant.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Const {
-    /// An int.
-    Int(i32),
-    /// A float.
-    Float(f32),
-    /// Three floats.
-    Triple([f32; 3]),
-    /// Sixteen floats, row by row.
-    Matrix(Box<[f32; 16]>),
-    /// A string.
-    Str(Arc<str>),
-    /// The null closure.
-    Null,
-}
-
-impl Const {
-    /// Its kind.
-    pub fn kind(&self) -> Kind {
-        match self {
-            Const::Int(_) => Kind::Int,
-            Const::Float(_) => Kind::Float,
-            Const::Triple(_) => Kind::Triple,
-            Const::Matrix(_) => Kind::Matrix,
-            Const::Str(_) => Kind::Str,
-            Const::Null => Kind::Closure,
-        }
-    }
-
-    /// Zero, empty or null, by kind.
-    pub fn zero(kind: Kind) -> Const {
-        match kind {
-            Kind::Int => Const::Int(0),
-            Kind::Float => Const::Float(0.0),
-            Kind::Triple => Const::Triple([0.0; 3]),
-            Kind::Matrix => Const::Matrix(Box::new([0.0; 16])),
-            Kind::Str => Const::Str("".into()),
-            Kind::Closure => Const::Null,
-        }
-    }
-
-    /// Whether the bits are equal: −0 and 0 differ, and a NaN equals itself.
-    pub fn same_bits(&self, other: &Const) -> bool {
-        let eq = |a: &[f32], b: &[f32]| a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
-        match (self, other) {
-            (Const::Float(a), Const::Float(b)) => a.to_bits() == b.to_bits(),
-            (Const::Triple(a), Const::Triple(b)) => eq(a, b),
-            (Const::Matrix(a), Const::Matrix(b)) => eq(&a[..], &b[..]),
-            _ => self == other,
-        }
-    }
-}
 
 /// Storage for a variable: scalars until the `ssa` pass, arrays permanently.
 #[derive(Clone, Debug)]
@@ -199,9 +117,12 @@ pub enum Op {
     Const(Const),
     /// A shader global of the point. One result. No effect.
     Global(Global),
+    /// A live parameter, by its index in [`Body::inputs`]: uniform, and known only when the program runs. One
+    /// result of its kind. No effect.
+    Input(u32),
     /// The derivative of a shader global: its change from a pixel to its neighbour along an axis. One result
     /// of the global's kind. No effect.
-    Slope(Global, Axis),
+    GlobalDeriv(Global, Axis),
     /// The derivative of a value: its change from a pixel to its neighbour along an axis. One result of the
     /// value's kind. The `derive` pass replaces it. No effect.
     Derivative(ValueId, Axis),
@@ -291,6 +212,17 @@ pub struct Output {
     pub source: Source,
 }
 
+/// A live parameter, or one element of one: its value is set before a run instead of being compiled in.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Input {
+    /// `LAYER.PARAMETER`, or `LAYER.PARAMETER.FIELD`.
+    pub name: Arc<str>,
+    /// The element, if it is an array.
+    pub element: Option<u32>,
+    /// The value until another one is set; also determines the kind.
+    pub value: Const,
+}
+
 /// The names of a shader in the run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Names {
@@ -317,6 +249,8 @@ pub struct Body {
     pub entry: BlockId,
     /// The outputs.
     pub outputs: Vec<Output>,
+    /// The live parameters.
+    pub inputs: Vec<Input>,
     /// The layers from which it was made, each with the start of its source: see [`Body::names`].
     pub layers: Vec<(u32, Names)>,
     /// The assumptions of the passes.
@@ -330,7 +264,7 @@ pub struct Assumptions {
     /// The globals that may differ from point to point. The others are uniform.
     pub varying: Vec<Global>,
     /// The globals whose derivatives may differ from point to point.
-    pub slopes: Vec<Global>,
+    pub derivs: Vec<Global>,
     /// Whether rays may be traced. Otherwise no ray hits anything.
     pub traces: bool,
     /// The arithmetic.
@@ -342,7 +276,7 @@ impl Default for Assumptions {
     fn default() -> Assumptions {
         Assumptions {
             varying: Global::ALL.to_vec(),
-            slopes: Global::ALL.to_vec(),
+            derivs: Global::ALL.to_vec(),
             traces: true,
             arithmetic: Arithmetic::Strict,
         }
@@ -423,7 +357,7 @@ impl Op {
     /// Calls `visit` for each value that the operation reads, including the yields of its blocks.
     pub fn for_each_use(&self, mut visit: impl FnMut(ValueId)) {
         match self {
-            Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
+            Op::Const(_) | Op::Global(_) | Op::Input(_) | Op::GlobalDeriv(..) | Op::Load(_) => {}
             Op::Lane(_, args) | Op::Kernel(_, args) | Op::Share(_, args) => {
                 args.iter().copied().for_each(visit)
             }
@@ -448,7 +382,7 @@ impl Op {
     pub fn replace_uses(&mut self, mut with: impl FnMut(ValueId) -> ValueId) {
         let mut all = |list: &mut Values| list.iter_mut().for_each(|v| *v = with(*v));
         match self {
-            Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Load(_) => {}
+            Op::Const(_) | Op::Global(_) | Op::Input(_) | Op::GlobalDeriv(..) | Op::Load(_) => {}
             Op::Lane(_, args) | Op::Kernel(_, args) | Op::Share(_, args) => all(args),
             Op::Store(_, v) | Op::LoadElement(_, v) | Op::Derivative(v, _) => *v = with(*v),
             Op::StoreElement(_, i, v) => {

@@ -1,19 +1,29 @@
-//! The IR as text: one instruction per line, blocks by indentation. Used by snapshots and `oslrun ir`.
+//! The IR as text: one instruction per line, blocks by indentation. Used by snapshots, tests of passes and
+//! `oslrun ir`; [`read`](super::read::read) reads it back.
+//!
+//! The text leaves out slots that nothing uses, source locations, layers and assumptions.
 
 use super::{
-    BlockId, Body, Const, Inst, Kernel, Kind, MessageForm, Note, Op, Rate, Source, TextureOption, ValueId,
+    BlockId, Body, Const, Input, Inst, Kernel, Kind, MessageForm, Note, Op, Rate, Shape, SlotId, Source,
+    TextureOption, ValueId,
 };
 use std::fmt::Write;
 
 /// The body as text.
 pub fn print(body: &Body) -> String {
     let mut out = format!("shader {}\n", body.name);
-    for (index, slot) in body.slots.iter().enumerate() {
+    let used = used_slots(body);
+    for (index, slot) in body.slots.iter().enumerate().filter(|(index, _)| used.get(*index) == Some(&true)) {
         let kind = kind(slot.kind);
         let _ = match slot.len {
-            Some(len) => writeln!(out, "  slot s{index}: {kind}[{len}]{} \"{}\"", rate(slot.rate), slot.name),
-            None => writeln!(out, "  slot s{index}: {kind} \"{}\"", slot.name),
+            Some(len) => writeln!(out, "  slot s{index}: {kind}[{len}]{} {:?}", rate(slot.rate), slot.name),
+            None => writeln!(out, "  slot s{index}: {kind} {:?}", slot.name),
         };
+    }
+    for (index, Input { name, element, value }) in body.inputs.iter().enumerate() {
+        let (kind, value) = (kind(value.kind()), constant(value));
+        let element = element.map_or(String::new(), |element| format!("[{element}]"));
+        let _ = writeln!(out, "  input {index}: {kind} {name:?}{element} = {value}");
     }
     block(body, body.entry, 1, &mut out);
     for output in &body.outputs {
@@ -25,7 +35,35 @@ pub fn print(body: &Body) -> String {
     out
 }
 
-fn kind(kind: Kind) -> &'static str {
+/// For each slot, whether an instruction or an output uses it.
+fn used_slots(body: &Body) -> Vec<bool> {
+    let mut used = vec![false; body.slots.len()];
+    let mut blocks = vec![body.entry];
+    let mut touch = |slot: &SlotId| {
+        if let Some(used) = used.get_mut(slot.index()) {
+            *used = true;
+        }
+    };
+    while let Some(id) = blocks.pop() {
+        for inst in &body.block(id).insts {
+            match &inst.op {
+                Op::Load(s) | Op::Store(s, _) | Op::LoadElement(s, _) | Op::StoreElement(s, ..) => touch(s),
+                Op::Kernel(kernel, _) => kernel.reads().iter().chain(&kernel.writes()).for_each(&mut touch),
+                Op::If { then, otherwise, .. } => blocks.extend([*then, *otherwise]),
+                Op::Loop { body, .. } => blocks.push(*body),
+                _ => {}
+            }
+        }
+    }
+    for output in &body.outputs {
+        if let Source::Slot(s) = &output.source {
+            touch(s);
+        }
+    }
+    used
+}
+
+pub(super) fn kind(kind: Kind) -> &'static str {
     match kind {
         Kind::Int => "int",
         Kind::Float => "float",
@@ -39,7 +77,7 @@ fn kind(kind: Kind) -> &'static str {
 fn rate(rate: Rate) -> String {
     match rate {
         Rate::Uniform => " uniform".to_string(),
-        Rate::Shared(group) => format!(" shared{group}"),
+        Rate::PerCell(group) => format!(" shared{group}"),
         Rate::Varying => String::new(),
     }
 }
@@ -83,14 +121,14 @@ fn instruction(body: &Body, inst: &Inst, depth: usize, out: &mut String) {
             yields(&format!("while {cond:?} next"), next, depth + 1, out);
         }
         op => {
-            let _ = writeln!(out, "{}", simple(op));
+            let _ = writeln!(out, "{}", simple(op).trim_end());
         }
     }
 }
 
 fn yields(word: &str, values: &[ValueId], depth: usize, out: &mut String) {
     if !values.is_empty() || word != "yield" {
-        let _ = writeln!(out, "{}{word} {}", "  ".repeat(depth), list(values));
+        let _ = writeln!(out, "{}", format!("{}{word} {}", "  ".repeat(depth), list(values)).trim_end());
     }
 }
 
@@ -102,10 +140,14 @@ fn simple(op: &Op) -> String {
     match op {
         Op::Const(value) => constant(value),
         Op::Global(global) => format!("global {global:?}"),
-        Op::Slope(global, axis) => format!("slope {global:?} {axis:?}").to_lowercase(),
+        Op::Input(index) => format!("input {index}"),
+        Op::GlobalDeriv(global, axis) => format!("deriv {global:?} {axis:?}").to_lowercase(),
         Op::Derivative(of, axis) => format!("derivative {of:?} {axis:?}").to_lowercase(),
         Op::Lane(op, args) => format!("{} {}", op.text(), list(args)),
-        Op::Kernel(kernel, args) => format!("{} {}", kernel_name(kernel), list(args)),
+        Op::Kernel(kernel, args) => {
+            let shapes = kernel.shapes().map_or(String::new(), |shapes| format!(" ({})", forms(shapes)));
+            format!("{}{shapes} {}", kernel_name(kernel), list(args))
+        }
         Op::Share(group, roots) => format!("share{group} {}", list(roots)),
         Op::Load(slot) => format!("load {slot:?}"),
         Op::Store(slot, value) => format!("store {slot:?}, {value:?}"),
@@ -115,30 +157,39 @@ fn simple(op: &Op) -> String {
     }
 }
 
+fn forms(shapes: &[Shape]) -> String {
+    let form = |shape: &Shape| {
+        let key = shape.key.as_ref().map_or(String::new(), |key| format!("{key:?}: "));
+        let count = if shape.count == 1 { String::new() } else { format!("[{}]", shape.count) };
+        format!("{key}{}{count}", kind(shape.kind))
+    };
+    shapes.iter().map(form).collect::<Vec<_>>().join(", ")
+}
+
 fn kernel_name(kernel: &Kernel) -> String {
-    let form = |dims: &u8, triple: &bool, periodic: &bool, tangents: &bool| {
+    let form = |dims: &u8, triple: &bool, periodic: &bool, has_derivs: &bool| {
         let flag = |on: &bool, word| if *on { word } else { "" };
         let (triple, periodic) = (flag(triple, ".triple"), flag(periodic, ".periodic"));
-        format!("{dims}d{triple}{periodic}{}", flag(tangents, ".tangents"))
+        format!("{dims}d{triple}{periodic}{}", flag(has_derivs, ".derivs"))
     };
     let lower = |text: String| text.to_lowercase();
     match kernel {
-        Kernel::Noise { field, dims, triple, periodic, tangents } => {
-            format!("noise.{}.{}", lower(format!("{field:?}")), form(dims, triple, periodic, tangents))
+        Kernel::Noise { field, dims, triple, periodic, has_derivs } => {
+            format!("noise.{}.{}", lower(format!("{field:?}")), form(dims, triple, periodic, has_derivs))
         }
-        Kernel::NamedNoise { dims, triple, periodic, options, tangents } => {
+        Kernel::NamedNoise { dims, triple, periodic, options, has_derivs } => {
             let options: Vec<String> = options.iter().map(|o| lower(format!(" {o:?}"))).collect();
-            format!("noise.named.{}{}", form(dims, triple, periodic, tangents), options.concat())
+            format!("noise.named.{}{}", form(dims, triple, periodic, has_derivs), options.concat())
         }
-        Kernel::SpaceMatrix { .. } => "space_matrix".to_string(),
+        Kernel::SpaceMatrix { both } => format!("space_matrix{}", if *both { ".both" } else { "" }),
         Kernel::FindSpace => "find_space".to_string(),
         Kernel::ColorBetween => "color_between".to_string(),
-        Kernel::Texture { triple, options, footprint, quiet, tangents } => {
+        Kernel::Texture { triple, options, footprint, quiet, has_derivs } => {
             let flags = [
                 (*triple, ".triple"),
                 (*quiet, ".quiet"),
                 (*footprint, ".footprint"),
-                (*tangents, ".tangents"),
+                (*has_derivs, ".derivs"),
             ];
             format!("texture{}", with_options(&flags, options))
         }
@@ -158,9 +209,9 @@ fn kernel_name(kernel: &Kernel) -> String {
             let places = places.map_or(String::new(), |s| format!(" {s:?}"));
             format!("regex{}{places}", if *whole { ".whole" } else { "" })
         }
-        Kernel::Hash => "hash".to_string(),
-        Kernel::Attribute { kind: of, count, tangents } => {
-            format!("attribute{} {}[{count}]", if *tangents { ".tangents" } else { "" }, kind(*of))
+        Kernel::Hash => "hash.words".to_string(),
+        Kernel::Attribute { kind: of, count, has_derivs } => {
+            format!("attribute{} {}[{count}]", if *has_derivs { ".derivs" } else { "" }, kind(*of))
         }
         Kernel::DictFind => "dict_find".to_string(),
         Kernel::DictNext => "dict_next".to_string(),
@@ -171,8 +222,8 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::SourceMessage { base, count, .. } => {
             format!("source_message {}[{count}]", lower(format!("{base:?}")))
         }
-        Kernel::SplineInverse { knots, tangents } => {
-            format!("spline_inverse{} {knots:?}", if *tangents { ".tangents" } else { "" })
+        Kernel::SplineInverse { knots, has_derivs } => {
+            format!("spline_inverse{} {knots:?}", if *has_derivs { ".derivs" } else { "" })
         }
         Kernel::Component { name, .. } => format!("closure.{name}"),
         Kernel::ClosureSum => "closure.sum".to_string(),
@@ -180,12 +231,12 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::SetMessage(form) => format!("message.set{}", message(form)),
         Kernel::GetMessage(form) => format!("message.get{}", message(form)),
         Kernel::Report { text, .. } => format!("report {text:?}"),
-        Kernel::CheckIndex { name } => format!("check_index \"{name}\""),
-        Kernel::CheckFinite { name, op } => format!("check_finite \"{name}\" {op}"),
-        Kernel::CheckSet { what, .. } => format!("check_set \"{what}\""),
+        Kernel::CheckIndex { name } => format!("check_index {name:?}"),
+        Kernel::CheckFinite { name, op } => format!("check_finite {name:?} {op:?}"),
+        Kernel::CheckSet { what, reader } => format!("check_set {what:?} {reader:?}"),
         Kernel::Note(note) => match note {
-            Note::Set(name) => format!("note.set \"{name}\""),
-            Note::Call { form, .. } => format!("note.call \"{form}\""),
+            Note::Set(name) => format!("note.set {name:?}"),
+            Note::Call { form, why, args } => format!("note.call {args} {form:?} {why:?}"),
             Note::Branch => "note.branch".to_string(),
             Note::Round => "note.round".to_string(),
         },
@@ -198,7 +249,8 @@ impl Op {
         match self {
             Op::Const(_) => "const".to_string(),
             Op::Global(_) => "global".to_string(),
-            Op::Slope(..) => "slope".to_string(),
+            Op::Input(_) => "input".to_string(),
+            Op::GlobalDeriv(..) => "deriv".to_string(),
             Op::Derivative(..) => "derivative".to_string(),
             Op::Lane(op, _) => op.text().to_string(),
             Op::Kernel(kernel, _) => kernel_name(kernel),
@@ -213,7 +265,7 @@ impl Op {
 
 fn message(form: &MessageForm) -> String {
     let array = form.array.map_or(String::new(), |s| format!(" {s:?}"));
-    format!(" \"{}\"{array}", form.ty)
+    format!(" {:?}{array}", form.ty)
 }
 
 fn with_options(flags: &[(bool, &str)], options: &[TextureOption]) -> String {

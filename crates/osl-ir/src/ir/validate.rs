@@ -1,20 +1,34 @@
-//! The rules that hold for every body. They are checked after lowering and, in debug builds, after each pass.
+//! The rules that hold for every body. They are checked after lowering, from source as from `.oso`, and in
+//! debug builds after each pass.
 //!
-//! 1. Every value is defined once, before its uses and on every path to them.
-//! 2. The arguments of a lane operation have the kinds of its shape.
+//! 1. Every value is defined once, before its uses and on every path to them. Blocks and slots exist, and a
+//!    block is part of one instruction only.
+//! 2. The arguments of a lane operation have the kinds of its shape, and its one result follows from them.
+//!    The arguments and results of a kernel have the numbers and kinds that its description states.
 //! 3. An `If` has as many yields on each side as results, of equal kinds; a `Loop` has as many initial and
 //!    next values as parameters and results, of equal kinds.
-//! 4. Conditions and indices are ints. Scalar slots are used as scalars, array slots as arrays.
-//! 5. A shared value is computed from uniform values and from values shared in the same group.
+//! 4. Conditions and indices are ints. Scalar slots are used as scalars, array slots as arrays. What is read
+//!    from a slot or written to it has the slot's kind.
+//! 5. A constant has one result of its kind; a global and its derivative have one of the global's kind, and
+//!    the derivative of a value one of the value's kind. What is stored has no result.
+//! 6. A value per cell is computed from uniform values and from values per cell of the same group.
+
+mod kernel;
 
 use super::{BlockId, Body, Inst, Kind, LaneOp, Op, Rate, SlotId, Source, ValueId};
+use crate::global::Global;
 
 /// Checks a body.
 ///
 /// # Errors
 /// The first violated rule, as text.
 pub fn validate(body: &Body) -> Result<(), String> {
-    let mut check = Check { body, defined: vec![false; body.values.len()], scope: Vec::new() };
+    let mut check = Check {
+        body,
+        defined: vec![false; body.values.len()],
+        entered: vec![false; body.blocks.len()],
+        scope: Vec::new(),
+    };
     check.block(body.entry)?;
     for output in &body.outputs {
         match output.source {
@@ -28,10 +42,29 @@ pub fn validate(body: &Body) -> Result<(), String> {
     Ok(())
 }
 
+/// The kind of a global's value.
+fn global_kind(global: Global) -> Kind {
+    match global {
+        Global::P
+        | Global::I
+        | Global::N
+        | Global::Ng
+        | Global::DPdu
+        | Global::DPdv
+        | Global::Ps
+        | Global::DPdtime => Kind::Triple,
+        Global::U | Global::V | Global::Time | Global::Dtime => Kind::Float,
+        Global::SurfaceArea | Global::Backfacing => Kind::Float,
+        Global::Ci => Kind::Closure,
+    }
+}
+
 struct Check<'a> {
     body: &'a Body,
     /// Whether a value is defined and visible here.
     defined: Vec<bool>,
+    /// Whether a block was found in an instruction.
+    entered: Vec<bool>,
     scope: Vec<ValueId>,
 }
 
@@ -67,6 +100,30 @@ impl Check<'_> {
         if self.kind(v) == Kind::Int { Ok(()) } else { Err(format!("{what} {v:?} is no int")) }
     }
 
+    /// Whether all values are in the list of the body.
+    fn known(&self, values: &[ValueId]) -> Result<(), String> {
+        match values.iter().find(|v| v.index() >= self.body.values.len()) {
+            Some(v) => Err(format!("{v:?} is unknown")),
+            None => Ok(()),
+        }
+    }
+
+    fn results(&self, inst: &Inst, kinds: &[Kind]) -> Result<(), String> {
+        self.known(&inst.results)?;
+        match inst.results.iter().map(|v| self.kind(*v)).eq(kinds.iter().copied()) {
+            true => Ok(()),
+            false => Err(format!("results {:?} are not {kinds:?}", inst.results)),
+        }
+    }
+
+    fn stored(&self, s: SlotId, v: ValueId) -> Result<(), String> {
+        self.used(v)?;
+        match self.kind(v) == self.body.slot(s).kind {
+            true => Ok(()),
+            false => Err(format!("{v:?} is not of the kind of {s:?}")),
+        }
+    }
+
     fn array(&self, s: SlotId, is: bool) -> Result<(), String> {
         match self.body.slots.get(s.index()) {
             Some(slot) if slot.len.is_some() == is => Ok(()),
@@ -76,6 +133,9 @@ impl Check<'_> {
 
     fn block(&mut self, id: BlockId) -> Result<(), String> {
         let Some(block) = self.body.blocks.get(id.index()) else { return Err(format!("no block {id:?}")) };
+        if std::mem::replace(&mut self.entered[id.index()], true) {
+            return Err(format!("{id:?} is in two places"));
+        }
         for inst in &block.insts {
             self.inst(inst).map_err(|e| format!("{e} (in {:?})", inst.op))?;
         }
@@ -96,7 +156,12 @@ impl Check<'_> {
 
     fn inst(&mut self, inst: &Inst) -> Result<(), String> {
         match &inst.op {
-            Op::Const(_) | Op::Global(_) | Op::Slope(..) => {}
+            Op::Const(value) => self.results(inst, &[value.kind()])?,
+            Op::Global(global) | Op::GlobalDeriv(global, _) => self.results(inst, &[global_kind(*global)])?,
+            Op::Input(index) => match self.body.inputs.get(*index as usize) {
+                Some(input) => self.results(inst, &[input.value.kind()])?,
+                None => return Err(format!("no input {index}")),
+            },
             Op::Lane(op, args) => {
                 args.iter().try_for_each(|a| self.used(*a))?;
                 self.lane(*op, args, &inst.results)?;
@@ -104,25 +169,40 @@ impl Check<'_> {
             Op::Kernel(kernel, args) => {
                 args.iter().try_for_each(|a| self.used(*a))?;
                 kernel.reads().into_iter().chain(kernel.writes()).try_for_each(|s| self.array(s, true))?;
+                self.known(&inst.results)?;
+                if !kernel::fits(kernel, args, &inst.results, |v| self.kind(v)) {
+                    let kinds = |list: &[ValueId]| list.iter().map(|v| self.kind(*v)).collect::<Vec<_>>();
+                    let (args, results) = (kinds(args), kinds(&inst.results));
+                    return Err(format!("the kernel does not take {args:?} for {results:?}"));
+                }
             }
             Op::Share(_, roots) => {
                 roots.iter().try_for_each(|v| self.used(*v))?;
-                self.kinds(roots, &inst.results, "shared values")?;
+                self.kinds(roots, &inst.results, "values per cell")?;
             }
-            Op::Derivative(of, _) => self.used(*of)?,
-            Op::Load(s) => self.array(*s, false)?,
+            Op::Derivative(of, _) => {
+                self.used(*of)?;
+                self.results(inst, &[self.kind(*of)])?;
+            }
+            Op::Load(s) => {
+                self.array(*s, false)?;
+                self.results(inst, &[self.body.slot(*s).kind])?;
+            }
             Op::Store(s, v) => {
                 self.array(*s, false)?;
-                self.used(*v)?;
+                self.stored(*s, *v)?;
+                self.results(inst, &[])?;
             }
             Op::LoadElement(s, i) => {
                 self.array(*s, true)?;
                 self.int(*i, "index")?;
+                self.results(inst, &[self.body.slot(*s).kind])?;
             }
             Op::StoreElement(s, i, v) => {
                 self.array(*s, true)?;
                 self.int(*i, "index")?;
-                self.used(*v)?;
+                self.stored(*s, *v)?;
+                self.results(inst, &[])?;
             }
             Op::If { cond, then, otherwise, then_yields, else_yields } => {
                 self.int(*cond, "condition")?;
@@ -144,13 +224,13 @@ impl Check<'_> {
                 self.kinds(params, &inst.results, "results")?;
             }
         }
-        self.shared(inst)?;
+        self.per_cell(inst)?;
         inst.results.iter().try_for_each(|r| self.define(*r))
     }
 
-    fn shared(&self, inst: &Inst) -> Result<(), String> {
+    fn per_cell(&self, inst: &Inst) -> Result<(), String> {
         let group = inst.results.iter().find_map(|r| match self.body.value(*r).rate {
-            Rate::Shared(group) => Some(group),
+            Rate::PerCell(group) => Some(group),
             _ => None,
         });
         let (Some(group), false) = (group, matches!(inst.op, Op::Share(..))) else { return Ok(()) };
@@ -158,7 +238,7 @@ impl Check<'_> {
         inst.op.for_each_use(|v| {
             fits &= match self.body.value(v).rate {
                 Rate::Uniform => true,
-                Rate::Shared(of) => of == group,
+                Rate::PerCell(of) => of == group,
                 Rate::Varying => false,
             };
         });

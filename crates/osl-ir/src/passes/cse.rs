@@ -21,8 +21,9 @@ enum Key {
     /// The bits of a constant that is not a string.
     Bits(Kind, SmallVec<[u32; 4]>),
     Text(std::sync::Arc<str>),
-    Global(crate::hir::Global),
-    Slope(crate::hir::Global, crate::ir::Axis),
+    Global(crate::global::Global),
+    Input(u32),
+    GlobalDeriv(crate::global::Global, crate::ir::Axis),
     Lane(LaneOp, Values),
     Kernel(Box<Kernel>, Values),
     Derivative(ValueId, crate::ir::Axis),
@@ -92,7 +93,8 @@ fn key(op: &Op) -> Option<Key> {
         Op::Const(Const::Str(s)) => Key::Text(s.clone()),
         Op::Const(constant) => Key::Bits(constant.kind(), bits(constant)),
         Op::Global(global) => Key::Global(*global),
-        Op::Slope(global, axis) => Key::Slope(*global, *axis),
+        Op::Input(index) => Key::Input(*index),
+        Op::GlobalDeriv(global, axis) => Key::GlobalDeriv(*global, *axis),
         Op::Lane(op, args) => Key::Lane(*op, args.clone()),
         Op::Kernel(kernel, _)
             if kernel.has_effect() || kernel.reads().is_some() || kernel.writes().is_some() =>

@@ -17,20 +17,20 @@ pub(super) fn run(body: &mut Body) {
 }
 
 /// Blocks that run only where one of their slots is read.
-pub(crate) struct Lazy {
+pub struct Lazy {
     /// The blocks.
-    pub(crate) blocks: [BlockId; 2],
+    pub blocks: [BlockId; 2],
     /// Slots that are read only after the blocks have run.
-    pub(crate) slots: Vec<SlotId>,
+    pub slots: Vec<SlotId>,
     /// Those of them that hold outputs of the body.
-    pub(crate) outputs: Vec<SlotId>,
+    pub outputs: Vec<SlotId>,
     /// Whether they always run.
-    pub(crate) runs: bool,
+    pub runs: bool,
 }
 
 /// Removes unneeded code from blocks that are not placed yet: code that only leads to unused outputs and to
 /// blocks that do not run. All blocks read and write the `shared` slots.
-pub(crate) fn lazy(body: &mut Body, layers: &[Lazy], shared: &[SlotId]) {
+pub fn lazy(body: &mut Body, layers: &[Lazy], shared: &[SlotId]) {
     let mut needs = Needs::new(body);
     needs.shared = vec![false; body.slots.len()];
     for slot in shared {

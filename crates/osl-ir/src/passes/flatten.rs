@@ -57,7 +57,7 @@ fn is_cheap(body: &Body, then: BlockId, otherwise: BlockId) -> bool {
     let all = body.block(then).insts.iter().chain(&body.block(otherwise).insts);
     for inst in all {
         match &inst.op {
-            Op::Const(_) => {}
+            Op::Const(_) | Op::Input(_) => {}
             Op::Lane(op, args) => {
                 operations += op.cost().additions()
                     * if args.iter().any(|a| body.kind(*a) == Kind::Triple) { 3 } else { 1 };

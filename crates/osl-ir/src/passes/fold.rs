@@ -4,12 +4,12 @@
 mod meaning;
 
 use super::Renaming;
-use crate::builtins::color_path_in;
 use crate::ir::{
     BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId, Values,
 };
 use meaning::Meaning;
 pub(super) use meaning::{only_meaning, settle};
+use osl_numeric::spaces;
 use smallvec::smallvec;
 use std::cell::Cell;
 
@@ -321,14 +321,14 @@ impl Fold {
             _ => None,
         };
         match kernel {
-            Kernel::NamedNoise { dims, triple, periodic, ref options, tangents } => {
+            Kernel::NamedNoise { dims, triple, periodic, ref options, has_derivs } => {
                 match name(0).and_then(|n| NoiseField::from_name(n, periodic)) {
                     Some(field) => {
                         // Only Gabor noise has options; they follow the coordinates.
                         let words = kernel.coordinates().len() * if periodic { 2 } else { 1 };
                         let mut kept = Values::from_slice(args.get(1..=words).unwrap_or(&[]));
                         kept.extend_from_slice(args.get(1 + words + options.len()..).unwrap_or(&[]));
-                        let kernel = Kernel::Noise { field, dims, triple, periodic, tangents };
+                        let kernel = Kernel::Noise { field, dims, triple, periodic, has_derivs };
                         Outcome::Keep(Op::Kernel(kernel, kept))
                     }
                     None => Outcome::Keep(Op::Kernel(kernel, args)),
@@ -380,7 +380,7 @@ impl Fold {
             _ => 0,
         };
         let paths = self.name(args.first()).zip(self.name(args.get(1))).and_then(|(from, to)| {
-            Some((color_path_in(from, true, system)?, color_path_in(to, false, system)?))
+            Some((spaces::path_in(from, true, system)?, spaces::path_in(to, false, system)?))
         });
         let (Some((first, second)), Some(color)) = (paths, args.get(2).copied()) else {
             return Outcome::Keep(Op::Kernel(Kernel::ColorBetween, args));

@@ -6,7 +6,7 @@
 
 mod algebra;
 mod cse;
-pub(crate) mod dce;
+pub mod dce;
 mod derive;
 mod flatten;
 mod fold;
@@ -21,11 +21,11 @@ mod unroll;
 
 pub use primaries::set_primaries;
 
-use crate::hir::Global;
+use crate::global::Global;
 use crate::ir::Body;
 use crate::ir::validate;
-use crate::numeric::Arithmetic;
 use osl_limits::Limits;
+use osl_numeric::Arithmetic;
 use std::sync::Arc;
 
 /// The passes, in the order in which they run.
@@ -111,7 +111,7 @@ pub struct Options {
     /// Globals that differ from point to point.
     pub varying: Vec<Global>,
     /// Globals whose derivatives differ from point to point.
-    pub slopes: Vec<Global>,
+    pub derivs: Vec<Global>,
     /// Passes that do not run.
     pub without: Vec<Pass>,
     /// The arithmetic of the run. For double precision, nothing is rounded to single precision at compile
@@ -131,7 +131,7 @@ impl Default for Options {
         let varying = Global::ALL.to_vec();
         Options {
             outputs: None,
-            slopes: varying.clone(),
+            derivs: varying.clone(),
             varying,
             without: Vec::new(),
             arithmetic: Arithmetic::Strict,
@@ -153,93 +153,135 @@ pub struct Report {
     pub after: usize,
 }
 
+/// Runs one pass by itself, for tests; a pass that is switched off runs too.
+pub fn apply(body: &mut Body, pass: Pass, options: &Options) {
+    let options = Options { without: Vec::new(), ..options.clone() };
+    one(body, pass, &mut Run::new(&options));
+}
+
 /// Runs the passes and reports what each did.
 pub fn run(body: &mut Body, options: &Options) -> Vec<Report> {
     let mut reports = Vec::new();
-    let exact = options.arithmetic.is_double();
-    // The rewrites of roots hold only for rounded roots, and cells are compared by 32-bit words.
-    let without =
-        |pass| options.without.contains(&pass) || exact && matches!(pass, Pass::Algebra | Pass::Share);
     body.assumptions.arithmetic = options.arithmetic;
     if !options.traces {
         body.assumptions.traces = false;
         rays::run(body);
     }
     let mut count = body.count();
-    let limits = &options.limits;
-    let (left, string) = (limits.compiling.folded_bytes, limits.running.string_bytes);
-    let mut text = fold::Strings { left, string };
+    let mut run = Run::new(options);
     for pass in Pass::ALL {
-        match pass {
-            Pass::Ssa | Pass::Derive => {}
-            Pass::Fold if without(pass) && !derive::asks(body) => {
-                fold::only_meaning(body, &mut text);
-                fold::settle(body);
-                count = body.count();
-                continue;
-            }
-            Pass::Fold => {}
-            pass if without(pass) => continue,
-            // The compilation was stopped, so the speed of the program no longer matters.
-            Pass::Unroll | Pass::Cse | Pass::Flatten | Pass::Algebra | Pass::Share | Pass::Fuse
-                if options.limits.halted().is_some() =>
-            {
-                continue;
-            }
-            _ => {}
+        if !run.includes(pass) {
+            continue;
         }
-        match pass {
-            Pass::Ssa => ssa::run(body),
-            Pass::Slice => slice(body, options.outputs.as_deref()),
-            Pass::Unroll => {
-                if unroll::run(body, exact) && !without(Pass::Fold) {
-                    fold::again(body, exact, &mut text);
-                }
-            }
-            Pass::Derive => {
-                if let Some(scale) = options.prefilter {
-                    prefilter::run(body, scale);
-                }
-                // Unneeded code, such as most layers of a large group, must not be differentiated, and must
-                // not use up the budget for unrolling. It must not request derivatives either, since that
-                // affects bits.
-                if !without(Pass::Dce) || derive::asks(body) {
-                    dce::run(body);
-                }
-                if derive::run(body) && !without(Pass::Fold) {
-                    fold::again(body, exact, &mut text);
-                }
-            }
-            Pass::Fold => {
-                if exact {
-                    // The constants of the strict program determine its meaning.
-                    fold::only_meaning(body, &mut text);
-                    fold::again(body, true, &mut text);
-                } else {
-                    fold::run(body, &mut text);
-                }
-                fold::settle(body);
-            }
-            Pass::Cse => cse::run(body),
-            Pass::Dce => dce::run(body),
-            Pass::Rate => {
-                rate::run(body, &options.varying, &options.slopes);
-                body.assumptions.varying.clone_from(&options.varying);
-                body.assumptions.slopes.clone_from(&options.slopes);
-            }
-            Pass::Flatten => flatten::run(body),
-            Pass::Algebra => algebra::run(body),
-            Pass::Share => share::run(body),
-            Pass::Fuse => fuse::run(body),
-        }
+        let is_reported = one(body, pass, &mut run);
         if cfg!(debug_assertions) {
             let found = validate::validate(body);
             debug_assert!(found.is_ok(), "after {}: {found:?}", pass.name());
         }
         let before = std::mem::replace(&mut count, body.count());
-        reports.push(Report { pass, before, after: count });
+        reports.extend(is_reported.then_some(Report { pass, before, after: count }));
     }
     reports
+}
+
+/// One run of the passes.
+struct Run<'a> {
+    options: &'a Options,
+    /// Whether nothing is rounded to single precision at compile time.
+    exact: bool,
+    text: fold::Strings,
+}
+
+impl Run<'_> {
+    fn new(options: &Options) -> Run<'_> {
+        let limits = &options.limits;
+        let (left, string) = (limits.compiling.folded_bytes, limits.running.string_bytes);
+        Run { options, exact: options.arithmetic.is_double(), text: fold::Strings { left, string } }
+    }
+
+    fn is_off(&self, pass: Pass) -> bool {
+        // The rewrites of roots hold only for rounded roots, and cells are compared by 32-bit words.
+        self.options.without.contains(&pass) || self.exact && matches!(pass, Pass::Algebra | Pass::Share)
+    }
+
+    /// Whether a pass runs.
+    fn includes(&self, pass: Pass) -> bool {
+        match pass {
+            Pass::Ssa | Pass::Derive | Pass::Fold => true,
+            // If the compilation was stopped, the speed of the program no longer matters.
+            Pass::Unroll | Pass::Cse | Pass::Flatten | Pass::Algebra | Pass::Share | Pass::Fuse => {
+                !self.is_off(pass) && self.options.limits.halted().is_none()
+            }
+            Pass::Slice | Pass::Dce | Pass::Rate => !self.is_off(pass),
+        }
+    }
+
+    /// Folds what another pass wrote.
+    fn fold_again(&mut self, body: &mut Body) {
+        if !self.is_off(Pass::Fold) {
+            fold::again(body, self.exact, &mut self.text);
+        }
+    }
+}
+
+/// Runs one pass. Returns whether it did more than settle what the program means.
+fn one(body: &mut Body, pass: Pass, run: &mut Run<'_>) -> bool {
+    let options = run.options;
+    match pass {
+        Pass::Ssa => ssa::run(body),
+        Pass::Slice => slice(body, options.outputs.as_deref()),
+        Pass::Fold => return settle(body, run),
+        Pass::Derive => differentiate(body, run),
+        Pass::Unroll => {
+            if unroll::run(body, run.exact) {
+                run.fold_again(body);
+            }
+        }
+        Pass::Cse => cse::run(body),
+        Pass::Dce => dce::run(body),
+        Pass::Rate => {
+            rate::run(body, &options.varying, &options.derivs);
+            body.assumptions.varying.clone_from(&options.varying);
+            body.assumptions.derivs.clone_from(&options.derivs);
+        }
+        Pass::Flatten => flatten::run(body),
+        Pass::Algebra => algebra::run(body),
+        Pass::Share => share::run(body),
+        Pass::Fuse => fuse::run(body),
+    }
+    true
+}
+
+/// Folds constants, unless that is switched off and no derivatives are needed, and settles the meaning that
+/// depends on constants.
+fn settle(body: &mut Body, run: &mut Run<'_>) -> bool {
+    let folds = !run.is_off(Pass::Fold) || derive::asks(body);
+    if folds && !run.exact {
+        fold::run(body, &mut run.text);
+    } else {
+        // The constants of the strict program determine its meaning.
+        fold::only_meaning(body, &mut run.text);
+        if folds {
+            fold::again(body, true, &mut run.text);
+        }
+    }
+    fold::settle(body);
+    folds
+}
+
+/// Writes derivatives, and the means of steps if they are requested.
+fn differentiate(body: &mut Body, run: &mut Run<'_>) {
+    if let Some(scale) = run.options.prefilter {
+        prefilter::run(body, scale);
+    }
+    // Unneeded code, such as most layers of a large group, must not be differentiated, and must not use up
+    // the budget for unrolling. It must not request derivatives either, since that affects bits.
+    if !run.is_off(Pass::Dce) || derive::asks(body) {
+        dce::run(body);
+    }
+    if derive::run(body) {
+        run.fold_again(body);
+    }
 }
 
 /// Drops outputs that are not requested. `dce` then removes the code that computed them.

@@ -131,7 +131,7 @@ impl Writer<'_> {
                     self.widen(op, &args, result);
                 }
             }
-            Op::Kernel(Kernel::Noise { field, tangents: false, .. }, _) if self.worth(&inst.results) => {
+            Op::Kernel(Kernel::Noise { field, has_derivs: false, .. }, _) if self.worth(&inst.results) => {
                 let field = *field;
                 self.noise(inst, field);
             }
@@ -387,7 +387,7 @@ impl Writer<'_> {
         let mut count = 0;
         for inst in &self.body.block(id).insts {
             count += match &inst.op {
-                Op::Const(_) | Op::Global(_) | Op::Slope(..) => 0,
+                Op::Const(_) | Op::Global(_) | Op::Input(_) | Op::GlobalDeriv(..) => 0,
                 Op::Lane(..) | Op::Derivative(..) => 1,
                 Op::Kernel(Kernel::Noise { .. }, _) => 8,
                 _ => return None,

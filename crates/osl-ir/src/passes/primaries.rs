@@ -6,7 +6,7 @@
 use crate::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Value, ValueId};
 use smallvec::smallvec;
 
-/// Converts colors to those of a system, given by its number in [`crate::numeric::color::SYSTEMS`].
+/// Converts colors to those of a system, given by its number in [`osl_numeric::color::SYSTEMS`].
 pub fn set_primaries(body: &mut Body, system: i32) {
     if system == 0 {
         return;

@@ -4,17 +4,17 @@
 //! All values are assumed uniform at first, and varying ones demote those computed from them, so that loop
 //! counters stay uniform.
 
-use crate::hir::Global;
+use crate::global::Global;
 use crate::ir::{BlockId, Body, Op, Rate, ValueId};
 use smallvec::SmallVec;
 
-/// Runs the pass. `varying` and `slopes` are the globals that differ from point to point, and those whose
+/// Runs the pass. `varying` and `derivs` are the globals that differ from point to point, and those whose
 /// derivatives do.
-pub(super) fn run(body: &mut Body, varying: &[Global], slopes: &[Global]) {
+pub(super) fn run(body: &mut Body, varying: &[Global], derivs: &[Global]) {
     let (values, slots) = (body.values.len(), body.slots.len());
     let mut flow = Flow {
         globals: varying,
-        slopes,
+        derivs,
         values,
         slots,
         demotes: vec![Edges::new(); values + slots + body.blocks.len()],
@@ -46,7 +46,7 @@ type Edges = SmallVec<[u32; 4]>;
 /// points of the batch may not execute it.
 struct Flow<'a> {
     globals: &'a [Global],
-    slopes: &'a [Global],
+    derivs: &'a [Global],
     values: usize,
     slots: usize,
     demotes: Vec<Edges>,
@@ -88,10 +88,10 @@ impl Flow<'_> {
         for inst in &body.block(id).insts {
             let varies = |flow: &mut Self, list: &[ValueId]| flow.work.extend(list.iter().map(|r| r.index()));
             match &inst.op {
-                Op::Const(_) | Op::Store(..) => {}
-                Op::Slope(global, _) if self.slopes.contains(global) => varies(self, &inst.results),
+                Op::Const(_) | Op::Input(_) | Op::Store(..) => {}
+                Op::GlobalDeriv(global, _) if self.derivs.contains(global) => varies(self, &inst.results),
                 Op::Global(global) if self.globals.contains(global) => varies(self, &inst.results),
-                Op::Slope(..) | Op::Global(_) => {}
+                Op::GlobalDeriv(..) | Op::Global(_) => {}
                 // Written later, from varying values.
                 Op::Share(..) => {}
                 Op::Lane(_, args) => self.edges(args, &inst.results),

@@ -72,9 +72,9 @@ fn count(title: &str, body: &Body) -> Cost {
                 Op::Global(global) => {
                     globals.insert(*global);
                 }
-                Op::Slope(..) => cost.derivatives += 1,
+                Op::GlobalDeriv(..) => cost.derivatives += 1,
                 Op::Kernel(kernel, _) => {
-                    cost.derivatives += usize::from(kernel.tangents());
+                    cost.derivatives += usize::from(kernel.has_derivs());
                     cost.noises +=
                         usize::from(matches!(kernel, Kernel::Noise { .. } | Kernel::NamedNoise { .. }));
                     cost.textures +=

@@ -3,7 +3,7 @@
 use super::{Explanation, Fact, Line, Shown, State};
 use crate::trace::{Node, Trace, What};
 use osl_ir::Span;
-use osl_ir::hir::GLOBALS;
+use osl_ir::global::GLOBALS;
 use osl_ir::ir::{Body, Const, Kernel, Note, Op};
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
@@ -66,7 +66,7 @@ pub fn explain(trace: &Trace, noted: &Body, needed: &Body, sources: &SourceMap) 
 }
 
 /// The globals that a body reads.
-fn globals_read(body: &Body) -> BTreeSet<osl_ir::hir::Global> {
+fn globals_read(body: &Body) -> BTreeSet<osl_ir::global::Global> {
     let insts = body.blocks.iter().flat_map(|b| &b.insts);
     insts.filter_map(|i| if let Op::Global(g) = i.op { Some(g) } else { None }).collect()
 }
@@ -78,7 +78,7 @@ fn lines_of(body: &Body, sources: &SourceMap) -> BTreeSet<At> {
     while let Some(block) = blocks.pop() {
         for inst in &body.block(block).insts {
             match &inst.op {
-                Op::Global(_) | Op::Slope(..) => continue,
+                Op::Global(_) | Op::GlobalDeriv(..) => continue,
                 Op::If { then, otherwise, .. } => blocks.extend([*then, *otherwise]),
                 Op::Loop { body, .. } => blocks.push(*body),
                 _ => {}

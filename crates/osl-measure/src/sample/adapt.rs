@@ -128,7 +128,7 @@ pub fn adaptive(shading: &Shading<'_>, rows: Range<usize>, wanted: Adaptive) -> 
         }
         refiner.round(samples, true)?;
         if guard.is_empty() {
-            guard = bends(&refiner.means(), width);
+            guard = curvatures(&refiner.means(), width);
         }
         let hidden = |slot: usize| guard.get(slot).copied().unwrap_or(0.0) / (2 * samples) as f32;
         refiner.settle(|slot, error| error.max(hidden(slot)) <= wanted.threshold);
@@ -160,22 +160,22 @@ fn image(shading: &Shading<'_>, refiner: Refiner<'_>) -> Image {
 
 /// The distance of each pixel from the line between its neighbours, left and right or above and below; 0 at
 /// the borders.
-fn bends(planes: &[Vec<f32>], width: usize) -> Vec<f32> {
+fn curvatures(planes: &[Vec<f32>], width: usize) -> Vec<f32> {
     let count = planes.first().map_or(0, Vec::len);
-    let mut bends = vec![0.0_f32; count];
+    let mut curvatures = vec![0.0_f32; count];
     for plane in planes {
-        for (at, bend) in bends.iter_mut().enumerate() {
+        for (at, curvature) in curvatures.iter_mut().enumerate() {
             let x = at % width.max(1);
             let here = 2.0 * plane[at];
             if x > 0 && x + 1 < width {
-                *bend = bend.max((plane[at - 1] - here + plane[at + 1]).abs());
+                *curvature = curvature.max((plane[at - 1] - here + plane[at + 1]).abs());
             }
             if at >= width && at + width < count {
-                *bend = bend.max((plane[at - width] - here + plane[at + width]).abs());
+                *curvature = curvature.max((plane[at - width] - here + plane[at + width]).abs());
             }
         }
     }
-    bends
+    curvatures
 }
 
 #[cfg(test)]
@@ -185,9 +185,9 @@ mod tests {
     #[test]
     fn a_slope_has_no_bend_and_an_edge_has() {
         let plane: Vec<f32> = (0..15).map(|i| (i % 5) as f32 + 3.0 * (i / 5) as f32).collect();
-        assert!(bends(&[plane], 5).iter().all(|b| b.abs() < 1e-6));
+        assert!(curvatures(&[plane], 5).iter().all(|b| b.abs() < 1e-6));
         let edge: Vec<f32> = (0..5).map(|i| if i < 2 { 0.0 } else { 1.0 }).collect();
-        assert_eq!(bends(&[edge], 5), [0.0, 1.0, 1.0, 0.0, 0.0]);
+        assert_eq!(curvatures(&[edge], 5), [0.0, 1.0, 1.0, 0.0, 0.0]);
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::filter::Filter;
 use super::pattern::Pattern;
 use super::surface::{Place, Surface};
 use osl_exec::{Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use std::ops::Range;
 
@@ -91,20 +91,20 @@ impl PointSource for SamplePoints<'_> {
         self.surface.uniform(global)
     }
 
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
-        self.surface.slope(global, axis)
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.surface.deriv(global, axis)
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         self.surface.fill_at(global, &self.places(first, width), width, lanes);
     }
 
-    fn varying_slopes(&self) -> &[Global] {
-        self.surface.varying_slopes()
+    fn varying_derivs(&self) -> &[Global] {
+        self.surface.varying_derivs()
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
-        self.surface.fill_slope_at(global, axis, &self.places(first, width), width, lanes);
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+        self.surface.fill_deriv_at(global, axis, &self.places(first, width), width, lanes);
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {

@@ -1,7 +1,7 @@
 //! Shading points at any position of an image, not only at pixel centres.
 
 use osl_exec::{Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use osl_scene::{Grid, WithData};
 
@@ -25,10 +25,10 @@ pub trait Surface: PointSource {
     fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]);
 
     /// Writes a derivative of a varying global for some positions in the layout of [`PointSource::fill`].
-    fn fill_slope_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
+    fn fill_deriv_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
         let _ = places;
-        let slope = self.slope(global, axis);
-        lanes.chunks_mut(width.max(1)).zip(slope).for_each(|(lanes, x)| lanes.fill(x));
+        let deriv = self.deriv(global, axis);
+        lanes.chunks_mut(width.max(1)).zip(deriv).for_each(|(lanes, x)| lanes.fill(x));
     }
 
     /// A named datum at a position.
@@ -95,8 +95,8 @@ impl<S: Surface> Surface for WithData<S> {
         self.points.fill_at(global, places, width, lanes);
     }
 
-    fn fill_slope_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
-        self.points.fill_slope_at(global, axis, places, width, lanes);
+    fn fill_deriv_at(&self, global: Global, axis: Axis, places: &[Place], width: usize, lanes: &mut [f32]) {
+        self.points.fill_deriv_at(global, axis, places, width, lanes);
     }
 
     fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {

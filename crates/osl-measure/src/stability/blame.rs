@@ -13,7 +13,7 @@
 use crate::trace::{Exact, NodeId, Trace, What, eval};
 use osl_ir::Span;
 use osl_ir::ir::{Const, Continuity, LaneOp};
-use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// What an instruction did to the outputs of one point, as shares of an output's range.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -54,7 +54,7 @@ impl Blame {
 }
 
 /// An instruction of the source: its location and its operation.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Place {
     /// Its location.
     pub span: Span,
@@ -64,7 +64,7 @@ pub struct Place {
 
 /// The blame of every instruction in a trace that has any. `ranges` are those of the outputs, in the order of
 /// the trace.
-pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> FxHashMap<Place, Blame> {
+pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> BTreeMap<Place, Blame> {
     let mut flows: Vec<Vec<f64>> = vec![Vec::new(); trace.nodes.len()];
     for ((_, _, nodes), range) in trace.outputs.iter().zip(ranges) {
         for id in nodes {
@@ -73,7 +73,7 @@ pub(super) fn blame(trace: &Trace, ranges: &[f64]) -> FxHashMap<Place, Blame> {
             add(&mut flows[*id as usize], share);
         }
     }
-    let mut found: FxHashMap<Place, Blame> = FxHashMap::default();
+    let mut found: BTreeMap<Place, Blame> = BTreeMap::new();
     for id in (0..trace.nodes.len()).rev() {
         let flow = std::mem::take(&mut flows[id]);
         let blame = one(trace, id as NodeId, &flow, &mut flows);
@@ -137,7 +137,7 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
             return blame;
         }
         What::Lane(_) | What::Kernel(..) => {}
-        What::Const | What::Global(_) | What::Slope(..) | What::Note(_) => return blame,
+        What::Const | What::Global(_) | What::GlobalDeriv(..) | What::Note(_) => return blame,
     }
     blame.outside = u32::from(is_outside(trace, id));
     blame.runs = 1;

@@ -52,14 +52,14 @@ fn curve(report: &Report, name: &str, out: &mut String) {
         .trials
         .iter()
         .filter_map(|t| {
-            is_decade(&t.setting).filter(|(n, _)| *n == name).map(|(_, by)| (by.log10(), t.wrong()))
+            is_decade(&t.setting).filter(|(n, _)| *n == name).map(|(_, by)| (pxfm::f_log10(by), t.wrong()))
         })
         .collect();
     if points.is_empty() {
         return;
     }
     let x = |decade: f64| 50.0 + (decade + 12.0) * 22.0;
-    let y = |share: f64| 180.0 - (share.max(1e-4).log10() + 4.0) * 40.0;
+    let y = |share: f64| 180.0 - (pxfm::f_log10(share.max(1e-4)) + 4.0) * 40.0;
     let _ = write!(
         out,
         "<h2>Points that are wrong, by {name}</h2>\n<svg viewBox=\"0 0 600 215\" width=\"600\" font-size=\"11\" \

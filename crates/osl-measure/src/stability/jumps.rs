@@ -4,10 +4,10 @@
 use crate::trace::{Exact, Node, Trace, What};
 use osl_ir::Span;
 use osl_ir::ir::{Kernel, Note};
-use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
 
 /// The calls of functions with derivatives: for each place the argument and the result of each call.
-type Calls = FxHashMap<(Span, &'static str), Vec<(Vec<f64>, Vec<f64>)>>;
+type Calls = BTreeMap<(Span, &'static str), Vec<(Vec<f64>, Vec<f64>)>>;
 
 const FUNCTIONS: [&str; 3] = ["Dx", "Dy", "filterwidth"];
 
@@ -49,15 +49,15 @@ pub(super) fn jumps(here: &Trace, next: &Trace, along_x: bool) -> Vec<(Span, &'s
         let Some(other) = b.get(&(*span, *function)).filter(|o| suits && o.len() == list.len()) else {
             continue;
         };
-        let jump = list.iter().zip(other).any(|((v, slope), (w, _))| {
-            v.iter().zip(slope).zip(w).any(|((v, slope), w)| {
+        let jump = list.iter().zip(other).any(|((v, deriv), (w, _))| {
+            v.iter().zip(deriv).zip(w).any(|((v, deriv), w)| {
                 let change = w - v;
                 let known = if *function == "filterwidth" {
-                    change.abs() > slope * (1.0 + MISSED)
+                    change.abs() > deriv * (1.0 + MISSED)
                 } else {
-                    (change - slope).abs() > MISSED * change.abs().max(slope.abs())
+                    (change - deriv).abs() > MISSED * change.abs().max(deriv.abs())
                 };
-                known && change.abs().max(slope.abs()) > SMALL * v.abs().max(w.abs())
+                known && change.abs().max(deriv.abs()) > SMALL * v.abs().max(w.abs())
             })
         });
         if jump {

@@ -7,8 +7,8 @@ use super::sweep::{Setting, errors, percent, range};
 use osl_ir::Span;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
-use rustc_hash::FxHashMap;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// A source line to blame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -53,8 +53,8 @@ pub fn culprits(
     let points = setting.points(grid);
     let worst = worst(planes, grid);
     let spread = spread(grid);
-    let mut found: FxHashMap<Place, Blame> = FxHashMap::default();
-    let mut outside: FxHashMap<Place, u32> = FxHashMap::default();
+    let mut found: BTreeMap<Place, Blame> = BTreeMap::default();
+    let mut outside: BTreeMap<Place, u32> = BTreeMap::default();
     let mut followed = (0, 0);
     for (list, is_worst) in [(&worst, true), (&spread, false)] {
         for (x, y) in list {
@@ -70,7 +70,7 @@ pub fn culprits(
             if is_worst { followed.0 += 1 } else { followed.1 += 1 }
         }
     }
-    let mut lines: FxHashMap<(u32, u32), Vec<Charge>> = FxHashMap::default();
+    let mut lines: BTreeMap<(u32, u32), Vec<Charge>> = BTreeMap::default();
     let mut put = |place: Place, score: f64, why: String| {
         if let (Some(file), Some(at)) = (sources.file_at(place.span.start), sources.place(place.span))
             && place.span != Span::default()
@@ -191,7 +191,7 @@ fn spread(grid: &Grid) -> Vec<(usize, usize)> {
 /// Calls of derivatives across jumps, with the share of the points at which they occur.
 fn seen_jumps(subject: &Subject<'_>, grid: &Grid, setting: &Setting) -> Vec<(Span, &'static str, f64)> {
     let points = setting.points(grid);
-    let mut count: FxHashMap<(Span, &'static str), u32> = FxHashMap::default();
+    let mut count: BTreeMap<(Span, &'static str), u32> = BTreeMap::default();
     let (mut all, middle) = (0, [grid.width / 3, grid.height / 3]);
     for along_x in [true, false] {
         let length = if along_x { grid.width } else { grid.height }.min(ALONG);

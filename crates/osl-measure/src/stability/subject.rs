@@ -1,9 +1,9 @@
 //! The examined shader with its points; it can be run in both arithmetics at other settings.
 
 use crate::trace::{self, OnePoint, Trace};
-use osl::pipeline;
+use osl::stages;
 use osl_exec::{Arithmetic, Datum, PointSource, RunError, RunOptions, Services};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Body};
 use osl_ir::passes;
 use osl_limits::Limits;
@@ -33,8 +33,8 @@ impl PointSource for Swept {
     fn uniform(&self, global: Global) -> [f32; 3] {
         self.grid.uniform(global)
     }
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
-        self.grid.slope(global, axis).map(|x| x * self.footprint)
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.grid.deriv(global, axis).map(|x| x * self.footprint)
     }
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         self.grid.fill(global, first, width, lanes);
@@ -60,16 +60,16 @@ impl Base {
         let options = passes::Options {
             outputs: outputs.clone(),
             varying: grid.varying().to_vec(),
-            slopes: grid.varying_slopes().to_vec(),
+            derivs: grid.varying_derivs().to_vec(),
             limits: limits.clone(),
             ..passes::Options::default()
         };
-        let strict = pipeline::finish(plain.clone(), &options);
+        let strict = stages::finish(plain.clone(), &options);
         let double = passes::Options { arithmetic: Arithmetic::Double, ..options.clone() };
-        let exact = pipeline::finish(plain, &double).program;
+        let exact = stages::finish(plain, &double).program;
         let insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
-        let differentiates = insts.into_iter().any(|i| matches!(i.op, osl_ir::ir::Op::Slope(..)));
-        let mut noted = trace::prepare(noted, &options.varying, &options.slopes, limits);
+        let differentiates = insts.into_iter().any(|i| matches!(i.op, osl_ir::ir::Op::GlobalDeriv(..)));
+        let mut noted = trace::prepare(noted, &options.varying, &options.derivs, limits);
         if let Some(wanted) = outputs {
             noted.outputs.retain(|o| wanted.contains(&o.name));
         }

@@ -224,7 +224,7 @@ pub(super) fn sweep(
     let mut bounds: Option<(f64, f64)> = None;
     let mut last_safe = None;
     for decade in DECADES {
-        let by = 10_f64.powi(decade);
+        let by = pxfm::f_exp10(f64::from(decade));
         let found = measure(subject, &subject.base, grid, setting(by), tolerance);
         let safe = is_safe(&found.0);
         if safe {

@@ -1,6 +1,6 @@
 //! Values in double precision, and the lane operations on them.
 //!
-//! The operations are those of [`osl_ir::for_each_lane_op!`] with `f64` as the element type: the same
+//! The operations are those of [`osl_numeric::for_each_lane_op!`] with `f64` as the element type: the same
 //! program, without rounding to single precision.
 
 use osl_ir::ir::{Const, Kind, LaneOp};
@@ -169,13 +169,13 @@ macro_rules! stamp {
         $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
         fn one(op: LaneOp, args: &[Exact]) -> Option<Exact> {
             match op {
-                $(LaneOp::$name => row!(args, osl_ir::numeric::$module::$body, ($($arg),*) -> $ret)),*
+                $(LaneOp::$name => row!(args, osl_numeric::$module::$body, ($($arg),*) -> $ret)),*
             }
         }
     };
 }
 
-osl_ir::for_each_lane_op!(stamp);
+osl_numeric::for_each_lane_op!(stamp);
 
 /// The result of a lane operation; `None` if the arguments have the wrong kinds.
 pub fn eval(op: LaneOp, args: &[Exact]) -> Option<Exact> {

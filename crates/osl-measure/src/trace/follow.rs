@@ -183,9 +183,14 @@ impl Follower<'_> {
                 let value = self.kernels.point.global(*global);
                 self.datum(What::Global(*global), inst, value)?
             }
-            Op::Slope(global, axis) => {
-                let value = self.kernels.point.slope_of(*global, *axis);
-                self.datum(What::Slope(*global, *axis), inst, value)?
+            Op::Input(index) => {
+                let value = self.body.inputs.get(*index as usize).map(|input| &input.value);
+                let exact = value.map(Exact::widen);
+                self.push(What::Const, inst.span, Vec::new(), value.cloned(), exact)?
+            }
+            Op::GlobalDeriv(global, axis) => {
+                let value = self.kernels.point.deriv_of(*global, *axis);
+                self.datum(What::GlobalDeriv(*global, *axis), inst, value)?
             }
             Op::Lane(op, args) => self.lane(*op, args, inst, way)?,
             Op::Kernel(kernel, args) => return self.kernel(kernel, args, inst, way),

@@ -6,13 +6,14 @@ use osl_exec::{Program, RunOptions, Services};
 use osl_ir::ir::{Body, Builder, Const, Kernel, Kind, NoiseField, Output, Shape, Sink, SlotId, Source};
 use osl_ir::types::{Base, Extent, Type};
 use osl_limits::Limits;
-use osl_noise::{Isa, Kind as Field};
+use osl_noise::Kind as Field;
+use osl_simd::Isa;
 
 /// A call of a noise field.
 pub(super) struct NoiseCall {
     field: Field,
     dims: usize,
-    tangents: bool,
+    has_derivs: bool,
     /// Number of arguments before the coordinates.
     skip: usize,
 }
@@ -20,11 +21,11 @@ pub(super) struct NoiseCall {
 impl NoiseCall {
     /// The noise call of a kernel with these arguments, if it is one.
     pub(super) fn of(kernel: &Kernel, args: &[Const]) -> Option<NoiseCall> {
-        let (field, dims, tangents, skip) = match kernel {
-            Kernel::Noise { field, dims, tangents, .. } => (*field, *dims, *tangents, 0),
-            Kernel::NamedNoise { dims, periodic, options, tangents, .. } if options.is_empty() => {
+        let (field, dims, has_derivs, skip) = match kernel {
+            Kernel::Noise { field, dims, has_derivs, .. } => (*field, *dims, *has_derivs, 0),
+            Kernel::NamedNoise { dims, periodic, options, has_derivs, .. } if options.is_empty() => {
                 let Some(Const::Str(name)) = args.first() else { return None };
-                (NoiseField::from_name(name, *periodic)?, *dims, *tangents, 1)
+                (NoiseField::from_name(name, *periodic)?, *dims, *has_derivs, 1)
             }
             _ => return None,
         };
@@ -36,7 +37,7 @@ impl NoiseCall {
             NoiseField::Simplex => Field::Simplex,
             NoiseField::USimplex => Field::USimplex,
         };
-        Some(NoiseCall { field, dims: usize::from(dims), tangents, skip })
+        Some(NoiseCall { field, dims: usize::from(dims), has_derivs, skip })
     }
 
     /// Its results in the strict arithmetic.
@@ -57,15 +58,15 @@ impl NoiseCall {
     /// the coordinates.
     fn eval<T: osl_noise::Float + Default>(&self, inputs: &[T], kinds: &[Kind]) -> [T; 9] {
         let inputs: Vec<&[T]> = inputs.iter().map(std::slice::from_ref).collect();
-        let tangents = if self.tangents { 2 * self.dims } else { 0 };
-        let (plain, slopes) = inputs.split_at(inputs.len().saturating_sub(tangents));
+        let count = if self.has_derivs { 2 * self.dims } else { 0 };
+        let (plain, derivs) = inputs.split_at(inputs.len().saturating_sub(count));
         let (coords, periods) = plain.split_at(self.dims.min(plain.len()));
-        let duals = [coords, slopes].concat();
+        let duals = [coords, derivs].concat();
         let mut out = [T::default(); 9];
         let [a, b, c, d, e, f, g, h, i] = out.each_mut().map(std::slice::from_mut);
         let (isa, field) = (Isa::detect(), self.field);
         let three = kinds.first() == Some(&Kind::Triple);
-        match (self.tangents, three, periods.is_empty()) {
+        match (self.has_derivs, three, periods.is_empty()) {
             (false, false, true) => osl_noise::eval(isa, field, coords, a),
             (false, false, false) => osl_noise::eval_periodic(isa, field, coords, periods, a),
             (false, true, true) => osl_noise::eval3(isa, field, coords, [a, b, c]),
@@ -237,13 +238,13 @@ fn redirect(kernel: &mut Kernel, from: SlotId, to: SlotId) {
 pub fn noise(kernel: &Kernel, args: &[Exact], result: usize) -> Option<Exact> {
     let rounded: Vec<Const> = args.iter().map(Exact::round).collect();
     let call = NoiseCall::of(kernel, &rounded)?;
-    let (triple, tangents) = match kernel {
-        Kernel::Noise { triple, tangents, .. } | Kernel::NamedNoise { triple, tangents, .. } => {
-            (*triple, *tangents)
+    let (triple, has_derivs) = match kernel {
+        Kernel::Noise { triple, has_derivs, .. } | Kernel::NamedNoise { triple, has_derivs, .. } => {
+            (*triple, *has_derivs)
         }
         _ => return None,
     };
     let kind = if triple { Kind::Triple } else { Kind::Float };
-    let kinds = vec![kind; if tangents { 3 } else { 1 }];
+    let kinds = vec![kind; if has_derivs { 3 } else { 1 }];
     call.exact(args, &kinds).into_iter().nth(result)
 }

@@ -17,7 +17,7 @@ pub use kernel::noise;
 pub use point::OnePoint;
 
 use osl_ir::Span;
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Body, Const, Kernel, LaneOp};
 use osl_ir::types::Type;
 use osl_limits::Limits;
@@ -34,7 +34,7 @@ pub enum What {
     /// A global of the point.
     Global(Global),
     /// The change of a global to the next pixel.
-    Slope(Global, Axis),
+    GlobalDeriv(Global, Axis),
     /// A lane operation.
     Lane(LaneOp),
     /// One result of a kernel, by its number.
@@ -82,13 +82,13 @@ impl Trace {
 }
 
 /// The body that a trace follows: derivatives written out, everything else as lowered.
-pub fn prepare(mut body: Body, varying: &[Global], slopes: &[Global], limits: &Limits) -> Body {
+pub fn prepare(mut body: Body, varying: &[Global], derivs: &[Global], limits: &Limits) -> Body {
     use osl_ir::passes::{Options, Pass, run};
     let without = Pass::ALL.into_iter().filter(|p| !matches!(p, Pass::Ssa | Pass::Derive | Pass::Rate));
     let options = Options {
         outputs: None,
         varying: varying.to_vec(),
-        slopes: slopes.to_vec(),
+        derivs: derivs.to_vec(),
         without: without.collect(),
         limits: limits.clone(),
         ..Options::default()

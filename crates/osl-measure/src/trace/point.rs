@@ -1,7 +1,7 @@
 //! A single point of a source.
 
 use osl_exec::{Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 
 /// One point of a source of points.
@@ -41,11 +41,11 @@ impl OnePoint<'_> {
     }
 
     /// How a global changes along an axis.
-    pub fn slope_of(&self, global: Global, axis: Axis) -> [f32; 3] {
-        if !self.source.varying_slopes().contains(&global) {
-            return self.source.slope(global, axis);
+    pub fn deriv_of(&self, global: Global, axis: Axis) -> [f32; 3] {
+        if !self.source.varying_derivs().contains(&global) {
+            return self.source.deriv(global, axis);
         }
-        self.filled(global, |lanes| self.source.fill_slope(global, axis, self.point, 1, lanes))
+        self.filled(global, |lanes| self.source.fill_deriv(global, axis, self.point, 1, lanes))
     }
 
     fn filled(&self, global: Global, fill: impl FnOnce(&mut [f32])) -> [f32; 3] {
@@ -72,8 +72,8 @@ impl PointSource for OnePoint<'_> {
         self.global(global)
     }
 
-    fn slope(&self, global: Global, axis: Axis) -> [f32; 3] {
-        self.slope_of(global, axis)
+    fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+        self.deriv_of(global, axis)
     }
 
     fn fill(&self, global: Global, _: usize, width: usize, lanes: &mut [f32]) {

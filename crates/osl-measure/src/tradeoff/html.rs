@@ -2,6 +2,7 @@
 
 use super::{Error, Output, Row, Trade};
 use crate::markup::escape;
+use pxfm::{f_exp10, f_log10, f_log10f};
 use std::fmt::Write;
 
 /// Encodes three planes with values 0 to 1 as a picture in a data URL; `None` if that fails.
@@ -84,18 +85,18 @@ impl Axis {
             .filter(|v| v.is_finite() && *v > 0.0)
             .fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
         let (low, high) =
-            if low.is_finite() { (low.log10().floor(), high.log10().ceil()) } else { (0.0, 1.0) };
+            if low.is_finite() { (f_log10(low).floor(), f_log10(high).ceil()) } else { (0.0, 1.0) };
         Axis { low, high: high.max(low + 1.0), from, to }
     }
 
     /// The position of a value; values that are not positive lie at the start.
     fn place(&self, value: f64) -> f64 {
-        let share = (value.max(f64::MIN_POSITIVE).log10() - self.low) / (self.high - self.low);
+        let share = (f_log10(value.max(f64::MIN_POSITIVE)) - self.low) / (self.high - self.low);
         self.from + share.clamp(0.0, 1.0) * (self.to - self.from)
     }
 
     fn decades(&self) -> impl Iterator<Item = f64> {
-        (self.low as i32..=self.high as i32).map(|e| 10_f64.powi(e))
+        (self.low as i32..=self.high as i32).map(|e| f_exp10(f64::from(e)))
     }
 }
 
@@ -188,7 +189,7 @@ fn pictures(trade: &Trade, output: &Output, encode: Encode<'_>, page: &mut Strin
     for (row, picture) in output.front.iter().zip(&output.pictures) {
         let height = picture.values.len() / picture.width.max(1);
         let heat = |shift: f32| {
-            let one = |error: &f32| ((1.0 + error.max(1e-4).log10() / 4.0) * 3.0 - shift).clamp(0.0, 1.0);
+            let one = |error: &f32| ((1.0 + f_log10f(error.max(1e-4)) / 4.0) * 3.0 - shift).clamp(0.0, 1.0);
             picture.values.iter().map(one).collect::<Vec<f32>>()
         };
         let url = encode(picture.width, height, &[heat(0.0), heat(1.0), heat(2.0)]);

@@ -15,10 +15,14 @@ mod model;
 mod random;
 
 use model::{BINARY, COMPARE, INT_COMPARE, UNARY, alike, binary, compare, compare_ints, unary};
-use osl_native::{Binary, Block, Code, Scratch, Unary, Words, assemble};
+use osl_native::interpret::interpret;
+use osl_native::{Binary, Block, Code, Compare, MaskValue, Scratch, Target, Unary, Value, Words};
 use proptest::prelude::*;
 use random::{Both, PLACES};
 use std::ops::Range;
+
+/// The machine whose instructions the emulator knows.
+const TARGET: Target = Target::Avx512;
 
 /// An array for a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,14 +47,20 @@ impl Held {
 
 /// The contents of the arrays after a block has run on ranges of lanes, for each way to run it.
 fn each_way(block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)> {
-    let code = assemble(block);
+    let code = TARGET.assemble(block);
     let mut held = arrays.to_vec();
     for range in ranges {
         emulate::run(&code, held.iter_mut().map(Held::lend).collect(), range.clone());
     }
     let mut ways = vec![("emulated", held)];
-    if osl_native::is_supported() {
-        let (code, mut scratch) = (Code::new(block).unwrap(), Scratch::default());
+    let mut held = arrays.to_vec();
+    for range in ranges {
+        let mut arrays: Vec<_> = held.iter_mut().map(Held::lend).collect();
+        interpret(block, &mut arrays, range.clone()).unwrap();
+    }
+    ways.push(("interpreted", held));
+    if TARGET.is_supported() {
+        let (code, mut scratch) = (Code::new(block, TARGET).unwrap(), Scratch::default());
         let mut held = arrays.to_vec();
         for range in ranges {
             assert!(code.run(held.iter_mut().map(Held::lend), range.clone(), &mut scratch));
@@ -116,13 +126,13 @@ fn every_operation_holds_at_the_extremes() {
         models.push(Box::new(move |a, _| unary(op, a)));
     }
     for how in COMPARE {
-        let truth = block.compare(how, a, b);
-        results.push(block.number(truth));
+        let mask = block.compare(how, a, b);
+        results.push(block.number(mask));
         models.push(Box::new(move |a, b| u32::from(compare(how, a, b))));
     }
     for how in INT_COMPARE {
-        let truth = block.compare_ints(how, a, b);
-        results.push(block.number(truth));
+        let mask = block.compare_ints(how, a, b);
+        results.push(block.number(mask));
         models.push(Box::new(move |a, b| u32::from(compare_ints(how, a, b))));
     }
     for (at, result) in results.iter().enumerate() {
@@ -144,6 +154,92 @@ fn every_operation_holds_at_the_extremes() {
             }
         }
     }
+}
+
+/// What a mask is for two words.
+type Model = Box<dyn Fn(u32, u32) -> bool>;
+
+/// Masks of the same two operands, combined and negated, and choices by them: the block may compute fewer.
+#[test]
+fn combined_comparisons_hold_at_the_extremes() {
+    let list = extremes();
+    let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
+    let lanes = pairs.len().next_multiple_of(16);
+    let mut inputs = vec![0; 2 * lanes];
+    for (at, (a, b)) in pairs.iter().enumerate() {
+        (inputs[at], inputs[lanes + at]) = (*a, *b);
+    }
+    let mut block = Block::new();
+    let (from, to) = (block.array(), block.array());
+    let (a, b) = (block.lanes(from, 0), block.lanes(from, lanes as u32));
+    let mut masks: Vec<(MaskValue, Model)> = Vec::new();
+    for how in COMPARE {
+        masks.push((block.compare(how, a, b), Box::new(move |a, b| compare(how, a, b))));
+        for other in COMPARE {
+            let (p, q) = (block.compare(how, a, b), block.compare(other, a, b));
+            let (p, q) = (block.not(p), block.not(q));
+            let is = move |a, b| !compare(how, a, b) && !compare(other, a, b);
+            masks.push((block.both(p, q), Box::new(is)));
+        }
+    }
+    for how in INT_COMPARE {
+        let mask = block.compare_ints(how, a, b);
+        masks.push((block.not(mask), Box::new(move |a, b| !compare_ints(how, a, b))));
+    }
+    let nan_or_infinite = block.class(a, true, true);
+    let finite = block.not(nan_or_infinite);
+    masks.push((finite, Box::new(|a, _| f32::from_bits(a).is_finite())));
+    let nan = block.class(a, true, false);
+    let number = block.not(nan);
+    masks.push((block.both(nan_or_infinite, number), Box::new(|a, _| f32::from_bits(a).is_infinite())));
+    let mut place = 0;
+    for (mask, _) in &masks {
+        let results = [block.number(*mask), block.choose(*mask, a, b), block.choose(*mask, b, a)];
+        for result in results {
+            block.store(to, place, result, true);
+            place += lanes as u32;
+        }
+    }
+    let out = vec![0; 3 * masks.len() * lanes];
+    for (way, held) in
+        each_way(&block, &[Held::Read(inputs), Held::Write(out)], std::slice::from_ref(&(0..lanes)))
+    {
+        let found = |result: usize, lane: usize| held[1].words()[result * lanes + lane];
+        for (at, (_, model)) in masks.iter().enumerate() {
+            for (lane, (a, b)) in pairs.iter().enumerate() {
+                let truth = model(*a, *b);
+                let (yes, no) = if truth { (*a, *b) } else { (*b, *a) };
+                let found = [0, 1, 2].map(|n| found(3 * at + n, lane));
+                assert_eq!(found, [u32::from(truth), yes, no], "{way}: mask {at} of {a:x} and {b:x}");
+            }
+        }
+    }
+}
+
+/// What no store needs costs no instruction, and neither do opposites.
+#[test]
+fn blocks_compute_no_more_than_is_stored() {
+    let count = |write: &dyn Fn(&mut Block, Value, Value) -> Value| {
+        let mut block = Block::new();
+        let (from, to) = (block.array(), block.array());
+        let (a, b) = (block.lanes(from, 0), block.lanes(from, 16));
+        let result = write(&mut block, a, b);
+        block.store(to, 0, result, true);
+        TARGET.assemble(&block).instructions
+    };
+    let sum = count(&|block, a, b| block.binary(Binary::Add, a, b));
+    let with_more = count(&|block, a, b| {
+        let product = block.binary(Binary::Mul, a, b);
+        block.unary(Unary::Sqrt, product);
+        block.binary(Binary::Add, a, b)
+    });
+    assert_eq!(with_more, sum);
+    let smaller = count(&|block, a, b| {
+        let larger = block.compare(Compare::Greater, a, b);
+        let not_larger = block.not(larger);
+        block.choose(not_larger, a, b)
+    });
+    assert_eq!(smaller, sum, "it is the minimum");
 }
 
 /// Compares roots of floats and their inverses with the processor's.
@@ -173,7 +269,7 @@ fn check_roots(floats: impl Iterator<Item = u32>) {
 
 /// Steps between tried mantissas: an emulator is slower than the machine.
 fn step() -> usize {
-    if osl_native::is_supported() { 1 } else { 331 }
+    if TARGET.is_supported() { 1 } else { 331 }
 }
 
 /// On the usual path, a factor of four changes only exponents, so two binades stand for all.
@@ -198,7 +294,7 @@ fn roots_are_exact_for_every_float() {
 
 #[test]
 fn arrays_that_do_not_suit_are_refused() {
-    if !osl_native::is_supported() {
+    if !TARGET.is_supported() {
         return;
     }
     let mut block = Block::new();
@@ -206,7 +302,7 @@ fn arrays_that_do_not_suit_are_refused() {
     let (a, k) = (block.lanes(from, 32), block.word(from, 100));
     let sum = block.binary(Binary::Add, a, k);
     block.store(to, 16, sum, true);
-    let code = Code::new(&block).unwrap();
+    let code = Code::new(&block, TARGET).unwrap();
     assert!(code.size() > 0);
     let mut scratch = Scratch::default();
     let (read, mut write) = (vec![0; 101], vec![7; 48]);
@@ -230,7 +326,7 @@ fn blocks_that_name_far_words_have_no_code() {
     let array = block.array();
     let a = block.lanes(array, u32::MAX - 3);
     block.store(array, 0, a, true);
-    assert!(Code::new(&block).is_none());
+    assert!(Code::new(&block, TARGET).is_none());
 }
 
 proptest! {

@@ -3,15 +3,15 @@
 use crate::model::{
     BINARY, COMPARE, INT_COMPARE, UNARY, binary, compare, compare_ints, length, number, unary,
 };
-use osl_native::{Array, Binary, Block, Truth, Value};
+use osl_native::{Array, Binary, Block, MaskValue, Value};
 
-/// A block with its model: the value of each `Value` and `Truth` in every lane, unless a NaN was computed on
-/// the way, whose bits are unspecified.
+/// A block with its model: the value of each `Value` and `MaskValue` in every lane, unless a NaN was computed
+/// on the way, whose bits are unspecified.
 pub(crate) struct Both {
     pub(crate) block: Block,
     lanes: usize,
     pub(crate) values: Vec<(Value, Vec<Option<u32>>)>,
-    truths: Vec<(Truth, Vec<Option<bool>>)>,
+    masks: Vec<(MaskValue, Vec<Option<bool>>)>,
     /// The array of lanes, as the block leaves it.
     pub(crate) memory: Vec<Option<u32>>,
     /// Positions of the array that the block need not keep.
@@ -31,7 +31,7 @@ impl Both {
             block,
             lanes,
             values: Vec::new(),
-            truths: Vec::new(),
+            masks: Vec::new(),
             memory: start.iter().copied().map(Some).collect(),
             loose: vec![false; PLACES],
             array,
@@ -45,7 +45,7 @@ impl Both {
         let lanes = self.lanes;
         let place = a % PLACES;
         let pick = |at: usize| self.values.get(at % self.values.len().max(1)).cloned();
-        let truth = |at: usize| self.truths.get(at % self.truths.len().max(1)).cloned();
+        let mask = |at: usize| self.masks.get(at % self.masks.len().max(1)).cloned();
         let one = |f: &dyn Fn(usize) -> Option<u32>| (0..lanes).map(f).collect::<Vec<_>>();
         let is = |f: &dyn Fn(usize) -> Option<bool>| (0..lanes).map(f).collect::<Vec<_>>();
         match what % 18 {
@@ -88,47 +88,47 @@ impl Both {
             7 | 8 => {
                 if let (Some((v, p)), Some((w, q))) = (pick(a), pick(b)) {
                     let how = COMPARE[how % COMPARE.len()];
-                    let truth = self.block.compare(how, v, w);
-                    self.truths.push((truth, is(&|i| Some(compare(how, p[i]?, q[i]?)))));
+                    let mask = self.block.compare(how, v, w);
+                    self.masks.push((mask, is(&|i| Some(compare(how, p[i]?, q[i]?)))));
                 }
             }
             9 => {
                 if let (Some((v, p)), Some((w, q))) = (pick(a), pick(b)) {
                     let how = INT_COMPARE[how % INT_COMPARE.len()];
-                    let truth = self.block.compare_ints(how, v, w);
-                    self.truths.push((truth, is(&|i| Some(compare_ints(how, p[i]?, q[i]?)))));
+                    let mask = self.block.compare_ints(how, v, w);
+                    self.masks.push((mask, is(&|i| Some(compare_ints(how, p[i]?, q[i]?)))));
                 }
             }
             10 => {
                 if let Some((v, p)) = pick(a) {
                     let (nan, infinite) = (how % 3 != 0, how % 3 != 1);
-                    let truth = match how % 4 {
+                    let mask = match how % 4 {
                         0 => {
-                            let truth = self.block.not_zero(v);
-                            self.truths.push((truth, is(&|i| Some(p[i]? != 0))));
+                            let mask = self.block.not_zero(v);
+                            self.masks.push((mask, is(&|i| Some(p[i]? != 0))));
                             return;
                         }
                         _ => self.block.class(v, nan, infinite),
                     };
                     let float = |i: usize| p[i].map(f32::from_bits);
-                    self.truths.push((
-                        truth,
+                    self.masks.push((
+                        mask,
                         is(&|i| Some(nan && float(i)?.is_nan() || infinite && float(i)?.is_infinite())),
                     ));
                 }
             }
             11 => {
-                if let (Some((s, p)), Some((t, q))) = (truth(a), truth(b)) {
-                    let (truth, model) = match how % 3 {
+                if let (Some((s, p)), Some((t, q))) = (mask(a), mask(b)) {
+                    let (mask, model) = match how % 3 {
                         0 => (self.block.both(s, t), is(&|i| Some(p[i]? & q[i]?))),
                         1 => (self.block.either(s, t), is(&|i| Some(p[i]? | q[i]?))),
                         _ => (self.block.not(s), is(&|i| Some(!p[i]?))),
                     };
-                    self.truths.push((truth, model));
+                    self.masks.push((mask, model));
                 }
             }
             12 => {
-                if let Some((t, p)) = truth(a) {
+                if let Some((t, p)) = mask(a) {
                     self.values.push((self.block.number(t), one(&|i| Some(u32::from(p[i]?)))));
                 }
             }
@@ -155,7 +155,7 @@ impl Both {
                 }
             }
             13 => {
-                if let (Some((t, p)), Some((v, q)), Some((w, r))) = (truth(a), pick(b), pick(c)) {
+                if let (Some((t, p)), Some((v, q)), Some((w, r))) = (mask(a), pick(b), pick(c)) {
                     let value = self.block.choose(t, v, w);
                     self.values.push((value, one(&|i| if p[i]? { q[i] } else { r[i] })));
                 }

@@ -5,8 +5,8 @@
 
 use super::{Key, Lattice, Table};
 use crate::perlin::{SCALE, corner_hashes, factors};
-use crate::simd::wide::{Floats, Proof, Words};
 use crate::unroll::{array, each};
+use osl_simd::wide::{Floats, Proof, Words};
 
 /// The lattice of unit cubes.
 #[derive(Clone, Copy)]

@@ -1,9 +1,9 @@
 //! Simplex noise in three dimensions at points of known simplices.
 
 use super::{Key, Lattice, Table};
-use crate::simd::wide::{Floats, Marks, Proof, Words};
 use crate::simplex::{F, G, SCALE, gradients};
 use crate::unroll::{array, each};
+use osl_simd::wide::{Floats, Marks, Proof, Words};
 
 /// The lattice of simplices.
 #[derive(Clone, Copy)]
@@ -54,8 +54,8 @@ impl Lattice<3> for Simplex {
     fn placed(proof: Proof, p: [Floats; 3], word: impl Fn(usize) -> Floats) -> Floats {
         let Site { origin, order: [xy, xz, yz], .. } = site(proof, p);
         // The axes along which the second corner is further, and those of the third.
-        let first = [xy.and(xz), yz.and(xy.not()), xz.or(yz).not()];
-        let second = [xy.or(xz), yz.or(xy.not()), xz.and(yz).not()];
+        let first = [xy & xz, yz & !xy, !(xz | yz)];
+        let second = [xy | xz, yz | !xy, !(xz & yz)];
         let (zero, half, one) = (proof.all(0.0), proof.all(0.5), proof.all(1.0));
         let mut total = zero;
         each(

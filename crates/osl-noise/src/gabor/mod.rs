@@ -30,10 +30,10 @@ mod params;
 mod waves;
 
 use crate::number::{Dual, Number};
-use crate::simd::{Isa, Kernel};
 use cells::Cells;
 use field::Site;
 use filter::Filter;
+use osl_simd::{Isa, Kernel};
 pub use params::Options;
 use params::Params;
 use std::marker::PhantomData;

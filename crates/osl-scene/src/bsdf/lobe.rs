@@ -3,6 +3,7 @@
 use super::fresnel::{self, reflect, refract};
 use super::microfacet::{Distribution, Facets};
 use super::{Frame, cosine};
+use crate::math::square;
 use glam::{Vec2, Vec3};
 use osl_exec::Component;
 use osl_ir::ir::Const;
@@ -96,7 +97,7 @@ impl Lobe {
         let kind = match &*component.name {
             "diffuse" => Kind::Diffuse(Frame::around(normal(component, 0, side))),
             "oren_nayar" => {
-                let sigma2 = float(component, 1).clamp(0.0, 1.0).powi(2);
+                let sigma2 = square(float(component, 1).clamp(0.0, 1.0));
                 let (a, b) = (1.0 - 0.5 * sigma2 / (sigma2 + 0.33), 0.45 * sigma2 / (sigma2 + 0.09));
                 Kind::OrenNayar(Frame::around(normal(component, 0, side)), a, b)
             }

@@ -166,7 +166,7 @@ impl Tracer<'_> {
     fn start(&self, slot: usize, sample: &Sample) -> Path {
         let [x, y, ..] = sample.sampler.four(0);
         let ray = self.world.view.ray(sample.corner[0] + x, sample.corner[1] + y);
-        let spread = ray.direction_slopes[0].length();
+        let spread = ray.direction_derivs[0].length();
         Path {
             slot,
             pixel: sample.pixel,

@@ -1,7 +1,7 @@
 //! Builds a world for rendering from a description: triangles, programs, lights.
 
 use super::describe::{Description, Form, SkyNode, Surface};
-use super::message::{Messages, Place};
+use super::message::{Messages, say};
 use super::network::{Network, Networks, Use};
 use super::tessellate::{move_by, tessellate};
 use crate::camera::View;
@@ -239,9 +239,9 @@ fn shaded_sky(
         let at = |uv: Vec2| Sky::direction(uv.to_array());
         let (dx, dy) = (Vec2::new(step[0], 0.0), Vec2::new(0.0, step[1]));
         let p = at(uv);
-        let slopes = [at(uv + dx) - p, at(uv + dy) - p];
-        let [dpdu, dpdv] = [slopes[0] / step[0], slopes[1] / step[1]];
-        let footprint = Footprint { p: slopes, uv: [dx, dy], i: slopes };
+        let derivs = [at(uv + dx) - p, at(uv + dy) - p];
+        let [dpdu, dpdv] = [derivs[0] / step[0], derivs[1] / step[1]];
+        let footprint = Footprint { p: derivs, uv: [dx, dy], i: derivs };
         points.push(SurfacePoint { p, n: -p, ng: -p, uv, dpdu, dpdv }, p, footprint);
     }
     let frame = run(&network.program, services, &points, network.closure, messages.limits());
@@ -266,13 +266,6 @@ fn run(
 ) -> Result<Frame, osl_exec::RunError> {
     let options = RunOptions { closures, limits: limits.clone(), ..RunOptions::default() };
     osl_exec::run(program, services, points, &options, &|_| ())
-}
-
-/// Reports the messages of a shader that ran while the scene was built.
-pub(super) fn say(frame: &Frame, place: &Place, messages: &mut Messages) {
-    for (error, text) in frame.said(|_| String::new()) {
-        if error { messages.error(place, text) } else { messages.warning(place, text) }
-    }
 }
 
 fn plane_color(frame: &Frame, name: &Arc<str>, at: usize) -> Vec3 {

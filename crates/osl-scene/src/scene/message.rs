@@ -1,5 +1,6 @@
 //! Messages about a scene file, with their lines.
 
+use osl_exec::Frame;
 use osl_limits::Limits;
 use std::fmt;
 use std::sync::Arc;
@@ -80,5 +81,12 @@ impl Messages {
     /// The messages.
     pub fn list(&self) -> &[Message] {
         &self.list
+    }
+}
+
+/// Reports the messages of a shader that ran while the scene was built.
+pub(super) fn say(frame: &Frame, place: &Place, messages: &mut Messages) {
+    for (error, text) in frame.said(|_| String::new()) {
+        if error { messages.error(place, text) } else { messages.warning(place, text) }
     }
 }

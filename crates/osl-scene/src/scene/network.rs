@@ -8,15 +8,15 @@ use super::describe::Description;
 use super::message::{Messages, Place};
 use super::text::{Node, Param, Value};
 use osl_exec::Program;
-use osl_ir::group::text::Shaders;
-use osl_ir::group::{Group, Layer};
-use osl_ir::hir;
+use osl_hir::hir;
 use osl_ir::ir::Body;
-use osl_ir::lower::{self, Requests};
-use osl_ir::params::{self, ParamError, ParamValues};
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
 use osl_limits::Limits;
+use osl_lower::Requests;
+use osl_lower::group::text::Shaders;
+use osl_lower::group::{Group, Layer};
+use osl_lower::params::{self, ParamError, ParamValues};
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -114,7 +114,7 @@ impl<'a> Networks<'a> {
         let group = building.group;
         let last = group.layers().last()?.program.clone();
         let requests = Requests { limits: messages.limits().clone(), ..Requests::default() };
-        let body = lower::lower_group_for(&group, &requests);
+        let body = osl_lower::lower_group_for(&group, &requests);
         let body = body.map_err(|list| {
             let why = list.first().map_or_else(String::new, |d| d.message.clone());
             messages.error(&node.place, format!("node `{name}` cannot be compiled: {why}"));

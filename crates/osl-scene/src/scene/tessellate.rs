@@ -1,8 +1,7 @@
 //! From polygons to triangles: subdivided and displaced, in common space.
 
-use super::build::say;
 use super::describe::Surface;
-use super::message::Messages;
+use super::message::{Messages, say};
 use super::network::Network;
 use super::polygons::Polygons;
 use crate::displace::{Displacement, displace};

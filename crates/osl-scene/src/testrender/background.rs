@@ -5,7 +5,7 @@
 
 use super::dual::Dual3;
 use glam::Vec3;
-use osl_ir::numeric::strict::{atan2, sincos};
+use osl_numeric::strict::{atan2, sincos};
 use std::f32::consts::{PI, TAU};
 
 /// The table.
@@ -46,7 +46,7 @@ fn direction(x: f32, y: f32, side: usize) -> Dual3 {
     let outward = if radius > 0.0 { step * height / radius } else { 0.0 };
     Dual3 {
         value: Vec3::new(radius * cos, radius * sin, height),
-        slopes: [
+        derivs: [
             Vec3::new(-radius * sin, radius * cos, 0.0) * (TAU * scale),
             Vec3::new(outward * cos, outward * sin, -step),
         ],

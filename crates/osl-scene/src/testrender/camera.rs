@@ -2,7 +2,7 @@
 
 use super::dual::Dual3;
 use glam::Vec3;
-use osl_ir::numeric::strict;
+use osl_numeric::strict;
 
 /// A camera as a scene describes it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,13 +43,13 @@ impl Ray {
         let radius = self.radius_at(distance);
         Dual3 {
             value: self.origin + self.direction * distance,
-            slopes: orthogonal(self.direction).map(|axis| axis * radius),
+            derivs: orthogonal(self.direction).map(|axis| axis * radius),
         }
     }
 
     /// The direction with its derivatives.
     pub fn dual_direction(&self) -> Dual3 {
-        Dual3 { value: self.direction, slopes: orthogonal(self.direction).map(|axis| axis * self.spread) }
+        Dual3 { value: self.direction, derivs: orthogonal(self.direction).map(|axis| axis * self.spread) }
     }
 
     /// Its width at a distance.
@@ -112,7 +112,7 @@ mod tests {
     fn rays_cover_a_pixel() {
         let ray = View::new(&Camera::default(), [100, 100]).ray([50.0, 50.0]);
         assert!((ray.spread - 0.01).abs() < 1e-6, "{}", ray.spread);
-        let [a, b] = ray.point(3.0).slopes;
+        let [a, b] = ray.point(3.0).derivs;
         assert!((a.length() - 0.03).abs() < 1e-6 && (b.length() - 0.03).abs() < 1e-6);
         assert!(a.dot(b).abs() < 1e-6 && a.dot(ray.direction).abs() < 1e-6);
     }

@@ -1,7 +1,7 @@
 //! Numbers with their derivatives along x and y of the picture.
 
 use glam::Vec3;
-use osl_ir::numeric::strict;
+use osl_numeric::strict;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A number and its two derivatives.
@@ -10,18 +10,18 @@ pub struct Dual {
     /// The number.
     pub value: f32,
     /// Its derivatives along x and y.
-    pub slopes: [f32; 2],
+    pub derivs: [f32; 2],
 }
 
 impl Dual {
     /// A constant.
     pub const fn constant(value: f32) -> Dual {
-        Dual { value, slopes: [0.0; 2] }
+        Dual { value, derivs: [0.0; 2] }
     }
 
     /// Applies a function, given its value and its derivative at this number.
     fn map(self, value: f32, derivative: f32) -> Dual {
-        Dual { value, slopes: self.slopes.map(|s| s * derivative) }
+        Dual { value, derivs: self.derivs.map(|s| s * derivative) }
     }
 
     /// The square root; at 0 the derivatives are 0.
@@ -40,15 +40,15 @@ impl Dual {
     pub fn atan2(self, x: Dual) -> Dual {
         let length2 = x.value * x.value + self.value * self.value;
         let scale = if length2 > 0.0 { 1.0 / length2 } else { 0.0 };
-        let slope = |axis: usize| (x.value * self.slopes[axis] - self.value * x.slopes[axis]) * scale;
-        Dual { value: strict::atan2(self.value, x.value), slopes: [slope(0), slope(1)] }
+        let deriv = |axis: usize| (x.value * self.derivs[axis] - self.value * x.derivs[axis]) * scale;
+        Dual { value: strict::atan2(self.value, x.value), derivs: [deriv(0), deriv(1)] }
     }
 }
 
 impl Add for Dual {
     type Output = Dual;
     fn add(self, b: Dual) -> Dual {
-        Dual { value: self.value + b.value, slopes: [0, 1].map(|k| self.slopes[k] + b.slopes[k]) }
+        Dual { value: self.value + b.value, derivs: [0, 1].map(|k| self.derivs[k] + b.derivs[k]) }
     }
 }
 
@@ -68,13 +68,13 @@ impl Neg for Dual {
 
 /// The derivative of a product along an axis.
 fn product_rule(a: Dual, b: Dual, axis: usize) -> f32 {
-    a.value * b.slopes[axis] + a.slopes[axis] * b.value
+    a.value * b.derivs[axis] + a.derivs[axis] * b.value
 }
 
 impl Mul for Dual {
     type Output = Dual;
     fn mul(self, b: Dual) -> Dual {
-        Dual { value: self.value * b.value, slopes: [0, 1].map(|axis| product_rule(self, b, axis)) }
+        Dual { value: self.value * b.value, derivs: [0, 1].map(|axis| product_rule(self, b, axis)) }
     }
 }
 
@@ -91,30 +91,30 @@ pub struct Dual3 {
     /// The vector.
     pub value: Vec3,
     /// Its derivatives along x and y.
-    pub slopes: [Vec3; 2],
+    pub derivs: [Vec3; 2],
 }
 
 impl Dual3 {
     /// A component, 0 to 2.
     pub fn component(self, index: usize) -> Dual {
-        Dual { value: self.value[index], slopes: self.slopes.map(|s| s[index]) }
+        Dual { value: self.value[index], derivs: self.derivs.map(|s| s[index]) }
     }
 
     /// The dot product with a constant vector.
     pub fn dot(self, b: Vec3) -> Dual {
-        Dual { value: self.value.dot(b), slopes: self.slopes.map(|s| s.dot(b)) }
+        Dual { value: self.value.dot(b), derivs: self.derivs.map(|s| s.dot(b)) }
     }
 
     /// The direction, of length 1.
     pub fn normalize(self) -> Dual3 {
         let value = self.value.normalize_or_zero();
         let scale = 1.0 / self.value.length().max(f32::MIN_POSITIVE);
-        Dual3 { value, slopes: self.slopes.map(|s| (s - value * s.dot(value)) * scale) }
+        Dual3 { value, derivs: self.derivs.map(|s| (s - value * s.dot(value)) * scale) }
     }
 
     /// The vector from a constant point, times a factor.
     pub fn from(self, origin: Vec3, factor: f32) -> Dual3 {
-        Dual3 { value: (self.value - origin) * factor, slopes: self.slopes.map(|s| s * factor) }
+        Dual3 { value: (self.value - origin) * factor, derivs: self.derivs.map(|s| s * factor) }
     }
 }
 
@@ -124,12 +124,12 @@ mod tests {
 
     /// Compares derivatives with differences.
     fn check(f: impl Fn(Dual, Dual) -> Dual, x: f32, y: f32) {
-        let found = f(Dual { value: x, slopes: [1.0, 0.0] }, Dual { value: y, slopes: [0.0, 1.0] });
+        let found = f(Dual { value: x, derivs: [1.0, 0.0] }, Dual { value: y, derivs: [0.0, 1.0] });
         let at = |x: f32, y: f32| f(Dual::constant(x), Dual::constant(y)).value;
         let h = 1e-3;
         let [dx, dy] = [(at(x + h, y) - at(x - h, y)) / (2.0 * h), (at(x, y + h) - at(x, y - h)) / (2.0 * h)];
-        assert!((found.slopes[0] - dx).abs() < 1e-3, "{found:?} {dx}");
-        assert!((found.slopes[1] - dy).abs() < 1e-3, "{found:?} {dy}");
+        assert!((found.derivs[0] - dx).abs() < 1e-3, "{found:?} {dx}");
+        assert!((found.derivs[1] - dy).abs() < 1e-3, "{found:?} {dy}");
     }
 
     #[test]
@@ -138,6 +138,6 @@ mod tests {
         check(|x, y| (x * x + y * y).sqrt(), 0.7, -0.4);
         check(|x, y| x.atan2(y), 0.7, -0.4);
         check(|x, y| (x * y).acos(), 0.7, -0.4);
-        assert_eq!(Dual::constant(0.0).atan2(Dual::constant(0.0)).slopes, [0.0; 2]);
+        assert_eq!(Dual::constant(0.0).atan2(Dual::constant(0.0)).derivs, [0.0; 2]);
     }
 }

@@ -4,15 +4,16 @@
 //! A weight is a value divided by its density, so a product of weights or values needs factors of the
 //! densities to become an estimate. Densities may be infinite, such as those of mirrors.
 
+use crate::math::square;
 use crate::testrender::positive;
 use glam::Vec3;
 
 /// The power heuristic with exponent 2 for a sample chosen with the density `own`.
 pub(super) fn power(own: f32, other: f32) -> f32 {
     if own > other {
-        1.0 / (1.0 + (other / own).powi(2))
+        1.0 / (1.0 + square(other / own))
     } else if own < other {
-        1.0 - 1.0 / (1.0 + (own / other).powi(2))
+        1.0 - 1.0 / (1.0 + square(own / other))
     } else {
         0.5
     }

@@ -20,7 +20,7 @@ mod world;
 pub mod xml;
 
 pub use integrator::{Options, Picture, render};
-pub use points::{SLOPES, VARYING};
+pub use points::{DERIVS, VARYING};
 pub use scene::{GroupText, Scene, SceneError};
 pub use world::{Notes, RayServices, World};
 

@@ -2,7 +2,7 @@
 
 use super::shapes::Point;
 use osl_exec::{Datum, PointSource};
-use osl_ir::hir::Global;
+use osl_ir::global::Global;
 use osl_ir::ir::{Axis, Const};
 
 /// Attributes that shaders can request from the renderer, besides the globals.
@@ -28,7 +28,7 @@ pub const VARYING: [Global; 10] = [
     Global::SurfaceArea,
 ];
 /// The globals with derivatives.
-pub const SLOPES: [Global; 4] = [Global::P, Global::I, Global::U, Global::V];
+pub const DERIVS: [Global; 4] = [Global::P, Global::I, Global::U, Global::V];
 
 /// Points of shapes that one shader group shades.
 pub(super) struct Points<'a> {
@@ -68,7 +68,7 @@ impl PointSource for Points<'_> {
         [0.0; 3]
     }
 
-    fn slope(&self, _: Global, _: Axis) -> [f32; 3] {
+    fn deriv(&self, _: Global, _: Axis) -> [f32; 3] {
         [0.0; 3]
     }
 
@@ -87,17 +87,17 @@ impl PointSource for Points<'_> {
         });
     }
 
-    fn varying_slopes(&self) -> &[Global] {
-        &SLOPES
+    fn varying_derivs(&self) -> &[Global] {
+        &DERIVS
     }
 
-    fn fill_slope(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
+    fn fill_deriv(&self, global: Global, axis: Axis, first: usize, width: usize, lanes: &mut [f32]) {
         let axis = axis as usize;
         self.write(first, width, lanes, |p| match global {
-            Global::P => p.p.slopes[axis].to_array(),
-            Global::I => p.i.slopes[axis].to_array(),
-            Global::U => one(p.u.slopes[axis]),
-            Global::V => one(p.v.slopes[axis]),
+            Global::P => p.p.derivs[axis].to_array(),
+            Global::I => p.i.derivs[axis].to_array(),
+            Global::U => one(p.u.derivs[axis]),
+            Global::V => one(p.v.derivs[axis]),
             _ => [0.0; 3],
         });
     }
@@ -112,8 +112,8 @@ impl PointSource for Points<'_> {
         let [width, height] = self.attributes.resolution;
         let aspect = width as f32 / height.max(1) as f32;
         match name {
-            "s" => Some(Datum { slopes: point.u.slopes, ..Datum::one(Const::Float(point.u.value)) }),
-            "t" => Some(Datum { slopes: point.v.slopes, ..Datum::one(Const::Float(point.v.value)) }),
+            "s" => Some(Datum { derivs: point.u.derivs, ..Datum::one(Const::Float(point.u.value)) }),
+            "t" => Some(Datum { derivs: point.v.derivs, ..Datum::one(Const::Float(point.v.value)) }),
             "osl:version" => Some(Datum::one(Const::Int(11312))),
             "camera:resolution" => Some(Datum::array([width, height].map(|n| Const::Int(n as i32)).to_vec())),
             "camera:projection" => Some(Datum::one(Const::Str("perspective".into()))),

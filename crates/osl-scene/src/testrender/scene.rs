@@ -6,9 +6,9 @@ use super::shapes::{Form, Shape};
 use super::xml::{self, Element, XmlError};
 use glam::Vec3;
 use osl_ir::Span;
-use osl_ir::group::text::{Statement, Word};
 use osl_ir::types::{Base, Type};
 use osl_limits::Limits;
+use osl_lower::group::text::{Statement, Word};
 
 /// A shader group as a scene describes it.
 #[derive(Clone, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::camera::{Ray, orthogonal};
 use super::dual::{Dual, Dual3};
 use crate::testrender::positive;
 use glam::Vec3;
-use osl_ir::numeric::strict::sincos;
+use osl_numeric::strict::sincos;
 use std::f32::consts::{PI, TAU};
 
 /// The geometry of a shape.
@@ -125,7 +125,7 @@ impl Form {
                 let angle = x.atan2(z);
                 // Measured: the derivatives of u have the opposite sign.
                 let u =
-                    (Dual { slopes: angle.slopes.map(|s| -s), ..angle } + Dual::constant(PI)) * (1.0 / TAU);
+                    (Dual { derivs: angle.derivs.map(|s| -s), ..angle } + Dual::constant(PI)) * (1.0 / TAU);
                 let v = y.acos() * (1.0 / PI);
                 let (sin_u, cos_u) = sincos(TAU * u.value);
                 let (sin_v, cos_v) = sincos(PI * v.value);
@@ -243,9 +243,9 @@ mod tests {
             let here = form.point(&ray, t);
             // dP = dPdu du + dPdv dv, for the component of dP on the surface.
             for axis in 0..2 {
-                let flat = here.p.slopes[axis] - here.n * here.p.slopes[axis].dot(here.n);
+                let flat = here.p.derivs[axis] - here.n * here.p.derivs[axis].dot(here.n);
                 let sign = if form == SPHERE { -1.0 } else { 1.0 };
-                let by_uv = here.dpdu * (sign * here.u.slopes[axis]) + here.dpdv * here.v.slopes[axis];
+                let by_uv = here.dpdu * (sign * here.u.derivs[axis]) + here.dpdv * here.v.derivs[axis];
                 assert!(flat.distance(by_uv) < 2e-2 * flat.length(), "{form:?} {flat} {by_uv}");
             }
             assert!(here.n.dot(ray.direction) < 0.0);

@@ -1,9 +1,9 @@
 //! Scenes and shaders from text.
 
-use osl::pipeline;
+use osl::stages;
 use osl_exec::Services;
-use osl_ir::group::text::Shaders;
-use osl_ir::hir;
+use osl_hir::hir;
+use osl_lower::group::text::Shaders;
 use osl_scene::render::{Picture, RenderOptions, World, render};
 use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
 use osl_syntax::source::SourceMap;
@@ -16,7 +16,7 @@ pub(crate) struct Texts<'a>(pub(crate) &'a [&'a str]);
 impl Shaders for Texts<'_> {
     fn load(&mut self, name: &str) -> Result<(Arc<hir::Program>, u32), String> {
         for text in self.0 {
-            let checked = pipeline::check("test.osl", text, &NoFiles, &Options::default());
+            let checked = stages::check("test.osl", text, &NoFiles, &Options::default());
             let program = checked.program.ok_or("it has errors")?;
             if &*program.shader.name == name {
                 let mut sources = SourceMap::default();

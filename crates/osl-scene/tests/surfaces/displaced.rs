@@ -3,7 +3,7 @@
 use crate::common::{assert_watertight, cube, cube_with_uvs, grid};
 use glam::Vec3;
 use osl_exec::PointSource;
-use osl_ir::hir::Global;
+use osl_hir::hir::Global;
 use osl_ir::ir::Axis;
 use osl_scene::displace::{Displaced, Displacement, displace};
 use osl_scene::mesh::{Mesh, Triangles};
@@ -81,11 +81,11 @@ fn points_know_their_surroundings() {
     let points = t.shading_points();
     assert_eq!(points.count(), 17 * 17);
     let mut lanes = vec![0.0; 3 * 17 * 17];
-    points.fill_slope(Global::P, Axis::X, 0, 17 * 17, &mut lanes);
+    points.fill_deriv(Global::P, Axis::X, 0, 17 * 17, &mut lanes);
     // Four edges per quarter, and the diagonals.
     assert!(lanes[..17 * 17].iter().all(|dx| (0.25..0.36).contains(dx)), "along u");
     assert!(lanes[17 * 17..].iter().all(|x| x.abs() < 1e-6));
-    points.fill_slope(Global::V, Axis::Y, 0, 17 * 17, &mut lanes);
+    points.fill_deriv(Global::V, Axis::Y, 0, 17 * 17, &mut lanes);
     assert!(lanes[..17 * 17].iter().all(|dv| (0.0624..0.09).contains(dv)), "v goes to 1 over four units");
     let bare = triangles(&cube(), Scheme::CatmullClark, 1).shading_points();
     assert!(bare.points().iter().all(|p| p.dpdu == Vec3::ZERO), "no coordinates, no tangents");

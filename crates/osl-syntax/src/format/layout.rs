@@ -34,6 +34,7 @@ pub(super) fn layout(text: &str, pieces: &[Piece<'_>], structure: &Structure) ->
         prev_code: prev_code(pieces),
         brackets: vec![Bracket::default(); pieces.len()],
         line: 0..0,
+        broken_string: None,
         indent: 0,
         eol: line_end(text, pieces),
         out: String::with_capacity(text.len() + text.len() / 4),
@@ -106,6 +107,8 @@ struct Writer<'p, 'a> {
     brackets: Vec<Bracket>,
     /// The pieces of the current line.
     line: Range<usize>,
+    /// The first string of the line that is broken over lines.
+    broken_string: Option<usize>,
     indent: u32,
     eol: &'static str,
     out: String,
@@ -127,6 +130,8 @@ impl<'a> Writer<'_, 'a> {
 
     fn line(&mut self, line: &Line) {
         self.line = line.pieces.clone();
+        let pieces = self.pieces.get(self.line.clone()).unwrap_or_default();
+        self.broken_string = pieces.iter().position(Piece::is_broken_string).map(|n| self.line.start + n);
         self.indent = line.indent;
         for at in self.line.clone() {
             let fact = self.fact(at);
@@ -191,12 +196,18 @@ impl<'a> Writer<'_, 'a> {
         while self.piece(first).is_some_and(|p| p.trails) {
             first += 1;
         }
-        let broken = self.piece(first).is_none_or(|p| p.breaks > 0);
+        let broken = self.piece(first).is_none_or(|p| p.breaks > 0 || self.is_parted(opener, p));
         match (declares, broken) {
             (false, true) => Rows::Kept,
             (true, broken) if broken || !self.is_plain(opener) => Rows::Each,
             _ => Rows::None,
         }
+    }
+
+    /// Whether a line must end before a piece because it has a quote, and a string in front of the bracket is
+    /// broken over lines.
+    fn is_parted(&self, opener: usize, piece: &Piece<'_>) -> bool {
+        self.broken_string.is_some_and(|at| at < opener) && piece.text.contains('"')
     }
 
     /// Whether parameters fit on one line and nothing in them requires several.

@@ -15,7 +15,6 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     let at = failure.at;
     let span = stream.spans.get(at).copied().unwrap_or(stream.end);
     let found = stream.tokens.get(at).map_or("the end of the file".into(), describe);
-    let expects = |t: &str| failure.expected.iter().any(|e| e == t);
     if let Some(d) = unclosed(stream, at, span, &found) {
         return d;
     }
@@ -24,18 +23,27 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     {
         return errors::stray_closer(span, found.trim_matches('`'));
     }
-    let before = at.checked_sub(1).and_then(|n| stream.spans.get(n)).copied();
-    if let Some(before) = before
-        && expects("\";\"")
-        && !expects("\"while\"")
-        && !same_line(sources, before, span)
-    {
+    if let Some(before) = lacks_semicolon(stream, failure, sources) {
         return missing_semicolon(before, span, &found);
     }
     let d = hint(stream, at, errors::syntax(span, &found, &words(&failure.expected)));
     let expanded =
         stream.tokens.get(at).is_some_and(|t| has_fixed_spelling(t) && fixed_at(sources, span) != found);
     if expanded { d.note("the token comes from the expansion of a macro") } else { d }
+}
+
+/// Whether a `;` seems to be missing at the end of a line; the location of the token before it.
+pub(super) fn lacks_semicolon(stream: &Stream, failure: &Failure, sources: &SourceMap) -> Option<Span> {
+    let expects = |t: &str| failure.expected.iter().any(|e| e == t);
+    let last = failure.at.checked_sub(1)?;
+    // Another `;` would fail at the same token again.
+    if stream.tokens.get(last) == Some(&Token::Semi) {
+        return None;
+    }
+    let before = *stream.spans.get(last)?;
+    let here = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
+    let lacks = expects("\";\"") && !expects("\"while\"") && !same_line(sources, before, here);
+    lacks.then_some(before)
 }
 
 /// Whether the token has only one spelling, so that different text at its location means that a macro made
@@ -55,6 +63,14 @@ fn fixed_at(sources: &SourceMap, span: Span) -> String {
 
 /// A bracket that is still open at the end of the file or statement, or before the shader.
 fn unclosed(stream: &Stream, at: usize, span: Span, found: &str) -> Option<Diagnostic> {
+    let opener = unclosed_bracket(stream, at)?;
+    let opener_span = stream.spans.get(opener).copied()?;
+    let bracket = describe(stream.tokens.get(opener)?);
+    Some(errors::unclosed(span, found, opener_span, bracket.trim_matches('`')))
+}
+
+/// The index of that bracket.
+pub(super) fn unclosed_bracket(stream: &Stream, at: usize) -> Option<usize> {
     let brackets = Brackets::of(&stream.tokens);
     let opener = brackets.around(at).find(|o| brackets.partner(*o).is_none_or(|p| p >= at))?;
     let token = stream.tokens.get(opener)?;
@@ -63,8 +79,7 @@ fn unclosed(stream: &Stream, at: usize, span: Span, found: &str) -> Option<Diagn
         Some(Token::Semi | Token::RBrace) => *token != Token::LBrace && brackets.partner(opener).is_none(),
         Some(_) => false,
     };
-    let opener_span = stream.spans.get(opener).copied()?;
-    ends.then(|| errors::unclosed(span, found, opener_span, describe(token).trim_matches('`')))
+    ends.then_some(opener)
 }
 
 fn missing_semicolon(before: Span, span: Span, found: &str) -> Diagnostic {

@@ -1,18 +1,38 @@
 //! `oslrun compile FILE -o OUT`: compiles a source to a compiled shader (`.oso`).
 
-use super::args::CompileArgs;
+use super::args::ReadArgs;
+use super::levels::LintArgs;
 use super::{Failure, input, levels, report};
-use crate::pipeline;
+use clap::Args;
+use osl::stages;
 use osl_files::Unsaved;
-use osl_ir::lint::Level;
-use osl_ir::oso;
+use osl_hir::lint::Level;
+use osl_hir::oso;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+
+/// Which shader to compile.
+#[derive(Debug, Args)]
+pub(super) struct CompileArgs {
+    /// The shader file.
+    #[arg(value_name = "FILE.osl")]
+    pub(super) file: PathBuf,
+    /// File to write; - is the standard output (default: the shader file's name with .oso, in the working
+    /// directory).
+    #[arg(short, long, value_name = "FILE.oso")]
+    pub(super) output: Option<PathBuf>,
+    /// The warnings to report.
+    #[command(flatten)]
+    pub(super) lints: LintArgs,
+    /// The options for reading the file.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
 
 /// Compiles a shader and writes it.
 pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let input = input::read(&args.file, &args.read)?;
-    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let list = levels::judge(&checked, Level::Always, &args.lints, args.read.limits.limits());
     report::diagnostics(&list, &checked.sources, &args.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;

@@ -3,7 +3,7 @@
 use super::Failure;
 use super::args::{self, RunArgs};
 use super::load::{self, Loaded, Request};
-use super::run::{grid, services};
+use super::session::{grid, services};
 use clap::Args;
 use osl_exec::PointSource;
 use osl_ir::passes;
@@ -19,8 +19,8 @@ pub(super) struct ExplainArgs {
     #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "uv")]
     at: Option<(usize, usize)>,
     /// The point of the patch that is closest to this u and v.
-    #[arg(long, value_name = "U,V", value_parser = args::pair, allow_hyphen_values = true)]
-    uv: Option<args::Pair>,
+    #[arg(long, value_name = "U,V", value_parser = args::values::pair, allow_hyphen_values = true)]
+    uv: Option<args::values::Pair>,
     /// Also show the values in double precision, and how many digits agree.
     #[arg(long)]
     f64: bool,
@@ -50,7 +50,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     let options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
-        slopes: points.varying_slopes().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
         limits: run.read.limits.limits().clone(),
         ..passes::Options::default()
     };
@@ -71,8 +71,8 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
             points.width, points.height
         )));
     };
-    let services = services(run, folder, super::run::grid_spaces(run));
-    let mut followed = trace::prepare(noted, &options.varying, &options.slopes, &options.limits);
+    let services = services(run, folder, super::session::grid_spaces(run));
+    let mut followed = trace::prepare(noted, &options.varying, &options.derivs, &options.limits);
     if let Some(wanted) = &options.outputs {
         followed.outputs.retain(|o| wanted.contains(&o.name));
     }

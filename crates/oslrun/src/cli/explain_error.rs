@@ -1,9 +1,20 @@
 //! `oslrun explain-error CODE`: prints the lesson of a diagnostic.
 
 use super::Failure;
-use super::args::ExplainErrorArgs;
-use crate::lessons::{self, Lesson};
+use clap::Args;
+use osl::lessons::{self, Lesson};
 use std::io::Write;
+
+/// Which diagnostic to explain.
+#[derive(Debug, Args)]
+pub(super) struct ExplainErrorArgs {
+    /// A code such as E0201 or W0312, or a name such as integer-division.
+    #[arg(value_name = "CODE", required_unless_present = "list")]
+    pub(super) code: Option<String>,
+    /// List all codes with their titles.
+    #[arg(long)]
+    pub(super) list: bool,
+}
 
 /// Prints the lesson of a code or name, or the list of all.
 pub(super) fn explain(args: &ExplainErrorArgs, out: &mut dyn Write) -> Result<(), Failure> {

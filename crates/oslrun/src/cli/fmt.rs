@@ -2,16 +2,34 @@
 //!
 //! A file with syntax errors is not changed. This module must not know the style.
 
-use super::args::FmtArgs;
+use super::args::ReadArgs;
 use super::input::Input;
 use super::{Failure, input, report};
-use crate::pipeline;
+use clap::Args;
+use osl::stages;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use similar::TextDiff;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Which files to format.
+#[derive(Debug, Args)]
+pub(super) struct FmtArgs {
+    /// Shader files; - formats the standard input to the standard output.
+    #[arg(required = true, value_name = "FILE.osl")]
+    pub(super) files: Vec<PathBuf>,
+    /// Write nothing: list the files that would change, and fail if there are any.
+    #[arg(long)]
+    pub(super) check: bool,
+    /// With --check, show what would change.
+    #[arg(long, requires = "check")]
+    pub(super) diff: bool,
+    /// The options for reading the files.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
 
 /// Lines of context around a change in a diff.
 const CONTEXT: usize = 2;
@@ -38,7 +56,7 @@ pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
 fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<bool, Failure> {
     let stdin = path == Path::new("-");
     let input = if stdin { input::read_stdin(&args.read) } else { input::read(path, &args.read) }?;
-    if pipeline::is_compiled(&input.name) {
+    if stages::is_compiled(&input.name) {
         return Err(Failure::new(format!("{} is a compiled shader, not a source", input.name)));
     }
     let formatted = formatted(&input, args, err)?;

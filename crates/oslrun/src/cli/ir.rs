@@ -1,11 +1,56 @@
 //! `oslrun ir FILE`.
 
 use super::Failure;
-use super::args::{IrArgs, Stage};
+use super::args::values::{assignment, pass};
+use super::args::{NetworkArgs, ReadArgs};
+use super::levels::LintArgs;
 use super::load::{self, Request};
-use crate::pipeline;
-use osl_ir::passes;
+use clap::{Args, ValueEnum};
+use osl::stages;
+use osl_ir::passes::{self, Pass};
 use std::io::Write;
+use std::path::PathBuf;
+
+/// Which IR to print.
+#[derive(Debug, Args)]
+pub(super) struct IrArgs {
+    /// The shader file, or the text of a group.
+    #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
+    pub(super) file: Option<PathBuf>,
+    /// A group of shaders.
+    #[command(flatten)]
+    pub(super) network: NetworkArgs,
+    /// Value of a parameter; may be repeated.
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
+    pub(super) params: Vec<(String, String)>,
+    /// Outputs to keep, separated by commas (default: all).
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pub(super) outputs: Option<Vec<String>>,
+    /// Which stage to print.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) stage: Stage,
+    /// Pass to skip; may be repeated.
+    #[arg(long, value_name = "PASS", value_parser = pass)]
+    pub(super) without_pass: Vec<Pass>,
+    /// The warnings to report.
+    #[command(flatten)]
+    pub(super) lints: LintArgs,
+    /// The options for reading the file.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
+/// Stages of the IR.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum Stage {
+    /// Before and after the passes.
+    #[default]
+    Both,
+    /// As lowered.
+    Before,
+    /// After the passes.
+    After,
+}
 
 /// Prints the IR of a shader.
 pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
@@ -33,12 +78,12 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         let options = passes::Options {
             outputs,
             varying,
-            slopes: Vec::new(),
+            derivs: Vec::new(),
             without,
             limits,
             ..passes::Options::default()
         };
-        let compiled = pipeline::finish(body, &options);
+        let compiled = stages::finish(body, &options);
         let _ = write!(out, "# after the passes\n{}", osl_ir::ir::print(&compiled.body));
     }
     Ok(())

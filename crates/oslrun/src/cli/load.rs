@@ -3,14 +3,14 @@
 use super::args::{NetworkArgs, ReadArgs, RunArgs};
 use super::{Failure, input, levels, repair, report};
 use crate::nodes;
-use crate::pipeline::{self, CompileError, ShaderFiles};
+use osl::stages::{self, CompileError, ShaderFiles};
 use osl_files::{FileError, Opened, Roots};
-use osl_ir::group::Group;
-use osl_ir::hir;
+use osl_hir::hir;
+use osl_hir::lint::Level;
 use osl_ir::ir::Body;
-use osl_ir::lint::Level;
-use osl_ir::lower::{self, Last, Requests};
-use osl_ir::params::{self, ParamError, ParamValues};
+use osl_lower::group::Group;
+use osl_lower::params::{self, ParamError, ParamValues};
+use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
 use std::cell::RefCell;
@@ -108,7 +108,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     if let Some(write) = request.repair {
         repair::apply(&mut input, write, err)?;
     }
-    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let list = levels::judge(&checked, Level::Always, request.lints, request.read.limits.limits());
     report::diagnostics(&list, &checked.sources, request.read, err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
@@ -118,7 +118,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
     let requests = requests(Vec::new(), request);
-    let lower = |requests: &Requests| pipeline::lower_for(&program, request.params, requests);
+    let lower = |requests: &Requests| stages::lower_for(&program, request.params, requests);
     let lowered = lower(&requests).and_then(|body| {
         Ok((body, notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose()?))
     });
@@ -208,7 +208,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
         ..Folders::of(&folder, &network.shader_path, request.allow_files, false, request.read)
     };
     let options = input::options(request.read);
-    let checked = pipeline::check_group(&file, &text, &network.group_name, &files, &options);
+    let checked = stages::check_group(&file, &text, &network.group_name, &files, &options);
     if let Some(edits) = files.repair {
         let _ = err.write_all(&edits.into_inner());
     }
@@ -221,7 +221,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     set_params(&mut group, request.params)?;
     let outputs = asked(&group, &last, request.outputs)?;
     let requests = requests(outputs, request);
-    let lower = |requests: &Requests| lower::lower_group_for(&group, requests);
+    let lower = |requests: &Requests| osl_lower::lower_group_for(&group, requests);
     let noted = notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose();
     let (body, noted) = lower(&requests)
         .and_then(|body| Ok((body, noted?)))

@@ -2,13 +2,15 @@
 //! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`,
 //! `oslrun tradeoff FILE`.
 //!
-//! `args` declares the commands and options; each command has a module. Exit codes: 0 success, 1 an error in
+//! `commands` lists the commands; each has a module, which declares its options. `args` holds those that
+//! several share, and `session` sets up a run. Exit codes: 0 success, 1 an error in
 //! the input or in its result, 2 an error in the command line. A command that fails has written no output
 //! file.
 
 mod args;
 mod check;
 mod closures;
+mod commands;
 mod compat;
 mod compile;
 mod console;
@@ -31,12 +33,14 @@ mod repair;
 mod report;
 mod run;
 mod sampling;
+mod session;
 mod shading;
 mod stability;
+mod summary;
 mod tradeoff;
 
-use args::{Cli, Command};
 use clap::Parser;
+use commands::{Cli, Command};
 use osl_syntax::escape::shown;
 use std::ffi::OsString;
 use std::io::Write;

@@ -6,10 +6,10 @@
 use super::args::RunArgs;
 use super::load::Loaded;
 use super::shading::{self, Report};
-use super::{Failure, data, input, output, run};
-use crate::pipeline::{self, Compiled};
-use clap::Args;
+use super::{Failure, data, input, output, session, summary};
+use osl::stages::{self, Compiled};
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
+use osl_image::ImageFormat;
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
@@ -27,39 +27,6 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
-
-/// A surface to shade.
-#[derive(Debug, Args)]
-pub(super) struct OnArgs {
-    /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file
-    /// (.obj).
-    #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"])]
-    pub(super) on: Option<String>,
-    /// Displace the surface by this output first: a float moves along the normal, a vector is an offset, a
-    /// point is the new position.
-    #[arg(long, value_name = "OUTPUT", requires = "on")]
-    pub(super) displace: Option<String>,
-    /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface.
-    #[arg(long, value_name = "N", requires = "on", default_value_t = 1.0)]
-    pub(super) edge_pixels: f64,
-    /// Split each face into four this many times, regardless of its size in the picture.
-    #[arg(long, value_name = "N", requires = "on")]
-    pub(super) level: Option<u32>,
-    /// Treat the mesh as the control mesh of a smooth surface (Catmull-Clark).
-    #[arg(long, requires = "on")]
-    pub(super) catmull_clark: bool,
-    /// Position of the camera; it looks at the middle of the surface.
-    #[arg(long, value_name = "X,Y,Z", requires = "on", value_parser = position, allow_hyphen_values = true)]
-    pub(super) eye: Option<Vec3>,
-}
-
-fn position(text: &str) -> Result<Vec3, String> {
-    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
-    match numbers.as_deref() {
-        Some([x, y, z]) if [x, y, z].iter().all(|n| n.is_finite()) => Ok(Vec3::new(*x, *y, *z)),
-        _ => Err(format!("three numbers separated by commas, not `{text}`")),
-    }
-}
 
 /// Name of the layer that shows a displaced surface without its shader.
 const LIGHT: &str = "light";
@@ -79,13 +46,14 @@ pub(super) fn run(
     let compile = started.elapsed();
 
     let started = Instant::now();
-    let (seen, mut frame) = run::on_threads(args, || job.picture(displace.as_ref(), program.as_ref()))??;
+    let (seen, mut frame) =
+        session::on_threads(args.threads, || job.picture(displace.as_ref(), program.as_ref()))??;
     let time = started.elapsed();
     job.notes.iter().for_each(|note| {
         let _ = writeln!(err, "{}", osl_syntax::escape::shown(&note.to_string()));
     });
     output::printed(&frame.printed, args.allow_files, out)?;
-    let textures = run::services(args, loaded.folder.clone(), Spaces::default()).textures;
+    let textures = session::services(args, loaded.folder.clone(), Spaces::default()).textures;
     let report = Report {
         sources: &loaded.sources,
         format: args.read.message_format,
@@ -111,10 +79,10 @@ pub(super) fn run(
     if args.stats {
         if let Some(compiled) = program.as_ref().or(displace.as_ref()) {
             let times = [compile, time, started.elapsed()];
-            run::stats(compiled, loaded.body.count(), seen.points.count() as u64, times, args, err);
+            summary::stats(compiled, loaded.body.count(), seen.points.count() as u64, times, args, err);
         }
     } else if args.output.is_none() {
-        run::summary(&frame, out);
+        summary::summary(&frame, out);
     }
     shading.wrote(&written, out);
     Ok(())
@@ -198,13 +166,13 @@ impl<'a> Job<'a> {
         let options = passes::Options {
             outputs: Some(outputs.to_vec()),
             varying: points.varying().to_vec(),
-            slopes: points.varying_slopes().to_vec(),
+            derivs: points.varying_derivs().to_vec(),
             without: self.args.without_pass.clone(),
             arithmetic: self.args.arithmetic.unwrap_or_default(),
             limits: self.limits().clone(),
             ..passes::Options::default()
         };
-        Ok(pipeline::finish(body.clone(), &options))
+        Ok(stages::finish(body.clone(), &options))
     }
 
     /// Runs a program on points.
@@ -218,9 +186,9 @@ impl<'a> Job<'a> {
         points.stretch(Vec2::from(self.args.uv_scale.0), Vec2::from(self.args.uv_offset.0));
         let points = WithData { points, data: self.data.clone() };
         let keeping = shading::keeping(&self.loaded.sources);
-        let options = RunOptions { keeping, ..run::options(self.args) };
+        let options = RunOptions { keeping, ..session::options(self.args) };
         let run = Run::new(&compiled.program, services, &points, &options);
-        run.points(0..points.count(), &|_| ()).map_err(|stop| run::stopped(&stop, &self.loaded.sources))
+        run.points(0..points.count(), &|_| ()).map_err(|stop| session::stopped(&stop, &self.loaded.sources))
     }
 
     fn services(&self, view: &View, reach: f32) -> Services {
@@ -229,7 +197,7 @@ impl<'a> Job<'a> {
         for space in ["object", "shader"] {
             spaces.set(space, self.to_common.to_cols_array());
         }
-        run::services(self.args, self.loaded.folder.clone(), spaces)
+        session::services(self.args, self.loaded.folder.clone(), spaces)
     }
 
     /// The points of the picture, and the values that the shader computes there.
@@ -415,8 +383,8 @@ fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<
         wide: Vec::new(),
     };
     spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
-        return pngs(frame, &alpha.floats(), path, args);
+    if ImageFormat::of(path) != Some(ImageFormat::Exr) {
+        return single(frame, &alpha.floats(), path, args);
     }
     let mut frame = frame.clone();
     if frame.planes.is_empty() {
@@ -426,21 +394,25 @@ fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<
     output::write(&frame, path, args)
 }
 
-/// A picture for each output. Colors are converted to sRGB; normals become the colors of a normal map.
-fn pngs(frame: &Frame, alpha: &[f32], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+/// A picture for each output. In PNG and JPEG, colors are converted to sRGB, and normals become the colors of
+/// a normal map; a JPEG has no alpha.
+fn single(frame: &Frame, alpha: &[f32], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let planes: Vec<&Plane> = frame.planes.iter().collect();
     let mut groups = output::groups(&planes);
     groups.retain(|group| matches!(group.values.len(), 1 | 3));
     if groups.is_empty() {
         return Err(Failure::new(output::EMPTY));
     }
-    let mut set = output::PngSet::new(path, args.grid, groups.len() > 1);
+    let mut set = output::ImageSet::new(path, args.grid, groups.len() > 1);
     for mut group in groups {
-        if group.first.ty == Type::NORMAL {
+        let format = ImageFormat::of(path);
+        if group.first.ty == Type::NORMAL && format != Some(ImageFormat::Tiff) {
             group.values.iter_mut().flatten().for_each(|x| *x = 0.5 + 0.5 * *x);
         }
         let mut planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
-        planes.push(alpha);
+        if format != Some(ImageFormat::Jpeg) {
+            planes.push(alpha);
+        }
         set.add(group.first, &planes)?;
     }
     set.save()

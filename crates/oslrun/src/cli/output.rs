@@ -1,12 +1,13 @@
-//! Writes a frame as image files: one EXR with a layer for each output, or one PNG for each output.
+//! Writes a frame as image files: one EXR with a layer for each output, or one PNG, TIFF or JPEG for each
+//! output.
 
 use super::Failure;
 use super::args::RunArgs;
 use osl_exec::{Frame, Plane, Printed, Run, RunError};
 use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
-    BitDepth, ExrOptions, ImageError, Layer, LayerKind, PngOptions, ROWS_TOGETHER, SampleType, Transfer,
-    png_bytes, write_exr, write_exr_rows,
+    ExrOptions, ImageError, ImageFormat, Layer, LayerKind, ROWS_TOGETHER, SampleType, Transfer,
+    channel_bytes, write_exr, write_exr_rows,
 };
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};
@@ -24,10 +25,9 @@ pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<Pa
     if planes.is_empty() {
         return Err(Failure::new(EMPTY));
     }
-    match path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("exr") => exr(&planes, path, args),
-        Some("png") => png(&planes, path, args),
-        _ => Err(Failure::new(format!("cannot write {}: the name must end in .exr or .png", path.display()))),
+    match ImageFormat::of(path) {
+        Some(ImageFormat::Exr) => exr(&planes, path, args),
+        _ => single(&planes, path, args),
     }
 }
 
@@ -78,7 +78,7 @@ pub(super) struct Rounded(BTreeMap<Arc<str>, u64>);
 impl Rounded {
     /// Adds the ints of these planes.
     pub(super) fn count(&mut self, planes: &[Plane], args: &RunArgs) {
-        let exr = args.output.as_deref().is_some_and(is_exr);
+        let exr = streams(args);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
             // The maximum number of significant bits, and the maximum value.
             let (digits, most) = if args.half { (11, 65504) } else { (24, u32::MAX) };
@@ -193,11 +193,7 @@ impl From<ImageError> for Broken {
 
 /// Whether a frame is written to its file piece by piece.
 pub(super) fn streams(args: &RunArgs) -> bool {
-    args.output.as_deref().is_some_and(is_exr)
-}
-
-fn is_exr(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"))
+    args.output.as_deref().and_then(ImageFormat::of) == Some(ImageFormat::Exr)
 }
 
 /// An image that is computed some rows at a time, from the first row on.
@@ -289,11 +285,12 @@ pub(super) fn stream(
     Ok((frame, time, file, rounded))
 }
 
-/// Colors are converted to sRGB; numbers become grey, and other triples RGB without conversion.
-fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+/// A file for each output. In PNG and JPEG, colors are converted to sRGB; numbers become grey, and other
+/// triples RGB without conversion. TIFF holds the floats.
+fn single(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
     let mut groups = groups(planes);
     groups.retain(|group| matches!(group.values.len(), 1 | 3));
-    let mut set = PngSet::new(path, args.grid, groups.len() > 1);
+    let mut set = ImageSet::new(path, args.grid, groups.len() > 1);
     for group in groups {
         let planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
         set.add(group.first, &planes)?;
@@ -301,19 +298,19 @@ fn png(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, F
     set.save()
 }
 
-/// PNG files, one for each output, that are moved into place together.
-pub(super) struct PngSet<'a> {
+/// Files, one for each output, that are moved into place together.
+pub(super) struct ImageSet<'a> {
     path: &'a Path,
     size: (usize, usize),
     several: bool,
     files: Vec<Unsaved>,
 }
 
-impl PngSet<'_> {
+impl ImageSet<'_> {
     /// An empty set. With `several`, each file has the name of its output: `out.png` for the output `mask` is
     /// `out.mask.png`.
-    pub(super) fn new(path: &Path, size: (usize, usize), several: bool) -> PngSet<'_> {
-        PngSet { path, size, several, files: Vec::new() }
+    pub(super) fn new(path: &Path, size: (usize, usize), several: bool) -> ImageSet<'_> {
+        ImageSet { path, size, several, files: Vec::new() }
     }
 
     /// Writes the file of an output under a temporary name in its folder.
@@ -322,16 +319,15 @@ impl PngSet<'_> {
             // The user chose the folder, and the shader the file name.
             let folder = self.path.parent().unwrap_or(Path::new(""));
             let mut name = self.path.file_stem().unwrap_or_default().to_owned();
-            name.push(format!(".{}.png", output.output));
+            name.push(format!(".{}.", output.output));
+            name.push(self.path.extension().unwrap_or_default());
             Unsaved::derived(folder, name)
         } else {
             Unsaved::new(self.path)
         };
         let file = file.map_err(Failure::new)?;
         let transfer = if output.ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
-        let options = PngOptions { transfer, depth: BitDepth::Eight };
-        let bytes =
-            png_bytes(file.path(), self.size.0, self.size.1, planes, options).map_err(Failure::new)?;
+        let bytes = channel_bytes(file.path(), self.size, planes, None, transfer).map_err(Failure::new)?;
         self.files.push(file.with(&bytes).map_err(Failure::new)?);
         Ok(())
     }

@@ -72,7 +72,7 @@ fn table(what: &str, rows: Vec<(String, Sum)>, total: Duration, err: &mut dyn Wr
 }
 
 fn line(span: Span, sources: &SourceMap) -> String {
-    let place = |p: osl_syntax::source::Place| format!("{}:{}", shown(&p.file), p.line);
+    let place = |p: osl_syntax::source::Position| format!("{}:{}", shown(&p.file), p.line);
     sources.place(span).map_or_else(|| "no line".to_string(), place)
 }
 

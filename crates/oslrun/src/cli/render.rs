@@ -1,40 +1,86 @@
 //! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
-use super::args::RenderArgs;
+use super::args::ReadArgs;
+use super::args::values::{fraction, grid, picture_file};
 use super::load::Folders;
+use super::session::{on_threads, progress, stopped};
 use super::shading::{Report, Tally};
 use super::{Failure, input, report};
-use crate::pipeline::{self, ShaderFiles};
-use indicatif::{ProgressBar, ProgressStyle};
+use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use osl::stages::{self, ShaderFiles};
 use osl_exec::Services;
 use osl_files::{FileError, Roots};
-use osl_image::{BitDepth, ExrOptions, Layer, LayerKind, PngOptions, SampleType, TextureCache, Transfer};
-use osl_ir::group::text::Shaders;
-use osl_ir::hir;
+use osl_hir::hir;
+use osl_image::{
+    BitDepth, ExrOptions, ImageFormat, Layer, LayerKind, PngOptions, SampleType, TextureCache, Transfer,
+};
 use osl_ir::types::Type;
 use osl_limits::Limits;
+use osl_lower::group::text::Shaders;
 use osl_scene::render::{self, Picture, RenderOptions, World};
 use osl_scene::scene::{self, Messages, Networks, SceneFiles, Surroundings};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use std::collections::HashMap;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// What to render.
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    /// The scene.
+    #[arg(value_name = "SCENE.ass")]
+    pub(super) file: PathBuf,
+    /// Image to write: .exr holds the light and all layers, .png the light as displayed on a screen.
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture_file))]
+    pub(super) output: PathBuf,
+    /// Size of the picture (default: the size in the scene).
+    #[arg(long, value_name = "WxH", value_parser = grid)]
+    pub(super) size: Option<(usize, usize)>,
+    /// Paths per pixel (default: the number in the scene).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub(super) samples: Option<u32>,
+    /// Stop when the standard error of a pixel, as displayed (0 to 1), is at most this.
+    #[arg(long, value_name = "E", value_parser = fraction)]
+    pub(super) max_error: Option<f32>,
+    /// Seed of the random numbers; another seed gives different noise.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub(super) seed: u32,
+    /// Threads (default: all cores); the picture does not depend on them.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) threads: Option<u16>,
+    /// Folder to search for shaders, textures and included scenes, after the scene's own folder; may be
+    /// repeated.
+    #[arg(long, value_name = "DIR")]
+    pub(super) search_path: Vec<PathBuf>,
+    /// Let the scene and its shaders open any file, not only those below the working directory and the search
+    /// paths.
+    #[arg(long)]
+    pub(super) allow_files: bool,
+    /// Insert missing brackets into shaders.
+    #[arg(long)]
+    pub(super) repair: bool,
+    /// Write 16-bit floats (EXR).
+    #[arg(long)]
+    pub(super) half: bool,
+    /// Print times, rays per second, and the mean error.
+    #[arg(long)]
+    pub(super) stats: bool,
+    /// With `errors`: fail the run, and write no image, if a shader reports an error while it runs.
+    #[arg(long, value_name = "errors", value_parser = ["errors"])]
+    pub(super) deny: Option<String>,
+    /// The options for reading shaders.
+    #[command(flatten)]
+    pub(super) read: ReadArgs,
+}
+
 /// Renders a scene.
 pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let started = Instant::now();
-    let png = match args.output.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase).as_deref() {
-        Some("png") => true,
-        Some("exr") => false,
-        _ => {
-            let text = format!("cannot write {}: the name must end in .exr or .png", args.output.display());
-            return Err(Failure::new(text));
-        }
-    };
     let mut library = Library::new(args);
     let (world, samples) = world(args, &mut library, err)?;
     let prepared = started.elapsed();
@@ -42,7 +88,7 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     let rendered = started.elapsed() - prepared;
     let shading = said(&picture, &library.sources, args, err);
     shading.judge(args.deny.is_some())?;
-    if png {
+    if ImageFormat::of(&args.output) == Some(ImageFormat::Png) {
         write_png(&picture, args)?
     } else {
         write_exr(&picture, args)?
@@ -94,32 +140,12 @@ fn picture(args: &RenderArgs, world: &World, samples: u32, sources: &SourceMap) 
         seed: args.seed,
         ..RenderOptions::default()
     };
-    let bar = progress();
+    let bar = progress(1000, false);
     let tick = |done: f32| bar.set_position((done * 1000.0) as u64);
     let work = || render::render(world, &options, &tick);
-    let result = match args.threads {
-        Some(threads) => rayon::ThreadPoolBuilder::new()
-            .num_threads(usize::from(threads))
-            .build()
-            .map_err(|e| Failure::new(format!("cannot start {threads} threads: {e}")))?
-            .install(work),
-        None => work(),
-    };
+    let result = on_threads(args.threads, work)?;
     bar.finish_and_clear();
-    result.map_err(|stop| super::run::stopped(&stop, sources))
-}
-
-/// A progress bar on a terminal; nothing in logs.
-fn progress() -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(1000);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {percent:>3}% {elapsed} {eta}") {
-        bar.set_style(style);
-    }
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
+    result.map_err(|stop| stopped(&stop, sources))
 }
 
 /// Prints the messages of shaders.
@@ -256,9 +282,9 @@ impl<'a> Library<'a> {
 
     fn read(&mut self, name: &str) -> Result<Known, String> {
         let (file, text) = self.files.find(name)?;
-        let checked = pipeline::check(&file, &text, self.files.includes(), &self.options);
+        let checked = stages::check(&file, &text, self.files.includes(), &self.options);
         let base = self.sources.append(&checked.sources).ok_or("the sources have more than 4 GiB")?;
-        self.diagnostics.extend(checked.diagnostics.into_iter().map(|d| pipeline::moved(d, base)));
+        self.diagnostics.extend(checked.diagnostics.into_iter().map(|d| stages::moved(d, base)));
         let program = checked.program.ok_or_else(|| format!("{file} has errors"))?;
         Ok(Known { program: Arc::new(program), sources: checked.sources })
     }

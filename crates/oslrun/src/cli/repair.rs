@@ -2,7 +2,7 @@
 
 use super::Failure;
 use super::input::Input;
-use crate::pipeline;
+use osl::stages;
 use osl_syntax::escape::shown;
 use osl_syntax::repair::repair;
 use similar::TextDiff;
@@ -12,7 +12,7 @@ use std::path::Path;
 /// Replaces the text by its repaired form, and prints the edits as a diff. A text without such errors is not
 /// changed.
 pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write) -> Result<(), Failure> {
-    if pipeline::is_compiled(&input.name) {
+    if stages::is_compiled(&input.name) {
         return Err(Failure::new("--repair is for sources, not for compiled shaders"));
     }
     let parsed = osl_syntax::parse(&input.name, &input.text, &input.files, &input.options);

@@ -3,8 +3,8 @@
 use super::Failure;
 use super::args::{MessageFormat, ReadArgs};
 use osl_syntax::diagnostic::Diagnostic;
-use osl_syntax::render::{RenderStyle, places, render};
-use osl_syntax::source::{Place, SourceMap};
+use osl_syntax::render::{RenderStyle, render};
+use osl_syntax::source::SourceMap;
 use serde::Serialize;
 use std::io::Write;
 
@@ -20,8 +20,8 @@ pub(super) fn diagnostics(
             let _ = write!(err, "{}", render(list, sources, RenderStyle { color: true }));
         }
         MessageFormat::Json => {
-            for diagnostic in list {
-                let line = serde_json::to_string(&json(diagnostic, sources)).unwrap_or_default();
+            for diagnostic in osl::stages::describe(list, sources) {
+                let line = serde_json::to_string(&json(&diagnostic)).unwrap_or_default();
                 let _ = writeln!(err, "{line}");
             }
         }
@@ -73,23 +73,25 @@ struct Edit<'a> {
     text: &'a str,
 }
 
-fn range(span: osl_syntax::span::Span, sources: &SourceMap) -> Option<Range> {
-    let (Place { file, line, column }, end) = places(span, sources)?;
-    Some(Range { file, line, column, end_line: end.line, end_column: end.column })
+fn range(range: &osl::Range) -> Range {
+    let osl::Range { file, start, end } = range.clone();
+    Range { file, line: start.line, column: start.column, end_line: end.line, end_column: end.column }
 }
 
-fn json<'a>(d: &'a Diagnostic, sources: &SourceMap) -> Json<'a> {
-    let edits = |fix: &'a osl_syntax::diagnostic::Fix| {
-        fix.edits.iter().map(|e| Edit { at: range(e.span, sources), text: &e.text }).collect()
+fn json<'a>(d: &'a osl::Diagnostic) -> Json<'a> {
+    let edits = |fix: &'a osl::Fix| {
+        fix.edits.iter().map(|e| Edit { at: Some(range(&e.range)), text: &e.text }).collect()
     };
+    let related =
+        |label: &'a osl::Label| Related { at: label.range.as_ref().map(range), message: &label.text };
     Json {
-        code: d.code.id,
-        name: d.code.name,
+        code: d.code,
+        name: d.name,
         severity: if d.is_error() { "error" } else { "warning" },
         message: &d.message,
-        at: range(d.span, sources),
+        at: d.range.as_ref().map(range),
         label: &d.label,
-        related: d.labels.iter().map(|(s, m)| Related { at: range(*s, sources), message: m }).collect(),
+        related: d.labels.iter().map(related).collect(),
         notes: &d.notes,
         help: d.help.as_deref(),
         fixes: d.fixes.iter().map(|f| Fix { title: &f.title, edits: edits(f) }).collect(),

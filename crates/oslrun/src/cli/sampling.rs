@@ -2,8 +2,8 @@
 //! per pixel other than one.
 
 use super::Failure;
+use super::args::SampleArgs;
 use super::output::Rows;
-use clap::Args;
 use osl_exec::{Frame, Plane, Program, RunError, RunOptions, Services};
 use osl_measure::sample::{
     Adaptive, Cheaper, Check, Filter, FilterKind, Image, MAX_SAMPLES, MaxError, Pattern, Rate, Shading,
@@ -11,34 +11,6 @@ use osl_measure::sample::{
 };
 use std::fmt::Write;
 use std::ops::Range;
-
-/// The options for samples.
-#[derive(Clone, Debug, Default, Args)]
-pub(super) struct SampleArgs {
-    /// Samples per pixel (default: 1, at its centre); with --adaptive and --max-error the maximum per pixel
-    /// (default: 1024 and 4096).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
-    pub(super) samples: Option<u32>,
-    /// Filter of the pixels: box, gaussian, blackman-harris or mitchell, and its width in pixels (default: 1,
-    /// 2, 3, 4). A single sample is always at the centre.
-    #[arg(long, value_name = "NAME[,WIDTH]", value_parser = filter)]
-    pub(super) filter: Option<(FilterKind, f32)>,
-    /// Compute one pixel of 2x1, 2x2 or 4x4, and interpolate the others.
-    #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error"])]
-    pub(super) shading_rate: Option<Rate>,
-    /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
-    #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error")]
-    pub(super) adaptive: Option<f32>,
-    /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible:
-    /// pixels are interpolated where the shader is smooth, and have many samples where it is not. The fast
-    /// arithmetic is used if its error is much smaller, unless --arithmetic is given. With --stats the error
-    /// is checked.
-    #[arg(long, value_name = "ERROR", value_parser = error)]
-    pub(super) max_error: Option<f32>,
-    /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.
-    #[arg(long, conflicts_with_all = ["adaptive", "max_error"])]
-    pub(super) prefilter: bool,
-}
 
 /// The sampling plan of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -127,30 +99,6 @@ impl Plan {
             _ => f32::INFINITY,
         }
     }
-}
-
-fn filter(text: &str) -> Result<(FilterKind, f32), String> {
-    let (name, width) = text.split_once(',').map_or((text, None), |(name, width)| (name, Some(width)));
-    let names = FilterKind::ALL.map(FilterKind::name);
-    let kind = FilterKind::from_name(name).ok_or_else(|| format!("one of {}", names.join(", ")))?;
-    let width = match width {
-        None => kind.usual_width(),
-        Some(width) => {
-            let number = width.trim().parse().ok().filter(|w: &f32| (0.01..=64.0).contains(w));
-            number.ok_or_else(|| format!("a width is from 0.01 to 64 pixels, not `{width}`"))?
-        }
-    };
-    Ok((kind, width))
-}
-
-fn rate(text: &str) -> Result<Rate, String> {
-    let names = Rate::ALL.map(|rate| rate.to_string());
-    Rate::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
-}
-
-fn error(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok().filter(|e: &f32| *e > 0.0 && e.is_finite());
-    number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
 }
 
 /// A program that can be run at any place of an image.

@@ -11,7 +11,7 @@ use osl_exec::{Keeping, Message, Said};
 use osl_image::{Missing, TextureCache};
 use osl_ir::Span;
 use osl_syntax::escape::shown;
-use osl_syntax::source::{Place, SourceMap};
+use osl_syntax::source::{Position, SourceMap};
 use serde::Serialize;
 use std::collections::HashMap;
 use std::io::Write;
@@ -217,7 +217,7 @@ impl Report<'_> {
             severity: if said.message.error { "error" } else { "warning" },
             message,
             help: None,
-            at: at.map(|Place { file, line, .. }| At { file, line }),
+            at: at.map(|Position { file, line, .. }| At { file, line }),
             points: said.points,
             of: self.points.0,
             pixel: self.width.map(|width| [said.first % width.max(1), said.first / width.max(1)]),
@@ -267,7 +267,7 @@ impl Report<'_> {
 /// The message in short, without the position at its start.
 fn brief(message: &Message, sources: &SourceMap) -> String {
     let place =
-        |span| sources.place(span).map_or_else(String::new, |p: Place| format!("{}:{}", p.file, p.line));
+        |span| sources.place(span).map_or_else(String::new, |p: Position| format!("{}:{}", p.file, p.line));
     let here = message.at.map(place);
     let [own] = &message.places[..] else { return message.show(place).trim_end().to_string() };
     if here.as_deref() != Some(&place(*own)) {

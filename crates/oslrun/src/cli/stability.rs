@@ -5,7 +5,7 @@ use super::args::{self, RunArgs};
 use super::explain::json;
 use super::info::{self, Parameter};
 use super::load::{self, Loaded, Request};
-use super::run::{grid, services};
+use super::session::{grid, services};
 use clap::Args;
 use osl_image::{ExrOptions, Layer, LayerKind, write_exr};
 use osl_measure::stability::{self, Base, Examined, Knob, Planes, Subject, digits_lost};
@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Args)]
 pub(super) struct StabilityArgs {
     /// Number of grid points on which each setting is tried.
-    #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = args::grid)]
+    #[arg(long, value_name = "WxH", default_value = "64x64", value_parser = args::values::grid)]
     points: (usize, usize),
     /// The error above which a point counts as wrong, as a fraction of the output's range.
     #[arg(long, value_name = "SHARE", default_value = "0.01")]
@@ -58,9 +58,9 @@ pub(super) fn stability(
     let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
     let outputs: Option<Vec<_>> =
         run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-    let services = services(run, folder, super::run::grid_spaces(run));
+    let services = services(run, folder, super::session::grid_spaces(run));
     let base = Base::new(body, noted, outputs.clone(), run.read.limits.limits());
-    let limits = super::run::options(run).limits;
+    let limits = super::session::options(run).limits;
     let subject = Subject::new(&services, base, &limits);
     let grid = Grid { width: args.points.0, height: args.points.1, ..grid(run) };
     let knobs: Vec<Knob> = if args.no_params {

@@ -2,19 +2,19 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::run::{grid, on_threads, options, services, stopped};
+use super::session::{grid, on_threads, options, services, stopped};
 use super::shading::Report;
 use super::{Failure, data};
-use crate::pipeline::{self, Compiled};
 use base64::Engine;
 use clap::Args;
+use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_image::{BitDepth, PngOptions, Transfer, png_bytes};
 use osl_ir::ir::Body;
-use osl_ir::numeric::Arithmetic;
 use osl_ir::passes;
 use osl_measure::sample::{Filter, Shading, Surface};
 use osl_measure::tradeoff::{self, Setting, Trade, Variant};
+use osl_numeric::Arithmetic;
 use osl_scene::WithData;
 use osl_syntax::escape::shown;
 use std::io::Write;
@@ -68,10 +68,10 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         data: data::read(&run.userdata, run.attributes.as_deref(), run.read.limits.limits())?,
         points: grid(run),
     };
-    let services = services(run, folder, super::run::grid_spaces(run));
+    let services = services(run, folder, super::session::grid_spaces(run));
     let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points, options: options(run) };
-    let measured = on_threads(run, || bench.measure(&name, &programs, args.budget))?;
+    let measured = on_threads(run.threads, || bench.measure(&name, &programs, args.budget))?;
     let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
         return Err(Failure::new(super::output::EMPTY));
@@ -118,14 +118,14 @@ impl Programs {
             let passes = passes::Options {
                 outputs: outputs.clone(),
                 varying: points.varying().to_vec(),
-                slopes: points.varying_slopes().to_vec(),
+                derivs: points.varying_derivs().to_vec(),
                 traces: points.traces(),
                 without: args.without_pass.clone(),
                 arithmetic,
                 prefilter,
                 limits: args.read.limits.limits().clone(),
             };
-            pipeline::finish(body.clone(), &passes)
+            stages::finish(body.clone(), &passes)
         };
         let widened = [1, 4, 16].map(|n: u32| (n, form(Arithmetic::Strict, Some(1.0 / (n as f32).sqrt()))));
         Programs {

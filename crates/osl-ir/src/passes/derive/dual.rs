@@ -43,9 +43,9 @@ impl Writer<'_> {
         a.map(|a| self.lane(LaneOp::FMul, &[a, by]))
     }
 
-    /// The function with value `v` and derivative `slope` at `x`.
-    pub(super) fn chain(&mut self, v: ValueId, slope: ValueId, x: Dual) -> Dual {
-        Dual { v, d: x.d.map(|d| d.map(|d| self.lane(LaneOp::FMul, &[slope, d]))) }
+    /// The function with value `v` and a derivative at `x`.
+    pub(super) fn chain(&mut self, v: ValueId, derivative: ValueId, x: Dual) -> Dual {
+        Dual { v, d: x.d.map(|d| d.map(|d| self.lane(LaneOp::FMul, &[derivative, d]))) }
     }
 
     pub(super) fn add(&mut self, a: Dual, b: Dual) -> Dual {
@@ -107,9 +107,9 @@ impl Writer<'_> {
     /// The square root; zero with zero derivatives if the value is not positive.
     pub(super) fn root(&mut self, v: ValueId, x: Dual) -> Dual {
         let half = self.float(0.5);
-        let slope = self.lane(LaneOp::FDivBy, &[half, v]);
-        let slope = self.where_positive(x.v, slope);
-        self.chain(v, slope, x)
+        let derivative = self.lane(LaneOp::FDivBy, &[half, v]);
+        let derivative = self.where_positive(x.v, derivative);
+        self.chain(v, derivative, x)
     }
 
     /// `value` where `x` is positive, else zero.

@@ -13,12 +13,12 @@ mod rules;
 mod vectors;
 
 use super::Renaming;
-use crate::hir::Global;
+use crate::global::Global;
 use crate::ir::{
     Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId, Values,
 };
-use crate::numeric::known::Known;
 use dual::Dual;
+use osl_numeric::library_constants::LibraryConstant;
 use osl_syntax::span::Span;
 use smallvec::smallvec;
 
@@ -186,9 +186,9 @@ impl Writer<'_> {
         self.push(Op::Const(Const::Float(x)), Kind::Float)
     }
 
-    fn known(&mut self, constant: Known) -> ValueId {
+    fn library_constant(&mut self, constant: LibraryConstant) -> ValueId {
         let number = self.int(constant as i32);
-        self.lane(LaneOp::Known, &[number])
+        self.lane(LaneOp::LibraryConstant, &[number])
     }
 
     fn int(&mut self, n: i32) -> ValueId {
@@ -291,8 +291,8 @@ impl Writer<'_> {
         match op {
             Op::Global(global @ (Global::P | Global::U | Global::V | Global::I | Global::Ps)) => {
                 for axis in Axis::BOTH {
-                    let slope = self.push(Op::Slope(*global, axis), kind);
-                    self.set(result, axis, Some(slope));
+                    let deriv = self.push(Op::GlobalDeriv(*global, axis), kind);
+                    self.set(result, axis, Some(deriv));
                 }
             }
             Op::LoadElement(slot, index) => {
@@ -308,7 +308,7 @@ impl Writer<'_> {
                 if args.iter().all(|a| a.d.iter().all(Option::is_none)) {
                     return;
                 }
-                let Some(Dual { v, d }) = rules::rule(self, *op, &args, result) else { return };
+                let Some(Dual { v, d }) = rules::derivative_of(self, *op, &args, result) else { return };
                 if v != result {
                     self.renaming.set(result, v);
                 }
@@ -329,7 +329,7 @@ impl Writer<'_> {
     /// arguments.
     fn with_tangents(&mut self, mut inst: Inst) {
         let Op::Kernel(kernel, args) = &mut inst.op else { return };
-        *kernel = kernel.clone().with_tangents();
+        *kernel = kernel.clone().with_derivs();
         let coordinates = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
         for axis in Axis::BOTH {
             for coordinate in &coordinates {
@@ -355,10 +355,10 @@ impl Writer<'_> {
             }
         }
         let channels: Values = inst.results.iter().take(2).copied().collect();
-        if let Kernel::Texture { tangents, .. } = kernel
+        if let Kernel::Texture { has_derivs, .. } = kernel
             && channels.iter().any(|r| self.wants(*r))
         {
-            *tangents = true;
+            *has_derivs = true;
             for channel in channels {
                 self.result_tangents(channel, &mut inst.results);
             }

@@ -73,7 +73,7 @@ macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
         $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
         /// Value and derivatives of `result = op(args)`; `None` without derivatives.
-        pub(super) fn rule(w: &mut Writer<'_>, op: LaneOp, args: &[Dual], result: ValueId) -> Option<Dual> {
+        pub(super) fn derivative_of(w: &mut Writer<'_>, op: LaneOp, args: &[Dual], result: ValueId) -> Option<Dual> {
             let call = Call { op, result };
             match op {
                 $(LaneOp::$name => call!($derivative count!($($arg)*), w, args, call)),*
@@ -82,7 +82,7 @@ macro_rules! stamp {
     };
 }
 
-crate::for_each_lane_op!(stamp);
+osl_numeric::for_each_lane_op!(stamp);
 
 fn sum(w: &mut Writer<'_>, [a, b]: [Dual; 2], call: Call) -> Dual {
     call.with([0, 1].map(|i| w.sum(a.d[i], b.d[i])))

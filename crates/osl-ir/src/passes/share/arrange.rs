@@ -12,7 +12,7 @@ pub(super) fn arrange(body: &mut Body, groups: &Groups) {
         groups,
         state: vec![State::Open; groups.len()],
         numbers: vec![0; groups.len()],
-        shared: FxHashMap::default(),
+        per_cell: FxHashMap::default(),
         count: 0,
         knotted: false,
     };
@@ -27,7 +27,7 @@ pub(super) fn arrange(body: &mut Body, groups: &Groups) {
         if value.rate == Rate::Varying
             && let Some(group) = groups.of(ValueId(index as u32))
         {
-            value.rate = Rate::Shared(numbers[group]);
+            value.rate = Rate::PerCell(numbers[group]);
         }
     }
 }
@@ -47,8 +47,8 @@ struct Arrange<'a> {
     state: Vec<State>,
     /// Numbers of the groups, in the order in which they are written.
     numbers: Vec<u16>,
-    /// The shared value of a root in its group.
-    shared: FxHashMap<(usize, ValueId), ValueId>,
+    /// The value per cell of a root in its group.
+    per_cell: FxHashMap<(usize, ValueId), ValueId>,
     count: u16,
     /// Groups need each other's roots: all of this must be discarded.
     knotted: bool,
@@ -145,9 +145,9 @@ impl Arrange<'_> {
         let mut results = crate::ir::Values::new();
         for root in &roots {
             let Value { kind, span, .. } = *self.body.value(*root);
-            self.body.values.push(Value { kind, rate: Rate::Shared(number), span });
+            self.body.values.push(Value { kind, rate: Rate::PerCell(number), span });
             let result = ValueId(self.body.values.len() as u32 - 1);
-            self.shared.insert((group, *root), result);
+            self.per_cell.insert((group, *root), result);
             results.push(result);
         }
         block.out.push(Inst { op: Op::Share(number, roots), results, span });
@@ -174,9 +174,9 @@ impl Arrange<'_> {
         }
     }
 
-    /// Makes a member of a group read the shared form of its roots.
+    /// Makes a member of a group read the values per cell of its roots.
     fn rename(&mut self, inst: &mut Inst, group: usize) {
-        inst.op.replace_uses(|v| self.shared.get(&(group, v)).copied().unwrap_or(v));
+        inst.op.replace_uses(|v| self.per_cell.get(&(group, v)).copied().unwrap_or(v));
         if let Op::If { then, otherwise, .. } = inst.op {
             for id in [then, otherwise] {
                 let mut insts = std::mem::take(&mut self.body.blocks[id.index()].insts);

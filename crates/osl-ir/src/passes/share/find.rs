@@ -222,7 +222,7 @@ impl Find<'_> {
     fn steps(&self, op: &Op) -> bool {
         match op {
             Op::Lane(op, args) => is_step(*op) || self.all_stepped(args),
-            Op::Kernel(Kernel::Noise { field: NoiseField::Cell, tangents: false, .. }, _) => true,
+            Op::Kernel(Kernel::Noise { field: NoiseField::Cell, has_derivs: false, .. }, _) => true,
             Op::Kernel(Kernel::Noise { .. }, args) => self.all_stepped(args),
             _ => false,
         }
@@ -370,7 +370,7 @@ fn is_step(op: LaneOp) -> bool {
 /// Whether an instruction can be computed as soon as its operands are known.
 pub(super) fn is_pure(op: &Op) -> bool {
     match op {
-        Op::Const(_) | Op::Global(_) | Op::Slope(..) | Op::Lane(..) => true,
+        Op::Const(_) | Op::Global(_) | Op::Input(_) | Op::GlobalDeriv(..) | Op::Lane(..) => true,
         Op::Kernel(kernel, _) => matches!(kernel, Kernel::Noise { .. } | Kernel::SpaceMatrix { .. }),
         _ => false,
     }

@@ -5,8 +5,8 @@
 //! their combinations instead of once for each point. The pass groups the instructions that can be computed
 //! in this way; a group's *roots* are the stepped values of single points on which it depends. It writes one
 //! [`Op::Share`] for each group, after the roots and before all other instructions of the group, and marks
-//! the group's values with [`Rate::Shared`]. The number of combinations in a batch of points is known only at
-//! run time.
+//! the group's values with [`Rate::PerCell`]. The number of combinations in a batch of points is known only
+//! at run time.
 //!
 //! [`find`] determines the groups; `arrange` moves instructions. Needs the rates.
 

@@ -1,31 +1,31 @@
-//! Decides whether samples may be taken in a cheaper arithmetic, by repeating the peeks at pending pixels in
+//! Decides whether samples may be taken in a cheaper arithmetic, by repeating the probes at pending pixels in
 //! it.
 //!
 //! The gain is not measured here, because images must not depend on the clock. The caller offers a cheaper
 //! arithmetic only if it expects it to be faster.
 
 use super::Work;
-use super::peek::{Peeks, distance};
+use super::probe::{Probes, distance};
 use crate::sample::error::Block;
 use crate::sample::image::{Cheaper, Shading};
 use osl_exec::RunError;
 
-/// Minimum number of peeks: with fewer, rare errors would be missed.
+/// Minimum number of probes: with fewer, rare errors would be missed.
 const ENOUGH: usize = 1024;
-/// The largest error of the cheaper arithmetic at any of these peeks, as a share of the bound.
+/// The largest error of the cheaper arithmetic at any of these probes, as a share of the bound.
 const SHARE: f32 = 0.02;
 
 impl<'a> Work<'_, 'a> {
     /// Samples pending pixels in the cheaper arithmetic from here on, if there is one and it is accurate
     /// enough. The bound is then reduced by its largest error.
-    pub(super) fn choose_arithmetic(&mut self, peeks: &Peeks, pending: &[bool]) -> Result<(), RunError> {
+    pub(super) fn choose_arithmetic(&mut self, probes: &Probes, pending: &[bool]) -> Result<(), RunError> {
         let Some(program) = self.shading.cheaper else { return Ok(()) };
-        let open = peeks.open(pending);
+        let open = probes.open(pending);
         if open.len() < ENOUGH {
             return Ok(());
         }
         let cheaper = Shading { program, cheaper: None, ..self.shading.clone() };
-        let largest = self.difference(&cheaper, peeks, &open)?;
+        let largest = self.difference(&cheaper, probes, &open)?;
         if largest <= SHARE * self.wanted.error {
             let pixels = pending.iter().filter(|pending| **pending).count() as u64;
             self.chosen = Some(Cheaper { compared: open.len() as u64, largest, pixels });
@@ -35,9 +35,9 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// The largest difference between the peeks and another way to run the shader.
-    fn difference(&mut self, other: &Shading<'_>, peeks: &Peeks, slots: &[usize]) -> Result<f32, RunError> {
-        let pixels: Vec<u32> = slots.iter().map(|slot| peeks.pixels[*slot] + self.first).collect();
+    /// The largest difference between the probes and another way to run the shader.
+    fn difference(&mut self, other: &Shading<'_>, probes: &Probes, slots: &[usize]) -> Result<f32, RunError> {
+        let pixels: Vec<u32> = slots.iter().map(|slot| probes.pixels[*slot] + self.first).collect();
         let batch = other.batch(&pixels, 0..1, false)?;
         self.evaluations += pixels.len() as u64;
         let worst = |(values, blocks): (&Vec<f32>, &Vec<Block>)| {
@@ -48,6 +48,6 @@ impl<'a> Work<'_, 'a> {
             };
             slots.iter().zip(blocks).map(one).fold(0.0, f32::max)
         };
-        Ok(peeks.values.iter().zip(&batch.blocks).map(worst).fold(0.0, f32::max))
+        Ok(probes.values.iter().zip(&batch.blocks).map(worst).fold(0.0, f32::max))
     }
 }

@@ -4,7 +4,7 @@ use super::{COARSE, Work, above};
 use crate::sample::rate::{mix, stretched, ticks};
 use osl_exec::RunError;
 
-/// A bend above this multiple of the limit marks an edge.
+/// A curvature above this multiple of the limit marks an edge.
 const EDGE: f32 = 4.0;
 
 impl Work<'_, '_> {
@@ -90,14 +90,14 @@ impl Work<'_, '_> {
             return;
         }
         let mut edges = Vec::new();
-        let bends = self.bends(step);
+        let curvatures = self.curvatures(step);
         for [x, y] in self.wanted(step, pending) {
-            let bend = bends.at([x, y]);
-            if bend <= limit {
+            let curvature = curvatures.at([x, y]);
+            if curvature <= limit {
                 for y in y..(y + step).min(self.height) {
                     pending[y * self.width + x..y * self.width + (x + step).min(self.width)].fill(false);
                 }
-            } else if step == 1 && above(bend, EDGE * limit) {
+            } else if step == 1 && above(curvature, EDGE * limit) {
                 edges.push([x, y]);
             }
         }

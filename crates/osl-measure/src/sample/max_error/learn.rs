@@ -6,7 +6,7 @@
 //! limits that were learned from other pixels. If no price suffices, the limits are reduced.
 
 use super::above;
-use super::peek::{NEVER, Tried};
+use super::probe::{NEVER, Tried};
 use super::scaled::Scaled;
 use pxfm::{f_expm1f, f_log1pf};
 use rayon::prelude::*;

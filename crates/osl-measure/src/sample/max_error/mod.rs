@@ -4,9 +4,9 @@
 //! the cost of the method itself.
 //!
 //! First come lattices: every fourth pixel along x and y, then every second, then the centre of every pixel.
-//! The pixels between are interpolated. The curvature of the lattice estimates the error, and a few *peeks*
+//! The pixels between are interpolated. The curvature of the lattice estimates the error, and a few *probes*
 //! (samples at random positions) show whether that estimate can be trusted. A finer lattice is first tried
-//! around a few of the peeks.
+//! around a few of the probes.
 //!
 //! The remaining pixels need samples. No formula knows how reliable a standard error is for an unknown
 //! shader. So some of the pixels, the *pilot*, are sampled first: their sample count is doubled until half of
@@ -14,20 +14,20 @@
 //! the largest estimated error at which a pixel needs no further samples. So the estimates need not be exact;
 //! they only have to sort the pixels.
 
-mod bend;
 mod cheaper;
+mod curvature;
 mod lattice;
 mod learn;
-mod peek;
 mod pilot;
+mod probe;
 mod scaled;
 
 use super::adapt::{Refiner, power_below};
 use super::image::{Cheaper, Image, Shading, not_finite};
 use learn::Steps;
 use osl_exec::{Frame, RunError};
-use peek::{Peeks, Tried, trust};
 use pilot::estimate;
+use probe::{Probes, Tried, trust};
 use std::ops::Range;
 
 /// The error bound of an image.
@@ -39,8 +39,8 @@ pub struct MaxError {
     pub most: u32,
 }
 
-/// When a peek fails where the lattice was trusted, pixels up to this distance along each axis become pending
-/// again.
+/// When a probe fails where the lattice was trusted, pixels up to this distance along each axis become
+/// pending again.
 const REACH: usize = 4;
 /// Distance between the pixels of the coarsest lattice.
 const COARSE: usize = 4;
@@ -50,30 +50,30 @@ const PROMISED: f32 = 1e-3;
 const ALLOWED: f32 = 5e-4;
 /// The aim when few pixels are left.
 const ALLOWED_OF_FEW: f32 = 0.02;
-/// One in so many pixels gets a peek, to judge the lattices of every fourth, every second and every pixel,
-/// and all of them once more before sampling starts. Peeks cost about a tenth of the work.
-const PEEK: [usize; 4] = [168, 48, 16, 8];
-/// The minimum and maximum number of peeks.
+/// One in so many pixels gets a probe, to judge the lattices of every fourth, every second and every pixel,
+/// and all of them once more before sampling starts. Probes cost about a tenth of the work.
+const PROBE: [usize; 4] = [168, 48, 16, 8];
+/// The minimum and maximum number of probes.
 const PEEKS: (usize, usize) = (64, 16384);
-/// The number of peeks around which a finer lattice is tried; the share of them that it must settle; the
+/// The number of probes around which a finer lattice is tried; the share of them that it must settle; the
 /// share that may exceed the bound.
 const TRIALS: usize = 48;
 const WORTH: [f32; 2] = [0.25, 0.6];
 /// The next finer lattice has to prove itself only up to this estimate, as a multiple of the bound.
 const NEAR: f32 = 2.0;
-/// Share of the peeks that may fail if a lattice is to do for all pixels.
+/// Share of the probes that may fail if a lattice is to do for all pixels.
 const FAILED: f32 = 0.005;
-/// The largest estimates that are trusted without further evidence, as shares of the bound, because the peeks
-/// may have missed rare features. The first value is for lattices, the second for a pixel's centre, which may
-/// be on either side of an edge.
+/// The largest estimates that are trusted without further evidence, as shares of the bound, because the
+/// probes may have missed rare features. The first value is for lattices, the second for a pixel's centre,
+/// which may be on either side of an edge.
 const TRUSTED: [f32; 2] = [1.0, 0.25];
-/// Good peeks above `TRUSTED` that raise the trusted estimate.
+/// Good probes above `TRUSTED` that raise the trusted estimate.
 const EVIDENCE: usize = 40;
 /// Share of the pixels below which a finer lattice is not worth its cost.
 const ROUGH: f32 = 0.02;
-/// Minimum number of peeks to learn from.
+/// Minimum number of probes to learn from.
 const FEW: usize = 16;
-/// A peek or a pilot pixel whose error exceeds this share of the bound counts as a failure.
+/// A probe or a pilot pixel whose error exceeds this share of the bound counts as a failure.
 const CLOSE: f32 = 0.9;
 const BOLD: f32 = 0.95;
 /// The threshold used when adaptive sampling costs less than `THRIFT` of sampling every pixel equally.
@@ -81,14 +81,14 @@ const CAREFUL: f32 = 0.8;
 const THRIFT: f32 = 0.75;
 /// If at most this share of the pilot exceeds the bound, the next sample count needs no trial.
 const NEARLY: f32 = 0.005;
-/// A trusted estimate is at most this multiple of the smallest estimate at which a peek failed.
+/// A trusted estimate is at most this multiple of the smallest estimate at which a probe failed.
 const BELOW_FAILED: f32 = 0.9;
 /// Size of the pilot: one in so many pixels of the image, one in so many pixels that need samples, and the
 /// minimum.
 const PILOT: (usize, usize, usize) = (16, 4, 64);
 /// Samples needed to hit any feature large enough to matter: a factor on the range of values in units of the
 /// bound, the minimum and the maximum.
-const WITNESSES: (f32, f32, f32) = (3.0, 8.0, 256.0);
+const MIN_SAMPLES: (f32, f32, f32) = (3.0, 8.0, 256.0);
 /// A pilot pixel with enough samples is dropped when its error is below this share of the bound.
 const DROPPED: f32 = 0.2;
 /// A pixel has enough samples when the bound is at least this many standard errors.
@@ -159,35 +159,35 @@ impl<'a> Work<'_, 'a> {
         self.coarse()?;
         let mut off = 0.0;
         if self.shading.filter.width() <= WIDEST && !pending.is_empty() {
-            let mut peeks = Peeks::default();
-            off = self.lattices(&mut peeks, &mut pending)?;
-            self.choose_arithmetic(&peeks, &pending)?;
+            let mut probes = Probes::default();
+            off = self.lattices(&mut probes, &mut pending)?;
+            self.choose_arithmetic(&probes, &pending)?;
         }
         let refined = self.sample(&pending, off)?;
         Ok(self.image(refined))
     }
 
     /// Settles as many pixels as lattices can. Returns how many of them may exceed the bound.
-    fn lattices(&mut self, peeks: &mut Peeks, pending: &mut [bool]) -> Result<f32, RunError> {
+    fn lattices(&mut self, probes: &mut Probes, pending: &mut [bool]) -> Result<f32, RunError> {
         let mut steps = vec![COARSE];
-        let mut found = self.settle_by(&steps, peeks, PEEK[0], pending)?;
-        for (step, each) in [(2, PEEK[1]), (1, PEEK[2])] {
+        let mut found = self.settle_by(&steps, probes, PROBE[0], pending)?;
+        for (step, each) in [(2, PROBE[1]), (1, PROBE[2])] {
             if !pending.contains(&true) {
                 break;
             }
             if self.is_rough(&found, pending) {
-                if self.is_worth(peeks, pending, step)? {
+                if self.is_worth(probes, pending, step)? {
                     steps.push(step);
-                    found = self.settle_by(&steps, peeks, each, pending)?;
+                    found = self.settle_by(&steps, probes, each, pending)?;
                 }
             } else {
-                self.settle_near(step, peeks, pending)?;
-                found.off += self.settle_one(step, peeks, pending, found.off)?.off;
+                self.settle_near(step, probes, pending)?;
+                found.off += self.settle_one(step, probes, pending, found.off)?.off;
             }
         }
         if self.is_rough(&found, pending) {
             // Sampling will be so expensive that a second test of the lattices costs little in comparison.
-            found = self.settle_by(&steps, peeks, PEEK[3], pending)?;
+            found = self.settle_by(&steps, probes, PROBE[3], pending)?;
         }
         Ok(found.off)
     }
@@ -199,37 +199,38 @@ impl<'a> Work<'_, 'a> {
         left as f32 > ROUGH * pending.len() as f32 && found.failed > FAILED
     }
 
-    /// Settles pixels by some lattices, after a peek at one in `each` pixels.
+    /// Settles pixels by some lattices, after a probe at one in `each` pixels.
     fn settle_by(
         &mut self,
         steps: &[usize],
-        peeks: &mut Peeks,
+        probes: &mut Probes,
         each: usize,
         pending: &mut [bool],
     ) -> Result<Found, RunError> {
         let (fewest, most) = PEEKS;
         let wanted = (pending.len() / each).clamp(fewest, most).min(pending.len());
-        self.peek(peeks, wanted.saturating_sub(peeks.count()))?;
+        self.probe(probes, wanted.saturating_sub(probes.count()))?;
         pending.fill(true);
         let mut found = Found::default();
         for step in steps {
-            let one = self.settle_one(*step, peeks, pending, found.off)?;
+            let one = self.settle_one(*step, probes, pending, found.off)?;
             found = Found { off: found.off + one.off, ..one };
         }
         Ok(found)
     }
 
     /// Settles the pending pixels that the coarser lattice nearly settled by a finer one, if the finer one is
-    /// right around a few peeks among them. The curvature of the finer lattice is not needed for that, which
+    /// right around a few probes among them. The curvature of the finer lattice is not needed for that, which
     /// saves computing its neighbours.
-    fn settle_near(&mut self, step: usize, peeks: &Peeks, pending: &mut [bool]) -> Result<(), RunError> {
+    fn settle_near(&mut self, step: usize, probes: &Probes, pending: &mut [bool]) -> Result<(), RunError> {
         let width = self.width;
         let limit = NEAR * self.wanted.error;
-        let bends = self.bends(2 * step);
-        let near: Vec<bool> =
-            (0..pending.len()).map(|at| pending[at] && bends.at([at % width, at / width]) <= limit).collect();
-        let open = peeks.open(&near);
-        if open.len() < FEW || !self.is_right(peeks, open, step)? {
+        let curvatures = self.curvatures(2 * step);
+        let near: Vec<bool> = (0..pending.len())
+            .map(|at| pending[at] && curvatures.at([at % width, at / width]) <= limit)
+            .collect();
+        let open = probes.open(&near);
+        if open.len() < FEW || !self.is_right(probes, open, step)? {
             return Ok(());
         }
         self.cells(step, &near)?;
@@ -237,35 +238,35 @@ impl<'a> Work<'_, 'a> {
         Ok(())
     }
 
-    /// Whether a lattice is right around some peeks.
-    fn is_right(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<bool, RunError> {
-        let tried = self.try_some(peeks, open, step)?;
+    /// Whether a lattice is right around some probes.
+    fn is_right(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<bool, RunError> {
+        let tried = self.try_some(probes, open, step)?;
         Ok(tried.iter().all(|(_, error)| *error <= CLOSE * self.wanted.error))
     }
 
-    /// Tries a lattice around some peeks. Returns the estimated and the actual errors.
-    fn try_some(&mut self, peeks: &Peeks, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
+    /// Tries a lattice around some probes. Returns the estimated and the actual errors.
+    fn try_some(&mut self, probes: &Probes, open: Vec<usize>, step: usize) -> Result<Vec<Tried>, RunError> {
         let each = open.len().div_ceil(TRIALS).max(1);
         let some: Vec<usize> = open.into_iter().step_by(each).collect();
-        let needed = peeks.stencils(self, &some, step);
+        let needed = probes.stencils(self, &some, step);
         self.centres(&needed)?;
-        self.judge(peeks, &some, step)
+        self.judge(probes, &some, step)
     }
 
     /// Settles pending pixels by one lattice. `off` pixels may already exceed the bound.
     fn settle_one(
         &mut self,
         step: usize,
-        peeks: &Peeks,
+        probes: &Probes,
         pending: &mut [bool],
         off: f32,
     ) -> Result<Found, RunError> {
         if step < COARSE {
             self.lattice(step, pending)?;
         }
-        let open = peeks.open(pending);
-        let tried = self.judge(peeks, &open, step)?;
-        let share = pending.len() as f32 / peeks.count().max(1) as f32;
+        let open = probes.open(pending);
+        let tried = self.judge(probes, &open, step)?;
+        let share = pending.len() as f32 / probes.count().max(1) as f32;
         let spare = (ALLOWED * pending.len() as f32 - off).max(0.0) / share;
         let most = TRUSTED[usize::from(step == 1)] * self.wanted.error;
         let mut trust = trust(&tried, self.wanted.error, most, spare as usize);
@@ -274,19 +275,19 @@ impl<'a> Work<'_, 'a> {
             trust.limit = most;
         }
         self.settle(step, trust.limit, pending);
-        // The feature that a peek hit may be larger than its pixel.
+        // The feature that a probe hit may be larger than its pixel.
         for (slot, (estimate, error)) in open.iter().zip(&tried) {
             if *estimate <= trust.limit && above(*error, CLOSE * self.wanted.error) {
-                peeks.reopen(*slot, self.width, REACH, pending);
+                probes.reopen(*slot, self.width, REACH, pending);
             }
         }
-        let failed = trust.failed as f32 / peeks.count().max(1) as f32;
+        let failed = trust.failed as f32 / probes.count().max(1) as f32;
         Ok(Found { off: trust.passed_over as f32 * share, failed })
     }
 
-    /// Whether a finer lattice is right around enough of the pending peeks.
-    fn is_worth(&mut self, peeks: &Peeks, pending: &[bool], step: usize) -> Result<bool, RunError> {
-        let tried = self.try_some(peeks, peeks.open(pending), step)?;
+    /// Whether a finer lattice is right around enough of the pending probes.
+    fn is_worth(&mut self, probes: &Probes, pending: &[bool], step: usize) -> Result<bool, RunError> {
+        let tried = self.try_some(probes, probes.open(pending), step)?;
         let trust = trust(&tried, self.wanted.error, f32::MAX, 0);
         let some = tried.len() as f32;
         Ok(trust.good as f32 > WORTH[0] * some && trust.failed as f32 <= WORTH[1] * some)
@@ -308,9 +309,9 @@ impl<'a> Work<'_, 'a> {
 
     /// The curvature of the coarsest lattice around each pixel. Pixels are numbered in the image.
     fn guards(&self, pixels: &[u32]) -> Vec<f32> {
-        let bends = self.bends(COARSE);
+        let curvatures = self.curvatures(COARSE);
         let within = pixels.iter().map(|pixel| (pixel - self.first) as usize);
-        within.map(|at| bends.at([at % self.width, at / self.width])).collect()
+        within.map(|at| curvatures.at([at % self.width, at / self.width])).collect()
     }
 
     /// Samples the pixels that are still pending: the pilot first, then the others.
@@ -384,7 +385,7 @@ impl<'a> Work<'_, 'a> {
 struct Found {
     /// Pixels that may exceed the bound.
     off: f32,
-    /// Share of the peeks at which the last lattice failed.
+    /// Share of the probes at which the last lattice failed.
     failed: f32,
 }
 

@@ -3,8 +3,8 @@
 //! proportional to the cost of the image.
 
 use super::learn::{Rung, Steps, fixed, steps};
-use super::peek::distance;
-use super::{BOLD, CAREFUL, DROPPED, NEARLY, PILOT, PROMISED, THRIFT, WITNESSES, Work};
+use super::probe::distance;
+use super::{BOLD, CAREFUL, DROPPED, MIN_SAMPLES, NEARLY, PILOT, PROMISED, THRIFT, Work};
 use crate::sample::adapt::Refiner;
 use crate::sample::oracle::some_pixels;
 use osl_exec::RunError;
@@ -61,7 +61,7 @@ struct Pilot<'a> {
     rounds: Vec<Round>,
     bound: f32,
     /// Minimum samples per pixel: enough to hit any feature large enough to change the pixel by the bound.
-    witnesses: u32,
+    min_samples: u32,
 }
 
 /// The pixels after some samples.
@@ -76,14 +76,14 @@ struct Round {
 impl<'a> Pilot<'a> {
     fn new(work: &Work<'_, 'a>, pixels: Vec<u32>) -> Pilot<'a> {
         let guards = work.guards(&pixels);
-        let (times, fewest, most) = WITNESSES;
-        let witnesses = (times * work.range() / work.wanted.error).clamp(fewest, most) as u32;
+        let (times, fewest, most) = MIN_SAMPLES;
+        let min_samples = (times * work.range() / work.wanted.error).clamp(fewest, most) as u32;
         Pilot {
             refiner: Refiner::new(&work.sampled, pixels),
             guards,
             rounds: Vec::new(),
             bound: work.wanted.error,
-            witnesses: witnesses.next_power_of_two(),
+            min_samples: min_samples.next_power_of_two(),
         }
     }
 
@@ -119,7 +119,7 @@ impl<'a> Pilot<'a> {
         }
         // Samples that converge no faster than independent ones indicate edges, which so few samples can
         // miss.
-        if !last && self.refiner.samples < self.witnesses && self.convergence() < EDGES {
+        if !last && self.refiner.samples < self.min_samples && self.convergence() < EDGES {
             return None;
         }
         let found = steps(&rungs, BOLD * self.bound, allowed);
@@ -184,10 +184,10 @@ impl<'a> Pilot<'a> {
     fn drop_settled(&mut self) {
         let [.., before, last] = &self.rounds[..] else { return };
         let enough = DROPPED * self.bound;
-        let witnesses = self.witnesses;
+        let min_samples = self.min_samples;
         let small = |slot: usize| last.estimates[slot] <= enough && moved(before, last, slot) <= enough;
         let samples = last.samples;
-        self.refiner.settle(|slot, _| samples >= witnesses && small(slot));
+        self.refiner.settle(|slot, _| samples >= min_samples && small(slot));
     }
 }
 
@@ -198,9 +198,9 @@ fn moved(from: &Round, to: &Round, slot: usize) -> f32 {
 }
 
 /// The estimated error of a pixel: its standard error combined with the change by the later half of its
-/// samples, and at least the lattice's bend divided by the sample count, for features that may hide between
-/// samples.
-pub(super) fn estimate(refiner: &Refiner<'_>, slot: usize, bend: f32) -> f32 {
+/// samples, and at least the lattice's curvature divided by the sample count, for features that may hide
+/// between samples.
+pub(super) fn estimate(refiner: &Refiner<'_>, slot: usize, curvature: f32) -> f32 {
     let error = f_hypotf(refiner.error(slot), refiner.moved[slot]);
-    if bend.is_finite() { error.max(bend / refiner.samples as f32) } else { error }
+    if curvature.is_finite() { error.max(curvature / refiner.samples as f32) } else { error }
 }

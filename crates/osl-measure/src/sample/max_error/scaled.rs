@@ -4,7 +4,7 @@
 //! common distribution, and from it follows the probability that each pixel exceeds the bound. At edges the
 //! errors do not follow a common distribution; then this module reports so, and failures are counted instead.
 
-use super::peek::Tried;
+use super::probe::Tried;
 
 /// The scale of an error is averaged over neighbours in the order of the estimates: one in so many of all
 /// pixels, on each side.
@@ -81,7 +81,8 @@ fn sizes(tried: &[Tried], order: &[usize]) -> Vec<f32> {
     let mut sums = vec![0.0_f64];
     let mut sum = 0.0;
     for slot in order {
-        sum += f64::from(tried[*slot].1).powi(2);
+        let size = f64::from(tried[*slot].1);
+        sum += size * size;
         sums.push(sum);
     }
     let beside = tried.len() / ALIKE;

@@ -2,8 +2,9 @@
 
 use super::{Sample, frame};
 use crate::bsdf::cosine;
+use crate::math::{fifth_power, square};
 use glam::Vec3;
-use osl_ir::numeric::strict::{pow, sincos};
+use osl_numeric::strict::{pow, sincos};
 use std::f32::consts::{PI, TAU};
 
 /// A diffuse lobe.
@@ -104,8 +105,8 @@ impl Diffuse {
             Kind::Preserving(roughness) => by_cosine(preserving(self.albedo, roughness, self.n, wo, wi)),
             Kind::Burley(roughness) => {
                 let h = (wo + wi).normalize_or_zero();
-                let grazing = 0.5 + 2.0 * roughness * wi.dot(h).powi(2);
-                let edge = |cosine: f32| 1.0 + (grazing - 1.0) * (1.0 - cosine).clamp(0.0, 1.0).powi(5);
+                let grazing = 0.5 + 2.0 * roughness * square(wi.dot(h));
+                let edge = |cosine: f32| 1.0 + (grazing - 1.0) * fifth_power((1.0 - cosine).clamp(0.0, 1.0));
                 by_cosine(self.albedo * (edge(i) * edge(o)))
             }
             Kind::Sheen(roughness) => {

@@ -7,7 +7,7 @@ use crate::bsdf::{Distribution, Facets, Frame};
 use crate::math;
 use crate::testrender::positive;
 use glam::{Vec2, Vec3};
-use osl_ir::numeric::strict::{acos, erf, ierf};
+use osl_numeric::strict::{acos, erf, ierf};
 use std::f32::consts::PI;
 
 /// A microfacet lobe.

@@ -2,7 +2,7 @@
 
 use crate::testrender::positive;
 use glam::Vec3;
-use osl_ir::numeric::strict::pow;
+use osl_numeric::strict::pow;
 
 /// Reflection and transmission at an interface of a microfacet lobe.
 #[derive(Clone, Copy, Debug)]

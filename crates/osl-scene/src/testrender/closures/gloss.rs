@@ -2,9 +2,10 @@
 
 use super::{Sample, frame, frame_along};
 use crate::bsdf::Frame;
+use crate::math::square;
 use crate::testrender::positive;
 use glam::{Vec2, Vec3};
-use osl_ir::numeric::strict::{exp, log, pow, sincos, tan};
+use osl_numeric::strict::{exp, log, pow, sincos, tan};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// B. T. Phong, "Illumination for Computer Generated Pictures", 1975, modified to conserve energy.
@@ -69,7 +70,7 @@ impl Ward {
         let area = 4.0 * PI * self.alpha.x * self.alpha.y;
         // Equations 4 and 9.
         let value = i * falloff / (area * (i * o).sqrt());
-        let pdf = falloff / (area * h.dot(wo) * local.z.powi(3));
+        let pdf = falloff / (area * h.dot(wo) * (square(local.z) * local.z));
         if !positive(pdf) {
             return Sample { wi, ..Sample::default() };
         }

@@ -3,7 +3,7 @@
 use crate::cli::args::ReadArgs;
 use crate::cli::input;
 use crate::cli::limits::LimitArgs;
-use crate::pipeline::ShaderFiles;
+use osl::stages::ShaderFiles;
 use osl_limits::Limits;
 use osl_syntax::source::SourceProvider;
 use std::path::{Path, PathBuf};

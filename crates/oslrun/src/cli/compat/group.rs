@@ -1,18 +1,18 @@
 //! Builds a shader group as the reference's tools do: step by step. Each failure is reported at once, in the
 //! words of those tools, because scripts read them. All tools that run groups use it.
 //!
-//! `osl_ir::group` defines groups and decides which connections are valid; this module must not know command
-//! lines or scenes.
+//! `osl_lower::group` defines groups and decides which connections are valid; this module must not know
+//! command lines or scenes.
 
 use super::Console;
 use super::settings::Settings;
-use crate::pipeline::{Library, ShaderFiles, is_compiled};
-use osl_ir::group::text::{self, Shaders, Statement};
-use osl_ir::group::{ConnectError, Connection, Group, Layer};
-use osl_ir::hir::Program;
+use osl::stages::{Library, ShaderFiles, is_compiled};
+use osl_hir::hir::Program;
 use osl_ir::ir::Const;
-use osl_ir::params::{self, ParamError, ParamValues};
 use osl_limits::Limits;
+use osl_lower::group::text::{self, Shaders, Statement};
+use osl_lower::group::{ConnectError, Connection, Group, Layer};
+use osl_lower::params::{self, ParamError, ParamValues};
 use osl_syntax::Options;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;

@@ -6,9 +6,9 @@
 use super::Console;
 use crate::cli::args::ReadArgs;
 use crate::cli::input;
-use crate::pipeline::{self, Checked};
+use osl::stages::{self, Checked};
 use osl_files::{SaveError, Unsaved};
-use osl_ir::oso;
+use osl_hir::oso;
 use osl_syntax::Reports;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
@@ -215,7 +215,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
         return Ok(None);
     }
     let Checked { sources, diagnostics, program, .. } =
-        pipeline::check(&input.name, &input.text, &input.files, &input.options);
+        stages::check(&input.name, &input.text, &input.files, &input.options);
     let bad = told(&diagnostics, &sources, job, console);
     let program = program.filter(|_| !bad).ok_or_else(String::new)?;
     let output = match &job.output {

@@ -6,7 +6,7 @@ use crate::cli::args::ReadArgs;
 use crate::cli::info::{self, Metadatum, Parameter, Shader};
 use crate::cli::input;
 use crate::cli::limits::LimitArgs;
-use crate::pipeline;
+use osl::stages;
 use serde_json::Value;
 use std::path::PathBuf;
 
@@ -70,7 +70,7 @@ fn read(name: &str, folders: &[PathBuf], limits: &LimitArgs) -> Result<Shader, S
     let path = places.into_iter().find(|p| p.is_file()).ok_or("there is no such file")?;
     let args = ReadArgs { limits: limits.clone(), ..ReadArgs::default() };
     let input = input::read(&path, &args).map_err(|failure| failure.0)?;
-    let checked = pipeline::check(&input.name, &input.text, &input.files, &input.options);
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let error = checked.diagnostics.iter().find(|d| d.is_error()).map(|d| d.message.clone());
     checked.program.as_ref().map(info::describe).ok_or_else(|| error.unwrap_or_default())
 }

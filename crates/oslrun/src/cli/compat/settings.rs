@@ -4,8 +4,8 @@
 //! the code that runs a group applies them.
 
 use super::Console;
-use osl_ir::group::{Checks, Rules};
-use osl_ir::numeric::color::SYSTEMS;
+use osl_lower::group::{Checks, Rules};
+use osl_numeric::color::SYSTEMS;
 use std::path::PathBuf;
 
 /// The settings that have an effect here.

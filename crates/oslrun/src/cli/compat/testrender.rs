@@ -5,13 +5,13 @@ use super::folders::Folders;
 use super::group::GroupBuilder;
 use super::options::{self, Item, Known};
 use super::settings::{self, Settings};
-use crate::cli::{input, output};
-use crate::pipeline;
+use crate::cli::{input, output, session};
+use osl::stages;
 use osl_exec::Services;
 use osl_image::{Samples, TextureCache, write_channels};
-use osl_ir::group::text::Statement;
-use osl_ir::lower::{self, Requests};
 use osl_ir::passes;
+use osl_lower::Requests;
+use osl_lower::group::text::Statement;
 use osl_scene::testrender::{self, GroupText, RayServices, Scene, World, scene};
 use osl_syntax::source::SourceMap;
 use std::collections::HashSet;
@@ -161,10 +161,7 @@ fn run(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     }
     let (world, sources) = world(scene, &job, console)?;
     let prepared = started.elapsed();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(job.threads)
-        .build()
-        .map_err(|why| format!("testrender: cannot start {} threads: {why}", job.threads))?;
+    let pool = session::pool(job.threads).map_err(|why| format!("testrender: {why}"))?;
     let options = world.1;
     let mut picture = testrender::Picture::default();
     for _ in 0..job.iterations {
@@ -258,18 +255,18 @@ fn compile(
     }
     let limits = console.limits.limits();
     let requests = Requests { limits: limits.clone(), ..Requests::default() };
-    let body = lower::lower_group_for(&builder.take(), &requests).map_err(|list| {
+    let body = osl_lower::lower_group_for(&builder.take(), &requests).map_err(|list| {
         let why = list.first().map_or_else(String::new, |d| d.message.clone());
         format!("ERROR: {why}")
     })?;
     let options = passes::Options {
         outputs: Some(vec!["Ci".into()]),
         varying: testrender::VARYING.to_vec(),
-        slopes: testrender::SLOPES.to_vec(),
+        derivs: testrender::DERIVS.to_vec(),
         limits: limits.clone(),
         ..passes::Options::default()
     };
-    Ok(pipeline::finish(body, &options).program)
+    Ok(stages::finish(body, &options).program)
 }
 
 /// Prints the text and the messages of shaders.

@@ -3,10 +3,10 @@
 //! An unknown closure ends the list of operations that calls it; an unknown keyword is ignored.
 
 use super::super::Console;
-use osl_ir::components::{self, Known, Problem, Stops};
-use osl_ir::group::Group;
 use osl_ir::ir::{Body, Kind};
 use osl_ir::passes::{self, Pass};
+use osl_lower::components::{self, Known, Problem, Stops};
+use osl_lower::group::Group;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;

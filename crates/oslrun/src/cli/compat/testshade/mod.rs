@@ -8,13 +8,15 @@ mod show;
 use super::Console;
 use super::options::{self, Known};
 use super::told::Teller;
-use crate::pipeline;
+use crate::cli::session;
 use job::{Job, Order};
+use osl::stages;
 use osl_exec::{Frame, Keeping, PointSource, Program, Run, RunError, RunOptions, Services};
-use osl_ir::group::Group;
-use osl_ir::group::text::Statement;
-use osl_ir::lower::{self, Last, Requests};
-use osl_ir::{params, passes};
+use osl_ir::passes;
+use osl_lower::group::Group;
+use osl_lower::group::text::Statement;
+use osl_lower::params;
+use osl_lower::{Last, Requests};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
@@ -52,9 +54,9 @@ const KNOWN: &[Known] = &[
     o("print", 0, "Print the outputs of each point instead of writing them"),
     o("raytype", 1, "Kind of ray"),
     o("userdata", 2, "Data of the primitive: NAME VALUE; setting type="),
-    o("vary_pdxdy", 0, "Slopes of P that differ from point to point"),
-    o("vary_udxdy", 0, "Slopes of u that differ from point to point"),
-    o("vary_vdxdy", 0, "Slopes of v that differ from point to point"),
+    o("vary_pdxdy", 0, "Derivatives of P that differ from point to point"),
+    o("vary_udxdy", 0, "Derivatives of u that differ from point to point"),
+    o("vary_vdxdy", 0, "Derivatives of v that differ from point to point"),
     o("entry", 1, "A layer to run; only layers that are named so run, in this order, with what they need"),
     o("entryoutput", 1, "With --entry: an output whose layer is to run instead of the layers named there"),
     o("iters", 1, "How often to run"),
@@ -153,7 +155,7 @@ fn shade(args: &[String], console: &mut Console<'_>) -> Result<(), String> {
     }
     let renderer = job.renderer();
     let mut spaces = renderer.spaces();
-    spaces.set(&job.settings.common_space, osl_ir::numeric::matrix::diagonal(1.0));
+    spaces.set(&job.settings.common_space, osl_numeric::matrix::diagonal(1.0));
     let textures = setup::textures(&job, limits);
     let services = Services { ray: job.raytype.clone(), spaces, textures, reference_texts: true };
     let mut teller = Teller::new(&sources, &job.settings);
@@ -226,8 +228,7 @@ fn run(
 
 /// A pool of `n` threads.
 fn threads(n: usize) -> Result<rayon::ThreadPool, String> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build();
-    pool.map_err(|why| format!("testshade: cannot start {n} threads: {why}"))
+    session::pool(n).map_err(|why| format!("testshade: {why}"))
 }
 
 /// Compiles the group, and reports calls of closures that are invalid in the tool.
@@ -244,18 +245,18 @@ fn compile(
     let options = passes::Options {
         outputs: Some(wanted),
         varying: renderer.varying().to_vec(),
-        slopes: renderer.varying_slopes().to_vec(),
+        derivs: renderer.varying_derivs().to_vec(),
         traces: renderer.traces(),
         limits: console.limits.limits().clone(),
         ..passes::Options::default()
     };
     let last = Last::Named(asked.clone());
     let requests = Requests { outputs: asked, last, limits: options.limits.clone(), ..Requests::default() };
-    let lowered = |group: &Group| lower::lower_group_for(group, &requests);
+    let lowered = |group: &Group| osl_lower::lower_group_for(group, &requests);
     let mut body = closures::lower(group, &options, sources, console, lowered)
         .map_err(|list| render(&list, sources, RenderStyle { color: false }))?;
     passes::set_primaries(&mut body, primaries);
-    Ok(pipeline::finish(body, &options).program)
+    Ok(stages::finish(body, &options).program)
 }
 
 /// Sets the values of `--reparam`. Unknown parameters are ignored.

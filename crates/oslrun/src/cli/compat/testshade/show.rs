@@ -3,12 +3,12 @@
 use super::super::{Console, number};
 use super::job::Job;
 use osl_exec::{Frame, Plane};
+use osl_hir::hir;
 use osl_image::{write_channels, write_ints};
-use osl_ir::group::Group;
-use osl_ir::hir;
 use osl_ir::ir::Kind;
-use osl_ir::params;
 use osl_ir::types::{Base, Extent};
+use osl_lower::group::Group;
+use osl_lower::params;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub(super) fn outputs(group: &Group, job: &Job) -> Vec<Output> {
     for (asked, file) in &job.outputs {
         let (of, name) = asked.split_once('.').map_or((None, asked.as_str()), |(of, name)| (Some(of), name));
         let layers = group.layers().iter().enumerate().rev();
-        let has = |l: &osl_ir::group::Layer| {
+        let has = |l: &osl_lower::group::Layer| {
             of.is_none_or(|of| of == &*l.name) && names(&l.program).any(|output| output == name)
         };
         let Some((index, layer)) = layers.into_iter().find(|(_, l)| has(l)) else { continue };

@@ -1,0 +1,68 @@
+//! Which values exist once per cell, and which of those single points read.
+
+use osl_ir::ir::{BlockId, Body, Inst, Op, Rate, Source, ValueId};
+
+/// The group whose cells have one value each.
+pub(super) fn group(body: &Body, v: ValueId) -> Option<u16> {
+    match body.value(v).rate {
+        Rate::PerCell(group) => Some(group),
+        _ => None,
+    }
+}
+
+/// The group in which an instruction is computed.
+pub(super) fn group_of(body: &Body, inst: &Inst) -> Option<u16> {
+    if matches!(inst.op, Op::Share(..)) {
+        return None;
+    }
+    inst.results.first().and_then(|r| group(body, *r))
+}
+
+/// How many groups a body has.
+pub(super) fn groups(body: &Body) -> usize {
+    let numbers = body.values.iter().filter_map(|v| match v.rate {
+        Rate::PerCell(group) => Some(usize::from(group) + 1),
+        _ => None,
+    });
+    numbers.max().unwrap_or(0)
+}
+
+/// For each value, whether it exists once per cell and is read by an instruction outside its group: such
+/// values are copied to all lanes. `views`: the values into whose registers views point, which count in their
+/// place.
+pub(super) fn exported(body: &Body, views: &[Option<(ValueId, u32)>]) -> Vec<bool> {
+    let mut exported = vec![false; body.values.len()];
+    if groups(body) == 0 {
+        return exported;
+    }
+    let mut read = |v: ValueId| {
+        if group(body, v).is_some() {
+            let root = views.get(v.index()).copied().flatten().map_or(v, |(root, _)| root);
+            exported[root.index()] = true;
+        }
+    };
+    block(body, body.entry, &mut read);
+    for output in &body.outputs {
+        if let Source::Value(v) = output.source {
+            read(v);
+        }
+    }
+    exported
+}
+
+fn block(body: &Body, id: BlockId, read: &mut dyn FnMut(ValueId)) {
+    for inst in &body.block(id).insts {
+        if group_of(body, inst).is_some() {
+            continue;
+        }
+        inst.op.for_each_use(&mut *read);
+        match &inst.op {
+            Op::If { then, otherwise, .. } => {
+                block(body, *then, read);
+                block(body, *otherwise, read);
+            }
+            Op::Loop { body: inner, .. } => block(body, *inner, read),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The changes of values from a pixel to its neighbours.
+
+use super::{Builtin, Composed, Differentiates, Emitted, Site};
+use osl_ir::ir::{Axis, Builder, LaneOp, ValueId};
+
+const EACH: &[&str] = &["f(f)", "v(p)", "v(v)", "v(n)", "c(c)"];
+
+pub(super) static ROWS: &[Builtin] = &[
+    Builtin::compose(
+        "Dx",
+        EACH,
+        "a",
+        |b, s| b.derivative(s.arg(0), Axis::X).into(),
+        "How a value changes to the next pixel in the row; its own derivatives are zero.",
+    )
+    .differentiates(Differentiates::Arguments(&[0]))
+    .derivatives("zero: no second derivatives")
+    .extremes(
+        "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
+               a branch did not execute does not count; what leaves the finite numbers may give inf or \
+               nan.",
+    )
+    .example("float du = Dx(u);"),
+    Builtin::compose(
+        "Dy",
+        EACH,
+        "a",
+        |b, s| b.derivative(s.arg(0), Axis::Y).into(),
+        "How a value changes to the next row of pixels; its own derivatives are zero.",
+    )
+    .differentiates(Differentiates::Arguments(&[0]))
+    .derivatives("zero: no second derivatives")
+    .extremes(
+        "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
+               a branch did not execute does not count; what leaves the finite numbers may give inf or \
+               nan.",
+    )
+    .example("float dv = Dy(v);"),
+    Builtin::compose(
+        "Dz",
+        EACH,
+        "a",
+        |b, s| zero(b, s.arg(0)).into(),
+        "How a value changes in depth; 0 on a surface.",
+    )
+    .differentiates(Differentiates::Arguments(&[0]))
+    .derivatives("zero: no second derivatives")
+    .extremes("Always 0.")
+    .example("vector depth = Dz(P);"),
+    Builtin::compose(
+        "filterwidth",
+        &["f(f)", "v(p)", "v(v)"],
+        "x",
+        |b, s| width(b, s.arg(0)).into(),
+        "Length of the change along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
+    )
+    .differentiates(Differentiates::Arguments(&[0]))
+    .derivatives("zero: no second derivatives")
+    .extremes(
+        "0 for what has no derivatives. Changes below about 1e-23 square to 0, those above 1.84e19 to \
+               inf.",
+    )
+    .example("float w = filterwidth(u);"),
+    Builtin::compose(
+        "area",
+        &["f(p)"],
+        "p",
+        |b, s| {
+            let across = across(b, s.arg(0));
+            b.lane(LaneOp::Length, &[across]).into()
+        },
+        "Area that a position sweeps over one pixel.",
+    )
+    .differentiates(Differentiates::Arguments(&[0]))
+    .derivatives("zero: no second derivatives")
+    .extremes("0 where the position does not change, or along one line only.")
+    .example("float covered = area(P);"),
+    Builtin::compose(
+        "calculatenormal",
+        &["v(p)"],
+        "p",
+        |b, s| across(b, s.arg(0)).into(),
+        "Normal of the surface of a position, Dx x Dy, not of length 1.",
+    )
+    .differentiates(Differentiates::Arguments(&[0]))
+    .derivatives("zero: no second derivatives")
+    .extremes("0 where the position does not change, or along one line only; normalize keeps that at 0.")
+    .example("normal n = normalize(calculatenormal(P));"),
+    Builtin::compose(
+        "aastep",
+        &["f(f,f,f,f)", "f(f,f,f)", "f(f,f)"],
+        "edge, s, dedge, ds | edge, s, ds",
+        aastep,
+        "0 below the edge, 1 above, a ramp as wide as a pixel between. The width is dedge and ds together; what is not given \
+         is measured.",
+    )
+    .composed(Composed::AaStep)
+    .derivatives("by the formula; 0 outside the ramp")
+    .extremes(
+        "A width of 0 makes a step: 0 up to and at the edge, 1 above. Widths count by their size. nan \
+               in edge or s gives 0, since the test against the low end holds.",
+    )
+    .example("float y = aastep(0.5, u);"),
+];
+
+fn zero(b: &mut Builder, like: ValueId) -> ValueId {
+    let kind = b.body.kind(like);
+    b.constant(osl_ir::ir::Const::zero(kind))
+}
+
+fn width(b: &mut Builder, of: ValueId) -> ValueId {
+    let [xx, yy] = Axis::BOTH.map(|axis| {
+        let d = b.derivative(of, axis);
+        b.lane(LaneOp::FMul, &[d, d])
+    });
+    let sum = b.lane(LaneOp::FAdd, &[xx, yy]);
+    b.lane(LaneOp::Sqrt, &[sum])
+}
+
+fn across(b: &mut Builder, of: ValueId) -> ValueId {
+    let [x, y] = Axis::BOTH.map(|axis| b.derivative(of, axis));
+    b.lane(LaneOp::Cross, &[x, y])
+}
+
+fn aastep(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    use LaneOp as L;
+    let (edge, x) = (s.arg(0), s.arg(1));
+    // Four arguments: both widths given; three: that of the edge is measured; two: both are.
+    let (first, second) = match s.args.len() {
+        4 => (s.arg(2), s.arg(3)),
+        3 => (width(b, edge), s.arg(2)),
+        _ => (width(b, edge), width(b, x)),
+    };
+    let (first, second) = (b.lane(L::Abs, &[first]), b.lane(L::Abs, &[second]));
+    let span = b.lane(L::FAdd, &[first, second]);
+    let half = b.float(0.5);
+    let half = b.lane(L::FMul, &[half, span]);
+    let low = b.lane(L::FSub, &[edge, half]);
+    let high = b.lane(L::FAdd, &[edge, half]);
+    let (zero, one) = (b.float(0.0), b.float(1.0));
+    let above = b.lane(L::FSub, &[x, low]);
+    let ramp = b.lane(L::FDiv, &[above, span]);
+    let ended = b.lane(L::FGe, &[x, high]);
+    let ramp = b.lane(L::Choose, &[ended, one, ramp]);
+    let before = b.lane(L::FLe, &[x, low]);
+    b.lane(L::Choose, &[before, zero, ramp]).into()
+}

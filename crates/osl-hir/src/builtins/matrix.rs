@@ -1,0 +1,178 @@
+//! Matrices and named spaces. Row vectors multiply from the left; a space's matrix takes points of that space
+//! to common space.
+
+use super::{Builtin, Compiled, Emitted, Site, Spaces};
+use osl_ir::ir::{Builder, Const, Kernel, Kind, LaneOp, ValueId};
+use osl_ir::types::Type;
+
+pub(super) static ROWS: &[Builtin] = &[
+    Builtin::compose(
+        "transform",
+        &[
+            "n(m,n)",
+            "v(m,v)",
+            "p(m,p)",
+            "n(s,s,n)",
+            "v(s,s,v)",
+            "p(s,s,p)",
+            "n(s tospace,n)",
+            "v(s tospace,v)",
+            "p(s tospace,p)",
+        ],
+        "fromspace, tospace, p | Mto, p",
+        transform,
+        "A point, vector or normal by a matrix, or from one named space (default common) to another.",
+    )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::ByResult(&[(Type::VECTOR, "transformv"), (Type::NORMAL, "transformn")]))
+    .derivatives("of the point, vector or normal; the matrix has none")
+    .extremes(
+        "A point whose fourth coordinate becomes 0 gives 0, an overflow in its division 0 too. \
+               Normals by a singular matrix stay as they are, since its inverse is taken as the identity. \
+               An unknown space is an error of the run and changes nothing.",
+    )
+    .example("point p = transform(matrix(2), P); vector up = transform(\"shader\", vector(0, 1, 0));"),
+    Builtin::compose(
+        "getmatrix",
+        &["i(s,s,om)", "i(s,om)"],
+        "fromspace, tospace, M | fromspace, M",
+        getmatrix,
+        "The matrix from one named space to another (default common); 1 if both are known.",
+    )
+    .query()
+    .spaces(Spaces::Coordinates)
+    .derivatives("none: matrices have none")
+    .extremes(
+        "An unknown space is an error of the run and counts as common space: the result is 0, and the \
+               matrix that of the other space. \"common\" and \"world\" are the identity; a singular space \
+               inverts to the identity.",
+    )
+    .example("matrix m; int known = getmatrix(\"shader\", m);"),
+    Builtin::lane("determinant", &["f(m)"], "M", LaneOp::MDet, "Determinant of the 4x4 matrix.")
+        .derivatives("zero")
+        .extremes("0 for a singular matrix, apart from rounding; inf or nan where products overflow.")
+        .example("float volume = determinant(matrix(2));"),
+    Builtin::lane("transpose", &["m(m)"], "M", LaneOp::MTranspose, "Rows and columns exchanged.")
+        .derivatives("none: matrices have none")
+        .extremes("Bits are only moved.")
+        .example("matrix m = transpose(matrix(\"shader\", \"world\"));"),
+    Builtin::compose(
+        "point in space",
+        &["p(s,p)"],
+        "space, p",
+        into_common,
+        "point(\"space\", x, y, z): coordinates of the space.",
+    )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("point"))
+    .derivatives("of the coordinates")
+    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .example("point x = point(\"shader\", u, v, 0);"),
+    Builtin::compose(
+        "vector in space",
+        &["v(s,v)"],
+        "space, v",
+        into_common,
+        "vector(\"space\", x, y, z): coordinates of the space.",
+    )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("vector"))
+    .derivatives("of the coordinates")
+    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .example("vector x = vector(\"shader\", u, v, 0);"),
+    Builtin::compose(
+        "normal in space",
+        &["n(s,n)"],
+        "space, n",
+        into_common,
+        "normal(\"space\", x, y, z): coordinates of the space.",
+    )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("normal"))
+    .derivatives("of the coordinates")
+    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .example("normal x = normal(\"shader\", u, v, 0);"),
+    Builtin::compose(
+        "matrix in space",
+        &["m(s,m)"],
+        "space, M",
+        matrix_in_space,
+        "matrix(\"space\", …): the matrix relative to the space.",
+    )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::Parts("matrix"))
+    .derivatives("none: matrices have none")
+    .extremes("An unknown space is an error of the run and counts as the identity.")
+    .example("matrix m = matrix(\"shader\", 2);"),
+    Builtin::compose(
+        "matrix from spaces",
+        &["m(s,s)"],
+        "fromspace, tospace",
+        between,
+        "matrix(\"from\", \"to\"): takes points of one space to the other.",
+    )
+    .spaces(Spaces::Coordinates)
+    .compiled(Compiled::As("matrix"))
+    .derivatives("none: matrices have none")
+    .extremes(
+        "An unknown space is an error of the run and counts as common space. A singular space \
+               inverts to the identity.",
+    )
+    .example("matrix m = matrix(\"shader\", \"world\");"),
+];
+
+/// The matrix for coordinates: they stay unchanged unless both spaces are known.
+fn space_matrix(b: &mut Builder, from: ValueId, to: ValueId) -> ValueId {
+    b.kernel(Kernel::SpaceMatrix { both: true }, &[from, to], Kind::Matrix)
+}
+
+fn common(b: &mut Builder) -> ValueId {
+    b.constant(Const::Str("common".into()))
+}
+
+fn apply(b: &mut Builder, ty: Type, matrix: ValueId, value: ValueId) -> Emitted {
+    let op = match ty {
+        Type::POINT => LaneOp::TransformPoint,
+        Type::NORMAL => LaneOp::TransformNormal,
+        _ => LaneOp::TransformVector,
+    };
+    b.lane(op, &[matrix, value]).into()
+}
+
+fn transform(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let ty = s.signature.ret;
+    match (b.body.kind(s.arg(0)), s.args.len()) {
+        (Kind::Matrix, _) => apply(b, ty, s.arg(0), s.arg(1)),
+        (_, 3) => {
+            let matrix = space_matrix(b, s.arg(0), s.arg(1));
+            apply(b, ty, matrix, s.arg(2))
+        }
+        _ => {
+            let from = common(b);
+            let matrix = space_matrix(b, from, s.arg(0));
+            apply(b, ty, matrix, s.arg(1))
+        }
+    }
+}
+
+fn getmatrix(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let to = if s.args.len() == 3 { s.arg(1) } else { common(b) };
+    let found = b.kernel_of(Kernel::FindSpace, &[s.arg(0), to], &[Kind::Int, Kind::Matrix]);
+    Emitted { result: Some(found[0]), outputs: vec![(s.args.len() - 1, found[1])] }
+}
+
+fn into_common(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let to = common(b);
+    let matrix = space_matrix(b, s.arg(0), to);
+    apply(b, s.signature.ret, matrix, s.arg(1))
+}
+
+fn matrix_in_space(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let to = common(b);
+    let space = space_matrix(b, s.arg(0), to);
+    b.lane(LaneOp::MMul, &[space, s.arg(1)]).into()
+}
+
+fn between(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    b.kernel(Kernel::SpaceMatrix { both: false }, &[s.arg(0), s.arg(1)], Kind::Matrix).into()
+}

@@ -1,0 +1,97 @@
+//! Printing: text from a format string, to the run's output, to strings, to files, as errors and warnings.
+
+use super::{Builtin, Emitted, Site};
+use osl_ir::ir::{Builder, Kernel, Kind, Shape, Sink, ValueId};
+
+pub(super) static ROWS: &[Builtin] = &[
+    Builtin::compose(
+        "printf",
+        &["x(s,…)"],
+        "format",
+        |b, s| print(b, s, Sink::Print),
+        "Prints to the run's output; one conversion prints a whole triple, matrix or array.",
+    )
+    .format(0)
+    .derivatives("none: there is no result")
+    .extremes(
+        "Infinities print inf and -inf, nan prints nan or -nan by its sign bit, -0 prints -0. Letters that \
+               do not suit a value, too few values and too many are errors when compiling.",
+    )
+    .example("printf(\"P = %g, u = %.3f\\n\", P, u);"),
+    Builtin::compose(
+        "fprintf",
+        &["x(s,s,…)"],
+        "filename, format",
+        |b, s| print(b, s, Sink::File),
+        "Appends to a file, where the run allows files.",
+    )
+    .format(1)
+    .derivatives("none: there is no result")
+    .extremes("Written only where the run allows files. The rest as for printf.")
+    .example("fprintf(\"log.txt\", \"u = %g\\n\", u);"),
+    Builtin::compose(
+        "error",
+        &["x(s,…)"],
+        "format",
+        |b, s| print(b, s, Sink::Error),
+        "Reports an error of the shader.",
+    )
+    .format(0)
+    .derivatives("none: there is no result")
+    .extremes("The same text is reported once a run. The shader goes on. The rest as for printf.")
+    .example("if (u > 2) error(\"u is %g\", u);"),
+    Builtin::compose(
+        "warning",
+        &["x(s,…)"],
+        "format",
+        |b, s| print(b, s, Sink::Warning),
+        "Reports a warning of the shader.",
+    )
+    .format(0)
+    .derivatives("none: there is no result")
+    .extremes("The same text is reported once a run. The rest as for printf.")
+    .example("if (u > 2) warning(\"u is %g\", u);"),
+    Builtin::compose("format", &["s(s,…)"], "format", format, "The text of a format string and values.")
+        .format(0)
+        .derivatives("none: the result is a string")
+        .extremes("As for printf, but strings with a width stand to the right.")
+        .example("string name = format(\"tile_%04d.png\", 7);"),
+];
+
+/// The values from argument `from` on, arrays element by element, with their shapes.
+pub(super) fn values(b: &mut Builder, s: &Site<'_>, from: usize) -> (Vec<ValueId>, Vec<Shape>) {
+    let (mut values, mut shapes) = (Vec::new(), Vec::new());
+    for (index, arg) in s.args.iter().enumerate().skip(from) {
+        match s.array(index) {
+            Some(array) => {
+                for element in 0..array.len {
+                    let at = b.int(element as i32);
+                    values.push(b.load_element(array.slot, at));
+                }
+                let kind = b.body.slot(array.slot).kind;
+                shapes.push(Shape { kind, count: array.len, key: None });
+            }
+            None => {
+                values.push(*arg);
+                shapes.push(Shape { kind: b.body.kind(*arg), count: 1, key: None });
+            }
+        }
+    }
+    (values, shapes)
+}
+
+fn print(b: &mut Builder, s: &Site<'_>, sink: Sink) -> Emitted {
+    let head = if sink == Sink::File { 2 } else { 1 };
+    let mut args: Vec<ValueId> = s.args.iter().take(head).copied().collect();
+    let (mut rest, shapes) = values(b, s, head);
+    args.append(&mut rest);
+    b.kernel_of(Kernel::Print { sink, shapes }, &args, &[]);
+    Emitted::default()
+}
+
+fn format(b: &mut Builder, s: &Site<'_>) -> Emitted {
+    let mut args = vec![s.arg(0)];
+    let (mut rest, shapes) = values(b, s, 1);
+    args.append(&mut rest);
+    b.kernel(Kernel::Format(shapes), &args, Kind::Str).into()
+}

@@ -1,0 +1,379 @@
+//! The resolved tree: every name is bound, every overload is chosen, and every conversion is explicit.
+//!
+//! Resolution makes it from the syntax tree, and lowering turns it into IR. Functions are not inlined yet,
+//! and variables are still variables. This module must not know lanes, rates or SSA.
+
+use crate::builtins::Builtin;
+pub use osl_ir::global::{GLOBALS, Global};
+use osl_ir::types::{StructTable, Type};
+use osl_syntax::ast::{BinaryOp, ShaderKind, UnaryOp};
+use osl_syntax::diagnostic::Code;
+use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
+use std::sync::{Arc, OnceLock};
+
+/// The program grows beyond its budget: the text of a compiled shader, or functions when they are inlined.
+pub const TOO_LARGE: Code = Code { id: "E0601", name: "program-too-large" };
+
+/// Index of a variable in [`Program::vars`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct VarId(pub u32);
+
+/// Index of a function in [`Program::functions`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct FunctionId(pub u32);
+
+/// A resolved translation unit with its one shader.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// All structs.
+    pub structs: StructTable,
+    /// All variables: globals, parameters, formals, locals.
+    pub vars: Vec<Var>,
+    /// All functions with bodies.
+    pub functions: Vec<Function>,
+    /// The shader.
+    pub shader: Shader,
+    /// The indices of the parameters, by name.
+    pub(crate) places: ParamPlaces,
+}
+
+/// What was resolved of a source with errors: it has error nodes, and may lack the shader.
+///
+/// It is a type of its own so that nothing lowers or runs it. Tools that show a source read it.
+#[derive(Clone, Debug, Default)]
+pub struct Broken {
+    /// All structs.
+    pub structs: StructTable,
+    /// All variables: globals, parameters, formals, locals.
+    pub vars: Vec<Var>,
+    /// All functions with bodies.
+    pub functions: Vec<Function>,
+    /// The shader, unless the source has none.
+    pub shader: Option<Shader>,
+}
+
+impl From<Program> for Broken {
+    fn from(program: Program) -> Broken {
+        let Program { structs, vars, functions, shader, .. } = program;
+        Broken { structs, vars, functions, shader: Some(shader) }
+    }
+}
+
+/// The index of each parameter in the list, by name. It is computed on first use, because a shader may have
+/// very many parameters, and a group as many values for them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ParamPlaces(OnceLock<FxHashMap<Arc<str>, usize>>);
+
+impl Program {
+    /// The index of a parameter of the shader.
+    pub fn param(&self, name: &str) -> Option<usize> {
+        let places = self.places.0.get_or_init(|| {
+            let mut places = FxHashMap::default();
+            for (at, param) in self.shader.params.iter().enumerate() {
+                if let Some(var) = self.vars.get(param.var.0 as usize) {
+                    places.entry(var.name.clone()).or_insert(at);
+                }
+            }
+            places
+        });
+        places.get(name).copied()
+    }
+}
+
+/// The kind of a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VarKind {
+    /// A shader global.
+    Global(Global),
+    /// A shader parameter, by index; whether it is an output.
+    Param {
+        /// Index into [`Shader::params`].
+        index: u32,
+        /// `output`.
+        output: bool,
+    },
+    /// A function's formal; whether it is an output.
+    Formal {
+        /// `output`.
+        output: bool,
+    },
+    /// A local variable.
+    Local,
+}
+
+/// A variable.
+#[derive(Clone, Debug)]
+pub struct Var {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Its type.
+    pub ty: Type,
+    /// Its kind.
+    pub kind: VarKind,
+    /// Where it was declared.
+    pub span: Span,
+}
+
+/// The shader.
+#[derive(Clone, Debug)]
+pub struct Shader {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Its kind.
+    pub kind: ShaderKind,
+    /// Its metadata: type, name, value.
+    pub metadata: Vec<(String, Arc<str>, MetaValue)>,
+    /// Its parameters in order.
+    pub params: Vec<Param>,
+    /// Its body.
+    pub body: Vec<Stmt>,
+}
+
+/// A shader parameter.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// The variable.
+    pub var: VarId,
+    /// Whether it is an output.
+    pub output: bool,
+    /// Whether it is an array whose length is that of its value; the type has the length of the default.
+    pub open: bool,
+    /// The default.
+    pub init: Init,
+    /// Metadata as written: type, name, value.
+    pub metadata: Vec<(String, Arc<str>, MetaValue)>,
+}
+
+/// The value of a metadatum, if it is a constant.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MetaValue {
+    /// A string.
+    Text(Arc<str>),
+    /// Numbers: one, three, sixteen, or an array of them.
+    Numbers(Vec<f64>),
+    /// Strings of an array.
+    Texts(Vec<Arc<str>>),
+    /// Not a constant.
+    Unknown,
+}
+
+/// A function with a body.
+#[derive(Clone, Debug)]
+pub struct Function {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Return type.
+    pub ret: Type,
+    /// Formals in order.
+    pub formals: Vec<VarId>,
+    /// The body.
+    pub body: Vec<Stmt>,
+    /// The location of its name.
+    pub span: Span,
+}
+
+/// A statement.
+#[derive(Clone, Debug)]
+pub struct Stmt {
+    /// Its kind.
+    pub kind: StmtKind,
+    /// Its location.
+    pub span: Span,
+}
+
+/// Kinds of statements.
+#[derive(Clone, Debug)]
+pub enum StmtKind {
+    /// Evaluated for its effect.
+    Expr(Expr),
+    /// Declares a local: it is set to zero, then to its initialiser.
+    Declare(VarId, Option<Init>),
+    /// A block.
+    Block(Vec<Stmt>),
+    /// `if`.
+    If(Expr, Vec<Stmt>, Vec<Stmt>),
+    /// Any loop: `for`, `while`, `do`.
+    Loop {
+        /// Condition; `None` is true.
+        cond: Option<Expr>,
+        /// Whether the condition is tested before the body.
+        test_first: bool,
+        /// Evaluated after the body and after `continue`.
+        iter: Option<Expr>,
+        /// The body.
+        body: Vec<Stmt>,
+    },
+    /// `break`.
+    Break,
+    /// `continue`.
+    Continue,
+    /// `return`.
+    Return(Option<Init>),
+}
+
+/// The value for a variable, argument or return value.
+#[derive(Clone, Debug)]
+pub enum Init {
+    /// A value of exactly the destination's type (any kind of triple for a triple).
+    Value(Expr),
+    /// Element by element, or field by field; missing ones are zero.
+    List(Vec<Init>),
+}
+
+impl Init {
+    /// Whether it consists of literals, and triples and matrices of them: such values are stored in a
+    /// compiled file.
+    pub fn is_constant(&self) -> bool {
+        match self {
+            Init::Value(e) => e.is_constant(),
+            Init::List(items) => items.iter().all(Init::is_constant),
+        }
+    }
+}
+
+impl Expr {
+    fn is_constant(&self) -> bool {
+        match &self.kind {
+            ExprKind::Int(_) | ExprKind::Float(_) | ExprKind::Str(_) | ExprKind::NullClosure => true,
+            ExprKind::Triple(parts) => parts.iter().all(Expr::is_constant),
+            ExprKind::Matrix(cells) => cells.iter().all(Expr::is_constant),
+            ExprKind::Convert(inner) => inner.is_constant(),
+            ExprKind::Struct(fields) => fields.iter().all(Init::is_constant),
+            _ => false,
+        }
+    }
+}
+
+/// An expression with its type.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// Its type; [`Type::VOID`] for a call without value.
+    pub ty: Type,
+    /// Its kind.
+    pub kind: ExprKind,
+    /// Its location.
+    pub span: Span,
+}
+
+/// Kinds of expressions.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// An int constant.
+    Int(i32),
+    /// A float constant.
+    Float(f32),
+    /// A string constant.
+    Str(Arc<str>),
+    /// The null closure.
+    NullClosure,
+    /// The value at a place.
+    Read(Lvalue),
+    /// A conversion to the type of this expression: number to number, triple or matrix; triple to triple.
+    Convert(Box<Expr>),
+    /// A built-in prefix operator.
+    Unary(UnaryOp, Box<Expr>),
+    /// A built-in binary operator. Operands keep their own types: a float next to a triple stays a float.
+    Binary(BinaryOp, Box<Expr>, Box<Expr>),
+    /// `cond ? a : b`; both sides have the type of this expression.
+    Ternary(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// `place = value`, or `place op= value` with the operation made explicit in `value`.
+    Assign(Lvalue, Box<Init>),
+    /// `++` and `--`.
+    Step {
+        /// Whether the result is the new value.
+        prefix: bool,
+        /// `++` rather than `--`.
+        increment: bool,
+        /// The place.
+        place: Lvalue,
+    },
+    /// Three floats make a triple.
+    Triple(Box<[Expr; 3]>),
+    /// Sixteen floats make a matrix.
+    Matrix(Vec<Expr>),
+    /// A struct value, field by field.
+    Struct(Vec<Init>),
+    /// A call of a user function.
+    Call(FunctionId, Vec<Arg>),
+    /// A call of a built-in.
+    Builtin(BuiltinCall),
+    /// A call of an operation that only the renderer knows, mostly a component of a closure.
+    Operation(OperationCall),
+    /// Values in order; the value of the expression is the last one.
+    Comma(Vec<Expr>),
+    /// An error was reported here.
+    Error,
+}
+
+/// An argument of a user function.
+#[derive(Clone, Debug)]
+pub enum Arg {
+    /// A variable, or a member of one at any depth, for which the formal is an alias: the path has no index.
+    Alias(Lvalue),
+    /// Copied in; copied back after the call if `back` is given.
+    Copy {
+        /// The value, converted to the formal's type.
+        value: Init,
+        /// The element or component passed to an output formal. `None` for an element of an array of structs.
+        back: Option<Lvalue>,
+    },
+}
+
+/// A call of a built-in function.
+#[derive(Clone, Debug)]
+pub struct BuiltinCall {
+    /// The table's row.
+    pub row: &'static Builtin,
+    /// The chosen signature.
+    pub overload: usize,
+    /// Input arguments, converted; for an output argument, its value before the call.
+    pub args: Vec<Expr>,
+    /// For each argument, the place where an output is stored.
+    pub outputs: Vec<Option<Lvalue>>,
+}
+
+/// A call of an operation that is not in the table of built-ins. If it returns a closure, it makes a
+/// component with that name; other operations cannot run here.
+#[derive(Clone, Debug)]
+pub struct OperationCall {
+    /// Its name.
+    pub name: Arc<str>,
+    /// Number of arguments for its parameters; keywords follow.
+    pub formals: usize,
+    /// Its arguments; those of parameters are converted.
+    pub args: Vec<Expr>,
+}
+
+/// A variable, or a part of one.
+#[derive(Clone, Debug)]
+pub struct Lvalue {
+    /// The variable.
+    pub var: VarId,
+    /// The path from the variable to the part.
+    pub path: Vec<Step>,
+    /// Type of the part.
+    pub ty: Type,
+    /// Its location.
+    pub span: Span,
+}
+
+impl Lvalue {
+    /// Whether it is a variable, or a field of one, without any index.
+    pub fn is_plain(&self) -> bool {
+        self.path.iter().all(|step| matches!(step, Step::Field(_)))
+    }
+}
+
+/// One step from a variable to a part of it.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// A struct's field.
+    Field(u32),
+    /// An array's element.
+    Element(Box<Expr>),
+    /// A triple's component.
+    Component(Box<Expr>),
+    /// A matrix element: row and column.
+    Cell(Box<Expr>, Box<Expr>),
+}

@@ -1,0 +1,377 @@
+//! Calls: candidates, scores, and the choice by argument types and expected result.
+
+use super::errors;
+use super::{FunctionSymbol, Resolver, Symbol};
+use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
+use crate::hir::{Expr, ExprKind};
+use osl_ir::types::{Base, Type};
+use osl_syntax::ast::{self, ExprId};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::span::Span;
+use std::sync::Arc;
+
+/// Maximum number of argument types in a message.
+const MOST_ARGUMENTS: usize = 20;
+/// Maximum number of candidates in a message.
+const MOST_CANDIDATES: usize = 8;
+
+/// An argument, for the choice of an overload.
+#[derive(Clone, Debug)]
+pub(super) enum Given {
+    Value(Expr),
+    /// `{…}`: becomes a value once the formal is known.
+    List(ExprId, usize),
+}
+
+/// Something that can be called.
+#[derive(Clone, Debug)]
+pub(super) enum Candidate {
+    User(Arc<FunctionSymbol>),
+    Builtin { row: &'static Builtin, overload: usize, signature: &'static Signature },
+}
+
+impl Candidate {
+    pub(super) fn ret(&self) -> Type {
+        match self {
+            Candidate::User(f) => f.ret,
+            Candidate::Builtin { signature, .. } => signature.ret,
+        }
+    }
+
+    /// Whether it could take this number of arguments, of any types.
+    fn takes(&self, n: usize) -> bool {
+        match self {
+            Candidate::User(f) => f.formals.len() == n || (self.tail() != Tail::None && f.formals.len() <= n),
+            Candidate::Builtin { signature, .. } => match signature.tail {
+                Tail::None => signature.params.len() == n,
+                _ => signature.params.len() <= n,
+            },
+        }
+    }
+
+    /// Types of the fixed parameters; `None` for one of any type.
+    fn formals(&self) -> Vec<Option<Type>> {
+        match self {
+            Candidate::User(f) => f.formals.iter().map(|(ty, _)| Some(*ty)).collect(),
+            Candidate::Builtin { signature, .. } => signature.params.iter().map(type_of).collect(),
+        }
+    }
+
+    /// Whether no call can distinguish the two. A function of the file replaces a closure with the same
+    /// parameters, with or without keywords.
+    fn same_as(&self, other: &Candidate) -> bool {
+        let tails = (self.tail(), other.tail());
+        self.ret() == other.ret()
+            && self.formals() == other.formals()
+            && (tails.0 == tails.1 || tails == (Tail::None, Tail::Keywords))
+    }
+
+    pub(super) fn tail(&self) -> Tail {
+        match self {
+            Candidate::User(f) => f.tail(),
+            Candidate::Builtin { signature, .. } => signature.tail,
+        }
+    }
+
+    fn signature(&self, r: &Resolver<'_>, name: &str) -> String {
+        match self {
+            Candidate::User(f) => {
+                let formals: Vec<String> = f
+                    .formals
+                    .iter()
+                    .map(|(ty, out)| format!("{}{}", if *out { "output " } else { "" }, r.show(*ty)))
+                    .collect();
+                format!("{} {name}({})", r.show(f.ret), formals.join(", "))
+            }
+            Candidate::Builtin { signature, .. } => signature.show(name),
+        }
+    }
+}
+
+fn type_of(param: &Param) -> Option<Type> {
+    match param.ty {
+        ParamType::Of(ty) => Some(ty),
+        ParamType::Any { .. } => None,
+    }
+}
+
+impl Resolver<'_> {
+    /// `callee(args)`: a struct constructor or a function call.
+    pub(super) fn call(
+        &mut self,
+        name: &ast::Name,
+        args: &[ExprId],
+        expected: Option<Type>,
+        span: Span,
+    ) -> Expr {
+        let error = Expr { ty: Type::ERROR, kind: ExprKind::Error, span };
+        let symbol = self.lookup(&name.text).map(|(_, s)| s.clone());
+        if symbol.is_none()
+            && let Some(id) = self.structs.find(&name.text)
+        {
+            if let Some(recorder) = &mut self.recorder {
+                recorder.use_struct(id, name.span);
+            }
+            return self.struct_value(Type::one(Base::Struct(id)), args, span);
+        }
+        let candidates = self.candidates(&name.text, symbol.as_ref());
+        let given = self.given(args, expected);
+        if let Some(Symbol::Var(var)) = symbol
+            && candidates.is_empty()
+        {
+            if self.may_be_declared(&name.text) {
+                return error;
+            }
+            let declared = self.var(var).span;
+            let d = Diagnostic::error(
+                errors::WRONG_KIND_OF_NAME,
+                name.span,
+                format!("`{}` is a variable, not a function", name.text),
+            );
+            // The language's own functions have no location.
+            self.report(if declared == Span::default() { d } else { d.also(declared, "declared here") });
+            return error;
+        }
+        if candidates.is_empty() {
+            let end = (!args.is_empty()).then(|| span.end.saturating_sub(1));
+            self.unknown(name.span, "function", &name.text, end);
+            return error;
+        }
+        let mut failed = false;
+        for g in &given {
+            if let Given::Value(v) = g
+                && v.ty.is_error()
+            {
+                failed = true;
+                self.report_again(v.span, "an argument");
+            }
+        }
+        if failed {
+            return error;
+        }
+        match self.choose(&name.text, name.span, candidates, &given, expected) {
+            Some(chosen) => {
+                if let Some(recorder) = &mut self.recorder {
+                    match &chosen {
+                        Candidate::User(f) => recorder.use_function(f.span, name.span),
+                        Candidate::Builtin { row, signature, .. } => {
+                            recorder.use_builtin(row.name, signature, name.span);
+                        }
+                    }
+                }
+                self.invoke(chosen, given, span)
+            }
+            None => error,
+        }
+    }
+
+    /// Candidates, newest first: the functions of the innermost scope; at file level followed by the
+    /// built-ins.
+    fn candidates(&self, name: &str, symbol: Option<&Symbol>) -> Vec<Candidate> {
+        let mut list = Vec::new();
+        let depth = self.lookup(name).map_or(0, |(depth, _)| depth);
+        if let Some(Symbol::Functions(functions)) = symbol {
+            list.extend(functions.iter().rev().cloned().map(Candidate::User));
+        }
+        // A parameter with the name of a built-in does not hide it.
+        let shadowed = matches!(symbol, Some(Symbol::Var(id)) if depth > 0 || !matches!(self.var(*id).kind, crate::hir::VarKind::Param { .. }));
+        if depth == 0
+            && !shadowed
+            && let Some(row) = builtins::find(name)
+        {
+            let signatures = row.signatures();
+            let builtin = |(overload, signature)| Candidate::Builtin { row, overload, signature };
+            // A function of the file with the same signature replaces the built-in.
+            let kept =
+                signatures.iter().enumerate().map(builtin).filter(|b| !list.iter().any(|c| c.same_as(b)));
+            let kept: Vec<Candidate> = kept.collect();
+            list.extend(kept);
+        }
+        list
+    }
+
+    fn given(&mut self, args: &[ExprId], expected: Option<Type>) -> Vec<Given> {
+        let ast = self.ast;
+        args.iter()
+            .map(|id| match &ast[*id].kind {
+                ast::ExprKind::InitList(items) => Given::List(*id, items.len()),
+                _ => Given::Value(self.value(*id, expected)),
+            })
+            .collect()
+    }
+
+    fn struct_value(&mut self, ty: Type, args: &[ExprId], span: Span) -> Expr {
+        let fields: Vec<Type> = match ty.as_struct() {
+            Some(id) => self.structs.get(id).fields.iter().map(|f| f.ty).collect(),
+            None => Vec::new(),
+        };
+        if fields.len() != args.len() && ty.as_struct().is_some_and(|id| self.is_open_struct(id.0)) {
+            args.iter().for_each(|e| drop(self.expr(*e, None)));
+            return Expr { ty, kind: ExprKind::Error, span };
+        }
+        if fields.len() != args.len() {
+            let message = format!(
+                "{} has {}, not {}",
+                self.show_a(ty),
+                errors::count(fields.len(), "field"),
+                args.len()
+            );
+            self.report(Diagnostic::error(errors::BAD_CONSTRUCTOR, span, message));
+            if args.len() > fields.len() {
+                self.report_again(span, "assigned or returned");
+            }
+            return Expr { ty, kind: ExprKind::Error, span };
+        }
+        let parts = fields.iter().zip(args).map(|(ty, e)| self.field_init(*ty, *e)).collect();
+        Expr { ty, kind: ExprKind::Struct(parts), span }
+    }
+
+    /// A call of the function that overloads an operator, if one matches.
+    pub(super) fn operator_call(&mut self, name: &str, operands: &[&Expr], span: Span) -> Option<Expr> {
+        let Some((_, Symbol::Functions(functions))) = self.lookup(name) else { return None };
+        let fits = |f: &FunctionSymbol| {
+            f.formals.len() == operands.len()
+                && f.formals
+                    .iter()
+                    .zip(operands)
+                    .all(|((formal, _), e)| self.structs.assignable(*formal, e.ty))
+        };
+        let chosen = functions.iter().rev().find(|f| fits(f)).cloned()?;
+        let given = operands.iter().map(|e| Given::Value((*e).clone())).collect();
+        Some(self.invoke(Candidate::User(chosen), given, span))
+    }
+
+    fn choose(
+        &mut self,
+        name: &str,
+        span: Span,
+        candidates: Vec<Candidate>,
+        given: &[Given],
+        expected: Option<Type>,
+    ) -> Option<Candidate> {
+        let scored: Vec<(u32, &Candidate)> =
+            candidates.iter().filter_map(|c| self.score(c, given).map(|s| (s, c))).collect();
+        let Some(best) = scored.iter().map(|(s, _)| *s).max() else {
+            let open = |c: &Candidate| matches!(c, Candidate::User(f) if f.open);
+            if !candidates.iter().any(open) && !self.may_have_overloads(name) {
+                let d = self.no_overload(name, span, &candidates, given);
+                self.report(d);
+            }
+            return None;
+        };
+        let mut tied: Vec<&Candidate> = scored.iter().filter(|(s, _)| *s == best).map(|(_, c)| *c).collect();
+        if tied.len() > 1
+            && let Some(expected) = expected
+        {
+            let score = |c: &Candidate| self.score_type(expected, c.ret()).unwrap_or(0);
+            let top = tied.iter().map(|c| score(c)).max().unwrap_or(0);
+            tied.retain(|c| score(c) == top);
+        }
+        if tied.len() > 1 {
+            let rank = |c: &Candidate| return_rank(c.ret());
+            let top = tied.iter().map(|c| rank(c)).min().unwrap_or(0);
+            // A single struct among other types has its place in the order; several have none.
+            let mut structs = tied.iter().filter_map(|c| c.ret().as_struct());
+            let struct_tie = structs.next().is_some_and(|first| structs.any(|other| other != first));
+            if struct_tie {
+                let d = Diagnostic::error(
+                    errors::AMBIGUOUS_STRUCTS,
+                    span,
+                    format!("`{name}` could return different structs here"),
+                )
+                .help("assign the result to a variable of the type that is meant");
+                self.report(d);
+                return None;
+            }
+            if let Some(d) = self.ambiguous_list(name, span, &tied, given) {
+                self.report(d);
+                return None;
+            }
+            let differ = tied.iter().any(|c| c.ret() != tied[0].ret());
+            tied.retain(|c| rank(c) == top);
+            if differ || tied.len() > 1 {
+                self.warn_ambiguous(name, span, tied.first().copied());
+            }
+        }
+        tied.first().map(|c| (*c).clone())
+    }
+
+    /// The error for candidates that would give one list different types.
+    fn ambiguous_list(
+        &self,
+        name: &str,
+        span: Span,
+        tied: &[&Candidate],
+        given: &[Given],
+    ) -> Option<Diagnostic> {
+        let formals: Vec<Vec<Option<Type>>> = tied.iter().map(|c| c.formals()).collect();
+        for (index, g) in given.iter().enumerate() {
+            let Given::List(list, _) = g else { continue };
+            let mut wanted = formals.iter().filter_map(|f| f.get(index).copied().flatten());
+            let first = wanted.next()?;
+            if let Some(other) = wanted.find(|ty| *ty != first) {
+                let (a, b) = (self.show_a(first), self.show_a(other));
+                return Some(errors::ambiguous_list(span, self.ast[*list].span, name, &a, &b));
+            }
+        }
+        None
+    }
+
+    fn warn_ambiguous(&mut self, name: &str, span: Span, chosen: Option<&Candidate>) {
+        let d = Diagnostic::warning(
+            errors::AMBIGUOUS,
+            span,
+            format!("several functions `{name}` fit equally well"),
+        );
+        let d = match chosen {
+            Some(c) => d.note(format!("taken: {}", c.signature(self, name))),
+            None => d,
+        };
+        self.report(d.help("cast the result, as in `(color)noise(p)`, to say which is meant"));
+    }
+
+    fn no_overload(&self, name: &str, span: Span, candidates: &[Candidate], given: &[Given]) -> Diagnostic {
+        let mut types: Vec<String> = given
+            .iter()
+            .take(MOST_ARGUMENTS)
+            .map(|g| match g {
+                Given::Value(v) => self.show(v.ty),
+                Given::List(..) => "{…}".to_string(),
+            })
+            .collect();
+        if given.len() > MOST_ARGUMENTS {
+            types.push(format!("and {} more", given.len() - MOST_ARGUMENTS));
+        }
+        let mut d =
+            Diagnostic::error(errors::NO_OVERLOAD, span, format!("no `{name}` takes ({})", types.join(", ")))
+                .label("no overload fits these arguments");
+        // Candidates that differ in a type come first, since the intended one is more likely among them.
+        let (counted, others): (Vec<&Candidate>, Vec<&Candidate>) =
+            candidates.iter().partition(|c| c.takes(given.len()));
+        for candidate in counted.iter().chain(&others).take(MOST_CANDIDATES) {
+            let why = self.why_not(candidate, given);
+            d = d.note(format!("{}: {why}", candidate.signature(self, name)));
+        }
+        if candidates.len() > MOST_CANDIDATES {
+            d = d.note(format!("and {} more", candidates.len() - MOST_CANDIDATES));
+        }
+        d
+    }
+}
+
+/// The precedence of return types if nothing else decides a tie.
+fn return_rank(ty: Type) -> u32 {
+    match ty.base {
+        Base::Float => 0,
+        Base::Int => 1,
+        Base::Color => 2,
+        Base::Vector => 3,
+        Base::Point => 4,
+        Base::Normal => 5,
+        Base::Matrix => 6,
+        Base::String => 7,
+        Base::Closure => 8,
+        Base::Struct(_) => 9,
+        Base::Void | Base::Error => 10,
+    }
+}

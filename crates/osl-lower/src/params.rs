@@ -1,0 +1,337 @@
+//! Parameter values from text: `radius=0.3`, `tint=1,0.5,0`, `spacename=object`.
+
+use osl_hir::hir::{Expr, ExprKind, Init, Program};
+use osl_ir::ir::Const;
+use osl_ir::types::{Base, Extent, MAX_ARRAY_LENGTH, Type};
+use osl_syntax::spelling::closest;
+use rustc_hash::{FxHashMap, FxHashSet};
+use std::sync::Arc;
+
+/// Why a value cannot be given to a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ParamError {
+    /// The shader has no parameter with this name; also the closest name.
+    Unknown(String, Option<String>),
+    /// The parameter does not take values of this type.
+    Type {
+        /// The parameter.
+        name: String,
+        /// Its type.
+        ty: String,
+        /// The type of the value.
+        given: String,
+    },
+    /// The text is not a value of the parameter's type.
+    Mismatch {
+        /// The parameter.
+        name: String,
+        /// Its type.
+        ty: String,
+        /// The text.
+        text: String,
+    },
+}
+
+impl std::fmt::Display for ParamError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            ParamError::Unknown(name, None) => write!(f, "the shader has no parameter `{name}`"),
+            ParamError::Unknown(name, Some(close)) => {
+                write!(f, "the shader has no parameter `{name}`; there is one named `{close}`")
+            }
+            ParamError::Type { name, ty, given } => {
+                write!(f, "parameter `{name}` is of type {ty} and takes no value of type {given}")
+            }
+            ParamError::Mismatch { name, ty, text } => {
+                write!(f, "parameter `{name}` is a {ty}, and `{text}` is none")
+            }
+        }
+    }
+}
+
+impl std::error::Error for ParamError {}
+
+/// Instance values of parameters.
+#[derive(Clone, Debug, Default)]
+pub struct ParamValues {
+    /// By name, `s.a` for a field: the elements in order.
+    values: FxHashMap<Arc<str>, Vec<Const>>,
+    /// Parameters that take the point's user data with their name and type, where there are any, as with the
+    /// metadata `lockgeom = 0`.
+    interpolated: FxHashSet<Arc<str>>,
+    /// Parameters whose values are set before a run instead of being compiled in.
+    live: FxHashSet<Arc<str>>,
+}
+
+impl ParamValues {
+    /// The elements of a parameter's value.
+    pub fn get(&self, name: &str) -> Option<&[Const]> {
+        self.values.get(name).map(Vec::as_slice)
+    }
+
+    /// The given values with their names: in the order of the parameters, fields of structs by name.
+    pub fn given<'a>(&'a self, program: &Program) -> Vec<(&'a str, &'a [Const])> {
+        let place = |name: &str| {
+            let first = name.split('.').next().unwrap_or(name);
+            program.param(first)
+        };
+        let mut list: Vec<(&str, &[Const])> = self.values.iter().map(|(n, v)| (&**n, &v[..])).collect();
+        list.sort_by_key(|(name, _)| (place(name), *name));
+        list
+    }
+
+    /// Lets a parameter take the point's user data where there are any.
+    pub fn interpolate(&mut self, name: &str) {
+        self.interpolated.insert(name.into());
+    }
+
+    /// Makes a parameter with a value an input of the program: the value is the first one, and others can be
+    /// set without compiling again. Has no effect on
+    /// strings and closures, whose values decide what is compiled, and on parameters without a value.
+    pub fn make_live(&mut self, name: &str) {
+        self.live.insert(name.into());
+    }
+
+    /// Whether a parameter was given to [`ParamValues::make_live`].
+    pub fn is_live(&self, name: &str) -> bool {
+        self.live.contains(name)
+    }
+
+    /// Whether a parameter was given to [`ParamValues::interpolate`].
+    pub fn is_interpolated(&self, name: &str) -> bool {
+        self.interpolated.contains(name)
+    }
+}
+
+/// Adds the value in `text` for the parameter `name` of a program. A triple takes one or three numbers, a
+/// matrix one or sixteen, an array one for each element in turn, a string its text unchanged; `s.a` is a
+/// field.
+///
+/// # Errors
+/// There is no such parameter, or the text is not a value of its type.
+pub fn set(program: &Program, values: &mut ParamValues, name: &str, text: &str) -> Result<(), ParamError> {
+    let ty = find(program, name)?;
+    let value = parse(ty, text).ok_or_else(|| mismatch(program, ty, name, text))?;
+    values.values.insert(name.into(), value);
+    Ok(())
+}
+
+/// Adds a value with a given type, `float` or `color[2]`. It must be the parameter's type, except that kinds
+/// of triples are interchangeable, a float is broadcast to a triple, and an open array takes any length.
+///
+/// # Errors
+/// There is no such parameter, it has another type, or the text is not a value of the type.
+pub fn set_typed(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    text: &str,
+) -> Result<(), ParamError> {
+    set_parsed(program, values, given, name, text, || parse(given, text))
+}
+
+/// Adds a value with a given type as a list of words: numbers one by one, or strings. Missing words are 0 or
+/// empty.
+///
+/// # Errors
+/// Those of [`set_typed`].
+pub fn set_words(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    words: &[Arc<str>],
+) -> Result<(), ParamError> {
+    set_parsed(program, values, given, name, &words.join(" "), || from_words(given, words))
+}
+
+/// Adds a value with a given type as constants: one, or the elements of an array. Missing elements of an
+/// array are zero.
+///
+/// # Errors
+/// There is no such parameter, or it has another type.
+pub fn set_constants(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    constants: Vec<Const>,
+) -> Result<(), ParamError> {
+    let ty = find(program, name)?;
+    let given = match (given.extent, ty.extent) {
+        (Extent::Array(given_len), Extent::Array(len)) if given_len <= len => {
+            Type { extent: ty.extent, ..given }
+        }
+        _ => given,
+    };
+    let value = || Some(constants).filter(|list| !list.is_empty());
+    set_parsed(program, values, given, name, "{}", value)
+}
+
+fn set_parsed(
+    program: &Program,
+    values: &mut ParamValues,
+    given: Type,
+    name: &str,
+    text: &str,
+    value: impl FnOnce() -> Option<Vec<Const>>,
+) -> Result<(), ParamError> {
+    let ty = find(program, name)?;
+    let error = || mismatch(program, ty, name, text);
+    let wrong = || ParamError::Type {
+        name: name.to_string(),
+        ty: program.structs.show(ty),
+        given: program.structs.show(given),
+    };
+    let triples = given.element().is_triple() && ty.element().is_triple();
+    let same = given.base == ty.base || triples || (given == Type::FLOAT && ty.is_triple());
+    let extent = given.extent == ty.extent || (given.is_array() && ty.extent == Extent::Unsized);
+    if !same || !extent {
+        return Err(wrong());
+    }
+    let value = value().ok_or_else(error)?;
+    let spread = |v: Const| match v {
+        Const::Float(x) if ty.element().is_triple() => Const::Triple([x; 3]),
+        v => v,
+    };
+    values.values.insert(name.into(), value.into_iter().map(spread).collect());
+    Ok(())
+}
+
+fn mismatch(program: &Program, ty: Type, name: &str, text: &str) -> ParamError {
+    ParamError::Mismatch { name: name.to_string(), ty: program.structs.show(ty), text: text.to_string() }
+}
+
+/// The string parameters of a program with known values, given or by default: name and value, arrays element
+/// by element.
+pub fn texts(program: &Program, given: &ParamValues) -> Vec<(Arc<str>, Arc<str>)> {
+    let mut texts = Vec::new();
+    for param in &program.shader.params {
+        let Some(var) = program.vars.get(param.var.0 as usize) else { continue };
+        if var.ty.base != Base::String || param.output {
+            continue;
+        }
+        let mut add = |text: &Arc<str>| texts.push((var.name.clone(), text.clone()));
+        match given.get(&var.name) {
+            Some(values) => values.iter().for_each(|value| {
+                if let Const::Str(text) = value {
+                    add(text);
+                }
+            }),
+            None => constants(&param.init).into_iter().for_each(add),
+        }
+    }
+    texts
+}
+
+/// The string constants that a value contains.
+fn constants(init: &Init) -> Vec<&Arc<str>> {
+    match init {
+        Init::Value(Expr { kind: ExprKind::Str(text), .. }) => vec![text],
+        Init::Value(_) => Vec::new(),
+        Init::List(list) => list.iter().flat_map(constants).collect(),
+    }
+}
+
+/// The type of a parameter or field, or an error if there is none.
+fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
+    type_of(program, name).ok_or_else(|| {
+        let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
+        let close = closest(name, names).map(str::to_string);
+        ParamError::Unknown(name.to_string(), close)
+    })
+}
+
+/// The type of a parameter, or of a field `s.a` of one.
+pub fn type_of(program: &Program, name: &str) -> Option<Type> {
+    let mut parts = name.split('.');
+    let first = parts.next()?;
+    let param = program.shader.params.get(program.param(first)?)?;
+    let mut ty = program.vars[param.var.0 as usize].ty;
+    if param.open {
+        ty.extent = Extent::Unsized;
+    }
+    for part in parts {
+        ty = program.structs.field(ty.as_struct()?, part)?.1.ty;
+    }
+    Some(ty)
+}
+
+/// The value of a list of words; `None` if they are not a value, or are too many.
+fn from_words(ty: Type, words: &[Arc<str>]) -> Option<Vec<Const>> {
+    let each = match ty.base {
+        Base::Int | Base::Float | Base::String => 1,
+        base if base.is_triple() => 3,
+        Base::Matrix => 16,
+        _ => return None,
+    };
+    let len = match ty.extent {
+        Extent::One => 1,
+        Extent::Array(n) => n as usize,
+        Extent::Unsized => words.len().div_ceil(each).clamp(1, MAX_ARRAY_LENGTH as usize),
+    };
+    if words.len() > len * each || words.is_empty() {
+        return None;
+    }
+    // Trailing elements of an array without words are zero and not stored, because a text may name many long
+    // arrays.
+    let whole = if ty.extent == Extent::One { each } else { words.len().next_multiple_of(each) };
+    let missing = whole.saturating_sub(words.len());
+    match ty.base {
+        Base::String => {
+            let rest = std::iter::repeat_n(Arc::from(""), missing);
+            Some(words.iter().cloned().chain(rest).map(Const::Str).collect())
+        }
+        Base::Int => {
+            let ints: Option<Vec<i32>> = words.iter().map(|w| w.parse().ok()).collect();
+            Some(ints?.into_iter().chain(std::iter::repeat_n(0, missing)).map(Const::Int).collect())
+        }
+        _ => {
+            let mut numbers: Vec<f32> = words.iter().map(|w| w.parse().ok()).collect::<Option<_>>()?;
+            numbers.resize(whole, 0.0);
+            Some(numbers.chunks_exact(each).filter_map(|c| constant(each, c)).collect())
+        }
+    }
+}
+
+fn parse(ty: Type, text: &str) -> Option<Vec<Const>> {
+    let len = match ty.extent {
+        Extent::One => 1,
+        Extent::Array(n) => n as usize,
+        Extent::Unsized => MAX_ARRAY_LENGTH as usize,
+    };
+    if ty.base == Base::String {
+        let parts: Vec<&str> = if len == 1 { vec![text] } else { text.split(',').collect() };
+        return (parts.len() <= len).then(|| parts.iter().map(|p| Const::Str(Arc::from(*p))).collect());
+    }
+    let parts: Vec<&str> = text.split([',', ' ']).map(str::trim).filter(|p| !p.is_empty()).collect();
+    if ty.base == Base::Int {
+        let ints: Option<Vec<Const>> = parts.iter().map(|p| p.parse().ok().map(Const::Int)).collect();
+        return ints.filter(|v| (1..=len).contains(&v.len()));
+    }
+    let numbers: Vec<f32> = parts.iter().map(|p| p.parse().ok()).collect::<Option<_>>()?;
+    let each = match ty.base {
+        Base::Float => 1,
+        base if base.is_triple() => 3,
+        Base::Matrix => 16,
+        _ => return None,
+    };
+    let spread = match (numbers.as_slice(), each) {
+        ([x], 3) if len == 1 => return Some(vec![Const::Triple([*x; 3])]),
+        ([x], 16) if len == 1 => {
+            return Some(vec![Const::Matrix(Box::new(osl_numeric::matrix::diagonal(*x)))]);
+        }
+        _ => numbers,
+    };
+    let whole = !spread.is_empty() && spread.len().is_multiple_of(each) && spread.len() / each <= len;
+    whole.then(|| spread.chunks_exact(each).filter_map(|c| constant(each, c)).collect())
+}
+
+fn constant(each: usize, numbers: &[f32]) -> Option<Const> {
+    Some(match each {
+        1 => Const::Float(*numbers.first()?),
+        3 => Const::Triple(numbers.try_into().ok()?),
+        _ => Const::Matrix(Box::new(numbers.try_into().ok()?)),
+    })
+}

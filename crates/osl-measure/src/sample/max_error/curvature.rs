@@ -1,0 +1,194 @@
+//! Curvature of a lattice: the error estimate for interpolated pixels.
+//!
+//! A *curvature* is the absolute second difference between neighbouring lattice values.
+
+use super::Work;
+use super::lattice::corners;
+use crate::sample::rate::ticks;
+use rayon::prelude::*;
+
+/// The largest curvatures over all planes at the pixels of one lattice line.
+struct Line {
+    across: Vec<f32>,
+    down: Vec<f32>,
+}
+
+/// The curvatures of all cells of a lattice.
+pub(super) struct Curvatures {
+    step: usize,
+    rows: Vec<Vec<f32>>,
+}
+
+impl Curvatures {
+    /// The curvature of the cell that contains a pixel.
+    pub(super) fn at(&self, [x, y]: [usize; 2]) -> f32 {
+        self.rows[y / self.step][x / self.step]
+    }
+}
+
+/// The pixels of a band, plane by plane.
+struct Planes<'a> {
+    width: usize,
+    height: usize,
+    values: &'a [Vec<f32>],
+}
+
+impl Work<'_, '_> {
+    /// The curvatures of a lattice, for every cell.
+    pub(super) fn curvatures(&self, step: usize) -> Curvatures {
+        self.planes().curvatures(step)
+    }
+
+    /// The curvature of one cell, given by its top left corner.
+    pub(super) fn curvature(&self, corner: [usize; 2], step: usize) -> f32 {
+        self.planes().curvature(corner, step)
+    }
+
+    fn planes(&self) -> Planes<'_> {
+        Planes { width: self.width, height: self.height, values: &self.values }
+    }
+}
+
+impl Planes<'_> {
+    /// The curvatures of a lattice: [`curvature`](Self::curvature) of each of its cells.
+    fn curvatures(&self, step: usize) -> Curvatures {
+        let columns = self.width.div_ceil(step);
+        let lines: Vec<Line> = ticks(0..self.height, step)
+            .into_par_iter()
+            .with_min_len(16)
+            .map(|y| self.line(y, step))
+            .collect();
+        let next = usize::from(step > 1);
+        let row = |y: usize| {
+            let (above, below) = (&lines[y], &lines[(y + next).min(lines.len() - 1)]);
+            let [across, down] =
+                [(&above.across, &below.across), (&above.down, &below.down)].map(|(a, b)| {
+                    let mut largest: Vec<f32> = a.iter().zip(b).map(|(a, b)| larger(*a, *b)).collect();
+                    for x in 0..columns.min(largest.len().saturating_sub(1)) * next {
+                        largest[x] = larger(largest[x], largest[x + 1]);
+                    }
+                    largest
+                });
+            across.into_iter().zip(down).map(|(across, down)| (across + down) / 8.0).take(columns).collect()
+        };
+        let rows: Vec<Vec<f32>> =
+            (0..self.height.div_ceil(step)).into_par_iter().with_min_len(16).map(row).collect();
+        Curvatures { step, rows }
+    }
+
+    /// The curvatures at the pixels of one lattice line.
+    fn line(&self, y: usize, step: usize) -> Line {
+        let columns = ticks(0..self.width, step);
+        let last = inside(self.width, step).map_or(0, |(_, last)| last / step);
+        let middle = inside(self.height, step).map(|(first, last)| y.clamp(first, last));
+        let mut line = Line { across: vec![0.0; columns.len()], down: vec![0.0; columns.len()] };
+        // At the borders, use the curvature of the neighbouring column.
+        let mut twist = vec![0.0; columns.len()];
+        for plane in self.values {
+            let row = |y: usize| -> Vec<f32> { columns.iter().map(|x| plane[y * self.width + x]).collect() };
+            seconds(&mut line.across[..=last], [&row(y), &row(y), &row(y)], [0, 1, 2]);
+            let Some(middle) = middle else { continue };
+            let rows = [row(middle - step), row(middle), row(middle + step)];
+            let rows = [&rows[0], &rows[1], &rows[2]].map(Vec::as_slice);
+            for (down, ((a, b), c)) in line.down.iter_mut().zip(rows[0].iter().zip(rows[1]).zip(rows[2])) {
+                *down = larger(*down, bent(*a, *b, *c));
+            }
+            if step == 1 {
+                // A feature the size of a pixel may touch only its corner.
+                seconds(&mut line.across[..=last], rows, [0, 1, 2]);
+                seconds(&mut twist[..=last], rows, [2, 1, 0]);
+            }
+        }
+        for of in [&mut line.across, &mut twist] {
+            if last > 0 {
+                of[0] = of[1];
+                let end = of[last];
+                of[last + 1..].fill(end);
+            }
+        }
+        line.down.iter_mut().zip(twist).for_each(|(down, twist)| *down = larger(*down, twist));
+        line
+    }
+
+    /// The estimated error of a pixel that is interpolated in a cell: an eighth of the lattice's curvature at
+    /// the corners of the cell. For the lattice of all pixels, the curvature of the image at the pixel.
+    fn curvature(&self, [x, y]: [usize; 2], step: usize) -> f32 {
+        let [left, right, top, bottom] = corners([self.width, self.height], [x, y], step);
+        let (right, bottom) = if step == 1 { (left, top) } else { (right, bottom) };
+        let nearest = |at: usize, size: usize| inside(size, step).map(|(first, last)| at.clamp(first, last));
+        let columns = [left, right].map(|x| nearest(x, self.width));
+        let lines = [top, bottom].map(|y| nearest(y, self.height));
+        let (mut across, mut down) = (0.0_f32, 0.0_f32);
+        for plane in self.values {
+            let second = |at: usize, by: usize| bent(plane[at - by], plane[at], plane[at + by]);
+            for (x, y) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let (own_x, own_y) = ([left, right][x], [top, bottom][y]);
+                if let Some(x) = columns[x] {
+                    across = across.max(second(own_y * self.width + x, step));
+                }
+                if let Some(y) = lines[y] {
+                    down = down.max(second(y * self.width + own_x, step * self.width));
+                }
+            }
+            if let (1, Some(x), Some(y)) = (step, columns[0], lines[0]) {
+                // A feature the size of a pixel may touch only its corner.
+                across = across.max(second(y * self.width + x, self.width + 1));
+                down = down.max(second(y * self.width + x, self.width - 1));
+            }
+        }
+        (across + down) / 8.0
+    }
+}
+
+/// The first and the last lattice position along an axis that have a neighbour on either side. They stand in
+/// for the border positions.
+fn inside(size: usize, step: usize) -> Option<(usize, usize)> {
+    let last = size.saturating_sub(1 + step) / step * step;
+    (last >= step).then_some((step, last))
+}
+
+/// Raises the largest curvatures, from the second column on, to at least the curvatures across three rows.
+/// The previous, the current and the next column are read from the rows in the order `at`: the same row three
+/// times, or a diagonal.
+fn seconds(largest: &mut [f32], rows: [&[f32]; 3], at: [usize; 3]) {
+    let part = |i: usize| rows[i].get(at[i]..).unwrap_or(&[]);
+    let (a, b, c) = (part(0), part(1), part(2));
+    for (largest, ((a, b), c)) in largest.iter_mut().skip(1).zip(a.iter().zip(b).zip(c)) {
+        *largest = larger(*largest, bent(*a, *b, *c));
+    }
+}
+
+/// Absolute second difference of three neighbours; infinite if any is NaN.
+fn bent(before: f32, here: f32, behind: f32) -> f32 {
+    let d = (before - 2.0 * here + behind).abs();
+    if d.is_nan() { f32::INFINITY } else { d }
+}
+
+/// The larger of two numbers.
+fn larger(a: f32, b: f32) -> f32 {
+    if b > a { b } else { a }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bends_of_all_cells_are_those_of_each() {
+        for [width, height] in [[1, 1], [2, 3], [3, 2], [5, 9], [8, 8], [9, 5], [13, 1], [33, 18]] {
+            let plane = |seed: usize| -> Vec<f32> {
+                let value = |at: usize| (((at + seed) * 7919) % 1009) as f32;
+                (0..width * height).map(|at| if at == 17 { f32::NAN } else { value(at) }).collect()
+            };
+            let values = [plane(1), plane(200)];
+            let planes = Planes { width, height, values: &values };
+            for step in [1, 2, 4] {
+                let curvatures = planes.curvatures(step);
+                for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+                    let own = planes.curvature([x / step * step, y / step * step], step);
+                    assert_eq!(curvatures.at([x, y]), own, "{x} {y} of {width} {height} by {step}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! Code for x86-64 with AVX-512: vectors of 16 lanes in 32 registers, and masks in registers of their own.
+//!
+//! `encode` has the bytes of instructions, and `rare` the operations with a seldom taken path. This module
+//! must not know values or their uses.
+
+mod encode;
+mod rare;
+
+use crate::block::{Binary, Compare, IntCompare, Op, Unary};
+use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
+use encode::{Assembler, Gpr, K, Mem, Opcode, Rm, Zmm, name};
+
+/// The code's arguments, in the registers of the first four parameters: pointers to the arrays, working
+/// memory for values without a register, the byte offset of the first lane, and the byte offset after the
+/// last.
+const POINTERS: Gpr = Gpr::RDI;
+const SLOTS: Gpr = Gpr::RSI;
+const LANE: Gpr = Gpr::RDX;
+const END: Gpr = Gpr::RCX;
+/// Caller-saved registers: for the arrays that are used most, and for the pointer of any other one.
+const BASES: [Gpr; 5] = [Gpr(8), Gpr(9), Gpr(10), Gpr(11), Gpr::RAX];
+
+const LANES: usize = 16;
+/// Bytes per vector.
+const VECTOR: usize = 4 * LANES;
+
+/// Whether this machine can run the code.
+pub(crate) fn is_supported() -> bool {
+    #[cfg(all(target_arch = "x86_64", unix))]
+    {
+        is_x86_feature_detected!("avx512f")
+            && is_x86_feature_detected!("avx512dq")
+            && is_x86_feature_detected!("fma")
+    }
+    #[cfg(not(all(target_arch = "x86_64", unix)))]
+    false
+}
+
+/// The instructions of a block.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Avx512 {
+    code: Assembler,
+    /// Where the loop begins.
+    start: usize,
+}
+
+impl Avx512 {
+    fn memory(&mut self, operand: MemoryOperand) -> Mem {
+        let base = |Base(number)| BASES.get(usize::from(number)).copied().unwrap_or(Gpr::RAX);
+        match operand {
+            MemoryOperand::Slot(slot) => Mem::At(SLOTS, slot as i32 * VECTOR as i32),
+            MemoryOperand::Lanes(array, word) => Mem::Indexed(base(array), LANE, 4 * word as i32),
+            MemoryOperand::Word(array, word) | MemoryOperand::Table(array, word) => {
+                Mem::At(base(array), 4 * word as i32)
+            }
+            MemoryOperand::Constant(bits) => Mem::Pool(self.code.constant(bits)),
+        }
+    }
+
+    fn operand(&mut self, operand: Operand) -> Rm {
+        match operand {
+            Operand::Register(register) => Rm::Zmm(Zmm(register.number())),
+            Operand::Memory(operand @ (MemoryOperand::Word(..) | MemoryOperand::Constant(_))) => {
+                Rm::Word(self.memory(operand))
+            }
+            Operand::Memory(operand) => Rm::Lanes(self.memory(operand)),
+        }
+    }
+
+    /// A vector instruction without a mask.
+    fn vector(&mut self, op: Opcode, to: Register, first: Option<Operand>, last: Operand, imm: Option<u8>) {
+        let last = self.operand(last);
+        let first = first.map(|first| Zmm(first.number()));
+        self.code.evex(op, to.number(), first, last, K(0), false, imm);
+    }
+}
+
+impl Encoder for Avx512 {
+    const LANES: usize = LANES;
+    const VECTORS: u8 = 32;
+    // Mask 0 means "no mask".
+    const MASKS: Masks = Masks::Registers(1, 8);
+    const BASES: u8 = BASES.len() as u8 - 1;
+
+    fn takes(_: MemoryOperand) -> bool {
+        true
+    }
+
+    fn work(op: Op) -> (usize, usize) {
+        match op {
+            Op::Unary(Unary::InverseRoot) => (3, 2),
+            Op::Length => (5, 2),
+            _ => (0, 0),
+        }
+    }
+
+    fn pointer(&mut self, to: Base, array: u32) {
+        let to = BASES.get(usize::from(to.0)).copied().unwrap_or(Gpr::RAX);
+        self.code.pointer(to, POINTERS, 8 * array as i32);
+    }
+
+    fn begin(&mut self) {
+        self.start = self.code.here();
+    }
+
+    fn load(&mut self, to: Register, from: MemoryOperand) {
+        let word = matches!(from, MemoryOperand::Word(..) | MemoryOperand::Constant(_));
+        let memory = self.memory(from);
+        match to {
+            Register::Mask(k) => self.code.mask_memory(name::KMOVW_LOAD, K(k), memory),
+            Register::Vector(z) => {
+                let op = if word { name::VBROADCASTSS } else { name::VMOVDQU32 };
+                self.code.evex(op, z, None, Rm::Lanes(memory), K(0), false, None);
+            }
+        }
+    }
+
+    fn store(&mut self, from: Register, to: MemoryOperand) {
+        let memory = self.memory(to);
+        match from {
+            Register::Mask(k) => self.code.mask_memory(name::KMOVW_STORE, K(k), memory),
+            Register::Vector(z) => {
+                self.code.evex(name::VMOVDQU32_STORE, z, None, Rm::Lanes(memory), K(0), false, None);
+            }
+        }
+    }
+
+    fn copy(&mut self, to: Register, from: Register) {
+        self.code.copy(Zmm(to.number()), Zmm(from.number()));
+    }
+
+    fn operate(&mut self, op: Op, to: Register, args: &[Operand], work: Work<'_>) {
+        match (op, args) {
+            (Op::Unary(Unary::InverseRoot), [x]) => {
+                if let (&[a, b, c], &[low, high]) = (work.vectors, work.masks) {
+                    let work = [a, b, c].map(|z| Zmm(z.number()));
+                    let masks = [low, high].map(|k| K(k.number()));
+                    rare::inverse_root(&mut self.code, Zmm(x.number()), work, masks);
+                }
+            }
+            (Op::Length, &[root, square, x, y, z]) => {
+                if let (&[to, a, b, c, d], &[small, other]) = (work.vectors, work.masks) {
+                    let [root, square, x, y, z] = [root, square, x, y, z].map(|arg| Zmm(arg.number()));
+                    let [to, a, b, c, d] = [to, a, b, c, d].map(|z| Zmm(z.number()));
+                    let masks = [small, other].map(|k| K(k.number()));
+                    rare::length(&mut self.code, (to, root, square), [x, y, z], [a, b, c, d], masks);
+                }
+            }
+            (Op::Unary(op), &[x]) => {
+                let (op, imm) = unary(op);
+                self.vector(op, to, None, x, imm);
+            }
+            (Op::Binary(op), &[x, y]) => self.vector(binary(op), to, Some(x), y, None),
+            (Op::LookUp(..), &[index, table]) => self.vector(name::VPERMD, to, Some(index), table, None),
+            (Op::Compare(how), &[x, y]) => {
+                self.vector(name::VCMPPS, to, Some(x), y, Some(predicate(how)));
+            }
+            (Op::IntCompare(how), &[x, y]) => {
+                self.vector(name::VPCMPD, to, Some(x), y, Some(int_predicate(how)));
+            }
+            (Op::NotZero, &[x]) => self.vector(name::VPTESTMD, to, Some(x), x, None),
+            (Op::Class { nan, infinite }, &[x]) => {
+                // Quiet and signaling NaN, and both infinities.
+                let classes = if nan { 0x81 } else { 0 } | if infinite { 0x18 } else { 0 };
+                self.vector(name::VFPCLASSPS, to, None, x, Some(classes));
+            }
+            (Op::MaskAnd | Op::MaskOr, [a, b]) => {
+                let op = if op == Op::MaskAnd { name::KANDW } else { name::KORW };
+                self.code.mask(op, K(to.number()), Some(K(a.number())), K(b.number()));
+            }
+            (Op::MaskNot, [a]) => self.code.mask(name::KNOTW, K(to.number()), None, K(a.number())),
+            (Op::Choose, &[mask, no, yes]) => {
+                let (no, yes) = (Zmm(no.number()), self.operand(yes));
+                self.code.evex(name::VPBLENDMD, to.number(), Some(no), yes, K(mask.number()), false, None);
+            }
+            (Op::Fused { less }, &[x, y]) => {
+                let op = if less { name::VFNMADD231PS } else { name::VFMADD231PS };
+                self.vector(op, to, Some(x), y, None);
+            }
+            (Op::Number, [mask]) => {
+                let one = Rm::Lanes(Mem::Pool(self.code.constant(1)));
+                let mask = K(mask.number());
+                self.code.evex(name::VBROADCASTSS, to.number(), None, one, mask, true, None);
+            }
+            // The allocator gives every operation its operands. The others are memory.
+            _ => {}
+        }
+    }
+
+    fn finish(mut self) -> (Vec<u8>, usize) {
+        self.code.count_and_return(LANE, VECTOR as i8, END, self.start);
+        let instructions = self.code.count;
+        (self.code.finish(), instructions)
+    }
+}
+
+/// The instruction, and the rounding mode of those that round.
+fn unary(op: Unary) -> (Opcode, Option<u8>) {
+    // Suppresses the precision exception.
+    const QUIET: u8 = 8;
+    match op {
+        Unary::Sqrt | Unary::InverseRoot => (name::VSQRTPS, None),
+        Unary::Floor => (name::VRNDSCALEPS, Some(QUIET | 1)),
+        Unary::Ceil => (name::VRNDSCALEPS, Some(QUIET | 2)),
+        Unary::Trunc => (name::VRNDSCALEPS, Some(QUIET | 3)),
+        Unary::ToFloat => (name::VCVTDQ2PS, None),
+        Unary::ToInt => (name::VCVTTPS2DQ, None),
+        Unary::IntAbs => (name::VPABSD, None),
+    }
+}
+
+fn binary(op: Binary) -> Opcode {
+    match op {
+        Binary::Add => name::VADDPS,
+        Binary::Sub => name::VSUBPS,
+        Binary::Mul => name::VMULPS,
+        Binary::Div => name::VDIVPS,
+        Binary::Min => name::VMINPS,
+        Binary::IntAdd => name::VPADDD,
+        Binary::IntSub => name::VPSUBD,
+        Binary::IntMul => name::VPMULLD,
+        Binary::IntMin => name::VPMINSD,
+        Binary::IntMax => name::VPMAXSD,
+        Binary::And => name::VPANDD,
+        Binary::Or => name::VPORD,
+        Binary::Xor => name::VPXORD,
+        Binary::Shl => name::VPSLLVD,
+        Binary::Shr => name::VPSRAVD,
+    }
+}
+
+fn predicate(how: Compare) -> u8 {
+    match how {
+        Compare::Equal => 0x00,
+        Compare::Less => 0x01,
+        Compare::LessEqual => 0x02,
+        Compare::UnequalOrNan => 0x04,
+        Compare::GreaterEqualOrNan => 0x05,
+        Compare::GreaterOrNan => 0x06,
+        Compare::EqualOrNan => 0x08,
+        Compare::LessOrNan => 0x09,
+        Compare::LessEqualOrNan => 0x0A,
+        Compare::GreaterEqual => 0x0D,
+        Compare::Greater => 0x0E,
+    }
+}
+
+fn int_predicate(how: IntCompare) -> u8 {
+    match how {
+        IntCompare::Equal => 0,
+        IntCompare::Less => 1,
+        IntCompare::LessEqual => 2,
+        IntCompare::Unequal => 4,
+    }
+}

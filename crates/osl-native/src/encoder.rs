@@ -1,0 +1,109 @@
+//! What the allocator must know about a kind of machine, and how it hands over operations.
+//!
+//! An [`Encoder`] writes instructions for registers and memory that the allocator has chosen. It says how
+//! many lanes and registers there are, where masks live, and which operands an instruction can read from
+//! memory. A further machine is a further encoder: the block, the allocator, constants and tables do not
+//! depend on the number of lanes. This module must not know values or their uses.
+
+use crate::block::Op;
+
+/// Where masks are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Masks {
+    /// Registers of their own, with the numbers from the first up to the second.
+    Registers(u8, u8),
+    /// Vector registers: a lane is all ones or all zeros.
+    #[cfg_attr(not(test), expect(dead_code, reason = "so far, only tests have such a machine"))]
+    Vectors,
+}
+
+/// A register, by its number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Register {
+    Vector(u8),
+    /// Only for [`Masks::Registers`].
+    Mask(u8),
+}
+
+impl Register {
+    pub(crate) fn number(self) -> u8 {
+        let (Register::Vector(number) | Register::Mask(number)) = self;
+        number
+    }
+}
+
+/// Where the pointer of an array is: in one of [`Encoder::BASES`] registers that keep pointers, or after all
+/// of these in the one that is loaded where it is needed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Base(pub(crate) u8);
+
+/// An operand in memory. Words count from the start of an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MemoryOperand {
+    /// A vector of working memory, by its number.
+    Slot(u32),
+    /// The current lanes of an array, of which the first lane is at a word.
+    Lanes(Base, u32),
+    /// A word of an array, for all lanes.
+    Word(Base, u32),
+    /// A table of [`TABLE`](crate::TABLE) words in an array.
+    Table(Base, u32),
+    /// A constant, for all lanes.
+    Constant(u32),
+}
+
+/// An operand of an operation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Operand {
+    Register(Register),
+    Memory(MemoryOperand),
+}
+
+impl Operand {
+    /// The number of its register; 0 if it is in memory.
+    pub(crate) fn number(self) -> u8 {
+        if let Operand::Register(register) = self { register.number() } else { 0 }
+    }
+}
+
+/// Registers that an operation may overwrite: vectors and masks.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Work<'a> {
+    pub(crate) vectors: &'a [Register],
+    pub(crate) masks: &'a [Register],
+}
+
+/// Writes the instructions of a kind of machine.
+pub(crate) trait Encoder: Default {
+    /// Lanes per vector.
+    const LANES: usize;
+    /// Number of vector registers.
+    const VECTORS: u8;
+    /// Where masks are kept.
+    const MASKS: Masks;
+    /// Number of registers for pointers of arrays.
+    const BASES: u8;
+
+    /// Whether the last operand of an operation may be this one in memory.
+    fn takes(operand: MemoryOperand) -> bool;
+    /// How many vectors and masks an operation overwrites. If there are any, its operands are in registers,
+    /// and its result is the first vector. Not for [`Op::Choose`] and [`Op::Fused`].
+    fn work(op: Op) -> (usize, usize);
+
+    /// Loads the pointer of an array.
+    fn pointer(&mut self, to: Base, array: u32);
+    /// Begins the loop over the lanes.
+    fn begin(&mut self);
+    /// Loads a register.
+    fn load(&mut self, to: Register, from: MemoryOperand);
+    /// Stores a register.
+    fn store(&mut self, from: Register, to: MemoryOperand);
+    /// Copies a vector.
+    fn copy(&mut self, to: Register, from: Register);
+    /// An operation. Its operands are in registers, except that of the table of [`Op::LookUp`] and the last
+    /// one, which may be where [`Encoder::takes`] permits. The first operand of [`Op::Fused`] is in `to`, and
+    /// not among `args`. For [`Op::Choose`] the last operand is the value of set lanes.
+    fn operate(&mut self, op: Op, to: Register, args: &[Operand], work: Work<'_>);
+    /// Ends the loop and the code. Returns the bytes and the number of instructions.
+    fn finish(self) -> (Vec<u8>, usize);
+}

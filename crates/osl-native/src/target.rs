@@ -1,0 +1,58 @@
+//! The kinds of machines for which blocks become code.
+//!
+//! A further kind is a variant here and an encoder; nothing else depends on it. This module must not know
+//! blocks' operations.
+
+use crate::allocate::{Assembled, assemble};
+use crate::avx512::{self, Avx512};
+use crate::block::Block;
+use crate::encoder::Encoder;
+
+/// A kind of machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Target {
+    /// x86-64 with AVX-512.
+    Avx512,
+}
+
+impl Target {
+    /// All targets.
+    pub const ALL: &'static [Target] = &[Target::Avx512];
+
+    /// The name of its instruction set.
+    pub fn name(self) -> &'static str {
+        match self {
+            Target::Avx512 => "avx512",
+        }
+    }
+
+    /// The target with the name of an instruction set, if there is one and this machine can run its code.
+    pub fn supported(name: &str) -> Option<Target> {
+        Target::ALL.iter().copied().find(|target| target.name() == name && target.is_supported())
+    }
+
+    /// Whether this machine can run its code.
+    pub fn is_supported(self) -> bool {
+        match self {
+            Target::Avx512 => avx512::is_supported(),
+        }
+    }
+
+    /// Lanes per vector. Code runs on whole vectors.
+    pub fn lanes(self) -> usize {
+        match self {
+            Target::Avx512 => Avx512::LANES,
+        }
+    }
+
+    /// Assembles the code of a block, whether or not this machine can run it, so that it can be inspected or
+    /// emulated.
+    ///
+    /// The code takes four arguments, in the usual registers: the address of the array pointers, the address
+    /// of its slots, the byte offset of the first lane, and the byte offset after the last.
+    pub fn assemble(self, block: &Block) -> Assembled {
+        match self {
+            Target::Avx512 => assemble::<Avx512>(block),
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! 4×4 matrices in OSL's convention: row vectors, `p' = p · M`, the translation in the last row.
+//!
+//! A matrix is sixteen numbers, row by row, so element `[row][column]` has the index `4 * row + column`. This
+//! module must not know the names of coordinate systems.
+
+use super::geometry::{Triple, select};
+use super::real::{Real, Scalar};
+
+/// Sixteen numbers, row by row.
+pub type Matrix<R> = [R; 16];
+
+/// `k` on the diagonal, 0 elsewhere; `k` = 1 is the identity.
+#[inline(always)]
+pub fn diagonal<R: Real>(k: R) -> Matrix<R> {
+    let mut m = [R::lit(0.0); 16];
+    for i in 0..4 {
+        m[5 * i] = k;
+    }
+    m
+}
+
+/// The product: applies `a` first, then `b`.
+#[inline(always)]
+pub fn multiply<R: Real>(a: Matrix<R>, b: Matrix<R>) -> Matrix<R> {
+    let mut product = [R::lit(0.0); 16];
+    for row in 0..4 {
+        for column in 0..4 {
+            let at = 4 * row;
+            product[at + column] = (a[at] * b[column])
+                .plus_product(a[at + 1], b[4 + column])
+                .plus_product(a[at + 2], b[8 + column])
+                .plus_product(a[at + 3], b[12 + column]);
+        }
+    }
+    product
+}
+
+/// Every element times `k`.
+#[inline(always)]
+pub fn scale<R: Real>(m: Matrix<R>, k: R) -> Matrix<R> {
+    let mut scaled = m;
+    for element in &mut scaled {
+        *element = *element * k;
+    }
+    scaled
+}
+
+/// Rows and columns exchanged.
+#[inline(always)]
+pub fn transpose<R: Real>(m: Matrix<R>) -> Matrix<R> {
+    let mut t = m;
+    for row in 0..4 {
+        for column in 0..4 {
+            t[4 * row + column] = m[4 * column + row];
+        }
+    }
+    t
+}
+
+/// The determinant, by cofactors of the first row, each expanded along its own first row.
+#[inline(always)]
+pub fn determinant<R: Real>(m: Matrix<R>) -> R {
+    let minor = |a: usize, b: usize, c: usize| {
+        let two = |left: usize, right: usize| m[8 + left] * m[12 + right] - m[12 + left] * m[8 + right];
+        m[4 + a] * two(b, c) - m[4 + b] * two(a, c) + m[4 + c] * two(a, b)
+    };
+    m[0] * minor(1, 2, 3) - m[1] * minor(0, 2, 3) + m[2] * minor(0, 1, 3) - m[3] * minor(0, 1, 2)
+}
+
+/// The inverse; the identity if there is none.
+///
+/// A matrix with the last column (0, 0, 0, 1) is inverted by cofactors of its upper left part, any other by
+/// elimination. A quotient that would overflow counts as singular.
+#[inline(always)]
+pub fn inverse<R: Real>(m: Matrix<R>) -> Matrix<R> {
+    R::by_value(
+        [],
+        m,
+        #[inline(always)]
+        |[], m| inverse_of_known(m),
+    )
+}
+
+#[inline(always)]
+fn inverse_of_known<R: Scalar>(m: Matrix<R>) -> Matrix<R> {
+    let zero = R::lit(0.0);
+    let affine = m[3] == zero && m[7] == zero && m[11] == zero && m[15] == R::lit(1.0);
+    let inverse = if affine { inverse_affine(&m) } else { inverse_by_elimination(m) };
+    inverse.unwrap_or(diagonal(R::lit(1.0)))
+}
+
+/// The inverse of a matrix with last column (0, 0, 0, 1).
+#[inline(always)]
+fn inverse_affine<R: Scalar>(m: &Matrix<R>) -> Option<Matrix<R>> {
+    let minor = |a: usize, b: usize, c: usize, d: usize| m[a] * m[b] - m[c] * m[d];
+    let adjugate = [
+        [minor(5, 10, 9, 6), minor(9, 2, 1, 10), minor(1, 6, 5, 2)],
+        [minor(8, 6, 4, 10), minor(0, 10, 8, 2), minor(4, 2, 0, 6)],
+        [minor(4, 9, 8, 5), minor(8, 1, 0, 9), minor(0, 5, 4, 1)],
+    ];
+    let determinant = m[0] * adjugate[0][0] + m[1] * adjugate[1][0] + m[2] * adjugate[2][0];
+    let magnitude = determinant.abs();
+    let largest_safe = magnitude / R::lit(f32::MIN_POSITIVE);
+    let invertible =
+        magnitude >= R::lit(1.0) || adjugate.iter().flatten().all(|&element| largest_safe > element.abs());
+    if !invertible {
+        return None;
+    }
+    let mut inverse = diagonal(R::lit(1.0));
+    for column in 0..3 {
+        let part = [
+            adjugate[0][column] / determinant,
+            adjugate[1][column] / determinant,
+            adjugate[2][column] / determinant,
+        ];
+        for row in 0..3 {
+            inverse[4 * row + column] = part[row];
+        }
+        inverse[12 + column] = -m[12] * part[0] - m[13] * part[1] - m[14] * part[2];
+    }
+    Some(inverse)
+}
+
+/// The inverse by Gauss-Jordan elimination, with the largest element of each column as pivot.
+#[inline(always)]
+fn inverse_by_elimination<R: Scalar>(m: Matrix<R>) -> Option<Matrix<R>> {
+    let mut left = m;
+    let mut right = diagonal(R::lit(1.0));
+    for column in 0..4 {
+        let pivot = pivot_row(&left, column);
+        if left[4 * pivot + column] == R::lit(0.0) {
+            return None;
+        }
+        if pivot != column {
+            swap_rows(&mut left, pivot, column);
+            swap_rows(&mut right, pivot, column);
+        }
+        for row in column + 1..4 {
+            let factor = left[4 * row + column] / left[5 * column];
+            subtract_row(&mut left, row, column, factor);
+            subtract_row(&mut right, row, column, factor);
+        }
+    }
+    for column in (0..4).rev() {
+        let pivot = left[5 * column];
+        for at in 4 * column..4 * column + 4 {
+            left[at] = left[at] / pivot;
+            right[at] = right[at] / pivot;
+        }
+        for row in 0..column {
+            let factor = left[4 * row + column];
+            subtract_row(&mut left, row, column, factor);
+            subtract_row(&mut right, row, column, factor);
+        }
+    }
+    Some(right)
+}
+
+#[inline(always)]
+fn pivot_row<R: Scalar>(m: &Matrix<R>, column: usize) -> usize {
+    let mut best = column;
+    for row in column + 1..4 {
+        if m[4 * row + column].abs() > m[4 * best + column].abs() {
+            best = row;
+        }
+    }
+    best
+}
+
+#[inline(always)]
+fn swap_rows<R: Scalar>(m: &mut Matrix<R>, a: usize, b: usize) {
+    for column in 0..4 {
+        m.swap(4 * a + column, 4 * b + column);
+    }
+}
+
+/// Row `row` minus `factor` times row `pivot`.
+#[inline(always)]
+fn subtract_row<R: Scalar>(m: &mut Matrix<R>, row: usize, pivot: usize, factor: R) {
+    for column in 0..4 {
+        m[4 * row + column] = m[4 * row + column] - factor * m[4 * pivot + column];
+    }
+}
+
+/// The point (x, y, z, 1) · M, divided by its fourth coordinate; zero if that is 0.
+#[inline(always)]
+pub fn transform_point<R: Real>(m: Matrix<R>, p: Triple<R>) -> Triple<R> {
+    let w = linear(&m, p, 3) + m[15];
+    let [x, y, z] = [linear(&m, p, 0) + m[12], linear(&m, p, 1) + m[13], linear(&m, p, 2) + m[14]];
+    select(w.ne(R::lit(0.0)), [x / w, y / w, z / w], [R::lit(0.0); 3])
+}
+
+/// The vector (x, y, z) times the upper left part of M.
+#[inline(always)]
+pub fn transform_vector<R: Real>(m: Matrix<R>, v: Triple<R>) -> Triple<R> {
+    [linear(&m, v, 0), linear(&m, v, 1), linear(&m, v, 2)]
+}
+
+/// The vector times the first three elements of a column.
+#[inline(always)]
+fn linear<R: Real>(m: &Matrix<R>, v: Triple<R>, column: usize) -> R {
+    (v[0] * m[column]).plus_product(v[1], m[4 + column]).plus_product(v[2], m[8 + column])
+}
+
+/// The normal times the transpose of the inverse of M, so that it stays perpendicular to transformed
+/// tangents. Loops over many normals with one matrix compute [`normal_matrix`] once.
+#[inline(always)]
+pub fn transform_normal<R: Real>(m: Matrix<R>, n: Triple<R>) -> Triple<R> {
+    transform_vector(normal_matrix(m), n)
+}
+
+/// The matrix that transforms normals if `m` transforms points.
+#[inline(always)]
+pub fn normal_matrix<R: Real>(m: Matrix<R>) -> Matrix<R> {
+    transpose(inverse(m))
+}
+
+/// Whether every element equals that of the other.
+#[inline(always)]
+pub fn equal<R: Real>(a: Matrix<R>, b: Matrix<R>) -> R::Mask {
+    let mut same = a[0].eq(b[0]);
+    for at in 1..16 {
+        same = same & a[at].eq(b[at]);
+    }
+    same
+}

@@ -1,0 +1,291 @@
+//! The choice of instruction set: detected once, then passed as a value that proves its presence; and registers
+//! of sixteen words for AVX-512.
+//!
+//! The unsafe code is the calls of functions compiled for a feature set that the [`Isa`] proves, the registers of
+//! `wide`, and a conversion to integers that compiles to one vector instruction. This crate must not know what is
+//! computed.
+
+#![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
+
+#[cfg(target_arch = "x86_64")]
+pub mod wide;
+
+/// An instruction set that this machine has.
+///
+/// The field is private and every constructor detects the features, so that a value is proof of their
+/// presence.
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Isa(Level);
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+enum Level {
+    Baseline,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
+}
+
+/// Work that is compiled for each instruction set.
+pub trait Kernel {
+    /// Its result.
+    type Output;
+    /// The work. Mark it `#[inline(always)]`, and everything that its loops call: functions that are not
+    /// inlined are compiled for the baseline.
+    fn run(self) -> Self::Output;
+}
+
+/// Work that is compiled with fused multiply-add for the instruction sets that have it, and without for the
+/// others. Mark both functions `#[inline(always)]`, as with [`Kernel`].
+pub trait FusedKernel {
+    /// The work, fused.
+    fn fused(self);
+    /// The work, not fused.
+    fn plain(self);
+}
+
+#[cfg(target_arch = "x86_64")]
+struct Fused<K>(K);
+
+#[cfg(target_arch = "x86_64")]
+impl<K: FusedKernel> Kernel for Fused<K> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        self.0.fused();
+    }
+}
+
+impl Isa {
+    /// The baseline of the architecture.
+    pub fn baseline() -> Isa {
+        Isa(Level::Baseline)
+    }
+
+    /// The widest instruction set of this machine.
+    pub fn detect() -> Isa {
+        Isa::all().last().copied().unwrap_or(Isa(Level::Baseline))
+    }
+
+    /// All instruction sets of this machine, narrowest first.
+    pub fn all() -> Vec<Isa> {
+        let mut all = vec![Isa(Level::Baseline)];
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx2")
+                && is_x86_feature_detected!("bmi1")
+                && is_x86_feature_detected!("bmi2")
+            {
+                all.push(Isa(Level::Avx2));
+                if ["avx512f", "avx512bw", "avx512dq", "avx512vl", "avx512cd"].iter().all(|f| has(f)) {
+                    all.push(Isa(Level::Avx512));
+                }
+            }
+        }
+        all
+    }
+
+    /// The instruction set with a name, if this machine has it.
+    pub fn from_name(name: &str) -> Option<Isa> {
+        Isa::all().into_iter().find(|isa| isa.name() == name)
+    }
+
+    /// `baseline`, `avx2` or `avx512`.
+    pub fn name(self) -> &'static str {
+        match self.0 {
+            Level::Baseline => "baseline",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => "avx512",
+        }
+    }
+
+    /// The proof for registers, if this is AVX-512.
+    #[cfg(target_arch = "x86_64")]
+    #[inline]
+    pub fn wide(self) -> Option<wide::Proof> {
+        // Only `all` makes a value of this level, after it has detected the features.
+        (self.0 == Level::Avx512).then(wide::Proof::detected)
+    }
+
+    /// Runs the kernel as compiled for this instruction set.
+    #[inline]
+    pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            Level::Baseline => kernel.run(),
+            // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
+            // function is compiled for.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => unsafe { run_avx2(kernel) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { run_avx512(kernel) },
+        }
+    }
+}
+
+impl Isa {
+    /// Runs the kernel as compiled for the widest instruction set if this is it, else for the baseline. This
+    /// halves the code to compile, for work that is rare or mostly calls other functions.
+    #[inline]
+    pub fn dispatch_widest<K: Kernel>(self, kernel: K) -> K::Output {
+        match self.0 {
+            // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
+            // function is compiled for.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { run_avx512(kernel) },
+            _ => kernel.run(),
+        }
+    }
+
+    /// Runs a kernel with fused multiply-add if this instruction set has it, else the plain kernel as
+    /// compiled for the baseline.
+    #[inline]
+    pub fn dispatch_fused<K: FusedKernel>(self, kernel: K) {
+        match self.0 {
+            // SAFETY: only `all` makes a value of this level, after it has detected the features; `fma` is
+            // detected here.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 if is_x86_feature_detected!("fma") => unsafe { run_avx2_fma(Fused(kernel)) },
+            // SAFETY: as above; processors with AVX-512 have FMA.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 if is_x86_feature_detected!("fma") => unsafe { run_avx512_fma(Fused(kernel)) },
+            _ => kernel.plain(),
+        }
+    }
+
+    /// `out[i] = table[index[i]]`, up to the length of the shorter slice; an index beyond the table selects
+    /// its last word. Uses one instruction per vector where the instruction set has one.
+    #[inline]
+    pub fn look_up(self, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+        match self.0 {
+            // SAFETY: only `all` makes a value of this level, after it has detected the features.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => unsafe { look_up_avx512(table, index, out) },
+            _ => look_up(table, index, out),
+        }
+    }
+}
+
+fn look_up(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+    for (o, i) in out.iter_mut().zip(index) {
+        *o = table[(*i).min(15) as usize];
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f")]
+fn look_up_avx512(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+    use std::arch::x86_64::{
+        _mm512_loadu_si512, _mm512_min_epu32, _mm512_permutexvar_epi32, _mm512_set1_epi32,
+        _mm512_storeu_si512,
+    };
+    // SAFETY: the table has the sixteen words that are read.
+    let words = unsafe { _mm512_loadu_si512(table.as_ptr().cast()) };
+    let n = index.len().min(out.len());
+    let (index, index_rest) = index[..n].as_chunks::<16>();
+    let (out, out_rest) = out[..n].as_chunks_mut::<16>();
+    for (to, at) in out.iter_mut().zip(index) {
+        // SAFETY: both chunks have sixteen words.
+        unsafe {
+            let at = _mm512_min_epu32(_mm512_loadu_si512(at.as_ptr().cast()), _mm512_set1_epi32(15));
+            let found = _mm512_permutexvar_epi32(at, words);
+            _mm512_storeu_si512(to.as_mut_ptr().cast(), found);
+        }
+    }
+    look_up(table, index_rest, out_rest);
+}
+
+impl std::fmt::Debug for Isa {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has(feature: &str) -> bool {
+    match feature {
+        "avx512f" => is_x86_feature_detected!("avx512f"),
+        "avx512bw" => is_x86_feature_detected!("avx512bw"),
+        "avx512dq" => is_x86_feature_detected!("avx512dq"),
+        "avx512vl" => is_x86_feature_detected!("avx512vl"),
+        "avx512cd" => is_x86_feature_detected!("avx512cd"),
+        _ => false,
+    }
+}
+
+// No FMA in these two lists: fusing would change the bits.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2")]
+fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
+fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+// For arithmetic whose bits may differ between machines.
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,fma")]
+fn run_avx2_fma<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,fma,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
+fn run_avx512_fma<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
+/// Truncation to an integer; −2³¹ for NaN and for values beyond `i32`. A cast with `as` saturates instead,
+/// which prevents vectorisation.
+#[inline(always)]
+pub fn to_int(x: f32) -> i32 {
+    let fits = (-2_147_483_648.0..2_147_483_648.0).contains(&x);
+    let x = if fits { x } else { -2_147_483_648.0 };
+    // SAFETY: after the line above the number is from −2³¹ to below 2³¹, never NaN.
+    unsafe { x.to_int_unchecked() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Sum<'a>(&'a [f32], &'a mut [f32]);
+
+    impl Kernel for Sum<'_> {
+        type Output = ();
+        #[inline(always)]
+        fn run(self) {
+            for (o, x) in self.1.iter_mut().zip(self.0) {
+                *o = x * x + 1.0;
+            }
+        }
+    }
+
+    #[test]
+    fn conversion_covers_every_float() {
+        for bits in (0..=u32::MAX).step_by(4999) {
+            let x = f32::from_bits(bits);
+            let expected = if x.is_nan() || x >= 2_147_483_648.0 { i32::MIN } else { x as i32 };
+            assert_eq!(to_int(x), expected, "{x:e}");
+        }
+    }
+
+    #[test]
+    fn every_level_runs_and_agrees() {
+        let input: Vec<f32> = (0..1000).map(|i| i as f32 * 0.37).collect();
+        let mut first = vec![0.0; 1000];
+        Isa::baseline().dispatch(Sum(&input, &mut first));
+        for isa in Isa::all() {
+            let mut out = vec![0.0; 1000];
+            isa.dispatch(Sum(&input, &mut out));
+            assert_eq!(out, first, "{isa:?}");
+            assert_eq!(Isa::from_name(isa.name()), Some(isa));
+        }
+    }
+}

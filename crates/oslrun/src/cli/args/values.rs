@@ -1,0 +1,117 @@
+//! Values of options, from text. This module must not know which option has which kind of value.
+
+use osl_exec::Isa;
+use osl_image::{ExrCompression, ImageFormat};
+use osl_ir::passes::Pass;
+use osl_measure::sample::{FilterKind, Rate};
+use osl_numeric::Arithmetic;
+use osl_scene::glam::Vec3;
+use std::path::PathBuf;
+
+pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
+    let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
+    let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let (w, h): (usize, usize) = (w.parse().map_err(|_| wrong())?, h.parse().map_err(|_| wrong())?);
+    match w.checked_mul(h) {
+        Some(0) => Err("a grid has at least one point in each direction".to_string()),
+        Some(_) => Ok((w, h)),
+        None => Err("so many points cannot be counted".to_string()),
+    }
+}
+
+pub(in crate::cli) fn fraction(text: &str) -> Result<f32, String> {
+    let wrong = || format!("a number above 0 and up to 1, not `{text}`");
+    text.parse().ok().filter(|x| *x > 0.0 && *x <= 1.0).ok_or_else(wrong)
+}
+
+/// Two numbers, for u and v.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::cli) struct Pair(pub(in crate::cli) [f32; 2]);
+
+pub(in crate::cli) fn pair(text: &str) -> Result<Pair, String> {
+    let wrong = || format!("two numbers separated by a comma, not `{text}`");
+    let (u, v) = text.split_once(',').ok_or_else(wrong)?;
+    let number = |t: &str| t.trim().parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(wrong);
+    Ok(Pair([number(u)?, number(v)?]))
+}
+
+pub(in crate::cli) fn assignment(text: &str) -> Result<(String, String), String> {
+    let (name, value) =
+        text.split_once('=').ok_or_else(|| format!("`{text}` is not of the form NAME=VALUE"))?;
+    Ok((name.trim().to_string(), value.to_string()))
+}
+
+pub(in crate::cli) fn matrix(text: &str) -> Result<Box<[f32; 16]>, String> {
+    let numbers: Result<Vec<f32>, _> =
+        text.split([',', ' ']).filter(|p| !p.is_empty()).map(str::parse).collect();
+    let numbers = numbers.map_err(|_| "a matrix is 16 numbers separated by commas".to_string())?;
+    let count = numbers.len();
+    numbers.try_into().map(Box::new).map_err(|_| format!("a matrix is 16 numbers, not {count}"))
+}
+
+pub(in crate::cli) fn compression(text: &str) -> Result<ExrCompression, String> {
+    ExrCompression::from_name(text).ok_or_else(|| format!("one of {}", ExrCompression::NAMES.join(", ")))
+}
+
+pub(in crate::cli) fn isa(text: &str) -> Result<Isa, String> {
+    let names: Vec<&str> = Isa::all().into_iter().map(Isa::name).collect();
+    Isa::from_name(text).ok_or_else(|| format!("this machine has {}", names.join(", ")))
+}
+
+pub(in crate::cli) fn arithmetic(text: &str) -> Result<Arithmetic, String> {
+    let names: Vec<&str> = Arithmetic::ALL.into_iter().map(Arithmetic::name).collect();
+    Arithmetic::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
+}
+
+pub(in crate::cli) fn pass(text: &str) -> Result<Pass, String> {
+    let names: Vec<&str> = Pass::ALL.iter().map(|p| p.name()).collect();
+    Pass::from_name(text).ok_or_else(|| format!("the passes are {}", names.join(", ")))
+}
+
+pub(in crate::cli) fn position(text: &str) -> Result<Vec3, String> {
+    let numbers: Option<Vec<f32>> = text.split(',').map(|x| x.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some([x, y, z]) if [x, y, z].iter().all(|n| n.is_finite()) => Ok(Vec3::new(*x, *y, *z)),
+        _ => Err(format!("three numbers separated by commas, not `{text}`")),
+    }
+}
+
+pub(in crate::cli) fn filter(text: &str) -> Result<(FilterKind, f32), String> {
+    let (name, width) = text.split_once(',').map_or((text, None), |(name, width)| (name, Some(width)));
+    let names = FilterKind::ALL.map(FilterKind::name);
+    let kind = FilterKind::from_name(name).ok_or_else(|| format!("one of {}", names.join(", ")))?;
+    let width = match width {
+        None => kind.usual_width(),
+        Some(width) => {
+            let number = width.trim().parse().ok().filter(|w: &f32| (0.01..=64.0).contains(w));
+            number.ok_or_else(|| format!("a width is from 0.01 to 64 pixels, not `{width}`"))?
+        }
+    };
+    Ok((kind, width))
+}
+
+pub(in crate::cli) fn rate(text: &str) -> Result<Rate, String> {
+    let names = Rate::ALL.map(|rate| rate.to_string());
+    Rate::from_name(text).ok_or_else(|| format!("one of {}", names.join(", ")))
+}
+
+pub(in crate::cli) fn error(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|e: &f32| *e > 0.0 && e.is_finite());
+    number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
+}
+
+/// A file for the outputs of a run; its ending names the format.
+pub(in crate::cli) fn image_file(path: PathBuf) -> Result<PathBuf, String> {
+    match ImageFormat::of(&path) {
+        Some(_) => Ok(path),
+        None => Err("the name must end in .exr, .png, .tif or .jpg".to_string()),
+    }
+}
+
+/// A file for a rendered picture.
+pub(in crate::cli) fn picture_file(path: PathBuf) -> Result<PathBuf, String> {
+    match ImageFormat::of(&path) {
+        Some(ImageFormat::Exr | ImageFormat::Png) => Ok(path),
+        _ => Err("the name must end in .exr or .png".to_string()),
+    }
+}

@@ -1,0 +1,54 @@
+//! The commands. Each has a module, which also declares its options.
+
+use super::args::RunArgs;
+use super::check::CheckArgs;
+use super::compile::CompileArgs;
+use super::doc::DocArgs;
+use super::explain::ExplainArgs;
+use super::explain_error::ExplainErrorArgs;
+use super::fmt::FmtArgs;
+use super::info::InfoArgs;
+use super::ir::IrArgs;
+use super::render::RenderArgs;
+use super::stability::StabilityArgs;
+use super::tradeoff::TradeoffArgs;
+use clap::{Parser, Subcommand};
+
+/// Compile and run Open Shading Language files on the CPU.
+#[derive(Debug, Parser)]
+#[command(name = "oslrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(super) struct Cli {
+    /// A command other than running a shader.
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    /// Running a shader.
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+}
+
+/// The commands other than running a shader.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Report errors and warnings of shader files.
+    Check(CheckArgs),
+    /// Print the intermediate representation of a shader before and after the passes.
+    Ir(IrArgs),
+    /// Explain an error or warning by its code, with a wrong and a right example.
+    ExplainError(ExplainErrorArgs),
+    /// Show what a shader does at one point, line by line, or what each output costs.
+    Explain(Box<ExplainArgs>),
+    /// Find inputs for which a shader becomes inaccurate, and the lines that cause it.
+    Stability(Box<StabilityArgs>),
+    /// Compile a shader to the text form that renderers load, .oso.
+    Compile(CompileArgs),
+    /// Show what a shader is: its kind, its parameters with types, defaults and metadata.
+    Info(InfoArgs),
+    /// Rewrite shader files in one style.
+    Fmt(FmtArgs),
+    /// Describe the built-in functions: signatures, derivatives, extremes, an example.
+    Doc(DocArgs),
+    /// Measure what more and fewer samples of a shader cost, and how large their errors are.
+    Tradeoff(Box<TradeoffArgs>),
+    /// Render a picture of a scene file: lighting, with the shaders of its materials.
+    Render(RenderArgs),
+}

@@ -1,0 +1,117 @@
+//! How a run is set up from its options: the grid, the services, the threads and the progress bar; and the
+//! message for a run that stops early. This module must not know what is computed or where results go.
+
+use super::Failure;
+use super::args::RunArgs;
+use indicatif::{ProgressBar, ProgressStyle};
+use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
+use osl_image::TextureCache;
+use osl_scene::{Grid, set_screen_spaces};
+use osl_syntax::source::SourceMap;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// The points of the grid.
+pub(super) fn grid(args: &RunArgs) -> Grid {
+    Grid {
+        width: args.grid.0,
+        height: args.grid.1,
+        scale: args.uv_scale.0,
+        offset: args.uv_offset.0,
+        center: args.center,
+    }
+}
+
+/// The spaces of a grid: the spaces of the image can only be the target of a transformation.
+pub(super) fn grid_spaces(args: &RunArgs) -> Spaces {
+    let mut spaces = Spaces::default();
+    set_screen_spaces(&mut spaces, args.grid.0, args.grid.1);
+    spaces
+}
+
+/// The services of the renderer. Spaces from the command line take precedence over those of the scene.
+pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> Services {
+    for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
+        if let Some(matrix) = matrix {
+            spaces.set(name, **matrix);
+        }
+    }
+    let mut folders = vec![folder];
+    folders.extend(args.texture_path.iter().cloned());
+    let mut limits = args.read.limits.limits().clone();
+    if let Some(mebibytes) = args.texture_memory {
+        limits.images.texture_memory = mebibytes.saturating_mul(1 << 20);
+    }
+    let textures = TextureCache::within(folders, &limits).allow_files(args.allow_files);
+    Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
+}
+
+/// The run options of the command line.
+pub(super) fn options(args: &RunArgs) -> RunOptions {
+    let mut limits = args.read.limits.limits().clone();
+    if let Some(steps) = args.max_steps {
+        limits.running.point_steps = steps;
+    }
+    RunOptions {
+        limits,
+        batch: args.batch.map(|n| n as usize),
+        isa: args.isa.unwrap_or_else(Isa::detect),
+        closures: args.closures,
+        profile: args.profile.is_some(),
+        ..RunOptions::default()
+    }
+}
+
+/// Runs the work on the requested number of threads; all cores without a number.
+pub(super) fn on_threads<T: Send>(
+    threads: Option<u16>,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T, Failure> {
+    let Some(threads) = threads else { return Ok(work()) };
+    let pool = pool(usize::from(threads)).map_err(Failure::new)?;
+    Ok(pool.install(work))
+}
+
+/// A pool of threads; 0 means all cores.
+pub(super) fn pool(threads: usize) -> Result<ThreadPool, String> {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|why| format!("cannot start {threads} threads: {why}"))
+}
+
+/// The message for a run that stopped early.
+pub(super) fn stopped(stop: &RunError, sources: &SourceMap) -> Failure {
+    let (span, hint) = match stop {
+        RunError::TooManySteps { span, .. } => (*span, "; --max-steps sets the limit".to_string()),
+        RunError::TooMuchMemory { span, .. } => {
+            (*span, "; --limit running.point_memory=N sets the limit".to_string())
+        }
+        RunError::TooMuch { limit, .. } => (None, format!("; --limit {limit}=N sets the limit")),
+        RunError::Halted(_) | RunError::VariesMore(_) | RunError::DerivsVaryMore(_) | RunError::Traces => {
+            (None, String::new())
+        }
+    };
+    let place = span
+        .and_then(|span| sources.place(span))
+        .map_or_else(String::new, |p| format!("{}:{}: ", p.file, p.line));
+    Failure::new(format!("{place}{stop}{hint}"))
+}
+
+/// A progress bar on a terminal, with the number of points in a second if `has_rate`; nothing in logs.
+pub(super) fn progress(total: u64, has_rate: bool) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(total);
+    let template = if has_rate {
+        "{bar:40} {percent:>3}% {per_sec} {eta}"
+    } else {
+        "{bar:40} {percent:>3}% {elapsed} {eta}"
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    bar
+}
