@@ -204,6 +204,21 @@ impl TextureCache {
         Self::of(search, &self.shared.limits)
     }
 
+    /// Lets these names lead to files anywhere: a user who types the name of a file trusts it. All other names
+    /// stay below the folders. Of a tiled name, this holds for the squares of the first ten rows. Forgets
+    /// everything that was read.
+    #[must_use]
+    pub fn trusting(self, names: impl IntoIterator<Item = String>) -> Self {
+        let search = match &self.shared.search {
+            Search::Given(files) => Search::Given(Arc::clone(files)),
+            Search::Folders { folders, roots, trusted } => {
+                let (folders, roots, trusted) = (folders.clone(), roots.clone(), trusted.clone());
+                Search::Folders { folders, roots, trusted }.trusting(names)
+            }
+        };
+        Self::of(search, &self.shared.limits)
+    }
+
     /// The first image of the file with this name, read if necessary.
     ///
     /// **Errors**: the failure of that read; every call with this name shares it.

@@ -6,7 +6,9 @@
 //! formats.
 
 use crate::image::Source;
+use crate::udim::{self, Square};
 use osl_files::{FileError, Roots};
+use std::collections::BTreeSet;
 use std::io::{BufReader, Cursor};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,6 +23,8 @@ pub(crate) enum Search {
         /// Searched after the working directory, in order.
         folders: Vec<PathBuf>,
         roots: Roots,
+        /// Names that may lead anywhere.
+        trusted: BTreeSet<String>,
     },
     /// Wherever the client keeps them.
     Given(ReadFile),
@@ -57,14 +61,30 @@ impl Search {
     pub(crate) fn new(folders: Vec<PathBuf>) -> Search {
         let here = PathBuf::new();
         let roots = Roots::new(std::iter::once(&here).chain(&folders));
-        Search::Folders { folders, roots }
+        Search::Folders { folders, roots, trusted: BTreeSet::new() }
     }
 
     /// Sets whether files elsewhere may be opened too.
     pub(crate) fn or_anywhere(self, anywhere: bool) -> Search {
         match self {
-            Search::Folders { folders, roots } => {
-                Search::Folders { folders, roots: roots.or_anywhere(anywhere) }
+            Search::Folders { folders, roots, trusted } => {
+                Search::Folders { folders, roots: roots.or_anywhere(anywhere), trusted }
+            }
+            given => given,
+        }
+    }
+
+    /// Lets these names lead to files anywhere; of a tiled name, the names of the usual squares.
+    pub(crate) fn trusting(self, names: impl IntoIterator<Item = String>) -> Search {
+        match self {
+            Search::Folders { folders, roots, mut trusted } => {
+                for name in names {
+                    if udim::is_pattern(&name) {
+                        trusted.extend(Square::usual().filter_map(|square| square.name(&name)));
+                    }
+                    trusted.insert(name);
+                }
+                Search::Folders { folders, roots, trusted }
             }
             given => given,
         }
@@ -94,10 +114,15 @@ impl Search {
     /// Opens the first file with this name.
     pub(crate) fn open(&self, name: &str) -> Result<Found, FileError> {
         match self {
-            Search::Folders { folders, roots } => {
-                let name = Path::new(name);
-                let beside = folders.iter().map(|folder| folder.join(name));
-                roots.first(std::iter::once(name.to_owned()).chain(beside)).map(Found::on_disk)
+            Search::Folders { folders, roots, trusted } => {
+                let path = Path::new(name);
+                let beside = folders.iter().map(|folder| folder.join(path));
+                let mut places = std::iter::once(path.to_owned()).chain(beside);
+                let found = match trusted.contains(name) {
+                    true => Roots::default().or_anywhere(true).first(&mut places),
+                    false => roots.first(&mut places),
+                };
+                found.map(Found::on_disk)
             }
             Search::Given(read) => {
                 let bytes = read(name).ok_or(FileError::NotFound)?;

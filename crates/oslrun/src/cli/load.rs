@@ -7,7 +7,7 @@ use osl::stages::{self, CompileError, ShaderFiles};
 use osl_files::{FileError, Opened, Roots};
 use osl_hir::hir;
 use osl_hir::lint::Level;
-use osl_ir::ir::Body;
+use osl_ir::ir::{Body, Const};
 use osl_lower::group::Group;
 use osl_lower::params::{self, ParamError, ParamValues};
 use osl_lower::{Last, Requests};
@@ -30,14 +30,23 @@ pub(super) struct Loaded {
     pub(super) body: Body,
     /// Name of the shader, or of the last one of a group.
     pub(super) name: Arc<str>,
-    /// The folder of the file, which is searched for textures.
-    pub(super) folder: PathBuf,
+    /// Where its textures may be.
+    pub(super) folder: TextureFiles,
     /// The resolved shader; in a group, the last one.
     pub(super) program: hir::Program,
     /// The values of string parameters, with the names that `-p` accepts.
     pub(super) texts: Vec<(String, Arc<str>)>,
     /// The body with notes on the source's statements, if requested.
     pub(super) noted: Option<Body>,
+}
+
+/// Where the textures of a shader may be.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TextureFiles {
+    /// The folder of the shader, which is searched.
+    pub(super) folder: PathBuf,
+    /// The values of string parameters that the user typed. A file with such a name may be anywhere.
+    pub(super) typed: Vec<String>,
 }
 
 /// What to load, according to the command line.
@@ -130,8 +139,15 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     }
     let texts = params::texts(&program, &given);
     let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
+    let folder = TextureFiles { folder, typed: strings(&program, &given).collect() };
     let name = program.shader.name.clone();
     Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
+}
+
+/// The strings among given values.
+fn strings<'a>(program: &hir::Program, given: &'a ParamValues) -> impl Iterator<Item = String> + 'a {
+    let values = given.given(program).into_iter().flat_map(|(_, values)| values);
+    values.filter_map(|value| if let Const::Str(text) = value { Some(text.to_string()) } else { None })
 }
 
 /// The requested outputs, for the lowering; `others` are outputs of layers before the last.
@@ -218,7 +234,12 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     let Some(last) = group.layers().last().map(|l| l.program.clone()) else {
         return Err(Failure::new("the group has no layers"));
     };
-    set_params(&mut group, request.params)?;
+    // The text of a file may come from anywhere; a text on the command line was typed.
+    let mut typed = Vec::new();
+    if !is_group {
+        typed.extend(group.layers().iter().flat_map(|layer| strings(&layer.program, &layer.values)));
+    }
+    typed.extend(set_params(&mut group, request.params)?);
     let outputs = asked(&group, &last, request.outputs)?;
     let requests = requests(outputs, request);
     let lower = |requests: &Requests| osl_lower::lower_group_for(&group, requests);
@@ -235,11 +256,13 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
         let own = params::texts(&layer.program, &layer.values);
         texts.extend(own.into_iter().map(|(name, text)| (path(&name), text)));
     }
+    let folder = TextureFiles { folder, typed };
     Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
 }
 
-/// Sets `name=value` in the last layer, `layer.name=value` in any.
-fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<(), Failure> {
+/// Sets `name=value` in the last layer, `layer.name=value` in any. Returns the strings among the values.
+fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<Vec<String>, Failure> {
+    let mut texts = Vec::new();
     for (path, text) in given {
         let (layer, name) = match path.split_once('.').and_then(|(l, n)| Some((group.find(l)?, n))) {
             Some(found) => found,
@@ -250,8 +273,12 @@ fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<(), Failu
             ParamError::Unknown(..) => Failure::new(format!("layer `{}`: {e}", layer.name)),
             e => Failure::new(e),
         })?;
+        let mut alone = ParamValues::default();
+        if params::set(&layer.program, &mut alone, name, text).is_ok() {
+            texts.extend(strings(&layer.program, &alone));
+        }
     }
-    Ok(())
+    Ok(texts)
 }
 
 /// The requested outputs of layers before the last. Fails if a requested output does not exist.

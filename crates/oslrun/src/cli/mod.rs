@@ -22,6 +22,7 @@ mod fmt;
 mod info;
 mod input;
 mod ir;
+mod json_lines;
 mod levels;
 mod limits;
 mod load;
@@ -63,8 +64,13 @@ impl Failure {
 
 /// Runs the command and returns its exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
+    let args: Vec<OsString> = args.into_iter().collect();
     let mut out = console::Checked::new(out);
-    let code = command(args, &mut out, err);
+    let mut json = json_lines::requested(&args).then(|| json_lines::JsonLines::new(&mut *err));
+    let code = match &mut json {
+        Some(lines) => command(args, &mut out, lines),
+        None => command(args, &mut out, err),
+    };
     match out.finish() {
         Ok(()) => code,
         Err(error) => {
@@ -80,8 +86,7 @@ fn flushed(out: &mut dyn Write) -> Result<(), Failure> {
     out.flush().map_err(|_| Failure::said())
 }
 
-fn command(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
-    let args: Vec<OsString> = args.into_iter().collect();
+fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     if let Some(code) = compat::run(&args, out, err) {
         return code;
     }

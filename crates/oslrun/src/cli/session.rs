@@ -3,6 +3,7 @@
 
 use super::Failure;
 use super::args::RunArgs;
+use super::load::TextureFiles;
 use indicatif::{ProgressBar, ProgressStyle};
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
@@ -10,7 +11,6 @@ use osl_scene::{Grid, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::IsTerminal;
-use std::path::PathBuf;
 use std::time::Duration;
 
 /// The points of the grid.
@@ -32,19 +32,20 @@ pub(super) fn grid_spaces(args: &RunArgs) -> Spaces {
 }
 
 /// The services of the renderer. Spaces from the command line take precedence over those of the scene.
-pub(super) fn services(args: &RunArgs, folder: PathBuf, mut spaces: Spaces) -> Services {
+pub(super) fn services(args: &RunArgs, files: TextureFiles, mut spaces: Spaces) -> Services {
     for (name, matrix) in [("shader", &args.shader_space), ("object", &args.object_space)] {
         if let Some(matrix) = matrix {
             spaces.set(name, **matrix);
         }
     }
-    let mut folders = vec![folder];
+    let mut folders = vec![files.folder];
     folders.extend(args.texture_path.iter().cloned());
     let mut limits = args.read.limits.limits().clone();
     if let Some(mebibytes) = args.texture_memory {
         limits.images.texture_memory = mebibytes.saturating_mul(1 << 20);
     }
-    let textures = TextureCache::within(folders, &limits).allow_files(args.allow_files);
+    let typed = files.typed.into_iter().chain(args.userdata.iter().map(|(_, value)| value.clone()));
+    let textures = TextureCache::within(folders, &limits).allow_files(args.allow_files).trusting(typed);
     Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
 }
 

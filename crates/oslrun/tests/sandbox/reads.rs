@@ -97,31 +97,78 @@ fn textures() {
     for path in [place.project().join("good.png"), place.outside().join("secret.png")] {
         write_png(&path, 1, 1, &[&[1.0]], white).unwrap();
     }
-    place.write(
-        "a.osl",
-        "shader a(string f = \"\", output float o = 0) { color c = texture(f, u, v, \"wrap\", \"clamp\", \"missingcolor\", color(0.25));\n\
-         int e = 0; gettextureinfo(f, \"exists\", e); o = c[0] + e; }",
-    );
-    let shade = |name: &str| place.run(&["a.osl", "-g", "1x1", "-p", &format!("f={name}")]).text;
+    let shader = |text: &str| {
+        format!(
+            "shader a(string f = \"{text}\", output float o = 0) {{\n\
+             color c = texture(f, u, v, \"wrap\", \"clamp\", \"missingcolor\", color(0.25));\n\
+             int e = 0; gettextureinfo(f, \"exists\", e); o = c[0] + e; }}"
+        )
+    };
+    let in_text = |name: &str| {
+        place.write("a.osl", shader(name));
+        place.run(&["a.osl", "-g", "1x1"]).text
+    };
+    let in_group = |name: &str| {
+        place.write("a.osl", shader(""));
+        place.write("a.group", format!("param string f \"{name}\" ; shader a A ;\n"));
+        place.run(&["a.group", "-g", "1x1"]).text
+    };
+    let opened = |said: &str| said.contains("o[0]: 1") || said.contains("o[0]: 2");
     for name in place.tricks() {
-        let said = shade(&name);
         // A name without a file gives the missing color; a path that no system accepts may fail the run.
-        assert!(!said.contains("o[0]: 1") && !said.contains("o[0]: 2"), "{name}: {said}");
+        for said in [in_text(&name), in_group(&name)] {
+            assert!(!opened(&said), "{name}: {said}");
+        }
     }
-    assert!(shade("good.png").contains("o[0]: 2"), "{}", shade("good.png"));
+    for said in [in_text("good.png"), in_group("good.png")] {
+        assert!(said.contains("o[0]: 2"), "{said}");
+    }
+    let refused = in_text("../outside/secret.png");
+    assert!(refused.contains("--texture-path DIR") && refused.contains("--allow-files"), "{refused}");
+
+    // A name that the user types may be anywhere, but it is a file; other names stay inside.
+    place.write("a.osl", shader(""));
+    let typed = |name: &str| {
+        let alone = place.run(&["a.osl", "-g", "1x1", "-p", &format!("f={name}")]).text;
+        let group = format!("param string f \"{name}\" ; shader a A ;");
+        let grouped = place.run(&["--group", &group, "-g", "1x1"]).text;
+        assert_eq!(opened(&alone), opened(&grouped), "{name}: {alone}{grouped}");
+        alone
+    };
+    let outside = place.outside().join("secret.png").display().to_string();
+    let links = [
+        "../outside/secret.png",
+        "sub/../../outside/secret.png",
+        "./.././outside/secret.png",
+        "link.png",
+        "folder/secret.png",
+        "folder/../outside/secret.png",
+        &outside,
+    ];
+    for name in place.tricks() {
+        let said = typed(&name);
+        assert_eq!(opened(&said), links.contains(&name.as_str()), "{name}: {said}");
+    }
+    place.write("a.osl", shader("").replace("texture(f", "texture(\"link.png\"").replace("c[0] + e", "c[0]"));
+    assert!(!opened(&typed("good.png")), "the other name is the shader's");
 }
 
 #[test]
 fn dictionaries() {
     let place = Place::new("xml", b"<a><b k='sesame'/></a>", b"<a><b k='good'/></a>");
-    place.write(
-        "a.osl",
-        "shader a(string f = \"\") { int n = dict_find(f, \"/a/b\"); string s = \"\"; dict_value(n, \"k\", s); printf(\"[%s]\\n\", s); }",
-    );
+    let shader = |text: &str| {
+        let find = "int n = dict_find(f, \"/a/b\"); string s = \"\"; dict_value(n, \"k\", s);";
+        place.write("a.osl", format!("shader a(string f = \"{text}\") {{ {find} printf(\"[%s]\\n\", s); }}"));
+    };
     for name in place.tricks() {
-        place.run(&["a.osl", "-g", "1x1", "-p", &format!("f={name}")]);
+        shader(&name);
+        place.run(&["a.osl", "-g", "1x1"]);
     }
-    assert!(place.run(&["a.osl", "-g", "1x1", "-p", "f=good.xml"]).text.contains("[good]"));
+    shader("good.xml");
+    assert!(place.run(&["a.osl", "-g", "1x1"]).text.contains("[good]"));
+    // A name that the user types may be anywhere.
+    let args = ["a.osl", "-g", "1x1", "-p", "f=link.xml"];
+    assert!(Said::of(oslrun().args(args).current_dir(place.project())).text.contains(SECRET));
 }
 
 #[test]
