@@ -65,12 +65,16 @@ impl Failure {
 /// Runs the command and returns its exit code.
 pub fn main(args: impl IntoIterator<Item = OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let args: Vec<OsString> = args.into_iter().collect();
+    match json_lines::requested(&args) {
+        true => checked(args, out, &mut json_lines::JsonLines::new(err)),
+        false => checked(args, out, err),
+    }
+}
+
+/// Runs the command, and checks that nothing of the standard output is lost.
+fn checked(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 {
     let mut out = console::Checked::new(out);
-    let mut json = json_lines::requested(&args).then(|| json_lines::JsonLines::new(&mut *err));
-    let code = match &mut json {
-        Some(lines) => command(args, &mut out, lines),
-        None => command(args, &mut out, err),
-    };
+    let code = command(args, &mut out, err);
     match out.finish() {
         Ok(()) => code,
         Err(error) => {

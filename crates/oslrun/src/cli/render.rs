@@ -1,7 +1,7 @@
 //! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
-use super::args::ReadArgs;
 use super::args::values::{fraction, grid, picture_file};
+use super::args::{MessageFormat, ReadArgs};
 use super::load::Folders;
 use super::session::{on_threads, progress, stopped};
 use super::shading::{Report, Tally};
@@ -120,10 +120,26 @@ fn world(args: &RenderArgs, library: &mut Library<'_>, err: &mut dyn Write) -> R
     // Errors in a shader are reported; the scene is rendered without that shader.
     let _ = report::diagnostics(&library.diagnostics, &library.sources, &args.read, err);
     for message in messages.list() {
-        let _ = writeln!(err, "{}", shown(&message.to_string()));
+        said_of_scene(message, &args.read, err);
     }
     let world = world.flatten().ok_or_else(Failure::said)?;
     Ok((world, description.settings.samples))
+}
+
+/// Prints a message about the scene.
+fn said_of_scene(message: &scene::Message, args: &ReadArgs, err: &mut dyn Write) {
+    let _ = match args.message_format {
+        MessageFormat::Human => writeln!(err, "{}", shown(&message.to_string())),
+        MessageFormat::Json => {
+            let severity = if message.error { "error" } else { "warning" };
+            let (file, line) = (&message.place.file, message.place.line);
+            let object = serde_json::json!({
+                "code": "", "name": "scene", "severity": severity, "message": message.text,
+                "file": &**file, "line": line,
+            });
+            writeln!(err, "{object}")
+        }
+    };
 }
 
 /// The textures of a scene: in its folder, or in a search path.

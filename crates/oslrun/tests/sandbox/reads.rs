@@ -123,7 +123,8 @@ fn textures() {
     for said in [in_text("good.png"), in_group("good.png")] {
         assert!(said.contains("o[0]: 2"), "{said}");
     }
-    let refused = in_text("../outside/secret.png");
+    place.write("a.osl", "shader a(output color c = 0) { c = texture(\"../outside/secret.png\", u, v); }");
+    let refused = place.run(&["a.osl", "-g", "1x1"]).text;
     assert!(refused.contains("--texture-path DIR") && refused.contains("--allow-files"), "{refused}");
 
     // A name that the user types may be anywhere, but it is a file; other names stay inside.
