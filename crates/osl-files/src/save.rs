@@ -92,6 +92,20 @@ impl Unsaved {
         target().and_then(|target| Unsaved::at(&path, target)).map_err(SaveError::of(&path))
     }
 
+    /// A file in memory, for bytes that go to a stream instead of a path: [`Unsaved::into_bytes`] returns them.
+    pub fn in_memory() -> Unsaved {
+        let content = Content::Bytes(Cursor::new(Vec::new()));
+        Unsaved { path: PathBuf::new(), target: PathBuf::new(), content }
+    }
+
+    /// The bytes of a file in memory; empty for other files.
+    pub fn into_bytes(self) -> Vec<u8> {
+        match self.content {
+            Content::Bytes(bytes) => bytes.into_inner(),
+            Content::Part(..) => Vec::new(),
+        }
+    }
+
     fn at(path: &Path, target: PathBuf) -> Result<Unsaved, FileError> {
         let look = FileError::io("look at the file");
         let content = match fs::metadata(&target) {

@@ -136,10 +136,34 @@ pub fn write_exr(
 }
 
 /// The file for [`write_exr`], which replaces its target once it is saved.
-pub(crate) fn exr_file(
+///
+/// **Errors**: as for [`write_exr`].
+pub fn exr_file(
     path: &Path,
     width: usize,
     height: usize,
+    layers: &[Layer<'_>],
+    options: ExrOptions,
+) -> Result<Unsaved, ImageError> {
+    whole(|| file::unsaved(path), path, (width, height), layers, options)
+}
+
+/// The file for [`write_exr`] in memory.
+///
+/// **Errors**: sizes or names do not form an image.
+pub fn exr_in_memory(
+    width: usize,
+    height: usize,
+    layers: &[Layer<'_>],
+    options: ExrOptions,
+) -> Result<Unsaved, ImageError> {
+    whole(|| Ok(Unsaved::in_memory()), Path::new("the picture"), (width, height), layers, options)
+}
+
+fn whole(
+    file: impl FnOnce() -> Result<Unsaved, ImageError>,
+    path: &Path,
+    (width, height): (usize, usize),
     layers: &[Layer<'_>],
     options: ExrOptions,
 ) -> Result<Unsaved, ImageError> {
@@ -149,7 +173,7 @@ pub(crate) fn exr_file(
         check_planes(path, layer, width * height)?;
     }
     let mut planes = Some(layers.iter().flat_map(|l| l.planes.iter().copied()).collect::<Vec<&[f32]>>());
-    write_exr_rows(path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))
+    rows_into(file, path, (width, height), &shapes, options, || Ok::<_, ImageError>(planes.take()))
 }
 
 /// The number of rows in a piece of [`write_exr_rows`] must be a multiple of this, except in the last piece.
@@ -165,11 +189,22 @@ pub fn write_exr_rows<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>
     (width, height): (usize, usize),
     layers: &[(&str, LayerKind)],
     options: ExrOptions,
+    next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
+) -> Result<Unsaved, E> {
+    rows_into(|| file::unsaved(path), path, (width, height), layers, options, next)
+}
+
+fn rows_into<P: AsRef<[f32]> + Sync + Send, E: From<ImageError> + Send>(
+    file: impl FnOnce() -> Result<Unsaved, ImageError>,
+    path: &Path,
+    (width, height): (usize, usize),
+    layers: &[(&str, LayerKind)],
+    options: ExrOptions,
     mut next: impl FnMut() -> Result<Option<Vec<P>>, E> + Send,
 ) -> Result<Unsaved, E> {
     check_size(path, width, height)?;
     let (header, order) = header(path, (width, height), layers, options)?;
-    let mut file = file::unsaved(path)?;
+    let mut file = file()?;
     let mut stopped: Option<E> = None;
     let headers = smallvec::smallvec![header];
     let written = exr::block::writer::write_chunks_with(file.sink(), headers, true, |meta, chunks| {

@@ -48,7 +48,10 @@ pub use cache::{LoadFailure, Loaded, Missing, TextureCache};
 pub use channels_out::{ImageFormat, Samples, channel_bytes, write_channels, write_ints};
 pub use environment::environment;
 pub use error::ImageError;
-pub use exr_out::{ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, write_exr, write_exr_rows};
+pub use exr_out::{
+    ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, exr_file, exr_in_memory, write_exr,
+    write_exr_rows,
+};
 pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;

@@ -120,7 +120,11 @@ fn dictionaries_are_read_below_the_working_directory_only() {
     }
     let result = run(&inner, shader, &["-g", "1x1", "-p", "file=d.xml"]);
     assert!(text(&result.stdout).starts_with("2.5\n"), "{}", text(&result.stderr));
+    // The name in the shader is refused; the one that the user types is not.
+    let outside = shader.replace("file = \"\"", "file = \"../d.xml\"");
     let result = run(&inner, shader, &["-g", "1x1", "-p", "file=../d.xml"]);
+    assert!(text(&result.stdout).starts_with("2.5\n"), "{}", text(&result.stderr));
+    let result = run(&inner, &outside, &["-g", "1x1"]);
     assert_eq!(result.status.code(), Some(0));
     assert!(text(&result.stdout).starts_with("0\n") && text(&result.stderr).contains("is refused"));
 }

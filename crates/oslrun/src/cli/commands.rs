@@ -9,14 +9,16 @@ use super::explain_error::ExplainErrorArgs;
 use super::fmt::FmtArgs;
 use super::info::InfoArgs;
 use super::ir::IrArgs;
+use super::pages::{CompletionArgs, ManArgs};
 use super::render::RenderArgs;
 use super::stability::StabilityArgs;
 use super::tradeoff::TradeoffArgs;
+use super::{args, version};
 use clap::{Parser, Subcommand};
 
 /// Compile and run Open Shading Language files on the CPU.
 #[derive(Debug, Parser)]
-#[command(name = "oslrun", version, args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(name = "oslrun", version = version::short(), long_version = version::long(), args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(super) struct Cli {
     /// A command other than running a shader.
     #[command(subcommand)]
@@ -24,6 +26,10 @@ pub(super) struct Cli {
     /// Running a shader.
     #[command(flatten)]
     pub(super) run: RunArgs,
+    /// Print the result of the run as one JSON object: the range of each output, the files, the numbers of
+    /// errors and warnings; with --stats and --profile also their tables.
+    #[arg(long, help_heading = args::heading::MESSAGES)]
+    pub(super) json: bool,
 }
 
 /// The commands other than running a shader.
@@ -51,4 +57,8 @@ pub(super) enum Command {
     Tradeoff(Box<TradeoffArgs>),
     /// Render a picture of a scene file: lighting, with the shaders of its materials.
     Render(RenderArgs),
+    /// Print the completions of the command line for a shell.
+    Completions(CompletionArgs),
+    /// Print the manual page of oslrun, or of one of its commands.
+    Man(ManArgs),
 }

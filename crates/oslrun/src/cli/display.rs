@@ -97,7 +97,8 @@ impl DisplayArgs {
             planes.iter_mut().flatten().for_each(map);
         }
         let chosen = self.range.is_some() || self.exposure.is_some();
-        let note = if chosen { None } else { found.note(name, &Found::outside(&planes, covered), (low, high)) };
+        let note =
+            if chosen { None } else { found.note(name, &Found::outside(&planes, covered), (low, high)) };
         Shown { planes, transfer, note }
     }
 }
@@ -137,7 +138,7 @@ impl Found {
         };
         let mut parts = Vec::new();
         if below > 0 {
-            parts.push(format!("{} of the values are below {low} and become black", share(below)));
+            parts.push(format!("{} are below {low} and become black", share(below)));
         }
         if above > 0 {
             parts.push(format!("{} are above {high} and become white", share(above)));
@@ -148,9 +149,11 @@ impl Found {
         if parts.is_empty() {
             return None;
         }
-        let range = if self.low <= self.high { format!(" ({} to {})", self.low, self.high) } else { String::new() };
+        let range =
+            if self.low <= self.high { format!(" ({} to {})", self.low, self.high) } else { String::new() };
         Some(format!(
-            "in the picture of `{name}`{range}, {}; --range auto shows all, and --range A,B, --signed or --exposure choose",
+            "of the values of `{name}`{range}, {} in the picture; --range auto shows all; --range A,B, --signed or \
+             --exposure N choose what is shown",
             parts.join(", ")
         ))
     }
@@ -159,9 +162,9 @@ impl Found {
 /// The values at the pixels that count.
 fn counted<'a>(planes: &'a [Vec<f32>], covered: Option<&'a [f32]>) -> impl Iterator<Item = f32> + 'a {
     let counts = move |at: usize| covered.is_none_or(|c| c.get(at).is_some_and(|c| *c > 0.0));
-    planes.iter().flat_map(move |plane| {
-        plane.iter().enumerate().filter(move |(at, _)| counts(*at)).map(|(_, x)| *x)
-    })
+    planes
+        .iter()
+        .flat_map(move |plane| plane.iter().enumerate().filter(move |(at, _)| counts(*at)).map(|(_, x)| *x))
 }
 
 #[cfg(test)]
@@ -194,9 +197,9 @@ mod tests {
         assert_eq!(
             note(&[-0.5, 0.5, 2.0, f32::NAN]).as_deref(),
             Some(
-                "in the picture of `x` (-0.5 to 2), 25.0 % of the values are below 0 and become black, 25.0 % are above 1 \
-                 and become white, 25.0 % are NaN and become black; --range auto shows all, and --range A,B, --signed or \
-                 --exposure choose"
+                "of the values of `x` (-0.5 to 2), 25.0 % are below 0 and become black, 25.0 % are above 1 and become \
+                 white, 25.0 % are NaN and become black in the picture; --range auto shows all; --range A,B, \
+                 --signed or --exposure N choose what is shown"
             )
         );
     }

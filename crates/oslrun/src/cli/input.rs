@@ -8,7 +8,7 @@ use osl_syntax::Options;
 use osl_syntax::source::SourceProvider;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Finds included files: first in the folder of the including file, then in that of the main file, then in
 /// the folders of `-I`. The files must be below one of these, below the working directory, or below a folder
@@ -76,8 +76,14 @@ pub(super) struct Input {
     pub(super) options: Options,
 }
 
-/// Reads a main file.
+/// The name of the standard input as a main file.
+const STDIN: &str = "-";
+
+/// Reads a main file; `-` is the standard input.
 pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
+    if path.as_os_str() == STDIN {
+        return read_stdin(args);
+    }
     let text = read_text(path, args.limits.limits())
         .map_err(|e| Failure::new(format!("cannot read {}: {e}", path.display())))?;
     let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
@@ -88,7 +94,15 @@ pub(super) fn read(path: &Path, args: &ReadArgs) -> Result<Input, Failure> {
 pub(super) fn read_stdin(args: &ReadArgs) -> Result<Input, Failure> {
     let name = "<standard input>";
     let most = args.limits.limits().reading.file_bytes;
-    let text = osl_files::read_stream(std::io::stdin().lock(), most);
+    // Commands that compile a shader several times read it again.
+    static TEXT: OnceLock<String> = OnceLock::new();
+    let text = match TEXT.get() {
+        Some(text) => Ok(text.clone()),
+        None => {
+            let text = osl_files::read_stream(std::io::stdin().lock(), most);
+            text.map(|text| TEXT.get_or_init(|| text).clone())
+        }
+    };
     let text = text.map_err(|e| Failure::new(format!("cannot read {name}: {e}")))?;
     Ok(input(name.to_string(), text, PathBuf::new(), args))
 }

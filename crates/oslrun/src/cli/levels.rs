@@ -3,6 +3,7 @@
 //! A name or code on the command line takes precedence over `all` and `warnings`; if several options apply,
 //! the most severe one counts. Errors cannot be silenced.
 
+use super::args::heading;
 use clap::Args;
 use osl::stages::{self, Checked};
 use osl::{Levels, NoWarning, Verdict};
@@ -15,17 +16,17 @@ use osl_syntax::diagnostic::{Code, Diagnostic};
 pub(super) struct LintArgs {
     /// Show a warning that is not shown by default; by name or code, or `all`. May be repeated. `-Werror` is
     /// `--deny warnings`.
-    #[arg(short = 'W', long = "warn", value_name = "NAME", value_parser = warning_or_error)]
+    #[arg(short = 'W', long = "warn", value_name = "NAME", value_parser = warning_or_error, help_heading = heading::MESSAGES)]
     warn: Vec<String>,
     /// Silence a warning; by name or code, or `all`. May be repeated.
-    #[arg(short = 'A', long = "allow", value_name = "NAME", value_parser = warning)]
+    #[arg(short = 'A', long = "allow", value_name = "NAME", value_parser = warning, help_heading = heading::MESSAGES)]
     allow: Vec<String>,
     /// Turn a warning into an error; by name or code, `warnings` for all that are shown, or `all`. May be
     /// repeated. `errors`: if a shader reports an error while it runs, the run fails and no image is written.
-    #[arg(long, value_name = "NAME", value_parser = denied)]
+    #[arg(long, value_name = "NAME", value_parser = denied, help_heading = heading::MESSAGES)]
     deny: Vec<String>,
     /// A coordinate or color space that the renderer knows. May be repeated.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = heading::MESSAGES)]
     known_space: Vec<String>,
 }
 

@@ -4,6 +4,7 @@
 //! the memory of the process. If one of them is used up, it tells all stages to stop, and ends the process if
 //! they do not: a library that decodes an image cannot be told to stop.
 
+use super::args::heading;
 use clap::{Args, Parser};
 use osl_limits::{Halt, Limits};
 use std::io::Write;
@@ -19,13 +20,13 @@ const EVERY: Duration = Duration::from_millis(5);
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct LimitArgs {
     /// A limit to set, by its name in docs/limits.md: running.point_steps=100M; may be repeated.
-    #[arg(long, value_name = "NAME=N", value_parser = limit, help_heading = "Limits")]
+    #[arg(long, value_name = "NAME=N", value_parser = limit, help_heading = heading::LIMITS)]
     limit: Vec<(String, String)>,
     /// Maximum time in seconds for the command (default: no limit).
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, env = "OSLRUN_MAX_TIME", hide_env = true, help_heading = "Limits")]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, env = "OSLRUN_MAX_TIME", hide_env = true, help_heading = heading::LIMITS)]
     max_time: Option<f64>,
     /// Maximum memory for the command (default: three quarters of the machine's memory).
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..), env = "OSLRUN_MAX_MEMORY", hide_env = true, help_heading = "Limits")]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(16..), env = "OSLRUN_MAX_MEMORY", hide_env = true, help_heading = heading::LIMITS)]
     max_memory: Option<u64>,
     /// The limits, created at the first use.
     #[arg(skip)]

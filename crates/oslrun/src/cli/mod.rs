@@ -15,6 +15,7 @@ mod compat;
 mod compile;
 mod console;
 mod data;
+mod display;
 mod doc;
 mod explain;
 mod explain_error;
@@ -26,8 +27,10 @@ mod json_lines;
 mod levels;
 mod limits;
 mod load;
+mod misspelt;
 mod on;
 mod output;
+mod pages;
 mod profile;
 mod render;
 mod repair;
@@ -39,6 +42,7 @@ mod shading;
 mod stability;
 mod summary;
 mod tradeoff;
+mod version;
 
 use clap::Parser;
 use commands::{Cli, Command};
@@ -94,9 +98,17 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
     if let Some(code) = compat::run(&args, out, err) {
         return code;
     }
-    let cli = match Cli::try_parse_from(args) {
+    if let Some(text) = misspelt::command(&args) {
+        let _ = writeln!(err, "error: {}", shown(&text));
+        return 2;
+    }
+    let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
         Err(usage) => {
+            if let Some(text) = misspelt::usage(&args, &usage) {
+                let _ = writeln!(err, "error: {}", shown(&text));
+                return 2;
+            }
             let text = usage.render();
             // Help and version are answers, not errors.
             if usage.use_stderr() {
@@ -119,7 +131,9 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
         (Some(Command::Render(args)), _) => render::render(&args, out, err),
-        (None, args) => run::run(&args, out, err),
+        (Some(Command::Completions(args)), _) => pages::completions(&args, out),
+        (Some(Command::Man(args)), _) => pages::man(&args, out),
+        (None, args) => run::run(&args, cli.json, out, err),
     };
     match result {
         Ok(()) => 0,

@@ -5,11 +5,12 @@
 
 use super::args::RunArgs;
 use super::load::Loaded;
+use super::run::Streams;
 use super::shading::{self, Report};
-use super::{Failure, data, input, output, session, summary};
+use super::summary::{About, Ranges, Stats, summary};
+use super::{Failure, data, input, output, session};
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
-use osl_image::ImageFormat;
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::passes;
 use osl_ir::types::{Base, Type};
@@ -24,7 +25,7 @@ use osl_scene::surface_points::SurfacePoints;
 use osl_scene::view::{Seen, camera_for, look};
 use osl_scene::{Data, WithData};
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -36,9 +37,10 @@ pub(super) fn run(
     args: &RunArgs,
     loaded: &Loaded,
     started: Instant,
-    out: &mut dyn Write,
-    err: &mut dyn Write,
+    about: Option<&mut About>,
+    streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
+    let Streams { out, err, picture } = streams;
     let mut job = Job::new(args, loaded)?;
     let displace = args.on.displace.as_deref().map(|output| job.compile(&[output.into()])).transpose()?;
     let shown = job.shown();
@@ -73,16 +75,26 @@ pub(super) fn run(
 
     let started = Instant::now();
     let written = match &args.output {
-        Some(path) => write(&frame, &seen, path, args)?,
+        Some(path) => {
+            output::write(&frame, Some(&alpha(&seen, args)), path, args)?.save(path, picture, err)?
+        }
         None => Vec::new(),
     };
-    if args.stats {
-        if let Some(compiled) = program.as_ref().or(displace.as_ref()) {
-            let times = [compile, time, started.elapsed()];
-            summary::stats(compiled, loaded.body.count(), seen.points.count() as u64, times, args, err);
-        }
-    } else if args.output.is_none() {
-        summary::summary(&frame, out);
+    let times = [compile, time, started.elapsed()];
+    let count = seen.points.count() as u64;
+    let compiled = program.as_ref().or(displace.as_ref()).filter(|_| args.stats);
+    let stats = compiled.map(|compiled| Stats::of(compiled, loaded.body.count(), count, times, args));
+    if let Some(about) = about {
+        let mut ranges = Ranges::default();
+        ranges.add(&frame.planes);
+        about.ran(&ranges, &written, shading);
+        about.stats = stats;
+        return Ok(());
+    }
+    match stats {
+        Some(stats) => stats.print(err),
+        None if args.output.is_none() => summary(&frame, out),
+        None => {}
     }
     shading.wrote(&written, out);
     Ok(())
@@ -188,7 +200,10 @@ impl<'a> Job<'a> {
         let keeping = shading::keeping(&self.loaded.sources);
         let options = RunOptions { keeping, ..session::options(self.args) };
         let run = Run::new(&compiled.program, services, &points, &options);
-        run.points(0..points.count(), &|_| ()).map_err(|stop| session::stopped(&stop, &self.loaded.sources))
+        let bar = session::progress(points.count() as u64, "points");
+        let result = run.points(0..points.count(), &|done| bar.at(done as u64));
+        bar.done();
+        result.map_err(|stop| session::stopped(&stop, &self.loaded.sources))
     }
 
     fn services(&self, view: &View, reach: f32) -> Services {
@@ -373,7 +388,8 @@ fn spread(plane: &mut Plane, pixels: &[u32], count: usize) {
     plane.wide = Vec::new();
 }
 
-fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+/// 1 at each pixel that shows the surface.
+fn alpha(seen: &Seen, args: &RunArgs) -> Plane {
     let mut alpha = Plane {
         output: "A".into(),
         ty: Type::FLOAT,
@@ -383,37 +399,5 @@ fn write(frame: &Frame, seen: &Seen, path: &Path, args: &RunArgs) -> Result<Vec<
         wide: Vec::new(),
     };
     spread(&mut alpha, &seen.pixels, args.grid.0 * args.grid.1);
-    if ImageFormat::of(path) != Some(ImageFormat::Exr) {
-        return single(frame, &alpha.floats(), path, args);
-    }
-    let mut frame = frame.clone();
-    if frame.planes.is_empty() {
-        return Err(Failure::new(output::EMPTY));
-    }
-    frame.planes.push(alpha);
-    output::write(&frame, path, args)
-}
-
-/// A picture for each output. In PNG and JPEG, colors are converted to sRGB, and normals become the colors of
-/// a normal map; a JPEG has no alpha.
-fn single(frame: &Frame, alpha: &[f32], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
-    let planes: Vec<&Plane> = frame.planes.iter().collect();
-    let mut groups = output::groups(&planes);
-    groups.retain(|group| matches!(group.values.len(), 1 | 3));
-    if groups.is_empty() {
-        return Err(Failure::new(output::EMPTY));
-    }
-    let mut set = output::ImageSet::new(path, args.grid, groups.len() > 1);
-    for mut group in groups {
-        let format = ImageFormat::of(path);
-        if group.first.ty == Type::NORMAL && format != Some(ImageFormat::Tiff) {
-            group.values.iter_mut().flatten().for_each(|x| *x = 0.5 + 0.5 * *x);
-        }
-        let mut planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
-        if format != Some(ImageFormat::Jpeg) {
-            planes.push(alpha);
-        }
-        set.add(group.first, &planes)?;
-    }
-    set.save()
+    alpha
 }

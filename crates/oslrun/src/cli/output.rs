@@ -3,14 +3,17 @@
 
 use super::Failure;
 use super::args::RunArgs;
+use super::args::values::STDOUT;
+use super::summary::Ranges;
 use osl_exec::{Frame, Plane, Printed, Run, RunError};
 use osl_files::{FileError, Roots, Unsaved, save_all};
 use osl_image::{
-    ExrOptions, ImageError, ImageFormat, Layer, LayerKind, ROWS_TOGETHER, SampleType, Transfer,
-    channel_bytes, write_exr, write_exr_rows,
+    ExrOptions, ImageError, ImageFormat, Layer, LayerKind, ROWS_TOGETHER, SampleType, channel_bytes,
+    exr_file, exr_in_memory, write_exr_rows,
 };
 use osl_ir::ir::{Body, Kind, Output};
 use osl_ir::types::{Base, Type};
+use osl_syntax::escape::shown;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::ops::Range;
@@ -18,16 +21,58 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Writes the frame and returns the files. Strings and closures have no pixels and are omitted.
-pub(super) fn write(frame: &Frame, path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
-    let planes: Vec<&Plane> =
+/// A picture that is complete, but not in its place.
+#[derive(Default)]
+pub(super) struct Written {
+    /// Its files, which are moved into place together.
+    pub(super) files: Vec<Unsaved>,
+    /// What the picture does not show.
+    pub(super) notes: Vec<String>,
+}
+
+impl Written {
+    /// Moves the files into place, or writes the only one to the standard output. Returns the paths.
+    pub(super) fn save(
+        self,
+        path: &Path,
+        out: &mut dyn Write,
+        err: &mut dyn Write,
+    ) -> Result<Vec<PathBuf>, Failure> {
+        for note in &self.notes {
+            let _ = writeln!(err, "note: {}", shown(note));
+        }
+        if path.as_os_str() == STDOUT {
+            for file in self.files {
+                let _ = out.write_all(&file.into_bytes());
+            }
+            return Ok(Vec::new());
+        }
+        let paths = self.files.iter().map(|file| file.path().to_path_buf()).collect();
+        save_all(self.files).map_err(Failure::new)?;
+        Ok(paths)
+    }
+}
+
+/// Writes the frame to files that are not yet in their place. Strings and closures have no pixels and are
+/// omitted. `covered` is 0 at pixels that show nothing; it becomes the alpha of the files.
+pub(super) fn write(
+    frame: &Frame,
+    covered: Option<&Plane>,
+    path: &Path,
+    args: &RunArgs,
+) -> Result<Written, Failure> {
+    let mut planes: Vec<&Plane> =
         frame.planes.iter().filter(|p| !matches!(p.kind, Kind::Str | Kind::Closure)).collect();
     if planes.is_empty() {
         return Err(Failure::new(EMPTY));
     }
-    match ImageFormat::of(path) {
-        Some(ImageFormat::Exr) => exr(&planes, path, args),
-        _ => single(&planes, path, args),
+    let format = args.display.named(path)?;
+    match ImageFormat::of(&format) {
+        Some(ImageFormat::Exr) => {
+            planes.extend(covered);
+            exr(&planes, path, args)
+        }
+        _ => single(&planes, covered, path, args),
     }
 }
 
@@ -71,13 +116,19 @@ pub(super) fn groups<'a>(planes: &[&'a Plane]) -> Vec<Group<'a>> {
     groups
 }
 
-/// The number of ints of each output that a float layer cannot hold exactly.
+/// What is counted of the values of an image.
 #[derive(Debug, Default)]
-pub(super) struct Rounded(BTreeMap<Arc<str>, u64>);
+pub(super) struct Tallied {
+    /// The number of ints of each output that a float layer cannot hold exactly.
+    rounded: BTreeMap<Arc<str>, u64>,
+    /// The range of each plane.
+    pub(super) ranges: Ranges,
+}
 
-impl Rounded {
-    /// Adds the ints of these planes.
+impl Tallied {
+    /// Adds the values of these planes.
     pub(super) fn count(&mut self, planes: &[Plane], args: &RunArgs) {
+        self.ranges.add(planes);
         let exr = streams(args);
         for plane in planes.iter().filter(|plane| exr && plane.kind == Kind::Int) {
             // The maximum number of significant bits, and the maximum value.
@@ -88,15 +139,15 @@ impl Rounded {
             };
             let n = plane.words.iter().filter(|word| !held(word)).count() as u64;
             if n > 0 {
-                *self.0.entry(plane.output.clone()).or_default() += n;
+                *self.rounded.entry(plane.output.clone()).or_default() += n;
             }
         }
     }
 
-    /// Prints a warning about them.
+    /// Prints a warning about rounded ints.
     pub(super) fn warn(&self, args: &RunArgs, err: &mut dyn Write) {
         let limit = if args.half { 2048 } else { 1 << 24 };
-        for (output, n) in &self.0 {
+        for (output, n) in &self.rounded {
             let _ = writeln!(
                 err,
                 "warning: {n} ints of `{output}` are rounded in the image, whose floats hold all up to {limit}"
@@ -128,7 +179,7 @@ fn exr_options(args: &RunArgs) -> ExrOptions {
     ExrOptions { samples, compression: args.compression }
 }
 
-fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Written, Failure> {
     let groups = groups(planes);
     let layers: Vec<Layer<'_>> = groups
         .iter()
@@ -138,8 +189,12 @@ fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, F
             planes: group.values.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    write_exr(path, args.grid.0, args.grid.1, &layers, exr_options(args)).map_err(Failure::new)?;
-    Ok(vec![path.to_path_buf()])
+    let (width, height) = args.grid;
+    let file = match path.as_os_str() == STDOUT {
+        true => exr_in_memory(width, height, &layers, exr_options(args)),
+        false => exr_file(path, width, height, &layers, exr_options(args)),
+    };
+    Ok(Written { files: vec![file.map_err(Failure::new)?], notes: Vec::new() })
 }
 
 /// Size in words of the pieces of a frame that is written while the next piece is computed.
@@ -259,7 +314,7 @@ pub(super) fn stream(
     image: &mut (dyn Rows + Send),
     path: &Path,
     args: &RunArgs,
-) -> Result<(Frame, Duration, Unsaved, Rounded), Broken> {
+) -> Result<(Frame, Duration, Unsaved, Tallied), Broken> {
     let (width, height) = args.grid;
     let planes = image.planes().map_err(Broken::Run)?;
     if planes.is_empty() {
@@ -267,7 +322,7 @@ pub(super) fn stream(
     }
     let rows = together(image, width, planes.len());
     let (mut frame, mut time, mut row) = (Frame::default(), Duration::ZERO, 0);
-    let mut rounded = Rounded::default();
+    let mut tallied = Tallied::default();
     let file = write_exr_rows(path, (width, height), &layers(&planes), exr_options(args), || {
         if row >= height {
             return Ok::<_, Broken>(None);
@@ -277,65 +332,87 @@ pub(super) fn stream(
         row += rows;
         let piece = image.rows(here).map_err(Broken::Run)?;
         let values: Vec<Vec<f32>> = piece.planes.iter().map(Plane::floats).collect();
-        rounded.count(&piece.planes, args);
+        tallied.count(&piece.planes, args);
         frame.add(Frame { planes: Vec::new(), ..piece }, &args.read.limits.limits().running);
         time += started.elapsed();
         Ok(Some(values))
     })?;
-    Ok((frame, time, file, rounded))
+    Ok((frame, time, file, tallied))
 }
 
-/// A file for each output. In PNG and JPEG, colors are converted to sRGB; numbers become grey, and other
-/// triples RGB without conversion. TIFF holds the floats.
-fn single(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Vec<PathBuf>, Failure> {
+/// A file for each output with one or three components: PNG, TIFF or JPEG. A JPEG has no alpha.
+fn single(
+    planes: &[&Plane],
+    covered: Option<&Plane>,
+    path: &Path,
+    args: &RunArgs,
+) -> Result<Written, Failure> {
     let mut groups = groups(planes);
     groups.retain(|group| matches!(group.values.len(), 1 | 3));
-    let mut set = ImageSet::new(path, args.grid, groups.len() > 1);
-    for group in groups {
-        let planes: Vec<&[f32]> = group.values.iter().map(Vec::as_slice).collect();
-        set.add(group.first, &planes)?;
+    if groups.is_empty() {
+        return Err(Failure::new(EMPTY));
     }
-    set.save()
+    let named = args.display.named(path)?;
+    let format = ImageFormat::of(&named);
+    let names: Vec<&str> = groups.iter().map(|group| &*group.first.output).collect();
+    if path.as_os_str() == STDOUT && names.len() > 1 {
+        return Err(Failure::new(format!(
+            "such a picture holds one output, and there are {}: --outputs NAME chooses, `--format exr` holds all",
+            names.join(", ")
+        )));
+    }
+    let covered = covered.map(Plane::floats);
+    let mut set = ImageSet::new(path, groups.len() > 1);
+    let mut notes = Vec::new();
+    for group in groups {
+        let (name, ty) = (&*group.first.output, group.first.ty);
+        let shown = args.display.shown(format, (name, ty), group.values, covered.as_deref());
+        let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
+        if format != Some(ImageFormat::Jpeg) {
+            planes.extend(covered.as_deref());
+        }
+        let bytes = channel_bytes(&named, args.grid, &planes, None, shown.transfer).map_err(Failure::new)?;
+        set.add(name, &bytes)?;
+        notes.extend(shown.note);
+    }
+    Ok(Written { files: set.files, notes })
 }
 
-/// Files, one for each output, that are moved into place together.
+/// The part of a file's name that stands for the output.
+const OUTPUT: &str = "{output}";
+
+/// Files, one for each output.
 pub(super) struct ImageSet<'a> {
     path: &'a Path,
-    size: (usize, usize),
     several: bool,
-    files: Vec<Unsaved>,
+    pub(super) files: Vec<Unsaved>,
 }
 
 impl ImageSet<'_> {
     /// An empty set. With `several`, each file has the name of its output: `out.png` for the output `mask` is
-    /// `out.mask.png`.
-    pub(super) fn new(path: &Path, size: (usize, usize), several: bool) -> ImageSet<'_> {
-        ImageSet { path, size, several, files: Vec::new() }
+    /// `out.mask.png`. `{output}` in the file's name stands for the output, also if there is only one.
+    pub(super) fn new(path: &Path, several: bool) -> ImageSet<'_> {
+        ImageSet { path, several, files: Vec::new() }
     }
 
     /// Writes the file of an output under a temporary name in its folder.
-    pub(super) fn add(&mut self, output: &Plane, planes: &[&[f32]]) -> Result<(), Failure> {
-        let file = if self.several {
-            // The user chose the folder, and the shader the file name.
-            let folder = self.path.parent().unwrap_or(Path::new(""));
-            let mut name = self.path.file_stem().unwrap_or_default().to_owned();
-            name.push(format!(".{}.", output.output));
-            name.push(self.path.extension().unwrap_or_default());
-            Unsaved::derived(folder, name)
-        } else {
-            Unsaved::new(self.path)
+    pub(super) fn add(&mut self, output: &str, bytes: &[u8]) -> Result<(), Failure> {
+        let file = self.path.file_name().unwrap_or_default();
+        // The user chose the folder, and the shader a part of the file name.
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let unsaved = match file.to_str().filter(|name| name.contains(OUTPUT)) {
+            _ if self.path.as_os_str() == STDOUT => Ok(Unsaved::in_memory()),
+            Some(name) => Unsaved::derived(folder, name.replace(OUTPUT, output)),
+            None if self.several => {
+                let mut name = self.path.file_stem().unwrap_or_default().to_owned();
+                name.push(format!(".{output}."));
+                name.push(self.path.extension().unwrap_or_default());
+                Unsaved::derived(folder, name)
+            }
+            None => Unsaved::new(self.path),
         };
-        let file = file.map_err(Failure::new)?;
-        let transfer = if output.ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
-        let bytes = channel_bytes(file.path(), self.size, planes, None, transfer).map_err(Failure::new)?;
-        self.files.push(file.with(&bytes).map_err(Failure::new)?);
+        let file = unsaved.and_then(|file| file.with(bytes)).map_err(Failure::new)?;
+        self.files.push(file);
         Ok(())
-    }
-
-    /// Moves all files into place, or none.
-    pub(super) fn save(self) -> Result<Vec<PathBuf>, Failure> {
-        let paths = self.files.iter().map(|file| file.path().to_path_buf()).collect();
-        save_all(self.files).map_err(Failure::new)?;
-        Ok(paths)
     }
 }

@@ -5,6 +5,7 @@ use osl_exec::ProfileEntry;
 use osl_ir::Span;
 use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
+use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
@@ -29,11 +30,83 @@ impl Sum {
     }
 }
 
-/// Prints the tables.
-pub(super) fn print(profile: &[ProfileEntry], sources: &SourceMap, err: &mut dyn Write) {
+/// The tables of a profile.
+#[derive(Debug, Serialize)]
+pub(super) struct Tables {
+    instructions: Vec<Row>,
+    lines: Vec<Row>,
+}
+
+/// An instruction or a line.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    /// The text of the line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    source: Option<String>,
+    /// The share of the time, from 0 to 1.
+    share: f64,
+    ms: f64,
+    runs: u64,
+    lanes_per_run: f64,
+    ns_per_lane: f64,
+}
+
+impl Row {
+    fn of((name, sum): (String, Sum), total: Duration) -> Row {
+        let (seconds, lanes) = (sum.own.as_secs_f64(), sum.lanes as f64);
+        Row {
+            name,
+            source: None,
+            share: seconds / total.as_secs_f64().max(1e-12),
+            ms: seconds * 1e3,
+            runs: sum.runs,
+            lanes_per_run: lanes / sum.runs.max(1) as f64,
+            ns_per_lane: seconds * 1e9 / lanes.max(1.0),
+        }
+    }
+}
+
+/// The tables: by instruction, and by line with its text.
+pub(super) fn tables(profile: &[ProfileEntry], sources: &SourceMap) -> Tables {
     let total: Duration = profile.iter().map(|e| e.own).sum();
-    table("instruction", by(profile, |e| e.name.clone()), total, err);
-    table("line", by(profile, |e| line(e.span, sources)), total, err);
+    let rows =
+        |sums: Vec<(String, Sum)>| sums.into_iter().map(|sum| Row::of(sum, total)).collect::<Vec<Row>>();
+    let mut lines = rows(by(profile, |e| line(e.span, sources)));
+    for row in &mut lines {
+        let entry = profile.iter().find(|e| line(e.span, sources) == row.name);
+        row.source = entry.and_then(|e| text(e.span, sources));
+    }
+    Tables { instructions: rows(by(profile, |e| e.name.clone())), lines }
+}
+
+/// Prints the most expensive lines in a sentence each, then the tables.
+pub(super) fn print(profile: &[ProfileEntry], sources: &SourceMap, err: &mut dyn Write) {
+    let tables = tables(profile, sources);
+    ranking(&tables.lines, err);
+    table("instruction", &tables.instructions, err);
+    table("line", &tables.lines, err);
+}
+
+/// Words for the first places.
+const PLACES: [&str; 3] = ["Most", "Second", "Third"];
+/// A line with a smaller share is not worth a sentence.
+const WORTH: f64 = 0.05;
+
+/// The lines that cost most, in words.
+fn ranking(lines: &[Row], err: &mut dyn Write) {
+    let worth: Vec<&Row> = lines.iter().filter(|row| row.source.is_some() && row.share >= WORTH).collect();
+    for (place, row) in PLACES.iter().zip(&worth) {
+        let text = shown(row.source.as_deref().unwrap_or_default()).into_owned();
+        let share = 100.0 * row.share;
+        let _ = match *place {
+            "Most" => writeln!(err, "Most of the time goes to {}, {share:.0} %:  {text}", row.name),
+            place => writeln!(err, "{place} is {}, {share:.0} %:  {text}", row.name),
+        };
+    }
+    if !worth.is_empty() {
+        let _ = writeln!(err);
+    }
 }
 
 fn by(profile: &[ProfileEntry], key: impl Fn(&ProfileEntry) -> String) -> Vec<(String, Sum)> {
@@ -45,30 +118,41 @@ fn by(profile: &[ProfileEntry], key: impl Fn(&ProfileEntry) -> String) -> Vec<(S
     rows
 }
 
-fn table(what: &str, rows: Vec<(String, Sum)>, total: Duration, err: &mut dyn Write) {
-    let width = rows.iter().take(ROWS).map(|(key, _)| key.chars().count()).max().unwrap_or(0).max(what.len());
+fn table(what: &str, rows: &[Row], err: &mut dyn Write) {
+    let width = rows.iter().take(ROWS).map(|row| row.name.chars().count()).max().unwrap_or(0).max(what.len());
+    let has_text = rows.iter().any(|row| row.source.is_some());
     let _ = writeln!(
         err,
-        "{what:<width$} {:>6} {:>10} {:>10} {:>10} {:>8}",
-        "share", "ms", "runs", "lanes/run", "ns/lane"
+        "{what:<width$} {:>6} {:>10} {:>10} {:>10} {:>8}{}",
+        "share",
+        "ms",
+        "runs",
+        "lanes/run",
+        "ns/lane",
+        if has_text { "  source" } else { "" }
     );
-    for (key, sum) in rows.iter().take(ROWS) {
-        let seconds = sum.own.as_secs_f64();
-        let share = 100.0 * seconds / total.as_secs_f64().max(1e-12);
-        let lanes = sum.lanes as f64;
+    for row in rows.iter().take(ROWS) {
+        let Row { name, source, share, ms, runs, lanes_per_run, ns_per_lane } = row;
+        let source = source.as_ref().map_or_else(String::new, |text| format!("  {}", shown(text)));
         let _ = writeln!(
             err,
-            "{key:<width$} {share:>5.1}% {:>10.3} {:>10} {:>10.1} {:>8.2}",
-            seconds * 1e3,
-            sum.runs,
-            lanes / sum.runs.max(1) as f64,
-            seconds * 1e9 / lanes.max(1.0)
+            "{name:<width$} {:>5.1}% {ms:>10.3} {runs:>10} {lanes_per_run:>10.1} {ns_per_lane:>8.2}{source}",
+            100.0 * share,
         );
     }
     if let Some(more) = rows.len().checked_sub(ROWS).filter(|more| *more > 0) {
         let _ = writeln!(err, "({more} more)");
     }
     let _ = writeln!(err);
+}
+
+/// The text of a line, without the blanks around it.
+fn text(span: Span, sources: &SourceMap) -> Option<String> {
+    let file = sources.file_at(span.start)?;
+    let at = (span.start - file.base) as usize;
+    let start = file.text.get(..at)?.rfind('\n').map_or(0, |end| end + 1);
+    let line = file.text.get(start..)?.lines().next()?.trim();
+    (!line.is_empty()).then(|| line.to_string())
 }
 
 fn line(span: Span, sources: &SourceMap) -> String {

@@ -1,16 +1,16 @@
 //! `oslrun render SCENE.ass -o OUT`: renders a picture of a scene.
 
-use super::args::values::{fraction, grid, picture_file};
+use super::args::values::{STDOUT, fraction, grid, picture_file};
 use super::args::{MessageFormat, ReadArgs};
 use super::load::Folders;
 use super::session::{on_threads, progress, stopped};
 use super::shading::{Report, Tally};
 use super::{Failure, input, report};
-use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Args, ValueEnum};
 use osl::stages::{self, ShaderFiles};
 use osl_exec::Services;
-use osl_files::{FileError, Roots};
+use osl_files::{FileError, Roots, Unsaved};
 use osl_hir::hir;
 use osl_image::{
     BitDepth, ExrOptions, ImageFormat, Layer, LayerKind, PngOptions, SampleType, TextureCache, Transfer,
@@ -35,9 +35,13 @@ pub(super) struct RenderArgs {
     /// The scene.
     #[arg(value_name = "SCENE.ass")]
     pub(super) file: PathBuf,
-    /// Image to write: .exr holds the light and all layers, .png the light as displayed on a screen.
+    /// Image to write: .exr holds the light and all layers, .png the light as displayed on a screen; - is the
+    /// standard output.
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture_file))]
     pub(super) output: PathBuf,
+    /// Format of the picture with `-o -`.
+    #[arg(long, value_enum, default_value_t)]
+    pub(super) format: Format,
     /// Size of the picture (default: the size in the scene).
     #[arg(long, value_name = "WxH", value_parser = grid)]
     pub(super) size: Option<(usize, usize)>,
@@ -78,9 +82,27 @@ pub(super) struct RenderArgs {
     pub(super) read: ReadArgs,
 }
 
+/// Formats of a picture on the standard output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    /// The light as displayed on a screen.
+    #[default]
+    Png,
+    /// The light and all layers.
+    Exr,
+}
+
 /// Renders a scene.
 pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let started = Instant::now();
+    let ending = args.file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if matches!(ending.as_str(), "osl" | "oso" | "oslgroup" | "group") {
+        return Err(Failure::new(format!(
+            "{0} is a shader, not a scene: `oslrun {0} -o FILE` shades a square of it, `--on sphere` a sphere; a scene \
+             (.ass) names the shaders of its materials",
+            args.file.display()
+        )));
+    }
     let mut library = Library::new(args);
     let (world, samples) = world(args, &mut library, err)?;
     let prepared = started.elapsed();
@@ -88,14 +110,21 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     let rendered = started.elapsed() - prepared;
     let shading = said(&picture, &library.sources, args, err);
     shading.judge(args.deny.is_some())?;
-    if ImageFormat::of(&args.output) == Some(ImageFormat::Png) {
-        write_png(&picture, args)?
-    } else {
-        write_exr(&picture, args)?
-    }
+    let piped = args.output.as_os_str() == STDOUT;
+    let is_exr = match piped {
+        true => args.format == Format::Exr,
+        false => ImageFormat::of(&args.output) == Some(ImageFormat::Exr),
+    };
+    let file = if is_exr { exr(&picture, args)? } else { png(&picture, args)? };
     if args.stats {
         stats(&picture, &world, [prepared, rendered], err);
     }
+    if piped {
+        let _ = out.write_all(&file.into_bytes());
+        shading.wrote(&[], err);
+        return Ok(());
+    }
+    file.save().map_err(Failure::new)?;
     shading.wrote(std::slice::from_ref(&args.output), out);
     Ok(())
 }
@@ -156,11 +185,11 @@ fn picture(args: &RenderArgs, world: &World, samples: u32, sources: &SourceMap) 
         seed: args.seed,
         ..RenderOptions::default()
     };
-    let bar = progress(1000, false);
-    let tick = |done: f32| bar.set_position((done * 1000.0) as u64);
+    let bar = progress(1000, "");
+    let tick = |done: f32| bar.at((done * 1000.0) as u64);
     let work = || render::render(world, &options, &tick);
     let result = on_threads(args.threads, work)?;
-    bar.finish_and_clear();
+    bar.done();
     result.map_err(|stop| stopped(&stop, sources))
 }
 
@@ -191,7 +220,7 @@ fn kind(ty: Type) -> LayerKind {
     }
 }
 
-fn write_exr(picture: &Picture, args: &RenderArgs) -> Result<(), Failure> {
+fn exr(picture: &Picture, args: &RenderArgs) -> Result<Unsaved, Failure> {
     let layers: Vec<Layer<'_>> = picture
         .layers
         .iter()
@@ -203,16 +232,27 @@ fn write_exr(picture: &Picture, args: &RenderArgs) -> Result<(), Failure> {
         .collect();
     let samples = if args.half { SampleType::Half } else { SampleType::Float };
     let options = ExrOptions { samples, ..ExrOptions::default() };
-    osl_image::write_exr(&args.output, picture.width, picture.height, &layers, options).map_err(Failure::new)
+    let (width, height) = (picture.width, picture.height);
+    let file = match args.output.as_os_str() == STDOUT {
+        true => osl_image::exr_in_memory(width, height, &layers, options),
+        false => osl_image::exr_file(&args.output, width, height, &layers, options),
+    };
+    file.map_err(Failure::new)
 }
 
-fn write_png(picture: &Picture, args: &RenderArgs) -> Result<(), Failure> {
-    let Some(light) = picture.layers.first() else { return Ok(()) };
+fn png(picture: &Picture, args: &RenderArgs) -> Result<Unsaved, Failure> {
+    let Some(light) = picture.layers.first() else { return Err(Failure::new("the picture has no light")) };
     let toned: Vec<Vec<f32>> =
         light.planes.iter().map(|plane| plane.iter().map(|x| render::tone(*x)).collect()).collect();
     let planes: Vec<&[f32]> = toned.iter().map(Vec::as_slice).collect();
     let options = PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight };
-    osl_image::write_png(&args.output, picture.width, picture.height, &planes, options).map_err(Failure::new)
+    let bytes = osl_image::png_bytes(&args.output, picture.width, picture.height, &planes, options);
+    let bytes = bytes.map_err(Failure::new)?;
+    let file = match args.output.as_os_str() == STDOUT {
+        true => Ok(Unsaved::in_memory()),
+        false => Unsaved::new(&args.output),
+    };
+    file.and_then(|file| file.with(&bytes)).map_err(Failure::new)
 }
 
 fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], err: &mut dyn Write) {
@@ -221,6 +261,9 @@ fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], 
     let pixels = (picture.width * picture.height).max(1);
     let error = picture.layers.iter().find(|l| &*l.name == "error").and_then(|l| l.planes.first());
     let mean = error.map_or(0.0, |plane| plane.iter().map(|x| f64::from(*x)).sum::<f64>() / pixels as f64);
+    // A single path per pixel does not show how far pixels scatter.
+    let error =
+        if mean.is_finite() { format!("mean error {mean:.4}") } else { "mean error unknown".to_string() };
     let _ = writeln!(
         err,
         "prepare {:.0} ms ({triangles} triangles), render {:.0} ms",
@@ -229,7 +272,7 @@ fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], 
     );
     let _ = writeln!(
         err,
-        "{} paths ({:.1} a pixel), {} rays, {:.0} rays/s, mean error {mean:.4}",
+        "{} paths ({:.1} a pixel), {} rays, {:.0} rays/s, {error}",
         picture.samples,
         picture.samples as f64 / pixels as f64,
         picture.rays,

@@ -1,14 +1,14 @@
 //! `oslrun FILE -o OUT`: compiles a shader, runs it on the grid, and writes the image.
 
 use super::args::RunArgs;
+use super::args::values::STDOUT;
 use super::load::{self, Loaded, Request};
-use super::output::{Broken, Rounded, Rows};
+use super::output::{Broken, Rows, Tallied};
 use super::sampling::{self, Plan, Sampled};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
-use super::summary::{stats, summary};
+use super::summary::{About, Stats, summary};
 use super::{Failure, closures, data, on, output, profile};
-use indicatif::ProgressBar;
 use osl::stages;
 use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
@@ -21,8 +21,46 @@ use osl_syntax::source::SourceMap;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-/// Runs a shader.
-pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+/// Runs a shader. With `json`, the standard output gets one object; if it gets the picture, text goes to the
+/// standard error.
+pub(super) fn run(
+    args: &RunArgs,
+    json: bool,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    args.display.check(args.output.as_deref())?;
+    let piped = args.output.as_deref().is_some_and(|path| path.as_os_str() == STDOUT);
+    if piped && json {
+        return Err(Failure::new("--json and the picture of `-o -` do not fit on one standard output"));
+    }
+    let (mut text, mut picture) = (Vec::new(), Vec::new());
+    let mut about = About::default();
+    if !piped && !json {
+        return shaded(args, None, &mut Streams { out, err, picture: &mut picture });
+    }
+    let streams = &mut Streams { out: &mut text, err: &mut *err, picture: &mut picture };
+    let result = shaded(args, json.then_some(&mut about), streams);
+    if json {
+        about.printed = String::from_utf8_lossy(&text).into_owned();
+        result?;
+        let _ = writeln!(out, "{}", serde_json::to_string_pretty(&about).map_err(Failure::new)?);
+        return Ok(());
+    }
+    let _ = err.write_all(&text);
+    let _ = out.write_all(&picture);
+    result
+}
+
+/// Where a run writes: text, messages, and a picture that is not a file.
+pub(super) struct Streams<'a> {
+    pub(super) out: &'a mut dyn Write,
+    pub(super) err: &'a mut dyn Write,
+    pub(super) picture: &'a mut dyn Write,
+}
+
+fn shaded(args: &RunArgs, mut about: Option<&mut About>, streams: &mut Streams<'_>) -> Result<(), Failure> {
+    let Streams { out, err, picture } = streams;
     let started = Instant::now();
     let plan = args.sampling.plan()?;
     if args.closures && plan != Plan::Plain {
@@ -34,7 +72,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         if args.sampling.is_given() {
             return Err(Failure::new("samples and filters are for the grid, not for --on"));
         }
-        return on::run(args, &loaded, started, out, err);
+        return on::run(args, &loaded, started, about, streams);
     }
     let Loaded { sources, mut body, name, folder, texts, .. } = loaded;
     let points = WithData {
@@ -71,7 +109,7 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     let closures = args.closures || alone;
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
     let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
-    let Shaded { mut frame, run, write, file, rounded, said } = shaded;
+    let Shaded { mut frame, run, write, file, tallied, said } = shaded;
     output::printed(&frame.printed, args.allow_files, out)?;
     if closures {
         if args.closures || args.output.is_none() {
@@ -94,12 +132,12 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     };
     let shading = report.print(&frame.messages, err);
     shading.judge(args.lints.denies_errors())?;
-    rounded.warn(args, err);
+    tallied.warn(args, err);
 
     super::flushed(out)?;
     let started = Instant::now();
     let written = match (&args.output, file) {
-        (Some(path), None) => output::write(&frame, path, args)?,
+        (Some(path), None) => output::write(&frame, None, path, args)?.save(path, picture, err)?,
         (Some(path), Some(file)) => {
             file.save().map_err(Failure::new)?;
             vec![path.clone()]
@@ -107,12 +145,18 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         (None, _) => Vec::new(),
     };
     let write = write + started.elapsed();
-    if args.output.is_none() && !args.stats && args.profile.is_none() {
+    if args.output.is_none() && !args.stats && args.profile.is_none() && about.is_none() {
         summary(&frame, out);
     }
-    if args.stats {
-        let times = [compile_time, run, write];
-        stats(&compiled, lowered, evaluations, times, args, err);
+    let stats = Stats::of(&compiled, lowered, evaluations, [compile_time, run, write], args);
+    if let Some(about) = &mut about {
+        about.ran(&tallied.ranges, &written, shading);
+        about.stats = args.stats.then_some(stats);
+        if args.profile.is_some() {
+            about.profile = Some(profile::tables(&frame.profile, &sources));
+        }
+    } else if args.stats {
+        stats.print(err);
         if let Some(whole) = &whole {
             let _ = err.write_all(explain::table(&explain::cost(whole, &options)).as_bytes());
         }
@@ -121,13 +165,17 @@ pub(super) fn run(args: &RunArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
         let _ = if args.stats { write!(err, "{}", said.text) } else { write!(out, "{}", said.text) };
     }
     if let Some(path) = &args.profile {
-        profile::print(&frame.profile, &sources, err);
+        if about.is_none() {
+            profile::print(&frame.profile, &sources, err);
+        }
         if let Some(path) = path {
             profile::write(&frame.profile, &name, &sources, path)?;
             let _ = writeln!(out, "wrote {}", path.display());
         }
     }
-    shading.wrote(&written, out);
+    if about.is_none() {
+        shading.wrote(&written, out);
+    }
     Ok(())
 }
 
@@ -138,7 +186,7 @@ struct Shaded {
     run: Duration,
     write: Duration,
     file: Option<Unsaved>,
-    rounded: Rounded,
+    tallied: Tallied,
     /// The report on samples.
     said: Option<sampling::Said>,
 }
@@ -160,10 +208,8 @@ fn shade(
     sources: &SourceMap,
 ) -> Result<Shaded, Failure> {
     let options = RunOptions { keeping: shading::keeping(sources), closures, ..options(args) };
-    // Short runs show no bar.
-    let bar =
-        if points.count() < 1 << 20 { ProgressBar::hidden() } else { progress(points.count() as u64, true) };
-    let tick = |done: usize| bar.set_position(done as u64);
+    let bar = progress(points.count() as u64, "points");
+    let tick = |done: usize| bar.at(done as u64);
     let run = Run::new(programs.usual, services, points, &options);
     let work = || {
         let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
@@ -179,7 +225,7 @@ fn shade(
         Ok(Shaded { said: Some(said), ..shaded })
     };
     let result = on_threads(args.threads, work)?;
-    bar.finish_and_clear();
+    bar.done();
     result.map_err(|broken| match broken {
         Broken::Image(error) => Failure::new(error),
         Broken::Run(stop) => stopped(&stop, sources),
@@ -192,20 +238,20 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
     let started = Instant::now();
     match &args.output {
         Some(path) if !closures && output::streams(args) => {
-            let (frame, run, file, rounded) = output::stream(image, path, args)?;
+            let (frame, run, file, tallied) = output::stream(image, path, args)?;
             let write = started.elapsed().saturating_sub(run);
-            Ok(Shaded { frame, run, write, file: Some(file), rounded, said: None })
+            Ok(Shaded { frame, run, write, file: Some(file), tallied, said: None })
         }
         _ => {
             let frame = output::whole(image, args)?;
-            let mut rounded = Rounded::default();
-            rounded.count(&frame.planes, args);
+            let mut tallied = Tallied::default();
+            tallied.count(&frame.planes, args);
             Ok(Shaded {
                 frame,
                 run: started.elapsed(),
                 write: Duration::ZERO,
                 file: None,
-                rounded,
+                tallied,
                 said: None,
             })
         }

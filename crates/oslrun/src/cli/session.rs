@@ -4,14 +4,15 @@
 use super::Failure;
 use super::args::RunArgs;
 use super::load::TextureFiles;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
 use osl_scene::{Grid, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::IsTerminal;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// The points of the grid.
 pub(super) fn grid(args: &RunArgs) -> Grid {
@@ -99,18 +100,66 @@ pub(super) fn stopped(stop: &RunError, sources: &SourceMap) -> Failure {
     Failure::new(format!("{place}{stop}{hint}"))
 }
 
-/// A progress bar on a terminal, with the number of points in a second if `has_rate`; nothing in logs.
-pub(super) fn progress(total: u64, has_rate: bool) -> ProgressBar {
+/// How long a command runs before it shows progress.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// A progress bar on a terminal, for work that takes more than a moment; nothing in logs. `unit` is the name
+/// of what is counted, or empty if that is only a share of the work.
+pub(super) fn progress(total: u64, unit: &'static str) -> Progress {
+    let template = match unit {
+        "" => "{bar:40} {percent:>3}% {elapsed} {eta}",
+        _ => "{bar:40} {percent:>3}% {rate} {eta}",
+    };
+    let rate = move |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let _ = write!(text, "{} {unit}/s", HumanCount(state.per_sec() as u64));
+    };
+    let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::hidden());
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.with_key("rate", rate));
+    }
+    Progress { bar, is_shown: AtomicBool::new(!std::io::stderr().is_terminal()), started: Instant::now() }
+}
+
+/// A progress bar that appears after half a second.
+pub(super) struct Progress {
+    bar: ProgressBar,
+    is_shown: AtomicBool,
+    started: Instant,
+}
+
+impl Progress {
+    /// Sets how much is done.
+    pub(super) fn at(&self, done: u64) {
+        self.bar.set_position(done);
+        self.appear();
+    }
+
+    /// Adds to what is done.
+    pub(super) fn add(&self, more: u64) {
+        self.bar.inc(more);
+        self.appear();
+    }
+
+    fn appear(&self) {
+        if self.started.elapsed() >= PATIENCE && !self.is_shown.swap(true, Ordering::Relaxed) {
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+            self.bar.enable_steady_tick(Duration::from_millis(200));
+        }
+    }
+
+    /// Removes the bar.
+    pub(super) fn done(&self) {
+        self.bar.finish_and_clear();
+    }
+}
+
+/// A line on a terminal that says what a command does for about `seconds`; nothing in logs.
+pub(super) fn busy(what: &'static str, seconds: f64) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let bar = ProgressBar::new(total);
-    let template = if has_rate {
-        "{bar:40} {percent:>3}% {per_sec} {eta}"
-    } else {
-        "{bar:40} {percent:>3}% {elapsed} {eta}"
-    };
-    if let Ok(style) = ProgressStyle::with_template(template) {
+    let bar = ProgressBar::new_spinner().with_message(format!("{what}, about {seconds} s"));
+    if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}: {elapsed} so far") {
         bar.set_style(style);
     }
     bar.enable_steady_tick(Duration::from_millis(200));

@@ -1,13 +1,15 @@
 //! `oslrun stability FILE`: shows where a shader becomes inaccurate, and which line is the cause.
 
 use super::Failure;
+use super::args::values::image_path;
 use super::args::{self, RunArgs};
 use super::explain::json;
 use super::info::{self, Parameter};
 use super::load::{self, Loaded, Request};
-use super::session::{grid, services};
+use super::session::{grid, progress, services};
 use clap::Args;
-use osl_image::{ExrOptions, Layer, LayerKind, write_exr};
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use osl_image::{ExrOptions, ImageFormat, Layer, LayerKind, Transfer, channel_bytes, write_exr};
 use osl_measure::stability::{self, Base, Examined, Knob, Planes, Subject, digits_lost};
 use osl_scene::Grid;
 use serde_json::Value;
@@ -35,9 +37,10 @@ pub(super) struct StabilityArgs {
     /// Write a report with curves and maps of lost digits.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
-    /// Image of the number of decimal digits that each pixel has lost at the given setting: EXR, with a
-    /// channel for each output.
-    #[arg(long, value_name = "FILE")]
+    /// Image of the number of decimal digits that each pixel has lost at the given setting. EXR and TIFF hold
+    /// the numbers: EXR with a channel for each output, TIFF with the largest of all outputs. PNG and JPEG
+    /// show the largest as grey: 0 digits are black, 8 or more, which is all that a float has, white.
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
     error_map: Option<PathBuf>,
     /// The shader and its points.
     #[command(flatten)]
@@ -68,7 +71,11 @@ pub(super) fn stability(
     } else {
         info::describe(&program).parameters.iter().filter_map(|p| knob(p, &run.params)).collect()
     };
+    // The given setting is the first one.
+    let settings = 1 + knobs.iter().map(|knob| knob.values.len()).sum::<usize>();
+    let bar = progress(settings as u64, "settings");
     let variant = |name: &str, value: &str| {
+        bar.add(1);
         let mut params = run.params.clone();
         params.push((name.to_string(), value.to_string()));
         let request = Request { params: &params, repair: None, points: 1, ..Request::of(run) };
@@ -76,6 +83,7 @@ pub(super) fn stability(
         Some(Base::new(loaded.body, noted, outputs.clone(), run.read.limits.limits()))
     };
     let examined = stability::examine(&subject, &grid, args.tolerance, &knobs, &variant, &sources, &name);
+    bar.done();
     let text =
         if args.json { json(&examined.report)? } else { stability::text::text(&examined.report, args.all) };
     let _ = out.write_all(text.as_bytes());
@@ -101,11 +109,24 @@ fn map(path: &Path, planes: &Planes, grid: &Grid) -> Result<(), Failure> {
         strict.iter().zip(exact).map(|(s, e)| digits_lost(*s, *e) as f32).collect::<Vec<f32>>()
     };
     let values: Vec<Vec<f32>> = planes.strict.iter().zip(&planes.exact).map(lost).collect();
-    let layer = |(name, values)| Layer { name, kind: LayerKind::Scalar, planes: vec![values] };
-    let names = planes.names.iter().map(String::as_str);
-    let layers: Vec<Layer<'_>> = names.zip(values.iter().map(Vec::as_slice)).map(layer).collect();
-    write_exr(path, grid.width, grid.height, &layers, ExrOptions::default()).map_err(Failure::new)
+    if ImageFormat::of(path) == Some(ImageFormat::Exr) {
+        let layer = |(name, values)| Layer { name, kind: LayerKind::Scalar, planes: vec![values] };
+        let names = planes.names.iter().map(String::as_str);
+        let layers: Vec<Layer<'_>> = names.zip(values.iter().map(Vec::as_slice)).map(layer).collect();
+        return write_exr(path, grid.width, grid.height, &layers, ExrOptions::default())
+            .map_err(Failure::new);
+    }
+    let points = values.iter().map(Vec::len).max().unwrap_or(0);
+    let largest = |at: usize| values.iter().filter_map(|plane| plane.get(at)).fold(0.0_f32, |a, b| a.max(*b));
+    let white = if ImageFormat::of(path) == Some(ImageFormat::Tiff) { 1.0 } else { WHITE };
+    let worst: Vec<f32> = (0..points).map(|at| largest(at) / white).collect();
+    let size = (grid.width, grid.height);
+    let bytes = channel_bytes(path, size, &[&worst], None, Transfer::Linear).map_err(Failure::new)?;
+    osl_files::replace(path, &bytes).map_err(Failure::new)
 }
+
+/// The number of lost digits that a picture shows as white.
+const WHITE: f32 = 8.0;
 
 /// The values of a parameter to try: its limits, 0, its negation, and the extremes. `None` if it is not a
 /// number.

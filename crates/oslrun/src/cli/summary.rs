@@ -2,50 +2,187 @@
 //! ran.
 
 use super::args::RunArgs;
+use super::profile;
+use super::shading::Tally;
 use osl::stages::Compiled;
-use osl_exec::{Frame, Isa};
+use osl_exec::{Frame, Isa, Plane};
+use osl_ir::ir::Kind;
+use osl_ir::passes::Report as PassReport;
+use osl_ir::types::{StructTable, Type};
+use serde::Serialize;
 use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::Duration;
+
+/// The result of a run, for `--json`.
+#[derive(Debug, Default, Serialize)]
+pub(super) struct About {
+    outputs: Vec<Output>,
+    files: Vec<PathBuf>,
+    errors: usize,
+    warnings: usize,
+    /// The text that the shader printed.
+    pub(super) printed: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) stats: Option<Stats>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) profile: Option<profile::Tables>,
+}
+
+impl About {
+    /// Adds what a run computed and wrote.
+    pub(super) fn ran(&mut self, ranges: &Ranges, files: &[PathBuf], messages: Tally) {
+        self.outputs = ranges.outputs();
+        self.files = files.to_vec();
+        (self.errors, self.warnings) = (messages.errors, messages.warnings);
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct Output {
+    name: String,
+    #[serde(rename = "type")]
+    ty: String,
+    components: Vec<Range>,
+}
+
+/// The values of a component. An infinity or NaN is `null` in JSON.
+#[derive(Clone, Copy, Debug, Serialize)]
+struct Range {
+    min: f32,
+    max: f32,
+    mean: f64,
+}
+
+/// The ranges of the planes of a frame, piece by piece.
+#[derive(Debug, Default)]
+pub(super) struct Ranges(Vec<(Arc<str>, Type, usize, Range, usize)>);
+
+impl Ranges {
+    /// Adds the values of these planes.
+    pub(super) fn add(&mut self, planes: &[Plane]) {
+        let shown: Vec<&Plane> =
+            planes.iter().filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)).collect();
+        if self.0.is_empty() {
+            let none = Range { min: f32::INFINITY, max: f32::NEG_INFINITY, mean: 0.0 };
+            let start = |plane: &&Plane| (plane.output.clone(), plane.ty, plane.component, none, 0);
+            self.0 = shown.iter().map(start).collect();
+        }
+        for ((.., range, count), plane) in self.0.iter_mut().zip(shown) {
+            let values = plane.floats();
+            let before = *count as f64;
+            *count += values.len();
+            let sum = values.iter().map(|v| f64::from(*v)).sum::<f64>();
+            range.mean = (range.mean * before + sum) / (*count).max(1) as f64;
+            (range.min, range.max) =
+                values.iter().fold((range.min, range.max), |(l, h), v| (l.min(*v), h.max(*v)));
+        }
+    }
+
+    fn outputs(&self) -> Vec<Output> {
+        let mut outputs: Vec<Output> = Vec::new();
+        for (name, ty, component, range, _) in &self.0 {
+            match outputs.last_mut() {
+                Some(last) if *component > 0 => last.components.push(*range),
+                _ => outputs.push(Output {
+                    name: name.to_string(),
+                    ty: StructTable::default().show(*ty),
+                    components: vec![*range],
+                }),
+            }
+        }
+        outputs
+    }
+}
 
 /// The summary of a run without an image: the range of each output, so that a first run shows something.
 pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
-    for plane in &frame.planes {
-        let values = plane.floats();
-        let (low, high) =
-            values.iter().fold((f32::INFINITY, f32::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
-        let mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len().max(1) as f64;
-        let _ = writeln!(out, "{}[{}]: {low} to {high}, mean {mean:.6}", plane.output, plane.component);
+    let mut ranges = Ranges::default();
+    ranges.add(&frame.planes);
+    for (output, _, component, Range { min, max, mean }, _) in &ranges.0 {
+        let _ = writeln!(out, "{output}[{component}]: {min} to {max}, mean {mean:.6}");
     }
     let _ = writeln!(out, "(no image written: name one with -o)");
 }
 
 /// Times, rates, and what each pass did.
-pub(super) fn stats(
-    compiled: &Compiled,
-    lowered: usize,
+#[derive(Debug, Serialize)]
+pub(super) struct Stats {
+    compile_ms: f64,
+    run_ms: f64,
+    write_ms: f64,
     points: u64,
-    times: [Duration; 3],
-    args: &RunArgs,
-    err: &mut dyn Write,
-) {
-    let [compile, run, write] = times.map(|t| t.as_secs_f64() * 1e3);
-    let isa = args.isa.unwrap_or_else(Isa::detect);
-    let (registers, words) = compiled.program.register_words();
-    let _ = writeln!(err, "compile {compile:.2} ms, run {run:.2} ms, write {write:.2} ms");
-    let rate = points as f64 / (run / 1e3).max(1e-9);
-    let per_point = run * 1e6 / points.max(1) as f64;
-    let _ = writeln!(
-        err,
-        "{points} points, {rate:.0} points/s, {per_point:.1} ns/point ({isa:?}, batches of {})",
-        args.batch.map_or_else(|| compiled.program.batch(), |n| n as usize)
-    );
-    if let Some(peak) = peak_memory() {
-        let _ = writeln!(err, "peak memory {:.0} MB", peak as f64 / 1e6);
+    points_per_second: f64,
+    instruction_set: &'static str,
+    batch: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_memory_bytes: Option<u64>,
+    instructions: usize,
+    registers: usize,
+    register_words: u32,
+    passes: Vec<Pass>,
+}
+
+#[derive(Debug, Serialize)]
+struct Pass {
+    name: &'static str,
+    before: usize,
+    after: usize,
+}
+
+impl Stats {
+    pub(super) fn of(
+        compiled: &Compiled,
+        lowered: usize,
+        points: u64,
+        times: [Duration; 3],
+        args: &RunArgs,
+    ) -> Stats {
+        let [compile_ms, run_ms, write_ms] = times.map(|t| t.as_secs_f64() * 1e3);
+        let (registers, register_words) = compiled.program.register_words();
+        let pass = |report: &PassReport| Pass {
+            name: report.pass.name(),
+            before: report.before,
+            after: report.after,
+        };
+        Stats {
+            compile_ms,
+            run_ms,
+            write_ms,
+            points,
+            points_per_second: points as f64 / (run_ms / 1e3).max(1e-9),
+            instruction_set: args.isa.unwrap_or_else(Isa::detect).name(),
+            batch: args.batch.map_or_else(|| compiled.program.batch(), |n| n as usize),
+            peak_memory_bytes: peak_memory(),
+            instructions: lowered,
+            registers,
+            register_words,
+            passes: compiled.reports.iter().map(pass).collect(),
+        }
     }
-    let _ =
-        writeln!(err, "{lowered} instructions lowered, {registers} lane registers of {words} words in all");
-    for report in &compiled.reports {
-        let _ = writeln!(err, "  {:<8} {:>6} -> {}", report.pass.name(), report.before, report.after);
+
+    /// Prints them for people.
+    pub(super) fn print(&self, err: &mut dyn Write) {
+        let Stats { compile_ms, run_ms, write_ms, points, points_per_second: rate, .. } = self;
+        let _ = writeln!(err, "compile {compile_ms:.2} ms, run {run_ms:.2} ms, write {write_ms:.2} ms");
+        let per_point = run_ms * 1e6 / (*points).max(1) as f64;
+        let (isa, batch) = (self.instruction_set, self.batch);
+        let _ = writeln!(
+            err,
+            "{points} points, {rate:.0} points/s, {per_point:.1} ns/point ({isa}, batches of {batch})"
+        );
+        if let Some(peak) = self.peak_memory_bytes {
+            let _ = writeln!(err, "peak memory {:.0} MB", peak as f64 / 1e6);
+        }
+        let (lowered, registers, words) = (self.instructions, self.registers, self.register_words);
+        let _ = writeln!(
+            err,
+            "{lowered} instructions lowered, {registers} lane registers of {words} words in all"
+        );
+        for Pass { name, before, after } in &self.passes {
+            let _ = writeln!(err, "  {name:<8} {before:>6} -> {after}");
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
-use super::session::{grid, on_threads, options, services, stopped};
+use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
 use super::{Failure, data};
 use base64::Engine;
@@ -71,7 +71,9 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     let services = services(run, folder, super::session::grid_spaces(run));
     let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points, options: options(run) };
+    let bar = busy("measuring", args.budget);
     let measured = on_threads(run.threads, || bench.measure(&name, &programs, args.budget))?;
+    bar.finish_and_clear();
     let trade = measured.map_err(|stop| stopped(&stop, &sources))?;
     if trade.outputs.is_empty() {
         return Err(Failure::new(super::output::EMPTY));

@@ -4,6 +4,7 @@
 
 pub(super) mod values;
 
+use super::display::DisplayArgs;
 use super::levels::LintArgs;
 use super::limits::LimitArgs;
 use clap::builder::{PathBufValueParser, TypedValueParser};
@@ -20,20 +21,37 @@ use values::{
     position, rate,
 };
 
+/// The headings under which `--help` lists the options.
+pub(super) mod heading {
+    pub(in crate::cli) const PICTURE: &str = "Picture";
+    pub(in crate::cli) const DISPLAY: &str = "From values to colors (PNG and JPEG)";
+    pub(in crate::cli) const VALUES: &str = "Values for the shader";
+    pub(in crate::cli) const POINTS: &str = "Points";
+    pub(in crate::cli) const SAMPLES: &str = "Samples and accuracy";
+    pub(in crate::cli) const SURFACE: &str = "Surface";
+    pub(in crate::cli) const GROUP: &str = "Group of shaders";
+    pub(in crate::cli) const READING: &str = "Reading the source";
+    pub(in crate::cli) const FILES: &str = "Files";
+    pub(in crate::cli) const MESSAGES: &str = "Errors and warnings";
+    pub(in crate::cli) const MEASURING: &str = "Statistics";
+    pub(in crate::cli) const RUNNING: &str = "Running";
+    pub(in crate::cli) const LIMITS: &str = "Limits";
+}
+
 /// How a source file is read.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct ReadArgs {
     /// Folder to search for #include files; may be repeated.
-    #[arg(short = 'I', value_name = "DIR")]
+    #[arg(short = 'I', value_name = "DIR", help_heading = heading::READING)]
     pub(super) include: Vec<PathBuf>,
     /// Macro to define before reading, NAME or NAME=VALUE; may be repeated.
-    #[arg(short = 'D', value_name = "NAME[=VALUE]")]
+    #[arg(short = 'D', value_name = "NAME[=VALUE]", help_heading = heading::READING)]
     pub(super) define: Vec<String>,
     /// Accept exactly what the reference compiler accepts.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::READING)]
     pub(super) strict_syntax: bool,
     /// How errors and warnings are printed.
-    #[arg(long, value_enum, default_value_t)]
+    #[arg(long, value_enum, default_value_t, help_heading = heading::MESSAGES)]
     pub(super) message_format: MessageFormat,
     /// The limits of the command.
     #[command(flatten)]
@@ -59,25 +77,30 @@ pub(super) struct RunArgs {
     /// A group of shaders.
     #[command(flatten)]
     pub(super) network: NetworkArgs,
-    /// Image to write: .exr holds all outputs; with .png, .tif or .jpg, each output has its own file.
-    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_file))]
+    /// Image to write: .exr holds all outputs; with .png, .tif or .jpg, each output has its own file. One
+    /// output is written to FILE itself; several are written to `name.OUTPUT.png`. `{output}` in the name
+    /// stands for the output. `-` is the standard output.
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_file), help_heading = heading::PICTURE)]
     pub(super) output: Option<PathBuf>,
     /// Outputs to compute and write, separated by commas (default: all; of a group, all of the last layer).
     /// Outputs of other layers are named LAYER.OUTPUT.
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = heading::PICTURE)]
     pub(super) outputs: Option<Vec<String>>,
     /// Points of the grid, or pixels of the view.
-    #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid)]
+    #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid, help_heading = heading::POINTS)]
     pub(super) grid: (usize, usize),
     /// Place points at pixel centres instead of from border to border.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::POINTS)]
     pub(super) center: bool,
     /// Factors for u and v, to show more of the pattern.
-    #[arg(long, value_name = "U,V", default_value = "1,1", value_parser = pair, allow_hyphen_values = true)]
+    #[arg(long, value_name = "U,V", default_value = "1,1", value_parser = pair, allow_hyphen_values = true, help_heading = heading::POINTS)]
     pub(super) uv_scale: Pair,
     /// Offsets that are added to u and v.
-    #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true)]
+    #[arg(long, value_name = "U,V", default_value = "0,0", value_parser = pair, allow_hyphen_values = true, help_heading = heading::POINTS)]
     pub(super) uv_offset: Pair,
+    /// How values become colors.
+    #[command(flatten)]
+    pub(super) display: DisplayArgs,
     /// A surface to shade instead of the grid.
     #[command(flatten)]
     pub(super) on: OnArgs,
@@ -86,77 +109,77 @@ pub(super) struct RunArgs {
     pub(super) sampling: SampleArgs,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. In a group, the
     /// parameter belongs to the last layer; LAYER.NAME=VALUE sets one of another layer.
-    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment)]
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment, help_heading = heading::VALUES)]
     pub(super) params: Vec<(String, String)>,
     /// Matrix from shader to common space: 16 numbers, row by row, for row vectors.
-    #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true, help_heading = heading::VALUES)]
     pub(super) shader_space: Option<Box<[f32; 16]>>,
     /// Matrix from object to common space: 16 numbers, row by row, for row vectors.
-    #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true)]
+    #[arg(long, value_name = "M", value_parser = matrix, allow_hyphen_values = true, help_heading = heading::VALUES)]
     pub(super) object_space: Option<Box<[f32; 16]>>,
     /// Data that the surface provides by name: attributes, and values of parameters with `lockgeom = 0` or
     /// `interpolated = 1`. One number is a float, three are a triple, everything else is a string; may be
     /// repeated.
-    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
+    #[arg(long, value_name = "NAME=VALUE", value_parser = assignment, help_heading = heading::VALUES)]
     pub(super) userdata: Vec<(String, String)>,
     /// JSON file of attributes: {"name": value, "object": {"name": value}}. 3 is an int, 3.0 a float, [r, g,
     /// b] a triple.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = heading::VALUES)]
     pub(super) attributes: Option<PathBuf>,
     /// Write 16-bit floats (EXR).
-    #[arg(long)]
+    #[arg(long, help_heading = heading::PICTURE)]
     pub(super) half: bool,
     /// Compression of EXR files: none, rle, zip1, zip16, piz, pxr24.
-    #[arg(long, value_name = "NAME", default_value = "zip16", value_parser = compression)]
+    #[arg(long, value_name = "NAME", default_value = "zip16", value_parser = compression, help_heading = heading::PICTURE)]
     pub(super) compression: ExrCompression,
     /// Insert missing brackets before running, also in the shaders of a group; the edits are shown.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::READING)]
     pub(super) repair: bool,
     /// With --repair: save the repaired source here.
-    #[arg(long, value_name = "FILE.osl", requires = "repair")]
+    #[arg(long, value_name = "FILE.osl", requires = "repair", help_heading = heading::READING)]
     pub(super) write: Option<PathBuf>,
     /// Print times, points per second, and what each pass did.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::MEASURING)]
     pub(super) stats: bool,
     /// Print the time spent in each instruction and line; with a file, also write a flame graph: an image
     /// (.svg), or its folded stacks.
-    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, help_heading = heading::MEASURING)]
     pub(super) profile: Option<Option<PathBuf>>,
     /// Threads (default: all cores).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = heading::RUNNING)]
     pub(super) threads: Option<u16>,
     /// Points per batch: each instruction runs on so many at once (default: chosen for the shader).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536), help_heading = heading::RUNNING)]
     pub(super) batch: Option<u32>,
     /// Instruction set (default: the widest that this machine has).
-    #[arg(long, value_name = "NAME", value_parser = isa)]
+    #[arg(long, value_name = "NAME", value_parser = isa, help_heading = heading::RUNNING)]
     pub(super) isa: Option<Isa>,
     /// Arithmetic: strict, the same bits on every machine; fast, cheaper approximations in single precision;
     /// f64, double precision (default: strict).
-    #[arg(long, value_name = "NAME", value_parser = arithmetic)]
+    #[arg(long, value_name = "NAME", value_parser = arithmetic, help_heading = heading::RUNNING)]
     pub(super) arithmetic: Option<Arithmetic>,
     /// Show the closures of the surface, and write their weights as layers.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::PICTURE)]
     pub(super) closures: bool,
     /// Kind of ray for which the shader runs.
-    #[arg(long, value_name = "NAME", default_value = "camera")]
+    #[arg(long, value_name = "NAME", default_value = "camera", help_heading = heading::VALUES)]
     pub(super) raytype: String,
     /// Folder to search for textures, after the working directory and the shader's own folder; may be
     /// repeated.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = heading::FILES)]
     pub(super) texture_path: Vec<PathBuf>,
     /// Memory for textures (default: 1024); the same as `--limit images.texture_memory`.
-    #[arg(long, value_name = "MIB")]
+    #[arg(long, value_name = "MIB", help_heading = heading::RUNNING)]
     pub(super) texture_memory: Option<u64>,
     /// Let the shader include, open and append to any file, not only those below the working directory, the
     /// shader's own folder, and the folders of -I and the paths.
-    #[arg(long)]
+    #[arg(long, help_heading = heading::FILES)]
     pub(super) allow_files: bool,
     /// Maximum number of steps per point: --limit running.point_steps=N.
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = heading::RUNNING)]
     pub(super) max_steps: Option<u64>,
     /// Pass to skip; may be repeated.
-    #[arg(long, value_name = "PASS", value_parser = pass)]
+    #[arg(long, value_name = "PASS", value_parser = pass, help_heading = heading::RUNNING)]
     pub(super) without_pass: Vec<Pass>,
     /// The warnings to report.
     #[command(flatten)]
@@ -170,20 +193,20 @@ pub(super) struct RunArgs {
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct NetworkArgs {
     /// The text of a group: "shader noisy n; shader mixer m; connect n.out m.a".
-    #[arg(long, value_name = "TEXT")]
+    #[arg(long, value_name = "TEXT", help_heading = heading::GROUP)]
     pub(super) group: Option<String>,
     /// A layer; may be repeated. If FILE is given, it is the last layer.
-    #[arg(long, value_name = "NAME=SHADER", value_parser = assignment)]
+    #[arg(long, value_name = "NAME=SHADER", value_parser = assignment, help_heading = heading::GROUP)]
     pub(super) layer: Vec<(String, String)>,
     /// A connection from an earlier layer to a later one; may be repeated.
-    #[arg(long, value_name = "LAYER.OUTPUT=LAYER.PARAM", value_parser = assignment)]
+    #[arg(long, value_name = "LAYER.OUTPUT=LAYER.PARAM", value_parser = assignment, help_heading = heading::GROUP)]
     pub(super) connect: Vec<(String, String)>,
     /// Folder to search for the shaders of a group, after the folder of FILE and the working directory; may
     /// be repeated.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = heading::FILES)]
     pub(super) shader_path: Vec<PathBuf>,
     /// Name of the group; shaders can ask for it.
-    #[arg(long, value_name = "NAME", default_value = "unnamed_group_1")]
+    #[arg(long, value_name = "NAME", default_value = "unnamed_group_1", help_heading = heading::GROUP)]
     pub(super) group_name: String,
 }
 
@@ -199,23 +222,23 @@ impl NetworkArgs {
 pub(super) struct OnArgs {
     /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file
     /// (.obj).
-    #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"])]
+    #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"], help_heading = heading::SURFACE)]
     pub(super) on: Option<String>,
     /// Displace the surface by this output first: a float moves along the normal, a vector is an offset, a
     /// point is the new position.
-    #[arg(long, value_name = "OUTPUT", requires = "on")]
+    #[arg(long, value_name = "OUTPUT", requires = "on", help_heading = heading::SURFACE)]
     pub(super) displace: Option<String>,
     /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface.
-    #[arg(long, value_name = "N", requires = "on", default_value_t = 1.0)]
+    #[arg(long, value_name = "N", requires = "on", default_value_t = 1.0, help_heading = heading::SURFACE)]
     pub(super) edge_pixels: f64,
     /// Split each face into four this many times, regardless of its size in the picture.
-    #[arg(long, value_name = "N", requires = "on")]
+    #[arg(long, value_name = "N", requires = "on", help_heading = heading::SURFACE)]
     pub(super) level: Option<u32>,
     /// Treat the mesh as the control mesh of a smooth surface (Catmull-Clark).
-    #[arg(long, requires = "on")]
+    #[arg(long, requires = "on", help_heading = heading::SURFACE)]
     pub(super) catmull_clark: bool,
     /// Position of the camera; it looks at the middle of the surface.
-    #[arg(long, value_name = "X,Y,Z", requires = "on", value_parser = position, allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", requires = "on", value_parser = position, allow_hyphen_values = true, help_heading = heading::SURFACE)]
     pub(super) eye: Option<Vec3>,
 }
 
@@ -224,25 +247,25 @@ pub(super) struct OnArgs {
 pub(super) struct SampleArgs {
     /// Samples per pixel (default: 1, at its centre); with --adaptive and --max-error the maximum per pixel
     /// (default: 1024 and 4096).
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_SAMPLES)), help_heading = heading::SAMPLES)]
     pub(super) samples: Option<u32>,
     /// Filter of the pixels: box, gaussian, blackman-harris or mitchell, and its width in pixels (default: 1,
     /// 2, 3, 4). A single sample is always at the centre.
-    #[arg(long, value_name = "NAME[,WIDTH]", value_parser = filter)]
+    #[arg(long, value_name = "NAME[,WIDTH]", value_parser = filter, help_heading = heading::SAMPLES)]
     pub(super) filter: Option<(FilterKind, f32)>,
     /// Compute one pixel of 2x1, 2x2 or 4x4, and interpolate the others.
-    #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error"])]
+    #[arg(long, value_name = "WxH", value_parser = rate, conflicts_with_all = ["samples", "filter", "adaptive", "max_error"], help_heading = heading::SAMPLES)]
     pub(super) shading_rate: Option<Rate>,
     /// Take samples until the standard error of a pixel is at most this, in the units of the outputs.
-    #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error")]
+    #[arg(long, value_name = "ERROR", value_parser = error, conflicts_with = "max_error", help_heading = heading::SAMPLES)]
     pub(super) adaptive: Option<f32>,
     /// Keep the error of each pixel below this, in the units of the outputs, with as little work as possible:
     /// pixels are interpolated where the shader is smooth, and have many samples where it is not. The fast
     /// arithmetic is used if its error is much smaller, unless --arithmetic is given. With --stats the error
     /// is checked.
-    #[arg(long, value_name = "ERROR", value_parser = error)]
+    #[arg(long, value_name = "ERROR", value_parser = error, help_heading = heading::SAMPLES)]
     pub(super) max_error: Option<f32>,
     /// Filter steps, comparisons and noise over the area of a sample, so that fewer samples are needed.
-    #[arg(long, conflicts_with_all = ["adaptive", "max_error"])]
+    #[arg(long, conflicts_with_all = ["adaptive", "max_error"], help_heading = heading::SAMPLES)]
     pub(super) prefilter: bool,
 }

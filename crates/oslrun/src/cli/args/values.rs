@@ -6,7 +6,7 @@ use osl_ir::passes::Pass;
 use osl_measure::sample::{FilterKind, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
     let wrong = || format!("a grid is WIDTHxHEIGHT, such as 512x512, not `{text}`");
@@ -100,8 +100,16 @@ pub(in crate::cli) fn error(text: &str) -> Result<f32, String> {
     number.ok_or_else(|| format!("an error is a number above 0, not `{text}`"))
 }
 
-/// A file for the outputs of a run; its ending names the format.
+/// The name of the standard output as an output file.
+pub(in crate::cli) const STDOUT: &str = "-";
+
+/// A file for the outputs of a run; its ending names the format. `-` is the standard output.
 pub(in crate::cli) fn image_file(path: PathBuf) -> Result<PathBuf, String> {
+    if path.as_os_str() == STDOUT { Ok(path) } else { image_path(path) }
+}
+
+/// An image file; its ending names the format.
+pub(in crate::cli) fn image_path(path: PathBuf) -> Result<PathBuf, String> {
     match ImageFormat::of(&path) {
         Some(_) => Ok(path),
         None => Err("the name must end in .exr, .png, .tif or .jpg".to_string()),
@@ -111,7 +119,41 @@ pub(in crate::cli) fn image_file(path: PathBuf) -> Result<PathBuf, String> {
 /// A file for a rendered picture.
 pub(in crate::cli) fn picture_file(path: PathBuf) -> Result<PathBuf, String> {
     match ImageFormat::of(&path) {
+        _ if path.as_os_str() == STDOUT => Ok(path),
         Some(ImageFormat::Exr | ImageFormat::Png) => Ok(path),
         _ => Err("the name must end in .exr or .png".to_string()),
     }
+}
+
+/// The ending of a format's files.
+pub(in crate::cli) fn ending(text: &str) -> Result<String, String> {
+    match ImageFormat::of(Path::new(&format!("picture.{text}"))) {
+        Some(_) => Ok(text.to_string()),
+        None => Err("one of png, exr, tif, jpg".to_string()),
+    }
+}
+
+/// The values that are shown as black and white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::cli) enum ValueRange {
+    /// The smallest and the largest value of each output.
+    Auto,
+    /// These.
+    From(f32, f32),
+}
+
+pub(in crate::cli) fn value_range(text: &str) -> Result<ValueRange, String> {
+    if text == "auto" {
+        return Ok(ValueRange::Auto);
+    }
+    match pair(text) {
+        Ok(Pair([low, high])) if low < high => Ok(ValueRange::From(low, high)),
+        Ok(_) => Err("the second number must be larger than the first".to_string()),
+        Err(_) => Err(format!("`auto`, or two numbers separated by a comma, not `{text}`")),
+    }
+}
+
+pub(in crate::cli) fn stops(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|x: &f32| (-64.0..=64.0).contains(x));
+    number.ok_or_else(|| format!("a number of stops from -64 to 64, not `{text}`"))
 }

@@ -1,0 +1,22 @@
+//! Records the commit for `oslrun --version`. Sources outside of a repository have none, which is no error.
+
+#![allow(clippy::print_stdout, reason = "this is how a build script answers")]
+
+use std::process::Command;
+
+fn git(args: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(args).output().ok().filter(|output| output.status.success())?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    Some(text.trim().to_string()).filter(|text| !text.is_empty())
+}
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    // The log of HEAD changes with each commit and checkout.
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
+        println!("cargo::rerun-if-changed={log}");
+    }
+    if let Some(commit) = git(&["log", "-1", "--format=%h, %cs"]) {
+        println!("cargo::rustc-env=OSLRUN_COMMIT={commit}");
+    }
+}
