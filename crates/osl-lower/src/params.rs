@@ -7,11 +7,21 @@ use osl_syntax::spelling::closest;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 
+/// Maximum number of parameters in a message.
+const MOST_NAMES: usize = 20;
+
 /// Why a value cannot be given to a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ParamError {
-    /// The shader has no parameter with this name; also the closest name.
-    Unknown(String, Option<String>),
+    /// The shader has no parameter with this name.
+    Unknown {
+        /// The name.
+        name: String,
+        /// The closest name of a parameter.
+        close: Option<String>,
+        /// The parameters that there are.
+        known: Vec<String>,
+    },
     /// The parameter does not take values of this type.
     Type {
         /// The parameter.
@@ -35,15 +45,24 @@ pub enum ParamError {
 impl std::fmt::Display for ParamError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            ParamError::Unknown(name, None) => write!(f, "the shader has no parameter `{name}`"),
-            ParamError::Unknown(name, Some(close)) => {
+            ParamError::Unknown { name, close: Some(close), .. } => {
                 write!(f, "the shader has no parameter `{name}`; there is one named `{close}`")
             }
+            ParamError::Unknown { name, close: None, known } => match &known[..] {
+                [] => write!(f, "the shader has no parameter `{name}`: it has none at all"),
+                known => {
+                    let more = known.len().saturating_sub(MOST_NAMES);
+                    let shown: Vec<&str> = known.iter().take(MOST_NAMES).map(String::as_str).collect();
+                    write!(f, "the shader has no parameter `{name}`; it has {}", shown.join(", "))?;
+                    if more > 0 { write!(f, " and {more} more") } else { Ok(()) }
+                }
+            },
             ParamError::Type { name, ty, given } => {
                 write!(f, "parameter `{name}` is of type {ty} and takes no value of type {given}")
             }
             ParamError::Mismatch { name, ty, text } => {
-                write!(f, "parameter `{name}` is a {ty}, and `{text}` is none")
+                let article = if ty.starts_with("int") { "an" } else { "a" };
+                write!(f, "parameter `{name}` is {article} {ty}, and `{text}` is none")
             }
         }
     }
@@ -237,9 +256,11 @@ fn constants(init: &Init) -> Vec<&Arc<str>> {
 /// The type of a parameter or field, or an error if there is none.
 fn find(program: &Program, name: &str) -> Result<Type, ParamError> {
     type_of(program, name).ok_or_else(|| {
-        let names = program.shader.params.iter().map(|p| &*program.vars[p.var.0 as usize].name);
-        let close = closest(name, names).map(str::to_string);
-        ParamError::Unknown(name.to_string(), close)
+        let inputs = program.shader.params.iter().filter(|param| !param.output);
+        let names: Vec<&str> = inputs.map(|p| &*program.vars[p.var.0 as usize].name).collect();
+        let close = closest(name, names.iter().copied()).map(str::to_string);
+        let known = names.into_iter().map(str::to_string).collect();
+        ParamError::Unknown { name: name.to_string(), close, known }
     })
 }
 

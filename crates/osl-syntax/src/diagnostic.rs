@@ -39,6 +39,9 @@ pub struct Fix {
     pub title: String,
     /// The edits, in order of position.
     pub edits: Vec<Edit>,
+    /// Whether a program may apply it without asking: it is the only reading of an error, or it keeps what a
+    /// file computes. Other changes are suggestions that a person judges.
+    pub safe: bool,
 }
 
 /// One message to the user.
@@ -60,7 +63,7 @@ pub struct Diagnostic {
     pub notes: Vec<String>,
     /// The next step for the user.
     pub help: Option<String>,
-    /// Machine-applicable changes.
+    /// Changes that repair the text.
     pub fixes: Vec<Fix>,
 }
 
@@ -113,9 +116,15 @@ impl Diagnostic {
         self
     }
 
-    /// Adds a machine-applicable change.
+    /// Adds a change that a program may apply without asking.
     pub fn fix(mut self, title: impl Into<String>, edits: Vec<Edit>) -> Self {
-        self.fixes.push(Fix { title: title.into(), edits });
+        self.fixes.push(Fix { title: title.into(), edits, safe: true });
+        self
+    }
+
+    /// Adds a change that is probably the intended one.
+    pub fn suggest(mut self, title: impl Into<String>, edits: Vec<Edit>) -> Self {
+        self.fixes.push(Fix { title: title.into(), edits, safe: false });
         self
     }
 

@@ -5,8 +5,10 @@
 
 mod expected;
 mod recover;
+mod slips;
 
 pub(crate) use expected::message;
+pub(crate) use slips::misspelt;
 
 use crate::Options;
 use crate::ast::Ast;
@@ -114,6 +116,12 @@ pub(crate) fn parse(mut stream: Stream, options: &Options, sources: &SourceMap) 
         if reported.len() as u64 >= options.limits.reading.diagnostics {
             reported.push(errors::too_many_errors(place, options.limits.reading.diagnostics));
         } else if work < options.limits.reading.recovery {
+            if !told
+                && let Some(slip) = slips::find(&stream, &failure, sources).filter(slips::Slip::has_remedy)
+            {
+                slips::mend(&mut stream, slip).into_iter().for_each(|place| gaps.add(place));
+                continue;
+            }
             if !told && let Some(before) = expected::lacks_semicolon(&stream, &failure, sources) {
                 recover::insert_semicolon(&mut stream, failure.at, before, &mut gaps);
                 continue;

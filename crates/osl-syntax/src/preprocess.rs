@@ -196,7 +196,7 @@ impl<'a> Preprocessor<'a> {
                 self.nowarn.extend(self.files.last().map(|file| file.span(0, file.text.len())));
             }
             Some(Err(why)) => {
-                let d = errors::include_not_found(Span::default(), headers::STANDARD, &why);
+                let d = errors::include_not_found(Span::default(), headers::STANDARD, &why, (true, None));
                 self.diagnostics.push(d);
             }
             None => {

@@ -148,15 +148,21 @@ pub(crate) fn explain(
     for site in sorted.chunk_by(|a, b| a.before == b.before) {
         let so_far = Patched::new(stream, sorted.get(..made).unwrap_or_default()).stream;
         if let Err((failure, _)) = parse_once(&so_far, options) {
+            if crate::parser::misspelt(&so_far, &failure, sources).is_some() {
+                // No insertion is the reason.
+                return None;
+            }
             errors.push(crate::parser::message(&so_far, &failure, sources));
         }
         made += site.len();
     }
     errors.dedup();
     let edits = place::edits(stream, text, &insertions);
-    if let Some(first) = errors.first_mut() {
+    let only_semicolons = insertions.iter().all(|i| i.token == Token::Semi)
+        && errors.iter().all(|error| error.fixes.len() == 1);
+    if let Some(first) = errors.first_mut().filter(|_| !only_semicolons) {
         // It is a guess, so it is offered but not applied.
-        first.fixes = vec![Fix { title: "insert what is missing".to_owned(), edits }];
+        first.fixes = vec![Fix { title: "insert what is missing".to_owned(), edits, safe: false }];
         errors.iter_mut().skip(1).for_each(|e| e.fixes.clear());
     }
     diagnostics.extend(errors);

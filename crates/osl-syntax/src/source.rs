@@ -137,6 +137,11 @@ pub trait SourceProvider {
     /// The reason, as text for the user: not found, not text, too large.
     fn include(&self, name: &str, quoted: bool, from: &str) -> Result<(String, Arc<str>), String>;
 
+    /// The names of files that an `#include` in the file `from` could name, to suggest one for a misspelt name.
+    fn names(&self, _from: &str) -> Vec<String> {
+        Vec::new()
+    }
+
     /// A `stdosl.h` to read before the first line of every shader in place of the compiler's: its full name
     /// and text. `None` if there is none; an error as text if it cannot be read.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {

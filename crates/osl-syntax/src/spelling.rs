@@ -12,7 +12,7 @@ const MAX_NAME: usize = 64;
 const MAX_COMPARED: usize = 1000;
 
 /// The name most similar to `name`, among those that differ from it in at most a third of the letters of the
-/// shorter one. Of several, the alphabetically first one.
+/// shorter one. Of several, one of which `name` only lacks letters, and then the alphabetically first one.
 pub fn closest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     if name.len() > MAX_NAME {
         return None;
@@ -26,10 +26,19 @@ pub fn closest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Opti
         })
         .filter(|candidate| *candidate != name)
         .take(MAX_COMPARED)
-        .map(|candidate| (strsim::damerau_levenshtein(&lower, &candidate.to_lowercase()), candidate))
-        .filter(|(distance, candidate)| *distance <= limit(candidate))
+        .map(|candidate| {
+            let known = candidate.to_lowercase();
+            (strsim::damerau_levenshtein(&lower, &known), !lacks_letters(&lower, &known), candidate)
+        })
+        .filter(|(distance, _, candidate)| *distance <= limit(candidate))
         .min()
-        .map(|(_, candidate)| candidate)
+        .map(|(_, _, candidate)| candidate)
+}
+
+/// Whether letters of `known` in their order make the name.
+fn lacks_letters(name: &str, known: &str) -> bool {
+    let mut rest = known.chars();
+    name.chars().all(|letter| rest.any(|other| other == letter))
 }
 
 #[cfg(test)]
@@ -43,6 +52,7 @@ mod tests {
         assert_eq!(closest("lerp", ["exp", "log"]), None);
         assert_eq!(closest("x", ["y", "z"]), None);
         assert_eq!(closest("same", ["same"]), None);
+        assert_eq!(closest("rmap", ["ramp", "remap"]), Some("remap"));
     }
 
     #[test]

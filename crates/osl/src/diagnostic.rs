@@ -58,13 +58,16 @@ pub struct Edit {
     pub text: String,
 }
 
-/// A change that a program can apply without asking. All of its edits belong together.
+/// A change that repairs the text. All of its edits belong together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fix {
     /// Its title, in the imperative: `remove the stray brace`.
     pub title: String,
     /// The edits, in order of position; they do not overlap.
     pub edits: Vec<Edit>,
+    /// Whether a program can apply it without asking: it is the only reading of an error, or it keeps what
+    /// the shader computes. Other changes are suggestions.
+    pub safe: bool,
 }
 
 /// An error or warning about a location in a source text.
@@ -142,7 +145,7 @@ pub(crate) fn diagnostic(d: &inner::Diagnostic, sources: &SourceMap) -> Diagnost
     // A fix without one of its edits would be another change.
     let fix = |fix: &inner::Fix| {
         let edits = fix.edits.iter().map(edit).collect::<Option<Vec<Edit>>>()?;
-        Some(Fix { title: fix.title.clone(), edits })
+        Some(Fix { title: fix.title.clone(), edits, safe: fix.safe })
     };
     Diagnostic {
         code: d.code.id,

@@ -127,7 +127,10 @@ fn assignment(ast: &Ast, cond: ExprId, found: &mut Findings<'_>) {
         && let Some(at) = text.find('=')
     {
         let start = between.start + at as u32;
-        d = d.fix("compare instead", vec![Edit { span: Span::new(start, start + 1), text: "==".to_owned() }]);
+        d = d.suggest(
+            "compare instead",
+            vec![Edit { span: Span::new(start, start + 1), text: "==".to_owned() }],
+        );
     }
     found.report(d);
 }

@@ -45,7 +45,7 @@ fn judge(call: &BuiltinCall, options: &Options, found: &mut Findings<'_>) {
             && found.text(arg.span) == format!("\"{name}\"")
         {
             let text = format!("\"{close}\"");
-            d = d.fix(format!("write {text}"), vec![Edit { span: arg.span, text }]);
+            d = d.suggest(format!("write {text}"), vec![Edit { span: arg.span, text }]);
         }
         found.report(d);
     }

@@ -67,7 +67,7 @@ fn formals(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
         }
         let text = format!("_{}", var.name);
         let d = codes::unused_formal(var.span, &var.name);
-        found.report(d.fix(format!("name it `{text}`"), vec![Edit { span: var.span, text }]));
+        found.report(d.suggest(format!("name it `{text}`"), vec![Edit { span: var.span, text }]));
     }
 }
 

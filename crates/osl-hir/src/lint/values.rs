@@ -177,8 +177,10 @@ fn lossy(e: &Expr, (numerator, x): (&Expr, i32), y: i32, found: &mut Findings<'_
     let digits = found.text(numerator.span).trim_start_matches('-').trim_start();
     if !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit()) {
         let end = numerator.span.end;
-        d = d
-            .fix("make it a float division", vec![Edit { span: Span::new(end, end), text: ".0".to_owned() }]);
+        d = d.suggest(
+            "make it a float division",
+            vec![Edit { span: Span::new(end, end), text: ".0".to_owned() }],
+        );
     }
     found.report(d);
 }

@@ -1,7 +1,6 @@
 //! Declarations: structs, functions, shaders, parameters.
 
 use super::errors;
-use super::vocabulary::{self, Wanted};
 use super::{Contents, Context, FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, ParamType, Signature, Tail};
 use crate::hir::{self, Init, VarId, VarKind};
@@ -10,7 +9,6 @@ use osl_syntax::Reports;
 use osl_syntax::ast;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
-use osl_syntax::spelling::closest;
 use rustc_hash::FxHashSet;
 use std::sync::Arc;
 
@@ -64,7 +62,12 @@ impl Resolver<'_> {
         let mut names = FxHashSet::default();
         for field in &decl.fields {
             if names.contains(&field.name.text) {
-                self.report(errors::redeclared(field.name.span, &field.name.text, None));
+                let earlier = decl.fields.iter().find(|f| f.name.text == field.name.text);
+                self.report(errors::redeclared(
+                    field.name.span,
+                    &field.name.text,
+                    earlier.map(|f| f.name.span),
+                ));
                 continue;
             }
             if taken.is_none() && matches!(&field.ty.name, ast::TypeName::Struct(of) if of == name) {
@@ -302,6 +305,7 @@ impl Resolver<'_> {
             name: decl.name.text.clone(),
             ret,
             formals,
+            names: decl.formals.iter().map(|formal| formal.name.text.clone()).collect(),
             operation,
             never_returns,
             open,
@@ -455,66 +459,6 @@ impl Resolver<'_> {
         let var = self.declare(&formal.name, ty, VarKind::Param { index, output: formal.output });
         let metadata = self.metadata(&formal.metadata);
         hir::Param { var, output: formal.output, open, init, metadata }
-    }
-
-    /// Reports an unknown type.
-    fn unknown_type(&mut self, span: Span, name: &str) {
-        if self.may_be_declared(name)
-            || (self.reports != Reports::AsReference && !self.told.insert(format!("type {name}")))
-        {
-            return;
-        }
-        let known = vocabulary::word(Wanted::Type, name);
-        let close = match known {
-            None if self.n_errors < self.max_diagnostics() => {
-                let types =
-                    ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
-                closest(name, types.into_iter().chain(self.structs.names())).map(str::to_string)
-            }
-            _ => None,
-        };
-        self.report(errors::unknown_type(span, name, known, close.as_deref()));
-    }
-
-    /// Reports an unknown variable or function; `arguments_end` is where the arguments of a call end, if it
-    /// has any.
-    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str, arguments_end: Option<u32>) {
-        let functions = what == "function";
-        if self.may_be_declared(name) || (!functions && self.is_nameless(name)) {
-            return;
-        }
-        if self.n_errors >= self.max_diagnostics() {
-            return self.report(errors::unknown_name(span, what, name, None));
-        }
-        // Reported once for readers; the reference repeats it.
-        if self.reports != Reports::AsReference && !self.told.insert(format!("{what} {name}")) {
-            return;
-        }
-        if !functions && self.declaring.as_deref() == Some(name) {
-            return self.report(errors::own_value(span, name));
-        }
-        let wanted = if functions { Wanted::Function } else { Wanted::Variable };
-        if let Some(word) = vocabulary::word(wanted, name) {
-            return self.report(errors::foreign_name(span, what, name, word, arguments_end));
-        }
-        let close = {
-            let mut names = self.names_in_scope(functions);
-            if functions {
-                builtins::names().for_each(|builtin| names.push(builtin));
-            }
-            // `i` is probably a counter without a declaration, and not the ray `I`.
-            closest(name, names).filter(|close| functions || close.len() > 1).map(str::to_string)
-        };
-        let d = errors::unknown_name(span, what, name, close.as_deref());
-        let d = match (functions, &close) {
-            (false, None) => {
-                let ty =
-                    if matches!(name, "i" | "j" | "k" | "n" | "count" | "index") { "int" } else { "float" };
-                d.help(format!("declare it with its type before it is used, as in `{ty} {name} = 0`"))
-            }
-            _ => d,
-        };
-        self.report(d);
     }
 }
 

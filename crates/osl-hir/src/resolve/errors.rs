@@ -117,9 +117,28 @@ pub(super) fn unknown_name(span: Span, what: &str, name: &str, close: Option<&st
     match close {
         Some(close) => d
             .help(format!("there is one named `{close}`"))
-            .fix(format!("write `{close}`"), vec![Edit { span, text: close.to_string() }]),
+            .suggest(format!("write `{close}`"), vec![Edit { span, text: close.to_string() }]),
         None => d,
     }
+}
+
+/// E0201: a value is assigned to a name that was never declared; `ty` is the type of the value, if a
+/// declaration can name it.
+pub(super) fn undeclared(span: Span, name: &str, ty: Option<&str>) -> Diagnostic {
+    let d = Diagnostic::error(UNKNOWN_NAME, span, format!("variable `{name}` is not declared"))
+        .label("not found in this scope")
+        .help("a variable is declared, with its type, where it gets its first value");
+    let Some(ty) = ty else { return d };
+    let before = Span::new(span.start, span.start);
+    d.suggest(format!("declare it: `{ty} {name}`"), vec![Edit { span: before, text: format!("{ty} ") }])
+}
+
+/// E0201: a statement of one word that resembles a keyword.
+pub(super) fn misspelt_jump(span: Span, name: &str, word: &str) -> Diagnostic {
+    Diagnostic::error(UNKNOWN_NAME, span, format!("variable `{name}` is not declared"))
+        .label("not found in this scope")
+        .help(format!("OSL has the keyword `{word}`"))
+        .fix(format!("write `{word}`"), vec![Edit { span, text: word.to_string() }])
 }
 
 /// E0201: a word of another language; `close` is the end of the call's arguments, if it is a call with
@@ -145,16 +164,45 @@ pub(super) fn own_value(span: Span, name: &str) -> Diagnostic {
         .help("declare it first, or write another name here")
 }
 
+/// The word that a misspelt type probably means.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum CloseType<'a> {
+    /// A type of the language.
+    Own(&'a str),
+    /// A keyword.
+    Keyword(&'a str),
+    /// A struct.
+    Struct(&'a str),
+}
+
 /// E0203: no struct with this name is declared.
-pub(super) fn unknown_type(span: Span, name: &str, word: Option<Word>, close: Option<&str>) -> Diagnostic {
+pub(super) fn unknown_type(
+    span: Span,
+    name: &str,
+    word: Option<Word>,
+    close: Option<CloseType<'_>>,
+) -> Diagnostic {
     let d = Diagnostic::error(UNKNOWN_TYPE, span, format!("there is no type `{name}`"));
-    let d = match word {
-        Some(word) => d.help(word.advice),
+    let edit = |text: &str| vec![Edit { span, text: text.to_string() }];
+    if let Some(word) = word {
+        let d = d.help(word.advice);
+        return match word.instead {
+            Some(instead) => d.fix(format!("write `{instead}`"), edit(instead)),
+            None => d,
+        };
+    }
+    match close {
+        Some(CloseType::Own(close)) => {
+            d.help(format!("there is one named `{close}`")).fix(format!("write `{close}`"), edit(close))
+        }
+        Some(CloseType::Struct(close)) => {
+            d.help(format!("there is one named `{close}`")).suggest(format!("write `{close}`"), edit(close))
+        }
+        Some(CloseType::Keyword(close)) => {
+            d.help(format!("OSL has the keyword `{close}`")).fix(format!("write `{close}`"), edit(close))
+        }
         None => d,
-    };
-    let Some(instead) = word.map_or(close, |word| word.instead) else { return d };
-    let d = if word.is_none() { d.help(format!("there is one named `{instead}`")) } else { d };
-    d.fix(format!("write `{instead}`"), vec![Edit { span, text: instead.to_string() }])
+    }
 }
 
 /// E0202: the scope already has the name.
@@ -163,8 +211,32 @@ pub(super) fn redeclared(span: Span, name: &str, earlier: Option<Span>) -> Diagn
         .label("again");
     match earlier {
         Some(earlier) if earlier != Span::default() => d.also(earlier, "first declared here"),
-        _ => d.note(format!("`{name}` is a name of the language itself")).help("take another name"),
+        _ => match about_global(name) {
+            Some(about) => d.note(format!("`{name}` is a global variable of every shader: {about}")),
+            None => d.note(format!("`{name}` is a built-in function")),
+        }
+        .help("take another name"),
     }
+}
+
+/// The meaning of a global variable of shaders.
+fn about_global(name: &str) -> Option<&'static str> {
+    Some(match name {
+        "P" => "the shaded point",
+        "I" => "the direction from the eye to the shaded point",
+        "N" => "the normal of the surface, for shading",
+        "Ng" => "the normal of the geometry",
+        "u" => "the first coordinate on the surface",
+        "v" => "the second coordinate on the surface",
+        "dPdu" => "how `P` changes with `u`",
+        "dPdv" => "how `P` changes with `v`",
+        "Ps" => "the point on a light",
+        "time" => "the time of the shaded point",
+        "dtime" => "the length of the time that is shaded",
+        "dPdtime" => "how `P` changes with time",
+        "Ci" => "the closure that a surface returns",
+        _ => return None,
+    })
 }
 
 /// E0208: the name has the maximum number of functions.

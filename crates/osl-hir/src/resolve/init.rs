@@ -68,7 +68,7 @@ impl Resolver<'_> {
             self.report(
                 errors::not_assignable(value.span, "an int", "a float")
                     .help("write `(int)` before the value")
-                    .fix("cast it", errors::cast_to_int(value.span, is_operand(&value))),
+                    .suggest("cast it", errors::cast_to_int(value.span, is_operand(&value))),
             );
             return Init::Value(value);
         }
@@ -169,7 +169,11 @@ impl Resolver<'_> {
         }
         if !self.structs.assignable(to, value.ty) {
             let (to_text, from) = (self.show_a(to), self.show_a(value.ty));
-            self.report(errors::not_assignable(value.span, &to_text, &from));
+            let d = errors::not_assignable(value.span, &to_text, &from);
+            self.report(match self.instead_of(to, &value) {
+                Some(help) => d.help(help),
+                None => d,
+            });
             return Expr { ty: to, span: value.span, kind: ExprKind::Error };
         }
         if loss != Loss::Judged && to == Type::INT && value.ty == Type::FLOAT {

@@ -15,6 +15,7 @@ mod expr;
 mod follow;
 mod formats;
 mod init;
+mod instead;
 mod invoke;
 mod metadata;
 pub(crate) mod operators;
@@ -23,6 +24,7 @@ mod overload;
 mod place;
 mod score;
 mod stmt;
+mod unknown;
 mod vocabulary;
 
 pub(crate) use expr::unify_numbers;
@@ -115,6 +117,8 @@ struct FunctionSymbol {
     name: Arc<str>,
     ret: Type,
     formals: Vec<(Type, bool)>,
+    /// The names of its formals.
+    names: Vec<Arc<str>>,
     /// Whether it is marked as an operation of the renderer: it needs no body, and an existing body is
     /// ignored.
     operation: bool,

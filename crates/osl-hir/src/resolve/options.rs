@@ -41,7 +41,7 @@ impl Resolver<'_> {
                 // Only if the literal is in one piece.
                 if (name.span.end - name.span.start) as usize == text.len() + 2 {
                     let edit = Edit { span: name.span, text: format!("\"{close}\"") };
-                    d = d.fix(format!("write \"{close}\""), vec![edit]);
+                    d = d.suggest(format!("write \"{close}\""), vec![edit]);
                 }
             }
             return self.report(d);

@@ -8,12 +8,13 @@ use osl_ir::types::{Base, Type};
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::span::Span;
+use rustc_hash::FxHashSet;
 use std::sync::Arc;
 
 /// Maximum number of argument types in a message.
 const MOST_ARGUMENTS: usize = 20;
 /// Maximum number of candidates in a message.
-const MOST_CANDIDATES: usize = 8;
+const MOST_CANDIDATES: usize = 4;
 
 /// An argument, for the choice of an overload.
 #[derive(Clone, Debug)]
@@ -38,19 +39,8 @@ impl Candidate {
         }
     }
 
-    /// Whether it could take this number of arguments, of any types.
-    fn takes(&self, n: usize) -> bool {
-        match self {
-            Candidate::User(f) => f.formals.len() == n || (self.tail() != Tail::None && f.formals.len() <= n),
-            Candidate::Builtin { signature, .. } => match signature.tail {
-                Tail::None => signature.params.len() == n,
-                _ => signature.params.len() <= n,
-            },
-        }
-    }
-
     /// Types of the fixed parameters; `None` for one of any type.
-    fn formals(&self) -> Vec<Option<Type>> {
+    pub(super) fn formals(&self) -> Vec<Option<Type>> {
         match self {
             Candidate::User(f) => f.formals.iter().map(|(ty, _)| Some(*ty)).collect(),
             Candidate::Builtin { signature, .. } => signature.params.iter().map(type_of).collect(),
@@ -76,11 +66,14 @@ impl Candidate {
     fn signature(&self, r: &Resolver<'_>, name: &str) -> String {
         match self {
             Candidate::User(f) => {
-                let formals: Vec<String> = f
-                    .formals
-                    .iter()
-                    .map(|(ty, out)| format!("{}{}", if *out { "output " } else { "" }, r.show(*ty)))
-                    .collect();
+                let shown = |((ty, out), name): (&(Type, bool), &Arc<str>)| {
+                    let (output, ty) = (if *out { "output " } else { "" }, r.show(*ty));
+                    match ty.split_once('[') {
+                        Some((element, length)) => format!("{output}{element} {name}[{length}"),
+                        None => format!("{output}{ty} {name}"),
+                    }
+                };
+                let formals: Vec<String> = f.formals.iter().zip(&f.names).map(shown).collect();
                 format!("{} {name}({})", r.show(f.ret), formals.join(", "))
             }
             Candidate::Builtin { signature, .. } => signature.show(name),
@@ -127,7 +120,8 @@ impl Resolver<'_> {
                 errors::WRONG_KIND_OF_NAME,
                 name.span,
                 format!("`{}` is a variable, not a function", name.text),
-            );
+            )
+            .help("a product is written with `*`, an element or a component with `[ ]`");
             // The language's own functions have no location.
             self.report(if declared == Span::default() { d } else { d.also(declared, "declared here") });
             return error;
@@ -254,7 +248,7 @@ impl Resolver<'_> {
         let Some(best) = scored.iter().map(|(s, _)| *s).max() else {
             let open = |c: &Candidate| matches!(c, Candidate::User(f) if f.open);
             if !candidates.iter().any(open) && !self.may_have_overloads(name) {
-                let d = self.no_overload(name, span, &candidates, given);
+                let d = self.no_overload(name, span, &candidates, given, expected);
                 self.report(d);
             }
             return None;
@@ -330,7 +324,14 @@ impl Resolver<'_> {
         self.report(d.help("cast the result, as in `(color)noise(p)`, to say which is meant"));
     }
 
-    fn no_overload(&self, name: &str, span: Span, candidates: &[Candidate], given: &[Given]) -> Diagnostic {
+    fn no_overload(
+        &self,
+        name: &str,
+        span: Span,
+        candidates: &[Candidate],
+        given: &[Given],
+        expected: Option<Type>,
+    ) -> Diagnostic {
         let mut types: Vec<String> = given
             .iter()
             .take(MOST_ARGUMENTS)
@@ -345,15 +346,25 @@ impl Resolver<'_> {
         let mut d =
             Diagnostic::error(errors::NO_OVERLOAD, span, format!("no `{name}` takes ({})", types.join(", ")))
                 .label("no overload fits these arguments");
-        // Candidates that differ in a type come first, since the intended one is more likely among them.
-        let (counted, others): (Vec<&Candidate>, Vec<&Candidate>) =
-            candidates.iter().partition(|c| c.takes(given.len()));
-        for candidate in counted.iter().chain(&others).take(MOST_CANDIDATES) {
+        // The best candidate comes first; forms that differ only in their result count once.
+        let mut ranked: Vec<&Candidate> = candidates.iter().collect();
+        ranked.sort_by_key(|c| (self.misfit_cost(c, given), expected.is_some_and(|ty| ty != c.ret())));
+        let mut seen: FxHashSet<String> = FxHashSet::default();
+        ranked.retain(|c| {
+            let form = c.signature(self, name);
+            seen.insert(form.split_once('(').map_or(String::new(), |(_, params)| params.to_string()))
+        });
+        for candidate in ranked.iter().take(MOST_CANDIDATES) {
             let why = self.why_not(candidate, given);
             d = d.note(format!("{}: {why}", candidate.signature(self, name)));
         }
-        if candidates.len() > MOST_CANDIDATES {
-            d = d.note(format!("and {} more", candidates.len() - MOST_CANDIDATES));
+        if ranked.len() > MOST_CANDIDATES {
+            let more = ranked.len() - MOST_CANDIDATES;
+            let builtin = ranked.iter().any(|c| matches!(c, Candidate::Builtin { .. }));
+            d = d.note(match builtin {
+                true => format!("and {more} more, which `oslrun doc {name}` lists"),
+                false => format!("and {more} more"),
+            });
         }
         d
     }

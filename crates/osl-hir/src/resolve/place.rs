@@ -100,7 +100,7 @@ impl Resolver<'_> {
             self.report(match index.ty {
                 Type::FLOAT => d
                     .help("write `(int)` before it")
-                    .fix("cast it", errors::cast_to_int(index.span, is_operand(&index))),
+                    .suggest("cast it", errors::cast_to_int(index.span, is_operand(&index))),
                 _ => d,
             });
             return Expr { ty: Type::INT, span: index.span, kind: ExprKind::Error };
@@ -175,7 +175,7 @@ impl Resolver<'_> {
                 Base::Struct(id) => {
                     let fields = self.structs.get(id).fields.iter().map(|f| &*f.name);
                     match closest(&field.text, fields) {
-                        Some(close) => d.help(format!("it has a field `{close}`")).fix(
+                        Some(close) => d.help(format!("it has a field `{close}`")).suggest(
                             format!("write `{close}`"),
                             vec![Edit { span: field.span, text: close.to_string() }],
                         ),

@@ -6,6 +6,7 @@ use super::{Resolver, Symbol};
 use crate::builtins::{ParamType, Signature, Tail};
 use osl_ir::types::{Base, Extent, Type};
 use osl_syntax::ast::{self, ExprId};
+use std::cmp::Reverse;
 
 impl Resolver<'_> {
     pub(super) fn score(&self, candidate: &Candidate, given: &[Given]) -> Option<u32> {
@@ -111,6 +112,22 @@ impl Resolver<'_> {
 }
 
 impl Resolver<'_> {
+    /// How far the candidate is from matching: arguments that do not fit weigh more than their number, and of
+    /// equals the one whose other arguments fit better is smaller.
+    pub(super) fn misfit_cost(&self, candidate: &Candidate, given: &[Given]) -> (usize, Reverse<u32>) {
+        let formals = candidate.formals();
+        let missing = formals.len().saturating_sub(given.len());
+        let extra = match candidate.tail() {
+            Tail::None => given.len().saturating_sub(formals.len()),
+            _ => 0,
+        };
+        let fits =
+            |(formal, g): (&Option<Type>, &Given)| formal.map_or(Some(1), |ty| self.score_given(ty, g));
+        let scores: Vec<Option<u32>> = formals.iter().zip(given).map(fits).collect();
+        let misfits = scores.iter().filter(|score| score.is_none()).count();
+        (2 * (missing + extra) + 3 * misfits, Reverse(scores.into_iter().flatten().sum()))
+    }
+
     /// Why the candidate does not match the arguments; only the first reason.
     pub(super) fn why_not(&self, candidate: &Candidate, given: &[Given]) -> String {
         match candidate {

@@ -30,7 +30,16 @@ impl Resolver<'_> {
         let span = stmt.span;
         let kind = match &stmt.kind {
             ast::StmtKind::Empty | ast::StmtKind::Error => return,
-            ast::StmtKind::Expr(e) => StmtKind::Expr(self.expr(*e, None)),
+            ast::StmtKind::Expr(e) => {
+                if let Some(declared) = self.undeclared(*e, span) {
+                    out.push(declared);
+                    return;
+                }
+                if self.misspelt_jump(*e) {
+                    return;
+                }
+                StmtKind::Expr(self.expr(*e, None))
+            }
             ast::StmtKind::Declare { ty, vars } => {
                 for var in vars {
                     self.local(ty, var, out);

@@ -402,7 +402,7 @@ fn layer_of(
             Ok(()) if *interpolated => values.interpolate(&name.text),
             Ok(()) => {}
             Err(why) => {
-                let span = if matches!(why, ParamError::Unknown(..)) { name.span } else { *span };
+                let span = if matches!(why, ParamError::Unknown { .. }) { name.span } else { *span };
                 let warning = Diagnostic::warning(UNUSED_VALUE, span, why.to_string());
                 diagnostics.push(warning.note("the value is ignored"));
             }

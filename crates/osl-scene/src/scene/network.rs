@@ -311,7 +311,7 @@ impl Building<'_, '_> {
         };
         match params::set(program, values, &param.name, &text) {
             Ok(()) => {}
-            Err(why @ ParamError::Unknown(..)) => {
+            Err(why @ ParamError::Unknown { .. }) => {
                 self.messages.warning(&param.place, format!("{why}: it has no effect"));
             }
             Err(why) => self.messages.error(&param.place, why.to_string()),

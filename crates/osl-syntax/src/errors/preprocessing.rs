@@ -1,6 +1,6 @@
 //! Messages of the preprocessor.
 
-use crate::diagnostic::{Code, Diagnostic};
+use crate::diagnostic::{Code, Diagnostic, Edit};
 use crate::span::Span;
 
 pub(crate) const INCLUDE_NOT_FOUND: Code = Code { id: "E0001", name: "include-not-found" };
@@ -27,11 +27,25 @@ pub(crate) const PRAGMA_WARNING: Code = Code { id: "W0003", name: "pragma-warnin
 pub(crate) const UNKNOWN_OSL_PRAGMA: Code = Code { id: "W0004", name: "unknown-osl-pragma" };
 pub(crate) const NESTED_COMMENT: Code = Code { id: "W0005", name: "nested-comment" };
 
-/// E0001: the provider has no such file.
-pub(crate) fn include_not_found(span: Span, name: &str, reason: &str) -> Diagnostic {
-    Diagnostic::error(INCLUDE_NOT_FOUND, span, format!("cannot include \"{name}\": {reason}"))
-        .label("asked for here")
-        .help("add the folder that holds it to the include path (-I)")
+/// E0001: the provider has no such file; whether the name is in quotes, and the closest name.
+pub(crate) fn include_not_found(
+    span: Span,
+    name: &str,
+    reason: &str,
+    (quoted, close): (bool, Option<&str>),
+) -> Diagnostic {
+    let d = Diagnostic::error(INCLUDE_NOT_FOUND, span, format!("cannot include \"{name}\": {reason}"))
+        .label("asked for here");
+    // Only if the name is in one piece.
+    let in_one_piece = (span.end - span.start) as usize == name.len() + 2;
+    match close.filter(|_| in_one_piece) {
+        Some(close) => {
+            let text = if quoted { format!("\"{close}\"") } else { format!("<{close}>") };
+            d.help(format!("there is one named `{close}`"))
+                .suggest(format!("write `{text}`"), vec![Edit { span, text }])
+        }
+        None => d.help("add the folder that holds it to the include path (-I)"),
+    }
 }
 
 /// E0002: files that include each other endlessly.

@@ -19,6 +19,59 @@ pub(crate) fn syntax(span: Span, found: &str, expected: &str) -> Diagnostic {
     Diagnostic::error(SYNTAX, span, format!("expected {expected}, found {found}")).label("not expected here")
 }
 
+/// E0110: a separator or closing bracket that is missing at `end`, the end of the token before.
+pub(crate) fn missing(end: Span, next: Span, found: &str, what: &str) -> Diagnostic {
+    let names = [(",", "comma"), (";", "semicolon"), (")", "parenthesis")];
+    let name = names.iter().find(|(text, _)| *text == what).map_or(what, |(_, name)| name);
+    syntax(end, found, &format!("`{what}`"))
+        .label(format!("a `{what}` is missing here"))
+        .also(next, "not expected here")
+        .fix(format!("add the {name}"), vec![Edit { span: end, text: what.to_owned() }])
+}
+
+/// E0110: a factor directly after a number.
+pub(crate) fn missing_operator(end: Span, next: Span) -> Diagnostic {
+    Diagnostic::error(SYNTAX, end, "an operator or a comma is missing")
+        .label("between these two")
+        .also(next, "not expected here")
+        .help("a product is written with `*`, as in `2 * u`")
+        .suggest("multiply", vec![Edit { span: end, text: " *".to_owned() }])
+}
+
+/// E0110: a name that resembles a keyword where only a keyword fits.
+pub(crate) fn misspelt_keyword(span: Span, name: &str, word: &str, written: bool) -> Diagnostic {
+    let d = Diagnostic::error(SYNTAX, span, format!("`{name}` begins no statement"))
+        .label("not a keyword")
+        .help(format!("OSL has `{word}`"));
+    match written {
+        true => d.fix(format!("write `{word}`"), vec![Edit { span, text: word.to_owned() }]),
+        false => d,
+    }
+}
+
+/// E0110: an operator of another language.
+pub(crate) fn foreign_operator(span: Span, found: &str, meant: &str) -> Diagnostic {
+    Diagnostic::error(SYNTAX, span, format!("`{found}` is not an operator"))
+        .label("not an operator of OSL")
+        .fix(format!("write `{meant}`"), vec![Edit { span, text: meant.to_owned() }])
+}
+
+/// E0110: a number with a decimal comma.
+pub(crate) fn decimal_comma(span: Span, comma: Span) -> Diagnostic {
+    Diagnostic::error(SYNTAX, span, "a number is written with a decimal point")
+        .label("two numbers, with a comma between them")
+        .fix("write a point", vec![Edit { span: comma, text: ".".to_owned() }])
+}
+
+/// E0110: commas between the parts of a `for`.
+pub(crate) fn commas_in_for(first: Span, second: Span) -> Diagnostic {
+    let edit = |span| Edit { span, text: ";".to_owned() };
+    Diagnostic::error(SYNTAX, first, "the parts of a `for` are separated by `;`")
+        .label("a comma")
+        .also(second, "and here")
+        .fix("write semicolons", vec![edit(first), edit(second)])
+}
+
 /// E0111: brackets that are still open at the end of the text or where something else begins.
 pub(crate) fn unclosed(span: Span, found: &str, opener: Span, bracket: &str) -> Diagnostic {
     Diagnostic::error(UNCLOSED, span, format!("found {found}, but a `{bracket}` is still open"))
@@ -30,7 +83,7 @@ pub(crate) fn unclosed(span: Span, found: &str, opener: Span, bracket: &str) -> 
 pub(crate) fn stray_closer(span: Span, bracket: &str) -> Diagnostic {
     Diagnostic::error(STRAY_CLOSER, span, format!("this `{bracket}` closes nothing"))
         .label("no bracket is open here")
-        .fix(format!("remove the `{bracket}`"), vec![Edit { span, text: String::new() }])
+        .suggest(format!("remove the `{bracket}`"), vec![Edit { span, text: String::new() }])
 }
 
 /// E0113: constructs that are nested too deeply.

@@ -1,9 +1,9 @@
 //! The text of a syntax error: the token found, the tokens that would fit, and the likely slip.
 
-use super::{Failure, Stream};
+use super::{Failure, Stream, recover, slips};
 use crate::ast::{BinaryOp, TypeName, UnaryOp};
 use crate::brackets::Brackets;
-use crate::diagnostic::{Diagnostic, Edit};
+use crate::diagnostic::Diagnostic;
 use crate::errors;
 use crate::print;
 use crate::source::SourceMap;
@@ -23,8 +23,11 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     {
         return errors::stray_closer(span, found.trim_matches('`'));
     }
+    if let Some(slip) = slips::find(stream, failure, sources) {
+        return slip.diagnostic;
+    }
     if let Some(before) = lacks_semicolon(stream, failure, sources) {
-        return missing_semicolon(before, span, &found);
+        return errors::missing(Span::new(before.end, before.end), span, &found, ";");
     }
     let d = hint(stream, at, errors::syntax(span, &found, &words(&failure.expected)));
     let expanded =
@@ -32,7 +35,26 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     if expanded { d.note("the token comes from the expansion of a macro") } else { d }
 }
 
-/// Whether a `;` seems to be missing at the end of a line; the location of the token before it.
+/// Whether a token cannot continue a statement: it closes a block, or begins a statement of its own.
+fn begins_statement(stream: &Stream, at: usize) -> bool {
+    match stream.tokens.get(at) {
+        Some(
+            Token::RBrace
+            | Token::If
+            | Token::For
+            | Token::While
+            | Token::Do
+            | Token::Return
+            | Token::Break
+            | Token::Continue,
+        ) => true,
+        Some(Token::Type(_)) => matches!(stream.tokens.get(at + 1), Some(Token::Ident(_))),
+        _ => false,
+    }
+}
+
+/// Whether a `;` seems to be missing at the end of a line, or before a token that begins or ends something;
+/// the location of the token before it.
 pub(super) fn lacks_semicolon(stream: &Stream, failure: &Failure, sources: &SourceMap) -> Option<Span> {
     let expects = |t: &str| failure.expected.iter().any(|e| e == t);
     let last = failure.at.checked_sub(1)?;
@@ -42,7 +64,8 @@ pub(super) fn lacks_semicolon(stream: &Stream, failure: &Failure, sources: &Sour
     }
     let before = *stream.spans.get(last)?;
     let here = stream.spans.get(failure.at).copied().unwrap_or(stream.end);
-    let lacks = expects("\";\"") && !expects("\"while\"") && !same_line(sources, before, here);
+    let ends = !same_line(sources, before, here) || begins_statement(stream, failure.at);
+    let lacks = expects("\";\"") && !expects("\"while\"") && ends;
     lacks.then_some(before)
 }
 
@@ -82,14 +105,6 @@ pub(super) fn unclosed_bracket(stream: &Stream, at: usize) -> Option<usize> {
     ends.then_some(opener)
 }
 
-fn missing_semicolon(before: Span, span: Span, found: &str) -> Diagnostic {
-    let at = Span::new(before.end, before.end);
-    errors::syntax(at, found, "`;`")
-        .label("a `;` is missing here")
-        .also(span, "not expected here")
-        .fix("add the semicolon", vec![Edit { span: at, text: ";".to_owned() }])
-}
-
 fn same_line(sources: &SourceMap, a: Span, b: Span) -> bool {
     sources.place(a).map(|p| (p.file, p.line)) == sources.place(b).map(|p| (p.file, p.line))
 }
@@ -109,6 +124,12 @@ fn hint(stream: &Stream, at: usize, d: Diagnostic) -> Diagnostic {
         (_, Some(Token::LBrace)) if matches!(before(1), Some(Token::Assign)) => {
             d.help("a list in braces may only initialise a declaration, be returned or be an argument")
         }
+        (Some(Token::Type(_)), Some(Token::LBracket)) => {
+            d.help("the length of an array stands after its name: `float a[3]`")
+        }
+        (Some(Token::Ident(_)), Some(Token::RParen | Token::Comma)) if in_formals(stream, at) => {
+            d.help("each parameter has a type before its name: `float x`")
+        }
         (Some(Token::Type(TypeName::Void)), Some(Token::RParen)) => d.help("write `()` for no parameters"),
         (Some(Token::Type(_)), Some(_)) if is_keyword(token) => d.help("keywords cannot be names"),
         (Some(Token::ShaderKind(_) | Token::Type(_)), Some(Token::LBrace)) => d,
@@ -118,6 +139,12 @@ fn hint(stream: &Stream, at: usize, d: Diagnostic) -> Diagnostic {
         (_, Some(Token::Unused)) => d.help("the word is reserved, but nothing in the language uses it"),
         _ => d,
     }
+}
+
+/// Whether a token is directly within the parameters of a function or shader.
+fn in_formals(stream: &Stream, at: usize) -> bool {
+    let opener = Brackets::of(&stream.tokens).parent(at);
+    opener.is_some_and(|opener| recover::stand_in(&stream.tokens, opener) == Token::Bad)
 }
 
 fn is_keyword(token: Option<&Token>) -> bool {
@@ -141,7 +168,7 @@ fn is_keyword(token: Option<&Token>) -> bool {
 }
 
 /// The terminals that would fit, in words: a class where possible, else the tokens themselves.
-fn words(expected: &[String]) -> String {
+pub(super) fn words(expected: &[String]) -> String {
     let has = |t: &str| expected.iter().any(|e| e.trim_matches('"') == t);
     let mut words: Vec<String> = Vec::new();
     let statement = has("while");
@@ -185,7 +212,7 @@ fn words(expected: &[String]) -> String {
 }
 
 /// A token in words.
-fn describe(token: &Token) -> String {
+pub(super) fn describe(token: &Token) -> String {
     match token {
         Token::Ident(name) => format!("`{name}`"),
         Token::Int(v) => format!("`{v}`"),

@@ -127,7 +127,11 @@ fn close_all(stream: &mut Stream, brackets: &Brackets, at: usize, gaps: &mut Gap
 
 /// Whether a `{` opens an initialiser list rather than a block. The token before the first `{` of a sequence
 /// decides for all of them; `known` caches the last examined sequence, from its first `{`, and the answer.
-fn is_init_list(tokens: &[Token], opener: usize, known: &mut Option<(RangeInclusive<usize>, bool)>) -> bool {
+pub(super) fn is_init_list(
+    tokens: &[Token],
+    opener: usize,
+    known: &mut Option<(RangeInclusive<usize>, bool)>,
+) -> bool {
     if let Some((_, is_list)) = known.as_ref().filter(|(row, _)| row.contains(&opener)) {
         return *is_list;
     }
@@ -174,7 +178,7 @@ fn replace_in_list(
 }
 
 /// The stand-in for an element of the list that `opener` opens: a declaration or an expression.
-fn stand_in(tokens: &[Token], opener: usize) -> Token {
+pub(super) fn stand_in(tokens: &[Token], opener: usize) -> Token {
     let before = |n: usize| opener.checked_sub(n).and_then(|n| tokens.get(n));
     let declares = match (tokens.get(opener), before(1)) {
         (Some(Token::LMeta), _) | (_, Some(Token::For | Token::RBracket)) => true,

@@ -1,10 +1,11 @@
 //! Directives: the lines that begin with `#`.
 
 use super::expand::{Macro, Params};
-use super::{Conditional, Preprocessor};
+use super::{Conditional, Preprocessor, headers};
 use crate::errors;
 use crate::lexer::{PpToken, Raw, Sym};
 use crate::span::Span;
+use crate::spelling::closest;
 use std::rc::Rc;
 
 impl Preprocessor<'_> {
@@ -129,7 +130,13 @@ impl Preprocessor<'_> {
             Ok((name, _)) if self.once.contains(&name) => {}
             Ok((name, text)) => self.enter_text(&name, text, span),
             Err(_) if self.enter_built_in(name, span) => {}
-            Err(reason) => self.diagnostics.push(errors::include_not_found(span, name, &reason)),
+            Err(reason) => {
+                let beside = self.provider.names(&from);
+                let mut names: Vec<&str> = headers::names().collect();
+                names.extend(beside.iter().map(String::as_str));
+                let close = closest(name, names);
+                self.diagnostics.push(errors::include_not_found(span, name, &reason, (quoted, close)));
+            }
         }
     }
 

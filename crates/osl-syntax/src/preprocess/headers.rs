@@ -16,6 +16,11 @@ const HEADERS: &[(&str, &str)] = headers! {
     "stdosl.h" "color2.h" "color4.h" "matrix33.h" "oslutil.h" "vector2.h" "vector4.h"
 };
 
+/// The names of the headers.
+pub(super) fn names() -> impl Iterator<Item = &'static str> {
+    HEADERS.iter().map(|(name, _)| *name)
+}
+
 /// The text of a header, if the compiler has one with this name.
 pub(super) fn text(name: &str) -> Option<&'static str> {
     HEADERS.iter().find(|(of, _)| *of == name).map(|(_, text)| *text)

@@ -153,6 +153,7 @@ pub fn judge(
     let mut list = sift(checked.diagnostics.clone(), levels);
     let lints = lint(checked, &options).into_iter().map(|d| (lint::find(d.code).is_some_and(&severe), d));
     list.extend(lints.filter_map(|(shown, d)| verdict(d, shown, levels)));
+    list.sort_by_key(|(d, _)| d.span.start);
     let mut once = lint::OnceAName::default();
     list.retain(|(d, _)| once.keeps(d));
     list

@@ -1,14 +1,20 @@
-//! `oslrun check FILE…`.
+//! `oslrun check FILE…`: reports errors and warnings, and applies safe edits on request.
 
-use super::args::ReadArgs;
+use super::args::{MessageFormat, ReadArgs};
+use super::input::Input;
 use super::levels::LintArgs;
-use super::{Failure, input, levels, report};
+use super::{Failure, fix, input, levels, report};
 use clap::Args;
 use osl::stages;
 use osl_hir::lint::Level;
+use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::escape::shown;
+use similar::TextDiff;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Lines of context around a change in a diff.
+const CONTEXT: usize = 2;
 
 /// Which files to check.
 #[derive(Debug, Args)]
@@ -16,6 +22,13 @@ pub(super) struct CheckArgs {
     /// Shader files.
     #[arg(required = true, value_name = "FILE.osl")]
     pub(super) files: Vec<PathBuf>,
+    /// Apply the safe edits to the files, and report what remains. An edit is safe if it is the only reading
+    /// of an error, or keeps what the shader computes; other suggestions are only shown.
+    #[arg(long)]
+    pub(super) fix: bool,
+    /// Show the safe edits as a diff, and write nothing.
+    #[arg(long)]
+    pub(super) diff: bool,
     /// The warnings to report.
     #[command(flatten)]
     pub(super) lints: LintArgs,
@@ -24,21 +37,78 @@ pub(super) struct CheckArgs {
     pub(super) read: ReadArgs,
 }
 
+/// What was found in all files.
+#[derive(Default)]
+struct Counts {
+    errors: usize,
+    warnings: usize,
+    fixed: usize,
+}
+
 /// Reports the errors and warnings of each file; fails if there is an error.
-pub(super) fn check(args: &CheckArgs, err: &mut dyn Write) -> Result<(), Failure> {
+pub(super) fn check(args: &CheckArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let mut result = Ok(());
+    let mut counts = Counts::default();
     for path in &args.files {
-        let one = input::read(path, &args.read).and_then(|input| {
-            let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
-            let list = levels::judge(&checked, Level::Check, &args.lints, args.read.limits.limits());
-            report::diagnostics(&list, &checked.sources, &args.read, err)
-        });
-        if let Err(Failure(text)) = one {
+        if let Err(Failure(text)) = one(path, args, &mut counts, (out, err)) {
             if !text.is_empty() {
                 let _ = writeln!(err, "error: {}", shown(&text));
+                counts.errors += 1;
             }
             result = Err(Failure::said());
         }
     }
+    let n_files = args.files.len();
+    let Counts { errors, warnings, fixed } = counts;
+    if args.read.message_format == MessageFormat::Human && errors + warnings + fixed > 0 {
+        let fixes =
+            if fixed > 0 { format!("{} applied; ", count(fixed, "fix", "fixes")) } else { String::new() };
+        let (errors, warnings) = (count(errors, "error", "errors"), count(warnings, "warning", "warnings"));
+        let _ = writeln!(err, "{fixes}{errors}, {warnings} in {}", count(n_files, "file", "files"));
+    }
     result
+}
+
+fn count(n: usize, one: &str, many: &str) -> String {
+    match n {
+        0 => format!("no {many}"),
+        1 => format!("1 {one}"),
+        n => format!("{n} {many}"),
+    }
+}
+
+/// Checks one file, and fixes it if requested.
+fn one(
+    path: &Path,
+    args: &CheckArgs,
+    counts: &mut Counts,
+    (out, err): (&mut dyn Write, &mut dyn Write),
+) -> Result<(), Failure> {
+    let mut input = input::read(path, &args.read)?;
+    let judge = |checked: &stages::Checked| -> Vec<Diagnostic> {
+        levels::judge(checked, Level::Check, &args.lints, args.read.limits.limits())
+    };
+    if args.diff || args.fix {
+        let fixed = fix::fix(&input, judge);
+        if args.diff {
+            show(&input, &fixed.text, out)?;
+        } else if fixed.applied > 0 {
+            osl_files::replace(path, fixed.text.as_bytes()).map_err(Failure::new)?;
+            counts.fixed += fixed.applied;
+            input.text = fixed.text;
+        }
+    }
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
+    let list = judge(&checked);
+    counts.errors += list.iter().filter(|d| d.is_error()).count();
+    counts.warnings += list.iter().filter(|d| !d.is_error()).count();
+    report::diagnostics(&list, &checked.sources, &args.read, err)
+}
+
+/// Prints the difference between a file and its fixed text.
+fn show(input: &Input, fixed: &str, out: &mut dyn Write) -> Result<(), Failure> {
+    let diff = TextDiff::from_lines(input.text.as_str(), fixed);
+    let after = format!("{} (fixed)", input.name);
+    let diff = diff.unified_diff().context_radius(CONTEXT).header(&input.name, &after).to_string();
+    write!(out, "{}", shown(&diff)).map_err(|e| Failure::new(format!("cannot write: {e}")))
 }

@@ -46,6 +46,12 @@ impl SourceProvider for Files {
         self.first(folders.map(|folder| folder.join(name))).map_err(include_error)
     }
 
+    fn names(&self, from: &str) -> Vec<String> {
+        let beside = Path::new(from).parent().map(Path::to_path_buf);
+        let folders = beside.into_iter().chain([self.main.clone()]).chain(self.folders.iter().cloned());
+        folders.flat_map(|folder| names_in(&folder, "h")).collect()
+    }
+
     /// The first `stdosl.h` in the folders of `-I`, since vendors extend it.
     fn standard(&self) -> Option<Result<(String, Arc<str>), String>> {
         match self.first(self.folders.iter().map(|folder| folder.join("stdosl.h"))) {
@@ -53,6 +59,20 @@ impl SourceProvider for Files {
             found => Some(found.map_err(include_error)),
         }
     }
+}
+
+/// Maximum number of entries of a folder that are looked at for a suggestion.
+const MOST_ENTRIES: usize = 1000;
+
+/// The names of the files in a folder with this extension, in order.
+pub(super) fn names_in(folder: &Path, extension: &str) -> Vec<String> {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().take(MOST_ENTRIES);
+    let paths = entries.map(|entry| PathBuf::from(entry.file_name()));
+    let fits = |path: &PathBuf| path.extension().is_some_and(|e| e == extension);
+    let mut names: Vec<String> = paths.filter(fits).map(|path| path.display().to_string()).collect();
+    names.sort();
+    names
 }
 
 fn include_error(error: FileError) -> String {

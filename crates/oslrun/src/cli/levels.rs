@@ -7,7 +7,7 @@ use super::args::heading;
 use clap::Args;
 use osl::stages::{self, Checked};
 use osl::{Levels, NoWarning, Verdict};
-use osl_hir::lint::{self, Level};
+use osl_hir::lint::Level;
 use osl_limits::Limits;
 use osl_syntax::diagnostic::{Code, Diagnostic};
 
@@ -36,6 +36,14 @@ impl LintArgs {
         self.deny.iter().any(|name| name == "errors")
     }
 
+    /// Whether the command line asks for this warning, by name, by code or with all others.
+    pub(super) fn asks_for(&self, code: Code) -> bool {
+        let fits = |word: &String| {
+            word == "all" || word.eq_ignore_ascii_case(code.id) || word.eq_ignore_ascii_case(code.name)
+        };
+        self.warn.iter().any(fits)
+    }
+
     /// The levels that the command line sets.
     fn levels(&self) -> Levels {
         let mut levels = Levels::default();
@@ -54,18 +62,8 @@ impl LintArgs {
 /// The diagnostics of a checked file and its lints of at least this level, filtered by the command line and
 /// bounded by the limits.
 pub(super) fn judge(checked: &Checked, level: Level, args: &LintArgs, limits: &Limits) -> Vec<Diagnostic> {
-    let mut explained: Vec<Code> = Vec::new();
     let judged = stages::judge(checked, &args.levels(), |lint| lint.level >= level, limits);
-    let explain = |(found, verdict): (Diagnostic, Verdict)| {
-        let mut found = denied_by(found, verdict);
-        if lint::find(found.code).is_some() && !explained.contains(&found.code) {
-            explained.push(found.code);
-            let Code { id, name } = found.code;
-            found = found.note(format!("`oslrun explain-error {id}` tells more, `-A {name}` silences it"));
-        }
-        found
-    };
-    judged.into_iter().map(explain).collect()
+    judged.into_iter().map(|(found, verdict)| denied_by(found, verdict)).collect()
 }
 
 /// Filters diagnostics as the command line requests.

@@ -13,6 +13,7 @@ use osl_lower::params::{self, ParamError, ParamValues};
 use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
+use osl_syntax::spelling::closest;
 use std::cell::RefCell;
 use std::fmt::Write as _;
 use std::io::Write;
@@ -119,7 +120,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     }
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let list = levels::judge(&checked, Level::Always, request.lints, request.read.limits.limits());
-    report::diagnostics(&list, &checked.sources, request.read, err)?;
+    report::before_run(&list, &checked.sources, (request.read, request.lints), err)?;
     let program = checked.program.ok_or_else(Failure::said)?;
     wanted(&program, request.outputs)?;
     let failed = |e| match e {
@@ -270,7 +271,7 @@ fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<Vec<Strin
         };
         let Some(layer) = group.layer_mut(layer) else { continue };
         params::set(&layer.program, &mut layer.values, name, text).map_err(|e| match e {
-            ParamError::Unknown(..) => Failure::new(format!("layer `{}`: {e}", layer.name)),
+            ParamError::Unknown { .. } => Failure::new(format!("layer `{}`: {e}", layer.name)),
             e => Failure::new(e),
         })?;
         let mut alone = ParamValues::default();
@@ -330,6 +331,20 @@ impl<'a> Folders<'a> {
         Folders { own: None, folders, roots, includes, read, repair: repair.then(RefCell::default) }
     }
 
+    /// Why a shader cannot be found, with the closest name that can.
+    fn not_found(&self, shader: &str) -> String {
+        let why = "there is no such file in the shader paths, nor is it built in";
+        let stem = |name: String| name.strip_suffix(".osl").map(str::to_string);
+        let beside: Vec<String> =
+            self.folders.iter().flat_map(|f| input::names_in(f, "osl")).filter_map(stem).collect();
+        let mut names: Vec<&str> = nodes::names().collect();
+        names.extend(beside.iter().map(String::as_str));
+        match closest(shader, names) {
+            Some(close) => format!("{why}; there is one named `{close}`"),
+            None => why.to_string(),
+        }
+    }
+
     /// A shader's file after reading: its name and text.
     fn open(&self, file: Opened) -> Result<(String, String), String> {
         let path = file.path().to_path_buf();
@@ -361,7 +376,7 @@ impl ShaderFiles for Folders<'_> {
             Ok(file) => self.open(file),
             Err(FileError::NotFound) => match nodes::find(shader) {
                 Some(text) => Ok((format!("{shader}.osl (built in)"), text.to_string())),
-                None => Err("there is no such file in the shader paths, nor is it built in".to_string()),
+                None => Err(self.not_found(shader)),
             },
             Err(FileError::Outside) => {
                 Err("it lies outside of the shader paths; --allow-files lets it".to_string())

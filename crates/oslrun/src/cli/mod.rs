@@ -19,6 +19,7 @@ mod display;
 mod doc;
 mod explain;
 mod explain_error;
+mod fix;
 mod fmt;
 mod info;
 mod input;
@@ -120,7 +121,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         }
     };
     let result = match (cli.command, cli.run) {
-        (Some(Command::Check(args)), _) => check::check(&args, err),
+        (Some(Command::Check(args)), _) => check::check(&args, out, err),
         (Some(Command::Ir(args)), _) => ir::ir(&args, out, err),
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
         (Some(Command::Explain(args)), _) => explain::explain(&args, out, err),

@@ -2,7 +2,8 @@
 
 use super::Failure;
 use super::args::{MessageFormat, ReadArgs};
-use osl_syntax::diagnostic::Diagnostic;
+use super::levels::LintArgs;
+use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceMap;
 use serde::Serialize;
@@ -17,7 +18,8 @@ pub(super) fn diagnostics(
 ) -> Result<(), Failure> {
     match args.message_format {
         MessageFormat::Human => {
-            let _ = write!(err, "{}", render(list, sources, RenderStyle { color: true }));
+            let list = with_lessons(list);
+            let _ = write!(err, "{}", render(&list, sources, RenderStyle { color: true }));
         }
         MessageFormat::Json => {
             for diagnostic in osl::stages::describe(list, sources) {
@@ -27,6 +29,49 @@ pub(super) fn diagnostics(
         }
     }
     if list.iter().any(Diagnostic::is_error) { Err(Failure::said()) } else { Ok(()) }
+}
+
+/// Prints the diagnostics of a shader that is about to run: errors, and warnings that the command line asks
+/// for; of all others only their number, since a run is repeated and `check` shows them. Fails if one is an
+/// error.
+pub(super) fn before_run(
+    list: &[Diagnostic],
+    sources: &SourceMap,
+    (read, lints): (&ReadArgs, &LintArgs),
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    if read.message_format == MessageFormat::Json {
+        return diagnostics(list, sources, read, err);
+    }
+    let (shown, counted): (Vec<Diagnostic>, Vec<Diagnostic>) =
+        list.iter().cloned().partition(|d| d.is_error() || lints.asks_for(d.code));
+    let result = diagnostics(&shown, sources, read, err);
+    let mut codes: Vec<Code> = counted.iter().map(|d| d.code).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    let names: Vec<&str> = codes.iter().map(|code| code.name).collect();
+    let n = match counted.len() {
+        0 => return result,
+        1 => "1 warning".to_string(),
+        n => format!("{n} warnings"),
+    };
+    let _ = writeln!(err, "note: {n} ({}); `oslrun check` shows the text", names.join(", "));
+    result
+}
+
+/// The diagnostics; the first of each code names its lesson, and how to silence it.
+fn with_lessons(list: &[Diagnostic]) -> Vec<Diagnostic> {
+    let mut named: Vec<Code> = Vec::new();
+    let with_lesson = |d: &Diagnostic| {
+        if named.contains(&d.code) {
+            return d.clone();
+        }
+        named.push(d.code);
+        let Code { id, name } = d.code;
+        let silence = if id.starts_with('W') { format!("; `-A {name}` silences it") } else { String::new() };
+        d.clone().note(format!("for more: `oslrun explain-error {id}`{silence}"))
+    };
+    list.iter().map(with_lesson).collect()
 }
 
 #[derive(Serialize)]
@@ -64,6 +109,7 @@ struct Related<'a> {
 struct Fix<'a> {
     title: &'a str,
     edits: Vec<Edit<'a>>,
+    safe: bool,
 }
 
 #[derive(Serialize)]
@@ -94,6 +140,6 @@ fn json<'a>(d: &'a osl::Diagnostic) -> Json<'a> {
         related: d.labels.iter().map(related).collect(),
         notes: &d.notes,
         help: d.help.as_deref(),
-        fixes: d.fixes.iter().map(|f| Fix { title: &f.title, edits: edits(f) }).collect(),
+        fixes: d.fixes.iter().map(|f| Fix { title: &f.title, edits: edits(f), safe: f.safe }).collect(),
     }
 }

@@ -153,7 +153,7 @@ impl<'a> GroupBuilder<'a> {
             match params::set_words(program, &mut values, ty, &name.text, &words) {
                 Ok(()) if interpolated => values.interpolate(&name.text),
                 Ok(()) => {}
-                Err(ParamError::Unknown(name, _)) => {
+                Err(ParamError::Unknown { name, .. }) => {
                     console.warning(&format!("attempting to set nonexistent parameter: {name}"));
                 }
                 Err(ParamError::Type { name, ty, given }) => console.warning(&format!(

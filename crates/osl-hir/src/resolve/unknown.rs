@@ -1,0 +1,153 @@
+//! Names that nothing declares: what they probably mean.
+//!
+//! A name is compared only with names of the needed kind, and words of other languages come first
+//! (`vocabulary`). Where nothing is close, the message says how to declare it. This module must not know the
+//! texts of the messages.
+
+use super::Resolver;
+use super::errors::{self, CloseType};
+use super::vocabulary::{self, Wanted};
+use crate::builtins;
+use crate::hir::{Init, Stmt, StmtKind, VarKind};
+use osl_ir::types::{Base, Type};
+use osl_syntax::Reports;
+use osl_syntax::ast::{self, ExprId};
+use osl_syntax::span::Span;
+use osl_syntax::spelling::closest;
+
+/// The types of the language.
+const TYPES: [&str; 9] = ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
+
+/// Keywords that may stand where a type begins a declaration.
+const KEYWORDS: [&str; 12] = [
+    "return",
+    "else",
+    "for",
+    "while",
+    "output",
+    "struct",
+    "closure",
+    "shader",
+    "surface",
+    "displacement",
+    "volume",
+    "continue",
+];
+
+/// Keywords that are a statement by themselves.
+const JUMPS: [&str; 3] = ["break", "continue", "return"];
+
+impl Resolver<'_> {
+    /// Reports an unknown type.
+    pub(super) fn unknown_type(&mut self, span: Span, name: &str) {
+        if self.may_be_declared(name)
+            || (self.reports != Reports::AsReference && !self.told.insert(format!("type {name}")))
+        {
+            return;
+        }
+        let known = vocabulary::word(Wanted::Type, name);
+        let close = match known {
+            None if self.n_errors < self.max_diagnostics() => {
+                let words = TYPES.into_iter().chain(KEYWORDS).chain(self.structs.names());
+                closest(name, words).map(str::to_string)
+            }
+            _ => None,
+        };
+        let close = close.as_deref().map(|word| match word {
+            word if TYPES.contains(&word) => CloseType::Own(word),
+            word if self.structs.find(word).is_some() => CloseType::Struct(word),
+            word => CloseType::Keyword(word),
+        });
+        self.report(errors::unknown_type(span, name, known, close));
+    }
+
+    /// Reports an unknown variable or function; `arguments_end` is where the arguments of a call end, if it
+    /// has any.
+    pub(super) fn unknown(&mut self, span: Span, what: &str, name: &str, arguments_end: Option<u32>) {
+        let functions = what == "function";
+        if self.may_be_declared(name) || (!functions && self.is_nameless(name)) {
+            return;
+        }
+        if self.n_errors >= self.max_diagnostics() {
+            return self.report(errors::unknown_name(span, what, name, None));
+        }
+        // Reported once for readers; the reference repeats it.
+        if self.reports != Reports::AsReference && !self.told.insert(format!("{what} {name}")) {
+            return;
+        }
+        if !functions && self.declaring.as_deref() == Some(name) {
+            return self.report(errors::own_value(span, name));
+        }
+        let wanted = if functions { Wanted::Function } else { Wanted::Variable };
+        if let Some(word) = vocabulary::word(wanted, name) {
+            return self.report(errors::foreign_name(span, what, name, word, arguments_end));
+        }
+        let close = self.close_name(name, functions);
+        let d = errors::unknown_name(span, what, name, close.as_deref());
+        let d = match (functions, &close) {
+            (false, None) => {
+                let ty =
+                    if matches!(name, "i" | "j" | "k" | "n" | "count" | "index") { "int" } else { "float" };
+                d.help(format!("declare it with its type before it is used, as in `{ty} {name} = 0`"))
+            }
+            _ => d,
+        };
+        self.report(d);
+    }
+
+    /// The function or variable in scope that a name probably means.
+    fn close_name(&self, name: &str, functions: bool) -> Option<String> {
+        let mut names = self.names_in_scope(functions);
+        if functions {
+            builtins::names().for_each(|builtin| names.push(builtin));
+            ["if", "for", "while", "return"].into_iter().for_each(|word| names.push(word));
+        }
+        // `i` is probably a counter without a declaration, and not the ray `I`.
+        closest(name, names).filter(|close| functions || close.len() > 1).map(str::to_string)
+    }
+
+    /// `i = 0;` with a name that nothing declares: reports it, and declares it for the statements after it.
+    /// `None` for every other statement.
+    pub(super) fn undeclared(&mut self, id: ExprId, span: Span) -> Option<Stmt> {
+        let ast = self.ast;
+        let ast::ExprKind::Assign { op: None, target, value } = &ast[id].kind else { return None };
+        let ast::ExprKind::Name(name) = &ast[*target].kind else { return None };
+        let is_list = matches!(ast[*value].kind, ast::ExprKind::InitList(_));
+        let known = self.lookup(name).is_some() || builtins::find(name).is_some();
+        if self.reports == Reports::AsReference || known || is_list || self.may_be_declared(name) {
+            return None;
+        }
+        let foreign = vocabulary::word(Wanted::Variable, name).is_some();
+        let full = self.n_errors >= self.max_diagnostics();
+        if full || foreign || self.told.contains(&format!("variable {name}")) {
+            return None;
+        }
+        if self.close_name(name, false).is_some() {
+            return None;
+        }
+        self.told.insert(format!("variable {name}"));
+        let at = ast[*target].span;
+        let value = self.value(*value, None);
+        let nameable = !value.ty.is_error() && !value.ty.is_array() && value.ty.base != Base::Void;
+        let ty = nameable.then(|| match value.ty.base {
+            Base::Closure => "closure color".to_string(),
+            _ => self.show(value.ty),
+        });
+        self.report(errors::undeclared(at, name, ty.as_deref()));
+        let ty = if nameable { value.ty } else { Type::ERROR };
+        let var = self.add_var(name.clone(), ty, VarKind::Local, at);
+        Some(Stmt { kind: StmtKind::Declare(var, Some(Init::Value(value))), span })
+    }
+
+    /// `breka;`: a statement of one unknown word that resembles a keyword. Returns whether it was reported.
+    pub(super) fn misspelt_jump(&mut self, id: ExprId) -> bool {
+        let ast = self.ast;
+        let ast::ExprKind::Name(name) = &ast[id].kind else { return false };
+        if self.reports == Reports::AsReference || self.lookup(name).is_some() || self.may_be_declared(name) {
+            return false;
+        }
+        let Some(word) = closest(name, JUMPS) else { return false };
+        self.report(errors::misspelt_jump(ast[id].span, name, word));
+        true
+    }
+}
