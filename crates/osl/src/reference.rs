@@ -9,6 +9,10 @@
 //! assert_eq!(osl::reference::closest("smothstep"), Some("smoothstep"));
 //! ```
 
+mod topics;
+
+pub use topics::{Topic, topic, topics};
+
 use osl_hir::builtins::{self, Builtin, FAMILIES, ParamType, Tail};
 use osl_ir::types::StructTable;
 
@@ -103,10 +107,28 @@ pub fn find(name: &str) -> Vec<Function> {
     builtins::all().filter(|row| row.name == name || begins(row)).map(function).collect()
 }
 
-/// The existing name that is closest to an unknown one.
+/// The fields that the first argument of `noise` and `pnoise` names, each with its range and its look.
+pub const NOISE_FIELDS: [(&str, &str, &str); 7] = [
+    ("perlin", "-1 to 1", "soft bumps, 0 at whole coordinates; `snoise` is the same"),
+    ("uperlin", "0 to 1", "the same around 0.5; what `noise` without a name is"),
+    ("simplex", "-1 to 1", "soft bumps without a visible grid"),
+    ("usimplex", "0 to 1", "the same around 0.5"),
+    ("cell", "0 to 1", "one value for each unit cell, with hard edges between cells"),
+    ("hash", "0 to 1", "another value at every point: white noise"),
+    ("gabor", "about -1 to 1", "stripes and waves of a chosen width and direction"),
+];
+
+/// The existing name that is closest to an unknown one: a name that it is the beginning of, else the one with
+/// the most similar spelling, among functions and [`topics`].
 pub fn closest(name: &str) -> Option<&'static str> {
-    osl_syntax::spelling::closest(name, builtins::names())
+    let names: Vec<&'static str> =
+        builtins::names().chain(topics().into_iter().map(|topic| topic.name)).collect();
+    let begun = names.iter().copied().filter(|known| name.len() >= MIN_BEGINNING && known.starts_with(name));
+    begun.min_by_key(|known| (known.len(), *known)).or_else(|| osl_syntax::spelling::closest(name, names))
 }
+
+/// A shorter word is the beginning of too many names.
+const MIN_BEGINNING: usize = 3;
 
 fn function(row: &'static Builtin) -> Function {
     let family = FAMILIES.iter().find(|family| family.rows.iter().any(|r| r.name == row.name));

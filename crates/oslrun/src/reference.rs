@@ -3,8 +3,11 @@
 //! [`osl::reference`] has the data. This module must not know how functions are compiled, nor where its text
 //! is written.
 
-use osl::reference::{Function, RULES, functions};
+use osl::reference::{Function, NOISE_FIELDS, RULES, Topic, functions, topics};
 use std::fmt::Write;
+
+/// The functions whose first argument names a field.
+const NAMES_FIELDS: [&str; 2] = ["noise", "pnoise"];
 
 /// Width of text for terminals in columns.
 const WIDTH: usize = 96;
@@ -26,7 +29,34 @@ pub fn list() -> String {
         }
         text.push('\n');
     }
-    text.push_str("`oslrun doc NAME` prints the entry of a function.\n");
+    let words = topics();
+    for kind in words.chunk_by(|a, b| a.kind == b.kind) {
+        let _ = writeln!(text, "{}s", capital(kind[0].kind));
+        for word in kind {
+            let _ = writeln!(text, "  {:width$}  {}", word.name, first_sentence(word.about));
+        }
+        text.push('\n');
+    }
+    let nodes: Vec<&str> = crate::nodes::names().collect();
+    let _ =
+        writeln!(text, "Built-in nodes\n  {}\n", wrapped(&nodes.join(", ")).trim_end().replace('\n', "\n  "));
+    text.push_str("`oslrun doc NAME` prints the entry of a name.\n");
+    text
+}
+
+fn capital(word: &str) -> String {
+    let mut chars = word.chars();
+    chars.next().map(|first| first.to_uppercase().chain(chars).collect()).unwrap_or_default()
+}
+
+/// The entry of a word that is not a function, for terminals.
+pub fn topic(topic: &Topic) -> String {
+    let mut text = format!("{} ({})\n\n    {}\n\n", topic.name, topic.kind, topic.form);
+    text.push_str(&wrapped(topic.about));
+    text.push_str("\nExample:\n\n");
+    for line in statements(topic.example) {
+        let _ = writeln!(text, "    {line}");
+    }
     text
 }
 
@@ -48,6 +78,13 @@ pub fn entry(row: &Function) -> String {
     ];
     for (label, part) in parts {
         text.push_str(&wrapped(&format!("{label}{}", sentence(part))));
+        text.push('\n');
+    }
+    if NAMES_FIELDS.contains(&row.name) {
+        text.push_str("The fields:\n\n");
+        for (field, range, look) in NOISE_FIELDS {
+            let _ = writeln!(text, "    {:10} {range:14} {look}", format!("\"{field}\""));
+        }
         text.push('\n');
     }
     text.push_str("Example:\n\n");
@@ -97,7 +134,15 @@ fn section(text: &mut String, row: &Function) {
 
 /// The statements of the example, one per line.
 fn example(row: &Function) -> Vec<String> {
-    let statements = row.example.split_inclusive("; ");
+    statements(row.example)
+}
+
+fn statements(text: &str) -> Vec<String> {
+    // The parts of a `for` and the body of a block stay together.
+    if text.contains(['{', '(']) && (text.contains("for (") || text.contains("{ ")) {
+        return vec![text.to_string()];
+    }
+    let statements = text.split_inclusive("; ");
     statements.map(|s| s.trim_end().to_string()).collect()
 }
 

@@ -50,6 +50,16 @@ fn every_example_runs() {
             wrong.push_str(&format!("{}: {why}\n{text}\n", row.name));
         }
     }
+    for topic in reference::topics() {
+        // A struct is declared before the shader.
+        let is_struct = topic.example.starts_with("struct");
+        let end = topic.example.find("}; ").filter(|_| is_struct).map_or(0, |end| end + 3);
+        let (before, body) = topic.example.split_at(end);
+        let text = format!("{before}surface example(output float result = 0) {{\n{body}\n}}\n");
+        if let Err(why) = run(&text) {
+            wrong.push_str(&format!("{}: {why}\n{text}\n", topic.name));
+        }
+    }
     assert!(wrong.is_empty(), "{wrong}");
 }
 
@@ -109,8 +119,71 @@ fn the_command_suggests() {
     assert!(err.contains("did you mean `smoothstep`?"), "{err}");
     let (code, _, err) = command(&["doc", "quaternion_multiplication"]);
     assert_eq!(code, 1);
-    assert!(err.contains("`oslrun doc` lists them"), "{err}");
+    assert!(err.contains("`oslrun doc` lists all names"), "{err}");
+    // A name that has the beginning is closer than one that is spelt similarly.
+    let (_, _, err) = command(&["doc", "cell"]);
+    assert!(err.contains("did you mean `cellnoise`?"), "{err}");
+    let (_, _, err) = command(&["doc", "normall"]);
+    assert!(err.contains("did you mean `normal`?"), "{err}");
     assert_eq!(command(&["doc", "sin", "--markdown"]).0, 2);
+}
+
+#[test]
+fn words_and_nodes_have_entries() {
+    let mut all = String::new();
+    for name in ["P", "point", "for", "remap", "clamp", "transform", "noise"] {
+        let (code, entry, err) = command(&["doc", name]);
+        assert_eq!(code, 0, "{err}");
+        all += &format!("$ oslrun doc {name}\n{entry}\n");
+    }
+    insta::assert_snapshot!("words", all);
+    let (_, list, _) = command(&["doc"]);
+    for topic in reference::topics() {
+        assert!(list.contains(&format!("  {} ", topic.name)), "{}", topic.name);
+        assert_eq!(command(&["doc", topic.name]).0, 0, "{}", topic.name);
+    }
+    // Every global and every node has one.
+    for (_, name, ..) in osl_ir::global::GLOBALS {
+        assert_eq!(reference::topic(name).map(|topic| topic.kind), Some("global"), "{name}");
+    }
+    for node in oslrun::nodes::names() {
+        assert!(command(&["doc", node]).1.contains(&format!("{node} (built-in node)")), "{node}");
+        assert_eq!(command(&["info", node]).0, 0, "{node}");
+    }
+}
+
+#[test]
+fn the_ranges_of_noise_are_those_of_the_fields() {
+    for (field, range, _) in reference::NOISE_FIELDS {
+        let text = format!("shader s(output float f = 0) {{ f = noise(\"{field}\", 40 * P); }}");
+        let checked = stages::check("s.osl", &text, &NoFiles, &Options::default());
+        let body = osl_lower::lower(&checked.program.unwrap(), &ParamValues::default()).unwrap();
+        let compiled = stages::finish(body, &passes::Options::default());
+        let (services, options) = (Services::default(), RunOptions::default());
+        let frame =
+            osl_exec::run(&compiled.program, &services, &Grid::new(128, 128), &options, &|_| ()).unwrap();
+        let values = frame.planes[0].floats();
+        let (low, high) = values.iter().fold((9.0_f32, -9.0_f32), |(l, h), x| (l.min(*x), h.max(*x)));
+        let least = if range.starts_with('0') { 0.0 } else { -1.0 };
+        assert!(least <= low && high <= 1.0, "{field}: {low} to {high}");
+        assert!(low < least + 0.5 && high > 0.5, "{field}: {low} to {high} is not {range}");
+    }
+}
+
+#[test]
+fn entries_are_data() {
+    for args in [
+        &["doc", "--json"][..],
+        &["doc", "noise", "--json"],
+        &["doc", "P", "--json"],
+        &["doc", "mix", "--json"],
+    ] {
+        let (code, text, _) = command(args);
+        assert_eq!(code, 0);
+        let all: serde_json::Value = serde_json::from_str(&text).unwrap();
+        let count = |key: &str| all[key].as_array().unwrap().len();
+        assert!(count("functions") + count("words") + count("nodes") > 0, "{text}");
+    }
 }
 
 #[test]

@@ -21,7 +21,9 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "fromspace, tospace, p | Mto, p",
         transform,
-        "A point, vector or normal by a matrix, or from one named space (default common) to another.",
+        "A point, vector or normal by a matrix, or from one named space (default common) to another. A point \
+         takes the whole matrix. Translation leaves a vector as it is. A normal takes the inverse transpose, so \
+         that it stays perpendicular to a surface that is stretched; translation leaves it as it is too.",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::ByResult(&[(Type::VECTOR, "transformv"), (Type::NORMAL, "transformn")]))

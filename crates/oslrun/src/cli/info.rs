@@ -2,6 +2,7 @@
 
 use super::args::ReadArgs;
 use super::{Failure, input, report};
+use crate::nodes;
 use clap::Args;
 use osl::stages;
 use osl_hir::hir::Program;
@@ -14,7 +15,7 @@ use std::path::PathBuf;
 /// Which shader to show.
 #[derive(Debug, Args)]
 pub(super) struct InfoArgs {
-    /// The shader file, a source or compiled.
+    /// The shader file, a source or compiled; or the name of a built-in node, such as remap.
     #[arg(value_name = "FILE")]
     pub(super) file: PathBuf,
     /// Print one JSON object.
@@ -27,7 +28,14 @@ pub(super) struct InfoArgs {
 
 /// Shows the shader of a file.
 pub(super) fn info(args: &InfoArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
-    let input = input::read(&args.file, &args.read)?;
+    let built_in = args.file.to_str().filter(|_| !args.file.exists()).and_then(nodes::find);
+    let input = match built_in {
+        Some(text) => {
+            let name = format!("{}.osl (built in)", args.file.display());
+            input::input(name, text.to_string(), PathBuf::new(), &args.read)
+        }
+        None => input::read(&args.file, &args.read)?,
+    };
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let errors: Vec<_> = checked.diagnostics.iter().filter(|d| d.is_error()).cloned().collect();
     report::diagnostics(&errors, &checked.sources, &args.read, err)?;
