@@ -1,126 +1,25 @@
-//! The arithmetics of a machine: the word of a lane, and how floats are stored in it.
+//! The arithmetics of a machine: the loops and fields that each of them runs.
 //!
-//! A machine is generic code for all of them. Ints and the numbers of strings and closures are the low 32
-//! bits of a word in each arithmetic. This module must not know programs or machines.
+//! A machine is generic code for all of them. This module must not know programs, machines or machine code.
 
 use crate::fields::{self, FieldCall};
-use crate::lanes::{LaneCall, LaneRun, Ready, Stamped, StampedFast, StampedRun};
-use crate::native::Style;
-use bytemuck::Pod;
-use osl_ir::ir::Precision;
+use crate::lanes::{
+    LaneCall, LaneInput, LaneRun, Ready, ReadyArg, ReadyLane, Stamped, StampedFast, StampedRun,
+};
+use crate::register::Lanes;
+use crate::word::{Element, Word};
+use osl_ir::ir::{LaneOp, MAX_ARGS, Precision};
 use osl_numeric::fast::FastFloat;
 use osl_numeric::{Number, Scalar};
 use osl_simd::{FusedKernel, Isa, Kernel};
-use std::fmt::Debug;
 
-/// The contents of a lane.
-pub(crate) trait Word: Pod + Default + Debug + PartialEq + Send + Sync {
-    /// Whether cheap operations have separate loops for single arguments. If not, single values are broadcast
-    /// first, which leaves a third of the code to compile.
-    const FORMS: bool;
-    /// The word for an int, or for the number of a string or closure.
-    fn of(bits: u32) -> Self;
-    /// The int.
-    fn bits(self) -> u32;
-    /// `yes` if `mask` is all ones, `no` if it is 0.
-    fn pick(mask: u32, yes: Self, no: Self) -> Self;
-    /// The words as they are, if they have 32 bits.
-    fn narrow(lanes: &[Self]) -> Option<&[u32]>;
-    /// The same, mutable.
-    fn narrow_mut(lanes: &mut [Self]) -> Option<&mut [u32]>;
-    /// `out[i] = table[index[i]]`; an index beyond the table selects its last word.
-    fn look_up(isa: Isa, table: &[Self; 16], index: &[u32], out: &mut [Self]);
-}
-
-impl Word for u32 {
-    const FORMS: bool = true;
-    #[inline(always)]
-    fn of(bits: u32) -> u32 {
-        bits
-    }
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        self
-    }
-    #[inline(always)]
-    fn pick(mask: u32, yes: u32, no: u32) -> u32 {
-        (yes & mask) | (no & !mask)
-    }
-    fn narrow(lanes: &[u32]) -> Option<&[u32]> {
-        Some(lanes)
-    }
-    fn narrow_mut(lanes: &mut [u32]) -> Option<&mut [u32]> {
-        Some(lanes)
-    }
-    fn look_up(isa: Isa, table: &[u32; 16], index: &[u32], out: &mut [u32]) {
-        isa.look_up(table, index, out);
-    }
-}
-
-impl Word for u64 {
-    const FORMS: bool = false;
-    #[inline(always)]
-    fn of(bits: u32) -> u64 {
-        u64::from(bits)
-    }
-    #[inline(always)]
-    fn bits(self) -> u32 {
-        self as u32
-    }
-    #[inline(always)]
-    fn pick(mask: u32, yes: u64, no: u64) -> u64 {
-        if mask != 0 { yes } else { no }
-    }
-    fn narrow(_: &[u64]) -> Option<&[u32]> {
-        None
-    }
-    fn narrow_mut(_: &mut [u64]) -> Option<&mut [u32]> {
-        None
-    }
-    fn look_up(_: Isa, table: &[u64; 16], index: &[u32], out: &mut [u64]) {
-        for (o, i) in out.iter_mut().zip(index) {
-            *o = table[(*i).min(15) as usize];
-        }
-    }
-}
-
-/// A float stored in words.
-pub(crate) trait Element<W>: Scalar {
-    fn load(word: W) -> Self;
-    fn store(self) -> W;
-}
-
-impl Element<u32> for f32 {
-    #[inline(always)]
-    fn load(word: u32) -> f32 {
-        f32::from_bits(word)
-    }
-    #[inline(always)]
-    fn store(self) -> u32 {
-        self.to_bits()
-    }
-}
-
-impl<const FUSED: bool> Element<u32> for FastFloat<FUSED> {
-    #[inline(always)]
-    fn load(word: u32) -> Self {
-        FastFloat(f32::from_bits(word))
-    }
-    #[inline(always)]
-    fn store(self) -> u32 {
-        self.0.to_bits()
-    }
-}
-
-impl Element<u64> for f64 {
-    #[inline(always)]
-    fn load(word: u64) -> f64 {
-        f64::from_bits(word)
-    }
-    #[inline(always)]
-    fn store(self) -> u64 {
-        self.to_bits()
-    }
+/// The single-precision arithmetic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Style {
+    /// Products and sums are rounded separately.
+    Strict,
+    /// Products and sums are fused where possible, and functions are approximated: `numeric::fast`.
+    Fast,
 }
 
 /// An arithmetic.
@@ -129,7 +28,7 @@ pub(crate) trait ArithmeticImpl: Copy + Send + Sync + 'static {
     type Word: Word;
     /// The floats.
     type Real: Element<Self::Word>;
-    /// Its style in [`native`](crate::native), if that implements its lane operations.
+    /// Its style in machine code, if that implements its lane operations.
     const NATIVE: Option<Style> = None;
     /// Runs lane operations.
     fn lanes(isa: Isa, run: LaneRun<'_, Self::Word>);
@@ -245,4 +144,31 @@ impl ArithmeticImpl for Double {
             *lane = f64::from(x).to_bits();
         }
     }
+}
+
+/// Runs an operation with one argument on `n` lanes; the words of both are component by component. Allocates,
+/// so it is meant for rare cases.
+pub(crate) fn one<A: ArithmeticImpl>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mut [A::Word], n: usize) {
+    let mut registers = [Lanes::new(out.len()), Lanes::new(arg.len())];
+    registers[1].words_mut().copy_from_slice(arg);
+    let parts = if op.shape().per_component { (out.len() / n.max(1)) as u8 } else { 1 };
+    let arg = ReadyArg {
+        from: LaneInput::Lanes(1, 0),
+        words: (arg.len() / n.max(1)) as u8,
+        apart: if parts > 1 { n as u32 } else { 0 },
+    };
+    let step = ReadyLane { op, parts, through: 1, count: 1, out: (0, 0), args: [arg; MAX_ARGS] };
+    let run = LaneRun {
+        isa,
+        steps: &[Ready::Lane(step)],
+        registers: &mut registers,
+        words: &[],
+        cells: &[],
+        indices: &[],
+        broadcasts: &mut Default::default(),
+        width: n,
+        lanes: 0..n,
+    };
+    A::lanes(isa, run);
+    out.copy_from_slice(registers[0].words());
 }

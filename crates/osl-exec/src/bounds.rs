@@ -1,7 +1,6 @@
 //! Checks that the fast functions keep their error bounds in the loops of each instruction set.
 
-use crate::arithmetic::{Double, Fast};
-use crate::lanes;
+use crate::arithmetic::{self, Double, Fast};
 use osl_ir::ir::LaneOp;
 use osl_numeric::fast::{BOUNDS, Bound};
 use osl_simd::Isa;
@@ -40,11 +39,11 @@ fn check(isas: &[Isa], bound: &Bound, words: &[u32]) -> Vec<Found> {
     }
     let args: Vec<u64> = kept.iter().map(|x| f64::from(*x).to_bits()).collect();
     let mut exact = vec![0; n];
-    lanes::one::<Double>(Isa::detect(), op, &args, &mut exact, n);
+    arithmetic::one::<Double>(Isa::detect(), op, &args, &mut exact, n);
     let args: Vec<u32> = kept.iter().map(|x| x.to_bits()).collect();
     let mut got = vec![0; n];
     let compare = |isa: &Isa| {
-        lanes::one::<Fast>(*isa, op, &args, &mut got, n);
+        arithmetic::one::<Fast>(*isa, op, &args, &mut got, n);
         let one = |((x, got), exact): ((&f32, &u32), &u64)| {
             let (got, exact) = (f64::from(f32::from_bits(*got)), f64::from_bits(*exact));
             let share = match (got - exact).abs() / (bound.absolute + bound.relative * exact.abs()) {

@@ -6,7 +6,7 @@
 use bytemuck::Pod;
 use osl_noise::gabor::{self, Options};
 use osl_noise::hash::NAN_WORD;
-use osl_noise::{Float, Kind};
+use osl_noise::{BatchFloat, Float, Kind};
 use osl_simd::{Isa, Kernel};
 
 /// Maximum number of results in floats: a triple and its derivatives along two axes.
@@ -75,7 +75,13 @@ pub(crate) fn double(isa: Isa, call: &FieldCall<'_>, inputs: &[&[f64]], outs: &m
     }
 }
 
-fn lattice<F: Float>(isa: Isa, call: &FieldCall<'_>, kind: Kind, inputs: &[&[F]], outs: &mut [&mut [F]]) {
+fn lattice<F: BatchFloat>(
+    isa: Isa,
+    call: &FieldCall<'_>,
+    kind: Kind,
+    inputs: &[&[F]],
+    outs: &mut [&mut [F]],
+) {
     let (dims, has_derivs) = (call.dims, call.has_derivs);
     // Coordinates, then periods if any, then the derivatives.
     let (plain, derivs) =

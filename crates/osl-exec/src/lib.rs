@@ -27,6 +27,7 @@ mod register;
 mod run;
 mod services;
 pub mod source;
+mod word;
 
 pub use error::RunError;
 pub use frame::{Closures, Frame, Plane};

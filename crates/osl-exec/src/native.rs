@@ -12,6 +12,7 @@
 mod plan;
 mod record;
 
+use crate::arithmetic::Style;
 use crate::lanes::Ready;
 use osl_native::{Scratch, Target};
 use osl_simd::Isa;
@@ -29,15 +30,6 @@ pub enum Native {
     Recurring,
     /// All, if the machine can run such code; for tests.
     Always,
-}
-
-/// The single-precision arithmetic.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Style {
-    /// Products and sums are rounded separately.
-    Strict,
-    /// Products and sums are fused where possible, and functions are approximated: `numeric::fast`.
-    Fast,
 }
 
 /// A sequence is compiled after it was executed for this many lanes, an estimate of the time for compiling

@@ -5,11 +5,7 @@
 
 use crate::builtins::Signature;
 use crate::hir::{VarId, VarKind};
-use crate::resolve::resolve_recording;
 use osl_ir::types::{Base, Struct, StructId, StructTable, Type};
-use osl_limits::Limits;
-use osl_syntax::Reports;
-use osl_syntax::ast::Ast;
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -64,16 +60,6 @@ pub struct Symbols {
     /// The location and type of each expression.
     types: Vec<(Span, Type)>,
     structs: StructTable,
-}
-
-/// The symbols of a source, which may have errors: names that could not be bound are missing.
-pub fn symbols(ast: &Ast, limits: &Limits) -> Symbols {
-    let (resolved, recorder) = resolve_recording(ast, Reports::Once, limits, Some(Recorder::default()));
-    let structs = match resolved.program {
-        Ok(program) => program.structs,
-        Err(broken) => broken.structs,
-    };
-    recorder.unwrap_or_default().finish(structs)
 }
 
 impl Symbols {
@@ -236,7 +222,8 @@ impl Recorder {
         self.types.push((span, ty));
     }
 
-    fn finish(self, structs: StructTable) -> Symbols {
+    /// The symbols that were collected.
+    pub(crate) fn finish(self, structs: StructTable) -> Symbols {
         let Recorder { mut list, types, .. } = self;
         list.retain(|symbol| symbol.declared.is_some() || !symbol.uses.is_empty());
         list.sort_by_key(|symbol| {

@@ -2,7 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-use osl_hir::symbols::{SymbolKind, Symbols, symbols};
+use osl_hir::resolve::symbols;
+use osl_hir::symbols::{SymbolKind, Symbols};
 use osl_limits::Limits;
 use osl_syntax::{NoFiles, Options, parse};
 use std::fmt::Write;

@@ -8,7 +8,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 
-use crate::cache::Loaded;
+use crate::loaded::Loaded;
 
 /// Approximate memory of a texture besides its samples; it bounds how many tiny ones are kept.
 const OVERHEAD: u64 = 1024;

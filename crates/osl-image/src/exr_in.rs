@@ -15,7 +15,8 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData, mip_map_levels};
 use half::f16;
 
-use crate::decoded::{Admission, Claim, Decoded};
+use crate::admission::{Admission, Claim};
+use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::image::{Header as FileHeader, Opened, StoredType, SubImage};
 use crate::texels::Texels;

@@ -7,7 +7,8 @@
 use std::io::{BufRead, Read, SeekFrom};
 use std::path::Path;
 
-use crate::decoded::{Admission, Claim, Decoded};
+use crate::admission::{Admission, Claim};
+use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::image::{Opened, StoredType, channel_names};
 use crate::texels::Texels;

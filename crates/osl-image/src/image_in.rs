@@ -11,7 +11,8 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use crate::decoded::{Admission, Claim, Decoded};
+use crate::admission::{Admission, Claim};
+use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::hdr_in;
 use crate::image::{Opened, Source, StoredType, channel_names};

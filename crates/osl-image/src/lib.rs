@@ -9,6 +9,7 @@
 //! Pixel row 0 is the first scanline of a file, at `t = 0` in texture space. Nothing here converts colors on
 //! reading; writing PNG applies the transfer curve that the caller names.
 
+mod admission;
 mod attributes;
 mod budget;
 mod cache;
@@ -30,6 +31,7 @@ mod image_in;
 mod jpeg_head;
 mod level;
 mod levels;
+mod loaded;
 mod lookup;
 mod png_out;
 mod read;
@@ -44,7 +46,7 @@ mod udim;
 mod wrap;
 
 pub use attributes::{Attribute, Attributes};
-pub use cache::{LoadFailure, Loaded, Missing, TextureCache};
+pub use cache::{Missing, TextureCache};
 pub use channels_out::{ImageFormat, Samples, channel_bytes, write_channels, write_ints};
 pub use environment::environment;
 pub use error::ImageError;
@@ -56,6 +58,7 @@ pub use exr_zip::SampleType;
 pub use filter::{Interp, Sample};
 pub use footprint::Footprint;
 pub use image::{Header, ImageData, StoredType, SubImage};
+pub use loaded::{LoadFailure, Loaded};
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, png_bytes, write_png};
 pub use read::{decode_part, read_image};

@@ -10,7 +10,8 @@ use std::path::Path;
 
 use osl_limits::Limits;
 
-use crate::decoded::{Admission, Decoded};
+use crate::admission::Admission;
+use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::file;
 use crate::image::{ImageData, Opened, Source, SubImage};

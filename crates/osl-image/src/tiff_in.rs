@@ -9,7 +9,8 @@ use tiff::ColorType;
 use tiff::decoder::{DecodingResult, Limits};
 use tiff::tags::{SampleFormat, Tag};
 
-use crate::decoded::{Admission, Claim, Decoded};
+use crate::admission::{Admission, Claim};
+use crate::decoded::Decoded;
 use crate::error::ImageError;
 use crate::image::{Header, Opened, Source, StoredType, SubImage, channel_names};
 use crate::texels::{Texels, bytes_of};

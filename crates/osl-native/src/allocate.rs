@@ -4,8 +4,9 @@
 //! gives up its register (Belady 1966) and moves to memory, unless it is there already. This module must not
 //! know where arrays are or who provides them, or the machine for which an [`Encoder`] writes code.
 
-use crate::block::{Array, Block, Inst, Op};
+use crate::block::Block;
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
+use crate::inst::{Array, Inst, Op};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
 

@@ -6,8 +6,8 @@
 mod encode;
 mod rare;
 
-use crate::block::{Binary, Compare, IntCompare, Op, Unary};
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
+use crate::inst::{Binary, Compare, IntCompare, Op, Unary};
 use encode::{Assembler, Gpr, K, Mem, Opcode, Rm, Zmm, name};
 
 /// The code's arguments, in the registers of the first four parameters: pointers to the arrays, working

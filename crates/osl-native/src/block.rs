@@ -4,183 +4,9 @@
 //! each of them. Equal operations on equal values are merged. This module must not know lanes, registers or
 //! instructions.
 
+use crate::inst::{Array, Binary, Compare, Inst, IntCompare, MaskValue, Op, TABLE, Unary, Value};
 use crate::simplify;
 use rustc_hash::FxHashMap;
-
-/// Number of words in a table. Indices are below it.
-pub const TABLE: usize = 16;
-
-/// A value: a word for each lane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Value(pub(crate) u32);
-
-/// A mask: true or false for each lane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct MaskValue(pub(crate) u32);
-
-/// An array of words, provided by the caller of the code.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Array(pub(crate) u32);
-
-/// An operation on two values.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Binary {
-    /// The sum of floats.
-    Add,
-    /// The difference of floats.
-    Sub,
-    /// The product of floats.
-    Mul,
-    /// The quotient of floats.
-    Div,
-    /// The first float if it is smaller, else the second (also for NaN and for zeros of either sign).
-    Min,
-    /// The sum of ints modulo 2^32.
-    IntAdd,
-    /// The difference of ints modulo 2^32.
-    IntSub,
-    /// The product of ints modulo 2^32.
-    IntMul,
-    /// The smaller int.
-    IntMin,
-    /// The larger int.
-    IntMax,
-    /// Bitwise and.
-    And,
-    /// Bitwise or.
-    Or,
-    /// Bitwise exclusive or.
-    Xor,
-    /// Shift left; 0 for shifts of 32 or more.
-    Shl,
-    /// Arithmetic shift right.
-    Shr,
-}
-
-impl Binary {
-    /// Whether the operands may change places.
-    pub(crate) fn commutes(self) -> bool {
-        use Binary::{Div, IntSub, Min, Shl, Shr, Sub};
-        !matches!(self, Sub | Div | Min | IntSub | Shl | Shr)
-    }
-}
-
-/// An operation on one value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Unary {
-    /// The square root of a float.
-    Sqrt,
-    /// 1 divided by the square root of a nonzero float; both operations are rounded.
-    InverseRoot,
-    /// The largest whole float that is not larger.
-    Floor,
-    /// The smallest whole float that is not smaller.
-    Ceil,
-    /// The float without its fraction.
-    Trunc,
-    /// The float of an int.
-    ToFloat,
-    /// Converts a float to an int by truncation; `i32::MIN` if it does not fit.
-    ToInt,
-    /// The absolute value of an int.
-    IntAbs,
-}
-
-/// A comparison of floats. Those that end in `OrNan` are true for NaN.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum Compare {
-    Equal,
-    Less,
-    LessEqual,
-    GreaterEqual,
-    Greater,
-    EqualOrNan,
-    UnequalOrNan,
-    LessOrNan,
-    LessEqualOrNan,
-    GreaterEqualOrNan,
-    GreaterOrNan,
-}
-
-/// A comparison of ints.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "the names say it")]
-pub enum IntCompare {
-    Equal,
-    Less,
-    LessEqual,
-    Unequal,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Op {
-    /// Lanes of an array, starting at a word.
-    Lanes(Array, u32),
-    /// A word of an array.
-    Word(Array, u32),
-    Constant(u32),
-    Unary(Unary),
-    Binary(Binary),
-    /// A word from a table, by an index.
-    LookUp(Array, u32),
-    Compare(Compare),
-    IntCompare(IntCompare),
-    /// Whether any bit is set.
-    NotZero,
-    /// Whether a float is NaN (if `nan`) or infinite (if `infinite`).
-    Class {
-        nan: bool,
-        infinite: bool,
-    },
-    MaskAnd,
-    MaskOr,
-    MaskNot,
-    /// The first value where the mask is set, else the second.
-    Choose,
-    /// The first value plus, or minus, the product of the others, rounded once.
-    Fused {
-        less: bool,
-    },
-    /// The length of a vector. The second value is the sum of the squares of its components and the first is
-    /// the root of that sum. If the squares are too small, the vector is scaled by its largest component.
-    Length,
-    /// 1 where the mask is set, else 0.
-    Number,
-    Store(Array, u32),
-}
-
-impl Op {
-    /// Whether its result is in memory already.
-    pub(crate) fn is_source(self) -> bool {
-        matches!(self, Op::Lanes(..) | Op::Word(..) | Op::Constant(_))
-    }
-
-    /// Whether all its operands are masks.
-    pub(crate) fn takes_mask(self) -> bool {
-        matches!(self, Op::MaskAnd | Op::MaskOr | Op::MaskNot | Op::Number)
-    }
-
-    /// Whether its result is a mask.
-    pub(crate) fn is_mask(self) -> bool {
-        use Op::{Class, Compare, IntCompare, MaskAnd, MaskNot, MaskOr, NotZero};
-        matches!(self, Compare(_) | IntCompare(_) | NotZero | Class { .. } | MaskAnd | MaskOr | MaskNot)
-    }
-}
-
-/// An operation and its arguments, given by number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Inst {
-    pub(crate) op: Op,
-    args: [u32; 5],
-    count: u8,
-}
-
-impl Inst {
-    pub(crate) fn args(&self) -> &[u32] {
-        &self.args[..usize::from(self.count)]
-    }
-}
 
 /// The required size of an array.
 #[derive(Clone, Copy, Debug, Default)]
@@ -307,10 +133,11 @@ impl Block {
 
     /// Whether any bit of a value is set. For a number made from a mask, this is that mask.
     pub fn not_zero(&mut self, a: Value) -> MaskValue {
-        match self.insts.get(a.0 as usize) {
-            Some(Inst { op: Op::Number, args: [mask, ..], .. }) => MaskValue(*mask),
-            _ => MaskValue(self.pure(Op::NotZero, &[a.0])),
-        }
+        let made = match self.insts.get(a.0 as usize) {
+            Some(inst) if inst.op == Op::Number => inst.args().first().map(|mask| MaskValue(*mask)),
+            _ => None,
+        };
+        made.unwrap_or_else(|| MaskValue(self.pure(Op::NotZero, &[a.0])))
     }
 
     /// Whether floats are NaN (if `nan`) or infinite (if `infinite`).
@@ -320,7 +147,8 @@ impl Block {
 
     /// Logical and. Two tests of the same floats become one, if there is such a test.
     pub fn both(&mut self, a: MaskValue, b: MaskValue) -> MaskValue {
-        simplify::both(self, a, b).unwrap_or_else(|| MaskValue(self.pure(Op::MaskAnd, &[a.0, b.0])))
+        let simpler = simplify::both(&self.insts, a, b);
+        MaskValue(self.merged(simpler.unwrap_or_else(|| Inst::new(Op::MaskAnd, &[a.0, b.0]))))
     }
 
     /// Logical or.
@@ -330,7 +158,11 @@ impl Block {
 
     /// Logical not. For a comparison, this is the opposite comparison.
     pub fn not(&mut self, a: MaskValue) -> MaskValue {
-        simplify::not(self, a).unwrap_or_else(|| MaskValue(self.pure(Op::MaskNot, &[a.0])))
+        if let Some(inner) = simplify::opposite(&self.insts, a) {
+            return inner;
+        }
+        let simpler = simplify::not(&self.insts, a);
+        MaskValue(self.merged(simpler.unwrap_or_else(|| Inst::new(Op::MaskNot, &[a.0]))))
     }
 
     /// `yes` where the mask is set, else `no`.
@@ -338,10 +170,10 @@ impl Block {
         if yes == no {
             return yes;
         }
-        if let Some(min) = simplify::min(self, mask, yes, no) {
-            return min;
+        if let Some(min) = simplify::min(&self.insts, mask, yes, no) {
+            return Value(self.merged(min));
         }
-        match simplify::opposite(self, mask) {
+        match simplify::opposite(&self.insts, mask) {
             Some(mask) => Value(self.pure(Op::Choose, &[mask.0, no.0, yes.0])),
             None => Value(self.pure(Op::Choose, &[mask.0, yes.0, no.0])),
         }
@@ -384,23 +216,22 @@ impl Block {
     }
 
     fn pure(&mut self, op: Op, list: &[u32]) -> u32 {
-        let inst = inst(op, list);
+        self.merged(Inst::new(op, list))
+    }
+
+    /// The number of an operation, which is an earlier one if that is equal.
+    fn merged(&mut self, inst: Inst) -> u32 {
         if let Some(known) = self.known.get(&inst) {
             return *known;
         }
-        let number = self.push(op, list);
+        self.insts.push(inst);
+        let number = self.insts.len() as u32 - 1;
         self.known.insert(inst, number);
         number
     }
 
     fn push(&mut self, op: Op, list: &[u32]) -> u32 {
-        self.insts.push(inst(op, list));
+        self.insts.push(Inst::new(op, list));
         self.insts.len() as u32 - 1
     }
-}
-
-fn inst(op: Op, list: &[u32]) -> Inst {
-    let mut args = [0; 5];
-    args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
-    Inst { op, args, count: list.len() as u8 }
 }

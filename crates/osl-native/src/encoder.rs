@@ -5,7 +5,7 @@
 //! memory. A further machine is a further encoder: the block, the allocator, constants and tables do not
 //! depend on the number of lanes. This module must not know values or their uses.
 
-use crate::block::Op;
+use crate::inst::Op;
 
 /// Where masks are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

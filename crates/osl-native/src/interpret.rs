@@ -3,8 +3,9 @@
 //! It is slow, runs everywhere, and is meant for tests of blocks on machines without a
 //! [`Target`](crate::Target). This module must not know registers or instructions.
 
-use crate::block::{Array, Binary, Block, Compare, IntCompare, Op, Unary};
+use crate::block::Block;
 use crate::code::Words;
+use crate::inst::{Array, Binary, Compare, IntCompare, Op, Unary};
 use std::ops::Range;
 
 /// Computes lanes of the arrays. `None` if an array is missing, too short or read-only.

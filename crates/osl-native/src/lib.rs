@@ -5,7 +5,7 @@
 //! longer than most operations themselves. Here a [`Block`] of operations becomes a single loop. Operations
 //! are assembled one after the other, and registers are assigned on the way.
 //!
-//! Data flows from `block` (the operations; `simplify` merges some) through `allocate` (registers and order)
+//! Data flows from `block` (a list of `inst`; `simplify` merges some) through `allocate` (registers and order)
 //! and an `encoder` (the instructions of one kind of machine) to `code` (executable memory and the call).
 //! [`Target`] names the kinds of machines: today x86-64 with AVX-512, whose encoder is `avx512`. On other
 //! machines there is no [`Code`]. [`mod@interpret`] computes a block without code. This crate must not know
@@ -16,6 +16,7 @@ mod avx512;
 mod block;
 mod code;
 mod encoder;
+mod inst;
 pub mod interpret;
 mod simplify;
 #[cfg(test)]
@@ -23,6 +24,7 @@ mod small;
 mod target;
 
 pub use allocate::Assembled;
-pub use block::{Array, Binary, Block, Compare, IntCompare, MaskValue, TABLE, Unary, Value};
+pub use block::Block;
 pub use code::{Code, Scratch, Words};
+pub use inst::{Array, Binary, Compare, IntCompare, MaskValue, TABLE, Unary, Value};
 pub use target::Target;

@@ -1,7 +1,7 @@
-//! Rewrites of operations that one instruction can do instead of two. Values keep their bits. This module
-//! must not know registers.
+//! Rewrites of operations that one instruction can do instead of two. Values keep their bits. Each function
+//! says what a block should hold instead; this module must not know how blocks hold it, nor registers.
 
-use crate::block::{Binary, Block, Compare, Inst, IntCompare, MaskValue, Op, Value};
+use crate::inst::{Binary, Compare, Inst, IntCompare, MaskValue, Op, Value};
 
 /// What two floats can be to each other, one bit each.
 const LESS: u8 = 1;
@@ -33,19 +33,15 @@ fn comparison(cases: u8) -> Option<Compare> {
     CASES.iter().find(|(_, have)| *have == cases).map(|(how, _)| *how)
 }
 
-fn made_by(block: &Block, mask: MaskValue) -> Option<Inst> {
-    block.insts.get(mask.0 as usize).copied()
+fn made_by(insts: &[Inst], mask: MaskValue) -> Option<Inst> {
+    insts.get(mask.0 as usize).copied()
 }
 
-/// The opposite of a mask: the opposite comparison, or the mask of which it is the opposite.
-pub(crate) fn not(block: &mut Block, a: MaskValue) -> Option<MaskValue> {
-    let inst = made_by(block, a)?;
+/// The opposite comparison, for a mask that is a comparison.
+pub(crate) fn not(insts: &[Inst], a: MaskValue) -> Option<Inst> {
+    let inst = made_by(insts, a)?;
     Some(match (inst.op, inst.args()) {
-        (Op::MaskNot, &[inner]) => MaskValue(inner),
-        (Op::Compare(how), &[x, y]) => {
-            let opposite = comparison(ANY & !cases(how))?;
-            block.compare(opposite, Value(x), Value(y))
-        }
+        (Op::Compare(how), args) => Inst::new(Op::Compare(comparison(ANY & !cases(how))?), args),
         (Op::IntCompare(how), &[x, y]) => {
             let (opposite, x, y) = match how {
                 IntCompare::Equal => (IntCompare::Unequal, x, y),
@@ -53,33 +49,32 @@ pub(crate) fn not(block: &mut Block, a: MaskValue) -> Option<MaskValue> {
                 IntCompare::Less => (IntCompare::LessEqual, y, x),
                 IntCompare::LessEqual => (IntCompare::Less, y, x),
             };
-            block.compare_ints(opposite, Value(x), Value(y))
+            Inst::new(Op::IntCompare(opposite), &[x, y])
         }
         _ => return None,
     })
 }
 
 /// Two tests of the same floats as a single one.
-pub(crate) fn both(block: &mut Block, a: MaskValue, b: MaskValue) -> Option<MaskValue> {
-    let (first, second) = (made_by(block, a)?, made_by(block, b)?);
+pub(crate) fn both(insts: &[Inst], a: MaskValue, b: MaskValue) -> Option<Inst> {
+    let (first, second) = (made_by(insts, a)?, made_by(insts, b)?);
     match (first.op, second.op) {
         (Op::Compare(p), Op::Compare(q)) if first.args() == second.args() => {
-            let (how, args) = (comparison(cases(p) & cases(q))?, first.args());
-            Some(block.compare(how, Value(*args.first()?), Value(*args.get(1)?)))
+            Some(Inst::new(Op::Compare(comparison(cases(p) & cases(q))?), first.args()))
         }
         (Op::Class { nan, infinite }, Op::MaskNot) => {
-            let excluded = made_by(block, MaskValue(*second.args().first()?))?;
+            let excluded = made_by(insts, MaskValue(*second.args().first()?))?;
             let Op::Class { nan: no_nan, infinite: finite } = excluded.op else { return None };
-            let x = Value(*first.args().first()?);
-            (first.args() == excluded.args()).then(|| block.class(x, nan && !no_nan, infinite && !finite))
+            let op = Op::Class { nan: nan && !no_nan, infinite: infinite && !finite };
+            (first.args() == excluded.args()).then(|| Inst::new(op, first.args()))
         }
         _ => None,
     }
 }
 
 /// The smaller of two floats, if a choice is exactly what [`Binary::Min`] computes.
-pub(crate) fn min(block: &mut Block, mask: MaskValue, yes: Value, no: Value) -> Option<Value> {
-    let inst = made_by(block, mask)?;
+pub(crate) fn min(insts: &[Inst], mask: MaskValue, yes: Value, no: Value) -> Option<Inst> {
+    let inst = made_by(insts, mask)?;
     let (Op::Compare(how), &[x, y]) = (inst.op, inst.args()) else { return None };
     let straight = (yes.0, no.0) == (x, y);
     if !straight && (yes.0, no.0) != (y, x) {
@@ -88,17 +83,17 @@ pub(crate) fn min(block: &mut Block, mask: MaskValue, yes: Value, no: Value) -> 
     // The first float if it is smaller, in any of the four ways to say so.
     match (how, straight) {
         (Compare::Less, true) | (Compare::GreaterEqualOrNan, false) => {
-            Some(block.binary(Binary::Min, Value(x), Value(y)))
+            Some(Inst::new(Op::Binary(Binary::Min), &[x, y]))
         }
         (Compare::Greater, false) | (Compare::LessEqualOrNan, true) => {
-            Some(block.binary(Binary::Min, Value(y), Value(x)))
+            Some(Inst::new(Op::Binary(Binary::Min), &[y, x]))
         }
         _ => None,
     }
 }
 
 /// The mask of which this one is the opposite, if it is computed as such.
-pub(crate) fn opposite(block: &Block, mask: MaskValue) -> Option<MaskValue> {
-    let inst = made_by(block, mask)?;
+pub(crate) fn opposite(insts: &[Inst], mask: MaskValue) -> Option<MaskValue> {
+    let inst = made_by(insts, mask)?;
     (inst.op == Op::MaskNot).then(|| inst.args().first().map(|inner| MaskValue(*inner)))?
 }

@@ -5,9 +5,10 @@
 //! on vectors of 4 and of 8 lanes. So the allocator needs neither 16 lanes nor registers for masks.
 
 use crate::allocate::allocate;
-use crate::block::{Array, Binary, Block, Compare, IntCompare, MaskValue, Op, Unary, Value};
+use crate::block::Block;
 use crate::code::Words;
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
+use crate::inst::{Array, Binary, Compare, IntCompare, MaskValue, Op, Unary, Value};
 use crate::interpret::{self, interpret};
 use proptest::prelude::*;
 

@@ -3,42 +3,55 @@
 //! Coordinates are one slice per dimension, one to four. If slices differ in length, the shortest counts;
 //! with any other number of dimensions the output stays unchanged. A single point is a batch of one.
 
-use crate::field::{Cell, Field, Hash, Kind, Perlin, Range, Simplex};
+use crate::field::{Cell, Field, Hash, Kind, Perlin, Simplex};
 use crate::float::Float;
 use crate::number::Dual;
+use crate::range::Range;
 use crate::unroll::array;
 use osl_simd::{Isa, Kernel};
 
 /// One value per point.
-pub fn eval<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {
+pub fn eval<T: BatchFloat>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {
     T::run(isa, Call { kind, coords, periods: &[], out: Out::One(out) });
 }
 
 /// Three values per point.
-pub fn eval3<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], out: [&mut [T]; 3]) {
+pub fn eval3<T: BatchFloat>(isa: Isa, kind: Kind, coords: &[&[T]], out: [&mut [T]; 3]) {
     T::run(isa, Call { kind, coords, periods: &[], out: Out::Three(out) });
 }
 
 /// One value per point of the field repeated with the periods, one slice per dimension.
-pub fn eval_periodic<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: &mut [T]) {
+pub fn eval_periodic<T: BatchFloat>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: &mut [T]) {
     T::run(isa, Call { kind, coords, periods, out: Out::One(out) });
 }
 
 /// Three values per point of the field repeated with the periods.
-pub fn eval3_periodic<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
+pub fn eval3_periodic<T: BatchFloat>(
+    isa: Isa,
+    kind: Kind,
+    coords: &[&[T]],
+    periods: &[&[T]],
+    out: [&mut [T]; 3],
+) {
     T::run(isa, Call { kind, coords, periods, out: Out::Three(out) });
 }
 
 /// One value per point with its partials. `coords` are the values, then the partials of each in the first
 /// direction, then those in the second; `out` is the value and both partials. `periods` may be empty. With
 /// partials (1, 0) and (0, 1) the result is the gradient.
-pub fn eval_dual<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
+pub fn eval_dual<T: BatchFloat>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 3]) {
     T::run(isa, Call { kind, coords, periods, out: Out::Dual(out) });
 }
 
 /// Three values per point with their partials: `out` is the three values, then the three partials in the
 /// first direction, then those in the second.
-pub fn eval3_dual<T: Float>(isa: Isa, kind: Kind, coords: &[&[T]], periods: &[&[T]], out: [&mut [T]; 9]) {
+pub fn eval3_dual<T: BatchFloat>(
+    isa: Isa,
+    kind: Kind,
+    coords: &[&[T]],
+    periods: &[&[T]],
+    out: [&mut [T]; 9],
+) {
     T::run(isa, Call { kind, coords, periods, out: Out::Duals(out) });
 }
 
@@ -59,10 +72,28 @@ pub struct Call<'a, T> {
     out: Out<'a, T>,
 }
 
+/// A float in which batches are computed.
+pub trait BatchFloat: Float {
+    /// Computes a field. Not generic, so that it is compiled only in this crate.
+    fn run(isa: Isa, call: Call<'_, Self>);
+}
+
+impl BatchFloat for f32 {
+    fn run(isa: Isa, call: Call<'_, f32>) {
+        by_kind(isa, call);
+    }
+}
+
+impl BatchFloat for f64 {
+    fn run(isa: Isa, call: Call<'_, f64>) {
+        by_kind(isa, call);
+    }
+}
+
 // The kernel is selected outside the functions that are compiled for each instruction set, so that each loop
 // is a function of its own, which compiles much faster.
 
-pub(crate) fn by_kind<T: Float>(isa: Isa, call: Call<'_, T>) {
+fn by_kind<T: Float>(isa: Isa, call: Call<'_, T>) {
     match call.kind {
         Kind::Cell => by_dimension(isa, Cell, call),
         Kind::Hash => by_dimension(isa, Hash, call),

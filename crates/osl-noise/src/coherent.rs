@@ -12,7 +12,7 @@ mod perlin;
 mod simplex;
 
 use crate::cells::{self, Cells, MAX_CELLS};
-use crate::field::Range;
+use crate::range::Range;
 use crate::unroll::{array, each};
 use osl_simd::wide::{Floats, Proof, Words};
 use osl_simd::{Isa, Kernel};

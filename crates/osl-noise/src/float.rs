@@ -5,7 +5,6 @@
 //! are the same; the offset within a cell has double precision, and so have the constants that skew a
 //! lattice. Coordinates beyond 32-bit integers count modulo 2³², so that the field continues.
 
-use crate::batch::{self, Call};
 use crate::hash;
 use osl_simd::{Isa, Kernel};
 use std::fmt::Debug;
@@ -49,8 +48,6 @@ pub trait Float:
     fn word(self) -> u32;
     /// The result of [`wrap`](crate::field) for NaN: the coordinate's NaN or else the period's, made quiet.
     fn nan_of(x: Self, period: Self) -> Self;
-    /// Computes a field. Not generic, so that it is compiled only in this crate.
-    fn run(isa: Isa, call: Call<'_, Self>);
     /// Runs a kernel with the instruction set, or with the baseline if it is not compiled for that one.
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K);
     /// Coordinates and results, if they are in single precision.
@@ -95,7 +92,7 @@ impl Float for f32 {
     }
     #[inline(always)]
     fn flip(self, bits: u32) -> f32 {
-        crate::number::flip(self, bits)
+        hash::flip(self, bits)
     }
     #[inline(always)]
     fn unit(word: u32) -> f32 {
@@ -109,9 +106,6 @@ impl Float for f32 {
     fn nan_of(x: f32, period: f32) -> f32 {
         let nan = if period.is_nan() { period.to_bits() | QUIET } else { hash::NAN_WORD };
         f32::from_bits(if x.is_nan() { x.to_bits() | QUIET } else { nan })
-    }
-    fn run(isa: Isa, call: Call<'_, Self>) {
-        batch::by_kind(isa, call);
     }
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
         isa.dispatch(kernel);
@@ -182,9 +176,6 @@ impl Float for f64 {
     #[inline(always)]
     fn nan_of(_: f64, _: f64) -> f64 {
         f64::NAN
-    }
-    fn run(isa: Isa, call: Call<'_, Self>) {
-        batch::by_kind(isa, call);
     }
     fn dispatch<K: Kernel<Output = ()>>(isa: Isa, kernel: K) {
         isa.dispatch_widest(kernel);

@@ -94,6 +94,12 @@ pub fn cell(x: f32) -> i32 {
     i.wrapping_sub(i32::from(above))
 }
 
+/// Flips the sign where `bits` is not 0.
+#[inline(always)]
+pub(crate) fn flip(x: f32, bits: u32) -> f32 {
+    f32::from_bits(x.to_bits() ^ if bits != 0 { 0x8000_0000 } else { 0 })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

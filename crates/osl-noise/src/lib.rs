@@ -24,9 +24,10 @@ pub mod hash;
 mod math;
 mod number;
 mod perlin;
+mod range;
 mod simplex;
 mod unroll;
 
-pub use batch::{eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic};
+pub use batch::{BatchFloat, eval, eval_dual, eval_periodic, eval3, eval3_dual, eval3_periodic};
 pub use field::Kind;
 pub use float::Float;

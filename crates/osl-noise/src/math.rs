@@ -98,7 +98,7 @@ fn turned(r: f64, quarters: u64) -> (f32, f32) {
     ) as f32;
     let q = quarters as u32;
     let (a, b) = if q & 1 == 0 { (sine, cosine) } else { (cosine, sine) };
-    (crate::number::flip(a, q & 2), crate::number::flip(b, q.wrapping_add(1) & 2))
+    (crate::hash::flip(a, q & 2), crate::hash::flip(b, q.wrapping_add(1) & 2))
 }
 
 /// Angles of [`NEAR`] and more, whose quadrant needs more bits of 2/π than a binary64 has.
@@ -159,7 +159,7 @@ pub(crate) fn sin_cos_rough(x: f32) -> (f32, f32) {
     r = QUARTER - (QUARTER - r);
     let s = r * r;
     let odd = q as u32 & 1;
-    let r = crate::number::flip(r, odd);
+    let r = crate::hash::flip(r, odd);
     let mut sine = f32::from_bits(0x362f_0a87);
     sine = sine * s + f32::from_bits(0xb94f_baeb);
     sine = sine * s + f32::from_bits(0x3c08_8777);
@@ -171,7 +171,7 @@ pub(crate) fn sin_cos_rough(x: f32) -> (f32, f32) {
     cosine = cosine * s + f32::from_bits(0x3d2a_aaaa);
     cosine = cosine * s - 0.5;
     cosine = cosine * s + 1.0;
-    (within_one(sine), within_one(crate::number::flip(cosine, odd)))
+    (within_one(sine), within_one(crate::hash::flip(cosine, odd)))
 }
 
 #[inline(always)]

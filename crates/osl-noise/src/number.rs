@@ -27,12 +27,6 @@ pub(crate) trait Number: Copy {
     fn select(mask: bool, yes: Self, no: Self) -> Self;
 }
 
-/// Flips the sign where `bits` is not 0.
-#[inline(always)]
-pub(crate) fn flip(x: f32, bits: u32) -> f32 {
-    f32::from_bits(x.to_bits() ^ if bits != 0 { 0x8000_0000 } else { 0 })
-}
-
 impl<F: Float> Number for F {
     type Float = F;
     #[inline(always)]

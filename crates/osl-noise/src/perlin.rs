@@ -207,8 +207,8 @@ pub(crate) fn factors<const D: usize>(g: u32, corner: usize) -> [f32; D] {
         #[inline(always)]
         |a| if (corner >> a) & 1 == 1 { 0.0 } else { -0.0 },
     );
-    let s = crate::number::flip(1.0, g & 1);
-    let t = crate::number::flip(if D == 2 { 2.0 } else { 1.0 }, g & 2);
+    let s = crate::hash::flip(1.0, g & 1);
+    let t = crate::hash::flip(if D == 2 { 2.0 } else { 1.0 }, g & 2);
     let m = g & if D == 2 { 7 } else { 15 };
     // The axis of the first term, then of the second.
     let first = u32::from(m >= if D == 2 { 4 } else { 8 });

@@ -5,6 +5,7 @@
 //! same single-precision range, and the special cases are those of [`strict`](super::strict). Nothing is
 //! rounded to single precision.
 
+use super::geometry;
 use super::rounding::pick;
 use super::{Number, Real, Scalar};
 use pxfm::{
@@ -136,6 +137,11 @@ impl Real for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn length(square: Self, v: [Self; 3]) -> Self {
+        geometry::length_by_square(square, v)
     }
 
     fn sin(self) -> Self {

@@ -15,6 +15,7 @@
 mod bounds;
 mod coefficients;
 
+use super::geometry;
 use super::int::Int;
 use super::real::{Number, Real, Scalar, Single};
 pub use bounds::{BOUNDS, Bound};
@@ -263,6 +264,11 @@ impl<const FUSED: bool, S: Single> Real for FastFloat<FUSED, S> {
     #[inline(always)]
     fn minus_product(self, a: Self, b: Self) -> Self {
         FastFloat(Self::minus(self.0, a.0, b.0))
+    }
+
+    #[inline(always)]
+    fn length(square: Self, v: [Self; 3]) -> Self {
+        geometry::length_by_square(square, v)
     }
 
     #[inline(always)]

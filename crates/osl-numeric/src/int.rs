@@ -1,6 +1,6 @@
 //! Masks and integers of a lane, as the arithmetic needs them.
 //!
-//! [`i32`] and [`bool`] are those of a single point. Another implementation may stand for values that are not
+//! [`i32`] and [`bool`] are those of a single point (`single`). Another implementation may stand for values that are not
 //! known yet, such as those of code under construction: so a body never asks for a value, but chooses with
 //! `select`. This module must not know what a body computes.
 
@@ -9,8 +9,6 @@ use std::ops::{BitAnd, BitOr, BitXor, Not};
 
 /// The truth of a condition.
 pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
-
-impl Mask for bool {}
 
 /// An integer of 32 bits. Sums, differences and products are modulo 2^32.
 pub trait Int:
@@ -71,91 +69,4 @@ pub trait Int:
     }
     /// `self / divisor`, truncated toward zero, modulo 2^32; unspecified for divisor 0.
     fn quotient(self, divisor: Self) -> Self;
-}
-
-impl Int for i32 {
-    type Mask = bool;
-
-    #[inline(always)]
-    fn lit(value: i32) -> i32 {
-        value
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, yes: i32, no: i32) -> i32 {
-        super::rounding::pick(mask, yes, no)
-    }
-
-    #[inline(always)]
-    fn of_mask(mask: bool) -> i32 {
-        i32::from(mask)
-    }
-
-    #[inline(always)]
-    fn is_true(self) -> bool {
-        self != 0
-    }
-
-    #[inline(always)]
-    fn eq(self, other: i32) -> bool {
-        self == other
-    }
-
-    #[inline(always)]
-    fn lt(self, other: i32) -> bool {
-        self < other
-    }
-
-    #[inline(always)]
-    fn wrapping_add(self, other: i32) -> i32 {
-        i32::wrapping_add(self, other)
-    }
-
-    #[inline(always)]
-    fn wrapping_sub(self, other: i32) -> i32 {
-        i32::wrapping_sub(self, other)
-    }
-
-    #[inline(always)]
-    fn wrapping_mul(self, other: i32) -> i32 {
-        i32::wrapping_mul(self, other)
-    }
-
-    #[inline(always)]
-    fn wrapping_abs(self) -> i32 {
-        i32::wrapping_abs(self)
-    }
-
-    #[inline(always)]
-    fn min(self, other: i32) -> i32 {
-        Ord::min(self, other)
-    }
-
-    #[inline(always)]
-    fn max(self, other: i32) -> i32 {
-        Ord::max(self, other)
-    }
-
-    #[inline(always)]
-    fn shl(self, distance: i32) -> i32 {
-        self.wrapping_shl(distance as u32)
-    }
-
-    #[inline(always)]
-    fn shr(self, distance: i32) -> i32 {
-        self.wrapping_shr(distance as u32)
-    }
-
-    #[inline(always)]
-    fn third(self) -> i32 {
-        (self as u32 / 3) as i32
-    }
-
-    #[inline(always)]
-    fn quotient(self, divisor: i32) -> i32 {
-        // In binary64, because vector units divide floats but not integers. It is exact: a quotient that is
-        // not whole is at least 1/|divisor| away from the next whole number, a relative distance of more than
-        // 2^-32.
-        super::rounding::trunc_quotient(f64::from(self) / f64::from(divisor))
-    }
 }

@@ -26,6 +26,7 @@
 //! |---|---|
 //! | [`real`] | the numbers of the arithmetic, as traits |
 //! | [`int`] | masks and integers, as traits |
+//! | `single` | the strict arithmetic: `f32`, `i32` and `bool` |
 //! | [`rounding`] | floor, ceil, trunc, round and the conversion to integers, branch-free and exact |
 //! | [`arith`] | the operators: division, integer arithmetic, shifts, comparisons, conversions |
 //! | [`common`] | abs, mix, clamp, smoothstep and the other small functions |
@@ -56,6 +57,7 @@ pub mod matrix;
 mod op;
 pub mod real;
 pub mod rounding;
+mod single;
 pub mod spaces;
 pub mod spectrum;
 pub mod spline;

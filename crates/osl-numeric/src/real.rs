@@ -1,7 +1,7 @@
 //! The numbers of the arithmetic, as traits.
 //!
 //! A body is written once, for any [`Number`] or [`Real`]. `f32` is the strict arithmetic: products and sums
-//! are rounded one by one, and functions are the approximations of [`strict`]. Other arithmetics
+//! are rounded one by one, and functions are the approximations of [`strict`](super::strict). Other arithmetics
 //! ([binary64](super::double) as a reference, [cheaper approximations](super::fast)) are other
 //! implementations; the bodies stay the same. An implementation need not know a value: it may record the
 //! operations instead, to make code of them. So the truth of a comparison is a [`Mask`], an integer is an
@@ -19,9 +19,7 @@
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use super::geometry;
 use super::int::{Int, Mask};
-use super::{rounding, strict};
 
 /// The operations that a choice between cases needs.
 pub trait Number:
@@ -77,7 +75,7 @@ pub trait Number:
 /// The operators and `sqrt` are the IEEE operations, each correctly rounded, never contracted.
 ///
 /// Caution if the element type is known to be `f32`: `x.sin()` is then the standard library's, whose bits
-/// depend on the platform. Call [`strict::sin`] there. In generic code, the method below is the only
+/// depend on the platform. Call [`strict::sin`](super::strict::sin) there. In generic code, the method below is the only
 /// candidate.
 pub trait Real: Number {
     /// The integers that go with it.
@@ -131,11 +129,9 @@ pub trait Real: Number {
     fn inverse_root(self) -> Self {
         Self::lit(1.0) / self.sqrt()
     }
-    /// The length of a vector, of which `square` is the inner product with itself.
-    #[inline(always)]
-    fn length(square: Self, v: [Self; 3]) -> Self {
-        geometry::length_by_square(square, v)
-    }
+    /// The length of a vector, of which `square` is the inner product with itself. The body is
+    /// [`length_by_square`](super::geometry::length_by_square).
+    fn length(square: Self, v: [Self; 3]) -> Self;
 
     /// Sine of an angle in radians, in -1..=1.
     fn sin(self) -> Self;
@@ -216,174 +212,5 @@ pub trait Single: Real<Plain = f32> {
     #[inline(always)]
     fn with_sign(self, sign: Self) -> Self {
         Self::from_bits(self.to_bits() | (sign.to_bits() & Self::Int::lit(i32::MIN)))
-    }
-}
-
-/// The functions of [`strict`] as methods of an implementation of [`Real`] for a [`Single`].
-#[macro_export]
-macro_rules! strict_functions {
-    () => {
-        $crate::strict_functions! {
-            sin(); cos(); tan(); asin(); acos(); atan(); atan2(x); sinh(); cosh(); tanh(); exp(); exp2();
-            expm1(); log(); log2(); log10(); logb(); cbrt(); pow(y); erf(); erfc(); fmod(divisor);
-        }
-    };
-    ($($name:ident ( $($arg:ident),* );)*) => {
-        $(
-            #[inline(always)]
-            fn $name(self $(, $arg: Self)*) -> Self {
-                $crate::strict::$name(self $(, $arg)*)
-            }
-        )*
-    };
-}
-
-impl Number for f32 {
-    type Mask = bool;
-
-    #[inline(always)]
-    fn lit(value: f32) -> Self {
-        value
-    }
-
-    #[inline(always)]
-    fn known(single: f32, _: f64) -> Self {
-        single
-    }
-
-    #[inline(always)]
-    fn select(mask: bool, yes: Self, no: Self) -> Self {
-        rounding::pick(mask, yes, no)
-    }
-
-    #[inline(always)]
-    fn eq(self, other: Self) -> bool {
-        self == other
-    }
-
-    #[inline(always)]
-    fn lt(self, other: Self) -> bool {
-        self < other
-    }
-
-    #[inline(always)]
-    fn le(self, other: Self) -> bool {
-        self <= other
-    }
-
-    #[inline(always)]
-    fn is_nan(self) -> bool {
-        f32::is_nan(self)
-    }
-
-    #[inline(always)]
-    fn floor(self) -> Self {
-        rounding::floor(self)
-    }
-}
-
-impl Real for f32 {
-    type Int = i32;
-    type Plain = f32;
-
-    #[inline(always)]
-    fn from_int(value: i32) -> Self {
-        value as f32
-    }
-
-    #[inline(always)]
-    fn to_int(self) -> i32 {
-        rounding::trunc32(self)
-    }
-
-    #[inline(always)]
-    fn by_value<const I: usize, const N: usize, const M: usize>(
-        ints: [i32; I],
-        numbers: [f32; N],
-        body: impl FnOnce([i32; I], [f32; N]) -> [f32; M],
-    ) -> [f32; M] {
-        body(ints, numbers)
-    }
-
-    #[inline(always)]
-    fn is_finite(self) -> bool {
-        f32::is_finite(self)
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f32::abs(self)
-    }
-
-    #[inline(always)]
-    fn copysign(self, sign: Self) -> Self {
-        f32::copysign(self, sign)
-    }
-
-    #[inline(always)]
-    fn ceil(self) -> Self {
-        rounding::ceil(self)
-    }
-
-    #[inline(always)]
-    fn trunc(self) -> Self {
-        rounding::trunc(self)
-    }
-
-    #[inline(always)]
-    fn round(self) -> Self {
-        rounding::round(self)
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f32::sqrt(self)
-    }
-
-    #[inline(always)]
-    fn fmod_exact(self, divisor: Self) -> Self {
-        // The IEEE remainder is exact, so it is the same in every library. This is the only body with a call.
-        self % divisor
-    }
-
-    #[inline(always)]
-    fn pow_accurate(self, y: Self) -> Self {
-        strict::pow_accurate(self, y)
-    }
-
-    strict_functions!();
-}
-
-impl Scalar for f32 {
-    #[inline(always)]
-    fn to_f32(self) -> f32 {
-        self
-    }
-
-    #[inline(always)]
-    fn to_f64(self) -> f64 {
-        f64::from(self)
-    }
-}
-
-impl Single for f32 {
-    #[inline(always)]
-    fn to_bits(self) -> i32 {
-        f32::to_bits(self) as i32
-    }
-
-    #[inline(always)]
-    fn from_bits(bits: i32) -> Self {
-        f32::from_bits(bits as u32)
-    }
-
-    #[inline(always)]
-    fn plus_fused(self, a: Self, b: Self) -> Self {
-        a.mul_add(b, self)
-    }
-
-    #[inline(always)]
-    fn minus_fused(self, a: Self, b: Self) -> Self {
-        (-a).mul_add(b, self)
     }
 }

@@ -6,6 +6,7 @@
 
 use crate::gaps::Gaps;
 use crate::span::Span;
+pub use crate::words::{BinaryOp, ShaderKind, TypeName, UnaryOp};
 use std::sync::Arc;
 
 /// An identifier and its location.
@@ -144,19 +145,6 @@ pub struct ShaderDecl {
     pub body: Block,
 }
 
-/// The kind of a shader.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShaderKind {
-    /// `shader`: any use.
-    Generic,
-    /// `surface`.
-    Surface,
-    /// `displacement`.
-    Displacement,
-    /// `volume`.
-    Volume,
-}
-
 /// A parameter of a shader or function.
 #[derive(Clone, Debug)]
 pub struct Formal {
@@ -207,23 +195,6 @@ pub struct TypeSpec {
     pub closure: bool,
     /// The type's name.
     pub name: TypeName,
-}
-
-/// Names of types.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[expect(missing_docs, reason = "each variant is the keyword of its name")]
-pub enum TypeName {
-    Int,
-    Float,
-    Color,
-    Point,
-    Vector,
-    Normal,
-    Matrix,
-    String,
-    Void,
-    /// A struct, by name.
-    Struct(Arc<str>),
 }
 
 /// `{ statements }` as the body of a function or shader.
@@ -380,39 +351,4 @@ pub enum ExprKind {
     InitList(Vec<ExprId>),
     /// A place where the parser recovered from an error. A diagnostic covers the same span.
     Error,
-}
-
-/// Prefix operators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UnaryOp {
-    /// `-`
-    Neg,
-    /// `!` and `not`
-    Not,
-    /// `~`
-    Compl,
-}
-
-/// Binary operators, from tighter to looser within a family.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[expect(missing_docs, reason = "named as in operator overloads, __operator__X__")]
-pub enum BinaryOp {
-    Mul,
-    Div,
-    Mod,
-    Add,
-    Sub,
-    Shl,
-    Shr,
-    Lt,
-    Le,
-    Gt,
-    Ge,
-    Eq,
-    Ne,
-    BitAnd,
-    BitXor,
-    BitOr,
-    And,
-    Or,
 }

@@ -23,6 +23,7 @@ pub mod source;
 pub mod span;
 pub mod spelling;
 pub mod token;
+mod words;
 
 use ast::Ast;
 use diagnostic::Diagnostic;

@@ -4,11 +4,11 @@
 //! This module must not know the grammar, except that `shader`, `surface` and the like are keywords by
 //! position only.
 
-use crate::ast::{BinaryOp, ShaderKind, TypeName, UnaryOp};
 use crate::diagnostic::Sink;
 use crate::errors;
 use crate::lexer::{Interner, PpToken, Raw, Sym};
 use crate::span::Span;
+use crate::words::{BinaryOp, ShaderKind, TypeName, UnaryOp};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
 

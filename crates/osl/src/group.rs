@@ -1,16 +1,16 @@
 //! Groups: shaders as layers, with parameter values and connections, compiled to a program.
 
+use crate::assign::set_in;
 use crate::files::{Files, Includes};
 use crate::program::Live;
 use crate::stages::{self, CheckedGroup};
 use crate::{CompileOptions, Error, Program, ReadOptions, Shader, Value};
 use osl_hir::hir;
-use osl_ir::ir::Const;
 use osl_ir::passes;
-use osl_ir::types::{Base, Type};
+use osl_ir::types::Base;
 use osl_limits::Limits;
 use osl_lower::group::{self, Layer};
-use osl_lower::params::{self, ParamError, ParamValues};
+use osl_lower::params::{self, ParamValues};
 use osl_lower::{Last, Requests};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
@@ -214,31 +214,6 @@ fn last(group: &mut group::Group, step: impl FnOnce(&mut Layer) -> Result<(), St
 fn set(layer: &mut Layer, name: &str, value: &Value) -> Result<(), String> {
     let Layer { program, values, .. } = layer;
     set_in(program, values, name, value).map_err(|e| format!("layer `{}`: {e}", layer.name))
-}
-
-/// Adds the value of a parameter, or of each field of a struct.
-pub(crate) fn set_in(
-    program: &hir::Program,
-    values: &mut ParamValues,
-    name: &str,
-    value: &Value,
-) -> Result<(), String> {
-    if let Value::Struct(fields) = value {
-        let mut field =
-            |(field, value): &(String, Value)| set_in(program, values, &format!("{name}.{field}"), value);
-        return fields.iter().try_for_each(&mut field);
-    }
-    let Some((ty, constants)) = value.constants() else {
-        return Err(format!("parameter `{name}` takes no closures and no lists"));
-    };
-    let result = match params::set_constants(program, values, ty, name, constants) {
-        Err(ParamError::Type { .. }) if let Value::Int(n) = value => {
-            let float = vec![Const::Float(*n as f32)];
-            params::set_constants(program, values, Type::FLOAT, name, float)
-        }
-        result => result,
-    };
-    result.map_err(|e| e.to_string())
 }
 
 /// Makes a parameter live, with its default if it has no value: `PARAMETER` of the last layer, or

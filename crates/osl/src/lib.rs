@@ -95,6 +95,7 @@
 //! This crate must not know command lines, terminals, or files other than textures.
 
 mod analysis;
+mod assign;
 mod closure;
 mod diagnostic;
 mod error;

@@ -1,6 +1,6 @@
 //! Programs, and the results of running them.
 
-use crate::group::set_in;
+use crate::assign::set_in;
 use crate::points::Source;
 use crate::{Closure, Error, Points, Renderer, RunOptions, Value};
 use osl_exec::{Arithmetic, Frame, Plane};

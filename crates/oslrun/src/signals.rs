@@ -9,18 +9,24 @@ mod unix {
     use signal_hook::iterator::Signals;
     use signal_hook::low_level::emulate_default_handler;
 
-    /// Waits for a signal in a separate thread, where all calls are allowed.
+    /// Waits for a signal in a separate thread, where all calls are allowed. The handlers are there when this
+    /// function returns, so a part file that is made later does not outlive a signal.
     pub(crate) fn watch() {
         let heard: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|signal| !is_ignored(*signal)).collect();
+        let (registered, is_registered) = std::sync::mpsc::channel();
         let work = move || {
-            let Ok(mut signals) = Signals::new(heard) else { return };
-            if let Some(signal) = signals.forever().next() {
+            let signals = Signals::new(heard);
+            drop(registered);
+            if let Some(signal) = signals.ok().and_then(|mut signals| signals.forever().next()) {
                 osl_files::abandon();
                 let _ = emulate_default_handler(signal);
             }
         };
         // Without a thread, signals end the process as usual, and the next run removes the files.
-        let _ = std::thread::Builder::new().name("signals".to_string()).spawn(work);
+        if std::thread::Builder::new().name("signals".to_string()).spawn(work).is_ok() {
+            // The other end is dropped, without a message, once the handlers are there.
+            let _: Result<(), _> = is_registered.recv();
+        }
     }
 
     /// Whether the parent process has set the signal to be ignored, as shells do for background commands.

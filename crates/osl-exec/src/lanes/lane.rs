@@ -1,6 +1,6 @@
 //! The element types of lanes, as loops read and write them: floats, ints, triples and matrices.
 
-use crate::arithmetic::{Element, Word};
+use crate::word::{Element, Word};
 
 /// An element type of lanes.
 pub(super) trait Lane<W: Word>: Copy {

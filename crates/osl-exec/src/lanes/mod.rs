@@ -8,11 +8,11 @@
 mod lane;
 mod run;
 
-use crate::arithmetic::{Element, Word};
+use crate::word::{Element, Word};
 use lane::{Lane, One};
 use osl_ir::ir::{Cost, Kind, LaneOp, MAX_ARGS};
 use osl_simd::Kernel;
-pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, StampedRun, one};
+pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, StampedRun};
 use std::marker::PhantomData;
 
 /// An argument of a lane operation.

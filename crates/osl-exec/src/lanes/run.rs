@@ -5,8 +5,8 @@
 //! arithmetic uses the loops of the strict one for all operations that have the same bits in both.
 
 use super::{Arg, FORMS, LaneCall, Stamped};
-use crate::arithmetic::{ArithmeticImpl, Element, Word};
 use crate::register::Lanes;
+use crate::word::{Element, Word};
 use osl_ir::ir::{LaneOp, MAX_ARGS};
 use osl_noise::cells::MAX_CELLS;
 use osl_simd::{Isa, Kernel};
@@ -252,31 +252,4 @@ fn broadcast<'a, W: Word>(words: &[W], room: &'a mut Vec<W>, (n, stride): (usize
         room[component * stride..][..n].fill(*word);
     }
     room
-}
-
-/// Runs an operation with one argument on `n` lanes; the words of both are component by component. Allocates,
-/// so it is meant for rare cases.
-pub(crate) fn one<A: ArithmeticImpl>(isa: Isa, op: LaneOp, arg: &[A::Word], out: &mut [A::Word], n: usize) {
-    let mut registers = [Lanes::new(out.len()), Lanes::new(arg.len())];
-    registers[1].words_mut().copy_from_slice(arg);
-    let parts = if op.shape().per_component { (out.len() / n.max(1)) as u8 } else { 1 };
-    let arg = ReadyArg {
-        from: LaneInput::Lanes(1, 0),
-        words: (arg.len() / n.max(1)) as u8,
-        apart: if parts > 1 { n as u32 } else { 0 },
-    };
-    let step = ReadyLane { op, parts, through: 1, count: 1, out: (0, 0), args: [arg; MAX_ARGS] };
-    let run = LaneRun {
-        isa,
-        steps: &[Ready::Lane(step)],
-        registers: &mut registers,
-        words: &[],
-        cells: &[],
-        indices: &[],
-        broadcasts: &mut Default::default(),
-        width: n,
-        lanes: 0..n,
-    };
-    A::lanes(isa, run);
-    out.copy_from_slice(registers[0].words());
 }

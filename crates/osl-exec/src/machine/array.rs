@@ -2,9 +2,10 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::Arg;
 use crate::program::{Array, Location, Operand};
+use crate::word::Word;
 
 /// Elements that are cleared together.
 const BLOCK: usize = 64;

@@ -2,11 +2,11 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{ArithmeticImpl, Element};
-use crate::lanes;
+use crate::arithmetic::{self, ArithmeticImpl};
 use crate::message::Message;
 use crate::program::{KernelStep, Location};
 use crate::services::IDENTITY;
+use crate::word::Element;
 use osl_ir::ir::LaneOp;
 use osl_numeric::Number;
 use osl_numeric::color::ColorSystem;
@@ -99,7 +99,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 match op {
                     LaneOp::XyzToRgbIn => words = rgb().to_rgb(from.map(A::Real::load)).map(A::Real::store),
                     LaneOp::RgbToXyzIn => words = rgb().to_xyz(from.map(A::Real::load)).map(A::Real::store),
-                    op => lanes::one::<A>(self.isa, *op, &from, &mut words, 1),
+                    op => arithmetic::one::<A>(self.isa, *op, &from, &mut words, 1),
                 }
             }
             self.set_words(*out, lane, &words);

@@ -1,10 +1,11 @@
 //! Branches and loops: which lanes take which path, and how results are merged.
 
 use super::{Machine, Mask};
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::lanes::Arg;
 use crate::program::{LoopParam, Operand, Steps};
+use crate::word::Word;
 use osl_ir::Span;
 
 impl<'a, A: ArithmeticImpl> Machine<'a, A> {

@@ -4,12 +4,13 @@
 //! their arguments once per batch.
 
 use super::{Machine, Mask};
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::error::RunError;
 use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane};
 use crate::native::{Files, Key, MAX_RUN, Sequence, Waiting};
 use crate::program::{CellLocation, Export, LaneStep, Location, Operand, Step};
 use crate::register::{LINE, Lanes};
+use crate::word::Word;
 use osl_ir::ir::MAX_ARGS;
 
 /// Registers with these numbers of components, whose pieces are at different offsets in the L1 cache.

@@ -23,7 +23,7 @@ mod texture;
 mod texture_info;
 mod work;
 
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::dictionary::{Dictionaries, Documents};
 use crate::error::RunError;
 use crate::lanes::{Arg, Ready};
@@ -35,6 +35,7 @@ use crate::program::{Array, KernelStep, Location, Operand, OutputSource, Program
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
+use crate::word::Word;
 pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};

@@ -2,10 +2,11 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{ArithmeticImpl, Element, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
+use crate::word::{Element, Word};
 use osl_ir::ir::{Const, Kind};
 use osl_ir::types::{Base, Extent, Type};
 use osl_noise::hash::NAN_WORD;

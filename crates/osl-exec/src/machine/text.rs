@@ -2,10 +2,11 @@
 
 use super::Machine;
 use super::mask::Mask;
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::Arg;
 use crate::message::{Message, Printed};
 use crate::program::{KernelStep, Operand, SERIAL};
+use crate::word::Word;
 use osl_ir::ir::{Const, Kind, Shape, Sink};
 use osl_ir::text::{self, Flavour, Value};
 use rustc_hash::FxHashMap;

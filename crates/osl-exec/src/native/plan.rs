@@ -1,9 +1,10 @@
 //! Plans: which operations of a sequence become code, and which are interpreted in between.
 
 use super::{Sequence, Shape, Style, Waiting, record};
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyLane};
 use crate::register::Lanes;
+use crate::word::Word;
 use osl_ir::ir::MAX_ARGS;
 use osl_native::{Array, Block, Code, Scratch, TABLE, Value, Words};
 use osl_noise::cells::MAX_CELLS;

@@ -1,7 +1,8 @@
 //! The parts of a program: locations of values, steps, and outputs.
 
 use super::words_of;
-use crate::arithmetic::{ArithmeticImpl, Word};
+use crate::arithmetic::ArithmeticImpl;
+use crate::word::Word;
 use osl_ir::Span;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, MAX_ARGS};
 use osl_ir::types::Type;

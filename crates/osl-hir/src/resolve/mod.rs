@@ -32,7 +32,7 @@ pub(crate) use init::convert_to;
 
 use crate::builtins::{Param, ParamType, Signature, Tail};
 use crate::hir::{self, Broken, Function, GLOBALS, Program, Var, VarId, VarKind};
-use crate::symbols::Recorder;
+use crate::symbols::{Recorder, Symbols};
 use follow::Follow;
 use osl_ir::types::{StructTable, Type};
 use osl_limits::Limits;
@@ -83,8 +83,18 @@ pub fn resolve_parsed(parsed: &Parsed, reports: Reports, limits: &Limits) -> Res
     Resolved { program, diagnostics }
 }
 
+/// The symbols of a source, which may have errors: names that could not be bound are missing.
+pub fn symbols(ast: &Ast, limits: &Limits) -> Symbols {
+    let (resolved, recorder) = resolve_recording(ast, Reports::Once, limits, Some(Recorder::default()));
+    let structs = match resolved.program {
+        Ok(program) => program.structs,
+        Err(broken) => broken.structs,
+    };
+    recorder.unwrap_or_default().finish(structs)
+}
+
 /// Resolves a translation unit, and records its symbols if there is a recorder.
-pub(crate) fn resolve_recording(
+fn resolve_recording(
     ast: &Ast,
     reports: Reports,
     limits: &Limits,

@@ -56,7 +56,7 @@ impl NoiseCall {
 
     /// The words of the results. The inputs are the coordinates, the periods if any, then the derivatives of
     /// the coordinates.
-    fn eval<T: osl_noise::Float + Default>(&self, inputs: &[T], kinds: &[Kind]) -> [T; 9] {
+    fn eval<T: osl_noise::BatchFloat + Default>(&self, inputs: &[T], kinds: &[Kind]) -> [T; 9] {
         let inputs: Vec<&[T]> = inputs.iter().map(std::slice::from_ref).collect();
         let count = if self.has_derivs { 2 * self.dims } else { 0 };
         let (plain, derivs) = inputs.split_at(inputs.len().saturating_sub(count));

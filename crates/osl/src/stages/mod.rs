@@ -63,7 +63,7 @@ pub use osl_syntax::{NoFiles, Options};
 use crate::{Levels, Verdict};
 use osl_hir::oso::{self, Read};
 use osl_hir::resolve::{self, Resolved};
-use osl_hir::symbols::{self, Symbols};
+use osl_hir::symbols::Symbols;
 use osl_hir::{hir, lint};
 use osl_ir::passes;
 use osl_limits::Limits;
@@ -127,7 +127,7 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
 /// The symbols of a checked source and the types of its expressions, for editors; also of a source with
 /// errors. A compiled shader has none.
 pub fn symbols(checked: &Checked, limits: &Limits) -> Symbols {
-    symbols::symbols(&checked.ast, limits)
+    resolve::symbols(&checked.ast, limits)
 }
 
 /// All findings of the lints in a file without errors, whatever their level; nothing for a file with errors.

@@ -174,6 +174,10 @@ fn two_processes_may_write_the_same_file() {
 
 #[test]
 fn a_signal_removes_what_is_not_complete() {
+    // Where the caller ignores the signal, as scripts do for background commands, the child would too. A
+    // handler of this process becomes the default action in the child.
+    let always = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(true));
+    signal_hook::flag::register_conditional_shutdown(signal_hook::consts::SIGINT, 130, always).unwrap();
     for signal in ["INT", "TERM"] {
         let place = Place::new(
             "osl",

@@ -17,6 +17,21 @@ pub(super) struct Dual {
 /// A derivative; `None` is zero.
 pub(super) type Tangent = Option<ValueId>;
 
+/// The operation whose derivative is written.
+#[derive(Clone, Copy)]
+pub(super) struct Call {
+    pub(super) op: LaneOp,
+    /// Its result, which was computed already.
+    pub(super) result: ValueId,
+}
+
+impl Call {
+    /// The result with derivatives.
+    pub(super) fn with(self, d: [Tangent; 2]) -> Dual {
+        Dual { v: self.result, d }
+    }
+}
+
 impl Writer<'_> {
     /// A constant.
     pub(super) fn constant_dual(&mut self, x: f32) -> Dual {

@@ -1,8 +1,7 @@
 //! The derivative rules of elementary functions: most multiply the argument's derivatives by a factor.
 
 use super::Writer;
-use super::dual::Dual;
-use super::rules::Call;
+use super::dual::{Call, Dual};
 use crate::ir::{LaneOp as L, ValueId};
 use osl_numeric::library_constants::LibraryConstant;
 

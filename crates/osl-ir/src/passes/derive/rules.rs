@@ -6,7 +6,7 @@
 //! differently.
 
 use super::Writer;
-use super::dual::{Dual, Tangent};
+use super::dual::{Call, Dual, Tangent};
 use super::elementary::{
     acos, arc_tangent, asin, atan, cbrt, cos, cosh, erf, erfc, exp, exp2, expm1, inversesqrt, linear_to_srgb,
     log, log2, log10, power, sin, sinh, sqrt, srgb_to_linear, tan, tanh,
@@ -16,21 +16,6 @@ use super::vectors::{
     rgb_to_hsl, rgb_to_hsv, transform, transform_point, xyy_to_xyz, xyz_to_xyy,
 };
 use crate::ir::{Derivative, LaneOp, ValueId};
-
-/// The operation whose derivative is written.
-#[derive(Clone, Copy)]
-pub(super) struct Call {
-    pub(super) op: LaneOp,
-    /// Its result, which was computed already.
-    pub(super) result: ValueId,
-}
-
-impl Call {
-    /// The result with derivatives.
-    pub(super) fn with(self, d: [Tangent; 2]) -> Dual {
-        Dual { v: self.result, d }
-    }
-}
 
 /// Whether an operation needs the derivatives of its arguments. The others have no derivatives.
 pub(super) fn asks(op: LaneOp) -> bool {

@@ -1,8 +1,7 @@
 //! The derivative rules of vectors, matrices and colors.
 
 use super::Writer;
-use super::dual::{Dual, Tangent};
-use super::rules::Call;
+use super::dual::{Call, Dual, Tangent};
 use crate::ir::{LaneOp as L, ValueId};
 
 pub(super) fn dot(w: &mut Writer<'_>, [a, b]: [Dual; 2], call: Call) -> Dual {

@@ -1,0 +1,184 @@
+//! The vocabulary of blocks: values, masks, arrays and the operations on them, without the rules by which a
+//! block merges and rewrites them. This module must not know lanes, registers or instructions.
+
+/// Number of words in a table. Indices are below it.
+pub const TABLE: usize = 16;
+
+/// A value: a word for each lane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Value(pub(crate) u32);
+
+/// A mask: true or false for each lane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MaskValue(pub(crate) u32);
+
+/// An array of words, provided by the caller of the code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Array(pub(crate) u32);
+
+/// An operation on two values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Binary {
+    /// The sum of floats.
+    Add,
+    /// The difference of floats.
+    Sub,
+    /// The product of floats.
+    Mul,
+    /// The quotient of floats.
+    Div,
+    /// The first float if it is smaller, else the second (also for NaN and for zeros of either sign).
+    Min,
+    /// The sum of ints modulo 2^32.
+    IntAdd,
+    /// The difference of ints modulo 2^32.
+    IntSub,
+    /// The product of ints modulo 2^32.
+    IntMul,
+    /// The smaller int.
+    IntMin,
+    /// The larger int.
+    IntMax,
+    /// Bitwise and.
+    And,
+    /// Bitwise or.
+    Or,
+    /// Bitwise exclusive or.
+    Xor,
+    /// Shift left; 0 for shifts of 32 or more.
+    Shl,
+    /// Arithmetic shift right.
+    Shr,
+}
+
+impl Binary {
+    /// Whether the operands may change places.
+    pub(crate) fn commutes(self) -> bool {
+        use Binary::{Div, IntSub, Min, Shl, Shr, Sub};
+        !matches!(self, Sub | Div | Min | IntSub | Shl | Shr)
+    }
+}
+
+/// An operation on one value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Unary {
+    /// The square root of a float.
+    Sqrt,
+    /// 1 divided by the square root of a nonzero float; both operations are rounded.
+    InverseRoot,
+    /// The largest whole float that is not larger.
+    Floor,
+    /// The smallest whole float that is not smaller.
+    Ceil,
+    /// The float without its fraction.
+    Trunc,
+    /// The float of an int.
+    ToFloat,
+    /// Converts a float to an int by truncation; `i32::MIN` if it does not fit.
+    ToInt,
+    /// The absolute value of an int.
+    IntAbs,
+}
+
+/// A comparison of floats. Those that end in `OrNan` are true for NaN.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum Compare {
+    Equal,
+    Less,
+    LessEqual,
+    GreaterEqual,
+    Greater,
+    EqualOrNan,
+    UnequalOrNan,
+    LessOrNan,
+    LessEqualOrNan,
+    GreaterEqualOrNan,
+    GreaterOrNan,
+}
+
+/// A comparison of ints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[expect(missing_docs, reason = "the names say it")]
+pub enum IntCompare {
+    Equal,
+    Less,
+    LessEqual,
+    Unequal,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Op {
+    /// Lanes of an array, starting at a word.
+    Lanes(Array, u32),
+    /// A word of an array.
+    Word(Array, u32),
+    Constant(u32),
+    Unary(Unary),
+    Binary(Binary),
+    /// A word from a table, by an index.
+    LookUp(Array, u32),
+    Compare(Compare),
+    IntCompare(IntCompare),
+    /// Whether any bit is set.
+    NotZero,
+    /// Whether a float is NaN (if `nan`) or infinite (if `infinite`).
+    Class {
+        nan: bool,
+        infinite: bool,
+    },
+    MaskAnd,
+    MaskOr,
+    MaskNot,
+    /// The first value where the mask is set, else the second.
+    Choose,
+    /// The first value plus, or minus, the product of the others, rounded once.
+    Fused {
+        less: bool,
+    },
+    /// The length of a vector. The second value is the sum of the squares of its components and the first is
+    /// the root of that sum. If the squares are too small, the vector is scaled by its largest component.
+    Length,
+    /// 1 where the mask is set, else 0.
+    Number,
+    Store(Array, u32),
+}
+
+impl Op {
+    /// Whether its result is in memory already.
+    pub(crate) fn is_source(self) -> bool {
+        matches!(self, Op::Lanes(..) | Op::Word(..) | Op::Constant(_))
+    }
+
+    /// Whether all its operands are masks.
+    pub(crate) fn takes_mask(self) -> bool {
+        matches!(self, Op::MaskAnd | Op::MaskOr | Op::MaskNot | Op::Number)
+    }
+
+    /// Whether its result is a mask.
+    pub(crate) fn is_mask(self) -> bool {
+        use Op::{Class, Compare, IntCompare, MaskAnd, MaskNot, MaskOr, NotZero};
+        matches!(self, Compare(_) | IntCompare(_) | NotZero | Class { .. } | MaskAnd | MaskOr | MaskNot)
+    }
+}
+
+/// An operation and its arguments, given by number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Inst {
+    pub(crate) op: Op,
+    args: [u32; 5],
+    count: u8,
+}
+
+impl Inst {
+    /// An operation on at most five values.
+    pub(crate) fn new(op: Op, list: &[u32]) -> Inst {
+        let mut args = [0; 5];
+        args.iter_mut().zip(list).for_each(|(to, from)| *to = *from);
+        Inst { op, args, count: list.len() as u8 }
+    }
+
+    pub(crate) fn args(&self) -> &[u32] {
+        &self.args[..usize::from(self.count)]
+    }
+}
