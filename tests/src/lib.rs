@@ -7,6 +7,7 @@ pub mod fuzz;
 pub mod generate;
 pub mod golden;
 pub mod host;
+pub mod instrument;
 pub mod laws;
 pub mod points;
 pub mod run;

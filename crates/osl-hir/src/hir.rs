@@ -34,8 +34,20 @@ pub struct Program {
     pub functions: Vec<Function>,
     /// The shader.
     pub shader: Shader,
+    /// Why calls take the functions that they take, where there was a choice: by the position of the call.
+    pub choices: FxHashMap<u32, Choice>,
     /// The indices of the parameters, by name.
     pub(crate) places: ParamPlaces,
+}
+
+/// Why a call takes one of several functions with its name.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// If the expected type of the result decided: how many functions take the arguments equally well, and
+    /// that type.
+    pub by_result: Option<(usize, Type)>,
+    /// The functions that were not taken, with the reason; only if some of them are of the source.
+    pub others: Vec<(String, String)>,
 }
 
 /// What was resolved of a source with errors: it has error nodes, and may lack the shader.

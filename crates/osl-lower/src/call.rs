@@ -1,10 +1,11 @@
 //! Calls: user functions are inlined, built-ins are written by their row of the table.
 
 use super::expr::Operand;
+use super::flow::RETURNED;
 use super::place::Spot;
 use super::{Frame, Lowerer, NO_OPERATION, Storage, Val};
 use osl_hir::builtins::{self, Array, Emit, Emitted, Param, ParamType, Signature, Site, Tail};
-use osl_hir::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Lvalue, OperationCall};
+use osl_hir::hir::{Arg, BuiltinCall, Expr, ExprKind, FunctionId, Init, Lvalue, OperationCall, VarKind};
 use osl_ir::ir::{Note, ValueId};
 use osl_ir::types::{Extent, Type};
 use osl_syntax::diagnostic::Diagnostic;
@@ -36,6 +37,7 @@ impl Lowerer<'_> {
                 Arg::Copy { back: Some(place), .. } => {
                     let spot = self.spot(place);
                     let storage = self.allocate(var.ty, &var.name);
+                    self.silence(&storage);
                     if let Some(spot) = spot {
                         let value = self.read(&spot);
                         self.write(&Spot::whole(storage.clone()), value);
@@ -46,8 +48,10 @@ impl Lowerer<'_> {
             };
             bound.push((*formal, storage));
         }
+        let mut formals = Vec::new();
         for (formal, storage) in bound {
             if let Some(storage) = storage {
+                formals.push((formal, storage.clone()));
                 self.bind(formal, storage);
             }
         }
@@ -57,7 +61,12 @@ impl Lowerer<'_> {
         }
         let returned = self.flag("returned");
         let exits = self.exits;
+        let result = ret.as_ref().map(|ret| (ret, function.ret));
+        let outer = self.begin_names(&formals, result);
+        let here = self.telling.here;
         self.where_live(|l| {
+            l.at(span);
+            l.note_enter(id, &formals, span);
             l.frames.push(Frame {
                 ret: ret.clone().map(|ret| (ret, function.ret)),
                 returned,
@@ -65,9 +74,27 @@ impl Lowerer<'_> {
             });
             l.stmts(&function.body);
             l.frames.pop();
+            l.at(span);
+            if l.exits > exits {
+                // An `exit` leaves without a result.
+                l.guarded(RETURNED, |l| l.note_result(&formals, result));
+            } else {
+                l.note_result(&formals, result);
+            }
+            l.b.note(&[], |_| Note::Leave);
         });
+        self.telling.here = here;
+        self.end_names(outer);
         self.unsure |= self.exits > exits;
         self.at(span);
+        for (arg, formal) in args.iter().zip(&function.formals) {
+            let output = program.vars[formal.0 as usize].kind == (VarKind::Formal { output: true });
+            if let (Arg::Alias(place), true, true) = (arg, output, self.b.notes)
+                && let Some(spot) = self.spot(place)
+            {
+                self.note_written(spot.storage());
+            }
+        }
         for (spot, storage) in back {
             let value = self.read(&Spot::whole(storage.clone()));
             self.write(&spot, value);
@@ -89,11 +116,13 @@ impl Lowerer<'_> {
             Init::List(items) if ty.extent == Extent::Unsized => {
                 let ty = Type { extent: Extent::Array(items.len().max(1) as u32), ..ty };
                 let storage = self.allocate(ty, name);
+                self.silence(&storage);
                 self.store_init(&storage, ty, value);
                 storage
             }
             _ => {
                 let storage = self.allocate(ty, name);
+                self.silence(&storage);
                 self.store_init(&storage, ty, value);
                 storage
             }
@@ -182,10 +211,16 @@ impl Lowerer<'_> {
             }
         }
         self.at(span);
+        for (place, array) in call.outputs.iter().zip(&arrays) {
+            if let (Some(_), Some(array)) = (place, array) {
+                self.note_written(&Storage::Leaf(array.slot));
+            }
+        }
         let all: Vec<ValueId> = args.iter().copied().chain(result).collect();
+        let chosen = if self.b.notes { self.chosen(span) } else { String::new() };
         self.b.note(&all, |_| Note::Call {
             form: signature.show(call.row.name).into(),
-            why: why(call, signatures.len()).into(),
+            why: why(call, signatures.len(), &chosen).into(),
             args: args.len() as u8,
         });
         result.map_or(Val::Void, Val::One)
@@ -287,7 +322,7 @@ fn literals(args: &[Expr]) -> Vec<Option<Arc<str>>> {
 
 /// Why an overload of a built-in was chosen, as text: the types of its arguments, and the conversions of
 /// those that differ from its parameters.
-fn why(call: &BuiltinCall, forms: usize) -> String {
+fn why(call: &BuiltinCall, forms: usize, chosen: &str) -> String {
     let converted = |e: &Expr| matches!(e.kind, ExprKind::Convert(_));
     let changed: Vec<String> =
         (1..).zip(&call.args).filter(|(_, e)| converted(e)).map(|(n, _)| n.to_string()).collect();
@@ -296,5 +331,10 @@ fn why(call: &BuiltinCall, forms: usize) -> String {
         [one] => format!("argument {one} is converted"),
         several => format!("arguments {} are converted", several.join(", ")),
     };
-    if forms == 1 { fit } else { format!("one of {forms} forms; {fit}") }
+    let fit = if forms == 1 { fit } else { format!("one of {forms} forms; {fit}") };
+    match chosen {
+        "" => fit,
+        _ if chosen.starts_with('\n') => fit + chosen,
+        _ => format!("{fit}; {chosen}"),
+    }
 }

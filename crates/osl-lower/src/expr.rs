@@ -6,7 +6,7 @@
 use super::place::Spot;
 use super::{Lowerer, Storage, Val, checks, kind_of};
 use osl_hir::hir::{Expr, ExprKind, Init, Lvalue, Step};
-use osl_ir::ir::{Const, Kernel, Kind, LaneOp, ValueId};
+use osl_ir::ir::{Const, Kernel, Kind, LaneOp, Note, Test, ValueId};
 use osl_ir::types::Type;
 use osl_syntax::ast::{BinaryOp, UnaryOp};
 
@@ -317,9 +317,11 @@ impl Lowerer<'_> {
     fn short_circuit(&mut self, op: BinaryOp, a: &Expr, b: &Expr) -> ValueId {
         let slot = self.b.slot(Kind::Int, None, if op == BinaryOp::And { "and" } else { "or" }.into());
         let left = self.truth_bit(a);
+        self.b.note(&[left], |_| Note::Branch(Test::Operand));
         self.b.store(slot, left);
         let more = |l: &mut Self| {
             let right = l.truth_bit(b);
+            l.b.note(&[right], |_| Note::Branch(Test::Operand));
             l.b.store(slot, right);
         };
         if op == BinaryOp::And {
@@ -332,6 +334,7 @@ impl Lowerer<'_> {
 
     fn ternary(&mut self, cond: &Expr, a: &Expr, b: &Expr, ty: Type) -> ValueId {
         let cond = self.truth(cond);
+        self.b.note(&[cond], |_| Note::Branch(Test::Choice));
         let slot = self.b.slot(kind_of(ty.base), None, "choice".into());
         let side = |e: &Expr, l: &mut Self| {
             let value = l.value(e);

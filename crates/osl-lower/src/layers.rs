@@ -9,6 +9,7 @@ use super::checks::Checking;
 use super::first_use::{self, Spot};
 use super::flow::RETURNED;
 use super::joins;
+use super::notes::Telling;
 use super::wiring::{Asked, Joint, Joints, Wiring};
 use super::{Frame, Lowerer, Requests, Storage, View, kind_of};
 use crate::group::{Connection, Rules};
@@ -87,6 +88,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         depth: 0,
         unsure: false,
         checking: Checking::default(),
+        telling: Telling::default(),
     };
     let globals = l.globals();
     let start = Spot { block: entry, index: l.b.body.block(entry).insts.len() };
@@ -200,6 +202,7 @@ impl<'a> Lowerer<'a> {
         for (index, param) in program.shader.params.iter().enumerate() {
             let var = &program.vars[param.var.0 as usize];
             self.at(var.span);
+            self.telling.here = self.b.span;
             let sources = to.get(&index).map_or(&[][..], Vec::as_slice);
             let ty = self.param_type(param, sources, done);
             let storage = self.allocate(ty, &var.name);
@@ -261,16 +264,24 @@ impl<'a> Lowerer<'a> {
             return own(self);
         }
         if param.init.is_constant() || values.get(name).is_some() {
+            // The note tells the value that is chosen.
+            let notes = std::mem::take(&mut self.b.notes);
             own(self);
+            self.b.notes = notes;
             let (found, value) = self.user_data(name, kind);
             let own = self.b.load(slot);
             let value = self.b.choose(found, value, own);
             self.b.store(slot, value);
+            self.note_set(slot, None, value);
         } else {
             // The default is computed only where the point has no value.
             self.store_zero(storage);
             let (found, value) = self.user_data(name, kind);
-            self.if_else(found, |l| l.b.store(slot, value), own);
+            let given = |l: &mut Self| {
+                l.b.store(slot, value);
+                l.note_set(slot, None, value);
+            };
+            self.if_else(found, given, own);
         }
     }
 
@@ -346,6 +357,7 @@ impl<'a> Lowerer<'a> {
                 let value = self.b.load_element(from, index);
                 let value = self.widened(value, kind);
                 self.b.store_element(to, index, value);
+                self.note_set(to, Some(index), value);
             }
             return;
         }
@@ -359,9 +371,11 @@ impl<'a> Lowerer<'a> {
             let (old, index) = (self.b.load(to), self.b.int(i32::from(component)));
             let value = self.b.lane(LaneOp::Set, &[old, index, value]);
             self.b.store(to, value);
+            self.note_set(to, None, value);
         } else {
             let value = self.widened(value, kind);
             self.b.store(to, value);
+            self.note_set(to, None, value);
         }
     }
 

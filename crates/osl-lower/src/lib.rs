@@ -15,6 +15,7 @@ mod flow;
 pub mod group;
 mod joins;
 mod layers;
+mod notes;
 pub mod params;
 mod place;
 mod placement;
@@ -193,6 +194,8 @@ struct Lowerer<'a> {
     unsure: bool,
     /// The state of the checks.
     checking: checks::Checking,
+    /// The state of the notes.
+    telling: notes::Telling,
 }
 
 impl<'a> Lowerer<'a> {

@@ -3,7 +3,7 @@
 use super::flow::RETURNED;
 use super::{Lowerer, Storage, Val};
 use osl_hir::hir::{Init, Lvalue, Step};
-use osl_ir::ir::{Const, Kernel, Kind, LaneOp, Note, SlotId, ValueId};
+use osl_ir::ir::{Const, Kernel, Kind, LaneOp, SlotId, ValueId};
 use osl_ir::types::{Base, Extent, Type};
 use std::sync::Arc;
 
@@ -163,13 +163,6 @@ impl Lowerer<'_> {
         self.note_set(slot, element, value);
     }
 
-    /// Records that a variable has a new value.
-    pub(super) fn note_set(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
-        let args = [element, Some(value)];
-        let args: Vec<ValueId> = args.into_iter().flatten().collect();
-        self.b.note(&args, |body| Note::Set(body.slot(slot).name.clone()));
-    }
-
     /// Stores a value at a spot.
     pub(super) fn write(&mut self, spot: &Spot, value: Val) {
         match (&spot.storage, value) {
@@ -230,6 +223,7 @@ impl Lowerer<'_> {
                             let index = l.b.int(index as i32);
                             let value = l.b.load_element(*from, index);
                             l.b.store_element(*to, index, value);
+                            l.note_set(*to, Some(index), value);
                         }
                     }),
                     _ => {

@@ -4,7 +4,7 @@ use super::flow::{self, Flow, RETURNED};
 use super::{LoopFlags, Lowerer};
 use osl_hir::builtins::Emitted;
 use osl_hir::hir::{Expr, Stmt, StmtKind};
-use osl_ir::ir::{BlockId, Const, Kind, LaneOp, Note, Op, SlotId, ValueId, Values};
+use osl_ir::ir::{BlockId, Const, Kind, LaneOp, Note, Op, SlotId, Test, ValueId, Values};
 use osl_limits::Compiling;
 use osl_syntax::span::Span;
 
@@ -74,37 +74,51 @@ impl Lowerer<'_> {
         let (first, second) = (flow::of_list(then), flow::of_list(otherwise));
         let mut n_of_rest = 0;
         match (first.always, second.always) {
-            (true, false) if !second.may_leave() => self.branch(
-                cond,
-                |l| l.stmts(then),
-                |l| {
-                    l.stmts(otherwise);
-                    n_of_rest = l.nested(rest, max_nested);
-                },
-            ),
-            (false, true) if !first.may_leave() => self.branch(
-                cond,
-                |l| {
-                    l.stmts(then);
-                    n_of_rest = l.nested(rest, max_nested);
-                },
-                |l| l.stmts(otherwise),
-            ),
+            (true, false) if !second.may_leave() => {
+                self.begin(stmt);
+                self.branch(
+                    cond,
+                    |l| l.stmts(then),
+                    |l| {
+                        l.stmts(otherwise);
+                        n_of_rest = l.nested(rest, max_nested);
+                    },
+                );
+            }
+            (false, true) if !first.may_leave() => {
+                self.begin(stmt);
+                self.branch(
+                    cond,
+                    |l| {
+                        l.stmts(then);
+                        n_of_rest = l.nested(rest, max_nested);
+                    },
+                    |l| l.stmts(otherwise),
+                );
+            }
             _ => return None,
         }
         Some(n_of_rest)
     }
 
+    /// Begins a statement.
+    fn begin(&mut self, stmt: &Stmt) {
+        self.at(stmt.span);
+        self.telling.here = self.b.span;
+        if !matches!(stmt.kind, StmtKind::Block(_)) {
+            self.b.note(&[], |_| Note::Reach);
+        }
+    }
+
     fn branch(&mut self, cond: &Expr, then: impl FnOnce(&mut Self), otherwise: impl FnOnce(&mut Self)) {
-        let (at, place) = (self.b.span, cond.span);
+        let place = cond.span;
         let before = self.ops_so_far();
         self.reads_for("if", 0);
         let cond = self.truth(cond);
         self.count_op();
         let tested = self.ops_so_far();
-        self.b.span = at;
-        self.b.note(&[cond], |_| Note::Branch);
         self.at(place);
+        self.b.note(&[cond], |_| Note::Branch(Test::If));
         if self.unsure {
             // The condition may have ended the shader: then neither branch runs.
             self.guarded(RETURNED, |l| l.if_else(cond, then, otherwise));
@@ -230,7 +244,7 @@ impl Lowerer<'_> {
     }
 
     fn stmt(&mut self, stmt: &Stmt) {
-        self.at(stmt.span);
+        self.begin(stmt);
         match &stmt.kind {
             StmtKind::Expr(e) => {
                 self.eval(e);
@@ -291,6 +305,7 @@ impl Lowerer<'_> {
     ) {
         let flags = LoopFlags { broke: self.flag("broke"), continued: self.flag("continued") };
         self.count_op();
+        self.b.note(&[], |_| Note::Loop);
         let go = self.b.slot(Kind::Int, None, "go".into());
         if let Some(frame) = self.frames.last_mut() {
             frame.loops.push(flags);
@@ -299,9 +314,10 @@ impl Lowerer<'_> {
             l.set_flag(go, 0);
             if test_first {
                 let test = l.loop_test(cond);
-                l.where_live(|l| l.if_else(test, |l| l.round(body, flags, iter, |l| l.b.int(1), go), |_| ()));
+                let round = |l: &mut Self| l.round((body, span), flags, iter, |l| l.b.int(1), go);
+                l.where_live(|l| l.if_else(test, round, |_| ()));
             } else {
-                l.round(body, flags, iter, |l| l.loop_test(cond), go);
+                l.round((body, span), flags, iter, |l| l.loop_test(cond), go);
             }
         });
         let outer = std::mem::replace(&mut self.b.current, block);
@@ -331,13 +347,14 @@ impl Lowerer<'_> {
     /// One iteration: the body, then the iteration expression and the next test, unless the loop was left.
     fn round(
         &mut self,
-        body: &[Stmt],
+        (body, span): (&[Stmt], Span),
         flags: LoopFlags,
         iter: Option<&Expr>,
         test: impl FnOnce(&mut Self) -> ValueId,
         go: SlotId,
     ) {
         self.set_flag(flags.continued, 0);
+        self.at(span);
         self.b.note(&[], |_| Note::Round);
         let exits = self.exits;
         self.stmts(body);
@@ -345,6 +362,8 @@ impl Lowerer<'_> {
         let returns = flow.returns || self.exits > exits;
         let leaving = Flow { continues: false, always: false, returns, ..flow };
         let finish = |l: &mut Self| {
+            l.at(span);
+            l.telling.here = l.b.span;
             if let Some(iter) = iter {
                 l.eval(iter);
             }

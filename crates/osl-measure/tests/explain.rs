@@ -12,7 +12,8 @@ use osl::stages;
 use osl_exec::{PointSource, RunOptions, Services};
 use osl_ir::passes;
 use osl_limits::Limits;
-use osl_measure::explain::{cost, explain, only_needed, text};
+use osl_measure::explain::text::{self, Style};
+use osl_measure::explain::{Subject, cost, explain};
 use osl_measure::trace::{OnePoint, follow, prepare};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
@@ -35,27 +36,57 @@ shader s(float k = 2, output float r = 0, output float other = 1)
 }
 ";
 
+/// Copies, calls, returns, jumps, conditions within expressions, equal and unneeded computations, closures.
+const ALL: &str = "\
+float f(float x) { if (x > 0.5) return 1; float y = x * 2; return y; }
+void two(float x, output float y, output float z) { y = x; z = 2 * x; }
+float scene(point p) {
+    float d = length(p) - 0.3;
+    for (int k = 0; k < 10; k++) { if (d > 1 + k) continue; d += 0.01; if (d > 0.9) break; }
+    return d;
+}
+shader a(output float x = 0, output float b = 0, output color c = 0, output closure color k = 0)
+{
+    float q = 1;
+    x = q;
+    float t = u;
+    int n = 0;
+    while (n < 20) {
+        if (t > 0.5) break;
+        if (n % 2 == 0) { n++; continue; }
+        t += 0.05;
+        n++;
+    }
+    float s = scene(P);
+    if (s > 0.2)
+        b = f(u) + f(v);
+    float y, z;
+    two(u, y, z);
+    float w = y * z;
+    float w2 = y * z;
+    float unused = sin(w);
+    c = color(w, w2, u < 0.5 ? 1 : 2);
+    if (s > 0.1 && t > 3 || n == 0) c *= 2;
+    k = 0.5 * diffuse(N) + w * oren_nayar(N, 0.3);
+    if (0 > 1) c = 0;
+    if (t > 0.3) return;
+    c = 1;
+}
+";
+
 fn explained(source: &str, outputs: Option<&[&str]>, at: (usize, usize), exact: bool) -> String {
     let checked = stages::check("s.osl", source, &NoFiles, &Options::default());
     let program = checked.program.expect("it compiles");
-    let plain = stages::lower(&program, &[]).unwrap();
     let noted = stages::lower_noted(&program, &[]).unwrap();
     let grid = Grid::new(16, 16);
     let outputs: Option<Vec<Arc<str>>> = outputs.map(|o| o.iter().map(|n| (*n).into()).collect());
-    let options = passes::Options {
-        outputs: outputs.clone(),
-        varying: grid.varying().to_vec(),
-        ..passes::Options::default()
-    };
-    let mut body = prepare(noted, &options.varying, &[], &options.limits);
-    if let Some(wanted) = outputs {
-        body.outputs.retain(|o| wanted.contains(&o.name));
-    }
+    let options = passes::Options { outputs, varying: grid.varying().to_vec(), ..passes::Options::default() };
+    let subject = Subject::new(noted, &options, &checked.sources);
     let point = OnePoint::at_pixel(&grid, 16, 16, at.0, at.1).unwrap();
     let services = Services::default();
-    let trace = follow(&body, &services, OnePoint { source: &grid, point }, &Limits::default());
-    let needed = only_needed(plain, &options);
-    text::text(&explain(&trace, &body, &needed, &checked.sources), "a pixel", exact)
+    let trace = follow(&subject.body, &services, OnePoint { source: &grid, point }, &Limits::default());
+    let style = Style { exact, ..Style::default() };
+    text::text(&explain(&trace, &subject, &checked.sources), "a pixel", style)
 }
 
 #[test]
@@ -66,6 +97,94 @@ fn a_loop_with_a_branch() {
 #[test]
 fn what_is_not_needed_is_said() {
     insta::assert_snapshot!(explained(LOOP, Some(&["other"]), (5, 9), true));
+}
+
+#[test]
+fn every_line_has_its_own_facts() {
+    insta::assert_snapshot!(explained(ALL, None, (5, 11), false));
+}
+
+/// The sentences below a line of an explanation, without the line itself.
+fn below(text: &str, line: u32) -> Vec<String> {
+    let head = format!("{line} | ");
+    let mut lines = text.lines().skip_while(|l| !l.trim_start().starts_with(&head)).skip(1);
+    let mut out = Vec::new();
+    while let Some(told) = lines.next().and_then(|l| l.trim_start().strip_prefix(":   ")) {
+        out.push(told.to_string());
+    }
+    out
+}
+
+#[test]
+fn copies_have_values() {
+    let text = explained(
+        "shader s(output float x = 0, output float a = 0) {
+            float y = u * 2;
+            float q = y;
+            x = q;
+            a = Dx(y);
+        }",
+        None,
+        (4, 4),
+        false,
+    );
+    assert_eq!(below(&text, 3), ["q = 0.533333"]);
+    assert_eq!(below(&text, 4), ["x = 0.533333"]);
+    assert!(below(&text, 5).contains(&"a = 0.133333".to_string()), "{text}");
+    assert!(!text.contains("\nnot needed"), "{text}");
+}
+
+#[test]
+fn outcomes_stand_on_their_own_line() {
+    let text = explained(
+        "shader s(output float r = 0) {
+            float t = 0; int n = 0;
+            while (n < 20) {
+                if (t > 0.5) break;
+                if (n % 2 == 0) { n++; continue; }
+                if (t > 9)
+                    n = 100;
+                t += 0.2; n++;
+            }
+            if (u < 5) return;
+            r = 1;
+        }",
+        None,
+        (4, 4),
+        false,
+    );
+    assert_eq!(below(&text, 3), ["7 rounds"]);
+    assert_eq!(below(&text, 4)[0], "true once, false 6 times");
+    assert_eq!(below(&text, 5)[0], "true 3 times, false 3 times");
+    assert_eq!(below(&text, 6)[0], "false 3 times");
+    assert_eq!(below(&text, 7), ["does not run: `t > 9` (line 6) is false"]);
+    assert_eq!(below(&text, 10), ["true"]);
+    assert_eq!(below(&text, 11), ["does not run: `u < 5` (line 10) is true"]);
+}
+
+#[test]
+fn calls_are_told_apart() {
+    let text = explained(
+        "float many(int n, float x) {
+            float b = 0;
+            for (int i = 0; i < n; i++)
+                b += x;
+            return b;
+        }
+        shader s(output float r = 0) {
+            color b = color(u);
+            r = many(2, u) + many(3, v);
+        }",
+        None,
+        (4, 4),
+        false,
+    );
+    assert!(below(&text, 3).contains(&"2 rounds (call 1); 3 rounds (call 2)".to_string()), "{text}");
+    assert_eq!(below(&text, 5), ["returns 0.533333 (call 1); 0.8 (call 2)"]);
+    assert_eq!(
+        below(&text, 8),
+        ["b = (0.266667 0.266667 0.266667)", "not needed: the output `r` does not depend on it"]
+    );
 }
 
 #[test]

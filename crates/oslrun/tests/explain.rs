@@ -42,6 +42,68 @@ fn tools_get_json() {
 }
 
 #[test]
+fn numbers_are_numbers_for_tools() {
+    let args = ["explain", &shader("strips.osl"), "--at", "3,5", "-g", "16x16", "--json"];
+    let value: serde_json::Value = serde_json::from_str(&oslrun(&args).1).unwrap();
+    let output = &value["outputs"][0];
+    assert_eq!(output[0], "UV");
+    assert!(output[1]["value"].as_array().is_some_and(|t| t.len() == 3 && t[0].is_f64()), "{output}");
+    assert!(value["calls"].as_array().is_some_and(|calls| calls.len() > 2));
+}
+
+#[test]
+fn parts_of_an_explanation() {
+    let strips = shader("strips.osl");
+    let at = |more: &[&str]| {
+        let mut args = vec!["explain", &strips, "--at", "3,5", "-g", "16x16"];
+        args.extend(more);
+        oslrun(&args)
+    };
+    let (_, var, _) = at(&["--var", "strip"]);
+    assert!(var.contains("strip = 1") && !var.contains("strip_random"), "{var}");
+    let (_, line, _) = at(&["--line", "70"]);
+    assert!(line.contains("70 | int strip") && line.lines().count() < 12, "{line}");
+    let (_, call, _) = at(&["--call", "1"]);
+    assert!(call.contains("within_slot = ") && !call.contains("(call "), "{call}");
+    let (_, own, _) = at(&["--depth", "0"]);
+    assert!(own.contains("Fac = ") && !own.contains("float position"), "{own}");
+    for wrong in [["--var", "nobody"], ["--line", "1"], ["--call", "99"]] {
+        let (code, out, err) = at(&wrong);
+        assert_eq!((code, out.as_str(), err.starts_with("error: ")), (1, "", true), "{err}");
+    }
+}
+
+#[test]
+fn a_pixel_of_a_surface() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    std::fs::write(&file, "shader s(output normal n = 0) { n = N; }").unwrap();
+    let file = file.display().to_string();
+    let (code, out, err) = oslrun(&["explain", &file, "--on", "sphere", "--at", "20,20", "-g", "40x40"]);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("on sphere") && !out.contains("n = (0 0 1)"), "{out}");
+    for args in [["--on", "spere"], ["--on", "sphere"]] {
+        let (code, _, err) = oslrun(&["explain", &file, args[0], args[1], "--at", "0,0", "-g", "40x40"]);
+        assert_eq!((code, err.is_empty()), (1, false), "neither a surface, nor a pixel that shows it");
+    }
+}
+
+#[test]
+fn options_without_an_effect_are_refused() {
+    let strips = shader("strips.osl");
+    for command in ["explain", "stability"] {
+        for more in [&["-o", "x.exr"][..], &["--samples", "4"], &["--closures"], &["--arithmetic", "fast"]] {
+            let mut args = vec![command, &strips];
+            args.extend(more);
+            let (code, out, err) = oslrun(&args);
+            assert_eq!((code, out.as_str()), (1, ""), "{more:?}");
+            assert!(err.contains("has no effect"), "{err}");
+        }
+    }
+    assert_eq!(oslrun(&["stability", &strips, "--on", "sphere"]).0, 1);
+}
+
+#[test]
 fn a_point_that_is_not_there_is_an_error() {
     let (code, out, err) = oslrun(&["explain", &shader("flakes.osl"), "--at", "8,0", "-g", "8x8"]);
     assert_eq!((code, out.as_str()), (1, ""));

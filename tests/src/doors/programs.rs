@@ -98,15 +98,14 @@ pub fn told(bytes: &[u8]) -> u64 {
         ..passes::Options::default()
     };
     explain::table(&explain::cost(&body, &options));
-    let followed = trace::prepare(noted.clone(), &options.varying, &options.derivs, &options.limits);
+    let subject = explain::Subject::new(noted.clone(), &options, &checked.sources);
     let Some(point) = OnePoint::at_pixel(&points, 4, 4, 1, 2) else { return 2 };
     let one = OnePoint { source: &points, point };
     let mut limits = Limits::default();
     limits.running.trace = 20_000;
-    let traced = trace::follow(&followed, laws::services(), one, &limits);
-    let needed = explain::only_needed(body.clone(), &options);
-    let explanation = explain::explain(&traced, &followed, &needed, &checked.sources);
-    words::text(&explanation, "a point", true);
+    let traced = trace::follow(&subject.body, laws::services(), one, &limits);
+    let explanation = explain::explain(&traced, &subject, &checked.sources);
+    words::text(&explanation, "a point", words::Style { exact: true, all: false });
     if once.is_err() || !hash(bytes).is_multiple_of(4) {
         return kind(&body);
     }

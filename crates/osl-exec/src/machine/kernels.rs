@@ -62,7 +62,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             Kernel::CheckIndex { name } => self.check_index(name, step, mask),
             Kernel::CheckFinite { name, op } => self.check_finite(name, op, step, mask),
             Kernel::CheckSet { what, reader } => self.check_set(what, reader, step, mask),
-            Kernel::Note(_) => {}
+            Kernel::Note { .. } => {}
         }
     }
 

@@ -65,7 +65,7 @@ fn of_kernel(kernel: &Kernel) -> u64 {
         Kernel::Report { .. } => 20,
         Kernel::CheckIndex { .. } | Kernel::CheckFinite { .. } | Kernel::CheckSet { .. } => 2,
         Kernel::Hash => 2,
-        Kernel::Note(_) => 0,
+        Kernel::Note { .. } => 0,
     };
     serial * SERIAL
 }

@@ -108,12 +108,14 @@ fn resolve_recording(
         }
     }
     let shader = resolver.items();
-    let Resolver { structs, vars, functions, mut diagnostics, dropped, recorder, .. } = resolver;
+    let Resolver { structs, vars, functions, mut diagnostics, dropped, recorder, choices, .. } = resolver;
     diagnostics.extend(dropped.map(|span| too_many_errors(span, limits.reading.diagnostics)));
     diagnostics.sort_by_key(|d| (d.span.start, d.span.end));
     let whole = ast.gaps.is_empty() && !diagnostics.iter().any(Diagnostic::is_error);
     let program = match shader {
-        Some(shader) if whole => Ok(Program { structs, vars, functions, shader, places: Default::default() }),
+        Some(shader) if whole => {
+            Ok(Program { structs, vars, functions, shader, choices, places: Default::default() })
+        }
         shader => Err(Broken { structs, vars, functions, shader }),
     };
     (Resolved { program, diagnostics }, recorder)
@@ -213,6 +215,8 @@ struct Resolver<'a> {
     follow: Follow,
     /// Where symbols are recorded.
     recorder: Option<Recorder>,
+    /// Why calls take their functions.
+    choices: FxHashMap<u32, hir::Choice>,
 }
 
 impl<'a> Resolver<'a> {
@@ -236,6 +240,7 @@ impl<'a> Resolver<'a> {
             declaring: None,
             follow: Follow::default(),
             recorder: None,
+            choices: FxHashMap::default(),
         };
         for (global, name, ty, _) in GLOBALS {
             resolver.add_var(name.into(), ty, VarKind::Global(global), Span::default());

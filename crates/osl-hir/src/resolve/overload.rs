@@ -3,7 +3,7 @@
 use super::errors;
 use super::{FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, Builtin, Param, ParamType, Signature, Tail};
-use crate::hir::{Expr, ExprKind};
+use crate::hir::{Choice, Expr, ExprKind};
 use osl_ir::types::{Base, Type};
 use osl_syntax::ast::{self, ExprId};
 use osl_syntax::diagnostic::Diagnostic;
@@ -254,6 +254,7 @@ impl Resolver<'_> {
             return None;
         };
         let mut tied: Vec<&Candidate> = scored.iter().filter(|(s, _)| *s == best).map(|(_, c)| *c).collect();
+        let equal = tied.len();
         if tied.len() > 1
             && let Some(expected) = expected
         {
@@ -261,6 +262,7 @@ impl Resolver<'_> {
             let top = tied.iter().map(|c| score(c)).max().unwrap_or(0);
             tied.retain(|c| score(c) == top);
         }
+        let by_result = expected.filter(|_| tied.len() < equal).map(|ty| (equal, ty));
         if tied.len() > 1 {
             let rank = |c: &Candidate| return_rank(c.ret());
             let top = tied.iter().map(|c| rank(c)).min().unwrap_or(0);
@@ -287,7 +289,57 @@ impl Resolver<'_> {
                 self.warn_ambiguous(name, span, tied.first().copied());
             }
         }
-        tied.first().map(|c| (*c).clone())
+        let chosen = tied.first().map(|c| (*c).clone())?;
+        let is_own = |c: &Candidate| matches!(c, Candidate::User(_));
+        let others = if candidates.len() > 1 && candidates.iter().any(is_own) {
+            self.others(name, &candidates, &chosen, given, by_result)
+        } else {
+            Vec::new()
+        };
+        if by_result.is_some() || !others.is_empty() {
+            self.choices.insert(span.start, Choice { by_result, others });
+        }
+        Some(chosen)
+    }
+
+    /// The candidates that are not taken, with the reason.
+    fn others(
+        &self,
+        name: &str,
+        candidates: &[Candidate],
+        chosen: &Candidate,
+        given: &[Given],
+        by_result: Option<(usize, Type)>,
+    ) -> Vec<(String, String)> {
+        let best = self.score(chosen, given);
+        let others = candidates.iter().filter(|c| !c.same_as(chosen)).take(MOST_CANDIDATES);
+        let why = |c: &Candidate| match self.score(c, given) {
+            None => self.why_not(c, given),
+            score if score == best => match by_result {
+                Some((_, ty)) => {
+                    format!("it returns {}, and {} is expected", self.show_a(c.ret()), self.show_a(ty))
+                }
+                None => format!("it fits as well, but returns {}", self.show_a(c.ret())),
+            },
+            Some(_) => self.converted(c, given),
+        };
+        others.map(|c| (c.signature(self, name), why(c))).collect()
+    }
+
+    /// The first argument that the candidate would convert.
+    fn converted(&self, candidate: &Candidate, given: &[Given]) -> String {
+        let formals = candidate.formals();
+        let pairs = (1..).zip(formals.iter().zip(given));
+        let changed = pairs.filter_map(|(number, (formal, given))| match (formal, given) {
+            (Some(ty), Given::Value(v)) if v.ty != *ty => Some((number, v.ty, *ty)),
+            _ => None,
+        });
+        match changed.into_iter().next() {
+            Some((number, from, to)) => {
+                format!("it would convert argument {number} from {} to {}", self.show(from), self.show(to))
+            }
+            None => "it fits less well".to_string(),
+        }
     }
 
     /// The error for candidates that would give one list different types.

@@ -28,6 +28,8 @@ pub struct Builder {
     pub message_places: FxHashMap<Arc<str>, usize>,
     /// Whether to record what the source does.
     pub notes: bool,
+    /// The number of notes so far.
+    noted: u32,
     /// The limits on the size of the body.
     pub limits: Compiling,
     /// Words of the arrays so far.
@@ -69,6 +71,7 @@ impl Builder {
             messages_by_name: false,
             message_places: FxHashMap::default(),
             notes: false,
+            noted: 0,
             limits: Compiling::default(),
             array_words: 0,
             name_bytes: 0,
@@ -196,8 +199,9 @@ impl Builder {
     /// Records what the source does, if notes are enabled.
     pub fn note(&mut self, args: &[ValueId], note: impl FnOnce(&Body) -> super::Note) {
         if self.notes {
-            let note = note(&self.body);
-            self.push(Op::Kernel(Kernel::Note(note), args.into()), Values::new());
+            let (site, note) = (self.noted, note(&self.body));
+            self.noted += 1;
+            self.push(Op::Kernel(Kernel::Note { site, note }, args.into()), Values::new());
         }
     }
 

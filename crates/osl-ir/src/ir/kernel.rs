@@ -223,7 +223,12 @@ pub enum Kernel {
     },
     /// Describes the source at this point for the follower of a point; a run skips it. Written only by
     /// lowering with notes. It counts as an effect, so that it stays in place.
-    Note(Note),
+    Note {
+        /// The number of the note; copies that passes make of it keep the number.
+        site: u32,
+        /// The description.
+        note: Note,
+    },
 }
 
 /// The string of an uninitialised variable, if such reads are checked.
@@ -232,9 +237,11 @@ pub const UNSET_TEXT: &str = "!!!uninitialized!!!";
 /// What the source does at a location.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Note {
+    /// A statement begins.
+    Reach,
     /// A variable is set: the value, preceded by the index if it is an element of an array.
     Set(Arc<str>),
-    /// A function was called: its arguments, and then its result if it has one.
+    /// A built-in was called: its arguments, and then its result if it has one.
     Call {
         /// The chosen overload, as the language would declare it.
         form: Arc<str>,
@@ -243,10 +250,63 @@ pub enum Note {
         /// How many arguments there are.
         args: u8,
     },
-    /// An `if` is evaluated: the condition.
-    Branch,
+    /// A condition is evaluated: its truth.
+    Branch(Test),
+    /// A loop is reached.
+    Loop,
     /// A loop iteration begins.
     Round,
+    /// A function with a body is entered: the values of its inputs.
+    Enter {
+        /// The function, as it was declared.
+        form: Arc<str>,
+        /// Why it was chosen.
+        why: Arc<str>,
+        /// The names of the values: see [`note_text`].
+        names: Arc<str>,
+    },
+    /// The result of the innermost function that was entered, and the values of its outputs.
+    Result {
+        /// The names of the values; the name of the result is empty.
+        names: Arc<str>,
+    },
+    /// The innermost function that was entered is left.
+    Leave,
+}
+
+/// The names of values in one text, for a note: a comma follows each.
+pub fn note_text(names: &[Arc<str>]) -> Arc<str> {
+    names.iter().fold(String::new(), |text, name| text + name + ",").into()
+}
+
+/// The names in the text of a note.
+pub fn note_names(text: &str) -> impl Iterator<Item = &str> {
+    text.split_terminator(',')
+}
+
+/// What a condition decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Test {
+    /// Which side of an `if` runs.
+    If,
+    /// Which side of `?:` is taken.
+    Choice,
+    /// An operand of `&&` or `||`.
+    Operand,
+}
+
+impl Test {
+    /// All conditions.
+    pub const ALL: [Test; 3] = [Test::If, Test::Choice, Test::Operand];
+
+    /// The word for it in the text of the IR.
+    pub fn text(self) -> &'static str {
+        match self {
+            Test::If => "if",
+            Test::Choice => "choice",
+            Test::Operand => "operand",
+        }
+    }
 }
 
 /// The value of a message.
@@ -296,7 +356,7 @@ impl Kernel {
                 | Kernel::CheckSet { .. }
                 | Kernel::SetMessage(_)
                 | Kernel::GetMessage(_)
-                | Kernel::Note(_)
+                | Kernel::Note { .. }
         )
     }
 

@@ -20,7 +20,8 @@ pub mod validate;
 pub use build::Builder;
 pub use build::Excess;
 pub use kernel::{
-    GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, TextureOption, UNSET_TEXT,
+    GaborOption, Kernel, MessageForm, NoiseField, Note, Shape, Sink, Test, TextureOption, UNSET_TEXT,
+    note_names, note_text,
 };
 pub use message::{First, Message, MessageMade, other_type, set_late, set_twice};
 pub use osl_numeric::{Const, Continuity, Cost, Derivative, Kind, LaneOp, LaneShape, MAX_ARGS, Precision};

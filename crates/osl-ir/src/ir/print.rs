@@ -234,11 +234,16 @@ fn kernel_name(kernel: &Kernel) -> String {
         Kernel::CheckIndex { name } => format!("check_index {name:?}"),
         Kernel::CheckFinite { name, op } => format!("check_finite {name:?} {op:?}"),
         Kernel::CheckSet { what, reader } => format!("check_set {what:?} {reader:?}"),
-        Kernel::Note(note) => match note {
-            Note::Set(name) => format!("note.set {name:?}"),
-            Note::Call { form, why, args } => format!("note.call {args} {form:?} {why:?}"),
-            Note::Branch => "note.branch".to_string(),
-            Note::Round => "note.round".to_string(),
+        Kernel::Note { site, note } => match note {
+            Note::Reach => format!("note.reach {site}"),
+            Note::Set(name) => format!("note.set {site} {name:?}"),
+            Note::Call { form, why, args } => format!("note.call {site} {args} {form:?} {why:?}"),
+            Note::Branch(test) => format!("note.branch.{} {site}", test.text()),
+            Note::Loop => format!("note.loop {site}"),
+            Note::Round => format!("note.round {site}"),
+            Note::Enter { form, why, names } => format!("note.enter {site} {form:?} {why:?} {names:?}"),
+            Note::Result { names } => format!("note.result {site} {names:?}"),
+            Note::Leave => format!("note.leave {site}"),
         },
     }
 }

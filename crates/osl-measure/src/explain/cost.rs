@@ -116,11 +116,3 @@ pub fn table(costs: &[Cost]) -> String {
     }
     out
 }
-
-/// Runs only the passes that find what outputs need.
-pub fn only_needed(mut body: Body, options: &passes::Options) -> Body {
-    let keep = [Pass::Ssa, Pass::Slice, Pass::Derive, Pass::Dce, Pass::Rate];
-    let without = Pass::ALL.into_iter().filter(|p| !keep.contains(p)).collect();
-    passes::run(&mut body, &passes::Options { without, ..options.clone() });
-    body
-}

@@ -1,10 +1,12 @@
 //! From a trace to facts about each line.
 
-use super::{Explanation, Fact, Line, Shown, State};
-use crate::trace::{Node, Trace, What};
+use super::reasons::Reasons;
+use super::sites::{Made, Site};
+use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, What};
+use crate::trace::{Node, NodeId, Trace, What as Kind};
 use osl_ir::Span;
 use osl_ir::global::GLOBALS;
-use osl_ir::ir::{Body, Const, Kernel, Note, Op};
+use osl_ir::ir::{Const, Kernel, Note, Test, note_names};
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,84 +14,54 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A line: the start of its file and its number.
 type At = (u32, u32);
 
-/// Explains a point line by line. `noted` is the body that was followed. `needed` is the same program without
-/// notes, reduced to what the outputs need: lines without instructions in it are not needed.
-pub fn explain(trace: &Trace, noted: &Body, needed: &Body, sources: &SourceMap) -> Explanation {
-    let known = lines_of(noted, sources);
-    let kept = lines_of(needed, sources);
-    let mut ran: BTreeSet<At> = BTreeSet::new();
-    let mut facts: BTreeMap<At, Facts> = BTreeMap::new();
-    let mut globals = Vec::new();
+/// Explains a point line by line, from the trace of the subject's body.
+pub fn explain(trace: &Trace, subject: &Subject, sources: &SourceMap) -> Explanation {
+    let mut reader = Reader {
+        trace,
+        subject,
+        sources,
+        calls: Vec::new(),
+        stack: Vec::new(),
+        facts: BTreeMap::new(),
+        ran: BTreeMap::new(),
+        reached: FxHashMap::default(),
+        truths: FxHashMap::default(),
+    };
     for node in &trace.nodes {
-        let Some(at) = line_at(node.span, sources) else { continue };
-        ran.insert(at);
-        match &node.what {
-            What::Note(kernel) => {
-                if let Kernel::Note(note) = &**kernel {
-                    facts.entry(at).or_default().add(note, node, trace);
-                }
-            }
-            _ => continue,
+        if let Kind::Note(kernel) = &node.what
+            && let Kernel::Note { site, note } = &**kernel
+            && node.strict.is_some()
+        {
+            reader.note(*site, note, node);
         }
     }
-    let read = globals_read(needed);
-    for node in &trace.nodes {
-        if let What::Global(global) = node.what
-            && read.contains(&global)
+    reader.unevaluated();
+    let mut globals: Vec<(String, Shown)> = Vec::new();
+    for (id, node) in (0..).zip(&trace.nodes) {
+        if let Kind::Global(global) = node.what
+            && subject.globals.contains(&global)
             && let Some((_, name, ..)) = GLOBALS.iter().find(|(g, ..)| *g == global)
             && !globals.iter().any(|(known, _)| known == name)
         {
-            globals.push(((*name).to_string(), Shown::of(node)));
+            globals.push(((*name).to_string(), Shown::of(id, trace)));
         }
     }
-    let lines = known
-        .iter()
-        .filter_map(|at| {
-            let (file, text) = text_of(*at, sources)?;
-            let state = match (ran.contains(at), kept.contains(at)) {
-                (_, false) => State::NotNeeded,
-                (true, true) => State::Runs,
-                (false, true) => State::Skipped,
-            };
-            let facts = facts.remove(at).map(|f| f.list).unwrap_or_default();
-            Some(Line { file, number: at.1, text, state, facts })
-        })
-        .collect();
+    let place = |name: &str| GLOBALS.iter().position(|(_, known, ..)| *known == name);
+    globals.sort_by_key(|(name, _)| place(name));
     let mut outputs = Vec::new();
     for (name, ty, nodes) in &trace.outputs {
         for (index, id) in nodes.iter().enumerate() {
             let name = if ty.is_array() { format!("{name}[{index}]") } else { name.to_string() };
-            outputs.push((name, Shown::of(trace.node(*id))));
+            outputs.push((name, Shown::of(*id, trace)));
         }
     }
-    Explanation { shader: noted.name.to_string(), globals, lines, outputs, cut: trace.cut }
+    let lines = reader.lines();
+    let calls = reader.calls;
+    Explanation { shader: subject.body.name.to_string(), globals, calls, lines, outputs, cut: trace.cut }
 }
 
-/// The globals that a body reads.
-fn globals_read(body: &Body) -> BTreeSet<osl_ir::global::Global> {
-    let insts = body.blocks.iter().flat_map(|b| &b.insts);
-    insts.filter_map(|i| if let Op::Global(g) = i.op { Some(g) } else { None }).collect()
-}
-
-/// The lines that have instructions. Constants and globals by themselves do not count.
-fn lines_of(body: &Body, sources: &SourceMap) -> BTreeSet<At> {
-    let mut lines = BTreeSet::new();
-    let mut blocks = vec![body.entry];
-    while let Some(block) = blocks.pop() {
-        for inst in &body.block(block).insts {
-            match &inst.op {
-                Op::Global(_) | Op::GlobalDeriv(..) => continue,
-                Op::If { then, otherwise, .. } => blocks.extend([*then, *otherwise]),
-                Op::Loop { body, .. } => blocks.push(*body),
-                _ => {}
-            }
-            lines.extend(line_at(inst.span, sources));
-        }
-    }
-    lines
-}
-
-fn line_at(span: Span, sources: &SourceMap) -> Option<At> {
+/// The line of a span; none for code that no line holds.
+pub(super) fn line_at(span: Span, sources: &SourceMap) -> Option<At> {
     if span == Span::default() {
         return None;
     }
@@ -102,21 +74,39 @@ fn text_of((base, number): At, sources: &SourceMap) -> Option<(String, String)> 
     Some((file.name.clone(), text.trim().chars().take(200).collect()))
 }
 
+/// The longest text of a condition.
+const MAX_CONDITION: usize = 80;
+
+/// The source text of a span, on one line.
+pub(super) fn snippet(span: Span, sources: &SourceMap) -> String {
+    let text = sources.file_at(span.start).and_then(|file| {
+        file.text.get((span.start - file.base) as usize..(span.end.saturating_sub(file.base)) as usize)
+    });
+    let text = text.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ");
+    match text.char_indices().nth(MAX_CONDITION) {
+        Some((end, _)) => format!("{}…", &text[..end]),
+        None => text,
+    }
+}
+
 /// The facts of a line, each thing once.
 #[derive(Default)]
 struct Facts {
     list: Vec<Fact>,
+    /// Whether the values of each fact are needed.
+    needed: Vec<bool>,
     /// The position of each thing in the list, as a line may set every element of a long array.
-    places: FxHashMap<Thing, usize>,
+    places: FxHashMap<(usize, Thing), usize>,
 }
 
 /// What a fact is about.
 #[derive(PartialEq, Eq, Hash)]
 enum Thing {
     Set(String),
-    Branch,
-    Rounds,
+    Branch(Span),
+    Rounds(Span),
     Call(String),
+    Enter(String),
 }
 
 /// Values kept for each thing: the first ones and the last one are shown. This is a choice of presentation:
@@ -124,63 +114,258 @@ enum Thing {
 const MAX_VALUES: usize = 10_000;
 
 impl Facts {
-    /// The fact about a thing. If there is none yet, records that the caller will append it, and returns
-    /// `None`.
-    fn known(&mut self, thing: Thing) -> Option<&mut Fact> {
+    /// The fact about a thing; if there is none yet, `new` is appended.
+    fn fact(&mut self, call: usize, thing: Thing, needed: bool, new: impl FnOnce() -> What) -> &mut What {
         let next = self.list.len();
-        let at = *self.places.entry(thing).or_insert(next);
-        self.list.get_mut(at)
+        let at = *self.places.entry((call, thing)).or_insert(next);
+        if at == next {
+            self.list.push(Fact { call, what: new() });
+            self.needed.push(needed);
+        } else if let Some(flag) = self.needed.get_mut(at) {
+            *flag |= needed;
+        }
+        &mut self.list[at].what
+    }
+}
+
+fn keep<T>(list: &mut Vec<T>, value: T) {
+    if list.len() < MAX_VALUES {
+        list.push(value);
+    }
+}
+
+struct Reader<'a> {
+    trace: &'a Trace,
+    subject: &'a Subject,
+    sources: &'a SourceMap,
+    calls: Vec<Called>,
+    /// The numbers of the calls that are not left yet.
+    stack: Vec<usize>,
+    facts: BTreeMap<At, Facts>,
+    /// The lines that run, and in which calls.
+    ran: BTreeMap<At, BTreeSet<usize>>,
+    /// The sites that the point reaches, and in which call first.
+    reached: FxHashMap<u32, usize>,
+    /// The truths that a condition had: true, false.
+    truths: FxHashMap<u32, [bool; 2]>,
+}
+
+impl Reader<'_> {
+    fn shown(&self, id: NodeId) -> Shown {
+        Shown::of(id, self.trace)
     }
 
-    fn add(&mut self, note: &Note, node: &Node, trace: &Trace) {
-        let args: Vec<&Node> = node.args.iter().map(|id| trace.node(*id)).collect();
+    fn named(&self, names: &str, ids: &[NodeId]) -> Vec<(String, Shown)> {
+        note_names(names).zip(ids).map(|(name, id)| (name.to_string(), self.shown(*id))).collect()
+    }
+
+    fn note(&mut self, number: u32, note: &Note, node: &Node) {
+        let call = self.stack.last().copied().unwrap_or(0);
+        self.reached.entry(number).or_insert(call);
         match note {
-            Note::Set(name) => {
-                let (name, value) = match args[..] {
-                    [index, value] => (element(name, index), value),
-                    [value] => (name.to_string(), value),
-                    _ => return,
+            Note::Result { names } => {
+                let results = self.named(names, &node.args);
+                if let Some(called) = call.checked_sub(1).and_then(|at| self.calls.get_mut(at)) {
+                    called.results = results;
+                }
+                return;
+            }
+            Note::Leave => {
+                self.stack.pop();
+                return;
+            }
+            Note::Branch(_) => {
+                let truth = node.args.first().is_some_and(|id| is_true(self.trace.node(*id)));
+                self.truths.entry(number).or_default()[usize::from(!truth)] = true;
+            }
+            _ => {}
+        }
+        let entered = self.enter(note, node, call);
+        let Some(at) = line_at(node.span, self.sources) else { return };
+        self.ran.entry(at).or_default().insert(call);
+        let needed = self.is_needed(number, note);
+        let what = self.compiled(number, needed);
+        let args = &node.args;
+        match (note, &args[..]) {
+            (Note::Set(name), [rest @ .., value]) => {
+                let name = match rest {
+                    [index, ..] => element(name, self.trace.node(*index)),
+                    [] => name.to_string(),
                 };
-                let value = Shown::of(value);
-                match self.known(Thing::Set(name.clone())) {
-                    Some(Fact::Set { values, .. }) if values.len() < MAX_VALUES => values.push(value),
-                    Some(_) => {}
-                    None => self.list.push(Fact::Set { name, values: vec![value] }),
-                }
-            }
-            Note::Branch => {
-                let Some(cond) = args.first() else { return };
-                let truth = matches!(cond.strict, Some(Const::Int(n)) if n != 0);
-                let flip = cond.exact.as_ref().is_some_and(|e| cond.strict.is_some() && e.truth() != truth);
-                match self.known(Thing::Branch) {
-                    Some(Fact::Branch { taken, flips }) => {
-                        taken.push(truth);
-                        *flips += usize::from(flip);
+                let value = self.shown(*value);
+                let facts = self.facts.entry(at).or_default();
+                let new = || What::Set { name: name.clone(), values: Vec::new(), compiled: what };
+                if let What::Set { values, compiled, .. } =
+                    facts.fact(call, Thing::Set(name.clone()), needed, new)
+                {
+                    keep(values, value);
+                    if *compiled != what {
+                        *compiled = Compiled::Kept;
                     }
-                    Some(_) => {}
-                    None => self.list.push(Fact::Branch { taken: vec![truth], flips: flip.into() }),
                 }
             }
-            Note::Round => match self.known(Thing::Rounds) {
-                Some(Fact::Rounds { count }) => *count += 1,
-                Some(_) => {}
-                None => self.list.push(Fact::Rounds { count: 1 }),
-            },
-            Note::Call { form, why, args: count } => {
+            (Note::Branch(test), [cond]) => self.branch((number, *test), node.span, at, call, *cond, needed),
+            (Note::Loop, _) => {
+                if let Some(counts) = self.counts(at, call, node.span) {
+                    keep(counts, 0);
+                }
+            }
+            (Note::Round, _) => {
+                if let Some(last) = self.counts(at, call, node.span).and_then(|counts| counts.last_mut()) {
+                    *last += 1;
+                }
+            }
+            (Note::Call { form, why, args: count }, args) => {
                 let (given, result) = args.split_at(usize::from(*count).min(args.len()));
-                let call =
-                    (given.iter().map(|n| Shown::of(n)).collect(), result.first().map(|n| Shown::of(n)));
-                match self.known(Thing::Call(form.to_string())) {
-                    Some(Fact::Call { calls, .. }) if calls.len() < MAX_VALUES => calls.push(call),
-                    Some(_) => {}
-                    None => {
-                        let (form, why) = (form.to_string(), why.to_string());
-                        self.list.push(Fact::Call { form, why, calls: vec![call] });
-                    }
+                let made = (
+                    given.iter().map(|id| self.shown(*id)).collect(),
+                    result.first().map(|id| self.shown(*id)),
+                );
+                let new = || What::Call { form: form.to_string(), why: why.to_string(), calls: Vec::new() };
+                let facts = self.facts.entry(at).or_default();
+                if let What::Call { calls, .. } = facts.fact(call, Thing::Call(form.to_string()), needed, new)
+                {
+                    keep(calls, made);
                 }
+            }
+            (Note::Enter { form, why, .. }, _) => {
+                let new = || What::Enter { form: form.to_string(), why: why.to_string(), calls: Vec::new() };
+                let facts = self.facts.entry(at).or_default();
+                if let What::Enter { calls, .. } =
+                    facts.fact(call, Thing::Enter(form.to_string()), needed, new)
+                {
+                    keep(calls, entered);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Begins a call, if the note says so, and returns its number.
+    fn enter(&mut self, note: &Note, node: &Node, caller: usize) -> usize {
+        let Note::Enter { form, names, .. } = note else { return 0 };
+        let given = self.named(names, &node.args);
+        let depth = self.stack.len() + 1;
+        let called = Called { form: form.to_string(), caller, depth, given, results: Vec::new() };
+        self.calls.push(called);
+        self.stack.push(self.calls.len());
+        self.calls.len()
+    }
+
+    fn branch(
+        &mut self,
+        (number, test): (u32, Test),
+        span: Span,
+        at: At,
+        call: usize,
+        cond: NodeId,
+        needed: bool,
+    ) {
+        let node = self.trace.node(cond);
+        let truth = is_true(node);
+        let flip = node.exact.as_ref().is_some_and(|e| e.truth() != truth);
+        let is_known = matches!(self.subject.passed.made.get(&number), Some(Made::Constant(_)));
+        let condition = snippet(span, self.sources);
+        let new =
+            || What::Branch { test: test.into(), condition, taken: Vec::new(), flips: 0, known: is_known };
+        let facts = self.facts.entry(at).or_default();
+        if let What::Branch { taken, flips, known, .. } = facts.fact(call, Thing::Branch(span), needed, new) {
+            taken.push(truth);
+            *flips += usize::from(flip);
+            *known &= is_known;
+        }
+    }
+
+    fn counts(&mut self, at: At, call: usize, span: Span) -> Option<&mut Vec<usize>> {
+        let facts = self.facts.entry(at).or_default();
+        match facts.fact(call, Thing::Rounds(span), false, || What::Rounds { counts: Vec::new() }) {
+            What::Rounds { counts } => Some(counts),
+            _ => None,
+        }
+    }
+
+    /// Whether an output needs what a note tells.
+    fn is_needed(&self, number: u32, note: &Note) -> bool {
+        let needs = &self.subject.needs;
+        let args = self.subject.sites.by_number.get(&number).map_or(&[][..], |site| &site.args);
+        match note {
+            Note::Set(_) => !needs.unused.contains(&number),
+            Note::Branch(_) => args.first().is_none_or(|cond| needs.value(*cond)),
+            Note::Call { args: count, .. } => args.get(usize::from(*count)).is_none_or(|v| needs.value(*v)),
+            Note::Enter { .. } => self.subject.acts,
+            _ => false,
+        }
+    }
+
+    fn compiled(&self, number: u32, needed: bool) -> Compiled {
+        match self.subject.passed.made.get(&number) {
+            _ if !needed => Compiled::NotNeeded,
+            Some(Made::Constant(_)) => Compiled::Constant,
+            Some(Made::Same(span)) => {
+                line_at(*span, self.sources).map_or(Compiled::Kept, |(_, line)| Compiled::SameAsLine(line))
+            }
+            None => Compiled::Kept,
+        }
+    }
+
+    /// Adds the operands of `&&` and `||` that were not evaluated where the other one was.
+    fn unevaluated(&mut self) {
+        let subject = self.subject;
+        for number in &subject.sites.order {
+            let Some(site) = subject.sites.by_number.get(number) else { continue };
+            if site.note != Note::Branch(Test::Operand) || self.reached.contains_key(number) {
+                continue;
+            }
+            if let Some(left) = subject.sites.left_of(site)
+                && let Some(call) = self.reached.get(&left)
+                && let Some(at) = line_at(site.span, self.sources)
+            {
+                let condition = snippet(site.span, self.sources);
+                let facts = self.facts.entry(at).or_default();
+                facts.fact(*call, Thing::Branch(site.span), false, || What::Unevaluated { condition });
             }
         }
     }
+
+    /// All lines that may run, with their facts.
+    fn lines(&mut self) -> Vec<Line> {
+        let mut first: BTreeMap<At, &Site> = BTreeMap::new();
+        let mut gone: BTreeMap<At, bool> = BTreeMap::new();
+        let removed: BTreeSet<u32> = self.subject.passed.gone.iter().copied().collect();
+        for number in &self.subject.sites.order {
+            if let Some(site) = self.subject.sites.by_number.get(number)
+                && let Some(at) = line_at(site.span, self.sources)
+            {
+                first.entry(at).or_insert(site);
+                *gone.entry(at).or_insert(true) &= removed.contains(number);
+            }
+        }
+        let reasons = Reasons {
+            subject: self.subject,
+            sources: self.sources,
+            reached: &self.reached,
+            truths: &self.truths,
+        };
+        let line = |(at, site): (At, &Site)| {
+            let (file, text) = text_of(at, self.sources)?;
+            let calls = self.ran.remove(&at).unwrap_or_default();
+            let Facts { list, needed, .. } = self.facts.remove(&at).unwrap_or_default();
+            let sets = list.iter().any(|fact| matches!(fact.what, What::Set { .. } | What::Branch { .. }));
+            let (state, why) = if calls.is_empty() {
+                (State::Skipped, reasons.skipped(site, gone.get(&at) == Some(&true)))
+            } else if sets && !needed.contains(&true) {
+                (State::NotNeeded, Some(reasons.not_needed()))
+            } else {
+                (State::Runs, None)
+            };
+            Some(Line { file, number: at.1, text, state, why, calls, facts: list })
+        };
+        first.into_iter().filter_map(line).collect()
+    }
+}
+
+fn is_true(node: &Node) -> bool {
+    matches!(node.strict, Some(Const::Int(n)) if n != 0)
 }
 
 fn element(name: &str, index: &Node) -> String {

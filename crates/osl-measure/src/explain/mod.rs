@@ -4,31 +4,105 @@
 //! It reads a [`Trace`](crate::trace::Trace) and the notes in it. It must not know how values are computed,
 //! nor the command line. [`text`] formats an explanation for people, and it serialises for tools.
 
+mod closure;
 mod cost;
 mod lines;
+mod narrow;
+mod needs;
+mod reasons;
+mod sites;
 pub mod text;
 mod value;
 
-pub use cost::{Cost, cost, only_needed, table};
+pub use cost::{Cost, cost, table};
 pub use lines::explain;
+pub use narrow::Part;
 pub(crate) use value::short;
 pub use value::{Shown, digits};
 
+use crate::trace;
+use needs::Needs;
+use osl_ir::global::Global;
+use osl_ir::ir::{Body, Inst, Kernel, Op};
+use osl_ir::passes;
+use osl_syntax::source::SourceMap;
 use serde::Serialize;
+use sites::{Passed, Sites};
+use std::collections::BTreeSet;
+
+/// A program that can be explained.
+pub struct Subject {
+    /// The body that [`trace::follow`] follows.
+    pub body: Body,
+    sites: Sites,
+    needs: Needs,
+    passed: Passed,
+    outputs: Vec<String>,
+    /// The globals that the outputs need.
+    globals: BTreeSet<Global>,
+    /// Whether it prints, or reports errors of its own.
+    acts: bool,
+}
+
+impl Subject {
+    /// The program of a lowered body with notes; only the requested outputs remain.
+    pub fn new(mut noted: Body, options: &passes::Options, sources: &SourceMap) -> Subject {
+        passes::apply(&mut noted, passes::Pass::Slice, options);
+        let sites = Sites::of(&noted);
+        let needs = Needs::of(&noted);
+        let passed = sites::passed(&noted, &sites, options, sources);
+        let mut outputs: Vec<String> = Vec::new();
+        for output in &noted.outputs {
+            if !outputs.iter().any(|known| **known == *output.name) {
+                outputs.push(output.name.to_string());
+            }
+        }
+        let insts = || noted.blocks.iter().flat_map(|block| &block.insts);
+        let read = |inst: &Inst| match (&inst.op, inst.results.first()) {
+            (Op::Global(global), Some(result)) if needs.value(*result) => Some(*global),
+            _ => None,
+        };
+        let globals = insts().filter_map(read).collect();
+        let acts = |inst: &Inst| match &inst.op {
+            Op::Kernel(kernel, _) => kernel.has_effect() && !matches!(kernel, Kernel::Note { .. }),
+            _ => false,
+        };
+        let acts = insts().any(acts);
+        let body = trace::prepare(noted, &options.varying, &options.derivs, &options.limits);
+        Subject { body, sites, needs, passed, outputs, globals, acts }
+    }
+}
 
 /// What a shader does at one point.
 #[derive(Clone, Debug, Serialize)]
 pub struct Explanation {
     /// The shader.
     pub shader: String,
-    /// The globals that the shader reads, with their values.
+    /// The globals that the outputs need, with their values.
     pub globals: Vec<(String, Shown)>,
+    /// The calls of functions of the source, in order; the first one has the number 1.
+    pub calls: Vec<Called>,
     /// The lines of the source that do something, in order, file by file.
     pub lines: Vec<Line>,
     /// The outputs; for an array, each element.
     pub outputs: Vec<(String, Shown)>,
     /// Whether the trace became too long and was cut off.
     pub cut: bool,
+}
+
+/// A call of a function of the source.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Called {
+    /// The function, as it was declared.
+    pub form: String,
+    /// Number of the call from which it was called; 0 is the shader.
+    pub caller: usize,
+    /// The number of calls around it, with itself.
+    pub depth: usize,
+    /// The values of its inputs, except arrays.
+    pub given: Vec<(String, Shown)>,
+    /// Its result, with an empty name, and the values of its outputs, except arrays.
+    pub results: Vec<(String, Shown)>,
 }
 
 /// A line of the source.
@@ -42,6 +116,11 @@ pub struct Line {
     pub text: String,
     /// Whether it runs.
     pub state: State,
+    /// Why it does not run, or is not needed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+    /// The numbers of the calls in which it runs; 0 is the shader.
+    pub calls: BTreeSet<usize>,
     /// The facts about it.
     pub facts: Vec<Fact>,
 }
@@ -54,34 +133,57 @@ pub enum State {
     Runs,
     /// The point does not reach it: a branch was not taken, or the shader or a loop was left earlier.
     Skipped,
-    /// No requested output needs it.
+    /// The point reaches it, but no requested output needs its values: a run leaves it out.
     NotNeeded,
 }
 
 /// A fact about a line.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fact {
+    /// The number of the call of the function around the line; 0 is the shader.
+    pub call: usize,
+    /// The fact.
+    #[serde(flatten)]
+    pub what: What,
+}
+
+/// What happens on a line, in one call.
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "fact", rename_all = "snake_case")]
-pub enum Fact {
+pub enum What {
     /// A variable was assigned, possibly several times.
     Set {
-        /// The variable; for an array element, with its index.
+        /// The variable; for an array element, with its index; `return` for the result of the function.
         name: String,
         /// The values, in order.
         values: Vec<Shown>,
+        /// What the compiler made of it.
+        compiled: Compiled,
     },
     /// A condition was evaluated.
     Branch {
+        /// What it decides.
+        test: Test,
+        /// Its text in the source.
+        condition: String,
         /// Its values.
         taken: Vec<bool>,
         /// How many of them have another result in double precision.
         flips: usize,
+        /// Whether it is known when the shader is compiled.
+        known: bool,
     },
-    /// A loop iterated.
+    /// An operand of `&&` or `||` was not evaluated.
+    Unevaluated {
+        /// Its text in the source.
+        condition: String,
+    },
+    /// A loop ran.
     Rounds {
-        /// How often its body ran.
-        count: usize,
+        /// How often its body ran, each time that the loop was reached.
+        counts: Vec<usize>,
     },
-    /// A function was called.
+    /// A built-in function was called.
     Call {
         /// The chosen overload.
         form: String,
@@ -90,4 +192,49 @@ pub enum Fact {
         /// The calls: arguments and results.
         calls: Vec<(Vec<Shown>, Option<Shown>)>,
     },
+    /// A function of the source was called.
+    Enter {
+        /// The chosen overload.
+        form: String,
+        /// Why it was chosen.
+        why: String,
+        /// The numbers of the calls.
+        calls: Vec<usize>,
+    },
+}
+
+/// What a condition decides.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Test {
+    /// Which side of an `if` runs.
+    If,
+    /// Which side of `?:` is taken.
+    Choice,
+    /// An operand of `&&` or `||`.
+    Operand,
+}
+
+impl From<osl_ir::ir::Test> for Test {
+    fn from(test: osl_ir::ir::Test) -> Test {
+        match test {
+            osl_ir::ir::Test::If => Test::If,
+            osl_ir::ir::Test::Choice => Test::Choice,
+            osl_ir::ir::Test::Operand => Test::Operand,
+        }
+    }
+}
+
+/// What the compiler makes of an assignment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Compiled {
+    /// A run has the value where the assignment stands, or in the variable that it copies.
+    Kept,
+    /// No requested output needs it.
+    NotNeeded,
+    /// The value is known when the shader is compiled.
+    Constant,
+    /// The line with this number computes the same, and its result is used.
+    SameAsLine(u32),
 }

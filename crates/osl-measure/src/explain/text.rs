@@ -1,18 +1,28 @@
 //! An explanation as text.
 
-use super::{Explanation, Fact, Line, Shown, State};
+use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Test, What};
+use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Values shown of a sequence: this many from its start, and the last.
 const SHOWN: usize = 4;
 
-/// The text. With `exact`, it shows both values of everything and the number of digits they have in common.
-pub fn text(explanation: &Explanation, place: &str, exact: bool) -> String {
+/// What the text shows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Style {
+    /// Both values of everything, and the number of digits that they have in common.
+    pub exact: bool,
+    /// All values of long loops and arrays.
+    pub all: bool,
+}
+
+/// The text. The point is named by `place`.
+pub fn text(explanation: &Explanation, place: &str, style: Style) -> String {
     let mut out = String::new();
-    let style = Style { exact };
+    let writer = Writer { style, calls: &explanation.calls };
     let _ = writeln!(out, "{} at {place}", explanation.shader);
     for (name, value) in &explanation.globals {
-        let _ = writeln!(out, "  {name} = {}", style.value(value));
+        let _ = writeln!(out, "  {name} = {}", writer.value(value));
     }
     let width = explanation.lines.iter().map(|l| l.number).max().unwrap_or(1).to_string().len();
     let mut file = "";
@@ -21,28 +31,40 @@ pub fn text(explanation: &Explanation, place: &str, exact: bool) -> String {
             file = &line.file;
             let _ = writeln!(out, "\n{file}");
         }
-        style.line(line, width, &mut out);
+        writer.line(line, width, &mut out);
     }
     out.push('\n');
     if explanation.cut {
         out.push_str("The way was too long to be followed to its end; what is above is its beginning.\n");
     }
     for (name, value) in &explanation.outputs {
-        let _ = writeln!(out, "{name} = {}", style.value(value));
+        let _ = writeln!(out, "{name} = {}", writer.value(value));
     }
     out
 }
 
-struct Style {
-    exact: bool,
+/// How the facts of a line are told.
+#[derive(Clone, Copy)]
+struct Say {
+    /// The function of the line is called several times.
+    several: bool,
+    /// The line has several conditions, so that each is named.
+    named: bool,
+    /// The line says already that its values are not needed.
+    quiet: bool,
 }
 
-impl Style {
+struct Writer<'a> {
+    style: Style,
+    calls: &'a [Called],
+}
+
+impl Writer<'_> {
     fn value(&self, value: &Shown) -> String {
-        match value.digits.filter(|_| self.exact) {
-            None => value.value.clone(),
+        match value.digits.filter(|_| self.style.exact) {
+            None => value.value(),
             Some(digits) => {
-                format!("{} (exactly {}: {digits:.1} digits in common)", value.value, value.exact)
+                format!("{} (exactly {}: {digits:.1} digits in common)", value.value(), value.exactly())
             }
         }
     }
@@ -52,63 +74,298 @@ impl Style {
         let mut say = |text: &str| {
             let _ = writeln!(out, "{:>width$} :   {text}", "");
         };
-        match line.state {
-            State::NotNeeded => return say("not needed for what was asked for"),
-            State::Skipped => return say("does not run at this point"),
-            State::Runs => {}
+        let why = line.why.as_ref().map_or_else(String::new, |why| format!(": {why}"));
+        if line.state == State::Skipped {
+            let never = if why.contains("is always") { "never runs" } else { "does not run" };
+            return say(&if why.is_empty() {
+                format!("{never} at this point")
+            } else {
+                format!("{never}{why}")
+            });
         }
-        for fact in &line.facts {
-            match fact {
-                Fact::Set { name, values } => say(&self.set(name, values)),
-                Fact::Branch { taken, flips } => say(&branch(taken, *flips)),
-                Fact::Rounds { count: 1 } => say("one round"),
-                Fact::Rounds { count } => say(&format!("{count} rounds")),
-                Fact::Call { form, why, calls } => {
-                    say(&format!("calls {form} ({why})"));
-                    let shown = calls.len().min(if calls.len() > SHOWN + 1 { SHOWN - 1 } else { SHOWN + 1 });
-                    for call in &calls[..shown] {
-                        say(&format!("  {}", self.call(form, call)));
-                    }
-                    if let (true, Some(last)) = (calls.len() > shown, calls.last()) {
-                        say(&format!("  … {} calls in all, the last:", calls.len()));
-                        say(&format!("  {}", self.call(form, last)));
-                    }
+        let told = self.line_facts(line);
+        told.iter().for_each(|text| say(text));
+        if line.state == State::NotNeeded {
+            say(&format!("not needed{why}"));
+        }
+    }
+
+    /// The sentences about a line that runs.
+    fn line_facts(&self, line: &Line) -> Vec<String> {
+        let mut out = Vec::new();
+        let mut done = vec![false; line.facts.len()];
+        let is_if = |what: &What| matches!(what, What::Branch { test: Test::If, .. });
+        let conditions: BTreeSet<(u8, &str)> =
+            line.facts.iter().filter(|f| is_if(&f.what)).map(|f| about(&f.what)).collect();
+        let named = conditions.len() > 1;
+        let several = line.calls.len() > 1;
+        for (at, fact) in line.facts.iter().enumerate() {
+            if done[at] {
+                continue;
+            }
+            if let Some(end) = self.elements(&line.facts[at..], &mut out) {
+                done[at..at + end].fill(true);
+                continue;
+            }
+            // The same thing in all calls of the function.
+            let mut same: Vec<&Fact> = Vec::new();
+            for (other, done) in line.facts[at..].iter().zip(&mut done[at..]) {
+                if !*done && about(&other.what) == about(&fact.what) {
+                    *done = true;
+                    same.push(other);
                 }
+            }
+            self.thing(&same, Say { several, named, quiet: line.state == State::NotNeeded }, &mut out);
+        }
+        out
+    }
+
+    /// Elements of an array that are set one after the other, as one sentence; returns how many facts it
+    /// tells.
+    fn elements(&self, facts: &[Fact], out: &mut Vec<String>) -> Option<usize> {
+        if self.style.all {
+            return None;
+        }
+        let part = |fact: &'_ Fact| match &fact.what {
+            What::Set { name, values, .. } if values.len() == 1 => {
+                let (base, index) = name.split_once('[')?;
+                let index: usize = index.strip_suffix(']')?.parse().ok()?;
+                Some((fact.call, base.to_string(), index, self.value(values.first()?)))
+            }
+            _ => None,
+        };
+        let (call, base, start, _) = part(facts.first()?)?;
+        let run: Vec<String> = facts
+            .iter()
+            .enumerate()
+            .map_while(|(n, fact)| {
+                part(fact).filter(|(c, b, at, _)| *c == call && *b == base && *at == start + n)
+            })
+            .map(|(.., text)| text)
+            .collect();
+        if run.len() <= SHOWN {
+            return None;
+        }
+        let last = run.last()?;
+        let list = if run.iter().all(|text| text == last) {
+            format!("{last} each")
+        } else {
+            format!("{}, … {last}", run[..SHOWN - 1].join(", "))
+        };
+        out.push(format!("{base}[{start}] to {base}[{}] = {list}", start + run.len() - 1));
+        Some(run.len())
+    }
+
+    /// The sentences about one thing, in one call or in several.
+    fn thing(&self, facts: &[&Fact], say: Say, out: &mut Vec<String>) {
+        let Some(first) = facts.first() else { return };
+        match &first.what {
+            What::Call { form, why, .. } => {
+                self.form(form, why, out);
+                let calls: Vec<String> = facts
+                    .iter()
+                    .filter_map(
+                        |fact| if let What::Call { calls, .. } = &fact.what { Some(calls) } else { None },
+                    )
+                    .flatten()
+                    .map(|call| self.call(form, call))
+                    .collect();
+                self.list(&calls, out);
+            }
+            What::Enter { form, why, .. } => {
+                self.form(form, why, out);
+                let calls: Vec<String> = facts
+                    .iter()
+                    .filter_map(
+                        |fact| if let What::Enter { calls, .. } = &fact.what { Some(calls) } else { None },
+                    )
+                    .flatten()
+                    .filter_map(|number| self.entered(*number))
+                    .collect();
+                self.list(&calls, out);
+            }
+            what => {
+                let texts: Vec<(usize, String)> =
+                    facts.iter().map(|fact| (fact.call, self.sentence(&fact.what, say.named))).collect();
+                let name = match what {
+                    What::Set { name, .. } if name == "return" => "returns ".to_string(),
+                    What::Set { name, .. } => format!("{name} = "),
+                    _ => String::new(),
+                };
+                let compiled = match what {
+                    What::Set { compiled, .. } if !say.quiet => compiled_text(*compiled),
+                    _ => String::new(),
+                };
+                out.push(format!("{name}{}{compiled}", self.by_call(&texts, say.several)));
             }
         }
     }
 
-    fn set(&self, name: &str, values: &[Shown]) -> String {
+    /// A called function, and why it is called rather than another one.
+    fn form(&self, form: &str, why: &str, out: &mut Vec<String>) {
+        let mut lines = why.lines();
+        out.push(format!("calls {form}{}", in_brackets(lines.next().unwrap_or_default())));
+        out.extend(lines.map(|line| format!("  {line}")));
+    }
+
+    /// Calls, one below the other.
+    fn list(&self, calls: &[String], out: &mut Vec<String>) {
+        let shown = if self.style.all || calls.len() <= SHOWN + 1 { calls.len() } else { SHOWN - 1 };
+        out.extend(calls[..shown].iter().map(|call| format!("  {call}")));
+        if let (true, Some(last)) = (calls.len() > shown, calls.last()) {
+            out.push(format!("  … {} calls in all, the last:", calls.len()));
+            out.push(format!("  {last}"));
+        }
+    }
+
+    /// The texts about one thing in several calls of a function.
+    fn by_call(&self, texts: &[(usize, String)], several: bool) -> String {
+        if !several {
+            return texts.first().map_or_else(String::new, |(_, text)| text.clone());
+        }
+        let in_call = |(call, text): &(usize, String)| format!("{text} (call {call})");
+        match texts {
+            [one] => in_call(one),
+            [(_, first), ..] if texts.iter().all(|(_, text)| text == first) => {
+                format!("{first} (in {} calls)", texts.len())
+            }
+            few if self.style.all || few.len() <= SHOWN + 1 => {
+                few.iter().map(in_call).collect::<Vec<_>>().join("; ")
+            }
+            many => {
+                let start: Vec<String> = many[..SHOWN - 1].iter().map(in_call).collect();
+                let last = many.last().map_or_else(String::new, in_call);
+                format!("{}; … {last} ({} calls)", start.join("; "), many.len())
+            }
+        }
+    }
+
+    fn sentence(&self, what: &What, named: bool) -> String {
+        match what {
+            What::Set { values, .. } => self.values(values),
+            What::Branch { test, condition, taken, flips, known } => {
+                let outcome = outcome(taken, *flips, *known);
+                match test {
+                    Test::If if !named => outcome,
+                    Test::If | Test::Operand => format!("`{condition}` is {outcome}"),
+                    Test::Choice => format!("`{condition} ?` is {outcome}"),
+                }
+            }
+            What::Unevaluated { condition } => format!("`{condition}` is not evaluated"),
+            What::Rounds { counts } => self.rounds(counts),
+            What::Call { .. } | What::Enter { .. } => String::new(),
+        }
+    }
+
+    fn values(&self, values: &[Shown]) -> String {
         let all: Vec<String> = values.iter().map(|v| self.value(v)).collect();
         match &all[..] {
-            [one] => format!("{name} = {one}"),
+            [one] => one.clone(),
             several if several.iter().all(|v| *v == several[0]) => {
-                format!("{name} = {}, {} times", several[0], several.len())
+                format!("{}, {} times", several[0], several.len())
             }
-            few if few.len() <= SHOWN + 2 => format!("{name} = {}", few.join(", ")),
+            few if self.style.all || few.len() <= SHOWN + 2 => few.join(", "),
             many => {
                 let last = many.last().map_or("", String::as_str);
-                format!("{name} = {}, … {last} ({} values)", many[..SHOWN].join(", "), many.len())
+                let numbers: Option<Vec<f64>> = values.iter().map(Shown::number).collect();
+                let range = numbers.map_or_else(String::new, |numbers| extremes(&numbers));
+                format!("{}, … {last} ({} values{range})", many[..SHOWN].join(", "), many.len())
+            }
+        }
+    }
+
+    fn rounds(&self, counts: &[usize]) -> String {
+        let rounds = |n: usize| match n {
+            0 => "no rounds".to_string(),
+            1 => "one round".to_string(),
+            n => format!("{n} rounds"),
+        };
+        match counts {
+            [] => String::new(),
+            [one] => rounds(*one),
+            [first, ..] if counts.iter().all(|count| count == first) => {
+                format!("{}, {}", rounds(*first), times(counts.len()))
+            }
+            [few @ .., last] if self.style.all || counts.len() <= SHOWN + 1 => {
+                let few: Vec<String> = few.iter().map(usize::to_string).collect();
+                format!("{} and {last} rounds", few.join(", "))
+            }
+            many => {
+                let few: Vec<String> = many[..SHOWN].iter().map(usize::to_string).collect();
+                let least = many.iter().min().copied().unwrap_or(0);
+                let most = many.iter().max().copied().unwrap_or(0);
+                format!("{}, … rounds ({} times, from {least} to {most})", few.join(", "), many.len())
             }
         }
     }
 
     fn call(&self, form: &str, (args, result): &(Vec<Shown>, Option<Shown>)) -> String {
-        let name = form.split('(').next().and_then(|head| head.split(' ').next_back()).unwrap_or("");
-        let args: Vec<&str> = args.iter().map(|a| a.value.as_str()).collect();
+        let args: Vec<String> = args.iter().map(Shown::value).collect();
         let result = result.as_ref().map_or(String::new(), |r| format!(" = {}", self.value(r)));
-        format!("{name}({}){result}", args.join(", "))
+        format!("{}({}){result}", name_of(form), args.join(", "))
+    }
+
+    /// A call of a function of the source, with its number.
+    fn entered(&self, number: usize) -> Option<String> {
+        let called = self.calls.get(number.checked_sub(1)?)?;
+        let given: Vec<String> =
+            called.given.iter().map(|(name, value)| format!("{name} = {}", value.value())).collect();
+        let mut text = format!("call {number}: {}({})", name_of(&called.form), given.join(", "));
+        for (name, value) in &called.results {
+            let value = self.value(value);
+            text += &if name.is_empty() { format!(" = {value}") } else { format!(", {name} = {value}") };
+        }
+        Some(text)
     }
 }
 
-fn branch(taken: &[bool], flips: usize) -> String {
-    let yes = taken.iter().filter(|t| **t).count();
-    let no = taken.len() - yes;
-    let times = |n: usize| match n {
+/// What identifies a fact besides the call: its kind and its subject.
+fn about(what: &What) -> (u8, &str) {
+    match what {
+        What::Set { name, .. } => (0, name),
+        What::Branch { condition, .. } | What::Unevaluated { condition } => (1, condition),
+        What::Rounds { .. } => (2, ""),
+        What::Call { form, .. } => (3, form),
+        What::Enter { form, .. } => (4, form),
+    }
+}
+
+fn in_brackets(why: &str) -> String {
+    if why.is_empty() { String::new() } else { format!(" ({why})") }
+}
+
+/// The name of a function, from its declaration.
+fn name_of(form: &str) -> &str {
+    form.split('(').next().and_then(|head| head.split(' ').next_back()).unwrap_or("")
+}
+
+fn compiled_text(compiled: Compiled) -> String {
+    match compiled {
+        Compiled::Kept => String::new(),
+        Compiled::NotNeeded => " (not needed)".to_string(),
+        Compiled::Constant => " (known when the shader is compiled)".to_string(),
+        Compiled::SameAsLine(line) => format!(" (line {line} computes the same)"),
+    }
+}
+
+fn extremes(numbers: &[f64]) -> String {
+    let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    format!(" from {} to {}", super::short(least, 6), super::short(most, 6))
+}
+
+fn times(n: usize) -> String {
+    match n {
         1 => "once".to_string(),
         2 => "twice".to_string(),
         n => format!("{n} times"),
-    };
+    }
+}
+
+/// How often a condition was true and false.
+fn outcome(taken: &[bool], flips: usize, known: bool) -> String {
+    let yes = taken.iter().filter(|t| **t).count();
+    let no = taken.len() - yes;
     let mut text = match (yes, no) {
         (1, 0) => "true".to_string(),
         (0, 1) => "false".to_string(),
@@ -116,6 +373,9 @@ fn branch(taken: &[bool], flips: usize) -> String {
         (0, no) => format!("false {}", times(no)),
         (yes, no) => format!("true {}, false {}", times(yes), times(no)),
     };
+    if known {
+        text += "; known when the shader is compiled";
+    }
     if flips > 0 {
         let _ = write!(text, "; double precision says otherwise {}", times(flips));
     }

@@ -1,33 +1,104 @@
-//! Values as text.
+//! Values, as text and for tools.
 
-use crate::trace::{Exact, Node};
+use super::closure;
+use crate::trace::{Exact, Node, NodeId, Trace};
 use osl_ir::ir::Const;
 use pxfm::f_log10;
-use serde::Serialize;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+use std::fmt::Display;
 
-/// A value for display.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A value of a point: as a run computes it, and in double precision.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// As a run computes it.
-    pub value: String,
-    /// In double precision.
-    pub exact: String,
+    strict: Option<Const>,
+    exact: Option<Exact>,
+    /// The text of a closure.
+    closure: Option<String>,
     /// Decimal digits that the two values share, in the worst component. Absent if all digits of single
     /// precision agree, or if the value is NaN or infinite.
     pub digits: Option<f64>,
 }
 
 impl Shown {
-    /// The value of a node.
-    pub fn of(node: &Node) -> Shown {
-        let value = node.strict.as_ref().map_or_else(|| "(not computed)".to_string(), show);
-        let exact = node.exact.as_ref().map_or_else(|| "(not computed)".to_string(), show_exact);
-        Shown { value, exact, digits: node_digits(node) }
+    /// The value of a node of a trace.
+    pub fn of(id: NodeId, trace: &Trace) -> Shown {
+        let node = trace.node(id);
+        let is_closure = matches!(node.exact, Some(Exact::Closure(_)));
+        let closure = is_closure.then(|| closure::text(id, trace));
+        Shown { strict: node.strict.clone(), exact: node.exact.clone(), closure, digits: node_digits(node) }
     }
 
-    /// A single-precision value that is exact.
-    pub fn single(value: &Const) -> Shown {
-        Shown { value: show(value), exact: show_exact(&Exact::widen(value)), digits: None }
+    /// The value as a run computes it; none if only the double-precision arithmetic gets there. The value of
+    /// a closure is a number of no meaning.
+    pub fn single(&self) -> Option<&Const> {
+        self.strict.as_ref()
+    }
+
+    /// The value as a run computes it, as text.
+    pub fn value(&self) -> String {
+        match (&self.closure, &self.strict) {
+            (Some(text), _) => text.clone(),
+            (None, Some(value)) => show(value),
+            (None, None) => "(not computed)".to_string(),
+        }
+    }
+
+    /// The value in double precision, as text.
+    pub fn exactly(&self) -> String {
+        match (&self.closure, &self.exact) {
+            (Some(text), _) => text.clone(),
+            (None, Some(value)) => show_exact(value),
+            (None, None) => "(not computed)".to_string(),
+        }
+    }
+
+    /// The number, if the value is one.
+    pub(super) fn number(&self) -> Option<f64> {
+        match self.strict {
+            Some(Const::Int(n)) if self.closure.is_none() => Some(f64::from(n)),
+            Some(Const::Float(x)) => Some(f64::from(x)),
+            _ => None,
+        }
+    }
+}
+
+/// A number for tools; NaN and infinities, which JSON does not have, are text.
+fn json<T: Copy + Into<f64> + Display + Serialize>(x: T) -> serde_json::Value {
+    let number = if x.into().is_finite() { serde_json::to_value(x).ok() } else { None };
+    number.unwrap_or_else(|| x.to_string().into())
+}
+
+fn json_list<T: Copy + Into<f64> + Display + Serialize>(list: &[T]) -> serde_json::Value {
+    list.iter().map(|x| json(*x)).collect()
+}
+
+impl Serialize for Shown {
+    /// `value` and `exact`: a number, an array of numbers, or a text; and `digits`.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let value = match (&self.closure, &self.strict) {
+            (Some(text), _) => text.as_str().into(),
+            (_, Some(Const::Int(n))) => (*n).into(),
+            (_, Some(Const::Float(x))) => json(*x),
+            (_, Some(Const::Triple(t))) => json_list(t),
+            (_, Some(Const::Matrix(m))) => json_list(&m[..]),
+            (_, Some(Const::Str(text))) => text.to_string().into(),
+            (_, Some(Const::Null) | None) => serde_json::Value::Null,
+        };
+        let exact = match (&self.closure, &self.exact) {
+            (Some(text), _) => text.as_str().into(),
+            (_, Some(Exact::Int(n))) => (*n).into(),
+            (_, Some(Exact::Float(x))) => json(*x),
+            (_, Some(Exact::Triple(t))) => json_list(t),
+            (_, Some(Exact::Matrix(m))) => json_list(&m[..]),
+            (_, Some(Exact::Str(text))) => text.to_string().into(),
+            (_, Some(Exact::Closure(_)) | None) => serde_json::Value::Null,
+        };
+        let mut fields = serializer.serialize_struct("Shown", 3)?;
+        fields.serialize_field("value", &value)?;
+        fields.serialize_field("exact", &exact)?;
+        fields.serialize_field("digits", &self.digits)?;
+        fields.end()
     }
 }
 
@@ -70,7 +141,7 @@ fn quoted(text: &str) -> String {
     }
 }
 
-fn show(value: &Const) -> String {
+pub(super) fn show(value: &Const) -> String {
     match value {
         Const::Int(n) => n.to_string(),
         Const::Str(s) => quoted(s),

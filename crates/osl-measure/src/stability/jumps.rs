@@ -15,7 +15,7 @@ fn calls(trace: &Trace) -> Calls {
     let mut calls = Calls::default();
     for node in &trace.nodes {
         let What::Note(kernel) = &node.what else { continue };
-        let Kernel::Note(Note::Call { form, .. }) = &**kernel else { continue };
+        let Kernel::Note { note: Note::Call { form, .. }, .. } = &**kernel else { continue };
         let called = form.split('(').next().and_then(|head| head.split(' ').next_back());
         let Some(function) = FUNCTIONS.into_iter().find(|f| Some(*f) == called) else { continue };
         if let [argument, result] = node.args[..] {

@@ -258,8 +258,11 @@ impl Follower<'_> {
         let body = self.body;
         let nodes: Vec<NodeId> = args.iter().map(|a| self.of(*a)).collect();
         let shared = Arc::new(kernel.clone());
-        if let Kernel::Note(_) = kernel {
-            self.push(What::Note(shared), inst.span, nodes, None, None)?;
+        if let Kernel::Note { .. } = kernel {
+            // A note has no value; its marks tell which arithmetics come by.
+            let strict = way.strict().then_some(Const::Int(1));
+            let exact = way.exact().then_some(Exact::Int(1));
+            self.push(What::Note(shared), inst.span, nodes, strict, exact)?;
             return Ok(());
         }
         let kinds: Vec<Kind> = inst.results.iter().map(|r| body.kind(*r)).collect();

@@ -54,9 +54,14 @@ impl DisplayArgs {
         }
     }
 
+    /// Whether an option is given that changes colors.
+    pub(super) fn is_given(&self) -> bool {
+        self.range.is_some() || self.signed || self.exposure.is_some()
+    }
+
     /// Fails if options are given that have no effect on a file.
     pub(super) fn check(&self, path: Option<&Path>) -> Result<(), Failure> {
-        let given = self.range.is_some() || self.signed || self.exposure.is_some();
+        let given = self.is_given();
         let path = path.map(|path| self.named(path)).transpose()?;
         match path.and_then(|path| ImageFormat::of(&path)) {
             Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(()),

@@ -4,18 +4,21 @@ use super::Failure;
 use super::args::{self, RunArgs};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
+use super::{data, idle, on};
 use clap::Args;
-use osl_exec::PointSource;
+use osl_exec::{PointSource, Services};
+use osl_ir::ir::Body;
 use osl_ir::passes;
-use osl_measure::explain::{self, cost, text};
+use osl_measure::explain::text::{self, Style};
+use osl_measure::explain::{self, Part, Subject, cost};
 use osl_measure::trace::{self, OnePoint};
-use osl_scene::Grid;
+use osl_scene::{Grid, WithData};
 use std::io::Write;
 
 /// What to explain.
 #[derive(Debug, Args)]
 pub(super) struct ExplainArgs {
-    /// The pixel: column and row, from 0; row 0 has the smallest v.
+    /// The pixel: column and row, from 0; row 0 has the smallest v, or with --on is the top of the picture.
     #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with = "uv")]
     at: Option<(usize, usize)>,
     /// The point of the patch that is closest to this u and v.
@@ -24,6 +27,21 @@ pub(super) struct ExplainArgs {
     /// Also show the values in double precision, and how many digits agree.
     #[arg(long)]
     f64: bool,
+    /// Show all values of long loops and arrays.
+    #[arg(long)]
+    all: bool,
+    /// Show only these variables; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    var: Vec<String>,
+    /// Show only the line with this number; may be repeated.
+    #[arg(long, value_name = "N")]
+    line: Vec<u32>,
+    /// Show only what happens in the call with this number; 0 is the shader itself.
+    #[arg(long, value_name = "N")]
+    call: Option<usize>,
+    /// Show calls within calls only up to this depth; 0 shows the shader itself.
+    #[arg(long, value_name = "N")]
+    depth: Option<usize>,
     /// Show what each output needs: instructions, layers, derivatives, globals and textures.
     #[arg(long)]
     cost: bool,
@@ -44,46 +62,87 @@ fn pixel(text: &str) -> Result<(usize, usize), String> {
 /// Explains a point.
 pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
-    let (Loaded { sources, body, folder, .. }, noted) = load::load_noted(&Request::of(run), err)?;
-    let points = grid(run);
-    let outputs = run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
-    let options = passes::Options {
-        outputs,
-        varying: points.varying().to_vec(),
-        derivs: points.varying_derivs().to_vec(),
-        limits: run.read.limits.limits().clone(),
-        ..passes::Options::default()
-    };
+    idle::refuse(run, "explain")?;
+    let (loaded, noted) = load::load_noted(&Request::of(run), err)?;
     if args.cost {
-        let costs = cost(&body, &options);
+        let costs = cost(&loaded.body, &options(run, &grid(run)));
         let text = if args.json { json(&costs)? } else { explain::table(&costs) };
         let _ = out.write_all(text.as_bytes());
         return Ok(());
     }
+    if run.on.on.is_some() {
+        if args.uv.is_some() {
+            return Err(Failure::new("--uv is for the patch; with --on, --at X,Y chooses a pixel"));
+        }
+        let (points, pixels, services) = on::points(run, &loaded)?;
+        let (width, height) = run.grid;
+        let (x, y) = args.at.unwrap_or((width / 2, height / 2));
+        inside((x, y), run.grid)?;
+        let pixel = u32::try_from(y * width + x).unwrap_or(u32::MAX);
+        let Some(point) = pixels.iter().position(|known| *known == pixel) else {
+            return Err(Failure::new(format!("the pixel ({x}, {y}) does not show the surface")));
+        };
+        let place = format!(
+            "pixel ({x}, {y}) of {width} by {height} on {}",
+            run.on.on.as_deref().unwrap_or_default()
+        );
+        return told(args, &loaded, noted, OnePoint { source: &points, point }, &services, &place, out);
+    }
+    let grid = grid(run);
     let (x, y) = match (args.at, &args.uv) {
         (Some(at), _) => at,
-        (None, Some(uv)) => closest(&points, uv.0),
-        (None, None) => (points.width / 2, points.height / 2),
+        (None, Some(uv)) => closest(&grid, uv.0),
+        (None, None) => (grid.width / 2, grid.height / 2),
     };
-    let Some(point) = OnePoint::at_pixel(&points, points.width, points.height, x, y) else {
-        return Err(Failure::new(format!(
-            "the grid has {} by {} points; --at begins at 0,0",
-            points.width, points.height
-        )));
-    };
-    let services = services(run, folder, super::session::grid_spaces(run));
-    let mut followed = trace::prepare(noted, &options.varying, &options.derivs, &options.limits);
-    if let Some(wanted) = &options.outputs {
-        followed.outputs.retain(|o| wanted.contains(&o.name));
+    inside((x, y), run.grid)?;
+    let place = format!("pixel ({x}, {y}) of {} by {}", grid.width, grid.height);
+    let (width, height) = (grid.width, grid.height);
+    let data = data::read(&run.userdata, run.attributes.as_deref(), run.read.limits.limits())?;
+    let points = WithData { points: grid, data };
+    let Some(point) = OnePoint::at_pixel(&points, width, height, x, y) else { return Ok(()) };
+    let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));
+    told(args, &loaded, noted, OnePoint { source: &points, point }, &services, &place, out)
+}
+
+/// Checks that a pixel is one of the picture.
+fn inside((x, y): (usize, usize), (width, height): (usize, usize)) -> Result<(), Failure> {
+    if x < width && y < height {
+        return Ok(());
     }
-    let trace = trace::follow(&followed, &services, OnePoint { source: &points, point }, &options.limits);
-    let needed = explain::only_needed(body, &options);
-    let explanation = explain::explain(&trace, &followed, &needed, &sources);
+    Err(Failure::new(format!("the grid has {width} by {height} points; --at begins at 0,0")))
+}
+
+fn options(run: &RunArgs, points: &dyn PointSource) -> passes::Options {
+    passes::Options {
+        outputs: run.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect()),
+        varying: points.varying().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
+        limits: run.read.limits.limits().clone(),
+        ..passes::Options::default()
+    }
+}
+
+/// Follows the point and prints the explanation.
+fn told(
+    args: &ExplainArgs,
+    loaded: &Loaded,
+    noted: Body,
+    point: OnePoint<'_>,
+    services: &Services,
+    place: &str,
+    out: &mut dyn Write,
+) -> Result<(), Failure> {
+    let options = options(&args.run, point.source);
+    let subject = Subject::new(noted, &options, &loaded.sources);
+    let trace = trace::follow(&subject.body, services, point, &options.limits);
+    let mut explanation = explain::explain(&trace, &subject, &loaded.sources);
+    let part =
+        Part { variables: args.var.clone(), lines: args.line.clone(), call: args.call, depth: args.depth };
+    explanation.narrow(&part).map_err(Failure::new)?;
     let text = if args.json {
         json(&explanation)?
     } else {
-        let place = format!("pixel ({x}, {y}) of {} by {}", points.width, points.height);
-        text::text(&explanation, &place, args.f64)
+        text::text(&explanation, place, Style { exact: args.f64, all: args.all })
     };
     let _ = out.write_all(text.as_bytes());
     Ok(())

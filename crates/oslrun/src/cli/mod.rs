@@ -21,6 +21,7 @@ mod explain;
 mod explain_error;
 mod fix;
 mod fmt;
+mod idle;
 mod info;
 mod input;
 mod ir;
@@ -45,7 +46,7 @@ mod summary;
 mod tradeoff;
 mod version;
 
-use clap::Parser;
+use clap::FromArgMatches;
 use commands::{Cli, Command};
 use osl_syntax::escape::shown;
 use std::ffi::OsString;
@@ -103,7 +104,8 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         let _ = writeln!(err, "error: {}", shown(&text));
         return 2;
     }
-    let cli = match Cli::try_parse_from(&args) {
+    let parsed = idle::command_line().try_get_matches_from(&args);
+    let cli = match parsed.and_then(|found| Cli::from_arg_matches(&found)) {
         Ok(cli) => cli,
         Err(usage) => {
             if let Some(text) = misspelt::usage(&args, &usage) {

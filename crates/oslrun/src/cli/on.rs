@@ -100,6 +100,20 @@ pub(super) fn run(
     Ok(())
 }
 
+/// The points that the picture shows, the pixel of each, numbered row by row from the top, and the services
+/// that know the view.
+pub(super) fn points(
+    args: &RunArgs,
+    loaded: &Loaded,
+) -> Result<(WithData<SurfacePoints>, Vec<u32>, Services), Failure> {
+    let mut job = Job::new(args, loaded)?;
+    let displace = args.on.displace.as_deref().map(|output| job.compile(&[output.into()])).transpose()?;
+    let (seen, services) = job.seen(displace.as_ref())?;
+    let mut points = seen.points;
+    points.stretch(Vec2::from(args.uv_scale.0), Vec2::from(args.uv_offset.0));
+    Ok((WithData { points, data: job.data }, seen.pixels, services))
+}
+
 /// What to shade, and the surface.
 struct Job<'a> {
     args: &'a RunArgs,
@@ -222,6 +236,18 @@ impl<'a> Job<'a> {
         program: Option<&Compiled>,
     ) -> Result<(Seen, Frame), Failure> {
         let (width, height) = self.args.grid;
+        let (seen, services) = self.seen(displacement)?;
+        let mut frame = match program {
+            Some(program) => self.shade(program, seen.points.clone(), &services)?,
+            None => Frame { planes: vec![head_light(&seen.points)], ..Frame::default() },
+        };
+        frame.planes.iter_mut().for_each(|plane| spread(plane, &seen.pixels, width * height));
+        Ok((seen, frame))
+    }
+
+    /// The points of the picture, and the services that know its view.
+    fn seen(&mut self, displacement: Option<&Compiled>) -> Result<(Seen, Services), Failure> {
+        let (width, height) = self.args.grid;
         let (bounds, reach) = self.whole()?;
         let camera = camera_for(&bounds, reach, self.args.on.eye, [width, height]);
         let mut view = camera.view().map_err(Failure::new)?;
@@ -233,13 +259,7 @@ impl<'a> Job<'a> {
             view = camera.view().map_err(Failure::new)?;
         }
         let services = self.services(&view, surface.reach());
-        let seen = look(&view, &*surface);
-        let mut frame = match program {
-            Some(program) => self.shade(program, seen.points.clone(), &services)?,
-            None => Frame { planes: vec![head_light(&seen.points)], ..Frame::default() },
-        };
-        frame.planes.iter_mut().for_each(|plane| spread(plane, &seen.pixels, width * height));
-        Ok((seen, frame))
+        Ok((look(&view, &*surface), services))
     }
 
     /// The box around the surface before displacement, and its radius.

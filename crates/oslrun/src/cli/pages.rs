@@ -3,8 +3,8 @@
 //! Both are made from the declared options. This module must not know what the options mean.
 
 use super::Failure;
-use super::commands::Cli;
-use clap::{Args, CommandFactory};
+use super::idle;
+use clap::Args;
 use clap_complete::Shell;
 use osl_syntax::spelling::closest;
 use std::io::Write;
@@ -30,14 +30,14 @@ pub(super) struct ManArgs {
 pub(super) fn completions(args: &CompletionArgs, out: &mut dyn Write) -> Result<(), Failure> {
     // The generator panics if it cannot write, so it writes to memory.
     let mut text = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "oslrun", &mut text);
+    clap_complete::generate(args.shell, &mut idle::command_line(), "oslrun", &mut text);
     let _ = out.write_all(&text);
     Ok(())
 }
 
 /// Prints a manual page.
 pub(super) fn man(args: &ManArgs, out: &mut dyn Write) -> Result<(), Failure> {
-    let mut all = Cli::command();
+    let mut all = idle::command_line();
     all.build();
     let page = match &args.command {
         None => all,

@@ -99,6 +99,7 @@ fn build<'a>(file: &File<'a>, spans: &[Span], limits: &Limits) -> Result<Program
         vars: b.vars,
         functions: b.functions,
         shader,
+        choices: Default::default(),
         places: Default::default(),
     })
 }

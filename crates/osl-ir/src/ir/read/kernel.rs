@@ -2,7 +2,7 @@
 
 use super::Cursor;
 use crate::ir::{
-    GaborOption, Kernel, Kind, MessageForm, NoiseField, Note, Shape, Sink, TextFn, TextureOption,
+    GaborOption, Kernel, Kind, MessageForm, NoiseField, Note, Shape, Sink, Test, TextFn, TextureOption,
 };
 use crate::types::Base;
 use osl_syntax::span::Span;
@@ -77,8 +77,6 @@ pub(super) fn kernel(word: &str, line: &mut Cursor<'_>) -> Result<Kernel, String
         "is_constant" => Some(Kernel::IsConstant),
         "raytype" => Some(Kernel::RayType),
         "trace" => Some(Kernel::Trace),
-        "note.branch" => Some(Kernel::Note(Note::Branch)),
-        "note.round" => Some(Kernel::Note(Note::Round)),
         _ => TEXT_FNS.into_iter().find(|f| f.text() == word).map(Kernel::Text),
     };
     if let Some(kernel) = plain {
@@ -135,12 +133,37 @@ pub(super) fn kernel(word: &str, line: &mut Cursor<'_>) -> Result<Kernel, String
         ("check_index", _) => Kernel::CheckIndex { name: line.string()?.into() },
         ("check_finite", _) => Kernel::CheckFinite { name: line.string()?.into(), op: line.string()?.into() },
         ("check_set", _) => Kernel::CheckSet { what: line.string()?.into(), reader: line.string()?.into() },
-        ("note", "set") => Kernel::Note(Note::Set(line.string()?.into())),
-        ("note", "call") => {
-            let args = line.name().parse().map_err(|_| "expected a number of arguments")?;
-            Kernel::Note(Note::Call { args, form: line.string()?.into(), why: line.string()?.into() })
+        ("note", what) => {
+            let site = line.name().parse().map_err(|_| "expected the number of the note")?;
+            Kernel::Note { site, note: note(what, &flags, line)? }
         }
         _ => return Err(format!("no operation `{word}`")),
+    })
+}
+
+/// The rest of a note, after its number.
+fn note(what: &str, flags: &[&str], line: &mut Cursor<'_>) -> Result<Note, String> {
+    Ok(match what {
+        "reach" => Note::Reach,
+        "loop" => Note::Loop,
+        "round" => Note::Round,
+        "leave" => Note::Leave,
+        "set" => Note::Set(line.string()?.into()),
+        "result" => Note::Result { names: line.string()?.into() },
+        "branch" => {
+            let test = Test::ALL.into_iter().find(|test| flags.last() == Some(&test.text()));
+            Note::Branch(test.ok_or("no such condition")?)
+        }
+        "call" => {
+            let args = line.name().parse().map_err(|_| "expected a number of arguments")?;
+            Note::Call { args, form: line.string()?.into(), why: line.string()?.into() }
+        }
+        "enter" => Note::Enter {
+            form: line.string()?.into(),
+            why: line.string()?.into(),
+            names: line.string()?.into(),
+        },
+        _ => return Err(format!("no note `{what}`")),
     })
 }
 

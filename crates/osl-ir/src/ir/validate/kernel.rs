@@ -1,6 +1,6 @@
 //! The arguments and results of each kernel, by their kinds.
 
-use crate::ir::{GaborOption, Kernel, Kind, Note, Shape, Sink, TextFn, ValueId};
+use crate::ir::{GaborOption, Kernel, Kind, Note, Shape, Sink, TextFn, ValueId, note_names};
 
 /// The kind of an argument or result; `None` stands for any.
 type Wanted = Option<Kind>;
@@ -123,14 +123,17 @@ fn arguments(kernel: &Kernel, n: usize) -> Vec<Wanted> {
         Kernel::SetMessage(_) | Kernel::GetMessage(_) => vec![STR],
         Kernel::Report { .. } => Vec::new(),
         Kernel::CheckIndex { .. } => vec![INT, INT],
-        Kernel::Note(Note::Set(_)) if n == 2 => vec![INT, None],
-        Kernel::Note(Note::Set(_)) => vec![None],
-        Kernel::Note(Note::Call { args, .. }) => {
-            let args = usize::from(*args);
-            vec![None; n.clamp(args, args + 1)]
-        }
-        Kernel::Note(Note::Branch) => vec![INT],
-        Kernel::Note(Note::Round) => Vec::new(),
+        Kernel::Note { note, .. } => match note {
+            Note::Set(_) if n == 2 => vec![INT, None],
+            Note::Set(_) => vec![None],
+            Note::Call { args, .. } => {
+                let args = usize::from(*args);
+                vec![None; n.clamp(args, args + 1)]
+            }
+            Note::Branch(_) => vec![INT],
+            Note::Enter { names, .. } | Note::Result { names } => vec![None; note_names(names).count()],
+            Note::Reach | Note::Loop | Note::Round | Note::Leave => Vec::new(),
+        },
     }
 }
 
@@ -187,6 +190,6 @@ fn results(kernel: &Kernel, n: usize) -> Vec<Wanted> {
         | Kernel::Report { .. }
         | Kernel::CheckIndex { .. }
         | Kernel::CheckFinite { .. }
-        | Kernel::Note(_) => Vec::new(),
+        | Kernel::Note { .. } => Vec::new(),
     }
 }

@@ -1,0 +1,219 @@
+//! Notes about the source for the follower of a point: values of variables, and calls of functions.
+//!
+//! A note uses the names that the source uses at its place: a formal that is an alias for a variable of the
+//! caller has its own name within the function. Without notes this module writes nothing.
+
+use super::{Lowerer, Storage};
+use osl_hir::hir::{FunctionId, VarId, VarKind};
+use osl_ir::ir::{Note, SlotId, ValueId, note_text};
+use osl_ir::types::{Base, Type};
+use osl_syntax::span::Span;
+use rustc_hash::FxHashMap;
+use std::sync::Arc;
+
+/// The state of lowering for its notes.
+#[derive(Debug, Default)]
+pub(super) struct Telling {
+    /// The statement that is being lowered: values that it sets belong to its line.
+    pub(super) here: Span,
+    /// The names of slots, where they differ from those of their variables.
+    names: FxHashMap<SlotId, Arc<str>>,
+}
+
+/// Names that a function had replaced.
+pub(super) type Replaced = Vec<(SlotId, Option<Arc<str>>)>;
+
+/// The name of the value that a function returns, in the notes of its statements.
+const RETURNED: &str = "return";
+
+/// The longest array whose elements are recorded after a call wrote it.
+const MAX_WRITTEN: u32 = 256;
+
+impl Lowerer<'_> {
+    /// Records that a variable has a new value. It follows the store directly.
+    pub(super) fn note_set(&mut self, slot: SlotId, element: Option<ValueId>, value: ValueId) {
+        if !self.b.notes {
+            return;
+        }
+        let args = [element, Some(value)];
+        let args: Vec<ValueId> = args.into_iter().flatten().collect();
+        let name = self.told_name(slot);
+        if name.is_empty() {
+            return;
+        }
+        let outer = self.b.span;
+        if self.telling.here != Span::default() {
+            self.b.span = self.telling.here;
+        }
+        self.b.note(&args, |_| Note::Set(name));
+        self.b.span = outer;
+    }
+
+    /// Records the values of a variable that a call wrote. It stores each value again, since a note follows
+    /// its store.
+    pub(super) fn note_written(&mut self, storage: &Storage) {
+        if !self.b.notes {
+            return;
+        }
+        match storage {
+            Storage::Struct(parts) => parts.iter().for_each(|part| self.note_written(part)),
+            Storage::Leaf(slot) => {
+                let len = self.b.body.slot(*slot).len;
+                if len.is_some_and(|len| len > MAX_WRITTEN) {
+                    return;
+                }
+                self.where_live(|l| {
+                    for index in 0..len.unwrap_or(1) {
+                        if !l.has_room() {
+                            return;
+                        }
+                        let element = len.map(|_| l.b.int(index as i32));
+                        let value = match element {
+                            Some(element) => l.b.load_element(*slot, element),
+                            None => l.b.load(*slot),
+                        };
+                        match element {
+                            Some(element) => l.b.store_element(*slot, element, value),
+                            None => l.b.store(*slot, value),
+                        }
+                        l.note_set(*slot, element, value);
+                    }
+                });
+            }
+        }
+    }
+
+    fn told_name(&self, slot: SlotId) -> Arc<str> {
+        let own = self.telling.names.get(&slot);
+        own.unwrap_or(&self.b.body.slot(slot).name).clone()
+    }
+
+    /// Keeps the storage of an argument silent: the note of the call tells its value.
+    pub(super) fn silence(&mut self, storage: &Storage) {
+        match storage {
+            _ if !self.b.notes => {}
+            Storage::Struct(parts) => parts.iter().for_each(|part| self.silence(part)),
+            Storage::Leaf(slot) => drop(self.telling.names.insert(*slot, "".into())),
+        }
+    }
+
+    /// Gives the storage of formals, and of the result, the names that they have in the function.
+    pub(super) fn begin_names(
+        &mut self,
+        formals: &[(VarId, Storage)],
+        result: Option<(&Storage, Type)>,
+    ) -> Replaced {
+        let mut parts = Vec::new();
+        if self.b.notes {
+            for (formal, storage) in formals {
+                let var = &self.program.vars[formal.0 as usize];
+                self.parts(storage, var.ty.base, &var.name, &mut parts);
+            }
+            if let Some((storage, ty)) = result {
+                self.parts(storage, ty.base, RETURNED, &mut parts);
+            }
+        }
+        parts.into_iter().map(|(slot, name)| (slot, self.telling.names.insert(slot, name.into()))).collect()
+    }
+
+    /// Ends the names of a function.
+    pub(super) fn end_names(&mut self, replaced: Replaced) {
+        for (slot, name) in replaced.into_iter().rev() {
+            match name {
+                Some(name) => self.telling.names.insert(slot, name),
+                None => self.telling.names.remove(&slot),
+            };
+        }
+    }
+
+    /// The slots of a variable, with the names of its parts.
+    fn parts(&self, storage: &Storage, base: Base, name: &str, out: &mut Vec<(SlotId, String)>) {
+        match (storage, base) {
+            (Storage::Leaf(slot), _) => out.push((*slot, name.to_string())),
+            (Storage::Struct(parts), Base::Struct(id)) => {
+                for (part, field) in parts.iter().zip(&self.program.structs.get(id).fields) {
+                    self.parts(part, field.ty.base, &format!("{name}.{}", field.name), out);
+                }
+            }
+            (Storage::Struct(_), _) => {}
+        }
+    }
+
+    /// The values of the parts of variables that are not arrays, with their names.
+    fn values_of(&mut self, list: Vec<(SlotId, String)>) -> (Vec<ValueId>, Arc<str>) {
+        let (mut values, mut names) = (Vec::new(), Vec::new());
+        for (slot, name) in list {
+            if self.b.body.slot(slot).len.is_none() && self.has_room() {
+                values.push(self.b.load(slot));
+                names.push(Arc::from(name));
+            }
+        }
+        (values, note_text(&names))
+    }
+
+    /// Records that a function is entered.
+    pub(super) fn note_enter(&mut self, id: FunctionId, formals: &[(VarId, Storage)], call: Span) {
+        if !self.b.notes {
+            return;
+        }
+        let mut parts = Vec::new();
+        for (formal, storage) in formals {
+            let var = &self.program.vars[formal.0 as usize];
+            if var.kind != (VarKind::Formal { output: true }) {
+                self.parts(storage, var.ty.base, &var.name, &mut parts);
+            }
+        }
+        let (values, names) = self.values_of(parts);
+        let form = self.form_of(id).into();
+        let why = self.chosen(call).into();
+        self.b.note(&values, |_| Note::Enter { form, why, names });
+    }
+
+    /// Records the result of a function and the values of its outputs.
+    pub(super) fn note_result(&mut self, formals: &[(VarId, Storage)], result: Option<(&Storage, Type)>) {
+        if !self.b.notes {
+            return;
+        }
+        let mut parts = Vec::new();
+        if let Some((storage, ty)) = result {
+            self.parts(storage, ty.base, "", &mut parts);
+        }
+        for (formal, storage) in formals {
+            let var = &self.program.vars[formal.0 as usize];
+            if var.kind == (VarKind::Formal { output: true }) {
+                self.parts(storage, var.ty.base, &var.name, &mut parts);
+            }
+        }
+        let (values, names) = self.values_of(parts);
+        self.b.note(&values, |_| Note::Result { names });
+    }
+
+    /// Why a call takes its function, if there was a choice; a line for each function that is not taken
+    /// follows.
+    pub(super) fn chosen(&self, call: Span) -> String {
+        let Some(choice) = self.program.choices.get(&call.start) else { return String::new() };
+        let mut why = match choice.by_result {
+            Some((equal, ty)) => format!(
+                "{equal} of them take these arguments; the expected result decides: {}",
+                self.program.structs.show(ty)
+            ),
+            None => String::new(),
+        };
+        for (other, reason) in &choice.others {
+            why += &format!("\nnot {other}: {reason}");
+        }
+        why
+    }
+
+    /// A function as it was declared.
+    fn form_of(&self, id: FunctionId) -> String {
+        let Some(function) = self.program.functions.get(id.0 as usize) else { return String::new() };
+        let formals = function.formals.iter().map(|formal| {
+            let var = &self.program.vars[formal.0 as usize];
+            let output = if var.kind == (VarKind::Formal { output: true }) { "output " } else { "" };
+            format!("{output}{} {}", self.program.structs.show(var.ty), var.name)
+        });
+        let formals: Vec<String> = formals.collect();
+        format!("{} {}({})", self.program.structs.show(function.ret), function.name, formals.join(", "))
+    }
+}

@@ -1,0 +1,223 @@
+//! What the requested outputs need, assignment by assignment.
+//!
+//! It walks a lowered body with notes backwards, before variables become values, and finds the variables that
+//! may still be read. An assignment is needed if its variable is. This module must not know what happened at
+//! a point.
+
+use osl_ir::ir::{BlockId, Body, Inst, Kernel, Note, Op, SlotId, Source, ValueId};
+use rustc_hash::FxHashSet;
+
+/// What the outputs of a body need.
+pub(super) struct Needs {
+    /// Sites of the assignments that no output needs.
+    pub(super) unused: FxHashSet<u32>,
+    values: Vec<bool>,
+}
+
+impl Needs {
+    /// Whether a value is needed.
+    pub(super) fn value(&self, value: ValueId) -> bool {
+        self.values.get(value.index()).copied().unwrap_or(true)
+    }
+
+    /// The needs of the outputs of a body.
+    pub(super) fn of(body: &Body) -> Needs {
+        let mut live = Live::new(body.slots.len());
+        let mut walk = Walk {
+            body,
+            values: vec![false; body.values.len()],
+            used: FxHashSet::default(),
+            sets: Vec::new(),
+            heads: vec![None; body.blocks.len()],
+        };
+        for output in &body.outputs {
+            match output.source {
+                Source::Slot(slot) => live.add(slot),
+                Source::Value(value) => walk.need(value),
+            }
+        }
+        walk.block(body.entry, &mut live);
+        let Walk { values, used, sets, .. } = walk;
+        let unused = sets.into_iter().filter(|site| !used.contains(site)).collect();
+        Needs { unused, values }
+    }
+}
+
+/// The slots that may be read later.
+#[derive(Clone, PartialEq, Eq)]
+struct Live(Vec<u64>);
+
+impl Live {
+    fn new(slots: usize) -> Live {
+        Live(vec![0; slots.div_ceil(64)])
+    }
+
+    fn add(&mut self, slot: SlotId) {
+        if let Some(word) = self.0.get_mut(slot.index() / 64) {
+            *word |= 1 << (slot.index() % 64);
+        }
+    }
+
+    fn remove(&mut self, slot: SlotId) {
+        if let Some(word) = self.0.get_mut(slot.index() / 64) {
+            *word &= !(1 << (slot.index() % 64));
+        }
+    }
+
+    fn has(&self, slot: SlotId) -> bool {
+        self.0.get(slot.index() / 64).is_some_and(|word| word >> (slot.index() % 64) & 1 == 1)
+    }
+
+    fn join(&mut self, other: &Live) {
+        self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a |= b);
+    }
+}
+
+struct Walk<'a> {
+    body: &'a Body,
+    values: Vec<bool>,
+    /// Sites of needed assignments.
+    used: FxHashSet<u32>,
+    /// Sites of all assignments.
+    sets: Vec<u32>,
+    /// The slots that are live where each loop begins, as far as known. They are kept from one visit to the
+    /// next, so that nested loops are not walked again and again.
+    heads: Vec<Option<Live>>,
+}
+
+impl Walk<'_> {
+    fn need(&mut self, value: ValueId) {
+        if let Some(flag) = self.values.get_mut(value.index()) {
+            *flag = true;
+        }
+    }
+
+    fn needed(&self, inst: &Inst) -> bool {
+        inst.results.iter().any(|r| self.values.get(r.index()).copied().unwrap_or(false))
+    }
+
+    /// Walks a block backwards; `live` is what is live after it, then before it. Returns whether the block
+    /// has something that is needed.
+    fn block(&mut self, id: BlockId, live: &mut Live) -> bool {
+        let mut does = false;
+        // The note of the assignment whose store comes next.
+        let mut pending: Option<u32> = None;
+        for inst in self.body.block(id).insts.iter().rev() {
+            let note = pending.take();
+            does |= self.inst(inst, live, note, &mut pending);
+        }
+        does
+    }
+
+    fn inst(&mut self, inst: &Inst, live: &mut Live, note: Option<u32>, pending: &mut Option<u32>) -> bool {
+        match &inst.op {
+            Op::Kernel(Kernel::Note { site, note }, _) => {
+                if let Note::Set(_) = note {
+                    self.sets.push(*site);
+                    *pending = Some(*site);
+                }
+                false
+            }
+            Op::Store(slot, value) => {
+                if !live.has(*slot) {
+                    return false;
+                }
+                live.remove(*slot);
+                self.need(*value);
+                self.used.extend(note);
+                true
+            }
+            Op::StoreElement(slot, index, value) => {
+                if !live.has(*slot) {
+                    return false;
+                }
+                self.need(*index);
+                self.need(*value);
+                self.used.extend(note);
+                true
+            }
+            Op::Load(slot) => {
+                if self.needed(inst) {
+                    live.add(*slot);
+                }
+                false
+            }
+            Op::LoadElement(slot, index) => {
+                if self.needed(inst) {
+                    live.add(*slot);
+                    self.need(*index);
+                }
+                false
+            }
+            Op::Kernel(kernel, args) => {
+                let writes = kernel.writes().is_some_and(|slot| live.has(slot));
+                let runs = kernel.has_effect() || writes;
+                if runs || self.needed(inst) {
+                    args.iter().for_each(|arg| self.need(*arg));
+                    if let Some(slot) = kernel.reads() {
+                        live.add(slot);
+                    }
+                }
+                runs
+            }
+            Op::If { cond, then, otherwise, then_yields, else_yields } => {
+                for (result, (a, b)) in inst.results.iter().zip(then_yields.iter().zip(else_yields)) {
+                    if self.values.get(result.index()).copied().unwrap_or(false) {
+                        self.need(*a);
+                        self.need(*b);
+                    }
+                }
+                let mut other = live.clone();
+                let mut does = self.block(*then, live);
+                does |= self.block(*otherwise, &mut other);
+                live.join(&other);
+                if does || self.needed(inst) {
+                    self.need(*cond);
+                }
+                does
+            }
+            Op::Loop { body, cond, init, next, .. } => {
+                // Lowered loops carry no values.
+                init.iter().chain(next).for_each(|value| self.need(*value));
+                self.a_loop(*body, *cond, live)
+            }
+            op => {
+                if self.needed(inst) {
+                    op.for_each_use(|value| self.need(value));
+                }
+                false
+            }
+        }
+    }
+
+    /// Walks a loop until what is live at its beginning no longer grows. Its body runs at least once.
+    fn a_loop(&mut self, body: BlockId, cond: ValueId, live: &mut Live) -> bool {
+        let mut does = false;
+        loop {
+            let known = self.heads.get_mut(body.index()).and_then(Option::take);
+            let mut head = live.clone();
+            if let Some(known) = &known {
+                head.join(known);
+            }
+            if does {
+                self.need(cond);
+            }
+            let did = self.block(body, &mut head);
+            if let Some(known) = &known {
+                head.join(known);
+            }
+            let same = known.as_ref() == Some(&head) && did == does;
+            does |= did;
+            if let Some(place) = self.heads.get_mut(body.index()) {
+                *place = Some(head.clone());
+            }
+            if same {
+                // A loop that does nothing is dropped: then what is live after it is live before it.
+                if does {
+                    *live = head;
+                }
+                return does;
+            }
+        }
+    }
+}

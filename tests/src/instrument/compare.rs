@@ -1,0 +1,269 @@
+//! Compares an explanation with a run of the instrumented source.
+
+use super::{Instrumented, instrument};
+use crate::{laws, run};
+use osl::stages;
+use osl_exec::{PointSource, RunOptions};
+use osl_ir::ir::Const;
+use osl_ir::passes;
+use osl_limits::Limits;
+use osl_measure::explain::{self, Explanation, Shown, What};
+use osl_measure::trace::{OnePoint, follow};
+use osl_scene::Grid;
+use osl_syntax::{NoFiles, Options};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What a comparison found besides mistakes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Outcome {
+    /// Values, outcomes and counts that were compared.
+    pub compared: usize,
+    /// Whether the instrumented source was rejected or stopped, so that nothing was compared.
+    pub open: bool,
+}
+
+/// The name of the source.
+const FILE: &str = "generated.osl";
+
+const SIZE: (usize, usize) = (5, 3);
+
+fn grid() -> Grid {
+    Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(SIZE.0, SIZE.1) }
+}
+
+/// Compares the explanation of a few points with the instrumented run.
+///
+/// # Errors
+/// The first difference, as text.
+pub fn hold(text: &str) -> Result<Outcome, String> {
+    let open = Ok(Outcome { compared: 0, open: true });
+    let checked = stages::check(FILE, text, &NoFiles, &Options::default());
+    let Some(program) = &checked.program else { return open };
+    let written = instrument(text, &checked.ast);
+    let grid = grid();
+    let options = passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() };
+    let again = stages::check(FILE, &written.text, &NoFiles, &Options::default());
+    let Some(second) = &again.program else { return open };
+    let (Ok(noted), Ok(plain)) = (stages::lower_noted(program, &[]), stages::lower(second, &[])) else {
+        return open;
+    };
+    let compiled = stages::finish(plain, &options);
+    let limits = run::steps(1 << 22);
+    let run_options = RunOptions { limits, ..RunOptions::default() };
+    let Ok(frame) = osl_exec::run(&compiled.program, laws::services(), &grid, &run_options, &|_| ()) else {
+        return open;
+    };
+    let subject = explain::Subject::new(noted, &options, &checked.sources);
+    let mut outcome = Outcome::default();
+    for (x, y) in [(0, 0), (3, 1), (4, 2)] {
+        let Some(point) = OnePoint::at_pixel(&grid, SIZE.0, SIZE.1, x, y) else { continue };
+        let one = OnePoint { source: &grid, point };
+        let trace = follow(&subject.body, laws::services(), one, &Limits::default());
+        let explanation = explain::explain(&trace, &subject, &checked.sources);
+        if explanation.cut {
+            outcome.open = true;
+            continue;
+        }
+        let lines: Vec<&str> = frame
+            .printed
+            .iter()
+            .filter(|p| p.point == y * SIZE.0 + x && p.file.is_none())
+            .map(|p| p.text.as_str())
+            .collect();
+        let seen = Seen::read(&lines, &written);
+        outcome.compared += compare(&explanation, &seen, &written)
+            .map_err(|e| format!("{e}\nat ({x}, {y})\n{text}\n--- instrumented\n{}", written.text))?;
+    }
+    Ok(outcome)
+}
+
+/// The number of a call, a line, and a name or condition.
+type Key = (usize, u32, String);
+
+/// What the instrumented run printed.
+#[derive(Default)]
+struct Seen {
+    sets: BTreeMap<Key, Vec<String>>,
+    branches: BTreeMap<Key, Vec<bool>>,
+    rounds: BTreeMap<(usize, u32), Vec<usize>>,
+}
+
+impl Seen {
+    fn read(lines: &[&str], written: &Instrumented) -> Seen {
+        let mut seen = Seen::default();
+        let (mut stack, mut calls) = (vec![0], 0);
+        // The current count of each loop.
+        for line in lines {
+            let call = stack.last().copied().unwrap_or(0);
+            let mut words = line.splitn(2, ' ');
+            let (word, rest) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+            match word {
+                "@E" => {
+                    calls += 1;
+                    stack.push(calls);
+                }
+                "@X" => drop(stack.pop()),
+                "@S" => {
+                    let mut parts = rest.splitn(3, ' ');
+                    let at: u32 = parts.next().and_then(|n| n.parse().ok()).unwrap_or(0);
+                    let name = parts.next().unwrap_or_default().to_string();
+                    let value = parts.next().unwrap_or_default().to_string();
+                    seen.sets.entry((call, at, name)).or_default().push(value);
+                }
+                "@T" => {
+                    let (id, truth) = rest.split_once(' ').unwrap_or_default();
+                    let Some((at, text)) = id.parse().ok().and_then(|id: usize| written.conditions.get(id))
+                    else {
+                        continue;
+                    };
+                    let key = (call, *at, bare(text));
+                    seen.branches.entry(key).or_default().push(truth != "0");
+                }
+                "@P" | "@O" => {
+                    let id: usize = rest.parse().unwrap_or(0);
+                    let line = written.loops.get(id).copied().unwrap_or(0);
+                    let counts = seen.rounds.entry((call, line)).or_default();
+                    match (word, counts.last_mut()) {
+                        ("@O", Some(last)) => *last += 1,
+                        _ => counts.push(0),
+                    }
+                }
+                _ => {}
+            }
+        }
+        seen
+    }
+}
+
+/// The text of a condition without spaces and outer brackets.
+fn bare(text: &str) -> String {
+    let mut text: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    while let Some(inner) = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')) {
+        let mut depth = 0;
+        let balanced = inner.chars().all(|c| {
+            depth += i32::from(c == '(') - i32::from(c == ')');
+            depth >= 0
+        });
+        if !balanced {
+            break;
+        }
+        text = inner.trim().to_string();
+    }
+    text
+}
+
+/// Compares all that both tell; returns how much that was.
+fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -> Result<usize, String> {
+    let mut compared = 0;
+    // A condition that stands twice on a line cannot be told apart by its text.
+    let mut once = BTreeSet::new();
+    let twice: BTreeSet<(u32, String)> = written
+        .conditions
+        .iter()
+        .map(|(line, text)| (*line, bare(text)))
+        .filter(|key| !once.insert(key.clone()))
+        .collect();
+    let mut loops = BTreeSet::new();
+    let two_loops: BTreeSet<u32> = written.loops.iter().copied().filter(|l| !loops.insert(*l)).collect();
+    let mut left: BTreeSet<Key> = seen.sets.keys().cloned().collect();
+    let mut conditions: BTreeSet<Key> = seen.branches.keys().cloned().collect();
+    let mut counted: BTreeSet<(usize, u32)> = seen.rounds.keys().copied().collect();
+    // The number of each call, counting only functions that were rewritten; those of headers were not.
+    let mut next = 0;
+    let mut numbers = vec![Some(0)];
+    for called in &told.calls {
+        let name = called.form.split('(').next().and_then(|head| head.split(' ').next_back());
+        let known = name.is_some_and(|name| written.functions.contains(name));
+        next += usize::from(known);
+        numbers.push(known.then_some(next));
+    }
+    let base = |name: &str| name.split(['.', '[']).next().unwrap_or_default().to_string();
+    for line in &told.lines {
+        for fact in &line.facts {
+            let Some(call) = numbers.get(fact.call).copied().flatten().filter(|_| line.file == FILE) else {
+                continue;
+            };
+            match &fact.what {
+                What::Set { name, values, .. } => {
+                    let key = (call, line.number, name.clone());
+                    left.remove(&key);
+                    if written.open.contains(&(line.number, base(name))) {
+                        continue;
+                    }
+                    let Some(expected) = seen.sets.get(&key) else { continue };
+                    if expected.len() != values.len()
+                        || !expected.iter().zip(values).all(|(a, b)| is_value(a, b))
+                    {
+                        let values: Vec<String> = values.iter().map(Shown::value).collect();
+                        return Err(format!("{key:?} is told as {values:?}, and is {expected:?}"));
+                    }
+                    compared += values.len();
+                }
+                What::Branch { condition, taken, .. } => {
+                    let key = (call, line.number, bare(condition));
+                    conditions.remove(&key);
+                    if condition.ends_with('…') || twice.contains(&(line.number, bare(condition))) {
+                        continue;
+                    }
+                    if seen.branches.get(&key) != Some(taken) {
+                        let got = seen.branches.get(&key);
+                        return Err(format!("{key:?} is told as {taken:?}, and is {got:?}"));
+                    }
+                    compared += taken.len();
+                }
+                What::Unevaluated { condition } => {
+                    let key = (call, line.number, bare(condition));
+                    if seen.branches.contains_key(&key) && !twice.contains(&(key.1, key.2.clone())) {
+                        return Err(format!("{key:?} is told as not evaluated"));
+                    }
+                }
+                What::Rounds { counts } => {
+                    let key = (call, line.number);
+                    counted.remove(&key);
+                    if two_loops.contains(&line.number) {
+                        continue;
+                    }
+                    if seen.rounds.get(&key) != Some(counts) {
+                        let got = seen.rounds.get(&key);
+                        return Err(format!("rounds {key:?} are told as {counts:?}, and are {got:?}"));
+                    }
+                    compared += counts.len();
+                }
+                What::Call { .. } | What::Enter { .. } => {}
+            }
+        }
+    }
+    left.retain(|(_, line, name)| !written.open.contains(&(*line, base(name))));
+    conditions.retain(|(_, line, text)| !twice.contains(&(*line, text.clone())) && text.len() < 70);
+    counted.retain(|(_, line)| !two_loops.contains(line));
+    if let Some(missing) = left.first().or(conditions.first()) {
+        return Err(format!("{missing:?} is not told"));
+    }
+    match counted.first() {
+        Some(missing) => Err(format!("rounds {missing:?} are not told")),
+        None => Ok(compared),
+    }
+}
+
+/// Whether a printed value is the one that is told, to the bit; NaNs are equal.
+fn is_value(printed: &str, told: &Shown) -> bool {
+    let (kind, rest) = printed.split_at(printed.len().min(2));
+    let numbers = |list: &[f32]| {
+        let printed: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();
+        printed.is_some_and(|printed| {
+            printed.len() == list.len()
+                && printed
+                    .iter()
+                    .zip(list)
+                    .all(|(a, b)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()))
+        })
+    };
+    match (kind.trim(), told.single()) {
+        ("i", Some(Const::Int(n))) => rest.trim().parse() == Ok(*n),
+        ("f", Some(Const::Float(x))) => numbers(&[*x]),
+        ("f", Some(Const::Triple(t))) => numbers(t),
+        ("f", Some(Const::Matrix(m))) => numbers(&m[..]),
+        ("s", Some(Const::Str(text))) => rest == &**text,
+        _ => false,
+    }
+}

@@ -1,0 +1,87 @@
+//! What `explain` tells is what happens: values, outcomes of conditions and rounds of loops equal those of an
+//! instrumented source, which prints them in an ordinary run.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+use osl_tests::instrument::{self, Outcome};
+use osl_tests::{generate, run};
+use std::panic::catch_unwind;
+use std::path::{Path, PathBuf};
+
+fn text(seed: u64) -> String {
+    generate::program(&generate::noise_bytes(seed, 200 + (seed % 7) as usize * 100))
+}
+
+/// Compares all sources; at most this share may be left open.
+fn hold(sources: impl Iterator<Item = (String, String)>, most_open: f64) {
+    let (mut n, mut open, mut compared, mut broken) = (0, 0, 0, Vec::new());
+    for (name, text) in sources {
+        n += 1;
+        match catch_unwind(|| instrument::hold(&text)) {
+            Ok(Ok(Outcome { compared: more, open: is_open })) => {
+                compared += more;
+                open += usize::from(is_open);
+            }
+            Ok(Err(law)) => broken.push((name, law)),
+            Err(_) => broken.push((name, "panics".to_string())),
+        }
+    }
+    println!("{n} sources, {open} open, {compared} facts compared");
+    for (name, law) in broken.iter().take(8) {
+        println!("--- {name}: {}", law.chars().take(3000).collect::<String>());
+    }
+    assert!(broken.is_empty(), "{} of {n}", broken.len());
+    assert!(compared > n, "hardly anything was compared");
+    assert!(f64::from(open as u32) <= most_open * f64::from(n as u32), "{open} of {n} are open");
+}
+
+fn generated(seeds: std::ops::Range<u64>) -> impl Iterator<Item = (String, String)> {
+    seeds.map(|seed| (seed.to_string(), text(seed)))
+}
+
+fn sources() -> Vec<PathBuf> {
+    fn collect(folder: &Path, out: &mut Vec<PathBuf>) {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                collect(&path, out);
+            } else if path.extension().is_some_and(|e| e == "osl") {
+                out.push(path);
+            }
+        }
+    }
+    let mut out = Vec::new();
+    ["tests/data", "osl", "examples"].iter().for_each(|folder| collect(&run::root().join(folder), &mut out));
+    out.sort();
+    out
+}
+
+fn files(every: usize) -> impl Iterator<Item = (String, String)> {
+    let list = sources().into_iter().step_by(every);
+    list.filter_map(|path| Some((path.display().to_string(), std::fs::read_to_string(&path).ok()?)))
+}
+
+#[test]
+fn of_generated_programs() {
+    hold(generated(0..60), 0.2);
+}
+
+#[test]
+fn of_files() {
+    hold(files(16), 0.6);
+}
+
+/// Run it with `cargo test --release -p osl-tests --test explained -- --ignored`.
+#[test]
+#[ignore = "takes minutes"]
+fn of_many_programs_and_all_files() {
+    hold(generated(0..3000), 0.2);
+    hold(files(1), 0.6);
+}
