@@ -9,6 +9,8 @@
     reason = "a test says what must hold"
 )]
 
+mod slips;
+
 use osl::lessons::{self, Lesson};
 use osl::stages;
 use osl_hir::lint::{self, Level};
@@ -16,6 +18,7 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::render::{RenderStyle, render};
 use osl_syntax::source::SourceProvider;
 use osl_syntax::{NoFiles, Options};
+use slips::Verdict;
 use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
@@ -186,6 +189,21 @@ fn the_table_in_the_docs_is_current() {
     assert!(kept == table, "docs/diagnostics.md is out of date: run with UPDATE_DOCS=1");
 }
 
+/// At least 55 of 60 slips of beginners are answered right, and no edit misleads.
+#[test]
+fn slips_of_beginners_are_answered() {
+    let mut wrong = Vec::new();
+    let slips = slips::slips();
+    for slip in &slips {
+        let judged = slip.judge();
+        assert_ne!(judged.verdict, Verdict::Misleading, "{}\n{}\n{}", slip.title, slip.text, judged.said);
+        if judged.verdict != Verdict::Right {
+            wrong.push(format!("{}\n{}\n{}", slip.title, slip.text, judged.said));
+        }
+    }
+    assert!(slips.len() >= 60 && wrong.len() * 60 <= 5 * slips.len(), "{}", wrong.join("\n"));
+}
+
 fn table() -> String {
     let mut out = String::from(include_str!("diagnostics_head.md"));
     for code in lessons::codes() {
@@ -203,5 +221,7 @@ fn table() -> String {
             id = code.id
         );
     }
-    out
+    out += include_str!("diagnostics_slips.md");
+    out += &slips::table();
+    out + include_str!("diagnostics_counts.md")
 }

@@ -45,6 +45,30 @@ lints! {
     UNKNOWN_COLOR_SPACE = "W0315" "unknown-color-space" Check;
     /// A variable that only a query sets, without a check whether the query succeeded.
     UNCHECKED_QUERY = "W0316" "unchecked-query" Check;
+    /// A function with a type that can end without a `return`.
+    MISSING_RETURN = "W0317" "missing-return" Always;
+    /// A statement whose value nothing uses.
+    NO_EFFECT = "W0318" "no-effect" Always;
+    /// A `;` in place of the body of an `if` or loop.
+    EMPTY_BODY = "W0319" "empty-body" Always;
+    /// `a < b < c`.
+    CHAINED_COMPARISON = "W0320" "chained-comparison" Always;
+    /// `!a > b`.
+    NEGATED_OPERAND = "W0321" "negated-operand" Always;
+    /// An output of the shader that nothing writes.
+    UNWRITTEN_OUTPUT = "W0322" "unwritten-output" Check;
+    /// A division of int variables that becomes a float.
+    TRUNCATED_DIVISION = "W0323" "truncated-division" Always;
+    /// A name that a function does not know: of a noise, a wrap mode, an interpolation, a distribution.
+    UNKNOWN_WORD = "W0324" "unknown-word" Always;
+    /// The name of an attribute that resembles a standard one.
+    MISSPELT_ATTRIBUTE = "W0325" "misspelt-attribute" Always;
+    /// Constant edges of which the first is the larger one.
+    REVERSED_EDGES = "W0326" "reversed-edges" Always;
+    /// A color with parts from 0 to 255.
+    BYTE_COLOR = "W0327" "byte-color" Always;
+    /// A condition whose two branches are the same.
+    SAME_BRANCHES = "W0328" "same-branches" Always;
 }
 
 /// W0301: the local is never read.
@@ -70,7 +94,7 @@ pub(super) fn unused_shader_parameters(span: Span, names: &[&str]) -> Diagnostic
 const MOST_NAMES: usize = 12;
 
 /// `a`, `b` and so on, as far as they fit on a line.
-fn listed(names: &[&str]) -> String {
+pub(super) fn listed(names: &[&str]) -> String {
     let shown: Vec<String> = names.iter().take(MOST_NAMES).map(|name| format!("`{name}`")).collect();
     let more = names.len().saturating_sub(MOST_NAMES);
     if more > 0 { format!("{} and {more} more", shown.join(", ")) } else { shown.join(", ") }

@@ -121,7 +121,7 @@ fn leaves(list: &[Stmt], own: bool) -> bool {
 }
 
 /// Whether a `break` ends the loop around the list.
-fn breaks(list: &[Stmt]) -> bool {
+pub(super) fn breaks(list: &[Stmt]) -> bool {
     list.iter().any(|stmt| match &stmt.kind {
         StmtKind::Break => true,
         StmtKind::Block(inner) => breaks(inner),

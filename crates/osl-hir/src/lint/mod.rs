@@ -9,9 +9,12 @@
 //! argument (W0203), a parameter that hides a function (W0206). They are not repeated here.
 
 mod codes;
+mod codes_of_slips;
 mod constants;
+mod effects;
 mod flow;
 mod jumps;
+mod names;
 mod queries;
 mod scopes;
 mod spaces;
@@ -19,6 +22,7 @@ mod state;
 mod usage;
 mod values;
 mod walk;
+mod written;
 pub use walk::{Walk, bodies, count_writes, each_stmt};
 
 pub use codes::*;
@@ -103,6 +107,9 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
     scopes::run(ast, &mut found);
     spaces::run(&walk, options, &mut found);
     queries::run(&walk, &mut found);
+    effects::run(&walk, &mut found);
+    names::run(&walk, &mut found);
+    written::run(ast, &mut found);
     found.keep_first();
     found.list
 }

@@ -58,7 +58,12 @@ fn is_documentation(walk: &Walk<'_>, index: u32, var: &Var) -> bool {
 }
 
 fn formals(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
-    for formal in walk.program.functions.iter().flat_map(|f| &f.formals) {
+    // The parameters of an overload may be there to select it.
+    let mut seen: FxHashSet<&str> = FxHashSet::default();
+    let twice: FxHashSet<&str> =
+        walk.program.functions.iter().map(|f| &*f.name).filter(|name| !seen.insert(name)).collect();
+    let alone = walk.program.functions.iter().filter(|f| !twice.contains(&*f.name));
+    for formal in alone.flat_map(|f| &f.formals) {
         let Some(var) = walk.var(*formal) else { continue };
         // A formal that is written carries its value to the caller, and has a separate warning.
         let used = is_output(var) || used.vars.contains(formal) || walk.is_written(*formal);
@@ -73,8 +78,13 @@ fn formals(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
 
 fn functions(walk: &Walk<'_>, used: &Used, found: &mut Findings<'_>) {
     let mut unused = Vec::new();
-    for (index, function) in walk.program.functions.iter().enumerate() {
-        let called = used.functions.contains(&FunctionId(index as u32));
+    // A set of overloads is there as a whole.
+    let is_called = |index: usize| used.functions.contains(&FunctionId(index as u32));
+    let all = &walk.program.functions;
+    let called = all.iter().enumerate().filter(|(index, _)| is_called(*index));
+    let called_names: FxHashSet<&str> = called.map(|(_, function)| &*function.name).collect();
+    for function in all {
+        let called = called_names.contains(&*function.name);
         let (name, span) = (&function.name, function.span);
         if !called && !name.starts_with('_') && found.is_written(span, name) && !found.is_silenced(span) {
             unused.push((span, &**name));

@@ -8,7 +8,7 @@
 //! test for NaN, and the functions that define `==` and `!=` for structs are about exact equality by nature.
 
 use super::walk::{Event, Walk, bodies, each_stmt};
-use super::{Findings, codes, removal};
+use super::{Findings, codes, codes_of_slips as slips, removal};
 use crate::builtins::Emit;
 use crate::hir::{Expr, ExprKind, Init, Lvalue, Step, Stmt, StmtKind};
 use osl_ir::ir::Continuity;
@@ -79,7 +79,7 @@ fn removal_or_empty(found: &Findings<'_>, span: Span) -> Edit {
     let before = found.sources.file_at(span.start).and_then(|f| f.text.get(..(span.start - f.base) as usize));
     let last = before.and_then(|t| t.chars().rev().take(MAX_BETWEEN as usize).find(|c| !c.is_whitespace()));
     let in_block = matches!(last, Some(';' | '{' | '}'));
-    if in_block { edit } else { Edit { span, text: ";".to_owned() } }
+    if in_block { edit } else { Edit { span, text: "{ }".to_owned() } }
 }
 
 fn same_path(a: &Lvalue, b: &Lvalue) -> bool {
@@ -151,6 +151,10 @@ fn division(e: &Expr, found: &mut Findings<'_>) {
     let ExprKind::Convert(value) = &e.kind else { return };
     if value.ty == Type::INT && e.ty != Type::INT {
         divisions_in(value, found);
+        // A cast says that it is intended.
+        if e.span == value.span {
+            truncated_in(value, found);
+        }
     }
 }
 
@@ -167,6 +171,23 @@ fn divisions_in(e: &Expr, found: &mut Findings<'_>) {
                 divisions_in(a, found);
                 divisions_in(b, found);
             }
+        }
+        _ => {}
+    }
+}
+
+/// Reports the division of ints, not both literals, that is the value or a factor or term of it.
+fn truncated_in(e: &Expr, found: &mut Findings<'_>) {
+    let ExprKind::Binary(op, a, b) = &e.kind else { return };
+    match op {
+        BinaryOp::Div if !matches!((&a.kind, &b.kind), (ExprKind::Int(_), ExprKind::Int(_))) => {
+            let plain =
+                matches!(a.kind, ExprKind::Read(_) | ExprKind::Int(_)) && !found.text(a.span).is_empty();
+            found.report(slips::truncated_division(e.span, a.span, plain));
+        }
+        BinaryOp::Add | BinaryOp::Sub | BinaryOp::Mul => {
+            truncated_in(a, found);
+            truncated_in(b, found);
         }
         _ => {}
     }
