@@ -122,13 +122,13 @@ const QUESTIONS: [Question; 12] = [
         args: "stability docs/questions/digits.osl --no-params",
         shows: Shows::All,
         reads: "A float has about seven digits. 10000.3 spends five of them before the point, and the subtraction shows that \
-                only two are left. `explain --f64` shows the same at one pixel.",
+                only two or three are left. `explain --f64` shows the same at one pixel.",
     },
     Question {
         asks: "How many samples do I need for an error below 0.01?",
         how: "`tradeoff` tries many settings and compares them with an almost exact picture.",
         shader: "",
-        args: "tradeoff docs/questions/ball.osl -g 64x64 --budget 4",
+        args: "tradeoff docs/questions/ball.osl -g 16x16 --budget 8",
         shows: Shows::Timed("For an error"),
         reads: "(The table that follows is left out here.) `--samples N` takes N samples in every pixel; `--max-error` takes \
                 many only where they are needed.",

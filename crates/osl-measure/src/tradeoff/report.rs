@@ -26,7 +26,7 @@ fn advice(trade: &Trade, output: &Output) -> String {
         }
         let tried = COUNTS.into_iter().filter(|n| errors(Setting::Samples(*n)).is_some());
         let keeps = |n: &u32| errors(Setting::Samples(*n)).is_some_and(|(_, e)| e.nearly_all <= bound);
-        match (tried.clone().find(keeps), tried.last()) {
+        match (tried.clone().find(keeps), tried.max()) {
             (Some(1), _) => text.push_str("1 sample"),
             (Some(n), _) => _ = write!(text, "{n} samples"),
             (None, Some(most)) => _ = write!(text, "more than {most} samples"),
