@@ -144,9 +144,6 @@ const QUESTIONS: [Question; 12] = [
     },
 ];
 
-/// A note of `explain` that the page leaves out.
-const NOT_NEEDED: &str = "not needed for what was asked for";
-
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
@@ -165,7 +162,7 @@ fn answer(question: &Question, pictures: &Path) -> String {
     let text = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let shown: Vec<&str> = match question.shows {
-        Shows::All => lines.into_iter().filter(|line| !line.ends_with(NOT_NEEDED)).collect(),
+        Shows::All => lines,
         Shows::Timed(start) => lines.into_iter().filter(|line| line.starts_with(start)).collect(),
         Shows::Picture(_) => Vec::new(),
     };
@@ -178,7 +175,7 @@ fn page() -> (String, Vec<(&'static str, Vec<u8>)>) {
     let dir = tempfile::tempdir().unwrap();
     let mut page = String::from(
         "# Twelve questions about a shader\n\nEach question has one command. The outputs on this page are real: a test compares them with what the \
-         command prints\n(`UPDATE_DOCS=1 cargo test -p oslrun --test questions` writes the page).\nNotes about statements that are not needed are left out.\n",
+         command prints\n(`UPDATE_DOCS=1 cargo test -p oslrun --test questions` writes the page).\n",
     );
     let mut pictures = Vec::new();
     for (at, question) in QUESTIONS.iter().enumerate() {
