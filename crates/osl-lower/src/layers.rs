@@ -38,7 +38,7 @@ pub(super) fn lower(
     let notes = requests.notes;
     let mut first = Builder::new(wiring.name.clone());
     (first.notes, first.limits) = (notes, requests.limits.compiling);
-    let (mut b, mut diagnostics) = write(views, &wiring, first);
+    let (mut b, mut diagnostics) = write(views, &wiring, first, requests);
     if !b.messages.is_empty() && (b.messages_by_name || views.len() > 1) {
         // If one is found by a computed name, the messages before it would be variables of the body; and a
         // layer may refer to the location in a later one where a message was first set. So the body is
@@ -49,7 +49,7 @@ pub(super) fn lower(
         if !b.messages_by_name {
             carry_messages(&mut again, &b.messages);
         }
-        (b, diagnostics) = write(views, &wiring, again);
+        (b, diagnostics) = write(views, &wiring, again, requests);
     }
     if !diagnostics.is_empty() {
         return Err(diagnostics);
@@ -71,7 +71,12 @@ pub(super) struct Lowered {
     pub(super) params: Vec<Storage>,
 }
 
-fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<Diagnostic>) {
+fn write(
+    views: &[View<'_>],
+    wiring: &Wiring<'_>,
+    b: Builder,
+    requests: &Requests,
+) -> (Builder, Vec<Diagnostic>) {
     let Some(last) = views.last() else { return (b, Vec::new()) };
     let entry = b.current;
     let mut l = Lowerer {
@@ -88,7 +93,7 @@ fn write(views: &[View<'_>], wiring: &Wiring<'_>, b: Builder) -> (Builder, Vec<D
         depth: 0,
         unsure: false,
         checking: Checking::default(),
-        telling: Telling::default(),
+        telling: Telling::new(requests.note_derivs),
     };
     let globals = l.globals();
     let start = Spot { block: entry, index: l.b.body.block(entry).insts.len() };

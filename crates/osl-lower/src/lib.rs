@@ -51,6 +51,8 @@ pub struct Requests {
     pub last: Last,
     /// Whether the body gets [`Note`](osl_ir::ir::Note)s of what its source does.
     pub notes: bool,
+    /// Whether the notes of variables have their derivatives. They may change the last bits of values.
+    pub note_derivs: bool,
     /// The limits on the size of the body.
     pub limits: Limits,
 }

@@ -5,7 +5,7 @@
 
 use super::{Lowerer, Storage};
 use osl_hir::hir::{FunctionId, VarId, VarKind};
-use osl_ir::ir::{Note, SlotId, ValueId, note_text};
+use osl_ir::ir::{Axis, Kind, Note, SlotId, ValueId, note_text};
 use osl_ir::types::{Base, Type};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
@@ -18,6 +18,14 @@ pub(super) struct Telling {
     pub(super) here: Span,
     /// The names of slots, where they differ from those of their variables.
     names: FxHashMap<SlotId, Arc<str>>,
+    /// Whether values have their derivatives.
+    derivs: bool,
+}
+
+impl Telling {
+    pub(super) fn new(derivs: bool) -> Telling {
+        Telling { derivs, ..Telling::default() }
+    }
 }
 
 /// Names that a function had replaced.
@@ -36,10 +44,13 @@ impl Lowerer<'_> {
             return;
         }
         let args = [element, Some(value)];
-        let args: Vec<ValueId> = args.into_iter().flatten().collect();
+        let mut args: Vec<ValueId> = args.into_iter().flatten().collect();
         let name = self.told_name(slot);
         if name.is_empty() {
             return;
+        }
+        if self.telling.derivs && matches!(self.b.body.kind(value), Kind::Float | Kind::Triple) {
+            args.extend([Axis::X, Axis::Y].map(|axis| self.b.derivative(value, axis)));
         }
         let outer = self.b.span;
         if self.telling.here != Span::default() {
@@ -193,10 +204,9 @@ impl Lowerer<'_> {
     pub(super) fn chosen(&self, call: Span) -> String {
         let Some(choice) = self.program.choices.get(&call.start) else { return String::new() };
         let mut why = match choice.by_result {
-            Some((equal, ty)) => format!(
-                "{equal} of them take these arguments; the expected result decides: {}",
-                self.program.structs.show(ty)
-            ),
+            Some((equal, ty)) => {
+                format!("{equal} of them fit, and the expected result is {}", self.program.structs.show(ty))
+            }
             None => String::new(),
         };
         for (other, reason) in &choice.others {

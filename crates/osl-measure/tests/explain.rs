@@ -188,6 +188,27 @@ fn calls_are_told_apart() {
 }
 
 #[test]
+fn transformations_say_what_they_do() {
+    let text = explained(
+        "shader s(output float r = 0) {
+            matrix m = matrix(1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 2, 3, 4, 1);
+            point p = transform(m, P);
+            vector d = transform(m, vector(1, 2, 3));
+            normal n = transform(m, normal(1, 2, 3));
+            r = p[0] + d[0] + n[0];
+        }",
+        None,
+        (4, 4),
+        false,
+    );
+    let told = |line: u32| below(&text, line)[1].clone();
+    let matrix = "[1 0 0 0 0 1 0 0 0 0 1 0 2 3 4 1]";
+    assert_eq!(told(3), format!("  a point: with the translation of the matrix {matrix}"));
+    assert_eq!(told(4), format!("  a vector: without the translation of the matrix {matrix}"));
+    assert!(told(5).starts_with("  a normal: by the transposed inverse of the matrix"), "{text}");
+}
+
+#[test]
 fn what_is_traced_is_what_a_run_computes() {
     let sources = [
         LOOP,

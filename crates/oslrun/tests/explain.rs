@@ -74,6 +74,26 @@ fn parts_of_an_explanation() {
 }
 
 #[test]
+fn variables_have_derivatives() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "shader s(output float r = 0) {\n    float x = u * 3;\n    r = x * x + 2 * v;\n}\n";
+    std::fs::write(&file, text).unwrap();
+    let file = file.display().to_string();
+    let args = ["explain", &file, "--uv", "0.5,0.5", "-g", "3x3", "--derivatives"];
+    let (code, out, err) = oslrun(&args);
+    assert_eq!((code, err.as_str()), (0, ""));
+    assert!(out.contains("d/du = 3, d/dv = 0; to the next pixel 1.5 in x, 0 in y; through u"), "{out}");
+    assert!(
+        out.contains("d/du = 9, d/dv = 2; to the next pixel 4.5 in x, 1 in y; through v, x (line 2)"),
+        "{out}"
+    );
+    let (_, json, _) = oslrun(&[&args[..], &["--json"]].concat());
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert!(json.contains("derivatives"), "{value}");
+}
+
+#[test]
 fn a_pixel_of_a_surface() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("s.osl");

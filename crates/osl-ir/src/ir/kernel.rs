@@ -239,7 +239,8 @@ pub const UNSET_TEXT: &str = "!!!uninitialized!!!";
 pub enum Note {
     /// A statement begins.
     Reach,
-    /// A variable is set: the value, preceded by the index if it is an element of an array.
+    /// A variable is set: the value, preceded by the index if it is an element of an array, and followed by
+    /// its changes to the next pixel along x and y if they are requested.
     Set(Arc<str>),
     /// A built-in was called: its arguments, and then its result if it has one.
     Call {

@@ -2,11 +2,11 @@
 
 use super::reasons::Reasons;
 use super::sites::{Made, Site};
-use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, What};
+use super::{Applied, Called, Compiled, Explanation, Fact, Line, Shown, State, Subject, Triple, What};
 use crate::trace::{Node, NodeId, Trace, What as Kind};
 use osl_ir::Span;
 use osl_ir::global::GLOBALS;
-use osl_ir::ir::{Const, Kernel, Note, Test, note_names};
+use osl_ir::ir::{Const, Kernel, LaneOp, Note, Test, note_names};
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, BTreeSet};
@@ -186,15 +186,20 @@ impl Reader<'_> {
         let needed = self.is_needed(number, note);
         let what = self.compiled(number, needed);
         let args = &node.args;
-        match (note, &args[..]) {
-            (Note::Set(name), [rest @ .., value]) => {
+        match (note, set_args(args)) {
+            (Note::Set(name), (rest, [value, ..])) => {
                 let name = match rest {
-                    [index, ..] => element(name, self.trace.node(*index)),
-                    [] => name.to_string(),
+                    Some(index) => element(name, self.trace.node(*index)),
+                    None => name.to_string(),
                 };
                 let value = self.shown(*value);
                 let facts = self.facts.entry(at).or_default();
-                let new = || What::Set { name: name.clone(), values: Vec::new(), compiled: what };
+                let new = || What::Set {
+                    name: name.clone(),
+                    values: Vec::new(),
+                    compiled: what,
+                    derivatives: Vec::new(),
+                };
                 if let What::Set { values, compiled, .. } =
                     facts.fact(call, Thing::Set(name.clone()), needed, new)
                 {
@@ -204,7 +209,9 @@ impl Reader<'_> {
                     }
                 }
             }
-            (Note::Branch(test), [cond]) => self.branch((number, *test), node.span, at, call, *cond, needed),
+            (Note::Branch(test), (_, [cond, ..])) => {
+                self.branch((number, *test), node.span, at, call, *cond, needed)
+            }
             (Note::Loop, _) => {
                 if let Some(counts) = self.counts(at, call, node.span) {
                     keep(counts, 0);
@@ -215,17 +222,27 @@ impl Reader<'_> {
                     *last += 1;
                 }
             }
-            (Note::Call { form, why, args: count }, args) => {
+            (Note::Call { form, why, args: count }, _) => {
                 let (given, result) = args.split_at(usize::from(*count).min(args.len()));
                 let made = (
                     given.iter().map(|id| self.shown(*id)).collect(),
                     result.first().map(|id| self.shown(*id)),
                 );
-                let new = || What::Call { form: form.to_string(), why: why.to_string(), calls: Vec::new() };
+                let applied = result.first().and_then(|id| self.applied(*id));
+                let new = || What::Call {
+                    form: form.to_string(),
+                    why: why.to_string(),
+                    how: Vec::new(),
+                    calls: Vec::new(),
+                };
                 let facts = self.facts.entry(at).or_default();
-                if let What::Call { calls, .. } = facts.fact(call, Thing::Call(form.to_string()), needed, new)
+                if let What::Call { calls, how, .. } =
+                    facts.fact(call, Thing::Call(form.to_string()), needed, new)
                 {
                     keep(calls, made);
+                    if let Some(applied) = applied.filter(|applied| !how.contains(applied)) {
+                        keep(how, applied);
+                    }
                 }
             }
             (Note::Enter { form, why, .. }, _) => {
@@ -239,6 +256,18 @@ impl Reader<'_> {
             }
             _ => {}
         }
+    }
+
+    /// The matrix that made a value, and what it was applied to.
+    fn applied(&self, id: NodeId) -> Option<Applied> {
+        let node = self.trace.node(id);
+        let to = match node.what {
+            Kind::Lane(LaneOp::TransformPoint) => Triple::Point,
+            Kind::Lane(LaneOp::TransformVector) => Triple::Vector,
+            Kind::Lane(LaneOp::TransformNormal) => Triple::Normal,
+            _ => return None,
+        };
+        Some(Applied { to, matrix: self.shown(*node.args.first()?) })
     }
 
     /// Begins a call, if the note says so, and returns its number.
@@ -364,11 +393,19 @@ impl Reader<'_> {
     }
 }
 
+/// The arguments of a note of a variable: the index of an element, and the value with its derivatives.
+pub(super) fn set_args(args: &[NodeId]) -> (Option<&NodeId>, &[NodeId]) {
+    match args {
+        [index, rest @ ..] if args.len().is_multiple_of(2) => (Some(index), rest),
+        _ => (None, args),
+    }
+}
+
 fn is_true(node: &Node) -> bool {
     matches!(node.strict, Some(Const::Int(n)) if n != 0)
 }
 
-fn element(name: &str, index: &Node) -> String {
+pub(super) fn element(name: &str, index: &Node) -> String {
     match index.strict {
         Some(Const::Int(n)) => format!("{name}[{n}]"),
         _ => format!("{name}[?]"),

@@ -6,6 +6,7 @@
 
 mod closure;
 mod cost;
+mod derivatives;
 mod lines;
 mod narrow;
 mod needs;
@@ -15,6 +16,7 @@ pub mod text;
 mod value;
 
 pub use cost::{Cost, cost, table};
+pub use derivatives::{Slope, derivatives};
 pub use lines::explain;
 pub use narrow::Part;
 pub(crate) use value::short;
@@ -159,6 +161,9 @@ pub enum What {
         values: Vec<Shown>,
         /// What the compiler made of it.
         compiled: Compiled,
+        /// How each value changes, if that is requested.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        derivatives: Vec<Slope>,
     },
     /// A condition was evaluated.
     Branch {
@@ -189,6 +194,9 @@ pub enum What {
         form: String,
         /// Why it was chosen.
         why: String,
+        /// How a matrix was applied: to a point, a vector or a normal; each once.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        how: Vec<Applied>,
         /// The calls: arguments and results.
         calls: Vec<(Vec<Shown>, Option<Shown>)>,
     },
@@ -201,6 +209,27 @@ pub enum What {
         /// The numbers of the calls.
         calls: Vec<usize>,
     },
+}
+
+/// How a matrix was applied to a triple.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Applied {
+    /// What the triple is.
+    pub to: Triple,
+    /// The matrix, row by row, for row vectors.
+    pub matrix: Shown,
+}
+
+/// What a triple is for a transformation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Triple {
+    /// A location: the translation counts.
+    Point,
+    /// A direction: the translation does not count.
+    Vector,
+    /// A direction that stays perpendicular to its surface: by the transposed inverse of the matrix.
+    Normal,
 }
 
 /// What a condition decides.

@@ -1,6 +1,6 @@
 //! An explanation as text.
 
-use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Test, What};
+use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Test, Triple, What};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -127,7 +127,7 @@ impl Writer<'_> {
             return None;
         }
         let part = |fact: &'_ Fact| match &fact.what {
-            What::Set { name, values, .. } if values.len() == 1 => {
+            What::Set { name, values, derivatives, .. } if values.len() == 1 && derivatives.is_empty() => {
                 let (base, index) = name.split_once('[')?;
                 let index: usize = index.strip_suffix(']')?.parse().ok()?;
                 Some((fact.call, base.to_string(), index, self.value(values.first()?)))
@@ -160,8 +160,19 @@ impl Writer<'_> {
     fn thing(&self, facts: &[&Fact], say: Say, out: &mut Vec<String>) {
         let Some(first) = facts.first() else { return };
         match &first.what {
-            What::Call { form, why, .. } => {
+            What::Call { form, why, how, .. } => {
                 self.form(form, why, out);
+                let shown = if self.style.all { how.len() } else { how.len().min(SHOWN) };
+                out.extend(how[..shown].iter().map(|applied| {
+                    let how = match applied.to {
+                        Triple::Point => "a point: with the translation of the matrix",
+                        Triple::Vector => "a vector: without the translation of the matrix",
+                        Triple::Normal => {
+                            "a normal: by the transposed inverse of the matrix, without translation"
+                        }
+                    };
+                    format!("  {how} {}", self.value(&applied.matrix))
+                }));
                 let calls: Vec<String> = facts
                     .iter()
                     .filter_map(
@@ -197,7 +208,40 @@ impl Writer<'_> {
                     _ => String::new(),
                 };
                 out.push(format!("{name}{}{compiled}", self.by_call(&texts, say.several)));
+                for fact in facts {
+                    self.slopes(fact, say.several, out);
+                }
             }
+        }
+    }
+
+    /// How the values of a variable change.
+    fn slopes(&self, fact: &Fact, several: bool, out: &mut Vec<String>) {
+        let What::Set { derivatives, .. } = &fact.what else { return };
+        let shown = match derivatives.len() {
+            n if self.style.all || n <= 1 => derivatives,
+            n => &derivatives[n - 1..],
+        };
+        for slope in shown {
+            let last = if shown.len() < derivatives.len() { "the last: " } else { "" };
+            let call = if several { format!(" (call {})", fact.call) } else { String::new() };
+            if slope.dx.iter().chain(&slope.dy).all(|x| *x == 0.0) {
+                out.push(format!("  {last}does not change from pixel to pixel{call}"));
+                continue;
+            }
+            let mut text = format!("  {last}");
+            if !slope.du.is_empty() {
+                text += &format!("d/du = {}, d/dv = {}; ", list(&slope.du), list(&slope.dv));
+            }
+            text += &format!("to the next pixel {} in x, {} in y", list(&slope.dx), list(&slope.dy));
+            if !slope.through.is_empty() {
+                let through = slope.through.iter().map(|(name, line)| match line {
+                    Some(line) => format!("{name} (line {line})"),
+                    None => name.clone(),
+                });
+                text += &format!("; through {}", through.collect::<Vec<_>>().join(", "));
+            }
+            out.push(text + &call);
         }
     }
 
@@ -316,6 +360,17 @@ impl Writer<'_> {
             text += &if name.is_empty() { format!(" = {value}") } else { format!(", {name} = {value}") };
         }
         Some(text)
+    }
+}
+
+/// A number, or the components of a triple.
+fn list(numbers: &[f64]) -> String {
+    match numbers {
+        [one] => super::short(*one, 6),
+        several => {
+            let all: Vec<String> = several.iter().map(|x| super::short(*x, 6)).collect();
+            format!("({})", all.join(" "))
+        }
     }
 }
 

@@ -27,6 +27,10 @@ pub(super) struct ExplainArgs {
     /// Also show the values in double precision, and how many digits agree.
     #[arg(long)]
     f64: bool,
+    /// Also show how each float and triple changes with u and v and from pixel to pixel, and through which
+    /// variables.
+    #[arg(long)]
+    derivatives: bool,
     /// Show all values of long loops and arrays.
     #[arg(long)]
     all: bool,
@@ -136,6 +140,12 @@ fn told(
     let subject = Subject::new(noted, &options, &loaded.sources);
     let trace = trace::follow(&subject.body, services, point, &options.limits);
     let mut explanation = explain::explain(&trace, &subject, &loaded.sources);
+    if args.derivatives {
+        let sloped = load::load_sloped(&Request::of(&args.run))?;
+        let sloped = Subject::new(sloped, &options, &loaded.sources);
+        let with = trace::follow(&sloped.body, services, point, &options.limits);
+        explain::derivatives(&mut explanation, &trace, &with, point, &loaded.sources);
+    }
     let part =
         Part { variables: args.var.clone(), lines: args.line.clone(), call: args.call, depth: args.depth };
     explanation.narrow(&part).map_err(Failure::new)?;

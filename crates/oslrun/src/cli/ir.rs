@@ -55,6 +55,7 @@ pub(super) enum Stage {
 /// Prints the IR of a shader.
 pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let request = Request {
+        note_derivs: false,
         file: args.file.as_deref(),
         network: &args.network,
         params: &args.params,

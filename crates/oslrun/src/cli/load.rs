@@ -66,6 +66,8 @@ pub(super) struct Request<'a> {
     pub(super) allow_files: bool,
     /// The number of points to run.
     pub(super) points: usize,
+    /// Whether notes have the derivatives of variables.
+    pub(super) note_derivs: bool,
 }
 
 impl Request<'_> {
@@ -82,6 +84,7 @@ impl Request<'_> {
             repair: run.repair.then_some(run.write.as_deref()),
             allow_files: run.allow_files,
             points: run.grid.0.saturating_mul(run.grid.1),
+            note_derivs: false,
         }
     }
 }
@@ -96,6 +99,12 @@ pub(super) fn load_noted(request: &Request<'_>, err: &mut dyn Write) -> Result<(
     let mut loaded = load_as(request, true, err)?;
     let noted = loaded.noted.take().unwrap_or_else(|| loaded.body.clone());
     Ok((loaded, noted))
+}
+
+/// The body with notes that have the derivatives of variables; its diagnostics are reported by [`load_noted`].
+pub(super) fn load_sloped(request: &Request<'_>) -> Result<Body, Failure> {
+    let request = Request { note_derivs: true, repair: request.repair.map(|_| None), ..*request };
+    Ok(load_noted(&request, &mut std::io::sink())?.1)
 }
 
 fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
@@ -161,7 +170,7 @@ fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
         }
     };
     let limits = request.read.limits.limits().clone();
-    Requests { outputs: others, last, limits, ..Requests::default() }
+    Requests { outputs: others, last, limits, note_derivs: request.note_derivs, ..Requests::default() }
 }
 
 /// Reports the errors that stopped the lowering.

@@ -124,8 +124,8 @@ fn arguments(kernel: &Kernel, n: usize) -> Vec<Wanted> {
         Kernel::Report { .. } => Vec::new(),
         Kernel::CheckIndex { .. } => vec![INT, INT],
         Kernel::Note { note, .. } => match note {
-            Note::Set(_) if n == 2 => vec![INT, None],
-            Note::Set(_) => vec![None],
+            Note::Set(_) if n == 2 || n == 4 => [INT, None, None, None].into_iter().take(n).collect(),
+            Note::Set(_) => vec![None; if n == 3 { 3 } else { 1 }],
             Note::Call { args, .. } => {
                 let args = usize::from(*args);
                 vec![None; n.clamp(args, args + 1)]

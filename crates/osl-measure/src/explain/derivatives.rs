@@ -1,0 +1,150 @@
+//! How the variables of an explanation change with u and v, and from pixel to pixel.
+//!
+//! The changes come from a second trace, of a body whose notes have derivatives: asking for derivatives may
+//! change the last bits of values, so the values stay those of the first trace.
+
+use super::lines::{element, line_at, set_args};
+use super::{Explanation, What};
+use crate::trace::{Exact, Node, NodeId, OnePoint, Trace, What as Kind};
+use osl_ir::global::Global;
+use osl_ir::ir::{Axis, Kernel, Note};
+use osl_syntax::source::SourceMap;
+use rustc_hash::FxHashMap;
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// How a value changes; a triple by component.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Slope {
+    /// The change to the next pixel along x.
+    pub dx: Vec<f64>,
+    /// The change to the next pixel along y.
+    pub dy: Vec<f64>,
+    /// The derivative by u; empty where u and v do not tell the pixels apart.
+    pub du: Vec<f64>,
+    /// The derivative by v.
+    pub dv: Vec<f64>,
+    /// The variables and globals from which the value is made directly, with the line that set them.
+    pub through: Vec<(String, Option<u32>)>,
+}
+
+/// The most nodes that are visited for one value.
+const MAX_NODES: usize = 2_000;
+
+/// Where a variable was set: the line, the name, and in which call.
+type Place = (u32, String);
+
+/// Adds the changes to the values of an explanation. `plain` is its trace, and `sloped` that of the body
+/// whose notes have derivatives.
+pub fn derivatives(
+    explanation: &mut Explanation,
+    plain: &Trace,
+    sloped: &Trace,
+    point: OnePoint<'_>,
+    sources: &SourceMap,
+) {
+    let by_uv = inverse(point);
+    let mut slopes: FxHashMap<(u32, usize), [Vec<f64>; 2]> = FxHashMap::default();
+    let mut times: FxHashMap<u32, usize> = FxHashMap::default();
+    for (site, node) in sets(sloped) {
+        let n = times.entry(site).or_default();
+        if let (_, [_, dx, dy]) = set_args(&node.args) {
+            slopes.insert((site, *n), [*dx, *dy].map(|id| numbers(sloped.node(id))));
+        }
+        *n += 1;
+    }
+    // The same walk over the first trace, with the calls that it enters.
+    let mut found: FxHashMap<(usize, u32, String), Vec<Slope>> = FxHashMap::default();
+    let mut known: FxHashMap<NodeId, Place> = FxHashMap::default();
+    let (mut stack, mut calls) = (vec![0_usize], 0);
+    times.clear();
+    for node in &plain.nodes {
+        let Kind::Note(kernel) = &node.what else { continue };
+        let Kernel::Note { site, note } = &**kernel else { continue };
+        match note {
+            _ if node.strict.is_none() => {}
+            Note::Enter { .. } => {
+                calls += 1;
+                stack.push(calls);
+            }
+            Note::Leave => drop(stack.pop()),
+            Note::Set(name) => {
+                let n = times.entry(*site).or_default();
+                let changes = slopes.remove(&(*site, *n));
+                *n += 1;
+                let (index, [value, ..]) = set_args(&node.args) else { continue };
+                let name = index.map_or_else(|| name.to_string(), |i| element(name, plain.node(*i)));
+                let Some((_, line)) = line_at(node.span, sources) else { continue };
+                if let Some([dx, dy]) = changes {
+                    let (du, dv) = by_uv.map_or_else(Default::default, |inverse| along(&inverse, &dx, &dy));
+                    let through = through(*value, plain, &known);
+                    let slope = Slope { dx, dy, du, dv, through };
+                    let call = stack.last().copied().unwrap_or(0);
+                    found.entry((call, line, name.clone())).or_default().push(slope);
+                }
+                known.entry(*value).or_insert((line, name));
+            }
+            _ => {}
+        }
+    }
+    for line in &mut explanation.lines {
+        for fact in &mut line.facts {
+            if let What::Set { name, values, derivatives, .. } = &mut fact.what
+                && let Some(slopes) = found.remove(&(fact.call, line.number, name.clone()))
+                && slopes.len() == values.len()
+            {
+                *derivatives = slopes;
+            }
+        }
+    }
+}
+
+/// The notes of variables that the strict arithmetic passes.
+fn sets(trace: &Trace) -> impl Iterator<Item = (u32, &Node)> {
+    trace.nodes.iter().filter_map(|node| match &node.what {
+        Kind::Note(kernel) if node.strict.is_some() => match &**kernel {
+            Kernel::Note { site, note: Note::Set(_) } => Some((*site, node)),
+            _ => None,
+        },
+        _ => None,
+    })
+}
+
+fn numbers(node: &Node) -> Vec<f64> {
+    node.strict.as_ref().map_or_else(Vec::new, |value| Exact::widen(value).numbers())
+}
+
+/// The matrix that turns changes by pixels into changes by u and v.
+fn inverse(point: OnePoint<'_>) -> Option<[[f64; 2]; 2]> {
+    let of = |global, axis| f64::from(point.deriv_of(global, axis)[0]);
+    let [ux, vx] = [Global::U, Global::V].map(|global| of(global, Axis::X));
+    let [uy, vy] = [Global::U, Global::V].map(|global| of(global, Axis::Y));
+    let det = ux * vy - uy * vx;
+    (det != 0.0 && det.is_finite()).then(|| [[vy / det, -vx / det], [-uy / det, ux / det]])
+}
+
+/// The derivatives by u and by v.
+fn along(inverse: &[[f64; 2]; 2], dx: &[f64], dy: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let by = |row: [f64; 2]| dx.iter().zip(dy).map(|(x, y)| row[0] * x + row[1] * y).collect();
+    (by(inverse[0]), by(inverse[1]))
+}
+
+/// The variables and globals of which a value is made directly.
+fn through(value: NodeId, trace: &Trace, known: &FxHashMap<NodeId, Place>) -> Vec<(String, Option<u32>)> {
+    let mut found = BTreeSet::new();
+    let mut seen = BTreeSet::new();
+    let mut open = vec![value];
+    while let Some(id) = open.pop() {
+        if !seen.insert(id) || seen.len() > MAX_NODES {
+            continue;
+        }
+        let node = trace.node(id);
+        match (&node.what, known.get(&id)) {
+            (Kind::Global(global), _) => drop(found.insert((global.name().to_string(), None))),
+            (Kind::Const, _) => {}
+            (_, Some((line, name))) => drop(found.insert((name.clone(), Some(*line)))),
+            _ => open.extend(&node.args),
+        }
+    }
+    found.into_iter().collect()
+}
