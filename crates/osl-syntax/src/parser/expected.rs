@@ -35,22 +35,37 @@ pub(crate) fn message(stream: &Stream, failure: &Failure, sources: &SourceMap) -
     if expanded { d.note("the token comes from the expansion of a macro") } else { d }
 }
 
-/// Whether a token cannot continue a statement: it closes a block, or begins a statement of its own.
+/// Whether a token cannot continue a statement that could end before it: it closes a block, or begins a
+/// statement of its own.
 fn begins_statement(stream: &Stream, at: usize) -> bool {
-    match stream.tokens.get(at) {
+    let before = at.checked_sub(1).and_then(|n| stream.tokens.get(n));
+    let is_operand = matches!(
+        before,
         Some(
-            Token::RBrace
-            | Token::If
-            | Token::For
-            | Token::While
-            | Token::Do
-            | Token::Return
-            | Token::Break
-            | Token::Continue,
-        ) => true,
-        Some(Token::Type(_)) => matches!(stream.tokens.get(at + 1), Some(Token::Ident(_))),
-        _ => false,
-    }
+            Token::Ident(_)
+                | Token::Int(_)
+                | Token::Float(_)
+                | Token::Str(_)
+                | Token::RParen
+                | Token::RBracket
+                | Token::Step(_)
+        )
+    );
+    is_operand
+        && match stream.tokens.get(at) {
+            Some(
+                Token::RBrace
+                | Token::If
+                | Token::For
+                | Token::While
+                | Token::Do
+                | Token::Return
+                | Token::Break
+                | Token::Continue,
+            ) => true,
+            Some(Token::Type(_)) => matches!(stream.tokens.get(at + 1), Some(Token::Ident(_))),
+            _ => false,
+        }
 }
 
 /// Whether a `;` seems to be missing at the end of a line, or before a token that begins or ends something;

@@ -22,6 +22,8 @@ use std::ops::Range;
 pub(crate) struct Slip {
     pub(super) diagnostic: Diagnostic,
     remedy: Remedy,
+    /// The part of the file about which the remedy is a guess, if that is more than its own place.
+    guess: Option<Span>,
 }
 
 /// Replacements of tokens, in order.
@@ -61,7 +63,7 @@ pub(crate) fn misspelt(stream: &Stream, failure: &Failure, sources: &SourceMap) 
 
 /// Replaces the tokens of a slip by those that were meant. Returns the places of the replacements.
 pub(super) fn mend(stream: &mut Stream, slip: Slip) -> Vec<Span> {
-    let mut places = Vec::new();
+    let mut places: Vec<Span> = slip.guess.into_iter().collect();
     for (range, tokens) in slip.remedy.into_iter().rev() {
         places.extend(tokens.first().map(|(_, span)| *span));
         let spans: Vec<Span> = tokens.iter().map(|(_, span)| *span).collect();
@@ -182,7 +184,7 @@ impl Slips<'_> {
             (word, vec![(token, span)])
         };
         let d = errors::misspelt_keyword(span, name, word, self.is_written(start, name));
-        Some(Slip { diagnostic: d, remedy: vec![(start..start + 1, tokens)] })
+        Some(Slip { diagnostic: d, remedy: vec![(start..start + 1, tokens)], guess: None })
     }
 
     fn is_written(&self, at: usize, text: &str) -> bool {
@@ -202,26 +204,33 @@ impl Slips<'_> {
             (Token::MulOp(BinaryOp::Mul), Token::MulOp(BinaryOp::Mul)) => {
                 let d = errors::syntax(self.here(), &self.found(), "an operand")
                     .help("OSL has no operator for powers: write `pow(a, b)`");
-                return Some(Slip { diagnostic: d, remedy: Vec::new() });
+                return Some(Slip { diagnostic: d, remedy: Vec::new(), guess: None });
             }
             _ => return None,
         };
         let span = self.span(last).to(self.here());
         let d = errors::foreign_operator(span, self.sources.text(span), written);
-        Some(Slip { diagnostic: d, remedy: vec![(last..self.at + 1, vec![(token, span)])] })
+        Some(Slip { diagnostic: d, remedy: vec![(last..self.at + 1, vec![(token, span)])], guess: None })
     }
 
     /// `float x = 2,5;`
     fn decimal_comma(&self) -> Option<Slip> {
         let (comma, whole) = (self.at.checked_sub(1)?, self.at.checked_sub(2)?);
         let digits = |at| matches!(self.token(at), Some(Token::Int(_)));
-        let tight = self.adjacent(whole, comma) && self.adjacent(comma, self.at);
+        // `1,2,3}` is a list that lacks its brace.
+        let in_list = self.token(self.at + 1) == Some(&Token::Comma)
+            || whole.checked_sub(1).and_then(|n| self.token(n)) == Some(&Token::Comma);
+        let tight = self.adjacent(whole, comma) && self.adjacent(comma, self.at) && !in_list;
         if !digits(whole) || !digits(self.at) || self.token(comma) != Some(&Token::Comma) || !tight {
             return None;
         }
         let span = self.span(whole).to(self.here());
         let d = errors::decimal_comma(span, self.span(comma));
-        Some(Slip { diagnostic: d, remedy: vec![(whole..self.at + 1, vec![(Token::Float(0.5), span)])] })
+        Some(Slip {
+            diagnostic: d,
+            remedy: vec![(whole..self.at + 1, vec![(Token::Float(0.5), span)])],
+            guess: None,
+        })
     }
 
     /// `if x > 0 {`, `while x > 0 {`, and `if (x > 0 {`.
@@ -241,7 +250,7 @@ impl Slips<'_> {
             let d = errors::syntax(self.here(), &self.found(), "`(`")
                 .help(format!("the condition stands in parentheses: `{word} (x > 0) {{ … }}`"));
             if !whole || end == self.at || self.between(self.at, end - 1).is_none() && end - 1 != self.at {
-                return Some(Slip { diagnostic: d, remedy: Vec::new() });
+                return Some(Slip { diagnostic: d, remedy: Vec::new(), guess: None });
             }
             let (open, close) = (self.here().start, self.span(end - 1).end);
             let (open, close) = (Span::new(open, open), Span::new(close, close));
@@ -250,7 +259,7 @@ impl Slips<'_> {
                 (self.at..self.at, vec![(Token::LParen, open)]),
                 (end..end, vec![(Token::RParen, close)]),
             ];
-            return Some(Slip { diagnostic: d.fix("add the parentheses", edits), remedy });
+            return Some(Slip { diagnostic: d.fix("add the parentheses", edits), remedy, guess: None });
         }
         if self.token(self.at) != Some(&Token::LBrace) || !self.expects(")") {
             return None;
@@ -263,7 +272,11 @@ impl Slips<'_> {
         let end = self.end_before()?;
         let d = errors::missing(end, self.here(), &self.found(), ")")
             .also(self.span(opener), format!("the condition of this `{word}` begins here"));
-        Some(Slip { diagnostic: d, remedy: vec![(self.at..self.at, vec![(Token::RParen, end)])] })
+        Some(Slip {
+            diagnostic: d,
+            remedy: vec![(self.at..self.at, vec![(Token::RParen, end)])],
+            guess: None,
+        })
     }
 
     /// `for (int i = 0, i < 3, i++)`
@@ -285,7 +298,7 @@ impl Slips<'_> {
         }
         let d = errors::commas_in_for(self.span(first), self.span(second));
         let as_semicolon = |at: usize| (at..at + 1, vec![(Token::Semi, self.span(at))]);
-        Some(Slip { diagnostic: d, remedy: vec![as_semicolon(first), as_semicolon(second)] })
+        Some(Slip { diagnostic: d, remedy: vec![as_semicolon(first), as_semicolon(second)], guess: None })
     }
 
     /// A comma that is missing between parameters, arguments or elements, or is a semicolon.
@@ -326,17 +339,22 @@ impl Slips<'_> {
         if !begins {
             return None;
         }
+        // A bracket without a partner is the more likely reason.
+        if !declares && brackets.n_lonely > 0 {
+            return None;
+        }
         let end = self.end_before()?;
         let number = matches!(self.before(1), Some(Token::Int(_) | Token::Float(_)));
-        if !declares && number && matches!(next, Token::Ident(_) | Token::Type(_)) {
-            let d = errors::missing_operator(end, self.here());
-            return Some(Slip {
-                diagnostic: d,
-                remedy: vec![(self.at..self.at, vec![(Token::MulOp(BinaryOp::Mul), end)])],
-            });
-        }
-        let d = errors::missing(end, self.here(), &self.found(), ",");
-        Some(Slip { diagnostic: d, remedy: vec![(self.at..self.at, vec![(Token::Comma, end)])] })
+        let factor = !declares && number && matches!(next, Token::Ident(_) | Token::Type(_));
+        let (d, token) = match factor {
+            true => (errors::missing_operator(end, self.here()), Token::MulOp(BinaryOp::Mul)),
+            false => (errors::missing(end, self.here(), &self.found(), ","), Token::Comma),
+        };
+        // The arguments may be others, so the call is not judged.
+        let close = brackets.partner(opener).map(|n| self.span(n));
+        let call = self.span(opener.saturating_sub(1)).to(close.unwrap_or(end));
+        let remedy = vec![(self.at..self.at, vec![(token, end)])];
+        Some(Slip { diagnostic: d, remedy, guess: (!declares).then_some(call) })
     }
 
     /// Whether a parameter or an entry of metadata begins at a token.
@@ -356,7 +374,11 @@ impl Slips<'_> {
         let d = errors::syntax(here, &self.found(), &words(&self.failure.expected))
             .help("parameters are separated by commas")
             .fix("write a comma", vec![Edit { span: here, text: ",".to_owned() }]);
-        Some(Slip { diagnostic: d, remedy: vec![(self.at..self.at + 1, vec![(Token::Comma, here)])] })
+        Some(Slip {
+            diagnostic: d,
+            remedy: vec![(self.at..self.at + 1, vec![(Token::Comma, here)])],
+            guess: None,
+        })
     }
 }
 
