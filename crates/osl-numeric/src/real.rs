@@ -129,8 +129,8 @@ pub trait Real: Number {
     fn inverse_root(self) -> Self {
         Self::lit(1.0) / self.sqrt()
     }
-    /// The length of a vector, of which `square` is the inner product with itself. The body is
-    /// [`length_by_square`](super::geometry::length_by_square).
+    /// The length of a vector, of which `square` is the inner product with itself; see
+    /// [`geometry`](super::geometry).
     fn length(square: Self, v: [Self; 3]) -> Self;
 
     /// Sine of an angle in radians, in -1..=1.
