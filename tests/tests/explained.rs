@@ -70,7 +70,8 @@ fn files(every: usize) -> impl Iterator<Item = (String, String)> {
 
 #[test]
 fn of_generated_programs() {
-    hold(generated(0..60), 0.2);
+    // The last ones were once told wrong: formatted closures, and a variable that is also an argument.
+    hold(generated(0..60).chain([166, 180, 213].map(|seed| (seed.to_string(), text(seed)))), 0.2);
 }
 
 #[test]

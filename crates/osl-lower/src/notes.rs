@@ -4,7 +4,7 @@
 //! caller has its own name within the function. Without notes this module writes nothing.
 
 use super::{Lowerer, Storage};
-use osl_hir::hir::{FunctionId, VarId, VarKind};
+use osl_hir::hir::{FunctionId, Lvalue, Step, VarId, VarKind};
 use osl_ir::ir::{Axis, Kind, Note, SlotId, ValueId, note_text};
 use osl_ir::types::{Base, Type};
 use osl_syntax::span::Span;
@@ -124,7 +124,38 @@ impl Lowerer<'_> {
                 self.parts(storage, ty.base, RETURNED, &mut parts);
             }
         }
-        parts.into_iter().map(|(slot, name)| (slot, self.telling.names.insert(slot, name.into()))).collect()
+        self.name_all(parts)
+    }
+
+    /// The name that a place has in the source, with its type, if its storage goes by another name now: a
+    /// function inside the shader may write a variable that is also its argument.
+    pub(super) fn told_at(&self, place: &Lvalue, storage: &Storage) -> Option<(String, Base)> {
+        let slot = storage.first().filter(|_| self.b.notes)?;
+        self.telling.names.get(&slot)?;
+        let var = self.program.vars.get(place.var.0 as usize)?;
+        let (mut name, mut ty) = (var.name.to_string(), var.ty);
+        for step in &place.path {
+            if let Step::Field(index) = step {
+                let field = self.program.structs.get(ty.as_struct()?).fields.get(*index as usize)?;
+                name = format!("{name}.{}", field.name);
+                ty = field.ty;
+            } else {
+                ty = ty.element();
+            }
+        }
+        Some((name, ty.base))
+    }
+
+    /// Gives storage another name.
+    pub(super) fn rename(&mut self, storage: &Storage, base: Base, name: &str) -> Replaced {
+        let mut parts = Vec::new();
+        self.parts(storage, base, name, &mut parts);
+        self.name_all(parts)
+    }
+
+    fn name_all(&mut self, parts: Vec<(SlotId, String)>) -> Replaced {
+        let names = &mut self.telling.names;
+        parts.into_iter().map(|(slot, name)| (slot, names.insert(slot, name.into()))).collect()
     }
 
     /// Ends the names of a function.

@@ -15,6 +15,8 @@ pub(super) struct Spot {
     part: Part,
     /// Name and type of the variable, if reads of it are checked.
     checked: Option<(Arc<str>, Type)>,
+    /// The name at this place and its type, if the storage has another name now.
+    told: Option<(String, Base)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +34,7 @@ impl Spot {
 
     /// The whole of a storage.
     pub(super) fn whole(storage: Storage) -> Spot {
-        Spot { storage, element: None, part: Part::Whole, checked: None }
+        Spot { storage, element: None, part: Part::Whole, checked: None, told: None }
     }
 
     /// Its storage.
@@ -78,6 +80,7 @@ impl Lowerer<'_> {
             }
         }
         self.b.span = outer;
+        spot.told = self.told_at(place, &spot.storage);
         if self.checking.on.set && !self.is_constant(place.var) {
             spot.checked = ty.map(|ty| (name, ty));
         }
@@ -165,6 +168,13 @@ impl Lowerer<'_> {
 
     /// Stores a value at a spot.
     pub(super) fn write(&mut self, spot: &Spot, value: Val) {
+        let Some((name, base)) = &spot.told else { return self.write_as_named(spot, value) };
+        let outer = self.rename(&spot.storage, *base, name);
+        self.write_as_named(spot, value);
+        self.end_names(outer);
+    }
+
+    fn write_as_named(&mut self, spot: &Spot, value: Val) {
         match (&spot.storage, value) {
             (Storage::Leaf(slot), Val::One(value)) => {
                 let op = match (spot.part, spot.element) {

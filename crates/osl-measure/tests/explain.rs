@@ -209,6 +209,29 @@ fn transformations_say_what_they_do() {
 }
 
 #[test]
+fn closures_are_null_as_in_a_run() {
+    let text = explained(
+        "shader s(output float r = 0) {
+            closure color none = 0 * diffuse(N);
+            if (none)
+                r = 1;
+            closure color some = none + 2 * emission();
+            if (some)
+                r += 2;
+            string text = format(\"%s\", some);
+        }",
+        None,
+        (4, 4),
+        false,
+    );
+    assert_eq!(below(&text, 3), ["false"]);
+    assert_eq!(below(&text, 6), ["true"]);
+    assert!(below(&text, 2).contains(&"none = null".to_string()), "{text}");
+    assert!(below(&text, 5).contains(&"some = 2 * emission()".to_string()), "{text}");
+    assert!(below(&text, 8).contains(&"text = \"(2, 2, 2) * emission ()\"".to_string()), "{text}");
+}
+
+#[test]
 fn what_is_traced_is_what_a_run_computes() {
     let sources = [
         LOOP,

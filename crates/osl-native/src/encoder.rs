@@ -42,7 +42,7 @@ pub(crate) struct Base(pub(crate) u8);
 pub(crate) enum MemoryOperand {
     /// A vector of working memory, by its number.
     Slot(u32),
-    /// The current lanes of an array, of which the first lane is at a word.
+    /// The current lanes of an array. The first lane is at this word of the array.
     Lanes(Base, u32),
     /// A word of an array, for all lanes.
     Word(Base, u32),

@@ -92,7 +92,7 @@ pub(crate) fn min(insts: &[Inst], mask: MaskValue, yes: Value, no: Value) -> Opt
     }
 }
 
-/// The mask of which this one is the opposite, if it is computed as such.
+/// The mask `m`, if this mask is computed as `not m`.
 pub(crate) fn opposite(insts: &[Inst], mask: MaskValue) -> Option<MaskValue> {
     let inst = made_by(insts, mask)?;
     (inst.op == Op::MaskNot).then(|| inst.args().first().map(|inner| MaskValue(*inner)))?

@@ -129,7 +129,7 @@ pub trait Real: Number {
     fn inverse_root(self) -> Self {
         Self::lit(1.0) / self.sqrt()
     }
-    /// The length of a vector, of which `square` is the inner product with itself; see
+    /// The length of a vector `v`; `square` is the inner product of `v` with itself. See
     /// [`geometry`](super::geometry).
     fn length(square: Self, v: [Self; 3]) -> Self;
 

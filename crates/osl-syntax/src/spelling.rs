@@ -12,7 +12,8 @@ const MAX_NAME: usize = 64;
 const MAX_COMPARED: usize = 1000;
 
 /// The name most similar to `name`, among those that differ from it in at most a third of the letters of the
-/// shorter one. Of several, one of which `name` only lacks letters, and then the alphabetically first one.
+/// shorter one. If several are equally similar, a name that `name` becomes by adding letters comes first, and
+/// then the alphabetically first.
 pub fn closest<'n>(name: &str, names: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
     if name.len() > MAX_NAME {
         return None;

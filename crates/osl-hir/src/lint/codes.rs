@@ -63,7 +63,7 @@ lints! {
     UNKNOWN_WORD = "W0324" "unknown-word" Always;
     /// The name of an attribute that resembles a standard one.
     MISSPELT_ATTRIBUTE = "W0325" "misspelt-attribute" Always;
-    /// Constant edges of which the first is the larger one.
+    /// The first of two constant edges is the larger one.
     REVERSED_EDGES = "W0326" "reversed-edges" Always;
     /// A color with parts from 0 to 255.
     BYTE_COLOR = "W0327" "byte-color" Always;

@@ -27,6 +27,9 @@ fn write(id: NodeId, trace: &Trace, depth: usize, out: &mut String) {
         return;
     }
     let node = trace.node(id);
+    if node.strict == Some(Const::Null) {
+        return;
+    }
     let inner = |id: NodeId, out: &mut String| write(id, trace, depth - 1, out);
     match (&node.what, &node.args[..]) {
         (What::Kernel(kernel, _), args) => match (&**kernel, args) {

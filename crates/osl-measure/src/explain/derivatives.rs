@@ -129,7 +129,7 @@ fn along(inverse: &[[f64; 2]; 2], dx: &[f64], dy: &[f64]) -> (Vec<f64>, Vec<f64>
     (by(inverse[0]), by(inverse[1]))
 }
 
-/// The variables and globals of which a value is made directly.
+/// The variables and globals from which a value is computed directly.
 fn through(value: NodeId, trace: &Trace, known: &FxHashMap<NodeId, Place>) -> Vec<(String, Option<u32>)> {
     let mut found = BTreeSet::new();
     let mut seen = BTreeSet::new();

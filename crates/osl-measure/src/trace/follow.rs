@@ -1,6 +1,6 @@
 //! The follower, which walks the IR for one point.
 
-use super::kernel::{Kernels, NoiseCall};
+use super::kernel::{Closures, Kernels, NoiseCall};
 use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
 use osl_exec::Services;
 use osl_ir::Span;
@@ -267,8 +267,7 @@ impl Follower<'_> {
         }
         let kinds: Vec<Kind> = inst.results.iter().map(|r| body.kind(*r)).collect();
         if matches!(kernel, Kernel::Component { .. } | Kernel::ClosureSum | Kernel::ClosureScale) {
-            self.closures += 1;
-            let (strict, exact) = (Some(Const::Int(self.closures)), Some(Exact::Closure(true)));
+            let (strict, exact) = self.closure(kernel, &nodes, way);
             let node = self.push(What::Kernel(shared, 0), inst.span, nodes, strict, exact)?;
             self.set(inst.results.first(), node);
             return Ok(());
@@ -289,13 +288,20 @@ impl Follower<'_> {
                 self.spend(elements.saturating_mul(ELEMENT).saturating_add(KERNEL))?;
                 self.spend_text(&strict_args)?;
                 let arrays = [0, 1].map(|half| self.array_of(kernel, half));
-                let strict =
-                    way.strict().then(|| self.kernels.run(kernel, &strict_args, &kinds, &arrays[0], body));
+                let closures: Vec<Option<NodeId>> = nodes
+                    .iter()
+                    .zip(args)
+                    .map(|(node, arg)| (body.kind(*arg) == Kind::Closure).then_some(*node))
+                    .collect();
+                let closures = Closures { nodes: &self.nodes, args: &closures };
+                let strict = way
+                    .strict()
+                    .then(|| self.kernels.run(kernel, (&strict_args, closures), &kinds, &arrays[0], body));
                 let rounded: Vec<Const> = exact_args.iter().map(Exact::round).collect();
                 let exact = way.exact().then(|| match &strict {
                     // Both arithmetics have the same arguments, so the call runs once.
                     Some(done) if rounded == strict_args && arrays[0] == arrays[1] => done.clone(),
-                    _ => self.kernels.run(kernel, &rounded, &kinds, &arrays[1], body),
+                    _ => self.kernels.run(kernel, (&rounded, closures), &kinds, &arrays[1], body),
                 });
                 for (half, result) in [&strict, &exact].into_iter().enumerate() {
                     if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
@@ -317,6 +323,34 @@ impl Follower<'_> {
             self.set(Some(result), node);
         }
         Ok(())
+    }
+
+    /// A closure in each arithmetic. Scaled by zero, and as a sum of nothing, it is null, as in a run.
+    fn closure(&mut self, kernel: &Kernel, nodes: &[NodeId], way: Way) -> (Option<Const>, Option<Exact>) {
+        self.closures += 1;
+        let new = Const::Int(self.closures);
+        let kinds = match kernel {
+            Kernel::ClosureSum => [Kind::Closure; 2],
+            _ => [Kind::Closure, Kind::Float],
+        };
+        let values: Vec<(Const, Exact)> =
+            nodes.iter().zip(kinds).map(|(n, k)| (self.strict(*n, k), self.exact(*n, k))).collect();
+        let is_zero = |value: &Exact| value.numbers().iter().all(|x| *x == 0.0);
+        let (strict, exact) = match (kernel, &values[..]) {
+            (Kernel::ClosureSum, [(a, a_exact), (b, b_exact)]) => {
+                let sum = match (a, b) {
+                    (Const::Null, other) | (other, Const::Null) => other.clone(),
+                    _ => new,
+                };
+                (sum, a_exact.truth() || b_exact.truth())
+            }
+            (Kernel::ClosureScale, [(of, of_exact), (by, by_exact)]) => {
+                let is_null = *of == Const::Null || is_zero(&Exact::widen(by));
+                (if is_null { Const::Null } else { new }, of_exact.truth() && !is_zero(by_exact))
+            }
+            _ => (new, true),
+        };
+        (way.strict().then_some(strict), way.exact().then_some(Exact::Closure(exact)))
     }
 
     /// The elements of the array that a kernel reads.

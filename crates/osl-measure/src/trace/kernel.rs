@@ -1,9 +1,11 @@
 //! Calls that need more than a lane's arithmetic, for one point: noise fields are evaluated in both
 //! arithmetics; all other kernels run in the interpreter, as a program with that one call.
 
-use super::{Exact, OnePoint};
+use super::{Exact, Node, NodeId, OnePoint, What};
 use osl_exec::{Program, RunOptions, Services};
-use osl_ir::ir::{Body, Builder, Const, Kernel, Kind, NoiseField, Output, Shape, Sink, SlotId, Source};
+use osl_ir::ir::{
+    Body, Builder, Const, Kernel, Kind, LaneOp, NoiseField, Output, Shape, Sink, SlotId, Source, ValueId,
+};
 use osl_ir::types::{Base, Extent, Type};
 use osl_limits::Limits;
 use osl_noise::Kind as Field;
@@ -129,6 +131,52 @@ fn type_of(kind: Kind, len: Option<u32>) -> Type {
 /// limit to set: `running.trace` bounds the number of calls.
 const STEPS: u64 = 1 << 15;
 
+/// The arguments of a kernel that are closures: they have no values, so the program for a call makes them
+/// again.
+#[derive(Clone, Copy)]
+pub(super) struct Closures<'a> {
+    pub(super) nodes: &'a [Node],
+    /// The node of each argument that is a closure.
+    pub(super) args: &'a [Option<NodeId>],
+}
+
+/// The most parts of a closure that is made again; others are left out.
+const MAX_PARTS: usize = 1_000;
+/// The largest depth of a closure that is made again.
+const MAX_DEPTH: usize = 100;
+
+impl Closures<'_> {
+    fn argument(self, b: &mut Builder, at: usize, value: &Const) -> ValueId {
+        match self.args.get(at) {
+            Some(Some(id)) => self.make(b, *id, MAX_DEPTH, &mut 0),
+            _ => b.constant(value.clone()),
+        }
+    }
+
+    fn make(self, b: &mut Builder, id: NodeId, depth: usize, parts: &mut usize) -> ValueId {
+        *parts += 1;
+        let node = self.nodes.get(id as usize).filter(|_| depth > 0 && *parts < MAX_PARTS);
+        let Some(node) = node else { return b.constant(Const::Null) };
+        if !matches!(node.exact, Some(Exact::Closure(_))) {
+            return b.constant(node.strict.clone().unwrap_or(Const::Null));
+        }
+        let mut one = |b: &mut Builder, id: NodeId| self.make(b, id, depth - 1, parts);
+        match (&node.what, &node.args[..]) {
+            (What::Kernel(kernel, _), args) => {
+                let args: Vec<ValueId> = args.iter().map(|id| one(b, *id)).collect();
+                b.kernel(Kernel::clone(kernel), &args, Kind::Closure)
+            }
+            (What::Lane(LaneOp::KChoose), [cond, yes, no]) => {
+                let cond = self.nodes.get(*cond as usize).and_then(|node| node.strict.as_ref());
+                let truth = matches!(cond, Some(Const::Int(n)) if *n != 0);
+                one(b, if truth { *yes } else { *no })
+            }
+            (What::Element, [.., value]) | (What::Meet, [.., value, _]) => one(b, *value),
+            _ => b.constant(Const::Null),
+        }
+    }
+}
+
 /// Runs kernels for a point.
 pub(super) struct Kernels<'a> {
     pub(super) services: &'a Services,
@@ -142,7 +190,7 @@ impl Kernels<'_> {
     pub(super) fn run(
         &self,
         kernel: &Kernel,
-        args: &[Const],
+        (args, closures): (&[Const], Closures<'_>),
         kinds: &[Kind],
         given: &[Const],
         body: &Body,
@@ -166,7 +214,8 @@ impl Kernels<'_> {
             redirect(&mut kernel, slot, own);
             own
         });
-        let args: Vec<_> = args.iter().map(|a| b.constant(a.clone())).collect();
+        let args: Vec<_> =
+            args.iter().enumerate().map(|(at, value)| closures.argument(&mut b, at, value)).collect();
         let results = b.kernel_of(kernel, &args, kinds);
         for (index, (value, kind)) in results.iter().zip(kinds).enumerate() {
             if *kind == Kind::Str {
