@@ -111,16 +111,23 @@ fn a_pixel_of_a_surface() {
 #[test]
 fn options_without_an_effect_are_refused() {
     let strips = shader("strips.osl");
-    for command in ["explain", "stability"] {
-        for more in [&["-o", "x.exr"][..], &["--samples", "4"], &["--closures"], &["--arithmetic", "fast"]] {
-            let mut args = vec![command, &strips];
-            args.extend(more);
+    // Also with their default values.
+    let of_a_picture = ["-o x.exr", "--compression zip16", "--signed", "--exposure 0", "--range 0,1"];
+    let of_a_run = ["--samples 4", "--closures", "--arithmetic fast", "--prefilter", "--profile", "--stats"];
+    for command in ["explain", "stability", "tradeoff"] {
+        for more in of_a_picture.into_iter().chain(of_a_run) {
+            let args: Vec<&str> = [command, &strips].into_iter().chain(more.split(' ')).collect();
             let (code, out, err) = oslrun(&args);
-            assert_eq!((code, out.as_str()), (1, ""), "{more:?}");
-            assert!(err.contains("has no effect"), "{err}");
+            assert_eq!((code, out.as_str()), (2, ""), "{more}");
+            let option = if more.starts_with("-o") { "--output" } else { args[2] };
+            assert!(err.contains(&format!("{option} has no effect")), "{more}: {err}");
         }
     }
-    assert_eq!(oslrun(&["stability", &strips, "--on", "sphere"]).0, 1);
+    for (command, more) in
+        [("explain", "--max-steps=5"), ("stability", "--on=sphere"), ("tradeoff", "--on=sphere")]
+    {
+        assert_eq!(oslrun(&[command, &strips, more]).0, 2, "{command} {more}");
+    }
 }
 
 #[test]

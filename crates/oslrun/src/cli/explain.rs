@@ -4,7 +4,7 @@ use super::Failure;
 use super::args::{self, RunArgs};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, services};
-use super::{data, idle, on};
+use super::{data, on};
 use clap::Args;
 use osl_exec::{PointSource, Services};
 use osl_ir::ir::Body;
@@ -66,7 +66,6 @@ fn pixel(text: &str) -> Result<(usize, usize), String> {
 /// Explains a point.
 pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
-    idle::refuse(run, "explain")?;
     let (loaded, noted) = load::load_noted(&Request::of(run), err)?;
     if args.cost {
         let costs = cost(&loaded.body, &options(run, &grid(run)));

@@ -1,75 +1,71 @@
 //! Options of a run that have no effect in a command which measures or explains: they are refused, so that
 //! nobody relies on them.
+//!
+//! This module must not know what the options mean.
 
-use super::Failure;
-use super::args::RunArgs;
 use super::commands::Cli;
-use clap::CommandFactory;
+use clap::parser::ValueSource;
+use clap::{ArgMatches, CommandFactory};
 
-/// The options of a run that only matter for a picture or for its speed.
-pub(super) const IDLE: [&str; 19] = [
+/// The options that only matter for a picture that is written.
+const PICTURE: [&str; 15] = [
     "output",
+    "format",
+    "half",
+    "compression",
+    "range",
+    "signed",
+    "exposure",
+    "closures",
     "samples",
     "filter",
     "shading_rate",
     "adaptive",
     "max_error",
     "prefilter",
-    "half",
-    "stats",
-    "profile",
-    "threads",
-    "batch",
-    "isa",
     "arithmetic",
-    "closures",
-    "without_pass",
-    "range",
-    "signed",
-    "exposure",
 ];
 
-/// Fails if such an option is given.
-pub(super) fn refuse(run: &RunArgs, command: &str) -> Result<(), Failure> {
-    let sampling = &run.sampling;
-    let given = [
-        run.output.is_some(),
-        sampling.samples.is_some(),
-        sampling.filter.is_some(),
-        sampling.shading_rate.is_some(),
-        sampling.adaptive.is_some(),
-        sampling.max_error.is_some(),
-        sampling.prefilter,
-        run.half,
-        run.stats,
-        run.profile.is_some(),
-        run.threads.is_some(),
-        run.batch.is_some(),
-        run.isa.is_some(),
-        run.arithmetic.is_some(),
-        run.closures,
-        !run.without_pass.is_empty(),
-        run.display.is_given(),
-    ];
-    if run.max_steps.is_some() && command == "explain" {
-        return Err(Failure::new("--max-steps has no effect in `explain`; --limit running.trace=N has"));
+/// The options of each command that have no effect in it, besides those for a picture.
+const COMMANDS: [(&str, &[&str]); 3] = [
+    ("explain", &["stats", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
+    ("stability", &["stats", "profile", "threads", "batch", "isa", "without_pass", "on"]),
+    ("tradeoff", &["stats", "profile", "on"]),
+];
+
+/// What to use instead of an option.
+fn instead(command: &str, option: &str) -> &'static str {
+    match (command, option) {
+        ("explain", "max_steps") => "; --limit running.trace=N has one",
+        (_, "on") => ": it examines the grid",
+        ("tradeoff", "arithmetic") => ": it measures all kinds",
+        ("tradeoff", "samples" | "shading_rate") => ": it measures several",
+        _ => "",
     }
-    match IDLE.into_iter().zip(given).find(|(_, given)| *given) {
-        Some((name, _)) => {
-            let name = name.replace('_', "-");
-            Err(Failure::new(format!("--{name} has no effect in `{command}`, so it is refused")))
-        }
-        None => Ok(()),
-    }
+}
+
+fn has_no_effect(command: &str, option: &str) -> bool {
+    let own = COMMANDS.iter().find(|(name, _)| *name == command);
+    own.is_some_and(|(_, options)| PICTURE.contains(&option) || options.contains(&option))
+}
+
+/// The message for the first option on the command line that has no effect in its command.
+pub(super) fn refused(found: &ArgMatches) -> Option<String> {
+    let (command, options) = found.subcommand()?;
+    let is_typed = |name: &str| options.value_source(name) == Some(ValueSource::CommandLine);
+    let name = options.ids().map(clap::Id::as_str).find(|id| has_no_effect(command, id) && is_typed(id))?;
+    let instead = instead(command, name);
+    Some(format!("--{} has no effect in `{command}`{instead}", name.replace('_', "-")))
 }
 
 /// The command line, without these options in the help of the commands.
 pub(super) fn command_line() -> clap::Command {
-    let hidden = |arg: clap::Arg| {
-        let name = arg.get_id().as_str();
-        let is_idle = IDLE.contains(&name) || matches!(name, "compression" | "format");
-        if is_idle { arg.hide(true) } else { arg }
-    };
-    let hide = |command: clap::Command| command.mut_args(hidden);
-    ["explain", "stability"].into_iter().fold(Cli::command(), |cli, name| cli.mut_subcommand(name, hide))
+    COMMANDS.into_iter().fold(Cli::command(), |cli, (name, _)| {
+        cli.mut_subcommand(name, |command| {
+            command.mut_args(|arg| {
+                let is_idle = has_no_effect(name, arg.get_id().as_str());
+                if is_idle { arg.hide(true) } else { arg }
+            })
+        })
+    })
 }

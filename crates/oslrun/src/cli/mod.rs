@@ -105,6 +105,10 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         return 2;
     }
     let parsed = idle::command_line().try_get_matches_from(&args);
+    if let Some(text) = parsed.as_ref().ok().and_then(idle::refused) {
+        let _ = writeln!(err, "error: {}", shown(&text));
+        return 2;
+    }
     let cli = match parsed.and_then(|found| Cli::from_arg_matches(&found)) {
         Ok(cli) => cli,
         Err(usage) => {

@@ -4,7 +4,6 @@ use super::Failure;
 use super::args::values::image_path;
 use super::args::{self, RunArgs};
 use super::explain::json;
-use super::idle;
 use super::info::{self, Parameter};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, progress, services};
@@ -58,10 +57,6 @@ pub(super) fn stability(
         return Err(Failure::new("--tolerance must be a number above 0"));
     }
     let run = &args.run;
-    idle::refuse(run, "stability")?;
-    if run.on.on.is_some() {
-        return Err(Failure::new("stability examines the patch, without --on"));
-    }
     let request = Request { points: args.points.0.saturating_mul(args.points.1), ..Request::of(run) };
     let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
     let outputs: Option<Vec<_>> =

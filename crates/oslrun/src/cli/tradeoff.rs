@@ -49,12 +49,6 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// Measures and reports.
 pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
     let run = &args.run;
-    if run.output.is_some() || run.closures || run.sampling.is_given() {
-        return Err(Failure::new("tradeoff writes no image, and chooses the numbers of samples itself"));
-    }
-    if run.on.on.is_some() {
-        return Err(Failure::new("tradeoff measures on the grid, without --on"));
-    }
     let most = run.read.limits.limits().running.measured_pixels;
     if (run.grid.0 * run.grid.1) as u64 > most {
         let text = format!(
