@@ -31,7 +31,7 @@ mod word;
 
 pub use error::RunError;
 pub use frame::{Closures, Frame, Plane};
-pub use machine::{Component, Param, show_closure};
+pub use machine::{Component, Param, noise_kind, show_closure};
 pub use message::{Event, Keeping, Message, Printed, Said, StandFor, unite};
 pub use native::Native;
 pub use options::RunOptions;

@@ -200,7 +200,7 @@ fn lints(text: &str) -> (Vec<Diagnostic>, SourceMap) {
     assert!(!parsed.has_errors(), "{text}\n{:#?}", parsed.diagnostics);
     let resolved = resolve(&parsed.ast);
     assert!(!resolved.diagnostics.iter().any(|d| d.is_error()), "{text}\n{:#?}", resolved.diagnostics);
-    let options = lint::Options { silenced: parsed.nowarn.clone(), ..lint::Options::default() };
+    let options = lint::Options { silenced: parsed.silenced.clone(), ..lint::Options::default() };
     let list = lint::run(&parsed.ast, &resolved.program.unwrap(), &parsed.sources, &options);
     (list, parsed.sources)
 }

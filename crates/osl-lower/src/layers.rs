@@ -469,8 +469,7 @@ fn says(param: &Param, name: &str, is: impl Fn(f64) -> bool) -> bool {
 fn part(storage: &Storage, fields: &[usize]) -> Option<Storage> {
     let mut storage = storage;
     for field in fields {
-        let Storage::Struct(parts) = storage else { return None };
-        storage = parts.get(*field)?;
+        storage = storage.field(*field)?;
     }
     Some(storage.clone())
 }

@@ -32,7 +32,6 @@ use osl_limits::{Compiling, Limits};
 use osl_syntax::diagnostic::{Code, Diagnostic};
 use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
-use std::rc::Rc;
 use std::sync::Arc;
 
 /// A call of an operation that only another renderer knows.
@@ -131,22 +130,7 @@ struct View<'a> {
 }
 
 /// The storage of a variable: one slot for each part that is not a struct.
-#[derive(Clone, Debug)]
-enum Storage {
-    Leaf(SlotId),
-    /// Shared, since each use of a variable needs its storage, and a struct may have very many parts.
-    Struct(Rc<[Storage]>),
-}
-
-impl Storage {
-    /// The slot of the first part.
-    fn first(&self) -> Option<SlotId> {
-        match self {
-            Storage::Leaf(slot) => Some(*slot),
-            Storage::Struct(parts) => parts.first()?.first(),
-        }
-    }
-}
+type Storage = osl_hir::storage::Storage<SlotId>;
 
 /// A loop that is being lowered.
 #[derive(Clone, Copy, Debug)]

@@ -3,8 +3,9 @@
 use super::flow::RETURNED;
 use super::{Lowerer, Storage, Val};
 use osl_hir::hir::{Init, Lvalue, Step};
+use osl_hir::storage::Part;
 use osl_ir::ir::{Const, Kernel, Kind, LaneOp, SlotId, ValueId};
-use osl_ir::types::{Base, Extent, Type};
+use osl_ir::types::{Base, Type};
 use std::sync::Arc;
 
 /// A place whose indices have been evaluated.
@@ -12,18 +13,11 @@ use std::sync::Arc;
 pub(super) struct Spot {
     storage: Storage,
     element: Option<ValueId>,
-    part: Part,
+    part: Part<ValueId>,
     /// Name and type of the variable, if reads of it are checked.
     checked: Option<(Arc<str>, Type)>,
     /// The name at this place and its type, if the storage has another name now.
     told: Option<(String, Base)>,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Part {
-    Whole,
-    Component(ValueId),
-    Cell(ValueId, ValueId),
 }
 
 impl Spot {
@@ -54,8 +48,7 @@ impl Lowerer<'_> {
         for step in &place.path {
             match step {
                 Step::Field(index) => {
-                    let Storage::Struct(parts) = &spot.storage else { return None };
-                    spot.storage = parts.get(*index as usize)?.clone();
+                    spot.storage = spot.storage.field(*index as usize)?.clone();
                     ty = ty.and_then(|ty| ty.as_struct()).and_then(|id| {
                         self.program.structs.get(id).fields.get(*index as usize).map(|field| field.ty)
                     });
@@ -288,16 +281,10 @@ impl Lowerer<'_> {
             if !self.has_room() {
                 return;
             }
-            let (part, element, part_ty) = match (ty.extent, ty.base, storage) {
-                (Extent::One, Base::Struct(id), Storage::Struct(parts)) => {
-                    let field = self.program.structs.get(id).fields.get(index).map(|f| f.ty);
-                    match (parts.get(index), field) {
-                        (Some(part), Some(ty)) => (part.clone(), element, ty),
-                        _ => return,
-                    }
-                }
-                _ => (storage.clone(), Some(self.b.int(index as i32)), ty.element()),
+            let Some((part, part_ty, is_element)) = storage.item(&self.program.structs, ty, index) else {
+                return;
             };
+            let element = if is_element { Some(self.b.int(index as i32)) } else { element };
             match item {
                 Init::Value(e) => {
                     let value = self.eval(e);

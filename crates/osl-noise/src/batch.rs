@@ -8,7 +8,7 @@ use crate::float::Float;
 use crate::number::Dual;
 use crate::range::Range;
 use crate::unroll::array;
-use osl_simd::{Isa, Kernel};
+use osl_simd::{Isa, Kernel, fill, fill_three};
 
 /// One value per point.
 pub fn eval<T: BatchFloat>(isa: Isa, kind: Kind, coords: &[&[T]], out: &mut [T]) {
@@ -218,7 +218,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for Three<'_, T, F, D> {
     fn run(self) {
         let Three { field, c, out: [x, y, z] } = self;
         let c = same(c, x.len());
-        fill3(
+        fill_three(
             x,
             y,
             z,
@@ -241,7 +241,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for ThreePeriodic<'_, T, F, D> {
     fn run(self) {
         let ThreePeriodic { field, c, p, out: [x, y, z] } = self;
         let (c, p) = (same(c, x.len()), same(p, x.len()));
-        fill3(
+        fill_three(
             x,
             y,
             z,
@@ -265,7 +265,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
         let OneDual { field, c, p, out: [v, dx, dy] } = self;
         let c = c.same(v.len());
         match p.map(|p| same(p, v.len())) {
-            None => fill3(
+            None => fill_three(
                 v,
                 dx,
                 dy,
@@ -275,7 +275,7 @@ impl<T: Float, F: Field, const D: usize> Kernel for OneDual<'_, T, F, D> {
                     [d.v, d.dx, d.dy]
                 },
             ),
-            Some(p) => fill3(
+            Some(p) => fill_three(
                 v,
                 dx,
                 dy,
@@ -358,30 +358,5 @@ impl<'a, T: Float, const D: usize> Duals<'a, T, D> {
             #[inline(always)]
             |a| Dual { v: self.v[a][i], dx: self.dx[a][i], dy: self.dy[a][i] },
         )
-    }
-}
-
-// The closures are `inline(always)`, since closures that are not inlined are compiled for the baseline.
-// Outputs are separate parameters so that the compiler knows that they do not alias. The loops use an index,
-// because an iterator over the output leaves bounds checks of the inputs in the loop, which then runs its
-// last lanes one by one.
-#[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
-fn fill<T>(out: &mut [T], f: impl Fn(usize) -> T) {
-    let n = out.len();
-    for i in 0..n {
-        out[i] = f(i);
-    }
-}
-
-#[inline(always)]
-fn fill3<T: Copy>(x: &mut [T], y: &mut [T], z: &mut [T], f: impl Fn(usize) -> [T; 3]) {
-    let n = x.len();
-    let (y, z) = (&mut y[..n], &mut z[..n]);
-    for i in 0..n {
-        let v = f(i);
-        x[i] = v[0];
-        y[i] = v[1];
-        z[i] = v[2];
     }
 }

@@ -66,7 +66,7 @@ pub mod tangent;
 mod value;
 
 pub use int::{Int, Mask};
-pub use op::{Continuity, Cost, Derivative, LaneOp, LaneShape, MAX_ARGS, Precision};
+pub use op::{Continuity, Cost, Derivative, Domain, LaneOp, LaneShape, MAX_ARGS, Precision};
 pub use real::{Number, Real, Scalar, Single};
 pub use value::{Const, Kind};
 

@@ -64,3 +64,40 @@ fn no_operation_takes_more_arguments_than_there_is_room_for() {
     let most = LaneOp::ALL.iter().map(|op| op.shape().args.len()).max();
     assert_eq!(most, Some(osl_numeric::MAX_ARGS));
 }
+
+/// Arguments that a domain excludes give no finite number in C's arithmetic, and those that it holds do.
+#[test]
+fn domains_hold_what_has_a_value() {
+    let excludes = |op: LaneOp, args: &[f64]| {
+        let args: Vec<Vec<f64>> = args.iter().map(|x| vec![*x]).collect();
+        op.domain().excludes(&args)
+    };
+    let one: [(LaneOp, fn(f64) -> f64); 7] = [
+        (LaneOp::Sqrt, f64::sqrt),
+        (LaneOp::InverseSqrt, |x| 1.0 / x.sqrt()),
+        (LaneOp::Log, f64::ln),
+        (LaneOp::Log2, f64::log2),
+        (LaneOp::Log10, f64::log10),
+        (LaneOp::Asin, f64::asin),
+        (LaneOp::Acos, f64::acos),
+    ];
+    let numbers = [-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5];
+    for (op, function) in one {
+        for x in numbers {
+            assert_eq!(excludes(op, &[x]), !function(x).is_finite(), "{op:?} of {x}");
+        }
+    }
+    let two: [(LaneOp, fn(f64, f64) -> f64); 4] = [
+        (LaneOp::FDiv, |a, b| a / b),
+        (LaneOp::Fmod, |a, b| a % b),
+        (LaneOp::Mod, |a, b| a - b * (a / b).floor()),
+        (LaneOp::Pow, |a, b| if a == 0.0 { 0.0 } else { a.powf(b) }),
+    ];
+    for (op, function) in two {
+        for (x, y) in numbers.into_iter().flat_map(|x| numbers.map(|y| (x, y))) {
+            assert_eq!(excludes(op, &[x, y]), !function(x, y).is_finite(), "{op:?} of {x} and {y}");
+        }
+    }
+    assert!(LaneOp::Normalize.domain().excludes(&[vec![0.0; 3]]));
+    assert!(!LaneOp::Normalize.domain().excludes(&[vec![0.0, 0.0, 1.0]]));
+}

@@ -7,8 +7,11 @@
 
 #![expect(unsafe_code, reason = "feature sets are proved by a value, and one conversion by a comparison")]
 
+mod fill;
 #[cfg(target_arch = "x86_64")]
 pub mod wide;
+
+pub use fill::{fill, fill_three};
 
 /// An instruction set that this machine has.
 ///

@@ -19,11 +19,14 @@ mod preprocess;
 pub mod print;
 pub mod render;
 pub mod repair;
+mod silenced;
 pub mod source;
 pub mod span;
 pub mod spelling;
 pub mod token;
 mod words;
+
+pub use silenced::Silenced;
 
 use ast::Ast;
 use diagnostic::Diagnostic;
@@ -72,15 +75,10 @@ pub struct Parsed {
     /// All diagnostics, in order of position.
     pub diagnostics: Vec<Diagnostic>,
     /// Lines on which `#pragma osl nowarn` suppresses warnings, also those of later stages.
-    pub nowarn: Vec<Span>,
+    pub silenced: Silenced,
 }
 
 impl Parsed {
-    /// Whether a diagnostic is a warning suppressed by `#pragma osl nowarn`.
-    pub fn is_silenced(&self, d: &Diagnostic) -> bool {
-        !d.is_error() && self.nowarn.iter().any(|s| s.start <= d.span.start && d.span.start < s.end)
-    }
-
     /// Whether there is an error.
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(Diagnostic::is_error)
@@ -120,14 +118,14 @@ pub fn parse(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         let told = lines_with_errors(&found.list, &pre.sources);
         diagnostics.into_iter().filter(|d| !is_echo(d, &told, &pre.sources)).for_each(|d| found.push(d));
     }
-    let mut parsed =
-        Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), nowarn: pre.nowarn };
+    let silenced = Silenced::new(pre.nowarn);
+    let mut parsed = Parsed { ast, sources: pre.sources, tokens: listing, diagnostics: Vec::new(), silenced };
     if !found.list.iter().any(|d| d.code == errors::TOO_MANY_ERRORS) {
         found.list.extend(
             found.dropped.map(|span| errors::too_many_errors(span, options.limits.reading.diagnostics)),
         );
     }
-    found.list.retain(|d| !parsed.is_silenced(d));
+    found.list.retain(|d| !parsed.silenced.hides(d));
     found.list.sort_by_key(|d| d.span.start);
     parsed.diagnostics = found.list;
     parsed

@@ -32,7 +32,7 @@ impl<W: Word, R: Element<W>> Lane<W> for One<R> {
     }
     #[inline(always)]
     fn fill(out: &mut [W], n: usize, _: usize, f: impl Fn(usize) -> One<R>) {
-        fill_one(
+        osl_simd::fill(
             &mut out[..n],
             #[inline(always)]
             |i| f(i).0.store(),
@@ -56,7 +56,7 @@ impl<W: Word> Lane<W> for i32 {
     }
     #[inline(always)]
     fn fill(out: &mut [W], n: usize, _: usize, f: impl Fn(usize) -> i32) {
-        fill_one(
+        osl_simd::fill(
             &mut out[..n],
             #[inline(always)]
             |i| W::of(f(i) as u32),
@@ -99,7 +99,7 @@ impl<W: Word, R: Element<W>, const C: usize> Lane<W> for [R; C] {
         if C == 3 {
             let (x, rest) = out.split_at_mut(stride);
             let (y, z) = rest.split_at_mut(stride);
-            fill_three(
+            osl_simd::fill_three(
                 &mut x[..n],
                 &mut y[..n],
                 &mut z[..n],
@@ -117,29 +117,5 @@ impl<W: Word, R: Element<W>, const C: usize> Lane<W> for [R; C] {
                 out[c * stride + i] = value.store();
             }
         }
-    }
-}
-
-// The slices are separate parameters so that the compiler knows that they do not alias. The loops use an
-// index, because an iterator over the output leaves bounds checks of the inputs in the loop, which then runs
-// its last 64 lanes one by one.
-#[inline(always)]
-#[expect(clippy::needless_range_loop, reason = "checks would be left in the loop")]
-fn fill_one<T>(out: &mut [T], f: impl Fn(usize) -> T) {
-    let n = out.len();
-    for i in 0..n {
-        out[i] = f(i);
-    }
-}
-
-#[inline(always)]
-fn fill_three<W: Copy>(x: &mut [W], y: &mut [W], z: &mut [W], f: impl Fn(usize) -> [W; 3]) {
-    let n = x.len();
-    let (y, z) = (&mut y[..n], &mut z[..n]);
-    for i in 0..n {
-        let v = f(i);
-        x[i] = v[0];
-        y[i] = v[1];
-        z[i] = v[2];
     }
 }

@@ -364,7 +364,7 @@ macro_rules! call_in_fast {
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
-        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
+        $cost:ident $continuity:ident $precision:ident $domain:ident, $derivative:ident;)*) => {
         impl<W: Word, R: Element<W>> Kernel for Stamped<'_, W, R> {
             type Output = ();
             #[inline(always)]

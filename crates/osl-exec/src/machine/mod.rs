@@ -38,6 +38,7 @@ use crate::source::PointSource;
 use crate::word::Word;
 pub use closure::{Component, Param, show as show_closure};
 pub(crate) use mask::Mask;
+pub use noise::noise_kind;
 use osl_ir::ir::{Const, Kind, MAX_ARGS};
 use osl_limits::Limits;
 use osl_simd::Isa;

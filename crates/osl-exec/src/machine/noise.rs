@@ -23,7 +23,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         args: &[Operand],
         outs: &[Operand],
     ) {
-        let field = Field::Lattice(field_of(field));
+        let field = Field::Lattice(noise_kind(field));
         self.fields(&FieldCall { field, dims, has_derivs, dual: outs.len() == 3 }, args, outs);
     }
 
@@ -197,7 +197,8 @@ const MAX_IMPULSES: f32 = 32.0;
 /// Maximum number of results: a value and its derivatives along two axes.
 const MAX_RESULTS: usize = 3;
 
-fn field_of(field: NoiseField) -> NoiseKind {
+/// The noise that computes a field of the IR.
+pub fn noise_kind(field: NoiseField) -> NoiseKind {
     match field {
         NoiseField::Cell => NoiseKind::Cell,
         NoiseField::Hash => NoiseKind::Hash,

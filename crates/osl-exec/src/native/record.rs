@@ -136,7 +136,7 @@ macro_rules! run_in_fast {
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
-        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
+        $cost:ident $continuity:ident $precision:ident $domain:ident, $derivative:ident;)*) => {
         /// The words of the result of an operation in the strict arithmetic; `None` for too few arguments.
         fn strict<'a>(op: LaneOp, words: &mut impl Iterator<Item = Word<'a>>) -> Option<Vec<Word<'a>>> {
             match op {

@@ -29,6 +29,7 @@ pub use codes::*;
 
 use crate::hir::Program;
 use osl_limits::Limits;
+use osl_syntax::Silenced;
 use osl_syntax::ast::Ast;
 use osl_syntax::diagnostic::{Code, Diagnostic, Edit};
 use osl_syntax::source::SourceMap;
@@ -59,7 +60,7 @@ pub struct Options {
     /// Spaces of points or colors that the renderer defines besides the usual ones.
     pub known_spaces: Vec<String>,
     /// Lines on which the file suppresses warnings.
-    pub silenced: Vec<Span>,
+    pub silenced: Silenced,
     /// The limits of their findings.
     pub limits: Limits,
 }
@@ -91,11 +92,9 @@ impl OnceAName {
 
 /// All findings of the lints in a program without errors, in source order, whatever their level.
 pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options) -> Vec<Diagnostic> {
-    let mut silenced = options.silenced.clone();
-    silenced.sort_unstable_by_key(|line| line.start);
     let mut found = Findings {
         sources,
-        silenced,
+        silenced: &options.silenced,
         list: Vec::new(),
         most: usize::try_from(options.limits.compiling.findings).unwrap_or(usize::MAX),
     };
@@ -117,8 +116,7 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
 /// Collects the findings.
 struct Findings<'a> {
     sources: &'a SourceMap,
-    /// Whole lines, in the order of their files.
-    silenced: Vec<Span>,
+    silenced: &'a Silenced,
     list: Vec<Diagnostic>,
     /// How many are kept.
     most: usize,
@@ -144,9 +142,7 @@ impl Findings<'_> {
 
     /// Whether the file suppresses warnings there.
     fn is_silenced(&self, span: Span) -> bool {
-        let before = self.silenced.partition_point(|line| line.start <= span.start);
-        let line = before.checked_sub(1).and_then(|at| self.silenced.get(at));
-        line.is_some_and(|line| span.start < line.end)
+        self.silenced.holds(span)
     }
 
     fn in_main_file(&self, span: Span) -> bool {

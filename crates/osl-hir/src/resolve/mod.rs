@@ -74,7 +74,7 @@ pub fn resolve_parsed(parsed: &Parsed, reports: Reports, limits: &Limits) -> Res
     diagnostics.retain(|d| {
         let said = errors.iter().any(|e| e.start < d.span.end && d.span.start < e.end);
         let lost = lost_shader && d.code == errors::NO_SHADER;
-        !said && !lost && !parsed.is_silenced(d)
+        !said && !lost && !parsed.silenced.hides(d)
     });
     let program = match program {
         Ok(program) if !errors.is_empty() => Err(program.into()),

@@ -1,8 +1,8 @@
 //! Writes IR: the builder shared by lowering and the composed built-ins of the table.
 
 use super::{
-    Assumptions, Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value,
-    ValueId, Values,
+    Assumptions, Block, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, ValueId,
+    Values,
 };
 use osl_limits::Compiling;
 use osl_numeric::library_constants::LibraryConstant;
@@ -98,8 +98,7 @@ impl Builder {
 
     /// A new value without a definition so far.
     pub fn fresh(&mut self, kind: Kind) -> ValueId {
-        self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });
-        ValueId(self.body.values.len() as u32 - 1)
+        self.body.fresh(kind, self.span)
     }
 
     /// A new scalar slot, or an array.

@@ -24,7 +24,9 @@ pub use kernel::{
     note_names, note_text,
 };
 pub use message::{First, Message, MessageMade, other_type, set_late, set_twice};
-pub use osl_numeric::{Const, Continuity, Cost, Derivative, Kind, LaneOp, LaneShape, MAX_ARGS, Precision};
+pub use osl_numeric::{
+    Const, Continuity, Cost, Derivative, Domain, Kind, LaneOp, LaneShape, MAX_ARGS, Precision,
+};
 pub use print::print;
 pub use text_fn::TextFn;
 
@@ -288,6 +290,12 @@ impl Body {
     /// The layer of a source location, and its names.
     pub fn names(&self, span: Span) -> Option<(usize, &Names)> {
         names_at(&self.layers, span)
+    }
+
+    /// A new value without a definition so far.
+    pub fn fresh(&mut self, kind: Kind, span: Span) -> ValueId {
+        self.values.push(Value { kind, rate: Rate::Varying, span });
+        ValueId(self.values.len() as u32 - 1)
     }
 
     /// The value with an id of this body.

@@ -5,7 +5,8 @@
 //! the minimum, and a root is below a number exactly if its argument is below a threshold. Only distances
 //! without other uses are rewritten, such as those of a search for the nearest point. Needs the rates.
 
-use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Rate, Source, Value, ValueId, Values};
+use super::rewrite::{Code, Rewrite};
+use crate::ir::{BlockId, Body, Const, Inst, LaneOp, Op, Source, ValueId};
 use rustc_hash::FxHashMap;
 use smallvec::smallvec;
 
@@ -21,8 +22,11 @@ pub(super) fn run(body: &mut Body) {
     if !distances {
         return;
     }
-    let mut roots = Roots::of(body);
-    each_block(body, &mut |body, id| roots.block(body, id));
+    let found = Found::of(body);
+    let mut blocks = Vec::new();
+    each_block(body, &mut |_, id| blocks.push(id));
+    let mut roots = Roots { code: Code::with_rates(body), found, squares: FxHashMap::default() };
+    blocks.into_iter().for_each(|id| roots.block(id));
     if !roots.squares.is_empty() {
         super::dce::run(body);
     }
@@ -71,17 +75,54 @@ fn lowers(body: &mut Body, id: BlockId) -> bool {
     changed
 }
 
-struct Roots {
+/// What the rewriting of roots must know of the whole body.
+struct Found {
     constants: FxHashMap<ValueId, f32>,
-    /// Values that are roots, with their arguments.
-    squares: FxHashMap<ValueId, ValueId>,
-    /// Roots that are only compared.
+    /// Roots that are only compared, or used in a minimum.
     ordered: Vec<bool>,
 }
 
-impl Roots {
-    /// Finds the distances that are only compared, or used in a minimum.
-    fn of(body: &mut Body) -> Roots {
+/// Writes squares in place of roots.
+struct Roots<'a> {
+    code: Code<'a>,
+    found: Found,
+    /// Values that are roots, with their arguments.
+    squares: FxHashMap<ValueId, ValueId>,
+}
+
+impl<'a> Rewrite<'a> for Roots<'a> {
+    fn code(&mut self) -> &mut Code<'a> {
+        &mut self.code
+    }
+
+    fn inst(&mut self, mut inst: Inst) {
+        if let (Op::Lane(op, args), [result]) = (&inst.op, &inst.results[..]) {
+            match (*op, &args[..]) {
+                (LaneOp::Distance, args) if self.found.ordered.get(result.index()) == Some(&true) => {
+                    let square = self.lane(LaneOp::SquareDistance, args);
+                    self.squares.insert(*result, square);
+                }
+                (LaneOp::Lower, [a, b]) => {
+                    if let Some((a, b)) = self.square(*a).zip(self.square(*b)) {
+                        let square = self.lane(LaneOp::Lower, &[a, b]);
+                        self.squares.insert(*result, square);
+                        inst.op = Op::Lane(LaneOp::Root, smallvec![square]);
+                    }
+                }
+                (LaneOp::FLt | LaneOp::FLe | LaneOp::FGt | LaneOp::FGe, [a, b]) => {
+                    if let Some(op) = self.compare(*op, *a, *b) {
+                        inst.op = op;
+                    }
+                }
+                _ => {}
+            }
+        }
+        self.keep(inst);
+    }
+}
+
+impl Found {
+    fn of(body: &mut Body) -> Found {
         let mut constants = FxHashMap::default();
         each_block(body, &mut |body, id| {
             for inst in &body.block(id).insts {
@@ -107,55 +148,25 @@ impl Roots {
                 other(v);
             }
         }
-        Roots { constants, squares: FxHashMap::default(), ordered }
+        Found { constants, ordered }
     }
+}
 
-    fn block(&mut self, body: &mut Body, id: BlockId) {
-        let insts = std::mem::take(&mut body.blocks[id.index()].insts);
-        let mut out = Vec::with_capacity(insts.len());
-        for mut inst in insts {
-            if let (Op::Lane(op, args), [result]) = (&inst.op, &inst.results[..]) {
-                let (op, args, result, span) = (*op, args.clone(), *result, inst.span);
-                let mut write = Writer { body, out: &mut out, span };
-                match (op, &args[..]) {
-                    (LaneOp::Distance, [..]) if self.ordered.get(result.index()) == Some(&true) => {
-                        let square = write.lane(LaneOp::SquareDistance, args);
-                        self.squares.insert(result, square);
-                    }
-                    (LaneOp::Lower, [a, b]) => {
-                        if let Some((a, b)) = self.square(*a, &mut write).zip(self.square(*b, &mut write)) {
-                            let square = write.lane(LaneOp::Lower, smallvec![a, b]);
-                            self.squares.insert(result, square);
-                            inst.op = Op::Lane(LaneOp::Root, smallvec![square]);
-                        }
-                    }
-                    (LaneOp::FLt | LaneOp::FLe | LaneOp::FGt | LaneOp::FGe, [a, b]) => {
-                        if let Some(op) = self.compare(op, *a, *b, &mut write) {
-                            inst.op = op;
-                        }
-                    }
-                    _ => {}
-                }
-            }
-            out.push(inst);
-        }
-        body.blocks[id.index()].insts = out;
-    }
-
+impl Roots<'_> {
     /// The argument of a root.
-    fn square(&self, v: ValueId, write: &mut Writer<'_>) -> Option<ValueId> {
+    fn square(&mut self, v: ValueId) -> Option<ValueId> {
         if let Some(square) = self.squares.get(&v) {
             return Some(*square);
         }
-        let c = *self.constants.get(&v)?;
-        (c > 0.0 && (c * c).sqrt() == c).then(|| write.constant(c * c))
+        let c = *self.found.constants.get(&v)?;
+        (c > 0.0 && (c * c).sqrt() == c).then(|| self.float(c * c))
     }
 
     /// A comparison of a root with a constant, as a comparison of its square.
-    fn compare(&self, op: LaneOp, a: ValueId, b: ValueId, write: &mut Writer<'_>) -> Option<Op> {
+    fn compare(&mut self, op: LaneOp, a: ValueId, b: ValueId) -> Option<Op> {
         use LaneOp::{FGe, FGt, FLe, FLt};
         let (op, x, c) = match (self.squares.get(&a), self.squares.get(&b)) {
-            (Some(x), None) => (op, *x, *self.constants.get(&b)?),
+            (Some(x), None) => (op, *x, *self.found.constants.get(&b)?),
             (None, Some(x)) => {
                 let turned = match op {
                     FLt => FGt,
@@ -163,7 +174,7 @@ impl Roots {
                     FGt => FLt,
                     _ => FLe,
                 };
-                (turned, *x, *self.constants.get(&a)?)
+                (turned, *x, *self.found.constants.get(&a)?)
             }
             _ => return None,
         };
@@ -175,7 +186,7 @@ impl Roots {
         } else {
             least_with_root_of(c.next_up()).next_down()
         };
-        let limit = write.constant(limit);
+        let limit = self.float(limit);
         Some(Op::Lane(op, smallvec![x, limit]))
     }
 }
@@ -195,33 +206,6 @@ fn least_with_root_of(c: f32) -> f32 {
         x = x.next_up();
     }
     x
-}
-
-/// Writes instructions before another one.
-struct Writer<'a> {
-    body: &'a mut Body,
-    out: &'a mut Vec<Inst>,
-    span: osl_syntax::span::Span,
-}
-
-impl Writer<'_> {
-    fn lane(&mut self, op: LaneOp, args: Values) -> ValueId {
-        let uniform = args.iter().all(|a| self.body.value(*a).rate == Rate::Uniform);
-        let rate = if uniform { Rate::Uniform } else { Rate::Varying };
-        self.inst(Op::Lane(op, args), rate)
-    }
-
-    fn constant(&mut self, x: f32) -> ValueId {
-        self.inst(Op::Const(Const::Float(x)), Rate::Uniform)
-    }
-
-    fn inst(&mut self, op: Op, rate: Rate) -> ValueId {
-        let kind = crate::ir::Kind::Float;
-        self.body.values.push(Value { kind, rate, span: self.span });
-        let result = ValueId(self.body.values.len() as u32 - 1);
-        self.out.push(Inst { op, results: smallvec![result], span: self.span });
-        result
-    }
 }
 
 #[cfg(test)]

@@ -4,9 +4,7 @@
 mod meaning;
 
 use super::Renaming;
-use crate::ir::{
-    BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Source, Value, ValueId, Values,
-};
+use crate::ir::{BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Source, ValueId, Values};
 use meaning::Meaning;
 pub(super) use meaning::{only_meaning, settle};
 use osl_numeric::spaces;
@@ -191,8 +189,7 @@ impl Fold {
         span: osl_syntax::span::Span,
         kept: &mut Vec<Inst>,
     ) -> ValueId {
-        body.values.push(Value { kind, rate: Rate::Varying, span });
-        let result = ValueId(body.values.len() as u32 - 1);
+        let result = body.fresh(kind, span);
         self.note(result, &op);
         kept.push(Inst { op, results: smallvec![result], span });
         result

@@ -15,6 +15,7 @@ mod prefilter;
 mod primaries;
 mod rate;
 mod rays;
+mod rewrite;
 mod share;
 mod ssa;
 mod unroll;
@@ -252,11 +253,11 @@ fn one(body: &mut Body, pass: Pass, run: &mut Run<'_>) -> bool {
     true
 }
 
-/// Folds constants, unless that is switched off and no derivatives are needed, and settles the meaning that
-/// depends on constants.
+/// Folds constants, and settles the meaning that depends on constants. If folding is switched off but
+/// derivatives are needed, only what is the same in double precision becomes a constant.
 fn settle(body: &mut Body, run: &mut Run<'_>) -> bool {
     let folds = !run.is_off(Pass::Fold) || derive::asks(body);
-    if folds && !run.exact {
+    if !run.is_off(Pass::Fold) && !run.exact {
         fold::run(body, &mut run.text);
     } else {
         // The constants of the strict program determine its meaning.

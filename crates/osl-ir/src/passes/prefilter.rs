@@ -17,11 +17,8 @@
 
 mod gentle;
 
-use super::Renaming;
-use crate::ir::{
-    Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, Rate, Value, ValueId,
-};
-use osl_syntax::span::Span;
+use super::rewrite::{Code, Rewrite};
+use crate::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, NoiseField, Op, ValueId};
 use rustc_hash::FxHashMap;
 use smallvec::smallvec;
 
@@ -29,18 +26,14 @@ use smallvec::smallvec;
 pub(super) fn run(body: &mut Body, scale: f32) {
     let gentle = gentle::find(body);
     let mut writer = Writer {
-        body,
+        code: Code::new(body),
         gentle,
         scale,
         shares: FxHashMap::default(),
         zeros: FxHashMap::default(),
-        renaming: Renaming::default(),
-        out: Vec::new(),
-        span: Span::default(),
     };
-    writer.block(writer.body.entry);
-    let renaming = writer.renaming;
-    super::fold::rename_outputs(body, &renaming);
+    writer.block(writer.code.body.entry);
+    writer.code.finish();
 }
 
 /// Maximum number of operations of both sides of a branch that is always computed.
@@ -53,7 +46,7 @@ const PERLIN_GONE: f32 = 2.0;
 const SIMPLEX_GONE: f32 = 1.35;
 
 struct Writer<'a> {
-    body: &'a mut Body,
+    code: Code<'a>,
     /// Values that reach the outputs through smooth functions only.
     gentle: Vec<bool>,
     scale: f32,
@@ -61,72 +54,32 @@ struct Writer<'a> {
     shares: FxHashMap<ValueId, ValueId>,
     /// Int constants that are 0 or 1.
     zeros: FxHashMap<ValueId, bool>,
-    renaming: Renaming,
-    out: Vec<Inst>,
-    span: Span,
 }
 
-impl Writer<'_> {
-    fn fresh(&mut self, kind: Kind) -> ValueId {
-        self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });
-        ValueId(self.body.values.len() as u32 - 1)
-    }
-
-    fn push(&mut self, op: Op, kind: Kind) -> ValueId {
-        let result = self.fresh(kind);
-        self.out.push(Inst { op, results: smallvec![result], span: self.span });
-        result
-    }
-
-    fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
-        let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
-        self.push(Op::Lane(op, args.into()), kind)
-    }
-
-    fn float(&mut self, x: f32) -> ValueId {
-        self.push(Op::Const(Const::Float(x)), Kind::Float)
-    }
-
-    fn is_gentle(&self, v: ValueId) -> bool {
-        self.gentle.get(v.index()).copied().unwrap_or(false)
-    }
-
-    /// Whether all results are numbers that reach the outputs smoothly.
-    fn worth(&self, results: &[ValueId]) -> bool {
-        let smooth =
-            |v: &ValueId| matches!(self.body.kind(*v), Kind::Float | Kind::Triple) && self.is_gentle(*v);
-        !results.is_empty() && results.iter().all(smooth)
-    }
-
-    fn block(&mut self, id: BlockId) {
-        let insts = std::mem::take(&mut self.body.blocks[id.index()].insts);
-        let outer = std::mem::take(&mut self.out);
-        for inst in insts {
-            self.inst(inst);
-        }
-        self.body.blocks[id.index()].insts = std::mem::replace(&mut self.out, outer);
+impl<'a> Rewrite<'a> for Writer<'a> {
+    fn code(&mut self) -> &mut Code<'a> {
+        &mut self.code
     }
 
     fn inst(&mut self, mut inst: Inst) {
-        self.span = inst.span;
-        inst.op.replace_uses(|v| self.renaming.get(v));
+        inst.op.replace_uses(|v| self.code.renaming.get(v));
         match &inst.op {
             Op::Const(Const::Int(n @ (0 | 1))) => {
                 inst.results.iter().for_each(|r| {
                     self.zeros.insert(*r, *n == 0);
                 });
-                self.out.push(inst);
+                self.keep(inst);
             }
             Op::If { .. } => self.branch(inst),
             Op::Loop { body, .. } => {
                 self.block(*body);
                 // Values of the iteration may have been replaced.
-                inst.op.replace_uses(|v| self.renaming.get(v));
-                self.out.push(inst);
+                inst.op.replace_uses(|v| self.code.renaming.get(v));
+                self.keep(inst);
             }
             Op::Lane(op, args) => {
                 let (op, args, results) = (*op, args.clone(), inst.results.clone());
-                self.out.push(inst);
+                self.keep(inst);
                 if let [result] = results[..] {
                     self.widen(op, &args, result);
                 }
@@ -135,8 +88,21 @@ impl Writer<'_> {
                 let field = *field;
                 self.noise(inst, field);
             }
-            _ => self.out.push(inst),
+            _ => self.keep(inst),
         }
+    }
+}
+
+impl Writer<'_> {
+    fn is_gentle(&self, v: ValueId) -> bool {
+        self.gentle.get(v.index()).copied().unwrap_or(false)
+    }
+
+    /// Whether all results are numbers that reach the outputs smoothly.
+    fn worth(&self, results: &[ValueId]) -> bool {
+        let smooth =
+            |v: &ValueId| matches!(self.code.body.kind(*v), Kind::Float | Kind::Triple) && self.is_gentle(*v);
+        !results.is_empty() && results.iter().all(smooth)
     }
 
     /// Writes the widened form of an operation after it.
@@ -162,13 +128,13 @@ impl Writer<'_> {
             _ => None,
         };
         if let Some(new) = new {
-            self.renaming.set(result, new);
+            self.code.renaming.set(result, new);
         }
     }
 
     /// The change of a value over the footprint, per component.
     fn footprint(&mut self, of: ValueId) -> ValueId {
-        let kind = self.body.kind(of);
+        let kind = self.code.body.kind(of);
         let [dx, dy] = Axis::BOTH.map(|axis| {
             let d = self.push(Op::Derivative(of, axis), kind);
             self.lane(LaneOp::FMul, &[d, d])
@@ -318,11 +284,11 @@ impl Writer<'_> {
             NoiseField::UPerlin => (0.5, PERLIN_GONE),
             NoiseField::Simplex => (0.0, SIMPLEX_GONE),
             NoiseField::USimplex => (0.5, SIMPLEX_GONE),
-            NoiseField::Cell | NoiseField::Hash => return self.out.push(inst),
+            NoiseField::Cell | NoiseField::Hash => return self.keep(inst),
         };
         let coordinates: Vec<ValueId> = args.get(kernel.coordinates()).unwrap_or(&[]).to_vec();
         let results = inst.results.clone();
-        self.out.push(inst);
+        self.keep(inst);
         let [dx, dy] = Axis::BOTH.map(|axis| self.change(&coordinates, axis));
         let width = self.lane(LaneOp::Max, &[dx, dy]);
         let scale = self.float(self.scale);
@@ -331,7 +297,7 @@ impl Writer<'_> {
         let faded = self.lane(LaneOp::Smoothstep, &[from, to, width]);
         for result in results {
             let new = self.lane(LaneOp::Mix, &[result, mean, faded]);
-            self.renaming.set(result, new);
+            self.code.renaming.set(result, new);
         }
     }
 
@@ -339,7 +305,7 @@ impl Writer<'_> {
     fn change(&mut self, coordinates: &[ValueId], axis: Axis) -> ValueId {
         let mut sum = None;
         for of in coordinates {
-            let kind = self.body.kind(*of);
+            let kind = self.code.body.kind(*of);
             let d = self.push(Op::Derivative(*of, axis), kind);
             let op = if kind == Kind::Triple { LaneOp::Dot } else { LaneOp::FMul };
             let square = self.lane(op, &[d, d]);
@@ -357,27 +323,23 @@ impl Writer<'_> {
         let Op::If { cond, then, otherwise, .. } = inst.op else { return };
         self.block(then);
         self.block(otherwise);
-        inst.op.replace_uses(|v| self.renaming.get(v));
+        inst.op.replace_uses(|v| self.code.renaming.get(v));
         let short = self.operations(then).zip(self.operations(otherwise));
         let Op::If { then_yields, else_yields, .. } = &inst.op else { return };
         let wanted = self.shares.contains_key(&cond)
             && short.is_some_and(|(a, b)| a + b <= MAX_OPERATIONS)
-            && inst.results.iter().any(|r| self.worth(&[*r]) || self.body.kind(*r) == Kind::Int);
+            && inst.results.iter().any(|r| self.worth(&[*r]) || self.code.body.kind(*r) == Kind::Int);
         if !wanted {
-            return self.out.push(inst);
+            return self.keep(inst);
         }
         for side in [then, otherwise] {
-            let mut insts = std::mem::take(&mut self.body.blocks[side.index()].insts);
-            self.out.append(&mut insts);
+            let mut insts = std::mem::take(&mut self.code.body.blocks[side.index()].insts);
+            self.code.out.append(&mut insts);
         }
         for ((result, a), b) in inst.results.iter().zip(then_yields).zip(else_yields) {
-            let op = crate::ir::choose_op(self.body.kind(*a));
+            let op = crate::ir::choose_op(self.code.body.kind(*a));
             let args = smallvec![cond, *a, *b];
-            self.out.push(Inst {
-                op: Op::Lane(op, args.clone()),
-                results: smallvec![*result],
-                span: inst.span,
-            });
+            self.keep(Inst { op: Op::Lane(op, args.clone()), results: smallvec![*result], span: inst.span });
             self.widen(op, &args, *result);
         }
     }
@@ -385,7 +347,7 @@ impl Writer<'_> {
     /// Number of operations of a block without effects, jumps and arrays.
     fn operations(&self, id: BlockId) -> Option<usize> {
         let mut count = 0;
-        for inst in &self.body.block(id).insts {
+        for inst in &self.code.body.block(id).insts {
             count += match &inst.op {
                 Op::Const(_) | Op::Global(_) | Op::Input(_) | Op::GlobalDeriv(..) => 0,
                 Op::Lane(..) | Op::Derivative(..) => 1,

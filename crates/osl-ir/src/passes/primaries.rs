@@ -3,7 +3,7 @@
 //!
 //! This pass does not run by default. It runs before the others if another system is requested.
 
-use crate::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Value, ValueId};
+use crate::ir::{Body, Const, Inst, Kernel, Kind, LaneOp, Op};
 use smallvec::smallvec;
 
 /// Converts colors to those of a system, given by its number in [`osl_numeric::color::SYSTEMS`].
@@ -24,8 +24,7 @@ pub fn set_primaries(body: &mut Body, system: i32) {
                 _ => None,
             };
             if let Some(mut op) = other {
-                let number = ValueId(body.values.len() as u32);
-                body.values.push(Value { kind: Kind::Int, rate: Rate::Varying, span: inst.span });
+                let number = body.fresh(Kind::Int, inst.span);
                 let constant = Op::Const(Const::Int(system));
                 kept.push(Inst { op: constant, results: smallvec![number], span: inst.span });
                 if let Op::Lane(_, args) | Op::Kernel(_, args) = &mut op {

@@ -2,7 +2,7 @@
 //! `If` or `Loop` returns the value.
 
 use super::Renaming;
-use crate::ir::{BlockId, Body, Const, Inst, Kind, Op, Rate, SlotId, Source, Value, ValueId};
+use crate::ir::{BlockId, Body, Const, Inst, Op, SlotId, Source, ValueId};
 use osl_syntax::span::Span;
 use smallvec::smallvec;
 
@@ -48,11 +48,6 @@ impl Ssa<'_> {
         self.body.slot(slot).len.is_none()
     }
 
-    fn fresh(&mut self, kind: Kind, span: Span) -> ValueId {
-        self.body.values.push(Value { kind, rate: Rate::Varying, span });
-        ValueId(self.body.values.len() as u32 - 1)
-    }
-
     fn write(&mut self, slot: SlotId, value: ValueId) {
         self.log.push((slot, self.current[slot.index()]));
         self.current[slot.index()] = Some(value);
@@ -63,7 +58,7 @@ impl Ssa<'_> {
             return value;
         }
         let kind = self.body.slot(slot).kind;
-        let zero = self.fresh(kind, Span::default());
+        let zero = self.body.fresh(kind, Span::default());
         self.zeros.push(Inst {
             op: Op::Const(Const::zero(kind)),
             results: smallvec![zero],
@@ -132,7 +127,7 @@ impl Ssa<'_> {
                 continue;
             }
             let kind = self.body.slot(slot).kind;
-            let result = self.fresh(kind, inst.span);
+            let result = self.body.fresh(kind, inst.span);
             then_yields.push(a);
             else_yields.push(b);
             inst.results.push(result);
@@ -151,7 +146,7 @@ impl Ssa<'_> {
             let before = self.read(*slot);
             init.push(before);
             let kind = self.body.slot(*slot).kind;
-            let param = self.fresh(kind, inst.span);
+            let param = self.body.fresh(kind, inst.span);
             params.push(param);
             self.write(*slot, param);
         }
@@ -162,7 +157,7 @@ impl Ssa<'_> {
         }
         for slot in slots {
             let kind = self.body.slot(slot).kind;
-            let result = self.fresh(kind, inst.span);
+            let result = self.body.fresh(kind, inst.span);
             inst.results.push(result);
             self.write(slot, result);
         }

@@ -9,7 +9,7 @@ mod stop;
 
 pub use stop::{Stops, stop};
 
-use osl_ir::ir::{Body, Const, Inst, Kernel, Kind, Op, Shape, Value, ValueId};
+use osl_ir::ir::{Body, Const, Inst, Kernel, Kind, Op, Shape, ValueId};
 use osl_syntax::span::Span;
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::sync::Arc;
@@ -211,8 +211,7 @@ impl Fitted<'_> {
 
     fn constant(&mut self, value: Const) -> ValueId {
         let kind = value.kind();
-        self.body.values.push(Value { kind, rate: osl_ir::ir::Rate::Varying, span: self.span });
-        let id = ValueId(self.body.values.len() as u32 - 1);
+        let id = self.body.fresh(kind, self.span);
         self.before.push(Inst { op: Op::Const(value), results: [id].into_iter().collect(), span: self.span });
         id
     }

@@ -12,7 +12,7 @@
 
 use crate::trace::{Exact, NodeId, Trace, What, eval};
 use osl_ir::Span;
-use osl_ir::ir::{Const, Continuity, LaneOp};
+use osl_ir::ir::{Const, Continuity};
 use std::collections::BTreeMap;
 
 /// What an instruction did to the outputs of one point, as shares of an output's range.
@@ -286,26 +286,9 @@ impl<'a> Steps<'a> {
 fn is_outside(trace: &Trace, id: NodeId) -> bool {
     let node = trace.node(id);
     let What::Lane(op) = &node.what else { return false };
-    let arg = |i: usize| {
-        let id = node.args.get(i).copied()?;
-        trace.node(id).strict.as_ref().map(|v| Exact::widen(v).numbers())
-    };
-    let any = |i: usize, test: fn(f64) -> bool| arg(i).is_some_and(|v| v.into_iter().any(test));
-    match op {
-        LaneOp::Sqrt => any(0, |x| x < 0.0),
-        LaneOp::InverseSqrt | LaneOp::Log | LaneOp::Log2 | LaneOp::Log10 => any(0, |x| x <= 0.0),
-        LaneOp::Asin | LaneOp::Acos => any(0, |x| x.abs() > 1.0),
-        LaneOp::Pow => {
-            let (base, power) = (arg(0).unwrap_or_default(), arg(1).unwrap_or_default());
-            let power = |i: usize| power.get(i).or(power.first()).copied().unwrap_or(1.0);
-            base.iter().enumerate().any(|(i, x)| *x < 0.0 && power(i).fract() != 0.0)
-        }
-        LaneOp::FDiv | LaneOp::FDivBy | LaneOp::Fmod | LaneOp::FmodExact | LaneOp::Mod | LaneOp::ModBy => {
-            any(1, |x| x == 0.0)
-        }
-        LaneOp::Normalize => arg(0).is_some_and(|v| v.iter().all(|x| *x == 0.0)),
-        _ => false,
-    }
+    let numbers = |id: &NodeId| trace.node(*id).strict.as_ref().map(|v| Exact::widen(v).numbers());
+    let args: Vec<Vec<f64>> = node.args.iter().map(|id| numbers(id).unwrap_or_default()).collect();
+    op.domain().excludes(&args)
 }
 
 fn name(what: &What) -> String {

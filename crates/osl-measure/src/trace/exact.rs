@@ -166,7 +166,7 @@ macro_rules! row {
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
-        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
+        $cost:ident $continuity:ident $precision:ident $domain:ident, $derivative:ident;)*) => {
         fn one(op: LaneOp, args: &[Exact]) -> Option<Exact> {
             match op {
                 $(LaneOp::$name => row!(args, osl_numeric::$module::$body, ($($arg),*) -> $ret)),*

@@ -2,18 +2,17 @@
 //! arithmetics; all other kernels run in the interpreter, as a program with that one call.
 
 use super::{Exact, Node, NodeId, OnePoint, What};
-use osl_exec::{Program, RunOptions, Services};
+use osl_exec::{Program, RunOptions, Services, noise_kind};
 use osl_ir::ir::{
     Body, Builder, Const, Kernel, Kind, LaneOp, NoiseField, Output, Shape, Sink, SlotId, Source, ValueId,
 };
 use osl_ir::types::{Base, Extent, Type};
 use osl_limits::Limits;
-use osl_noise::Kind as Field;
 use osl_simd::Isa;
 
 /// A call of a noise field.
 pub(super) struct NoiseCall {
-    field: Field,
+    field: osl_noise::Kind,
     dims: usize,
     has_derivs: bool,
     /// Number of arguments before the coordinates.
@@ -31,15 +30,7 @@ impl NoiseCall {
             }
             _ => return None,
         };
-        let field = match field {
-            NoiseField::Cell => Field::Cell,
-            NoiseField::Hash => Field::Hash,
-            NoiseField::Perlin => Field::Perlin,
-            NoiseField::UPerlin => Field::UPerlin,
-            NoiseField::Simplex => Field::Simplex,
-            NoiseField::USimplex => Field::USimplex,
-        };
-        Some(NoiseCall { field, dims: usize::from(dims), has_derivs, skip })
+        Some(NoiseCall { field: noise_kind(field), dims: usize::from(dims), has_derivs, skip })
     }
 
     /// Its results in the strict arithmetic.

@@ -35,7 +35,7 @@ macro_rules! eval_row {
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
-        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
+        $cost:ident $continuity:ident $precision:ident $domain:ident, $derivative:ident;)*) => {
         impl LaneOp {
             /// One lane of the operation on arguments of exactly the line's kinds.
             fn eval_lane<R: Scalar>(self, args: &[Const]) -> Option<Const> {

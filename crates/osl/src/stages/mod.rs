@@ -68,8 +68,8 @@ use osl_hir::{hir, lint};
 use osl_ir::passes;
 use osl_limits::Limits;
 use osl_lower::params;
-use osl_syntax::Parsed;
 use osl_syntax::diagnostic::Severity;
+use osl_syntax::{Parsed, Silenced};
 
 /// A file that was read and resolved, with or without errors.
 pub struct Checked {
@@ -84,7 +84,7 @@ pub struct Checked {
     /// The syntax tree.
     pub ast: Ast,
     /// Lines on which the file suppresses warnings.
-    pub nowarn: Vec<Span>,
+    pub silenced: Silenced,
     /// Whether the file is a compiled shader: it has no syntax tree, and lints do not apply.
     pub compiled: bool,
 }
@@ -104,14 +104,14 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
             program,
             broken: None,
             ast: Ast::default(),
-            nowarn: Vec::new(),
+            silenced: Silenced::default(),
             compiled: true,
         };
     }
     let parsed = osl_syntax::parse(name, text, provider, options);
     let Resolved { program, diagnostics: more } =
         resolve::resolve_parsed(&parsed, options.reports, &options.limits);
-    let Parsed { sources, mut diagnostics, ast, nowarn, .. } = parsed;
+    let Parsed { sources, mut diagnostics, ast, silenced, .. } = parsed;
     let ordered = diagnostics.iter().any(Diagnostic::is_error) && !more.is_empty();
     diagnostics.extend(more);
     if ordered {
@@ -121,7 +121,7 @@ pub fn check(name: &str, text: &str, provider: &dyn SourceProvider, options: &Op
         Ok(program) => (Some(program), None),
         Err(broken) => (None, Some(broken)),
     };
-    Checked { sources, diagnostics, program, broken, ast, nowarn, compiled: false }
+    Checked { sources, diagnostics, program, broken, ast, silenced, compiled: false }
 }
 
 /// The symbols of a checked source and the types of its expressions, for editors; also of a source with
@@ -133,7 +133,7 @@ pub fn symbols(checked: &Checked, limits: &Limits) -> Symbols {
 /// All findings of the lints in a file without errors, whatever their level; nothing for a file with errors.
 pub fn lint(checked: &Checked, options: &lint::Options) -> Vec<Diagnostic> {
     let Some(program) = checked.program.as_ref().filter(|_| !checked.compiled) else { return Vec::new() };
-    let options = lint::Options { silenced: checked.nowarn.clone(), ..options.clone() };
+    let options = lint::Options { silenced: checked.silenced.clone(), ..options.clone() };
     lint::run(&checked.ast, program, &checked.sources, &options)
 }
 

@@ -6,7 +6,7 @@
 use super::constant::{self, constant};
 use super::place::{Spot, is_pure};
 use super::table::Sym;
-use super::{Storage, Val, Writer};
+use super::{Leaf, Storage, Val, Writer};
 use crate::hir::{Expr, ExprKind, Init, Lvalue};
 use crate::oso::text;
 use osl_ir::types::{Base, Type};
@@ -110,7 +110,7 @@ impl Writer<'_> {
             }
             _ => {
                 let val = self.eval(e);
-                self.write(&Spot::whole(Storage::Leaf(to)), val);
+                self.write(&Spot::whole(Storage::Leaf(Leaf::Symbol(to))), val);
             }
         }
     }

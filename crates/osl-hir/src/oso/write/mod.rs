@@ -25,7 +25,6 @@ use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use osl_syntax::span::Span;
 use std::borrow::Cow;
-use std::rc::Rc;
 use table::{Op, Sym, Table};
 
 /// Writes a program. `sources` contains its files and lines.
@@ -48,7 +47,7 @@ pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<
     for index in 0..crate::hir::GLOBALS.len() {
         // Symbols of globals are added on first use.
         if let Some(var) = writer.vars.get_mut(index) {
-            *var = Some(Storage::Global(index));
+            *var = Some(Storage::Leaf(Leaf::Global(index)));
         }
     }
     writer.params();
@@ -63,15 +62,16 @@ pub fn write(program: &Program, sources: &SourceMap, limits: &Limits) -> Result<
     Ok(print::print(&writer, sources))
 }
 
-/// The storage of a variable: one symbol for each part that is not a struct.
-#[derive(Clone, Debug)]
-enum Storage {
+/// What holds a part that is not a struct.
+#[derive(Clone, Copy, Debug)]
+enum Leaf {
     /// A global that no operation has used so far.
     Global(usize),
-    Leaf(Sym),
-    /// Shared, since each use of a variable needs its storage, and a struct may have very many parts.
-    Struct(Rc<[Storage]>),
+    Symbol(Sym),
 }
+
+/// The storage of a variable.
+type Storage = crate::storage::Storage<Leaf>;
 
 /// The value of an expression.
 #[derive(Clone, Debug)]
@@ -168,8 +168,8 @@ impl Writer<'_> {
     /// The symbol of a part that is not a struct.
     fn leaf(&mut self, storage: &Storage) -> Option<Sym> {
         match storage {
-            Storage::Leaf(sym) => Some(*sym),
-            Storage::Global(index) => Some(self.table.global(*index)),
+            Storage::Leaf(Leaf::Symbol(sym)) => Some(*sym),
+            Storage::Leaf(Leaf::Global(index)) => Some(self.table.global(*index)),
             Storage::Struct(_) => None,
         }
     }

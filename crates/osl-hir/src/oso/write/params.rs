@@ -3,7 +3,7 @@
 use super::constant::{constant, zero};
 use super::place::Spot;
 use super::table::{Class, Sym, Value};
-use super::{Storage, Writer};
+use super::{Leaf, Storage, Writer};
 use crate::hir::{Init, MetaValue, Param};
 use osl_ir::types::{Base, Extent, Type};
 use std::sync::Arc;
@@ -42,7 +42,7 @@ impl Writer<'_> {
             symbol.metadata = metadata;
             symbol.open = param.open;
         }
-        let Some(id) = ty.as_struct() else { return Storage::Leaf(sym) };
+        let Some(id) = ty.as_struct() else { return Storage::Leaf(Leaf::Symbol(sym)) };
         let fields = self.program.structs.get(id).fields.clone();
         let field = |(at, field): (usize, &osl_ir::types::Field)| {
             let named = Named {
@@ -68,10 +68,10 @@ impl Writer<'_> {
                     }
                 }
             }
-            (Storage::Leaf(sym), init) if self.constants(*sym, ty, init) => {}
+            (Storage::Leaf(Leaf::Symbol(sym)), init) if self.constants(*sym, ty, init) => {}
             _ => {
                 self.empty(storage, ty);
-                let Some(first) = first(storage) else { return };
+                let Some(Leaf::Symbol(first)) = storage.first() else { return };
                 if let Some(symbol) = self.table.get_mut(first) {
                     symbol.computed = true;
                     let name = symbol.name.clone();
@@ -98,7 +98,7 @@ impl Writer<'_> {
                     self.empty(part, field.ty);
                 }
             }
-            (Storage::Leaf(sym), _) => {
+            (Storage::Leaf(Leaf::Symbol(sym)), _) => {
                 self.constants(*sym, ty, &Init::List(Vec::new()));
             }
             _ => {}
@@ -141,13 +141,4 @@ fn elements(items: &[Init], base: Base, length: usize) -> Option<Vec<Value>> {
         all.extend(zero(base));
     }
     Some(all)
-}
-
-/// The symbol of the first part.
-fn first(storage: &Storage) -> Option<Sym> {
-    match storage {
-        Storage::Leaf(sym) => Some(*sym),
-        Storage::Struct(parts) => parts.iter().find_map(first),
-        Storage::Global(_) => None,
-    }
 }

@@ -2,8 +2,9 @@
 
 use super::constant;
 use super::table::{Class, Sym};
-use super::{Storage, Val, Writer};
+use super::{Leaf, Storage, Val, Writer};
 use crate::hir::{Expr, ExprKind, Init, Lvalue, Step, VarId};
+use crate::storage::Part;
 use osl_ir::types::{Base, Extent, Type};
 
 /// A place whose indices have been evaluated.
@@ -11,14 +12,7 @@ use osl_ir::types::{Base, Extent, Type};
 pub(super) struct Spot {
     pub(super) storage: Storage,
     pub(super) element: Option<Sym>,
-    part: Part,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Part {
-    Whole,
-    Component(Sym),
-    Cell(Sym, Sym),
+    part: Part<Sym>,
 }
 
 impl Spot {
@@ -41,8 +35,7 @@ impl Writer<'_> {
             let hold = hold || more.iter().any(|s| !is_pure_step(s));
             match step {
                 Step::Field(index) => {
-                    let Storage::Struct(parts) = &spot.storage else { return None };
-                    spot.storage = parts.get(*index as usize)?.clone();
+                    spot.storage = spot.storage.field(*index as usize)?.clone();
                 }
                 Step::Element(index) => spot.element = Some(self.index(index, hold)),
                 Step::Component(index) => spot.part = Part::Component(self.index(index, hold)),
@@ -113,7 +106,7 @@ impl Writer<'_> {
         }
     }
 
-    fn write_part(&mut self, of: Sym, part: Part, value: Sym) {
+    fn write_part(&mut self, of: Sym, part: Part<Sym>, value: Sym) {
         match part {
             Part::Whole => self.assign(of, value),
             Part::Component(index) => self.emit_to("compassign", of, &[index, value]),
@@ -224,16 +217,10 @@ impl Writer<'_> {
             if self.is_full() {
                 return;
             }
-            let (part, element, part_ty) = match (ty.extent, ty.base, storage) {
-                (Extent::One, Base::Struct(id), Storage::Struct(parts)) => {
-                    let field = self.program.structs.get(id).fields.get(index).map(|f| f.ty);
-                    match (parts.get(index), field) {
-                        (Some(part), Some(ty)) => (part.clone(), element, ty),
-                        _ => return,
-                    }
-                }
-                _ => (storage.clone(), Some(self.table.int(index as i32)), ty.element()),
+            let Some((part, part_ty, is_element)) = storage.item(&self.program.structs, ty, index) else {
+                return;
             };
+            let element = if is_element { Some(self.table.int(index as i32)) } else { element };
             match item {
                 Init::Value(e) => {
                     let value = self.eval(e);
@@ -278,7 +265,7 @@ impl Writer<'_> {
                 }
                 let inner = length(field.ty).or(len);
                 let part = self.allocate_as(class, field.ty.base, inner, format!("{name}.{}", field.name));
-                if let Storage::Leaf(sym) = part
+                if let Storage::Leaf(Leaf::Symbol(sym)) = part
                     && let Some(symbol) = self.table.get_mut(sym)
                 {
                     symbol.parent = Some((name.clone(), at));
@@ -288,7 +275,7 @@ impl Writer<'_> {
             return Storage::Struct(parts.into());
         }
         let extent = len.map_or(Extent::One, Extent::Array);
-        Storage::Leaf(self.table.add(class, Type { base, extent }, name))
+        Storage::Leaf(Leaf::Symbol(self.table.add(class, Type { base, extent }, name)))
     }
 }
 

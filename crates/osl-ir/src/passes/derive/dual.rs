@@ -4,6 +4,7 @@
 //! plain operation, and both derivatives in a fixed order of products and sums. A tangent of `None` is zero;
 //! products with it are omitted.
 
+use super::super::rewrite::Rewrite;
 use super::Writer;
 use crate::ir::{LaneOp, ValueId};
 

@@ -1,5 +1,6 @@
 //! The derivative rules of elementary functions: most multiply the argument's derivatives by a factor.
 
+use super::super::rewrite::Rewrite;
 use super::Writer;
 use super::dual::{Call, Dual};
 use crate::ir::{LaneOp as L, ValueId};

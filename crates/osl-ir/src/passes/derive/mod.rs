@@ -12,15 +12,10 @@ mod elementary;
 mod rules;
 mod vectors;
 
-use super::Renaming;
+use super::rewrite::{Code, Rewrite};
 use crate::global::Global;
-use crate::ir::{
-    Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Rate, Slot, SlotId, Value, ValueId, Values,
-};
+use crate::ir::{Axis, BlockId, Body, Const, Inst, Kernel, Kind, LaneOp, Op, Slot, SlotId, ValueId, Values};
 use dual::Dual;
-use osl_numeric::library_constants::LibraryConstant;
-use osl_syntax::span::Span;
-use smallvec::smallvec;
 
 /// Runs the pass. Returns whether anything changed.
 pub(super) fn run(body: &mut Body) -> bool {
@@ -38,18 +33,9 @@ pub(super) fn run(body: &mut Body) -> bool {
         let tangents = vec![[None; 2]; body.values.len()];
         let shadows =
             demand.slots.iter().enumerate().map(|(i, wanted)| wanted.then(|| shadow(body, i))).collect();
-        let mut writer = Writer {
-            body,
-            wanted: demand.wanted,
-            tangents,
-            shadows,
-            renaming: Renaming::default(),
-            out: Vec::new(),
-            span: Span::default(),
-        };
-        writer.block(writer.body.entry);
-        let renaming = writer.renaming;
-        super::fold::rename_outputs(body, &renaming);
+        let mut writer = Writer { code: Code::new(body), wanted: demand.wanted, tangents, shadows };
+        writer.block(writer.code.body.entry);
+        writer.code.finish();
     }
     demand.any
 }
@@ -153,56 +139,68 @@ impl Demand {
 
 /// Writes derivatives. `None` is zero.
 pub(super) struct Writer<'a> {
-    body: &'a mut Body,
+    code: Code<'a>,
     wanted: Vec<bool>,
     tangents: Vec<[Option<ValueId>; 2]>,
     /// The arrays of derivatives of an array.
     shadows: Vec<Option<[SlotId; 2]>>,
-    /// Values that the form with derivatives computes differently.
-    renaming: Renaming,
-    out: Vec<Inst>,
-    span: Span,
+}
+
+impl<'a> Rewrite<'a> for Writer<'a> {
+    fn code(&mut self) -> &mut Code<'a> {
+        &mut self.code
+    }
+
+    fn inst(&mut self, mut inst: Inst) {
+        inst.op.replace_uses(|v| self.code.renaming.get(v));
+        match inst.op {
+            Op::If { .. } => self.branch(inst),
+            Op::Loop { .. } => self.round(inst),
+            Op::Derivative(of, axis) => {
+                let tangent = self.tangent_or_zero(of, axis);
+                inst.results.iter().for_each(|r| self.code.renaming.set(*r, tangent));
+            }
+            Op::Kernel(Kernel::Texture { .. } | Kernel::Environment { .. }, _) => self.texture(inst),
+            Op::Kernel(ref kernel, ref args) if kernel.is_smooth() => {
+                let wanted = inst.results.first().is_some_and(|r| self.wants(*r));
+                let moving =
+                    kernel.is_varying() || args.iter().any(|a| self.dual(*a).d.iter().any(Option::is_some));
+                if kernel.is_filtered() || (wanted && moving) {
+                    self.with_tangents(inst);
+                } else {
+                    self.keep(inst);
+                }
+            }
+            Op::StoreElement(slot, index, value) => {
+                if let Some(shadows) = self.shadows.get(slot.index()).copied().flatten() {
+                    for axis in Axis::BOTH {
+                        let tangent = self.tangent_or_zero(value, axis);
+                        let op = Op::StoreElement(shadows[axis as usize], index, tangent);
+                        self.keep(Inst { op, results: Values::new(), span: inst.span });
+                    }
+                }
+                self.keep(inst);
+            }
+            op => {
+                let Some(result) = inst.results.first().copied().filter(|r| self.wants(*r)) else {
+                    return self.keep(Inst { op, ..inst });
+                };
+                self.keep(Inst { op: op.clone(), ..inst });
+                self.simple(&op, result);
+            }
+        }
+    }
 }
 
 impl Writer<'_> {
-    fn fresh(&mut self, kind: Kind) -> ValueId {
-        self.body.values.push(Value { kind, rate: Rate::Varying, span: self.span });
-        ValueId(self.body.values.len() as u32 - 1)
-    }
-
-    fn push(&mut self, op: Op, kind: Kind) -> ValueId {
-        let result = self.fresh(kind);
-        self.out.push(Inst { op, results: smallvec![result], span: self.span });
-        result
-    }
-
-    /// Writes a lane operation.
-    fn lane(&mut self, op: LaneOp, args: &[ValueId]) -> ValueId {
-        let kind = op.result_kind(args.iter().map(|a| self.body.kind(*a)));
-        self.push(Op::Lane(op, args.into()), kind)
-    }
-
-    fn float(&mut self, x: f32) -> ValueId {
-        self.push(Op::Const(Const::Float(x)), Kind::Float)
-    }
-
-    fn library_constant(&mut self, constant: LibraryConstant) -> ValueId {
-        let number = self.int(constant as i32);
-        self.lane(LaneOp::LibraryConstant, &[number])
-    }
-
-    fn int(&mut self, n: i32) -> ValueId {
-        self.push(Op::Const(Const::Int(n)), Kind::Int)
-    }
-
     fn dual(&self, v: ValueId) -> Dual {
         Dual { v, d: self.tangents.get(v.index()).copied().unwrap_or_default() }
     }
 
     /// A derivative of a value like `v`, as explicit zeros if it is zero.
     fn or_zero(&mut self, tangent: Option<ValueId>, v: ValueId) -> ValueId {
-        let kind = self.body.kind(v);
-        tangent.unwrap_or_else(|| self.push(Op::Const(Const::zero(kind)), kind))
+        let kind = self.code.body.kind(v);
+        tangent.unwrap_or_else(|| self.constant(Const::zero(kind)))
     }
 
     fn tangent_or_zero(&mut self, v: ValueId, axis: Axis) -> ValueId {
@@ -218,76 +216,26 @@ impl Writer<'_> {
     }
 
     fn wants(&self, v: ValueId) -> bool {
-        let smooth = matches!(self.body.kind(v), Kind::Float | Kind::Triple);
+        let smooth = matches!(self.code.body.kind(v), Kind::Float | Kind::Triple);
         smooth && self.wanted.get(v.index()).copied().unwrap_or(false)
-    }
-
-    fn block(&mut self, id: BlockId) {
-        let insts = std::mem::take(&mut self.body.blocks[id.index()].insts);
-        let outer = std::mem::take(&mut self.out);
-        for inst in insts {
-            self.inst(inst);
-        }
-        self.body.blocks[id.index()].insts = std::mem::replace(&mut self.out, outer);
     }
 
     /// Adds the derivatives of some values to the end of a block that was already written.
     fn yields(&mut self, block: BlockId, values: &[ValueId], into: &mut Values) {
-        let outer = std::mem::take(&mut self.out);
+        let outer = std::mem::take(&mut self.code.out);
         for v in values {
             for axis in Axis::BOTH {
                 let tangent = self.tangent_or_zero(*v, axis);
                 into.push(tangent);
             }
         }
-        let mut added = std::mem::replace(&mut self.out, outer);
-        self.body.blocks[block.index()].insts.append(&mut added);
-    }
-
-    fn inst(&mut self, mut inst: Inst) {
-        self.span = inst.span;
-        inst.op.replace_uses(|v| self.renaming.get(v));
-        match inst.op {
-            Op::If { .. } => self.branch(inst),
-            Op::Loop { .. } => self.round(inst),
-            Op::Derivative(of, axis) => {
-                let tangent = self.tangent_or_zero(of, axis);
-                inst.results.iter().for_each(|r| self.renaming.set(*r, tangent));
-            }
-            Op::Kernel(Kernel::Texture { .. } | Kernel::Environment { .. }, _) => self.texture(inst),
-            Op::Kernel(ref kernel, ref args) if kernel.is_smooth() => {
-                let wanted = inst.results.first().is_some_and(|r| self.wants(*r));
-                let moving =
-                    kernel.is_varying() || args.iter().any(|a| self.dual(*a).d.iter().any(Option::is_some));
-                if kernel.is_filtered() || (wanted && moving) {
-                    self.with_tangents(inst);
-                } else {
-                    self.out.push(inst);
-                }
-            }
-            Op::StoreElement(slot, index, value) => {
-                if let Some(shadows) = self.shadows.get(slot.index()).copied().flatten() {
-                    for axis in Axis::BOTH {
-                        let tangent = self.tangent_or_zero(value, axis);
-                        let op = Op::StoreElement(shadows[axis as usize], index, tangent);
-                        self.out.push(Inst { op, results: Values::new(), span: inst.span });
-                    }
-                }
-                self.out.push(inst);
-            }
-            op => {
-                let Some(result) = inst.results.first().copied().filter(|r| self.wants(*r)) else {
-                    return self.out.push(Inst { op, ..inst });
-                };
-                self.out.push(Inst { op: op.clone(), ..inst });
-                self.simple(&op, result);
-            }
-        }
+        let mut added = std::mem::replace(&mut self.code.out, outer);
+        self.code.body.blocks[block.index()].insts.append(&mut added);
     }
 
     /// Writes the derivatives of an operation without blocks.
     fn simple(&mut self, op: &Op, result: ValueId) {
-        let kind = self.body.kind(result);
+        let kind = self.code.body.kind(result);
         match op {
             Op::Global(global @ (Global::P | Global::U | Global::V | Global::I | Global::Ps)) => {
                 for axis in Axis::BOTH {
@@ -310,12 +258,12 @@ impl Writer<'_> {
                 }
                 let Some(Dual { v, d }) = rules::derivative_of(self, *op, &args, result) else { return };
                 if v != result {
-                    self.renaming.set(result, v);
+                    self.code.renaming.set(result, v);
                 }
                 for axis in Axis::BOTH {
                     // The derivative of a float next to a triple is broadcast like the float itself.
                     let tangent = d[axis as usize].map(|d| {
-                        let spread = kind == Kind::Triple && self.body.kind(d) == Kind::Float;
+                        let spread = kind == Kind::Triple && self.code.body.kind(d) == Kind::Float;
                         if spread { self.lane(LaneOp::Splat, &[d]) } else { d }
                     });
                     self.set(v, axis, tangent);
@@ -338,7 +286,7 @@ impl Writer<'_> {
             }
         }
         self.results(&mut inst.results);
-        self.out.push(inst);
+        self.keep(inst);
     }
 
     /// Gives a texture lookup its footprint, and makes it compute derivatives of the channels if needed.
@@ -363,14 +311,14 @@ impl Writer<'_> {
                 self.result_tangents(channel, &mut inst.results);
             }
         }
-        self.out.push(inst);
+        self.keep(inst);
     }
 
     fn branch(&mut self, mut inst: Inst) {
         let Op::If { then, otherwise, then_yields, else_yields, .. } = &mut inst.op else { return };
         self.block(*then);
         self.block(*otherwise);
-        then_yields.iter_mut().chain(else_yields.iter_mut()).for_each(|v| *v = self.renaming.get(*v));
+        then_yields.iter_mut().chain(else_yields.iter_mut()).for_each(|v| *v = self.code.renaming.get(*v));
         let pick = |list: &[ValueId], w: &Self| -> Values {
             inst.results.iter().zip(list).filter(|(r, _)| w.wants(**r)).map(|(_, v)| *v).collect()
         };
@@ -378,7 +326,7 @@ impl Writer<'_> {
         self.yields(*then, &a, then_yields);
         self.yields(*otherwise, &b, else_yields);
         self.results(&mut inst.results);
-        self.out.push(inst);
+        self.keep(inst);
     }
 
     /// Adds results for the needed derivatives, in the order of [`Writer::yields`].
@@ -393,7 +341,7 @@ impl Writer<'_> {
 
     fn result_tangents(&mut self, result: ValueId, results: &mut Values) {
         for axis in Axis::BOTH {
-            let kind = self.body.kind(result);
+            let kind = self.code.body.kind(result);
             let tangent = self.fresh(kind);
             self.set(result, axis, Some(tangent));
             results.push(tangent);
@@ -407,17 +355,17 @@ impl Writer<'_> {
             for axis in Axis::BOTH {
                 let first = self.tangent_or_zero(init[*index], axis);
                 init.push(first);
-                let kind = self.body.kind(params[*index]);
+                let kind = self.code.body.kind(params[*index]);
                 let param = self.fresh(kind);
                 self.set(params[*index], axis, Some(param));
                 params.push(param);
             }
         }
         self.block(*body);
-        next.iter_mut().chain([cond]).for_each(|v| *v = self.renaming.get(*v));
+        next.iter_mut().chain([cond]).for_each(|v| *v = self.code.renaming.get(*v));
         let again: Values = wanted.iter().map(|i| next[*i]).collect();
         self.yields(*body, &again, next);
         self.results(&mut inst.results);
-        self.out.push(inst);
+        self.keep(inst);
     }
 }

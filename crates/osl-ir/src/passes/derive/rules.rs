@@ -5,6 +5,7 @@
 //! derivatives. The value is the result of the operation, unless the form with derivatives computes it
 //! differently.
 
+use super::super::rewrite::Rewrite;
 use super::Writer;
 use super::dual::{Call, Dual, Tangent};
 use super::elementary::{
@@ -56,7 +57,7 @@ macro_rules! call {
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
-        $cost:ident $continuity:ident $precision:ident, $derivative:ident;)*) => {
+        $cost:ident $continuity:ident $precision:ident $domain:ident, $derivative:ident;)*) => {
         /// Value and derivatives of `result = op(args)`; `None` without derivatives.
         pub(super) fn derivative_of(w: &mut Writer<'_>, op: LaneOp, args: &[Dual], result: ValueId) -> Option<Dual> {
             let call = Call { op, result };

@@ -1,5 +1,6 @@
 //! The derivative rules of vectors, matrices and colors.
 
+use super::super::rewrite::Rewrite;
 use super::Writer;
 use super::dual::{Call, Dual, Tangent};
 use crate::ir::{LaneOp as L, ValueId};
