@@ -20,28 +20,31 @@ use osl_ir::types::StructTable;
 pub const RULES: [(&str, &str); 8] = [
     (
         "Floats",
-        "Single precision, rounded operation by operation; denormals and the sign of zero are kept. Only the \
-         sign of a zero derivative may depend on which values are known at compile time.",
+        "Floats have single precision, and every operation is rounded. Denormals and the sign of zero are \
+         kept. Only the sign of a zero derivative may depend on which values are known at compile time.",
     ),
     (
         "a / b",
-        "0 if the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. There is one exception: if a \
-         varies from point to point, and b is a number other than 0 that is known at compile time, the result \
-         may be inf or nan. For ints, b = 0 gives 0, and -2147483648/-1 is -2147483648.",
+        "The result is 0 if the quotient is not finite: x/0, 0/0, inf/2 and 1e38/1e-10 are 0. There is one \
+         exception: if a varies from point to point, and b is a number other than 0 that is known at compile \
+         time, the result may be inf or nan. For ints, b = 0 gives 0, and -2147483648/-1 is -2147483648.",
     ),
-    ("a % b", "Ints only. The result has the sign of a, and is 0 for b = 0."),
-    ("Int arithmetic", "Wraps at 32 bits. Shifts use the low five bits of their distance."),
+    ("a % b", "Both operands must be ints. The result has the sign of a, and is 0 for b = 0."),
+    ("Int arithmetic", "Ints wrap at 32 bits. Shifts use only the low five bits of their distance."),
     (
         "(int) x",
-        "Removes the fraction. The result is -2147483648 for nan, inf, -inf, and all numbers out of range.",
+        "The cast removes the fraction. The result is -2147483648 for nan, inf, -inf, and all numbers out of \
+         range.",
     ),
     (
         "Comparisons",
-        "All six are true if an operand is nan, including == and !=. A condition that is nan is true too.",
+        "All six comparisons, including == and !=, are true if an operand is nan. A condition that is nan is \
+         true too.",
     ),
     (
         "Indices",
-        "Indices of arrays, components and matrices are clamped to the valid range, and the run reports an error.",
+        "Indices of arrays, components and matrices are clamped to the valid range, and the run reports an \
+         error.",
     ),
     (
         "nan",
@@ -109,12 +112,12 @@ pub fn find(name: &str) -> Vec<Function> {
 
 /// The fields that the first argument of `noise` and `pnoise` names, each with its range and its look.
 pub const NOISE_FIELDS: [(&str, &str, &str); 7] = [
-    ("perlin", "-1 to 1", "soft bumps, 0 at whole coordinates; `snoise` is the same"),
-    ("uperlin", "0 to 1", "the same around 0.5; what `noise` without a name is"),
+    ("perlin", "-1 to 1", "soft bumps, 0 at whole coordinates; the same as `snoise`"),
+    ("uperlin", "0 to 1", "the same around 0.5; `noise` without a name gives this"),
     ("simplex", "-1 to 1", "soft bumps without a visible grid"),
-    ("usimplex", "0 to 1", "the same around 0.5"),
+    ("usimplex", "0 to 1", "simplex noise around 0.5"),
     ("cell", "0 to 1", "one value for each unit cell, with hard edges between cells"),
-    ("hash", "0 to 1", "another value at every point: white noise"),
+    ("hash", "0 to 1", "a different value at every point: white noise"),
     ("gabor", "about -1 to 1", "stripes and waves of a chosen width and direction"),
 ];
 

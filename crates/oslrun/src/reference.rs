@@ -171,11 +171,13 @@ fn wrapped(text: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Markdown that displays the text unchanged.
+/// Markdown that displays the text unchanged. Names between backticks are code there too.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
+    let mut code = false;
     for c in text.chars() {
-        if matches!(c, '*' | '_' | '<' | '>' | '[' | ']' | '`' | '#') {
+        code ^= c == '`';
+        if !code && matches!(c, '*' | '_' | '<' | '>' | '[' | ']' | '#') {
             out.push('\\');
         }
         out.push(c);

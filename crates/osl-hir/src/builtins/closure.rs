@@ -15,49 +15,67 @@ macro_rules! component {
     };
 }
 
-const NO_DERIVATIVES: &str = "none: closures have none";
+const NO_DERIVATIVES: &str = "none: closures have no derivatives";
 const KEPT: &str =
-    "Parameters are kept as they are, inf and nan too. A weight of 0 makes the closure nothing.";
+    "Parameters are passed on unchanged, inf and nan too. A component with a weight of 0 is dropped.";
 
 pub(super) static ROWS: &[Builtin] = &[
-    component!("emission", &["K(*)"], "", "Light that the surface gives off.", "Ci = emission();"),
-    component!("background", &["K(*)"], "", "Light of the background.", "Ci = background();"),
+    component!("emission", &["K(*)"], "", "Emits light from the surface.", "Ci = emission();"),
+    component!("background", &["K(*)"], "", "Emits the light of the background.", "Ci = background();"),
     component!(
         "transparent",
         &["K(*)"],
         "",
-        "Light that passes straight through.",
+        "Lets light pass straight through the surface.",
         "Ci = 0.5 * transparent();"
     ),
-    component!("holdout", &["K(*)"], "", "A hole in the picture's alpha.", "Ci = holdout();"),
-    component!("debug", &["K(s,*)"], "tag", "Marks a component with a tag.", "Ci = debug(\"albedo\");"),
+    component!(
+        "holdout",
+        &["K(*)"],
+        "",
+        "Makes a hole in the alpha channel of the picture.",
+        "Ci = holdout();"
+    ),
+    component!(
+        "debug",
+        &["K(s,*)"],
+        "tag",
+        "Marks a component with the text `tag`.",
+        "Ci = debug(\"albedo\");"
+    ),
     component!(
         "diffuse",
         &["K(n,*)"],
         "N",
-        "Lambert reflection about N.",
+        "Reflects light diffusely by Lambert's law, about the normal `N`.",
         "Ci = color(u, v, 0.5) * diffuse(N);"
     ),
-    component!("translucent", &["K(n,*)"], "N", "Lambert transmission.", "Ci = translucent(N);"),
+    component!(
+        "translucent",
+        &["K(n,*)"],
+        "N",
+        "Transmits light diffusely by Lambert's law, about the normal `N`.",
+        "Ci = translucent(N);"
+    ),
     component!(
         "oren_nayar",
         &["K(n,f,*)"],
         "N, sigma",
-        "Diffuse reflection of a rough surface; sigma is its roughness.",
+        "Reflects light diffusely, as a rough surface does; `sigma` is its roughness.",
         "Ci = oren_nayar(N, 0.3);"
     ),
     component!(
         "phong",
         &["K(n,f,*)"],
         "N, exponent",
-        "Phong reflection with an exponent.",
+        "Reflects light by Phong's model, with an `exponent`.",
         "Ci = phong(N, 20);"
     ),
     component!(
         "ward",
         &["K(n,v,f,f,*)"],
         "N, T, ax, ay",
-        "Anisotropic Ward reflection about a tangent.",
+        "Reflects light by Ward's anisotropic model, about the tangent `T`.",
         "Ci = ward(N, dPdu, 0.1, 0.3);"
     ),
     Builtin::compose(
@@ -65,23 +83,35 @@ pub(super) static ROWS: &[Builtin] = &[
         &["K(s,n,v,f,f,f,i,*)", "K(s,n,f,f,i,*)"],
         "distribution, N, U, xalpha, yalpha, eta, refract | distribution, N, alpha, eta, refract",
         microfacet,
-        "Microfacets of a distribution, reflecting, refracting or both.",
+        "Reflects light, refracts it, or does both, by microfacets with a named `distribution`.",
     )
     .left_out(5, &[(2, LeftOut::ZeroVector), (3, LeftOut::Same(2))])
     .derivatives(NO_DERIVATIVES)
     .extremes(KEPT)
     .example("Ci = microfacet(\"ggx\", N, 0.2, 1.5, 0);"),
-    Builtin::compose("reflection", &["K(n,f,*)", "K(n,*)"], "N, eta", reflection, "Mirror reflection.")
-        .left_out(1, &[(1, LeftOut::Zero)])
-        .derivatives(NO_DERIVATIVES)
-        .extremes(KEPT)
-        .example("Ci = reflection(N);"),
-    component!("refraction", &["K(n,f,*)"], "N, eta", "Sharp refraction.", "Ci = refraction(N, 1.5);"),
+    Builtin::compose(
+        "reflection",
+        &["K(n,f,*)", "K(n,*)"],
+        "N, eta",
+        reflection,
+        "Reflects light as a mirror does.",
+    )
+    .left_out(1, &[(1, LeftOut::Zero)])
+    .derivatives(NO_DERIVATIVES)
+    .extremes(KEPT)
+    .example("Ci = reflection(N);"),
+    component!(
+        "refraction",
+        &["K(n,f,*)"],
+        "N, eta",
+        "Refracts light sharply, without roughness.",
+        "Ci = refraction(N, 1.5);"
+    ),
     component!(
         "subsurface",
         &["K(f,f,c,c,*)"],
         "eta, g, mfp, albedo",
-        "Scattering below the surface: eta, g, mean free path, albedo.",
+        "Scatters light below the surface; `mfp` is the mean free path.",
         "Ci = subsurface(1.4, 0, color(1, \
          0.4, 0.2), color(0.8));"
     ),
@@ -89,35 +119,35 @@ pub(super) static ROWS: &[Builtin] = &[
         "oren_nayar_diffuse_bsdf",
         &["K(n,c,f,*)"],
         "N, albedo, roughness",
-        "Oren-Nayar diffuse reflection.",
+        "Reflects light diffusely by the model of Oren and Nayar.",
         "Ci = oren_nayar_diffuse_bsdf(N, color(0.8), 0.3);"
     ),
     component!(
         "burley_diffuse_bsdf",
         &["K(n,c,f,*)"],
         "N, albedo, roughness",
-        "Burley diffuse reflection.",
+        "Reflects light diffusely by Burley's model.",
         "Ci = burley_diffuse_bsdf(N, color(0.8), 0.3);"
     ),
     component!(
         "dielectric_bsdf",
         &["K(n,v,c,c,f,f,f,s,*)"],
         "N, U, reflection_tint, transmission_tint, roughness_x, roughness_y, ior, distribution",
-        "Reflection and transmission of a dielectric.",
+        "Reflects and transmits light at the surface of a dielectric, such as glass.",
         "Ci = dielectric_bsdf(N, dPdu, color(1), color(1), 0.1, 0.1, 1.5, \"ggx\");"
     ),
     component!(
         "conductor_bsdf",
         &["K(n,v,f,f,c,c,s,*)"],
         "N, U, roughness_x, roughness_y, ior, extinction, distribution",
-        "Reflection of a conductor.",
+        "Reflects light at the surface of a conductor, such as a metal.",
         "Ci = conductor_bsdf(N, dPdu, 0.1, 0.1, color(0.2, 0.9, 1.1), color(3.9, 2.4, 2.2), \"ggx\");"
     ),
     component!(
         "generalized_schlick_bsdf",
         &["K(n,v,c,c,f,f,c,c,f,s,*)"],
         "N, U, reflection_tint, transmission_tint, roughness_x, roughness_y, f0, f90, exponent, distribution",
-        "Microfacets with a generalised Schlick term.",
+        "Scatters light by microfacets with a generalised Schlick term.",
         "Ci = generalized_schlick_bsdf(N, dPdu, color(1), \
          color(0), 0.1, 0.1, color(0.04), color(1), 5, \"ggx\");"
     ),
@@ -125,29 +155,35 @@ pub(super) static ROWS: &[Builtin] = &[
         "translucent_bsdf",
         &["K(n,c,*)"],
         "N, albedo",
-        "Diffuse transmission.",
+        "Transmits light diffusely.",
         "Ci = translucent_bsdf(N, color(0.8));"
     ),
-    component!("transparent_bsdf", &["K(*)"], "", "Straight transmission.", "Ci = transparent_bsdf();"),
+    component!(
+        "transparent_bsdf",
+        &["K(*)"],
+        "",
+        "Transmits light straight through the surface.",
+        "Ci = transparent_bsdf();"
+    ),
     component!(
         "subsurface_bssrdf",
         &["K(n,c,f,c,f,*)", "K(n,c,c,f,*)"],
         "N, albedo, transmission_depth, transmission_color, anisotropy | N, albedo, radius, anisotropy",
-        "Scattering below the surface.",
+        "Scatters light below the surface.",
         "Ci = subsurface_bssrdf(N, color(0.8), color(1, 0.4, 0.2), 0);"
     ),
     component!(
         "sheen_bsdf",
         &["K(n,c,f,*)"],
         "N, albedo, roughness",
-        "Back-scattering of cloth.",
+        "Scatters light back, as cloth does.",
         "Ci = sheen_bsdf(N, color(0.8), 0.3);"
     ),
     component!(
         "chiang_hair_bsdf",
         &["K(n,v,c,c,c,f,f,f,f,f,f,f,f,c,*)"],
         "N, curve_direction, tint_R, tint_TT, tint_TRT, ior, longitudinal_roughness_R, longitudinal_roughness_TT, longitudinal_roughness_TRT, azimuthal_roughness_R, azimuthal_roughness_TT, azimuthal_roughness_TRT, cuticle_angle, absorption_coefficient",
-        "Scattering of hair.",
+        "Scatters light as hair does.",
         "Ci = chiang_hair_bsdf(N, dPdu, color(1), color(1), color(1), 1.55, 0.1, 0.05, 0.2, 0.2, 0.1, 0.4, \
          2, color(0.3));"
     ),
@@ -155,28 +191,28 @@ pub(super) static ROWS: &[Builtin] = &[
         "uniform_edf",
         &["K(c,*)"],
         "emittance",
-        "Uniform emission.",
+        "Emits light uniformly.",
         "Ci = uniform_edf(color(2, 1, 0.5));"
     ),
     component!(
         "anisotropic_vdf",
         &["K(c,c,f,*)"],
         "albedo, extinction, anisotropy",
-        "Scattering of a volume.",
+        "Scatters light in a volume.",
         "Ci = anisotropic_vdf(color(0.9), color(1), 0.3);"
     ),
     component!(
         "medium_vdf",
         &["K(c,f,c,f,f,i,*)"],
         "albedo, transmission_depth, transmission_color, anisotropy, ior, priority",
-        "A medium between dielectrics.",
+        "Describes a medium between dielectrics.",
         "Ci = medium_vdf(color(0.9), 1, color(0.5), 0, 1.33, 0);"
     ),
     component!(
         "layer",
         &["K(K,K,*)"],
         "top, base",
-        "One closure over another.",
+        "Puts the closure `top` over the closure `base`.",
         "Ci = layer(reflection(N, 1.5), diffuse(N));"
     ),
 ];

@@ -4,28 +4,36 @@ use super::{Builtin, Compiled, Emitted, Site, Spaces};
 use osl_ir::ir::{Builder, Const, Kernel, Kind, LaneOp};
 
 pub(super) static ROWS: &[Builtin] = &[
-    Builtin::lane("luminance", &["f(c)"], "C", LaneOp::Luminance, "Luminance of a linear RGB color.")
-        .derivatives("that of dC")
-        .extremes(
-            "Nothing is clamped: negative light counts as negative. inf and nan stay, and inf against \
-               -inf gives nan.",
-        )
-        .example("float y = luminance(color(u, v, 0.5));"),
+    Builtin::lane(
+        "luminance",
+        &["f(c)"],
+        "C",
+        LaneOp::Luminance,
+        "Returns the luminance of `C`, a linear RGB color.",
+    )
+    .derivatives("the luminance of dC")
+    .extremes(
+        "Nothing is clamped: negative components count as negative. inf gives inf, nan gives nan, and \
+         inf together with -inf gives nan.",
+    )
+    .example("float y = luminance(color(u, v, 0.5));"),
     Builtin::compose(
         "transformc",
         &["c(s,s,c)", "c(s,c)"],
         "fromspace, tospace, Cfrom | tospace, Cfrom",
         transformc,
-        "A color from one space (default rgb) to another: rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB, linear.",
+        "Converts the color `Cfrom` from the space `fromspace` (default rgb) to `tospace`. The spaces \
+         are rgb, hsv, hsl, YIQ, XYZ, xyY, sRGB and linear.",
     )
     .spaces(Spaces::OfConversion)
-    .derivatives("of the color, through each conversion")
+    .derivatives("those of the color, through each conversion")
     .extremes(
-        "An unknown space is an error of the run, and the color stays. It stays from a space to itself if both names \
-               are constants; else it goes to rgb and back. Hue wraps. Greys have hue and \
-               saturation 0; hsv of a color without positive component has saturation 0. xyY of black, and \
-               XYZ of y up to 1e-6, have 0 for the quotient. sRGB is straight below its small limit, \
-               negatives included.",
+        "An unknown space is a run-time error, and the color is returned unchanged. If both spaces \
+         are the same, the color is also unchanged if both names are constants; otherwise it is \
+         converted to rgb and back. The hue wraps around. Greys have hue 0 and saturation 0, and in \
+         hsv a color without a positive component has saturation 0. From XYZ to xyY, black gives 0 \
+         for x and y; from xyY to XYZ, a y up to 1e-6 gives 0 for X and Z. sRGB is a straight line \
+         below its small limit, also for negative components.",
     )
     .example("color hsv = transformc(\"rgb\", \"hsv\", color(u, v, 0.5));"),
     Builtin::compose(
@@ -33,12 +41,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["c(f)"],
         "temperatureK",
         |b, s| b.lane(LaneOp::Blackbody, s.args).into(),
-        "Light of a black body at a temperature in kelvin, W/m² over the visible range.",
+        "Returns the light of a black body at a temperature of `temperatureK` kelvin, in W/m² over \
+         the visible range.",
     )
     .derivatives("zero")
     .extremes(
-        "Below 800 K it is (1e-6, 0, 0), also for negatives and -inf. From 12000 K on it is computed, \
-               and grows with the temperature; for inf and nan it is black.",
+        "Below 800 K the result is (1e-6, 0, 0), also for negative numbers and -inf. From 12000 K on \
+         it is computed instead of read from a table, and grows with the temperature. inf and nan \
+         give black.",
     )
     .example("color glow = blackbody(1000 + 5000 * u);"),
     Builtin::compose(
@@ -46,12 +56,13 @@ pub(super) static ROWS: &[Builtin] = &[
         &["c(f)"],
         "wavelengthNm",
         |b, s| b.lane(LaneOp::Wavelength, s.args).into(),
-        "Light of one wavelength in nanometres; black outside 380 to 780.",
+        "Returns the color of light of one wavelength, `wavelengthNm`, in nanometres; it is black \
+         outside 375 to 780.",
     )
     .derivatives("zero")
     .extremes(
-        "Black up to 375 and from 780 nm on, and for inf and nan; below 380 the first two samples are \
-               continued; negative components are 0.",
+        "The result is black up to 375 nm, from 780 nm on, and for inf and nan. Below 380 nm the line \
+         through the first two samples is continued. Negative components are set to 0.",
     )
     .example("color pure = wavelength_color(mix(380, 780, u));"),
     Builtin::compose(
@@ -59,14 +70,15 @@ pub(super) static ROWS: &[Builtin] = &[
         &["c(s,c)"],
         "space, C",
         from_space,
-        "color(\"space\", a, b, c): coordinates of \"rgb\", \"hsv\", \"hsl\", \"YIQ\", \"XYZ\" or \"xyY\".",
+        "Makes a color from coordinates in a named space: color(\"space\", a, b, c). The spaces are \
+         \"rgb\", \"hsv\", \"hsl\", \"YIQ\", \"XYZ\" and \"xyY\".",
     )
     .spaces(Spaces::OfColor)
     .compiled(Compiled::Parts("color"))
     .derivatives("zero")
     .extremes(
-        "An unknown space is an error of the run, and the color is taken as it is. The rest as for \
-               transformc.",
+        "An unknown space is a run-time error, and the coordinates are used as red, green and blue. \
+         Otherwise the result is that of transformc.",
     )
     .example("color c = color(\"hsv\", u, 1, 1);"),
 ];

@@ -11,14 +11,15 @@ pub(super) static ROWS: &[Builtin] = &[
         EACH,
         "a",
         |b, s| b.derivative(s.arg(0), Axis::X).into(),
-        "How a value changes to the next pixel in the row; its own derivatives are zero.",
+        "Returns how much `a` changes from one pixel to the next in the row; the derivatives of the \
+         result are zero.",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
-        "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
-               a branch did not execute does not count; what leaves the finite numbers may give inf or \
-               nan.",
+        "The result is 0 for values without derivatives: constants, ints, N, Ng, dPdu, dPdv, time and \
+         unconnected parameters. Assignments in a branch that was not executed have no effect. If a \
+         value is not finite, the result may be inf or nan.",
     )
     .example("float du = Dx(u);"),
     Builtin::compose(
@@ -26,14 +27,15 @@ pub(super) static ROWS: &[Builtin] = &[
         EACH,
         "a",
         |b, s| b.derivative(s.arg(0), Axis::Y).into(),
-        "How a value changes to the next row of pixels; its own derivatives are zero.",
+        "Returns how much `a` changes from one row of pixels to the next; the derivatives of the \
+         result are zero.",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
-        "0 for what has none: constants, ints, N, Ng, dPdu, dPdv, time, unconnected parameters. What \
-               a branch did not execute does not count; what leaves the finite numbers may give inf or \
-               nan.",
+        "The result is 0 for values without derivatives: constants, ints, N, Ng, dPdu, dPdv, time and \
+         unconnected parameters. Assignments in a branch that was not executed have no effect. If a \
+         value is not finite, the result may be inf or nan.",
     )
     .example("float dv = Dy(v);"),
     Builtin::compose(
@@ -41,24 +43,24 @@ pub(super) static ROWS: &[Builtin] = &[
         EACH,
         "a",
         |b, s| zero(b, s.arg(0)).into(),
-        "How a value changes in depth; 0 on a surface.",
+        "Returns how much `a` changes in depth, which is 0 on a surface.",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
-    .extremes("Always 0.")
+    .extremes("The result is always 0.")
     .example("vector depth = Dz(P);"),
     Builtin::compose(
         "filterwidth",
         &["f(f)", "v(p)", "v(v)"],
         "x",
         |b, s| width(b, s.arg(0)).into(),
-        "Length of the change along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
+        "Returns the length of the change of `x` along both axes, per component: sqrt(Dx*Dx + Dy*Dy).",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
     .extremes(
-        "0 for what has no derivatives. Changes below about 1e-23 square to 0, those above 1.84e19 to \
-               inf.",
+        "Values without derivatives give 0. Changes below about 1e-23 give 0, because their squares \
+         underflow; changes above 1.84e19 give inf.",
     )
     .example("float w = filterwidth(u);"),
     Builtin::compose(
@@ -69,36 +71,42 @@ pub(super) static ROWS: &[Builtin] = &[
             let across = across(b, s.arg(0));
             b.lane(LaneOp::Length, &[across]).into()
         },
-        "Area that a position sweeps over one pixel.",
+        "Returns the area that the position `p` covers over one pixel.",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
-    .extremes("0 where the position does not change, or along one line only.")
+    .extremes("The result is 0 if the position does not change, or if it changes along one line only.")
     .example("float covered = area(P);"),
     Builtin::compose(
         "calculatenormal",
         &["v(p)"],
         "p",
         |b, s| across(b, s.arg(0)).into(),
-        "Normal of the surface of a position, Dx x Dy, not of length 1.",
+        "Returns the normal of the surface that the position `p` describes, Dx(p) x Dy(p); its length \
+         is not 1.",
     )
     .differentiates(Differentiates::Arguments(&[0]))
     .derivatives("zero: no second derivatives")
-    .extremes("0 where the position does not change, or along one line only; normalize keeps that at 0.")
+    .extremes(
+        "The result is 0 if the position does not change, or if it changes along one line only; \
+         normalize keeps this 0.",
+    )
     .example("normal n = normalize(calculatenormal(P));"),
     Builtin::compose(
         "aastep",
         &["f(f,f,f,f)", "f(f,f,f)", "f(f,f)"],
         "edge, s, dedge, ds | edge, s, ds",
         aastep,
-        "0 below the edge, 1 above, a ramp as wide as a pixel between. The width is dedge and ds together; what is not given \
-         is measured.",
+        "Returns 0 below `edge`, 1 above it, and a ramp as wide as a pixel in between. The ramp's \
+         width is the sum of `dedge` and `ds`; if one of them is not given, the filter width of \
+         `edge` or `s` takes its place.",
     )
     .composed(Composed::AaStep)
     .derivatives("by the formula; 0 outside the ramp")
     .extremes(
-        "A width of 0 makes a step: 0 up to and at the edge, 1 above. Widths count by their size. nan \
-               in edge or s gives 0, since the test against the low end holds.",
+        "If the width is 0, the result is a step: 0 up to the edge and at the edge, 1 above it. The \
+         signs of `dedge` and `ds` have no effect. nan in `edge` or `s` gives 0, because the test \
+         against the lower end holds.",
     )
     .example("float y = aastep(0.5, u);"),
 ];

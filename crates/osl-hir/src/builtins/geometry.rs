@@ -5,23 +5,23 @@ use osl_ir::global::Global;
 use osl_ir::ir::{Builder, Const, Kind, LaneOp};
 
 pub(super) static ROWS: &[Builtin] = &[
-    Builtin::lane("dot", &["f(v,v)"], "A, B", LaneOp::Dot, "Scalar product.")
+    Builtin::lane("dot", &["f(v,v)"], "A, B", LaneOp::Dot, "Returns the dot product of `A` and `B`.")
         .derivatives("A.dB + B.dA")
         .extremes(
-            "The order of the sum is (xx + yy) + zz, each rounded. Overflow gives inf; inf times 0 gives \
-               nan.",
+            "The sum is computed as (xx + yy) + zz, and every step is rounded. Overflow gives inf, and \
+             inf times 0 gives nan.",
         )
         .example("float c = dot(normalize(I), N);"),
-    Builtin::lane("cross", &["v(v,v)"], "A, B", LaneOp::Cross, "Vector product.")
+    Builtin::lane("cross", &["v(v,v)"], "A, B", LaneOp::Cross, "Returns the cross product of `A` and `B`.")
         .derivatives("A x dB + dA x B")
-        .extremes("Of parallel vectors 0. Overflow gives inf, and inf less inf nan.")
+        .extremes("Parallel vectors give 0. Overflow gives inf, and inf minus inf gives nan.")
         .example("vector side = cross(dPdu, dPdv);"),
-    Builtin::lane("length", &["f(v)"], "V", LaneOp::Length, "Length of a vector.")
-        .derivatives("V.dV / length; 0 where that is 0")
+    Builtin::lane("length", &["f(v)"], "V", LaneOp::Length, "Returns the length of `V`.")
+        .derivatives("V.dV / length; 0 where the length is 0")
         .extremes(
-            "0 for the zero vector. Squares that underflow are rescued: length(vector(1e-30, 0, 0)) is \
-               1e-30, unless derivatives are needed, where it is 0. From 1.84e19 on squares overflow to \
-               inf; nan stays, but is 0 where derivatives are needed.",
+            "The zero vector gives 0. Squares that underflow are corrected: length(vector(1e-30, 0, 0)) \
+             is 1e-30; but if derivatives are needed, it is 0. From 1.84e19 on the squares overflow, and \
+             the result is inf. nan gives nan, or 0 if derivatives are needed.",
         )
         .example("float far = length(vector(P));"),
     Builtin::compose(
@@ -29,29 +29,31 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(p,p)", "f(p,p,p)"],
         "P0, P1, Q",
         distance,
-        "Distance of two points, or of the third point from the segment between the first two.",
+        "Returns the distance between the points `P0` and `P1`. With a third point, it returns the \
+         distance of `Q` from the segment between them.",
     )
     .derivatives("by the formula; 0 where the distance is 0")
     .extremes(
-        "Equal points give 0. Squares are not rescued: points nearer than about 1e-23 have distance \
-               0, and from 1.84e19 on it is inf. A segment of no length is its start.",
+        "Equal points give 0. Squares that underflow are not corrected: points closer than about \
+         1e-23 have the distance 0. From 1.84e19 on the distance is inf. A segment of length 0 counts \
+         as the point `P0`.",
     )
     .example(
         "float from_origin = distance(P, point(0)); float from_segment = distance(point(0), point(1, \
-              0, 0), P);",
+         0, 0), P);",
     ),
     Builtin::lane(
         "normalize",
         &["n(n)", "v(v)"],
         "V",
         LaneOp::Normalize,
-        "The vector at length 1; zero stays zero.",
+        "Returns `V` scaled to length 1; the zero vector stays zero.",
     )
-    .derivatives("of V / length(V); 0 where the length is 0")
+    .derivatives("those of V / length(V); 0 where the length is 0")
     .extremes(
-        "The zero vector stays zero, and so do vectors shorter than about 1e-23, whose squares \
-               underflow. From a length of 1.84e19 on, where they overflow, finite components give 0 and \
-               infinite ones nan. nan gives 0 in all components.",
+        "The zero vector stays zero. Vectors shorter than about 1e-23 give zero, because their \
+         squares underflow. From a length of 1.84e19 on, the squares overflow: finite components give \
+         0, and infinite ones give nan. If a component is nan, all components of the result are 0.",
     )
     .example("vector toward = normalize(vector(P));"),
     Builtin::compose(
@@ -59,24 +61,25 @@ pub(super) static ROWS: &[Builtin] = &[
         &["v(v,v,v)", "v(v,v)"],
         "N, I, Nref",
         faceforward,
-        "N turned to face against I as seen from Nref (default Ng): -N where dot(I, Nref) is positive.",
+        "Turns `N` to face against the direction `I`: returns -N if dot(I, Nref) is positive, else \
+         `N`. The default of `Nref` is the global Ng.",
     )
     .composed(Composed::FaceForward)
-    .derivatives("those of N, turned with it")
-    .extremes("N is kept where the dot product is exactly 0. A product of nan counts as positive.")
+    .derivatives("those of N, negated where the result is -N")
+    .extremes("If the dot product is exactly 0, the result is `N`. A dot product of nan counts as positive.")
     .example("normal front = faceforward(N, I);"),
     Builtin::lane(
         "reflect",
         &["v(v,v)"],
         "I, N",
         LaneOp::Reflect,
-        "I mirrored at the plane with the unit normal N.",
+        "Returns the direction `I` reflected by a surface with the unit normal `N`.",
     )
     .composed(Composed::Reflect)
     .derivatives("by the formula I - 2 (N.I) N")
     .extremes(
-        "N is taken as it is: a zero N gives I, one of another length than 1 another result. nan \
-               stays.",
+        "`N` is not normalized: a zero `N` gives `I`, and an `N` whose length is not 1 gives another \
+         result. nan gives nan.",
     )
     .example("vector mirrored = reflect(I, N);"),
     Builtin::lane(
@@ -84,11 +87,15 @@ pub(super) static ROWS: &[Builtin] = &[
         &["v(v,v,f)"],
         "I, N, eta",
         LaneOp::Refract,
-        "I bent at the plane with the unit normal N, by the ratio eta of indices; zero at total reflection.",
+        "Returns the direction `I` refracted by a surface with the unit normal `N`. `eta` is the \
+         ratio of the indices of refraction. At total reflection the result is the zero vector.",
     )
     .composed(Composed::Refract)
     .derivatives("by the formula; 0 at total reflection")
-    .extremes("Total reflection gives 0. N has to face I. eta of 0 gives -N for a unit N; nan gives nan.")
+    .extremes(
+        "Total reflection gives 0. `N` must face against `I`. An `eta` of 0 gives -N if `N` is a unit \
+         vector. nan gives 0.",
+    )
     .example("vector bent = refract(normalize(I), N, 1 / 1.5);"),
 ];
 

@@ -21,17 +21,19 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "fromspace, tospace, p | Mto, p",
         transform,
-        "A point, vector or normal by a matrix, or from one named space (default common) to another. A point \
-         takes the whole matrix. Translation leaves a vector as it is. A normal takes the inverse transpose, so \
-         that it stays perpendicular to a surface that is stretched; translation leaves it as it is too.",
+        "Transforms the point, vector or normal `p` by a matrix, or from one named space to another. \
+         The default of `fromspace` is common. A point is multiplied by the whole matrix. The \
+         translation does not change a vector. A normal is multiplied by the inverse transpose, so \
+         that it stays perpendicular to a surface that is stretched; the translation does not change \
+         it either.",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::ByResult(&[(Type::VECTOR, "transformv"), (Type::NORMAL, "transformn")]))
-    .derivatives("of the point, vector or normal; the matrix has none")
+    .derivatives("those of the point, vector or normal; the matrix has none")
     .extremes(
-        "A point whose fourth coordinate becomes 0 gives 0, an overflow in its division 0 too. \
-               Normals by a singular matrix stay as they are, since its inverse is taken as the identity. \
-               An unknown space is an error of the run and changes nothing.",
+        "If the fourth coordinate of a transformed point is 0, the result is 0; if the division by it \
+         overflows, the result is inf. A singular matrix does not change normals, since its inverse \
+         counts as the identity. An unknown space is a run-time error and changes nothing.",
     )
     .example("point p = transform(matrix(2), P); vector up = transform(\"shader\", vector(0, 1, 0));"),
     Builtin::compose(
@@ -39,86 +41,103 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s,s,om)", "i(s,om)"],
         "fromspace, tospace, M | fromspace, M",
         getmatrix,
-        "The matrix from one named space to another (default common); 1 if both are known.",
+        "Stores the matrix from `fromspace` to `tospace` (default common) in `M`. Returns 1 if both \
+         spaces are known, else 0.",
     )
     .query()
     .spaces(Spaces::Coordinates)
     .derivatives("none: matrices have none")
     .extremes(
-        "An unknown space is an error of the run and counts as common space: the result is 0, and the \
-               matrix that of the other space. \"common\" and \"world\" are the identity; a singular space \
-               inverts to the identity.",
+        "An unknown space is a run-time error and counts as common space: the result is 0, and `M` is \
+         the matrix of the other space. The matrix of \"common\" and of \"world\" is the identity. \
+         The inverse of a singular matrix counts as the identity.",
     )
     .example("matrix m; int known = getmatrix(\"shader\", m);"),
-    Builtin::lane("determinant", &["f(m)"], "M", LaneOp::MDet, "Determinant of the 4x4 matrix.")
-        .derivatives("zero")
-        .extremes("0 for a singular matrix, apart from rounding; inf or nan where products overflow.")
-        .example("float volume = determinant(matrix(2));"),
-    Builtin::lane("transpose", &["m(m)"], "M", LaneOp::MTranspose, "Rows and columns exchanged.")
-        .derivatives("none: matrices have none")
-        .extremes("Bits are only moved.")
-        .example("matrix m = transpose(matrix(\"shader\", \"world\"));"),
+    Builtin::lane(
+        "determinant",
+        &["f(m)"],
+        "M",
+        LaneOp::MDet,
+        "Returns the determinant of the 4x4 matrix `M`.",
+    )
+    .derivatives("zero")
+    .extremes(
+        "A singular matrix gives 0, apart from rounding. If products overflow, the result is inf or \
+         nan.",
+    )
+    .example("float volume = determinant(matrix(2));"),
+    Builtin::lane(
+        "transpose",
+        &["m(m)"],
+        "M",
+        LaneOp::MTranspose,
+        "Returns `M` with rows and columns exchanged.",
+    )
+    .derivatives("none: matrices have none")
+    .extremes("The elements are moved without any change, inf and nan too.")
+    .example("matrix m = transpose(matrix(\"shader\", \"world\"));"),
     Builtin::compose(
         "point in space",
         &["p(s,p)"],
         "space, p",
         into_common,
-        "point(\"space\", x, y, z): coordinates of the space.",
+        "Makes a point from coordinates in a named space: point(\"space\", x, y, z).",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::Parts("point"))
-    .derivatives("of the coordinates")
-    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .derivatives("those of the coordinates")
+    .extremes("An unknown space is a run-time error, and the coordinates are used unchanged.")
     .example("point x = point(\"shader\", u, v, 0);"),
     Builtin::compose(
         "vector in space",
         &["v(s,v)"],
         "space, v",
         into_common,
-        "vector(\"space\", x, y, z): coordinates of the space.",
+        "Makes a vector from coordinates in a named space: vector(\"space\", x, y, z).",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::Parts("vector"))
-    .derivatives("of the coordinates")
-    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .derivatives("those of the coordinates")
+    .extremes("An unknown space is a run-time error, and the coordinates are used unchanged.")
     .example("vector x = vector(\"shader\", u, v, 0);"),
     Builtin::compose(
         "normal in space",
         &["n(s,n)"],
         "space, n",
         into_common,
-        "normal(\"space\", x, y, z): coordinates of the space.",
+        "Makes a normal from coordinates in a named space: normal(\"space\", x, y, z).",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::Parts("normal"))
-    .derivatives("of the coordinates")
-    .extremes("An unknown space is an error of the run, and the coordinates are taken as they are.")
+    .derivatives("those of the coordinates")
+    .extremes("An unknown space is a run-time error, and the coordinates are used unchanged.")
     .example("normal x = normal(\"shader\", u, v, 0);"),
     Builtin::compose(
         "matrix in space",
         &["m(s,m)"],
         "space, M",
         matrix_in_space,
-        "matrix(\"space\", …): the matrix relative to the space.",
+        "Makes a matrix relative to a named space: matrix(\"space\", …).",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::Parts("matrix"))
     .derivatives("none: matrices have none")
-    .extremes("An unknown space is an error of the run and counts as the identity.")
+    .extremes("An unknown space is a run-time error, and its matrix counts as the identity.")
     .example("matrix m = matrix(\"shader\", 2);"),
     Builtin::compose(
         "matrix from spaces",
         &["m(s,s)"],
         "fromspace, tospace",
         between,
-        "matrix(\"from\", \"to\"): takes points of one space to the other.",
+        "Makes the matrix that transforms points from one named space to another: matrix(\"from\", \
+         \"to\").",
     )
     .spaces(Spaces::Coordinates)
     .compiled(Compiled::As("matrix"))
     .derivatives("none: matrices have none")
     .extremes(
-        "An unknown space is an error of the run and counts as common space. A singular space \
-               inverts to the identity.",
+        "An unknown space is a run-time error and counts as common space. The inverse of a singular \
+         matrix counts as the identity.",
     )
     .example("matrix m = matrix(\"shader\", \"world\");"),
 ];

@@ -20,13 +20,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(s,?)", "x(s,?[])"],
         "name, value",
         set,
-        "Leaves a value for later readers at this point; the first of a name wins.",
+        "Stores `value` under `name` for layers that run later at this point. The first value with a \
+         name wins.",
     )
-    .derivatives("zero for the reader")
+    .derivatives("zero for the layer that reads the message")
     .extremes(
-        "A second value of the same name at a point is an error of the run and ignored; so is one of \
-               a name that was asked for in vain. A batch of points keeps at most 65536 messages and 4 MiB of \
-               values under computed names; more end the run.",
+        "A second value with the same name at a point is a run-time error and is ignored. So is a \
+         value whose name was queried before it was set. A batch of points keeps at most 65536 \
+         messages and 4 MiB of values under computed names; more of them end the run.",
     )
     .example("setmessage(\"height\", 2 * u);"),
     Builtin::compose(
@@ -34,13 +35,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s,o?)", "i(s,o?[])", "i(s,s,o?)", "i(s,s,o?[])"],
         "source, name, destination | name, destination",
         get,
-        "Whether a message of this name and type was set at this point, and its value.",
+        "Stores the value of the message `name` at this point in `destination`. Returns 1 if a \
+         message of this name and type was set, else 0.",
     )
     .query()
     .derivatives("zero")
     .extremes(
-        "0 without a message, and the variable stays; another type, with which it was set or first asked for, \
-               is an error of the run and gives 0.",
+        "Without a message the result is 0, and `destination` is unchanged. It is a run-time error, \
+         and gives 0, if the message was set or first queried with another type.",
     )
     .example("float h = 0; int there = getmessage(\"height\", h);"),
 ];

@@ -94,13 +94,13 @@ pub(super) static ROWS: &[Builtin] = &[
         PLAIN,
         "u, v",
         |b, s| plain(b, s, NoiseField::Cell, false),
-        "One random value, 0 to 1, for each unit cell; zero derivatives.",
+        "Returns one random value, from 0 to 1, for each unit cell.",
     )
     .derivatives("zero")
     .extremes(
-        "Coordinates beyond the ints (2147483648), inf and nan count as the cell -2147483648, and the \
-               result is as random there as elsewhere. The zeros are equal, and -1e-45 lies in the cell \
-               -1.",
+        "Coordinates that do not fit in an int (from 2147483648 on), inf and nan count as the cell \
+         -2147483648, and the result is as random there as elsewhere. 0 and -0 lie in the same cell, \
+         and -1e-45 lies in the cell -1.",
     )
     .example("float tint = cellnoise(8 * u, 8 * v); color tile = cellnoise(8 * P);"),
     Builtin::compose(
@@ -108,12 +108,12 @@ pub(super) static ROWS: &[Builtin] = &[
         PLAIN,
         "u, v",
         |b, s| plain(b, s, NoiseField::Hash, false),
-        "Another random value, 0 to 1, at every point; zero derivatives.",
+        "Returns a different random value, from 0 to 1, at every point.",
     )
     .derivatives("zero")
     .extremes(
-        "Every bit of the coordinates counts: 0 and -0 differ; every nan counts as one. inf is a \
-               coordinate like any other.",
+        "Every bit of the coordinates counts: 0 and -0 give different values. Every nan counts as the \
+         same number. inf is a coordinate like any other.",
     )
     .example("float grain = hashnoise(u, v);"),
     Builtin::compose(
@@ -121,13 +121,14 @@ pub(super) static ROWS: &[Builtin] = &[
         PLAIN,
         "u, v",
         |b, s| plain(b, s, NoiseField::Perlin, false),
-        "Gradient noise, -1 to 1, zero at whole coordinates.",
+        "Returns gradient noise from -1 to 1, which is 0 at whole coordinates.",
     )
     .derivatives("analytic")
     .extremes(
-        "0 at whole coordinates, so everywhere from 8388608 on. Beyond the ints (2147483648) the \
-         fraction is meaningless, and the result may be inf or nan, the same on every processor; \
-         infinities give inf or nan, nan gives nan.",
+        "The result is 0 at whole coordinates, and therefore everywhere from 8388608 on. If \
+         coordinates do not fit in an int (from 2147483648 on), their fraction has no meaning: the \
+         result may be inf or nan, and is the same on every processor. inf and -inf give inf or nan, \
+         and nan gives nan.",
     )
     .example("float bumps = snoise(4 * P);"),
     Builtin::compose(
@@ -135,32 +136,34 @@ pub(super) static ROWS: &[Builtin] = &[
         NAMED,
         "noisetype, u, v",
         |b, s| noise(b, s, false),
-        "Gradient noise, 0 to 1, or the field named by the first argument: perlin, uperlin, simplex, \
-         usimplex, cell, hash, gabor.",
+        "Returns gradient noise from 0 to 1, or the noise that `noisetype` names. The names are \
+         perlin, uperlin, simplex, usimplex, cell, hash and gabor.",
     )
     .differentiates(Differentiates::Noise("gabor"))
     .derivatives("analytic; zero for cell and hash")
     .extremes(
-        "Perlin noise is 0.5 (uperlin) or 0 (perlin) at whole coordinates, so everywhere from 8388608 \
-               on; beyond the ints (2147483648) it may be inf or nan, the same on every processor. Simplex \
-               noise of two and more dimensions is 0 there (usimplex 0.5), cell noise falls in the cell \
-               -2147483648, and Gabor noise is 0 for inf and nan. An unknown name is an error of the run and gives 0.",
+        "At whole coordinates, and therefore everywhere from 8388608 on, Perlin noise is 0.5 \
+         (uperlin) or 0 (perlin). If coordinates do not fit in an int (from 2147483648 on), it may be \
+         inf or nan, the same on every processor; simplex noise of two and more dimensions is 0 there \
+         (usimplex 0.5), and cell noise takes the cell -2147483648. Gabor noise is 0 for inf and nan. \
+         An unknown name is a run-time error and gives 0.",
     )
     .example(
         "float clouds = noise(4 * P); float cells = noise(\"cell\", 8 * u); float stripes = \
-              noise(\"gabor\", 4 * P, \"bandwidth\", 2.0);",
+         noise(\"gabor\", 4 * P, \"bandwidth\", 2.0);",
     ),
     Builtin::compose(
         "psnoise",
         PERIODIC,
         "",
         |b, s| plain(b, s, NoiseField::Perlin, true),
-        "Gradient noise, -1 to 1, that repeats with the periods given after the coordinates.",
+        "Returns gradient noise from -1 to 1 that repeats. The periods follow the coordinates.",
     )
-    .derivatives("analytic; of the coordinates, the periods have none")
+    .derivatives("analytic, for the coordinates; the periods have none")
     .extremes(
-        "Periods are rounded down to whole numbers; below 1, beyond the ints or nan they count as 1. \
-               Coordinates beyond the ints may give inf or nan, the same on every processor.",
+        "Periods are rounded down to whole numbers. A period that is less than 1, does not fit in an \
+         int, or is nan counts as 1. Coordinates that do not fit in an int may give inf or nan, the \
+         same on every processor.",
     )
     .example("float tiling = psnoise(8 * u, 8);"),
     Builtin::compose(
@@ -168,15 +171,16 @@ pub(super) static ROWS: &[Builtin] = &[
         NAMED_PERIODIC,
         "",
         |b, s| noise(b, s, true),
-        "Noise that repeats with the periods given after the coordinates; simplex has no periodic form.",
+        "Returns noise that repeats. The periods follow the coordinates; simplex noise has no \
+         periodic form.",
     )
     .differentiates(Differentiates::Noise("gabor"))
-    .derivatives("analytic; of the coordinates, the periods have none; zero for cell and hash")
+    .derivatives("analytic, for the coordinates; the periods have none; zero for cell and hash")
     .extremes(
-        "Periods of Perlin and Gabor noise are rounded down to whole numbers; below 1, beyond the \
-               ints or nan they count as 1. An infinite coordinate or period of cell noise falls in the \
-               cell -2147483648. Coordinates beyond the ints may give inf or nan, the same on every \
-               processor.",
+        "Periods of Perlin and Gabor noise are rounded down to whole numbers. A period that is less \
+         than 1, does not fit in an int, or is nan counts as 1. In cell noise, an infinite coordinate \
+         or period selects the cell -2147483648. Coordinates that do not fit in an int may give inf \
+         or nan, the same on every processor.",
     )
     .example("float tiling = pnoise(8 * P, point(8)); float cells = pnoise(\"cell\", 8 * u, 4);"),
 ];

@@ -4,76 +4,121 @@ use super::{Builtin, Composed, Emitted, Site, T1, T2F};
 use osl_ir::ir::{Builder, Kernel, Kind, LaneOp, ValueId};
 
 pub(super) static ROWS: &[Builtin] = &[
-    Builtin::lane("fmod", T2F, "a, b", LaneOp::Fmod, "Remainder of a/b with the sign of a.")
-        .derivatives("da")
-        .extremes(
-            "b of 0 gives 0. A b that is known when compiling gives the exact remainder. Otherwise the result is \
-             a - N b with N = (int)(a/b): where the quotient leaves the ints (huge a, inf, nan), N is \
-             -2147483648 and the result has no meaning, though it is the same everywhere; -0 gives 0.",
-        )
-        .example("float y = fmod(7 * u, 2);"),
+    Builtin::lane(
+        "fmod",
+        T2F,
+        "a, b",
+        LaneOp::Fmod,
+        "Returns the remainder of `a` / `b`, with the sign of `a`.",
+    )
+    .derivatives("da")
+    .extremes(
+        "If `b` is 0, the result is 0. If `b` is known when compiling, the remainder is exact. \
+         Otherwise the result is a - N b with N = (int)(a/b), and a zero may have either sign. If the \
+         quotient does not fit in an int (huge `a`, inf, nan), N is -2147483648: the result then has \
+         no meaning, but is the same everywhere.",
+    )
+    .example("float y = fmod(7 * u, 2);"),
     Builtin::compose(
         "mod",
         &["i(i,i)", "p(p,p)", "v(v,v)", "n(n,n)", "c(c,c)", "p(p,f)", "v(v,f)", "n(n,f)", "c(c,f)", "f(f,f)"],
         "a, b",
         modulo,
-        "Remainder of a/b with the sign of b: a - b floor(a/b). For ints the sign is that of a.",
+        "Returns the remainder of `a` / `b`, with the sign of `b`: a - b floor(a/b). For ints the \
+         remainder has the sign of `a`.",
     )
     .composed(Composed::Mod)
     .derivatives("da - floor(a/b) db")
     .extremes(
-        "b of 0 gives a. A quotient that overflows counts as 0, so that mod(1e38, 1e-10) is 1e38, unless b is \
-         known when compiling: then the result is -inf. Infinite a stays, infinite b gives nan; nan stays.",
+        "If `b` is 0, the result is `a`. A quotient that overflows counts as 0, so mod(1e38, 1e-10) \
+         is 1e38; but if `b` is known when compiling, the result is -inf. An infinite `a` gives `a`, \
+         or nan if `b` is known when compiling. An infinite `b` gives nan. nan gives nan.",
     )
     .example("float phase = mod(7 * u, 1); int left = mod(-7, 3);"),
-    Builtin::lane("sign", T1, "x", LaneOp::Sign, "-1, 0 or 1.")
+    Builtin::lane(
+        "sign",
+        T1,
+        "x",
+        LaneOp::Sign,
+        "Returns -1 if `x` is negative, 0 if it is 0, and 1 if it is positive.",
+    )
+    .derivatives("zero")
+    .extremes("0 and -0 give 0. Denormals are not 0 and give -1 or 1. nan gives 1.")
+    .example("float side = sign(u - 0.5);"),
+    Builtin::lane(
+        "floor",
+        T1,
+        "x",
+        LaneOp::Floor,
+        "Returns the largest whole number that is not greater than `x`.",
+    )
+    .derivatives("zero")
+    .extremes(
+        "A zero keeps its sign. -1e-45 gives -1. From 8388608 on every float is a whole number. inf, \
+         -inf and nan are returned unchanged.",
+    )
+    .example("float cell = floor(8 * u);"),
+    Builtin::lane(
+        "ceil",
+        T1,
+        "x",
+        LaneOp::Ceil,
+        "Returns the smallest whole number that is not less than `x`.",
+    )
+    .derivatives("zero")
+    .extremes(
+        "ceil(-0.5) is -0, and 1e-45 gives 1. From 8388608 on every float is a whole number. inf, \
+         -inf and nan are returned unchanged.",
+    )
+    .example("float cell = ceil(8 * u);"),
+    Builtin::lane(
+        "round",
+        T1,
+        "x",
+        LaneOp::Round,
+        "Returns the whole number nearest to `x`; halves are rounded away from zero.",
+    )
+    .derivatives("zero")
+    .extremes("round(-0.4) is -0, and 0.49999997 gives 0. inf, -inf and nan are returned unchanged.")
+    .example("float nearest = round(8 * u);"),
+    Builtin::lane("trunc", T1, "x", LaneOp::Trunc, "Returns `x` without its fraction.")
         .derivatives("zero")
-        .extremes("Both zeros give 0. Denormals count as what they are; nan gives 1.")
-        .example("float side = sign(u - 0.5);"),
-    Builtin::lane("floor", T1, "x", LaneOp::Floor, "Largest whole number that is not above x.")
-        .derivatives("zero")
-        .extremes(
-            "The sign of a zero is kept; -1e-45 gives -1. From 8388608 on every float is whole. inf and nan \
-             stay.",
-        )
-        .example("float cell = floor(8 * u);"),
-    Builtin::lane("ceil", T1, "x", LaneOp::Ceil, "Smallest whole number that is not below x.")
-        .derivatives("zero")
-        .extremes("ceil(-0.5) is -0, 1e-45 gives 1. From 8388608 on every float is whole. inf and nan stay.")
-        .example("float cell = ceil(8 * u);"),
-    Builtin::lane("round", T1, "x", LaneOp::Round, "Nearest whole number, halves away from zero.")
-        .derivatives("zero")
-        .extremes("round(-0.4) is -0, and 0.49999997 gives 0. inf and nan stay.")
-        .example("float nearest = round(8 * u);"),
-    Builtin::lane("trunc", T1, "x", LaneOp::Trunc, "x without its fraction.")
-        .derivatives("zero")
-        .extremes("trunc(-0.5) is -0. inf and nan stay.")
+        .extremes("trunc(-0.5) is -0. inf, -inf and nan are returned unchanged.")
         .example("float whole = trunc(8 * u - 4);"),
-    Builtin::compose("abs", &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)", "i(i)"], "x", abs, "Absolute value.")
-        .derivatives("dx, or -dx for negative x")
-        .extremes("abs(-0) is 0, abs(-inf) inf; nan stays. The int -2147483648 stays itself.")
-        .example("float distance_from_middle = abs(u - 0.5);"),
+    Builtin::compose(
+        "abs",
+        &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)", "i(i)"],
+        "x",
+        abs,
+        "Returns the absolute value of `x`.",
+    )
+    .derivatives("dx, or -dx where x is negative")
+    .extremes(
+        "abs(-0) is 0, and abs(-inf) is inf. nan gives nan. The int -2147483648 is returned \
+         unchanged, since no int is its absolute value.",
+    )
+    .example("float distance_from_middle = abs(u - 0.5);"),
     Builtin::compose(
         "fabs",
         &["n(n)", "v(v)", "p(p)", "c(c)", "f(f)", "i(i)"],
         "x",
         abs,
-        "Absolute value; another name of abs.",
+        "Returns the absolute value of `x`; another name of abs.",
     )
-    .derivatives("dx, or -dx for negative x")
-    .extremes("As abs.")
+    .derivatives("dx, or -dx where x is negative")
+    .extremes("The result is that of abs.")
     .example("float distance_from_middle = fabs(u - 0.5);"),
     Builtin::compose(
         "min",
         &["n(n,n)", "v(v,v)", "p(p,p)", "c(c,c)", "f(f,f)", "i(i,i)"],
         "a, b",
         min,
-        "The smaller of two.",
+        "Returns the smaller of `a` and `b`.",
     )
-    .derivatives("of the value picked, the first of two equals")
+    .derivatives("those of the argument that is returned; of a if both are equal")
     .extremes(
-        "The first of two that are equal, so that min(0, -0) is 0, and the first if either is nan: min(nan, \
-         1) is nan, min(1, nan) is 1.",
+        "If both are equal, the result is `a`, so min(0, -0) is 0. If one of them is nan, the result \
+         is also `a`: min(nan, 1) is nan, and min(1, nan) is 1.",
     )
     .example("float lower = min(u, v);"),
     Builtin::compose(
@@ -81,12 +126,12 @@ pub(super) static ROWS: &[Builtin] = &[
         &["n(n,n)", "v(v,v)", "p(p,p)", "c(c,c)", "f(f,f)", "i(i,i)"],
         "a, b",
         max,
-        "The larger of two.",
+        "Returns the larger of `a` and `b`.",
     )
-    .derivatives("of the value picked, the second of two equals")
+    .derivatives("those of the argument that is returned; of b if both are equal")
     .extremes(
-        "The second of two that are equal, so that max(0, -0) is -0, but the first if either is nan: \
-         max(nan, 1) is nan, max(1, nan) is 1.",
+        "If both are equal, the result is `b`, so max(0, -0) is -0. But if one of them is nan, the \
+         result is `a`: max(nan, 1) is nan, and max(1, nan) is 1.",
     )
     .example("float upper = max(u, v);"),
     Builtin::compose(
@@ -94,10 +139,13 @@ pub(super) static ROWS: &[Builtin] = &[
         &["n(n,n,n)", "v(v,v,v)", "p(p,p,p)", "c(c,c,c)", "f(f,f,f)", "i(i,i,i)"],
         "x, minval, maxval",
         clamp,
-        "x limited to minval to maxval: max(min(x, maxval), minval).",
+        "Limits `x` to the range from `minval` to `maxval`: max(min(x, maxval), minval).",
     )
-    .derivatives("of the value picked")
-    .extremes("If minval is above maxval, the result is minval. x of nan stays nan; limits of nan do not limit.")
+    .derivatives("those of the argument that is returned")
+    .extremes(
+        "If `minval` is greater than `maxval`, the result is `minval`. If `x` is nan, the result is \
+         nan. A limit that is nan has no effect.",
+    )
     .example("float inside = clamp(2 * u, 0.2, 0.8);"),
     Builtin::compose(
         "mix",
@@ -107,13 +155,14 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "x, y, alpha",
         mix,
-        "x where alpha is 0, y where alpha is 1, a straight line between and beyond: x (1 - alpha) + y alpha.",
+        "Blends `x` and `y` by `alpha`: x (1 - alpha) + y alpha. The result is `x` where `alpha` is \
+         0, and `y` where it is 1.",
     )
     .composed(Composed::Mix)
     .derivatives("(1 - alpha) dx + alpha dy + (y - x) dalpha; closures have none")
     .extremes(
-        "alpha is not clamped. Both sides are computed: inf or nan in the one that does not count gives nan, \
-         since inf times 0 is nan.",
+        "`alpha` is not clamped: outside 0 to 1 the straight line continues. Both terms are always \
+         computed, so inf or nan in the term with weight 0 gives nan, since inf times 0 is nan.",
     )
     .example("color c = mix(color(1, 0, 0), color(0, 0, 1), u);"),
     Builtin::compose(
@@ -124,23 +173,31 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "x, y, cond",
         select,
-        "y where cond is not 0, else x. Component by component where cond is a triple.",
+        "Returns `y` where `cond` is not 0, else `x`. If `cond` is a triple, it selects component by \
+         component.",
     )
-    .derivatives("of the value picked")
+    .derivatives("those of the argument that is returned")
     .extremes(
-        "Both zeros are 0; a denormal and nan are not. What is not picked does not count, whatever it is.",
+        "0 and -0 count as 0; denormals and nan do not. The value that is not selected has no effect, \
+         even if it is inf or nan.",
     )
     .example("float y = select(0.0, 1.0, u > 0.5);"),
-    Builtin::compose("isnan", &["i(f)"], "x", |b, s| b.lane(LaneOp::IsNan, s.args).into(), "1 for a nan, else 0.")
-        .derivatives("none: the result is an int")
-        .extremes("Nans of either sign and any payload are nans.")
-        .example("int bad = isnan(u);"),
+    Builtin::compose(
+        "isnan",
+        &["i(f)"],
+        "x",
+        |b, s| b.lane(LaneOp::IsNan, s.args).into(),
+        "Returns 1 if `x` is nan, else 0.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes("A nan counts whatever its sign and its payload are.")
+    .example("int bad = isnan(u);"),
     Builtin::compose(
         "isinf",
         &["i(f)"],
         "x",
         |b, s| b.lane(LaneOp::IsInf, s.args).into(),
-        "1 for inf and -inf, else 0.",
+        "Returns 1 if `x` is inf or -inf, else 0.",
     )
     .derivatives("none: the result is an int")
     .extremes("nan gives 0.")
@@ -150,7 +207,7 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(f)"],
         "x",
         |b, s| b.lane(LaneOp::IsFinite, s.args).into(),
-        "1 for a finite number, else 0.",
+        "Returns 1 if `x` is finite, else 0.",
     )
     .derivatives("none: the result is an int")
     .extremes("Denormals are finite; inf, -inf and nan are not.")
@@ -160,22 +217,27 @@ pub(super) static ROWS: &[Builtin] = &[
         &["c(c,c)", "p(p,p)", "v(v,v)", "n(n,n)", "f(f,f)"],
         "edge, x",
         LaneOp::Step,
-        "0 for x below edge, else 1.",
+        "Returns 0 if `x` is less than `edge`, else 1.",
     )
     .derivatives("zero")
-    .extremes("1 at the edge itself; the zeros are equal. nan in either gives 1.")
+    .extremes("At the edge itself the result is 1. 0 and -0 are equal. nan in `edge` or `x` gives 1.")
     .example("float half_plane = step(0.5, u);"),
     Builtin::lane(
         "smoothstep",
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
         "edge0, edge1, x",
         LaneOp::Smoothstep,
-        "0 below edge0, 1 from edge1 on, between them (3 - 2t) t^2 of the share t of the way.",
+        "Returns 0 below `edge0`, 1 from `edge1` on, and a smooth transition in between. The \
+         transition is (3 - 2t) t^2, where t is the fraction of the way from `edge0` to `edge1`.",
     )
-    .derivatives("of ((3 - 2t) t) t between the edges, in which form the value is computed too; 0 outside")
+    .derivatives(
+        "those of ((3 - 2t) t) t between the edges, which is also the form in which the value is \
+         computed; 0 outside",
+    )
     .extremes(
-        "Equal edges make a step: 0 below, 1 from there on. Where edge0 is above edge1, it is a step at \
-         edge0. The test against edge0 is the first. x of nan gives nan.",
+        "If the edges are equal, the result is a step: 0 below the edge, 1 from there on. If `edge0` \
+         is greater than `edge1`, the result is a step at `edge0`, because the test against `edge0` \
+         comes first. If `x` is nan, the result is nan.",
     )
     .example("float y = smoothstep(0.25, 0.75, u);"),
     Builtin::lane(
@@ -183,15 +245,13 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(f,f,f)", "c(c,c,c)", "v(v,v,v)"],
         "edge0, edge1, x",
         LaneOp::Linearstep,
-        "0 below edge0, 1 from edge1 on, a straight line between.",
+        "Returns 0 below `edge0`, 1 from `edge1` on, and a straight line in between.",
     )
-    .derivatives(
-        "of the share of the way between the edges, (x - edge0) / (edge1 - edge0), with x clamped to them; \
-         0 outside",
-    )
+    .derivatives("those of (x - edge0) / (edge1 - edge0), with x clamped to the edges; 0 outside")
     .extremes(
-        "Equal edges make a step: 0 below, 1 from there on. Where edge0 is above edge1 it is -0 everywhere. \
-         x of nan gives 0, by the guarded division.",
+        "If the edges are equal, the result is a step: 0 below the edge, 1 from there on. If `edge0` \
+         is greater than `edge1`, the result is -0 everywhere. If `x` is nan, the result is 0, \
+         because a quotient that is not finite counts as 0; it is 1 if the edges are equal.",
     )
     .example("float y = linearstep(0.25, 0.75, u);"),
     Builtin::compose(
@@ -199,12 +259,13 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(f,f,f,f)", "c(c,c,c,c)", "v(v,v,v,v)"],
         "edge0, edge1, x, eps",
         smooth_linearstep,
-        "A straight line from 0 at edge0 to 1 at edge1, its corners rounded over eps to either side.",
+        "Returns a straight line from 0 at `edge0` to 1 at `edge1`, with rounded corners. The corners \
+         are rounded over the distance `eps` on both sides.",
     )
-    .derivatives("of the piece that x lies on, by its formula; 0 outside")
+    .derivatives("those of the formula for the piece on which x lies; 0 outside")
     .extremes(
-        "Equal edges make a step: 0 below, 1 from there on. An eps of 0 leaves the corners sharp. x of nan \
-         gives nan.",
+        "If the edges are equal, the result is a step: 0 below the edge, 1 from there on. An `eps` of \
+         0 leaves the corners sharp. If `x` is nan, the result is 0, or 1 if the edges are equal.",
     )
     .example("float y = smooth_linearstep(0.25, 0.75, u, 0.1);"),
 ];

@@ -9,13 +9,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(v,n,f,of,of,ov,ov)", "x(v,n,f,of,of)"],
         "I, N, eta, Kr, Kt, R, T",
         fresnel,
-        "Shares of light reflected and transmitted, and their directions.",
+        "Computes the fractions of light that are reflected, `Kr`, and transmitted, `Kt`, and their \
+         directions `R` and `T`.",
     )
-    .derivatives("by the formulas, of every output")
+    .derivatives("by the formulas, for every output")
     .extremes(
-        "At total reflection Kr is 1, Kt 0 and T zero. Divisions are guarded: eta of 0 counts as an \
-               inverse square of 0, and gives total reflection unless I and N are parallel. I of zero gives \
-               finite shares.",
+        "At total reflection `Kr` is 1, `Kt` is 0 and `T` is zero. Divisions by 0 give 0: for an \
+         `eta` of 0, 1/eta^2 counts as 0, which gives total reflection unless `I` and `N` are \
+         parallel. If `I` is zero, `Kr` and `Kt` are finite.",
     )
     .example("float kr, kt; vector r, t; fresnel(normalize(I), N, 1 / 1.5, kr, kt, r, t);"),
     Builtin::compose(
@@ -23,15 +24,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["p(p,f,p,p)", "p(p,f,v)"],
         "Q, angle, P0, P1 | Q, angle, axis",
         rotate,
-        "A point turned by an angle in radians about the line through two points, or about an axis at the \
-         origin.",
+        "Rotates the point `Q` by `angle`, in radians. It turns about the line through the points \
+         `P0` and `P1`, or about `axis` through the origin.",
     )
-    .derivatives(
-        "of the point and the first of two points; angle and axis go through a matrix, which has none",
-    )
+    .derivatives("those of Q and P0; angle and the axis go through a matrix, which has no derivatives")
     .extremes(
-        "An axis of no length leaves the point scaled by the cosine of the angle. An infinite angle \
-               turns like one of cosine -1 and sine -1.",
+        "If the axis has length 0, the point is not rotated but scaled by the cosine of `angle`. An \
+         angle of inf counts as one with cosine -1 and sine 1, and -inf as one with cosine -1 and \
+         sine -1.",
     )
     .example("point turned = rotate(P, M_PI_4, vector(0, 0, 1));"),
     Builtin::compose(
@@ -39,12 +39,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(c,c,oc,oc)"],
         "reflectivity, edge_color, ior, extinction",
         artistic_ior,
-        "Index of refraction and extinction of a metal of a given reflectance and edge color.",
+        "Computes the index of refraction, `ior`, and the `extinction` of a metal. The metal is given \
+         by its `reflectivity` and `edge_color`.",
     )
-    .derivatives("by the formulas, of both outputs")
+    .derivatives("by the formulas, for both outputs")
     .extremes(
-        "The reflectance is clamped to 0 to 0.99. A square below 0 under the root for k gives 0. A \
-         reflectance of nan gives 0 in both.",
+        "`reflectivity` is clamped to 0 to 0.99. If the number under the square root for `extinction` \
+         is negative, it counts as 0. If `reflectivity` is nan, both outputs are 0; but if it is \
+         known when compiling, `ior` is nan.",
     )
     .example("color n, k; artistic_ior(color(0.9, 0.6, 0.3), color(1), n, k);"),
 ];

@@ -9,13 +9,15 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(s,…)"],
         "format",
         |b, s| print(b, s, Sink::Print),
-        "Prints to the run's output; one conversion prints a whole triple, matrix or array.",
+        "Prints values to the run's output. One conversion in `format` prints a whole triple, matrix \
+         or array.",
     )
     .format(0)
     .derivatives("none: there is no result")
     .extremes(
-        "Infinities print inf and -inf, nan prints nan or -nan by its sign bit, -0 prints -0. Letters that \
-               do not suit a value, too few values and too many are errors when compiling.",
+        "Infinities print as inf and -inf, nan as nan or -nan depending on its sign bit, and -0 as \
+         -0. If `format` is a literal, a conversion that does not suit its value, too few values and \
+         too many values are compile-time errors.",
     )
     .example("printf(\"P = %g, u = %.3f\\n\", P, u);"),
     Builtin::compose(
@@ -23,11 +25,11 @@ pub(super) static ROWS: &[Builtin] = &[
         &["x(s,s,…)"],
         "filename, format",
         |b, s| print(b, s, Sink::File),
-        "Appends to a file, where the run allows files.",
+        "Appends text to the file `filename`, if the run allows files.",
     )
     .format(1)
     .derivatives("none: there is no result")
-    .extremes("Written only where the run allows files. The rest as for printf.")
+    .extremes("Nothing is written unless the run allows files. Otherwise it works as printf.")
     .example("fprintf(\"log.txt\", \"u = %g\\n\", u);"),
     Builtin::compose(
         "error",
@@ -38,7 +40,10 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .format(0)
     .derivatives("none: there is no result")
-    .extremes("The same text is reported once a run. The shader goes on. The rest as for printf.")
+    .extremes(
+        "The same text is reported only once in a run. The shader goes on. Otherwise it works as \
+         printf.",
+    )
     .example("if (u > 2) error(\"u is %g\", u);"),
     Builtin::compose(
         "warning",
@@ -49,13 +54,22 @@ pub(super) static ROWS: &[Builtin] = &[
     )
     .format(0)
     .derivatives("none: there is no result")
-    .extremes("The same text is reported once a run. The rest as for printf.")
+    .extremes("The same text is reported only once in a run. Otherwise it works as printf.")
     .example("if (u > 2) warning(\"u is %g\", u);"),
-    Builtin::compose("format", &["s(s,…)"], "format", format, "The text of a format string and values.")
-        .format(0)
-        .derivatives("none: the result is a string")
-        .extremes("As for printf, but strings with a width stand to the right.")
-        .example("string name = format(\"tile_%04d.png\", 7);"),
+    Builtin::compose(
+        "format",
+        &["s(s,…)"],
+        "format",
+        format,
+        "Returns the text that a format string and values make.",
+    )
+    .format(0)
+    .derivatives("none: the result is a string")
+    .extremes(
+        "The text is that of printf, except that strings shorter than their width are aligned to the \
+         right.",
+    )
+    .example("string name = format(\"tile_%04d.png\", 7);"),
 ];
 
 /// The values from argument `from` on, arrays element by element, with their shapes.

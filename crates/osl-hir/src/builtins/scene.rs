@@ -20,13 +20,14 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "object, name, arrayindex, destination | object, name, destination | name, destination",
         attribute,
-        "A named datum of the renderer, an object or the point; 1 if there is one of exactly this type.",
+        "Stores the attribute `name` of the renderer, of `object` or of the point in `destination`. \
+         Returns 1 if there is one of exactly this type, else 0.",
     )
     .query()
-    .derivatives("the renderer's, where it has them")
+    .derivatives("those that the renderer provides, if it does")
     .extremes(
-        "0 if there is no value of exactly this type; the variable is not changed. An index outside an \
-               array gives 0.",
+        "If there is no value of exactly this type, the result is 0, and `destination` is unchanged. \
+         An `arrayindex` outside an array gives 0.",
     )
     .example("float fov = 90; int known = getattribute(\"camera:fov\", fov);"),
     Builtin::compose(
@@ -34,38 +35,56 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s)"],
         "name",
         |b, s| b.kernel(Kernel::RayType, s.args, Kind::Int).into(),
-        "Whether the shader runs for a ray of a kind: camera, shadow, reflection, refraction, diffuse, \
-         glossy, subsurface, displacement.",
+        "Returns 1 if the shader runs for a ray of the kind `name`, else 0. The kinds are camera, \
+         shadow, reflection, refraction, diffuse, glossy, subsurface and displacement.",
     )
     .derivatives("none: the result is an int")
-    .extremes("0 for a name that no renderer knows.")
+    .extremes("A name that no renderer knows gives 0.")
     .example("int seen = raytype(\"camera\");"),
-    Builtin::compose("iscameraray", &["i()"], "", |b, _| ray(b, "camera"), "Whether it runs for a camera ray.")
-        .composed(Composed::RayKind("camera"))
+    Builtin::compose(
+        "iscameraray",
+        &["i()"],
+        "",
+        |b, _| ray(b, "camera"),
+        "Returns 1 if the shader runs for a camera ray, else 0.",
+    )
+    .composed(Composed::RayKind("camera"))
     .derivatives("none: the result is an int")
-        .extremes("1 or 0; the same as raytype(\"camera\").")
-        .example("int yes = iscameraray();"),
+    .extremes("The result is that of raytype(\"camera\").")
+    .example("int yes = iscameraray();"),
     Builtin::compose(
         "isdiffuseray",
         &["i()"],
         "",
         |b, _| ray(b, "diffuse"),
-        "Whether it runs for a diffuse ray.",
+        "Returns 1 if the shader runs for a diffuse ray, else 0.",
     )
     .composed(Composed::RayKind("diffuse"))
     .derivatives("none: the result is an int")
-    .extremes("1 or 0; the same as raytype(\"diffuse\").")
+    .extremes("The result is that of raytype(\"diffuse\").")
     .example("int yes = isdiffuseray();"),
-    Builtin::compose("isglossyray", &["i()"], "", |b, _| ray(b, "glossy"), "Whether it runs for a glossy ray.")
-        .composed(Composed::RayKind("glossy"))
+    Builtin::compose(
+        "isglossyray",
+        &["i()"],
+        "",
+        |b, _| ray(b, "glossy"),
+        "Returns 1 if the shader runs for a glossy ray, else 0.",
+    )
+    .composed(Composed::RayKind("glossy"))
     .derivatives("none: the result is an int")
-        .extremes("1 or 0; the same as raytype(\"glossy\").")
-        .example("int yes = isglossyray();"),
-    Builtin::compose("isshadowray", &["i()"], "", |b, _| ray(b, "shadow"), "Whether it runs for a shadow ray.")
-        .composed(Composed::RayKind("shadow"))
+    .extremes("The result is that of raytype(\"glossy\").")
+    .example("int yes = isglossyray();"),
+    Builtin::compose(
+        "isshadowray",
+        &["i()"],
+        "",
+        |b, _| ray(b, "shadow"),
+        "Returns 1 if the shader runs for a shadow ray, else 0.",
+    )
+    .composed(Composed::RayKind("shadow"))
     .derivatives("none: the result is an int")
-        .extremes("1 or 0; the same as raytype(\"shadow\").")
-        .example("int yes = isshadowray();"),
+    .extremes("The result is that of raytype(\"shadow\").")
+    .example("int yes = isshadowray();"),
     Builtin::compose(
         "backfacing",
         &["i()"],
@@ -74,98 +93,108 @@ pub(super) static ROWS: &[Builtin] = &[
             let seen = b.global(Global::Backfacing, Kind::Float);
             b.lane(LaneOp::ToInt, &[seen]).into()
         },
-        "Whether the surface is seen from behind.",
+        "Returns 1 if the surface is seen from behind, else 0.",
     )
     .derivatives("none: the result is an int")
-    .extremes("1 or 0; 0 on the patch.")
+    .extremes("The result is 0 on the unit patch.")
     .example("int behind = backfacing();"),
     Builtin::compose(
         "surfacearea",
         &["f()"],
         "",
         |b, _| b.global(Global::SurfaceArea, Kind::Float).into(),
-        "Area of the light's surface that is being shaded.",
+        "Returns the area of the light whose surface is shaded.",
     )
     .derivatives("zero")
-    .extremes("0 where the renderer does not say.")
+    .extremes("The result is 0 if the renderer does not provide the area.")
     .example("float a = surfacearea();"),
     Builtin::compose(
         "isconnected",
         &["i(?)"],
         "parameter",
         |b, s| b.int(s.connected).into(),
-        "How a parameter is connected: 1 from upstream, 2 to something downstream, 3 both.",
+        "Returns how `parameter` is connected: 0 not at all, 1 to an earlier layer, 2 to a later \
+         layer, 3 to both.",
     )
     .asks(Asks::Connection)
     .derivatives("none: the result is an int")
-    .extremes("An output of the last of several layers is connected downstream: something asks for it. 0 in a shader by itself.")
+    .extremes(
+        "An output of the last of several layers counts as connected to a later layer, since its \
+         value is requested. In a shader without other layers the result is 0.",
+    )
     .example("int wired = isconnected(u);"),
     Builtin::compose(
         "isconstant",
         &["i(?)"],
         "expr",
         |b, s| b.kernel(Kernel::IsConstant, &[s.arg(0)], Kind::Int).into(),
-        "Whether a value was known before running.",
+        "Returns 1 if the value of `expr` is known before the shader runs, else 0.",
     )
     .asks(Asks::Constancy)
     .derivatives("none: the result is an int")
-    .extremes("1 for literals and unconnected parameters and what is computed of them, 0 for globals.")
+    .extremes("Literals, unconnected parameters and values computed from them give 1. Globals give 0.")
     .example("int known = isconstant(2 + 3);"),
     Builtin::compose(
         "trace",
         &["i(p,v,*)"],
         "pos, dir",
         |b, s| b.kernel(Kernel::Trace, &[s.arg(0), s.arg(1)], Kind::Int).into(),
-        "Whether a ray hits anything; without a scene it never does.",
+        "Returns 1 if a ray from `pos` in the direction `dir` hits anything, else 0. Without a scene \
+         it hits nothing.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Always 0, whatever the position and direction; options make no difference.")
+    .extremes(
+        "The result is 0 for every position and direction, except in `oslrun testshade`, which \
+         answers as the reference's tool does. Options make no difference.",
+    )
     .example("int hit = trace(P, N);"),
     Builtin::compose(
         "pointcloud_search",
         &["i(s,p,f,i,*)", "i(s,p,f,i,i,*)"],
         "ptcname, pos, radius, maxpoints, sort",
         |b, _| b.int(0).into(),
-        "Number of points near a position; without point clouds 0.",
+        "Returns the number of points within `radius` of `pos`; point clouds are not supported, so \
+         the result is 0.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Always 0; output arrays stay.")
+    .extremes("The result is always 0, and output arrays are unchanged.")
     .example("float near[4]; int n = pointcloud_search(\"dust.ptc\", P, 0.1, 4, \"distance\", near);"),
     Builtin::compose(
         "pointcloud_get",
         &["i(s,i[],i,s,o?[])"],
         "ptcname, indices, count, attr, data",
         |b, _| b.int(0).into(),
-        "Data of found points; without point clouds 0.",
+        "Stores the attribute `attr` of the found points in `data`; point clouds are not supported, \
+         so the result is 0.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Always 0; the array stays.")
+    .extremes("The result is always 0, and `data` is unchanged.")
     .example(
         "int which[4] = {0, 1, 2, 3}; float size[4]; int ok = pointcloud_get(\"dust.ptc\", which, 4, \
-              \"size\", size);",
+         \"size\", size);",
     ),
     Builtin::compose(
         "pointcloud_write",
         &["i(s,p,*)"],
         "ptcname, pos",
         |b, _| b.int(0).into(),
-        "Saves a point; without point clouds 0.",
+        "Saves a point at `pos`; point clouds are not supported, so the result is 0.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Always 0; no file is written.")
+    .extremes("The result is always 0, and no file is written.")
     .example("int ok = pointcloud_write(\"dust.ptc\", P, \"u\", u);"),
     Builtin::compose(
         "dict_find",
         &["i(s,s)", "i(i nodeID,s)"],
         "dictionary, query",
         |b, s| b.kernel(Kernel::DictFind, s.args, Kind::Int).into(),
-        "The first node that a path finds in an XML text, or below a node; 0 if there is none, -1 if it \
-         cannot be read.",
+        "Returns the first node that the path `query` finds in the XML text `dictionary`, or below \
+         the node `nodeID`. The result is 0 if there is none, and -1 if the text cannot be read.",
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "A text that is not XML gives -1. So does a file (a text that ends in .xml) that is \
-         missing or too large, with an error of the run. An unknown node gives 0.",
+        "A text that is not XML gives -1. So does a file (a text that ends in .xml) that is missing \
+         or too large. Both are run-time errors. An unknown node gives 0.",
     )
     .example("int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\");"),
     Builtin::compose(
@@ -173,39 +202,46 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(i)"],
         "nodeID",
         |b, s| b.kernel(Kernel::DictNext, s.args, Kind::Int).into(),
-        "The next node that the same path found after a node; 0 if there is none.",
+        "Returns the next node after `nodeID` that the same path found, or 0 if there is none.",
     )
     .derivatives("none: the result is an int")
-    .extremes("0 after the last node, and for an unknown node.")
+    .extremes("The result is 0 after the last node, and for an unknown node.")
     .example("int node = dict_next(dict_find(\"<a><b/><b/></a>\", \"//b\"));"),
     Builtin::compose(
         "dict_value",
         &["i(i,s,o?)", "i(i,s,o?[])"],
         "nodeID, attribname, value",
         dict_value,
-        "An attribute of a node, or its text where the name is empty; 1 if it is of the type.",
+        "Stores the attribute `attribname` of a node in `value`, or the node's text if the name is \
+         empty. Returns 1 if there is one of this type, else 0.",
     )
     .query()
     .derivatives("none: the result is an int")
-    .extremes("0 where there is no such attribute or it is not of the type, and the variable stays.")
+    .extremes(
+        "If there is no such attribute, or if it has another type, the result is 0, and `value` is \
+         unchanged.",
+    )
     .example(
         "int node = dict_find(\"<a><b x=\\\"1\\\"/></a>\", \"//b\"); int x = 0; int ok = \
-              dict_value(node, \"x\", x);",
+         dict_value(node, \"x\", x);",
     ),
-    Builtin::exit("exit", &["x()"], "", "Ends the shader; outputs keep what they have.")
+    Builtin::exit("exit", &["x()"], "", "Ends the shader; its outputs keep the values that they have.")
         .derivatives("none: there is no result")
-        .extremes("Other points go on. Outputs keep what was assigned before.")
+        .extremes("Other points go on. Outputs keep the values that were assigned before.")
         .example("if (u > 2) exit();"),
     Builtin::compose(
         "arraylength",
         &["i(?[])"],
         "A",
         |b, s| b.int(s.array(0).map_or(0, |a| a.len as i32)).into(),
-        "Number of elements of an array.",
+        "Returns the number of elements of the array `A`.",
     )
     .asks(Asks::Length)
     .derivatives("none: the result is an int")
-    .extremes("That of an open array is its length in this instance.")
+    .extremes(
+        "For an array without a length in its declaration, the result is the length in this instance \
+         of the shader.",
+    )
     .example("float list[4]; int n = arraylength(list);"),
 ];
 

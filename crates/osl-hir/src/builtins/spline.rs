@@ -23,15 +23,15 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "basis, x, nknots, y | basis, x, y",
         spline,
-        "Curve through knots at x, 0 to 1; bases are catmull-rom, bezier, bspline, hermite, linear, \
-         constant.",
+        "Returns the value at `x`, from 0 to 1, of the curve through the knots `y`. The basis is \
+         catmull-rom, bezier, bspline, hermite, linear or constant.",
     )
-    .derivatives("of x and of the knots; zero for the basis constant")
+    .derivatives("those of x and of the knots; zero for the basis constant")
     .extremes(
-        "x is clamped to 0 to 1; nan counts as 0. \
-               Reads beyond the knots are clamped to them, so that fewer than four do not fail. Any other \
-               basis is linear. The bases that step by one do not reach the first and last knot. A single \
-               point, vector or normal may stand for the knots: an array of one.",
+        "`x` is clamped to 0 to 1, and nan counts as 0. Reads beyond the knots take the nearest knot, \
+         so fewer than four knots are no error. Any other basis is linear. The bases that advance by \
+         one knot do not reach the first and the last knot. A single point, vector or normal may be \
+         given instead of the knots; it counts as an array of one.",
     )
     .example("float knots[5] = {0, 0, 0.2, 1, 1}; float y = spline(\"catmull-rom\", u, knots);"),
     Builtin::compose(
@@ -39,14 +39,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(s,f,f[])", "f(s,f,i,f[])"],
         "basis, v, nknots, y | basis, v, y",
         inverse,
-        "The x, 0 to 1, at which a spline that only rises or only falls has a value.",
+        "Returns the x, from 0 to 1, at which a spline has the value `v`. The spline must only rise \
+         or only fall.",
     )
-    .derivatives(
-        "of the value only: those of the last step of the search, carried through it; 0 beyond the ends",
-    )
+    .derivatives("those of the value v only, carried through the last step of the search; 0 beyond the ends")
     .extremes(
-        "Values beyond the ends give 0 or 1. It stops after 32 rounds, within about 1e-6, so curves \
-               that turn give one of the places. nan gives a number from 0 to 1.",
+        "Values beyond the ends give 0 or 1. The search stops after 32 steps, within about 1e-6. If \
+         the curve turns, the result is one of the places with the value. nan gives a number from 0 \
+         to 1.",
     )
     .example("float knots[5] = {0, 0, 0.2, 1, 1}; float x = splineinverse(\"linear\", v, knots);"),
 ];

@@ -10,31 +10,38 @@ pub(super) static ROWS: &[Builtin] = &[
         &["s(s,s)", "s(s,s,s)", "s(s,s,s,s)", "s(s,s,s,s,s)", "s(s,s,s,s,s,s)"],
         "s1, s2, s3, s4, s5, s6",
         |b, s| text(b, s, TextFn::Concat),
-        "Two to six strings joined.",
+        "Joins two to six strings.",
     )
     .composed(Composed::Concat)
     .derivatives("none: the result is a string")
     .extremes("Empty strings add nothing.")
     .example("string s = concat(\"one\", \" \", \"two\");"),
-    Builtin::compose("strlen", &["i(s)"], "s", |b, s| text(b, s, TextFn::Length), "Length in bytes.")
-        .derivatives("none: the result is an int")
-        .extremes(
-            "Bytes, not characters: a letter outside ASCII counts more than once. 0 for the empty string.",
-        )
-        .example("int n = strlen(\"hello\");"),
+    Builtin::compose(
+        "strlen",
+        &["i(s)"],
+        "s",
+        |b, s| text(b, s, TextFn::Length),
+        "Returns the length of `s` in bytes.",
+    )
+    .derivatives("none: the result is an int")
+    .extremes(
+        "Bytes are counted, not characters: a letter outside ASCII counts more than once. The empty \
+         string gives 0.",
+    )
+    .example("int n = strlen(\"hello\");"),
     Builtin::compose(
         "substr",
         &["s(s,i,i)", "s(s,i)"],
         "s, start, length",
         substr,
-        "Bytes of a string from a start, counted from the end where negative, of a length, or all of the \
-         rest.",
+        "Returns `length` bytes of `s` from position `start`, or without `length` the rest of the \
+         string. A negative `start` counts from the end.",
     )
     .composed(Composed::Substr)
     .derivatives("none: the result is a string")
     .extremes(
-        "A start beyond either end is clamped to it; a length below 0 is 0, and one beyond the end \
-               stops there. The empty string gives itself.",
+        "A `start` beyond an end of the string is clamped to that end. A negative `length` counts as \
+         0, and a `length` beyond the end stops at the end. The empty string gives the empty string.",
     )
     .example("string s = substr(\"hello\", 1, 3); string tail = substr(\"hello\", -3);"),
     Builtin::compose(
@@ -42,37 +49,40 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s,i)"],
         "s, n",
         |b, s| text(b, s, TextFn::Character),
-        "The byte at an offset as a signed number; 0 outside the string.",
+        "Returns the byte of `s` at position `n`, as a signed number.",
     )
     .derivatives("none: the result is an int")
-    .extremes("0 for an index below 0 or from the length on. Bytes from 128 on are negative.")
+    .extremes(
+        "A position below 0, or from the length of the string on, gives 0. Bytes from 128 on are \
+         negative.",
+    )
     .example("int c = getchar(\"hello\", 1);"),
     Builtin::compose(
         "startswith",
         &["i(s,s)"],
         "s, prefix",
         |b, s| text(b, s, TextFn::StartsWith),
-        "Whether a string starts with another.",
+        "Returns 1 if `s` starts with `prefix`, else 0.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Every string starts with the empty one.")
+    .extremes("Every string starts with the empty string.")
     .example("int yes = startswith(\"hello\", \"he\");"),
     Builtin::compose(
         "endswith",
         &["i(s,s)"],
         "s, suffix",
         |b, s| text(b, s, TextFn::EndsWith),
-        "Whether a string ends with another.",
+        "Returns 1 if `s` ends with `suffix`, else 0.",
     )
     .derivatives("none: the result is an int")
-    .extremes("Every string ends with the empty one.")
+    .extremes("Every string ends with the empty string.")
     .example("int yes = endswith(\"hello\", \"lo\");"),
     Builtin::compose(
         "stoi",
         &["i(s)"],
         "str",
         |b, s| text(b, s, TextFn::ToInt),
-        "The decimal int at the start of a string; 0 without one.",
+        "Returns the decimal int at the start of `str`, or 0 if there is none.",
     )
     .derivatives("none: the result is an int")
     .extremes(
@@ -85,12 +95,12 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(s)"],
         "str",
         |b, s| text(b, s, TextFn::ToFloat),
-        "The float at the start of a string; 0 without one.",
+        "Returns the float at the start of `str`, or 0 if there is none.",
     )
     .derivatives("zero")
     .extremes(
-        "White space before the number and any text after it are ignored. Reads inf and nan; a number \
-         out of range gives inf or 0.",
+        "White space before the number and any text after it are ignored. The words inf and nan are \
+         read. A number out of range gives inf or 0.",
     )
     .example("float x = stof(\"1.5e3\");"),
     Builtin::compose(
@@ -98,12 +108,12 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(i i)", "i(f x)", "i(f x,f y)", "i(p p)", "i(p p,f y)", "i(s s)"],
         "",
         hash,
-        "A number that looks random, the same for the same bits.",
+        "Returns an int that looks random. Arguments with the same bits give the same int.",
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "Bits count: 0.0 and -0.0 differ; every nan counts as one. Defined for every number and \
-               string.",
+        "The bits count: 0.0 and -0.0 give different results. Every nan counts as the same number. \
+         Every number and every string has a result.",
     )
     .example("int seed = hash(\"wood\"); int h = hash(P);"),
     Builtin::compose(
@@ -111,13 +121,15 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s,os[],s,i)", "i(s,os[],s)", "i(s,os[])"],
         "str, results, sep, maxsplit",
         split,
-        "Cuts a string at separators (default: white space) into an array; the number of pieces.",
+        "Splits `str` at every `sep` (default: white space) and returns the number of pieces. The \
+         pieces are stored in `results`; there are at most `maxsplit`.",
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "The empty string and a limit of 0 or less give 0 pieces. A full array keeps the unsplit rest \
-               in its last element; elements after the pieces are not changed. Empty pieces count with a separator, \
-               not with white space.",
+        "The empty string, and a `maxsplit` of 0 or less, give 0 pieces. If there is no room for more \
+         pieces, the last piece is the unsplit rest of the string. Elements after the pieces are not \
+         changed. Between two separators there may be an empty piece; between two blanks, if the \
+         separator is white space, there is none.",
     )
     .example("string parts[3]; int n = split(\"a/b/c\", parts, \"/\");"),
     Builtin::compose(
@@ -125,13 +137,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s,s)", "i(s,oi[],s)"],
         "subject, results, regex | subject, regex",
         |b, s| regex(b, s, false),
-        "Whether a pattern is found in a string; begin and end of each group in an array.",
+        "Returns 1 if the pattern `regex` is found in `subject`, else 0. `results` receives the begin \
+         and the end of each group.",
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "Without a match the array is filled with the length of the pattern, and so are the groups \
-               that took no part. A pattern that cannot be read is an error of the run and matches \
-               nothing.",
+        "Without a match, every element of `results` is the length of the pattern; so are the \
+         elements of groups that are not part of the match. A pattern that cannot be read is a \
+         run-time error and matches nothing.",
     )
     .example("int at[2]; int found = regex_search(\"wood07\", at, \"[0-9]+\");"),
     Builtin::compose(
@@ -139,13 +152,14 @@ pub(super) static ROWS: &[Builtin] = &[
         &["i(s,s)", "i(s,oi[],s)"],
         "subject, results, regex | subject, regex",
         |b, s| regex(b, s, true),
-        "Whether a pattern is the whole of a string; begin and end of each group in an array.",
+        "Returns 1 if the pattern `regex` matches the whole of `subject`, else 0. `results` receives \
+         the begin and the end of each group.",
     )
     .derivatives("none: the result is an int")
     .extremes(
-        "Without a match the array is filled with the length of the pattern, and so are the groups \
-               that took no part. A pattern that cannot be read is an error of the run and matches \
-               nothing.",
+        "Without a match, every element of `results` is the length of the pattern; so are the \
+         elements of groups that are not part of the match. A pattern that cannot be read is a \
+         run-time error and matches nothing.",
     )
     .example("int all = regex_match(\"wood07\", \"[a-z]+[0-9]+\");"),
 ];

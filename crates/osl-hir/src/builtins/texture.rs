@@ -17,18 +17,20 @@ pub(super) static ROWS: &[Builtin] = &[
         ],
         "filename, s, t, dsdx, dtdx, dsdy, dtdy",
         texture,
-        "Channels of an image file at (s, t); (0, 0) is the corner of its first pixel and t grows downward.",
+        "Returns channels of the image file `filename` at (`s`, `t`). (0, 0) is the corner of the \
+         first pixel, and `t` grows downward.",
     )
     .lookup()
     .differentiates(Differentiates::Arguments(&[1, 2]))
     .derivatives(
-        "slopes of the filtered image along s and t times the changes of s and t, given or their own",
+        "the slopes of the filtered image along s and t, times the changes of s and t: those given as \
+         arguments, else the derivatives of s and t",
     )
     .extremes(
-        "A file that is missing is an error of the run and gives \"fill\", unless missingcolor, missingalpha or \
-               errormessage is given. Coordinates beyond the image follow the wrap mode, black by default; \
-               inf and nan give a color, never a failure. Huge derivatives read the smallest image of the \
-               pyramid.",
+        "A missing file is a run-time error and gives the value of \"fill\", unless \"missingcolor\", \
+         \"missingalpha\" or \"errormessage\" is given. Coordinates beyond the image follow the wrap \
+         mode, which is black by default. inf and nan give a color, never a failure. Huge derivatives \
+         read the smallest image of the pyramid.",
     )
     .example("string trouble = \"\"; color c = texture(\"tex64.png\", u, v, \"errormessage\", trouble);"),
     Builtin::compose(
@@ -36,14 +38,15 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(s,p,*)", "c(s,p,*)", "v(s,p,*)", "f(s,p,v,v,v,*)", "c(s,p,v,v,v,*)", "v(s,p,v,v,v,*)"],
         "filename, p, dpdx, dpdy, dpdz",
         texture3d,
-        "Channels of a volume; volume files are not read, so each is as one that is missing.",
+        "Returns channels of the volume file `filename` at `p`. Volume files cannot be read: every \
+         file counts as missing.",
     )
     .lookup()
     .differentiates(Differentiates::Arguments(&[1]))
     .derivatives("zero")
     .extremes(
-        "Always missingcolor and missingalpha where one is given, else \"fill\" with an error of the run or the text \
-               in errormessage.",
+        "The result is always \"missingcolor\" and \"missingalpha\" if one of them is given. \
+         Otherwise it is \"fill\", with a run-time error or with a text in \"errormessage\".",
     )
     .example("string trouble = \"\"; color c = texture3d(\"smoke.vdb\", P, \"errormessage\", trouble);"),
     Builtin::compose(
@@ -51,33 +54,36 @@ pub(super) static ROWS: &[Builtin] = &[
         &["f(s,v,*)", "c(s,v,*)", "v(s,v,*)", "f(s,v,v,v,*)", "c(s,v,v,v,*)", "v(s,v,v,v,*)"],
         "filename, R, dRdx, dRdy",
         environment,
-        "Channels of an image of all directions in latitude and longitude; y is up and the middle looks \
-         along -z.",
+        "Returns channels of an image of all directions, in the direction `R`. The image has latitude \
+         and longitude as its axes; y is up, and the middle of the image looks along -z.",
     )
     .lookup()
     .differentiates(Differentiates::Arguments(&[1]))
     .derivatives("zero")
     .extremes(
-        "The zero vector, inf and nan give a color, never a failure. A missing file is an error of the run and \
-               gives \"fill\", unless missingcolor, missingalpha or errormessage is given.",
+        "The zero vector, inf and nan give a color, never a failure. A missing file is a run-time \
+         error and gives the value of \"fill\", unless \"missingcolor\", \"missingalpha\" or \
+         \"errormessage\" is given.",
     )
     .example(
         "string trouble = \"\"; color c = environment(\"sky.exr\", vector(0, 1, 0), \"errormessage\", \
-              trouble);",
+         trouble);",
     ),
     Builtin::compose(
         "gettextureinfo",
         &["i(s,s,o?)", "i(s,s,o?[])", "i(s,f,f,s,o?)", "i(s,f,f,s,o?[])"],
         "texturename, s, t, paramname, destination | texturename, paramname, destination",
         info,
-        "A datum of a texture's header: exists, resolution, channels, averagecolor, any attribute of the file; 1 if \
-         it has it.",
+        "Stores a property of a texture in `destination`. Returns 1 if the texture has it, else 0. \
+         The properties are exists, resolution, channels, averagecolor, and every attribute of the \
+         file.",
     )
     .query()
     .derivatives("none: the result is an int")
     .extremes(
-        "A datum that is not there gives 0 and leaves the output. So does a missing file, with an \
-               error of the run, except for \"exists\", which answers 0 in the output.",
+        "If the texture has no such property, the result is 0 and `destination` is unchanged. The \
+         same holds for a missing file, which is also a run-time error; only \"exists\" stores 0 in \
+         `destination` and returns 1.",
     )
     .example("int there = 0; int answered = gettextureinfo(\"tex64.png\", \"exists\", there);"),
 ];

@@ -29,14 +29,14 @@ const WORD: &str = "word";
 const ABOUT_GLOBALS: [(&str, &str, &str); 13] = [
     (
         "P",
-        "The position of the point that is shaded, in common space. A displacement shader assigns it to move the \
+        "The position of the shaded point, in common space. A displacement shader assigns it to move the \
          surface. On the unit patch of `oslrun FILE` it is (u, v, 1).",
         "float near = 1 / (1 + length(P)); result = near;",
     ),
     (
         "I",
-        "The direction from which the point is seen: from the eye to P. It is not normalized. On the unit patch \
-         there is no eye, and I is 0.",
+        "The direction from which the point is seen: from the eye to P. It is not normalized. On the unit \
+         patch there is no eye, and I is 0.",
         "vector r = reflect(normalize(I), N); result = r[2];",
     ),
     (
@@ -52,18 +52,19 @@ const ABOUT_GLOBALS: [(&str, &str, &str); 13] = [
     ),
     (
         "u",
-        "The first coordinate on the surface. On the unit patch it runs from 0 at the left to 1 at the right.",
+        "The first coordinate on the surface. On the unit patch it runs from 0 at the left to 1 at the \
+         right.",
         "result = u;",
     ),
     (
         "v",
-        "The second coordinate on the surface. On the unit patch it runs from 0 in the first row of the picture \
-         to 1 in the last.",
+        "The second coordinate on the surface. On the unit patch it runs from 0 in the first row of the \
+         picture to 1 in the last.",
         "result = v;",
     ),
     (
         "dPdu",
-        "How P changes with u: a vector along the surface. A tangent for anisotropic closures.",
+        "How P changes with u: a vector along the surface. Anisotropic closures use it as their tangent.",
         "vector along = normalize(dPdu); result = along[0];",
     ),
     (
@@ -89,8 +90,9 @@ const ABOUT_GLOBALS: [(&str, &str, &str); 13] = [
     ),
     (
         "Ci",
-        "How the surface scatters and emits light: a closure, the sum of components such as `diffuse(N)` with \
-         their weights. A renderer evaluates it; it has no value that could be compared or written as a color.",
+        "How the surface scatters and emits light: a closure, which is a sum of components such as \
+         `diffuse(N)` with weights. A renderer evaluates it. It has no value that could be compared or \
+         written as a color.",
         "Ci = color(0.8, 0.2, 0.1) * diffuse(N) + 0.1 * reflection(N);",
     ),
 ];
@@ -104,44 +106,45 @@ const OTHERS: [Row; 31] = [
         TYPE,
         "int count = 3;",
         "A whole number of 32 bits. Arithmetic wraps, and `/` between ints drops the fraction: 1 / 2 is 0. \
-         Truth is an int too: 0 is false.",
+         A truth value is an int too: 0 is false, and every other number is true.",
         "int count = 7 / 2; result = count;",
     ),
     (
         "float",
         TYPE,
         "float x = 0.5;",
-        "A number in single precision: about seven digits. An int becomes a float by itself.",
+        "A number in single precision: about seven digits. An int becomes a float without a cast.",
         "float x = 1.0 / 3; result = x;",
     ),
     (
         "string",
         TYPE,
         "string name = \"object\";",
-        "A text: the name of a texture, a space or a message. `concat` joins texts, `format` makes them.",
+        "A text, such as the name of a texture, a space or a message. `concat` joins strings, and `format` \
+         makes one from values.",
         "string name = concat(\"a\", \"b\"); result = strlen(name);",
     ),
     (
         "color",
         TYPE,
         "color c = color(1, 0.5, 0);    color(\"hsv\", h, s, v)",
-        "Red, green and blue, linear, usually 0 to 1. `c[0]`, `c.r` is red. A single number makes a grey. \
-         `luminance(c)` is its brightness.",
+        "Red, green and blue, linear, usually 0 to 1. `c[0]` or `c.r` is red. A single number makes a grey. \
+         `luminance(c)` is the brightness of `c`.",
         "color c = color(\"hsv\", 0.1, 1, 1); result = luminance(c);",
     ),
     (
         "point",
         TYPE,
         "point p = point(x, y, z);    point(\"object\", x, y, z)",
-        "A position. `transform` moves it with the whole matrix, translation included. Point minus point is a \
-         vector, point plus vector a point.",
+        "A position. `transform` moves it with the whole matrix, translation included. A point minus a point \
+         is a vector; a point plus a vector is a point.",
         "point p = point(1, 2, 3); vector d = p - P; result = length(d);",
     ),
     (
         "vector",
         TYPE,
         "vector d = vector(x, y, z);",
-        "A direction with a length. `transform` turns and scales it, and leaves the translation out.",
+        "A direction with a length. `transform` turns and scales it, and ignores the translation.",
         "vector up = vector(0, 1, 0); result = dot(up, N);",
     ),
     (
@@ -171,39 +174,39 @@ const OTHERS: [Row; 31] = [
         "closure",
         TYPE,
         "closure color c = diffuse(N);",
-        "How a surface scatters or emits light, for a renderer. Closures are added, and multiplied by a color or \
-         a float.",
+        "Tells a renderer how a surface scatters or emits light. Closures can be added, and multiplied by a \
+         color or a float.",
         "closure color c = 0.5 * diffuse(N) + emission(); Ci = c;",
     ),
     (
         "struct",
         TYPE,
         "struct Layer { color tint; float weight; };",
-        "A type of several named fields. It is declared outside of functions and shaders. `a.tint` is a field, and \
-          `{ tint, weight }` initialises one.",
+        "A type with several named fields. It is declared outside of functions and shaders. `a.tint` is a \
+         field of the struct `a`, and a list such as `{ tint, weight }` initialises a struct.",
         "struct Layer { color tint; float weight; }; Layer a = { color(1, 0, 0), 0.5 }; result = a.weight;",
     ),
     (
         "if",
         STATEMENT,
         "if (condition) statement else statement",
-        "Runs the first statement where the condition is not 0, else the second. Points of one picture may take \
-         different sides.",
+        "Runs the first statement where the condition is not 0, else the second. Points of one picture may \
+         take different branches.",
         "if (u > 0.5) result = 1; else result = 0;",
     ),
     (
         "else",
         STATEMENT,
         "if (condition) statement else statement",
-        "The other side of an `if`.",
+        "Starts the other branch of an `if`.",
         "if (u > 0.5) result = 1; else result = 0;",
     ),
     (
         "for",
         STATEMENT,
         "for (start; condition; step) statement",
-        "Runs `start` once, then the statement and `step` as long as the condition is not 0. The counter may be \
-         declared in it. `break` leaves the loop, `continue` goes to the next turn.",
+        "Runs `start` once, then the statement and `step` as long as the condition is not 0. `start` may \
+         declare the counter. `break` leaves the loop, and `continue` goes to its next turn.",
         "float sum = 0; for (int i = 0; i < 3; i++) sum += i * u; result = sum;",
     ),
     (
@@ -217,7 +220,7 @@ const OTHERS: [Row; 31] = [
         "do",
         STATEMENT,
         "do statement while (condition);",
-        "Runs the statement, then again as long as the condition is not 0: at least once.",
+        "Runs the statement once, then again as long as the condition is not 0.",
         "float x = u + 1; do x *= 2; while (x < 4); result = x;",
     ),
     (
@@ -238,15 +241,15 @@ const OTHERS: [Row; 31] = [
         "return",
         STATEMENT,
         "return value;",
-        "Leaves the function with a result; `return;` leaves a function of type void, or the shader.",
+        "Leaves the function with a result. `return;` leaves a void function or the shader.",
         "float twice(float x) { return 2 * x; } result = twice(u);",
     ),
     (
         "output",
         WORD,
         "output float mask = 0",
-        "Before a parameter of a shader: the shader computes it, and `oslrun` writes it to the picture. Before a \
-         parameter of a function: the function may change the caller's variable.",
+        "Stands before a parameter. A shader computes its outputs, and `oslrun` writes them to the picture. A \
+         function stores its outputs in the caller's variables.",
         "void twice(float x, output float y) { y = 2 * x; } twice(u, result);",
     ),
     (
@@ -267,7 +270,7 @@ const OTHERS: [Row; 31] = [
         "displacement",
         KIND,
         "displacement name(parameters) { statements }",
-        "A shader that moves the surface: it assigns P, and N.",
+        "A shader that moves the surface: it assigns P and N.",
         "P += 0.1 * noise(4 * P) * N;",
     ),
     (
@@ -278,36 +281,44 @@ const OTHERS: [Row; 31] = [
         "Ci = emission();",
     ),
     ("and", WORD, "a and b", "The same as `&&`: 1 if both sides are not 0.", "result = u > 0.2 and u < 0.8;"),
-    ("or", WORD, "a or b", "The same as `||`: 1 if a side is not 0.", "result = u < 0.2 or u > 0.8;"),
-    ("not", WORD, "not a", "The same as `!`: 1 for 0, else 0.", "result = not (u > 0.5);"),
+    (
+        "or",
+        WORD,
+        "a or b",
+        "The same as `||`: 1 if at least one side is not 0.",
+        "result = u < 0.2 or u > 0.8;",
+    ),
+    ("not", WORD, "not a", "The same as `!`: 1 if the value is 0, else 0.", "result = not (u > 0.5);"),
     (
         "M_PI",
         WORD,
         "M_PI = 3.14159265…",
-        "Half a turn in radians. Also M_PI_2, M_PI_4, M_2PI, M_4PI, M_2_PI, M_1_PI, M_E, M_SQRT2 and others.",
+        "Half a turn in radians. Other constants are M_PI_2, M_PI_4, M_2PI, M_4PI, M_2_PI, M_1_PI, M_E, \
+         M_SQRT2 and more.",
         "result = sin(2 * M_PI * u);",
     ),
     (
         "include",
         WORD,
         "#include \"file.h\"",
-        "Inserts the text of a file, which is searched for beside the including file and in the folders of `-I`.",
+        "Inserts the text of a file. The compiler looks for it beside the including file and in the folders \
+         of `-I`.",
         "result = 0;",
     ),
     (
         "metadata",
         WORD,
         "float radius = 0.5 [[ float min = 0, float max = 1, string help = \"…\" ]]",
-        "Facts about a parameter or a shader for the programs that show it: limits of a slider, a label, a help \
-         text. It does not change what the shader computes. `oslrun info` prints it.",
+        "Facts about a parameter or a shader, for programs that show it: limits of a slider, a label, a help \
+         text. They do not change what the shader computes. `oslrun info` prints them.",
         "result = 0;",
     ),
     (
         "array",
         TYPE,
         "float a[3] = { 1, 2, 3 };",
-        "Several values of one type, numbered from 0. `arraylength(a)` is their number. An index out of range is \
-         an error of the run and takes the nearest element.",
+        "Several values of one type, numbered from 0. `arraylength(a)` is their number. An index out of \
+         range is a run-time error and selects the nearest element.",
         "float a[3] = { 1, 2, 3 }; result = a[1] + arraylength(a);",
     ),
 ];
