@@ -7,18 +7,9 @@ mod encode;
 mod rare;
 
 use crate::encoder::{Base, Encoder, Masks, MemoryOperand, Operand, Register, Work};
-use crate::inst::{Binary, Compare, IntCompare, Op, Unary};
-use encode::{Assembler, Gpr, K, Mem, Opcode, Rm, Zmm, name};
-
-/// The code's arguments, in the registers of the first four parameters: pointers to the arrays, working
-/// memory for values without a register, the byte offset of the first lane, and the byte offset after the
-/// last.
-const POINTERS: Gpr = Gpr::RDI;
-const SLOTS: Gpr = Gpr::RSI;
-const LANE: Gpr = Gpr::RDX;
-const END: Gpr = Gpr::RCX;
-/// Caller-saved registers: for the arrays that are used most, and for the pointer of any other one.
-const BASES: [Gpr; 5] = [Gpr(8), Gpr(9), Gpr(10), Gpr(11), Gpr::RAX];
+use crate::inst::{Binary, IntCompare, Op, Unary};
+use crate::x86::{Assembler, CEIL, FLOOR, KEPT_BASES, Mem, Opcode, TRUNC, predicate};
+use encode::{K, Rm, Zmm, name};
 
 const LANES: usize = 16;
 /// Bytes per vector.
@@ -46,15 +37,7 @@ pub(crate) struct Avx512 {
 
 impl Avx512 {
     fn memory(&mut self, operand: MemoryOperand) -> Mem {
-        let base = |Base(number)| BASES.get(usize::from(number)).copied().unwrap_or(Gpr::RAX);
-        match operand {
-            MemoryOperand::Slot(slot) => Mem::At(SLOTS, slot as i32 * VECTOR as i32),
-            MemoryOperand::Lanes(array, word) => Mem::Indexed(base(array), LANE, 4 * word as i32),
-            MemoryOperand::Word(array, word) | MemoryOperand::Table(array, word) => {
-                Mem::At(base(array), 4 * word as i32)
-            }
-            MemoryOperand::Constant(bits) => Mem::Pool(self.code.constant(bits)),
-        }
+        self.code.place(operand, VECTOR)
     }
 
     fn operand(&mut self, operand: Operand) -> Rm {
@@ -80,7 +63,7 @@ impl Encoder for Avx512 {
     const VECTORS: u8 = 32;
     // Mask 0 means "no mask".
     const MASKS: Masks = Masks::Registers(1, 8);
-    const BASES: u8 = BASES.len() as u8 - 1;
+    const BASES: u8 = KEPT_BASES;
 
     fn takes(_: MemoryOperand) -> bool {
         true
@@ -95,8 +78,7 @@ impl Encoder for Avx512 {
     }
 
     fn pointer(&mut self, to: Base, array: u32) {
-        let to = BASES.get(usize::from(to.0)).copied().unwrap_or(Gpr::RAX);
-        self.code.pointer(to, POINTERS, 8 * array as i32);
+        self.code.base(to, array);
     }
 
     fn begin(&mut self) {
@@ -188,21 +170,19 @@ impl Encoder for Avx512 {
     }
 
     fn finish(mut self) -> (Vec<u8>, usize) {
-        self.code.count_and_return(LANE, VECTOR as i8, END, self.start);
+        self.code.count_and_return(VECTOR as i8, self.start);
         let instructions = self.code.count;
-        (self.code.finish(), instructions)
+        (self.code.finish(1), instructions)
     }
 }
 
 /// The instruction, and the rounding mode of those that round.
 fn unary(op: Unary) -> (Opcode, Option<u8>) {
-    // Suppresses the precision exception.
-    const QUIET: u8 = 8;
     match op {
         Unary::Sqrt | Unary::InverseRoot => (name::VSQRTPS, None),
-        Unary::Floor => (name::VRNDSCALEPS, Some(QUIET | 1)),
-        Unary::Ceil => (name::VRNDSCALEPS, Some(QUIET | 2)),
-        Unary::Trunc => (name::VRNDSCALEPS, Some(QUIET | 3)),
+        Unary::Floor => (name::VRNDSCALEPS, Some(FLOOR)),
+        Unary::Ceil => (name::VRNDSCALEPS, Some(CEIL)),
+        Unary::Trunc => (name::VRNDSCALEPS, Some(TRUNC)),
         Unary::ToFloat => (name::VCVTDQ2PS, None),
         Unary::ToInt => (name::VCVTTPS2DQ, None),
         Unary::IntAbs => (name::VPABSD, None),
@@ -226,22 +206,6 @@ fn binary(op: Binary) -> Opcode {
         Binary::Xor => name::VPXORD,
         Binary::Shl => name::VPSLLVD,
         Binary::Shr => name::VPSRAVD,
-    }
-}
-
-fn predicate(how: Compare) -> u8 {
-    match how {
-        Compare::Equal => 0x00,
-        Compare::Less => 0x01,
-        Compare::LessEqual => 0x02,
-        Compare::UnequalOrNan => 0x04,
-        Compare::GreaterEqualOrNan => 0x05,
-        Compare::GreaterOrNan => 0x06,
-        Compare::EqualOrNan => 0x08,
-        Compare::LessOrNan => 0x09,
-        Compare::LessEqualOrNan => 0x0A,
-        Compare::GreaterEqual => 0x0D,
-        Compare::Greater => 0x0E,
     }
 }
 

@@ -13,7 +13,6 @@ pub(crate) enum Masks {
     /// Registers of their own, with the numbers from the first up to the second.
     Registers(u8, u8),
     /// Vector registers: a lane is all ones or all zeros.
-    #[cfg_attr(not(test), expect(dead_code, reason = "so far, only tests have such a machine"))]
     Vectors,
 }
 

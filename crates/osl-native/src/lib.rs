@@ -7,11 +7,12 @@
 //!
 //! Data flows from `block` (a list of `inst`; `simplify` merges some) through `allocate` (registers and order)
 //! and an `encoder` (the instructions of one kind of machine) to `code` (executable memory and the call).
-//! [`Target`] names the kinds of machines: today x86-64 with AVX-512, whose encoder is `avx512`. On other
-//! machines there is no [`Code`]. [`mod@interpret`] computes a block without code. This crate must not know
+//! [`Target`] names the kinds of machines: x86-64 with AVX2 or with AVX-512, whose encoders are `avx2` and
+//! `avx512`, both on `x86`. On other machines there is no [`Code`]. [`mod@interpret`] computes a block without code. This crate must not know
 //! shaders, their operations or their arithmetic; the client expresses a shader's operations in these terms.
 
 mod allocate;
+mod avx2;
 mod avx512;
 mod block;
 mod code;
@@ -22,6 +23,7 @@ mod simplify;
 #[cfg(test)]
 mod small;
 mod target;
+mod x86;
 
 pub use allocate::Assembled;
 pub use block::Block;

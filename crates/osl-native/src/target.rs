@@ -4,6 +4,7 @@
 //! blocks' operations.
 
 use crate::allocate::{Assembled, assemble};
+use crate::avx2::{self, Avx2};
 use crate::avx512::{self, Avx512};
 use crate::block::Block;
 use crate::encoder::Encoder;
@@ -11,17 +12,20 @@ use crate::encoder::Encoder;
 /// A kind of machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Target {
+    /// x86-64 with AVX2 and FMA.
+    Avx2,
     /// x86-64 with AVX-512.
     Avx512,
 }
 
 impl Target {
     /// All targets.
-    pub const ALL: &'static [Target] = &[Target::Avx512];
+    pub const ALL: &'static [Target] = &[Target::Avx2, Target::Avx512];
 
     /// The name of its instruction set.
     pub fn name(self) -> &'static str {
         match self {
+            Target::Avx2 => "avx2",
             Target::Avx512 => "avx512",
         }
     }
@@ -34,6 +38,7 @@ impl Target {
     /// Whether this machine can run its code.
     pub fn is_supported(self) -> bool {
         match self {
+            Target::Avx2 => avx2::is_supported(),
             Target::Avx512 => avx512::is_supported(),
         }
     }
@@ -41,6 +46,7 @@ impl Target {
     /// Lanes per vector. Code runs on whole vectors.
     pub fn lanes(self) -> usize {
         match self {
+            Target::Avx2 => Avx2::LANES,
             Target::Avx512 => Avx512::LANES,
         }
     }
@@ -52,6 +58,7 @@ impl Target {
     /// of its slots, the byte offset of the first lane, and the byte offset after the last.
     pub fn assemble(self, block: &Block) -> Assembled {
         match self {
+            Target::Avx2 => assemble::<Avx2>(block),
             Target::Avx512 => assemble::<Avx512>(block),
         }
     }

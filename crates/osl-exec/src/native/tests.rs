@@ -15,8 +15,8 @@ use osl_simd::{Isa, Kernel};
 /// Lanes of a batch.
 const WIDTH: usize = 512;
 
-fn shape(style: Style) -> Shape {
-    Shape { width: WIDTH, style, target: Target::Avx512 }
+fn shape(style: Style, target: Target) -> Shape {
+    Shape { width: WIDTH, style, target }
 }
 
 /// Words that are difficult for operations, and words in between.
@@ -150,7 +150,7 @@ fn compare<A: ArithmeticImpl<Word = u32>>(style: Style, lanes: impl Fn(LaneRun<'
         let words = case.words.clone();
         let constant = |at: u32| words.get(at as usize).copied();
         let mut interpreted = |constant: &dyn Fn(u32) -> Option<u32>| {
-            let recorded = plan::block(&waiting, constant, shape(style));
+            let recorded = plan::block(&waiting, constant, shape(style, Target::Avx512));
             let (block, arrays) = recorded.expect("it can be recorded");
             case.result(|files| {
                 let mut arrays: Vec<_> = lend(&arrays, files).collect();
@@ -159,13 +159,13 @@ fn compare<A: ArithmeticImpl<Word = u32>>(style: Style, lanes: impl Fn(LaneRun<'
         };
         let (found, known) = (interpreted(&|_| None), interpreted(&constant));
         let mut ways = vec![("interpreted", found), ("interpreted with constants", known)];
-        if Target::Avx512.is_supported() {
+        for target in Target::ALL.iter().filter(|target| target.is_supported()) {
             let sequence = Sequence { items: waiting.to_vec(), constant: &constant };
-            let plan = Plan::new(&sequence, shape(style)).expect("what is recorded has code");
+            let plan = Plan::new(&sequence, shape(style, *target)).expect("what is recorded has code");
             let run = |files: &mut Files<'_, u32>| {
                 plan.run::<A>(Isa::detect(), files, WIDTH, &mut Scratch::default());
             };
-            ways.push(("machine code", case.result(run)));
+            ways.push((target.name(), case.result(run)));
         }
         for (way, found) in ways {
             for (lane, (a, b)) in expected.iter().zip(found).enumerate() {
@@ -174,8 +174,8 @@ fn compare<A: ArithmeticImpl<Word = u32>>(style: Style, lanes: impl Fn(LaneRun<'
             }
         }
     }
-    if !Target::Avx512.is_supported() {
-        println!("left out: this machine has no AVX-512, so that blocks are only interpreted");
+    for target in Target::ALL.iter().filter(|target| !target.is_supported()) {
+        println!("left out: this machine cannot run code for {}", target.name());
     }
 }
 
@@ -195,8 +195,6 @@ fn other_operations_are_interpreted() {
     };
     use LaneOp as L;
     let list = [
-        L::IDiv,
-        L::IMod,
         L::MGet,
         L::LibraryConstant,
         L::FmodExact,
@@ -214,4 +212,43 @@ fn other_operations_are_interpreted() {
     ];
     assert_eq!(missing(Style::Strict), list);
     assert_eq!(missing(Style::Fast), list);
+}
+
+/// Quotients and remainders of ints, which are made from floats.
+#[test]
+fn ints_divide_as_ints() {
+    let mut state = 0x1357_9BDF;
+    let mut list: Vec<u32> = [0, 1, 2, 3, 5, 7, 10, 255, 384, 385].map(|n: i32| n as u32).to_vec();
+    for bit in 4..32 {
+        let power = 1_u32 << bit;
+        list.extend([power - 1, power, power.wrapping_add(1), power / 3, power / 3 * 2]);
+    }
+    list.extend((0..60).map(|_| word(&mut state, Kind::Int)));
+    let negative: Vec<u32> = list.iter().map(|n| n.wrapping_neg()).collect();
+    list.extend(negative);
+    for op in [LaneOp::IDiv, LaneOp::IMod] {
+        let mut case = Case::new(op, 0, false, &mut state);
+        let waiting = [case.waiting()];
+        let recorded = plan::block(&waiting, &|_| None, shape(Style::Strict, Target::Avx2));
+        let (block, arrays) = recorded.expect("it can be recorded");
+        let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
+        for some in pairs.chunks(WIDTH) {
+            for (lane, (a, b)) in some.iter().enumerate() {
+                case.registers[1].words_mut()[lane] = *a;
+                case.registers[2].words_mut()[lane] = *b;
+            }
+            let found = case.result(|files| {
+                let mut arrays: Vec<_> = lend(&arrays, files).collect();
+                interpret(&block, &mut arrays, 0..WIDTH).expect("the arrays suit the block");
+            });
+            for ((a, b), found) in some.iter().map(|(a, b)| (*a as i32, *b as i32)).zip(found) {
+                let expected = match (op, b) {
+                    (_, 0) => 0,
+                    (LaneOp::IDiv, _) => a.wrapping_div(b),
+                    _ => a.wrapping_rem(b),
+                };
+                assert_eq!(found as i32, expected, "{op:?} {a} {b}");
+            }
+        }
+    }
 }

@@ -1,7 +1,9 @@
-//! Encodes instructions as bytes: the few AVX-512 and base instructions that the code consists of.
+//! Encodes the AVX-512 instructions that the code consists of.
 //!
 //! Encodings follow the Intel 64 manual, volume 2 (2.7 for EVEX, 2.3 for VEX). This module must not know what
 //! the instructions are used for; a test reads all of them back with a disassembler.
+
+use crate::x86::{Assembler, Mem, Opcode};
 
 /// One of 32 vector registers of 16 lanes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,37 +12,6 @@ pub(super) struct Zmm(pub(super) u8);
 /// One of 8 mask registers; 0 means "no mask" where a mask is optional.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct K(pub(super) u8);
-
-/// A general register by its number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Gpr(pub(super) u8);
-
-impl Gpr {
-    pub(super) const RAX: Gpr = Gpr(0);
-    pub(super) const RCX: Gpr = Gpr(1);
-    pub(super) const RDX: Gpr = Gpr(2);
-    pub(super) const RSI: Gpr = Gpr(6);
-    pub(super) const RDI: Gpr = Gpr(7);
-}
-
-/// A memory operand.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Mem {
-    /// `[base + disp]`
-    At(Gpr, i32),
-    /// `[base + index + disp]`; the index is not `rsp`.
-    Indexed(Gpr, Gpr, i32),
-    /// A word in the pool of constants after the code, by its number.
-    Pool(u32),
-}
-
-/// The condition of a jump.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Jump {
-    IfAny,
-    IfNone,
-    Always,
-}
 
 /// The last operand of a vector instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,25 +25,9 @@ pub(super) enum Rm {
     Word(Mem),
 }
 
-/// The opcode map, the mandatory prefix and the opcode of an instruction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Opcode {
-    map: u8,
-    prefix: u8,
-    byte: u8,
-}
-
-const fn opcode(map: u8, prefix: u8, byte: u8) -> Opcode {
-    Opcode { map, prefix, byte }
-}
-
-const NONE: u8 = 0;
-const P66: u8 = 1;
-const PF3: u8 = 2;
-
 /// Instruction names, for vectors of 16 words.
 pub(super) mod name {
-    use super::{NONE, Opcode, P66, PF3, opcode};
+    use crate::x86::{NONE, Opcode, P66, PF3, opcode};
 
     pub(in super::super) const VADDPS: Opcode = opcode(1, NONE, 0x58);
     pub(in super::super) const VMULPS: Opcode = opcode(1, NONE, 0x59);
@@ -120,48 +75,7 @@ pub(super) mod name {
     pub(in super::super) const KMOVW_STORE: Opcode = opcode(1, NONE, 0x91);
 }
 
-/// Code under construction, and the constants that it reads.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Assembler {
-    bytes: Vec<u8>,
-    pool: Vec<u32>,
-    /// Positions of the displacements to constants, each with the number of its constant.
-    fixes: Vec<(usize, u32)>,
-    /// Number of instructions.
-    pub(super) count: usize,
-}
-
 impl Assembler {
-    /// The offset of the next instruction.
-    pub(super) fn here(&self) -> usize {
-        self.bytes.len()
-    }
-
-    /// The number of a constant.
-    pub(super) fn constant(&mut self, bits: u32) -> u32 {
-        let found = self.pool.iter().position(|have| *have == bits);
-        found.unwrap_or_else(|| {
-            self.pool.push(bits);
-            self.pool.len() - 1
-        }) as u32
-    }
-
-    /// The code, followed by its constants.
-    pub(super) fn finish(mut self) -> Vec<u8> {
-        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0xCC);
-        let pool = self.bytes.len();
-        for (at, number) in &self.fixes {
-            // The displacement counts from the end of the instruction, which was recorded with it.
-            let known = self.bytes[*at..].first_chunk::<4>().map_or(0, |b| i32::from_le_bytes(*b));
-            let distance = (pool + 4 * *number as usize) as i32 - (*at as i32 + 4 + known);
-            if let Some(slot) = self.bytes[*at..].first_chunk_mut::<4>() {
-                *slot = distance.to_le_bytes();
-            }
-        }
-        self.bytes.extend(self.pool.iter().flat_map(|word| word.to_le_bytes()));
-        self.bytes
-    }
-
     /// A vector instruction with result (or mask number) `reg`, first operand `first` and last operand `rm`;
     /// optionally with a mask, which sets the other lanes to 0 if `zero`.
     #[expect(clippy::too_many_arguments, reason = "the fields of the encoding")]
@@ -212,112 +126,13 @@ impl Assembler {
         self.bytes.extend([0x78 | op.prefix, op.byte]);
         self.memory(reg.0, mem, 0);
     }
-
-    /// Loads a pointer.
-    pub(super) fn pointer(&mut self, to: Gpr, base: Gpr, disp: i32) {
-        self.count += 1;
-        self.bytes.extend([0x48 | (to.0 >> 3) << 2 | base.0 >> 3, 0x8B]);
-        self.memory(to.0 & 7, Mem::At(base, disp), 0);
-    }
-
-    /// A forward jump, taken if the mask tested last was not all zeros, if it was, or always. Returns the
-    /// argument for [`Assembler::land`].
-    pub(super) fn jump(&mut self, when: Jump) -> usize {
-        self.count += 1;
-        match when {
-            Jump::IfAny => self.bytes.extend([0x0F, 0x85]),
-            Jump::IfNone => self.bytes.extend([0x0F, 0x84]),
-            Jump::Always => self.bytes.push(0xE9),
-        }
-        self.bytes.extend([0; 4]);
-        self.bytes.len()
-    }
-
-    /// Sets the target of a jump to this position.
-    pub(super) fn land(&mut self, jump: usize) {
-        let distance = (self.bytes.len() - jump) as i32;
-        if let Some(slot) = self.bytes[..jump].last_chunk_mut::<4>() {
-            *slot = distance.to_le_bytes();
-        }
-    }
-
-    /// `to += step; if to < end goto start`, then the epilogue: clears the upper register halves and returns.
-    pub(super) fn count_and_return(&mut self, to: Gpr, step: i8, end: Gpr, start: usize) {
-        self.count += 5;
-        // add to, imm8; cmp to, end; jb rel32
-        self.bytes.extend([0x48 | to.0 >> 3, 0x83, 0xC0 | to.0 & 7, step as u8]);
-        self.bytes.extend([0x48 | (end.0 >> 3) << 2 | to.0 >> 3, 0x39, 0xC0 | (end.0 & 7) << 3 | to.0 & 7]);
-        let behind = self.bytes.len() + 6;
-        self.bytes.extend([0x0F, 0x82]);
-        self.bytes.extend((start as i32 - behind as i32).to_le_bytes());
-        // vzeroupper; ret
-        self.bytes.extend([0xC5, 0xF8, 0x77, 0xC3]);
-    }
-
-    /// The bytes of a memory operand; `behind` bytes of the instruction follow.
-    fn memory(&mut self, reg: u8, mem: Mem, behind: i32) {
-        match mem {
-            Mem::At(base, disp) => {
-                self.bytes.push(0x80 | reg << 3 | base.0 & 7);
-                if base.0 & 7 == 4 {
-                    self.bytes.push(0x24);
-                }
-                self.bytes.extend(disp.to_le_bytes());
-            }
-            Mem::Indexed(base, index, disp) => {
-                self.bytes.extend([0x84 | reg << 3, (index.0 & 7) << 3 | base.0 & 7]);
-                self.bytes.extend(disp.to_le_bytes());
-            }
-            Mem::Pool(number) => {
-                self.bytes.push(0x05 | reg << 3);
-                self.fixes.push((self.bytes.len(), number));
-                self.bytes.extend(behind.to_le_bytes());
-            }
-        }
-    }
-}
-
-impl Mem {
-    /// The fourth bit of the index.
-    fn x(self) -> u8 {
-        if let Mem::Indexed(_, index, _) = self { index.0 >> 3 & 1 } else { 0 }
-    }
-
-    /// The fourth bit of the base.
-    fn b(self) -> u8 {
-        match self {
-            Mem::At(base, _) | Mem::Indexed(base, ..) => base.0 >> 3 & 1,
-            Mem::Pool(_) => 0,
-        }
-    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use iced_x86::{Decoder, DecoderOptions, Formatter, IntelFormatter};
-
-    /// Disassembles code.
-    fn read(bytes: &[u8]) -> Vec<String> {
-        let mut formatter = IntelFormatter::new();
-        formatter.options_mut().set_space_after_operand_separator(true);
-        let mut all = Vec::new();
-        for inst in &mut Decoder::with_ip(64, bytes, 0, DecoderOptions::NONE) {
-            assert!(!inst.is_invalid(), "{all:?} {bytes:x?}");
-            let mut text = String::new();
-            formatter.format(&inst, &mut text);
-            all.push(text);
-        }
-        all
-    }
-
-    fn one(write: impl FnOnce(&mut Assembler)) -> String {
-        let mut code = Assembler::default();
-        write(&mut code);
-        let texts = read(&code.bytes);
-        let [text] = texts.as_slice() else { panic!("{texts:?}") };
-        text.clone()
-    }
+    use crate::x86::Gpr;
+    use crate::x86::tests::{NAMES, one, read};
 
     #[test]
     fn every_register_is_encoded() {
@@ -344,8 +159,7 @@ mod tests {
 
     #[test]
     fn memory_is_encoded() {
-        let names = ["rax", "rcx", "rdx", "rbx", "rsp", "rbp", "rsi", "rdi", "r8", "r9", "r10", "r11"];
-        for (number, base) in names.iter().enumerate() {
+        for (number, base) in NAMES.iter().enumerate() {
             let base_register = Gpr(number as u8);
             let text = one(|code| {
                 let mem = Mem::At(base_register, 0x1234);
@@ -353,7 +167,7 @@ mod tests {
             });
             assert_eq!(text, format!("vsubps zmm9, zmm20, [{base}+1234h]{{1to16}}"));
             let text = one(|code| {
-                let mem = Mem::Indexed(base_register, Gpr::RDX, -64);
+                let mem = Mem::Indexed(base_register, Gpr(2), -64);
                 code.evex(name::VMOVDQU32, 30, None, Rm::Lanes(mem), K(0), false, None);
             });
             assert_eq!(text, format!("vmovdqu32 zmm30, [{base}+rdx-40h]"));
@@ -361,8 +175,6 @@ mod tests {
             assert_eq!(text, format!("kmovw [{base}+40h], k5"));
             let text = one(|code| code.mask_memory(name::KMOVW_LOAD, K(3), Mem::At(base_register, 64)));
             assert_eq!(text, format!("kmovw k3, [{base}+40h]"));
-            let text = one(|code| code.pointer(Gpr(10), base_register, 8));
-            assert_eq!(text, format!("mov r10, [{base}+8]"));
         }
     }
 
@@ -406,7 +218,7 @@ mod tests {
         assert_eq!(both(name::VCMPPS, Some(9)), "vcmpngeps k1, zmm2, zmm3");
         assert_eq!(both(name::VPCMPD, Some(4)), "vpcmpneqd k1, zmm2, zmm3");
         let text = one(|code| {
-            code.evex(name::VBROADCASTSS, 7, None, Rm::Lanes(Mem::At(Gpr::RDI, 0)), K(4), true, None);
+            code.evex(name::VBROADCASTSS, 7, None, Rm::Lanes(Mem::At(Gpr(7), 0)), K(4), true, None);
         });
         assert_eq!(text, "vbroadcastss zmm7{k4}{z}, [rdi]");
         let text = one(|code| {
@@ -414,24 +226,10 @@ mod tests {
         });
         assert_eq!(text, "vfmadd213ps zmm1{ru-sae}, zmm2, zmm3");
         let text = one(|code| {
-            let to = Rm::Lanes(Mem::At(Gpr::RSI, 128));
+            let to = Rm::Lanes(Mem::At(Gpr(6), 128));
             code.evex(name::VMOVDQU32_STORE, 31, None, to, K(0), false, None);
         });
         assert_eq!(text, "vmovdqu32 [rsi+80h], zmm31");
-    }
-
-    #[test]
-    fn jumps_lead_where_they_land() {
-        let mut code = Assembler::default();
-        for (when, name) in [(Jump::IfAny, "jne"), (Jump::IfNone, "je"), (Jump::Always, "jmp")] {
-            let start = code.here();
-            let jump = code.jump(when);
-            (0..3).for_each(|_| code.mask(name::KNOTW, K(1), None, K(2)));
-            code.land(jump);
-            let texts = read(&code.bytes[start..]);
-            assert_eq!(texts[0], format!("{name} {:016X}h", code.here() - start));
-            assert_eq!(texts[1..], ["knotw k1, k2"; 3]);
-        }
     }
 
     #[test]
@@ -442,9 +240,9 @@ mod tests {
         code.evex(name::VADDPS, 1, Some(Zmm(2)), Rm::Word(Mem::Pool(two)), K(0), false, None);
         let start = code.here();
         code.evex(name::VCMPPS, 1, Some(Zmm(2)), Rm::Word(Mem::Pool(one)), K(0), false, Some(2));
-        code.count_and_return(Gpr::RDX, 64, Gpr::RCX, start);
+        code.count_and_return(64, start);
         let end = code.here();
-        let bytes = code.finish();
+        let bytes = code.finish(1);
         let pool = end.next_multiple_of(4);
         assert_eq!(bytes[pool..], [[0x11; 4], [0x22; 4]].concat());
         let texts = read(&bytes[..end]);

@@ -7,7 +7,8 @@
 //! test tries every mantissa. A root alone is left to the processor, whose unit works in parallel. This
 //! module must not know which registers hold which values.
 
-use super::encode::{Assembler, Jump, K, Mem, Opcode, Rm, Zmm, name};
+use super::encode::{K, Rm, Zmm, name};
+use crate::x86::{Assembler, Jump, Mem, Opcode};
 
 /// Roots of floats from `2^-100` up to `2^100` take the usual path.
 const LOW: u32 = (127 - 100) << 23;

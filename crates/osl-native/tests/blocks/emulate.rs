@@ -1,16 +1,16 @@
 //! An emulator of the few instructions used by blocks, written from the Intel 64 manual (volume 2), so that
-//! blocks can be tested on machines without AVX-512.
+//! blocks can be tested on machines without them.
 //!
 //! An independent decoder reads the code back, and every memory access is checked: code that reads or writes
 //! a word beyond the arrays and slots that it was promised fails here. This module must not know how code is
 //! made.
 
 use iced_x86::{Decoder, DecoderOptions, Instruction, Mnemonic, OpKind, Register, RoundingControl};
-use osl_native::{Assembled, Words};
+use osl_native::{Assembled, Target, Words};
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// 16 words.
+/// 16 words; instructions on 8 set the others to 0.
 type Vector = [u32; 16];
 
 /// Addresses of the code, the pointers, the slots and the first array; each further array is this far from
@@ -25,6 +25,8 @@ const MAX_STEPS: usize = 100_000_000;
 struct Machine<'a, 'w> {
     vectors: [Vector; 32],
     masks: [u16; 8],
+    /// Words per vector of memory.
+    lanes: usize,
     general: [u64; 16],
     /// Flags of the last comparison: equal, and below.
     flags: (bool, bool),
@@ -37,16 +39,17 @@ struct Machine<'a, 'w> {
 }
 
 /// Runs the code on lanes of arrays as `Code::run` does, after its checks.
-pub(crate) fn run(code: &Assembled, arrays: Vec<Words<'_>>, lanes: Range<usize>) {
+pub(crate) fn run(target: Target, code: &Assembled, arrays: Vec<Words<'_>>, lanes: Range<usize>) {
     let pointers = (0..arrays.len() as u64).map(|at| ARRAYS * (at + 1)).collect();
     let mut machine = Machine {
         vectors: [[0xDEAD_BEEF; 16]; 32],
         masks: [0xA5A5; 8],
+        lanes: target.lanes(),
         general: [0xBAD_BAD_BAD; 16],
         flags: (false, false),
         code: &code.bytes,
         pointers,
-        slots: vec![0xDEAD_BEEF; code.slots * 16],
+        slots: vec![0xDEAD_BEEF; code.slots * target.lanes()],
         arrays,
         noise: 1,
     };
@@ -95,6 +98,15 @@ impl Machine<'_, '_> {
                 assert!((address - POINTERS).is_multiple_of(8) && inst.op1_kind() == OpKind::Memory);
                 self.general[inst.op0_register().number()] = self.pointers[pointer];
             }
+            Mnemonic::Test => {
+                let [a, b] = [inst.op0_register(), inst.op1_register()].map(|r| self.general[r.number()]);
+                self.flags = (a & b & 0xFFFF_FFFF == 0, false);
+            }
+            Mnemonic::Vmovmskps => {
+                let from = self.vectors[inst.op1_register().number()];
+                let signs = (0..self.lanes).map(|lane| u64::from(from[lane] >> 31) << lane);
+                self.general[inst.op0_register().number()] = signs.sum();
+            }
             Mnemonic::Kandw | Mnemonic::Korw | Mnemonic::Knotw | Mnemonic::Kortestw | Mnemonic::Kmovw => {
                 self.of_masks(inst);
             }
@@ -135,17 +147,19 @@ impl Machine<'_, '_> {
     fn of_vectors(&mut self, inst: &Instruction) {
         use Mnemonic as M;
         if inst.op0_kind() == OpKind::Memory {
-            assert_eq!(inst.mnemonic(), M::Vmovdqu32, "{inst:?}");
+            assert!(matches!(inst.mnemonic(), M::Vmovdqu32 | M::Vmovups), "{inst:?}");
             let address = self.address(inst);
             let from = self.vectors[inst.op1_register().number()];
-            (0..16).for_each(|lane| self.write(address + 4 * lane as u64, from[lane]));
+            (0..self.lanes).for_each(|lane| self.write(address + 4 * lane as u64, from[lane]));
             return;
         }
         // The result is followed by one or two operands and, for some instructions, a byte.
         let has_byte = (0..inst.op_count()).any(|at| inst.op_kind(at) == OpKind::Immediate8);
-        let last = inst.op_count() - 1 - u32::from(has_byte);
+        let chooses = inst.mnemonic() == M::Vblendvps;
+        let last = inst.op_count() - 1 - u32::from(has_byte) - u32::from(chooses);
         let b = self.operand(inst, last);
         let a = if last == 2 { self.operand(inst, 1) } else { [0; 16] };
+        let choice = if chooses { self.operand(inst, 3) } else { [0; 16] };
         let byte = if has_byte { inst.immediate8() } else { 0 };
         let mask = match inst.op_mask() {
             Register::None => 0xFFFF,
@@ -160,10 +174,14 @@ impl Machine<'_, '_> {
         let old = self.vectors[to.number()];
         let up = inst.rounding_control() == RoundingControl::RoundUp;
         let mut result = [0; 16];
-        for lane in 0..16 {
+        for lane in 0..self.lanes {
             let (p, q) = (a[lane], b[lane]);
             let value = match inst.mnemonic() {
-                M::Vpermd => b[p as usize & 15],
+                M::Vpermd => b[p as usize % self.lanes],
+                M::Vblendvps if choice[lane] >> 31 == 0 => p,
+                M::Vblendvps => q,
+                M::Vcmpps | M::Vpcmpeqd | M::Vpcmpgtd if truth(inst.mnemonic(), byte, p, q) => u32::MAX,
+                M::Vcmpps | M::Vpcmpeqd | M::Vpcmpgtd => 0,
                 M::Vrsqrt14ps => self.estimate(q),
                 M::Vfmadd213ps => fused(p, old[lane], q, up),
                 M::Vfmadd231ps => fused(p, q, old[lane], up),
@@ -189,7 +207,11 @@ impl Machine<'_, '_> {
         }
         let address = self.address(inst);
         let single = inst.is_broadcast() || inst.mnemonic() == Mnemonic::Vbroadcastss;
-        std::array::from_fn(|lane| self.read(if single { address } else { address + 4 * lane as u64 }))
+        let mut words = [0; 16];
+        for (lane, word) in words.iter_mut().take(self.lanes).enumerate() {
+            *word = self.read(if single { address } else { address + 4 * lane as u64 });
+        }
+        words
     }
 
     fn address(&self, inst: &Instruction) -> u64 {
@@ -273,6 +295,13 @@ fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
                 q
             }
         }
+        M::Vmaxps => {
+            if x > y {
+                p
+            } else {
+                q
+            }
+        }
         M::Vsqrtps => y.sqrt().to_bits(),
         M::Vcvtdq2ps => (j as f32).to_bits(),
         M::Vcvttps2dq => {
@@ -281,7 +310,7 @@ fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
             if fits { whole as i32 as u32 } else { 0x8000_0000 }
         }
         // Rounding to whole numbers without a scale.
-        M::Vrndscaleps => match byte {
+        M::Vrndscaleps | M::Vroundps => match byte {
             9 => y.floor().to_bits(),
             10 => y.ceil().to_bits(),
             11 => y.trunc().to_bits(),
@@ -293,9 +322,10 @@ fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
         M::Vpminsd => i.min(j) as u32,
         M::Vpmaxsd => i.max(j) as u32,
         M::Vpabsd => j.unsigned_abs(),
-        M::Vpandd => p & q,
-        M::Vpord => p | q,
-        M::Vpxord => p ^ q,
+        M::Vpandd | M::Vpand => p & q,
+        M::Vpandn => !p & q,
+        M::Vpord | M::Vpor => p | q,
+        M::Vpxord | M::Vpxor => p ^ q,
         M::Vpsllvd => {
             if q < 32 {
                 p << q
@@ -304,7 +334,11 @@ fn number(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> u32 {
             }
         }
         M::Vpsravd => (i >> q.min(31)) as u32,
-        M::Vmovdqu32 | M::Vbroadcastss => q,
+        // Of a register by a distance below 32.
+        M::Vpslld => q << byte,
+        M::Vpsrld => q >> byte,
+        M::Vpsrad => (j >> byte) as u32,
+        M::Vmovdqu32 | M::Vmovups | M::Vbroadcastss => q,
         other => panic!("{other:?} is no instruction of blocks"),
     }
 }
@@ -327,7 +361,8 @@ fn truth(mnemonic: Mnemonic, byte: u8, p: u32, q: u32) -> bool {
         (Mnemonic::Vcmpps, 0x0A) => unordered || x <= y,
         (Mnemonic::Vcmpps, 0x0D) => x >= y,
         (Mnemonic::Vcmpps, 0x0E) => x > y,
-        (Mnemonic::Vpcmpd, 0) => i == j,
+        (Mnemonic::Vpcmpd, 0) | (Mnemonic::Vpcmpeqd, _) => i == j,
+        (Mnemonic::Vpcmpgtd, _) => i > j,
         (Mnemonic::Vpcmpd, 1) => i < j,
         (Mnemonic::Vpcmpd, 2) => i <= j,
         (Mnemonic::Vpcmpd, 4) => i != j,

@@ -21,8 +21,8 @@ use proptest::prelude::*;
 use random::{Both, PLACES};
 use std::ops::Range;
 
-/// The machine whose instructions the emulator knows.
-const TARGET: Target = Target::Avx512;
+/// Lanes of the widest vectors.
+const WIDEST: usize = 16;
 
 /// An array for a block.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,29 +45,43 @@ impl Held {
     }
 }
 
+/// The contents of the arrays after code has run in the emulator.
+fn emulated(target: Target, block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<Held> {
+    let (code, mut held) = (target.assemble(block), arrays.to_vec());
+    for range in ranges {
+        emulate::run(target, &code, held.iter_mut().map(Held::lend).collect(), range.clone());
+    }
+    held
+}
+
+/// The same on this machine, if it can run the code.
+fn on_machine(target: Target, block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Option<Vec<Held>> {
+    if !target.is_supported() {
+        return None;
+    }
+    let (code, mut scratch, mut held) =
+        (Code::new(block, target).unwrap(), Scratch::default(), arrays.to_vec());
+    for range in ranges {
+        assert!(code.run(held.iter_mut().map(Held::lend), range.clone(), &mut scratch));
+    }
+    Some(held)
+}
+
 /// The contents of the arrays after a block has run on ranges of lanes, for each way to run it.
 fn each_way(block: &Block, arrays: &[Held], ranges: &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)> {
-    let code = TARGET.assemble(block);
-    let mut held = arrays.to_vec();
-    for range in ranges {
-        emulate::run(&code, held.iter_mut().map(Held::lend).collect(), range.clone());
-    }
-    let mut ways = vec![("emulated", held)];
+    let mut ways = Vec::new();
     let mut held = arrays.to_vec();
     for range in ranges {
         let mut arrays: Vec<_> = held.iter_mut().map(Held::lend).collect();
         interpret(block, &mut arrays, range.clone()).unwrap();
     }
     ways.push(("interpreted", held));
-    if TARGET.is_supported() {
-        let (code, mut scratch) = (Code::new(block, TARGET).unwrap(), Scratch::default());
-        let mut held = arrays.to_vec();
-        for range in ranges {
-            assert!(code.run(held.iter_mut().map(Held::lend), range.clone(), &mut scratch));
+    for target in Target::ALL.iter().copied() {
+        ways.push((target.name(), emulated(target, block, arrays, ranges)));
+        match on_machine(target, block, arrays, ranges) {
+            Some(held) => ways.push((target.name(), held)),
+            None => println!("left out: this machine has no {}, so that it is only emulated", target.name()),
         }
-        ways.push(("machine", held));
-    } else {
-        println!("left out: this machine has no AVX-512, so that blocks are only emulated");
     }
     ways
 }
@@ -107,7 +121,7 @@ fn extremes() -> Vec<u32> {
 fn every_operation_holds_at_the_extremes() {
     let list = extremes();
     let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
-    let lanes = pairs.len().next_multiple_of(16);
+    let lanes = pairs.len().next_multiple_of(WIDEST);
     let mut inputs = vec![0; 2 * lanes];
     for (at, (a, b)) in pairs.iter().enumerate() {
         (inputs[at], inputs[lanes + at]) = (*a, *b);
@@ -164,7 +178,7 @@ type Model = Box<dyn Fn(u32, u32) -> bool>;
 fn combined_comparisons_hold_at_the_extremes() {
     let list = extremes();
     let pairs: Vec<(u32, u32)> = list.iter().flat_map(|a| list.iter().map(|b| (*a, *b))).collect();
-    let lanes = pairs.len().next_multiple_of(16);
+    let lanes = pairs.len().next_multiple_of(WIDEST);
     let mut inputs = vec![0; 2 * lanes];
     for (at, (a, b)) in pairs.iter().enumerate() {
         (inputs[at], inputs[lanes + at]) = (*a, *b);
@@ -225,7 +239,7 @@ fn blocks_compute_no_more_than_is_stored() {
         let (a, b) = (block.lanes(from, 0), block.lanes(from, 16));
         let result = write(&mut block, a, b);
         block.store(to, 0, result, true);
-        TARGET.assemble(&block).instructions
+        Target::ALL.iter().map(|target| target.assemble(&block).instructions).collect::<Vec<_>>()
     };
     let sum = count(&|block, a, b| block.binary(Binary::Add, a, b));
     let with_more = count(&|block, a, b| {
@@ -269,7 +283,7 @@ fn check_roots(floats: impl Iterator<Item = u32>) {
 
 /// Steps between tried mantissas: an emulator is slower than the machine.
 fn step() -> usize {
-    if TARGET.is_supported() { 1 } else { 331 }
+    if Target::Avx512.is_supported() { 1 } else { 331 }
 }
 
 /// On the usual path, a factor of four changes only exponents, so two binades stand for all.
@@ -294,16 +308,18 @@ fn roots_are_exact_for_every_float() {
 
 #[test]
 fn arrays_that_do_not_suit_are_refused() {
-    if !TARGET.is_supported() {
-        return;
-    }
+    Target::ALL.iter().copied().filter(|target| target.is_supported()).for_each(refuses_what_does_not_suit);
+}
+
+fn refuses_what_does_not_suit(target: Target) {
     let mut block = Block::new();
     let (from, to) = (block.array(), block.array());
     let (a, k) = (block.lanes(from, 32), block.word(from, 100));
     let sum = block.binary(Binary::Add, a, k);
     block.store(to, 16, sum, true);
-    let code = Code::new(&block, TARGET).unwrap();
+    let code = Code::new(&block, target).unwrap();
     assert!(code.size() > 0);
+    let half = target.lanes() / 2;
     let mut scratch = Scratch::default();
     let (read, mut write) = (vec![0; 101], vec![7; 48]);
     let short = vec![0; 63];
@@ -313,7 +329,7 @@ fn arrays_that_do_not_suit_are_refused() {
     assert!(!code.run([Words::Read(&read), Words::Write(&mut write[..47])], 0..32, &mut scratch));
     assert!(!code.run([Words::Read(&read), Words::Read(&short)], 0..32, &mut scratch));
     assert!(!code.run([Words::Read(&read), Words::Write(&mut write)], 0..31, &mut scratch));
-    assert!(!code.run([Words::Read(&read), Words::Write(&mut write)], 8..24, &mut scratch));
+    assert!(!code.run([Words::Read(&read), Words::Write(&mut write)], half..half + 16, &mut scratch));
     assert!(code.run([Words::Read(&read), Words::Write(&mut write)], 16..16, &mut scratch));
     assert_eq!(write, [7; 48]);
     assert!(code.run([Words::Read(&read), Words::Write(&mut write)], 16..32, &mut scratch));
@@ -326,7 +342,67 @@ fn blocks_that_name_far_words_have_no_code() {
     let array = block.array();
     let a = block.lanes(array, u32::MAX - 3);
     block.store(array, 0, a, true);
-    assert!(Code::new(&block, TARGET).is_none());
+    assert!(Target::ALL.iter().all(|target| Code::new(&block, *target).is_none()));
+}
+
+/// The next of a sequence of random numbers, which begins with an odd one.
+fn next(state: &mut u32) -> u32 {
+    *state ^= *state << 13;
+    *state ^= *state >> 17;
+    *state ^= *state << 5;
+    *state
+}
+
+/// A random block on vectors of the widest target, cut into two calls. `ways` runs it.
+fn check_random(
+    steps: &[[usize; 5]],
+    seed: u32,
+    (vectors, cut): (usize, usize),
+    ways: impl Fn(&Block, &[Held], &[Range<usize>]) -> Vec<(&'static str, Vec<Held>)>,
+) {
+    let (lanes, list) = (WIDEST * vectors, extremes());
+    let mut state = seed | 1;
+    let mut word = || {
+        let next = next(&mut state);
+        if next.is_multiple_of(3) {
+            list[next as usize / 3 % list.len()]
+        } else {
+            (next as f32 / 1e9 - 2.0).to_bits()
+        }
+    };
+    let start: Vec<u32> = (0..PLACES * lanes).map(|_| word()).collect();
+    let words: Vec<u32> = (0..40).map(|_| word()).collect();
+    let mut both = Both::new(&start, &words, lanes);
+    steps.iter().for_each(|step| both.add(*step));
+    // The remaining values are stored too, so that many are live at once.
+    let array = both.block.array();
+    let values = both.values.clone();
+    for (at, (value, _)) in values.iter().enumerate() {
+        both.block.store(array, (at * lanes) as u32, *value, true);
+    }
+    let arrays = [Held::Write(start), Held::Read(words), Held::Write(vec![0; values.len() * lanes])];
+    // All lanes in two calls, whose sizes are no powers of two; one of them may be empty.
+    let cut = WIDEST * (cut % (vectors + 1));
+    let ranges: Vec<_> = [0..cut, cut..lanes].into_iter().filter(|range| !range.is_empty()).collect();
+    for (way, held) in ways(&both.block, &arrays, &ranges) {
+        let (memory, rest) = (held[0].words(), held[2].words());
+        for (at, (_, model)) in values.iter().enumerate() {
+            for lane in 0..lanes {
+                let found = rest[at * lanes + lane];
+                assert!(
+                    model[lane].is_none_or(|x| x == found),
+                    "{way}: value {at}, lane {lane}: {found:x} {:x?}",
+                    model[lane]
+                );
+            }
+        }
+        for place in (0..PLACES).filter(|place| !both.loose[*place]) {
+            let words = place * lanes..(place + 1) * lanes;
+            for (model, found) in both.memory[words.clone()].iter().zip(&memory[words]) {
+                assert!(model.is_none_or(|x| x == *found), "{way}: place {place}");
+            }
+        }
+    }
 }
 
 proptest! {
@@ -338,42 +414,37 @@ proptest! {
         vectors in 1usize..6,
         cut in 0usize..8,
     ) {
-        let (lanes, list) = (16 * vectors, extremes());
-        let mut state = seed | 1;
-        let mut next = || {
-            state ^= state << 13;
-            state ^= state >> 17;
-            state ^= state << 5;
-            if state % 3 == 0 { list[state as usize / 3 % list.len()] } else { (state as f32 / 1e9 - 2.0).to_bits() }
-        };
-        let start: Vec<u32> = (0..PLACES * lanes).map(|_| next()).collect();
-        let words: Vec<u32> = (0..40).map(|_| next()).collect();
-        let mut both = Both::new(&start, &words, lanes);
-        steps.iter().for_each(|step| both.add(*step));
-        // The remaining values are stored too, so that many are live at once.
-        let array = both.block.array();
-        let values = both.values.clone();
-        for (at, (value, _)) in values.iter().enumerate() {
-            both.block.store(array, (at * lanes) as u32, *value, true);
-        }
-        let arrays = [Held::Write(start), Held::Read(words), Held::Write(vec![0; values.len() * lanes])];
-        // All lanes in two calls, whose sizes are no powers of two; one of them may be empty.
-        let cut = 16 * (cut % (vectors + 1));
-        let ranges: Vec<_> = [0..cut, cut..lanes].into_iter().filter(|range| !range.is_empty()).collect();
-        for (way, held) in each_way(&both.block, &arrays, &ranges) {
-            let (memory, rest) = (held[0].words(), held[2].words());
-            for (at, (_, model)) in values.iter().enumerate() {
-                for lane in 0..lanes {
-                    let found = rest[at * lanes + lane];
-                    prop_assert!(model[lane].is_none_or(|x| x == found), "{way}: value {at}, lane {lane}: {found:x} {:x?}", model[lane]);
-                }
-            }
-            for place in (0..PLACES).filter(|place| !both.loose[*place]) {
-                let words = place * lanes..(place + 1) * lanes;
-                for (model, found) in both.memory[words.clone()].iter().zip(&memory[words]) {
-                    prop_assert!(model.is_none_or(|x| x == *found), "{way}: place {place}");
-                }
-            }
-        }
+        check_random(&steps, seed, (vectors, cut), each_way);
     }
+}
+
+/// Blocks with numbers from one to another, run by the machine if it can.
+fn check_many(numbers: Range<u32>) {
+    for number in numbers {
+        let mut state = number.wrapping_mul(0x9E37_79B9) | 1;
+        let mut some = |below: u32| next(&mut state) % below;
+        let long = if some(16) == 0 { 160 } else { 40 };
+        let count = 1 + some(long);
+        let steps: Vec<[usize; 5]> = (0..count).map(|_| [(); 5].map(|()| some(1 << 20) as usize)).collect();
+        let (seed, cut) = (some(u32::MAX), some(8) as usize);
+        check_random(&steps, seed, (1 + cut % 2, cut), |block, arrays, ranges| {
+            let on = |target: &Target| Some((target.name(), on_machine(*target, block, arrays, ranges)?));
+            Target::ALL.iter().filter_map(on).collect()
+        });
+    }
+}
+
+#[test]
+fn thousands_of_random_blocks_run_on_this_machine() {
+    check_many(0..5000);
+}
+
+/// `cargo test --release -p osl-native --test blocks millions -- --ignored`; `OSL_BLOCKS` is their number.
+#[test]
+#[ignore = "minutes"]
+fn millions_of_random_blocks_run_on_this_machine() {
+    let count = std::env::var("OSL_BLOCKS").ok().and_then(|count| count.parse().ok());
+    let count: u32 = count.unwrap_or(10_000_000);
+    check_many(5000..5000_u32.saturating_add(count));
+    println!("{count} blocks");
 }

@@ -252,8 +252,26 @@ impl<'a> Int for Integer<'a> {
         self.binary(distance & Self::lit(31), Binary::Shr, Int::shr)
     }
 
-    fn quotient(self, _: Self) -> Self {
-        Integer(Item::Missing)
+    fn quotient(self, divisor: Self) -> Self {
+        let float = Float::from_int(divisor);
+        let about = |x: Self| (Float::from_int(x) / float).to_int();
+        let left = |x: Self, times: Self| x.wrapping_sub(times.wrapping_mul(divisor));
+        // The first quotient is off by up to 384, that of what it leaves by one. All products and sums are
+        // right modulo 2^32.
+        let first = about(self);
+        let rest = left(self, first);
+        let second = about(rest);
+        let rest = left(rest, second);
+        let quotient = first.wrapping_add(second);
+        // What is left must be smaller than the divisor, and have the sign of the dividend. Negative
+        // magnitudes hold for the least int too.
+        let zero = Self::lit(0);
+        let magnitude = |x: Self| Int::min(x, zero.wrapping_sub(x));
+        let too_large = (rest ^ self).lt(zero) & rest.ne(zero);
+        let too_small = !too_large & magnitude(rest).le(magnitude(divisor));
+        let one = (self ^ divisor).shr(Self::lit(31)) | Self::lit(1);
+        let larger = Self::select(too_small, quotient.wrapping_add(one), quotient);
+        Self::select(too_large, quotient.wrapping_sub(one), larger)
     }
 }
 

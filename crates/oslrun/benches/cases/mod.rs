@@ -1,0 +1,101 @@
+//! The shaders of the benches, and how to compile one. This module must not know what is measured.
+
+use osl::stages::{self, ShaderFiles};
+use osl_exec::{PointSource, Program, Services, Spaces};
+use osl_image::TextureCache;
+use osl_ir::passes;
+use osl_scene::Grid;
+use osl_syntax::NoFiles;
+use osl_syntax::source::SourceProvider;
+use std::path::{Path, PathBuf};
+
+/// A shader to run.
+pub(crate) struct Case {
+    pub(crate) name: &'static str,
+    file: &'static str,
+    /// The outputs to compute; all if there are none.
+    outputs: &'static [&'static str],
+    params: &'static [(&'static str, &'static str)],
+}
+
+/// The seed shaders, and shaders that cover the library.
+pub(crate) const CASES: [Case; 19] = [
+    case("Cobbled, all outputs", "osl/Cobbled.osl", &[], &[]),
+    case("Cobbled, resultRGB", "osl/Cobbled.osl", &["resultRGB"], &[]),
+    case("Cobbled, resultMask", "osl/Cobbled.osl", &["resultMask"], &[]),
+    case("flakes, result", "osl/flakes.osl", &["result"], &[]),
+    case("sprinkles, Fac", "tests/data/seeds/sprinkles.repaired.osl", &["Fac"], &[]),
+    case("strips, all outputs", "osl/strips.osl", &[], &[]),
+    case("strips, Fac", "osl/strips.osl", &["Fac"], &[]),
+    case("nonlinear noise, recursive", "osl/nonlinear_noise.osl", &[], &[("type", "recursive")]),
+    case("chaosmosaic, Color", "osl/chaosmosaic.osl", &[], &[("Image", TEXTURE)]),
+    case("matrices", "crates/oslrun/benches/shaders/matrices.osl", &[], &[]),
+    case("transcendental", "crates/oslrun/benches/shaders/transcendental.osl", &[], &[]),
+    case("branches", "crates/oslrun/benches/shaders/branches.osl", &[], &[]),
+    case("splines", "crates/oslrun/benches/shaders/splines.osl", &[], &[]),
+    case("colors", "crates/oslrun/benches/shaders/colors.osl", &[], &[]),
+    case("gabor", "crates/oslrun/benches/shaders/gabor.osl", &[], &[]),
+    case("textures", "crates/oslrun/benches/shaders/textures.osl", &[], &[("image", TEXTURE)]),
+    case("derivatives", "crates/oslrun/benches/shaders/derivatives.osl", &[], &[]),
+    case("strings", "crates/oslrun/benches/shaders/strings.osl", &[], &[]),
+    case("network", "crates/oslrun/benches/shaders/network.group", &[], &[]),
+];
+
+const TEXTURE: &str = "tests/data/textures/tex64.png";
+
+const fn case(
+    name: &'static str,
+    file: &'static str,
+    outputs: &'static [&'static str],
+    params: &'static [(&'static str, &'static str)],
+) -> Case {
+    Case { name, file, outputs, params }
+}
+
+/// The built-in shaders.
+struct Nodes;
+
+impl ShaderFiles for Nodes {
+    fn find(&self, shader: &str) -> Result<(String, String), String> {
+        let text = oslrun::nodes::find(shader).ok_or("no such node")?;
+        Ok((format!("{shader}.osl"), text.to_string()))
+    }
+
+    fn includes(&self) -> &dyn SourceProvider {
+        &NoFiles
+    }
+}
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// What shaders ask for, with the textures of the repository.
+pub(crate) fn services() -> Services {
+    Services { spaces: Spaces::default(), textures: TextureCache::new(vec![root()]), ..Services::default() }
+}
+
+impl Case {
+    /// The text of the shader.
+    pub(crate) fn text(&self) -> String {
+        std::fs::read_to_string(root().join(self.file)).expect("a shader of the repository")
+    }
+
+    /// Compiles the shader for a grid.
+    pub(crate) fn compile(&self, text: &str, grid: &Grid) -> Program {
+        let options = osl_syntax::Options::default();
+        let body = if self.file.ends_with(".group") {
+            let checked = stages::check_group(self.file, text, "bench", &Nodes, &options);
+            osl_lower::lower_group(&checked.group.expect("a group"), &[]).expect("a body")
+        } else {
+            let params: Vec<(String, String)> =
+                self.params.iter().map(|(n, v)| (n.to_string(), v.to_string())).collect();
+            let checked = stages::check(self.file, text, &NoFiles, &options);
+            stages::lower(&checked.program.expect("a program"), &params).expect("a body")
+        };
+        let outputs = (!self.outputs.is_empty()).then(|| self.outputs.iter().map(|o| (*o).into()).collect());
+        let options =
+            passes::Options { outputs, varying: grid.varying().to_vec(), ..passes::Options::default() };
+        stages::finish(body, &options).program
+    }
+}
