@@ -136,7 +136,6 @@ fn what_the_reference_takes_with_a_warning_has_one_on_its_line() {
 /// a lint of `check` of this code.
 const DOUBTFUL: &[(&str, &str)] = &[
     ("array_init_wrong_type", "W0210"),
-    ("assignment_in_condition", "W0301"),
     ("assignment_in_condition", "W0309"),
     ("const_component_out_of_range", "W0213"),
     ("const_index_out_of_range", "W0213"),
@@ -149,7 +148,6 @@ const DOUBTFUL: &[(&str, &str)] = &[
     ("output_arg_expr", "W0322"),
     ("shadow_local", "W0313"),
     ("some_paths_no_return", "W0317"),
-    ("statement_after_return", "W0318"),
     ("statement_after_return", "W0306"),
     ("struct_self_field", "W0212"),
     ("surface_assign_Ci_in_shader", "W0322"),

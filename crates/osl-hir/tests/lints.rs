@@ -78,6 +78,8 @@ const CASES: &[(&str, &str, &str)] = &[
         "loop",
         "int find(float x) { for (int i = 0; i < 9; i++) { if (i > x) return i; } }\nshader s(output float r = 0) { r = find(u); }",
     ),
+    ("W0306", "alone", "if (f > 0) { return; f + 1; }"),
+    ("W0309", "alone", "int i = (int) f; if (i = 1) r = 1;"),
     ("W0318", "", "r == 3;"),
     ("W0318", "call", "sin(f); noise(P);"),
     ("W0318", "closure", "surface x(output float r = 0) { r = 1; diffuse(N); } // a shader"),
@@ -175,6 +177,9 @@ const CLEAN: &[&str] = &[
     "r = smoothstep(f, 0.2, u) + clamp(f, 0, 1) + smoothstep(0.5, 0.5, u);",
     "color k = color(2, 1.5, 1) + color(100, 100, 100) + color(40.5, 0, 0) + color(1, 0, 1); r = k[0];",
     "if (f > 1) r = 1; else r = 2; if (f > 2) { } else { }",
+    "float alpha = 0; color _k = c; color lost = texture(\"a.tx\", u, v, \"alpha\", alpha); r = alpha; /* the call is there for its output */",
+    "int k = (int) (5 * noise(P)); if (noise(P) < 0.4 || k > noise(\"cell\", P)) r = k; /* only a float fits */",
+    "float leave() { exit(); return 8; }\nshader s(output float r = 0) { r = leave(); }",
 ];
 
 struct Library;
@@ -228,6 +233,9 @@ fn what_is_right_earns_nothing() {
     for case in CLEAN {
         let text = source(case);
         let (list, sources) = lints(&text);
+        let parsed = parse("case.osl", &text, &Library, &Options::default());
+        let warned = resolve(&parsed.ast).diagnostics;
+        assert!(!warned.iter().any(|d| d.code.id == "W0201"), "{text}\n{warned:#?}");
         assert!(list.is_empty(), "{text}\n{}", render(&list, &sources, RenderStyle::default()));
     }
 }

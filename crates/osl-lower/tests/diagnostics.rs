@@ -105,7 +105,7 @@ const CASES: &[(&str, &str)] = &[
         "E0602",
         "float triple(float x) [[ int builtin = 1 ]];\nvoid mark(string s) [[ int builtin = 1 ]];\nshader s(output float r = 0) { r = triple(u); mark(\"here\"); }",
     ),
-    ("W0201", "if (noise(P) > 0.5) r = 1;"),
+    ("W0201", "printf(\"%g\\n\", noise(P));"),
     ("W0202", "int i = 1.5;"),
     ("W0202-operation", "int i = 2 * f; i *= 0.5; i = noise(f);"),
     ("W0203", "u = 1;"),

@@ -231,6 +231,18 @@ fn closures_are_null_as_in_a_run() {
     assert!(below(&text, 8).contains(&"text = \"(2, 2, 2) * emission ()\"".to_string()), "{text}");
 }
 
+/// A regular expression costs more steps than most calls of a trace.
+#[test]
+fn regular_expressions_have_their_results() {
+    let source = "shader s(string text = \"-3.5e1\", output float r = 0) {
+            if (regex_match(text, \"[0-9.e-]*\"))
+                r = 1 + regex_search(\"a b,c\", \"[,;]\");
+        }";
+    let text = explained(source, None, (4, 4), false);
+    assert!(below(&text, 2).contains(&"true".to_string()), "{text}");
+    assert!(below(&text, 3).contains(&"r = 2".to_string()), "{text}");
+}
+
 #[test]
 fn what_is_traced_is_what_a_run_computes() {
     let sources = [

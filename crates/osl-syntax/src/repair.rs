@@ -163,7 +163,10 @@ pub(crate) fn explain(
     if let Some(first) = errors.first_mut().filter(|_| !only_semicolons) {
         // It is a guess, so it is offered but not applied.
         first.fixes = vec![Fix { title: "insert what is missing".to_owned(), edits, safe: false }];
-        errors.iter_mut().skip(1).for_each(|e| e.fixes.clear());
+        for error in errors.iter_mut().skip(1) {
+            error.fixes.clear();
+            error.help.get_or_insert_with(|| "the edit above repairs this too".into());
+        }
     }
     diagnostics.extend(errors);
     let mut ast = ast;

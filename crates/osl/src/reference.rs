@@ -13,6 +13,8 @@ mod topics;
 
 pub use topics::{Topic, topic, topics};
 
+pub use osl_hir::resolve::{Elsewhere, elsewhere};
+
 use osl_hir::builtins::{self, Builtin, FAMILIES, ParamType, Tail};
 use osl_ir::types::StructTable;
 
@@ -108,6 +110,13 @@ pub fn functions() -> Vec<Function> {
 pub fn find(name: &str) -> Vec<Function> {
     let begins = |row: &&Builtin| row.name.split_once(' ').is_some_and(|(first, _)| first == name);
     builtins::all().filter(|row| row.name == name || begins(row)).map(function).collect()
+}
+
+/// The names of the parameters of a function's form with so many parameters; empty if there is none.
+pub fn parameter_names(function: &str, count: usize) -> Vec<&'static str> {
+    let forms = builtins::find(function).map_or(&[][..], Builtin::signatures);
+    let form = forms.iter().find(|form| form.params.len() == count);
+    form.map_or_else(Vec::new, |form| form.params.iter().map(|param| param.name).collect())
 }
 
 /// The fields that the first argument of `noise` and `pnoise` names, each with its range and its look.

@@ -121,11 +121,31 @@ fn the_command_suggests() {
     assert_eq!(code, 1);
     assert!(err.contains("`oslrun doc` lists all names"), "{err}");
     // A name that has the beginning is closer than one that is spelt similarly.
-    let (_, _, err) = command(&["doc", "cell"]);
+    let (_, _, err) = command(&["doc", "cellno"]);
     assert!(err.contains("did you mean `cellnoise`?"), "{err}");
     let (_, _, err) = command(&["doc", "normall"]);
     assert!(err.contains("did you mean `normal`?"), "{err}");
     assert_eq!(command(&["doc", "sin", "--markdown"]).0, 2);
+}
+
+#[test]
+fn words_of_other_languages_are_answered() {
+    for (word, says, entry) in [
+        ("lerp", "OSL calls it `mix(a, b, x)`.", "float mix(float x"),
+        ("fract", "in OSL it is `mod(x, 1)`.", "float mod(float a"),
+        ("vec3", "OSL has `vector`, ", "vector (type)"),
+        ("cell", "OSL calls it `cellnoise`.", "float cellnoise(point p"),
+        ("PI", "OSL calls it `M_PI`.", "M_PI (word)"),
+        ("bool", "use `int`, where 0 is false.", "int (type)"),
+        ("uv", "two floats, `u` and `v`.", ""),
+    ] {
+        let (code, text, err) = command(&["doc", word]);
+        assert_eq!((code, err.as_str()), (0, ""), "{word}");
+        assert!(text.starts_with(&format!("`{word}` is not a name in OSL: ")), "{text}");
+        assert!(text.contains(says) && text.contains(entry), "{text}");
+        let (code, text, _) = command(&["doc", word, "--json"]);
+        assert!(code == 0 && serde_json::from_str::<serde_json::Value>(&text).is_ok(), "{text}");
+    }
 }
 
 #[test]

@@ -90,22 +90,25 @@ const QUESTIONS: [Question; 12] = [
     },
     Question {
         asks: "What is the derivative here, and where does it come from?",
-        how: "`Dx(y)` is the change of y from one pixel to the next. Assign it to an output, and `explain` shows both.",
+        how: "`explain --derivatives` shows below each variable how it changes with u and v and from pixel to pixel, and \
+              through which variables. `Dx(y)` in a shader is the change to the next pixel.",
         shader: "slope",
-        args: "explain docs/questions/slope.osl -g 256x256",
+        args: "explain docs/questions/slope.osl --derivatives -g 256x256",
         shows: Shows::All,
-        reads: "y = sin(6 u), so its derivative is 6 cos(6 u) times the change of u between two pixels, 1/255. `oslrun doc sin` \
-                has the derivative of each function.",
+        reads: "y = sin(6 u), so d/du is 6 cos(6 u) = -5.95. From one pixel to the next, u grows by 1/255, so y changes by \
+                -5.95 / 255 = -0.0233: that is `Dx(y)`. To follow the chain further, look up the variables after `through`. \
+                `oslrun doc sin` has the derivative of each function.",
     },
     Question {
         asks: "What did the compiler throw away, and why?",
-        how: "Only what the requested outputs need is computed. `explain --outputs height` shows which lines these are; \
-              `ir --stage after` shows all that is left.",
+        how: "Only what the requested outputs need is computed. `explain --outputs height` says below each line whether it is \
+              needed, and why not.",
         shader: "needed",
-        args: "ir docs/questions/needed.osl --outputs height --stage after",
+        args: "explain docs/questions/needed.osl --outputs height -g 256x256",
         shows: Shows::All,
-        reads: "`height` alone was requested, so `grain` and `tint` are gone. `quality` is 0 in this run, so the branch with \
-                `bumps` can never be taken and is gone too: what is left is u.",
+        reads: "`height` alone was requested, so `grain` and `tint` are not computed. `quality` is 0 in this run, so the branch \
+                with `bumps` is never taken, and `bumps` is not computed either. `explain` follows these lines all the same, \
+                to show their values. `oslrun ir --stage after` shows all that is left: u.",
     },
     Question {
         asks: "What does this line cost?",

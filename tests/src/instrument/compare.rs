@@ -1,95 +1,29 @@
-//! Compares an explanation with a run of the instrumented source.
+//! Compares an explanation with what the instrumented source printed.
 
-use super::{Instrumented, instrument};
-use crate::{laws, run};
-use osl::stages;
-use osl_exec::{PointSource, RunOptions};
+use super::Instrumented;
+use super::case::FILE;
 use osl_ir::ir::Const;
-use osl_ir::passes;
-use osl_limits::Limits;
-use osl_measure::explain::{self, Explanation, Shown, What};
-use osl_measure::trace::{OnePoint, follow};
-use osl_scene::Grid;
-use osl_syntax::{NoFiles, Options};
+use osl_measure::explain::{Called, Explanation, Shown, What};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What a comparison found besides mistakes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Outcome {
-    /// Values, outcomes and counts that were compared.
-    pub compared: usize,
-    /// Whether the instrumented source was rejected or stopped, so that nothing was compared.
-    pub open: bool,
-}
-
-/// The name of the source.
-const FILE: &str = "generated.osl";
-
-const SIZE: (usize, usize) = (5, 3);
-
-fn grid() -> Grid {
-    Grid { scale: [3.0, 2.5], offset: [-1.0, -0.7], ..Grid::new(SIZE.0, SIZE.1) }
-}
-
-/// Compares the explanation of a few points with the instrumented run.
-///
-/// # Errors
-/// The first difference, as text.
-pub fn hold(text: &str) -> Result<Outcome, String> {
-    let open = Ok(Outcome { compared: 0, open: true });
-    let checked = stages::check(FILE, text, &NoFiles, &Options::default());
-    let Some(program) = &checked.program else { return open };
-    let written = instrument(text, &checked.ast);
-    let grid = grid();
-    let options = passes::Options { varying: grid.varying().to_vec(), ..passes::Options::default() };
-    let again = stages::check(FILE, &written.text, &NoFiles, &Options::default());
-    let Some(second) = &again.program else { return open };
-    let (Ok(noted), Ok(plain)) = (stages::lower_noted(program, &[]), stages::lower(second, &[])) else {
-        return open;
-    };
-    let compiled = stages::finish(plain, &options);
-    let limits = run::steps(1 << 22);
-    let run_options = RunOptions { limits, ..RunOptions::default() };
-    let Ok(frame) = osl_exec::run(&compiled.program, laws::services(), &grid, &run_options, &|_| ()) else {
-        return open;
-    };
-    let subject = explain::Subject::new(noted, &options, &checked.sources);
-    let mut outcome = Outcome::default();
-    for (x, y) in [(0, 0), (3, 1), (4, 2)] {
-        let Some(point) = OnePoint::at_pixel(&grid, SIZE.0, SIZE.1, x, y) else { continue };
-        let one = OnePoint { source: &grid, point };
-        let trace = follow(&subject.body, laws::services(), one, &Limits::default());
-        let explanation = explain::explain(&trace, &subject, &checked.sources);
-        if explanation.cut {
-            outcome.open = true;
-            continue;
-        }
-        let lines: Vec<&str> = frame
-            .printed
-            .iter()
-            .filter(|p| p.point == y * SIZE.0 + x && p.file.is_none())
-            .map(|p| p.text.as_str())
-            .collect();
-        let seen = Seen::read(&lines, &written);
-        outcome.compared += compare(&explanation, &seen, &written)
-            .map_err(|e| format!("{e}\nat ({x}, {y})\n{text}\n--- instrumented\n{}", written.text))?;
-    }
-    Ok(outcome)
-}
-
 /// The number of a call, a line, and a name or condition.
-type Key = (usize, u32, String);
+pub(super) type Key = (usize, u32, String);
 
 /// What the instrumented run printed.
 #[derive(Default)]
-struct Seen {
-    sets: BTreeMap<Key, Vec<String>>,
-    branches: BTreeMap<Key, Vec<bool>>,
+pub(super) struct Seen {
+    pub(super) sets: BTreeMap<Key, Vec<String>>,
+    pub(super) branches: BTreeMap<Key, Vec<bool>>,
     rounds: BTreeMap<(usize, u32), Vec<usize>>,
+    /// The arguments of each call, and its outputs.
+    given: BTreeMap<(usize, String), String>,
+    outputs: BTreeMap<(usize, String), String>,
+    /// The last value that each call returned.
+    returned: BTreeMap<usize, String>,
 }
 
 impl Seen {
-    fn read(lines: &[&str], written: &Instrumented) -> Seen {
+    pub(super) fn read(lines: &[&str], written: &Instrumented) -> Seen {
         let mut seen = Seen::default();
         let (mut stack, mut calls) = (vec![0], 0);
         // The current count of each loop.
@@ -108,7 +42,17 @@ impl Seen {
                     let at: u32 = parts.next().and_then(|n| n.parse().ok()).unwrap_or(0);
                     let name = parts.next().unwrap_or_default().to_string();
                     let value = parts.next().unwrap_or_default().to_string();
+                    if name == "return" {
+                        seen.returned.insert(call, value.clone());
+                    }
                     seen.sets.entry((call, at, name)).or_default().push(value);
+                }
+                "@G" | "@R" => {
+                    let mut parts = rest.splitn(3, ' ').skip(1);
+                    let name = parts.next().unwrap_or_default().to_string();
+                    let value = parts.next().unwrap_or_default().to_string();
+                    let list = if word == "@G" { &mut seen.given } else { &mut seen.outputs };
+                    list.insert((call, name), value);
                 }
                 "@T" => {
                     let (id, truth) = rest.split_once(' ').unwrap_or_default();
@@ -136,7 +80,7 @@ impl Seen {
 }
 
 /// The text of a condition without spaces and outer brackets.
-fn bare(text: &str) -> String {
+pub(super) fn bare(text: &str) -> String {
     let mut text: String = text.split_whitespace().collect::<Vec<_>>().join(" ");
     while let Some(inner) = text.strip_prefix('(').and_then(|t| t.strip_suffix(')')) {
         let mut depth = 0;
@@ -153,7 +97,7 @@ fn bare(text: &str) -> String {
 }
 
 /// Compares all that both tell; returns how much that was.
-fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -> Result<usize, String> {
+pub(super) fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -> Result<usize, String> {
     let mut compared = 0;
     // A condition that stands twice on a line cannot be told apart by its text.
     let mut once = BTreeSet::new();
@@ -177,7 +121,7 @@ fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -> Result<us
         next += usize::from(known);
         numbers.push(known.then_some(next));
     }
-    let base = |name: &str| name.split(['.', '[']).next().unwrap_or_default().to_string();
+    compared += calls(&told.calls, &numbers, seen)?;
     for line in &told.lines {
         for fact in &line.facts {
             let Some(call) = numbers.get(fact.call).copied().flatten().filter(|_| line.file == FILE) else {
@@ -245,8 +189,44 @@ fn compare(told: &Explanation, seen: &Seen, written: &Instrumented) -> Result<us
     }
 }
 
+/// A variable without fields and indices.
+pub(super) fn base(name: &str) -> String {
+    name.split(['.', '[']).next().unwrap_or_default().to_string()
+}
+
+/// Compares the arguments and results of the calls; `numbers` has the number that the instrumented run gives
+/// each of them.
+fn calls(told: &[Called], numbers: &[Option<usize>], seen: &Seen) -> Result<usize, String> {
+    let mut compared = 0;
+    for (called, number) in told.iter().zip(numbers.iter().skip(1)) {
+        let Some(number) = *number else { continue };
+        let mut hold = |what: &str, name: &str, value: &Shown, printed: Option<&String>| match printed {
+            Some(printed) if !is_value(printed, value) => {
+                let value = value.value();
+                Err(format!("{what} `{name}` of call {number} is told as {value}, and is {printed}"))
+            }
+            Some(_) => {
+                compared += 1;
+                Ok(())
+            }
+            None => Ok(()),
+        };
+        for (name, value) in &called.given {
+            hold("argument", name, value, seen.given.get(&(number, name.clone())))?;
+        }
+        for (name, value) in &called.results {
+            let printed = match &name[..] {
+                "" => seen.returned.get(&number),
+                name => seen.outputs.get(&(number, name.to_string())),
+            };
+            hold("result", name, value, printed)?;
+        }
+    }
+    Ok(compared)
+}
+
 /// Whether a printed value is the one that is told, to the bit; NaNs are equal.
-fn is_value(printed: &str, told: &Shown) -> bool {
+pub(super) fn is_value(printed: &str, told: &Shown) -> bool {
     let (kind, rest) = printed.split_at(printed.len().min(2));
     let numbers = |list: &[f32]| {
         let printed: Option<Vec<f32>> = rest.split_whitespace().map(|word| word.parse().ok()).collect();

@@ -3,15 +3,20 @@
 //! It works on the source and its syntax tree, and the result is an ordinary shader. This module must not
 //! know how the product follows a point: tests compare the two.
 
+mod calls;
+mod case;
 mod compare;
+mod print;
+mod reasons;
+mod slopes;
 mod types;
 
-pub use compare::{Outcome, hold};
+pub use case::{Outcome, hold};
 
 use osl_syntax::ast::{self, Ast, Expr, ExprId, ExprKind, Item, StmtId, StmtKind, TypeName};
 use osl_syntax::span::Span;
+use print::base_name;
 use std::collections::BTreeSet;
-use std::fmt::Write;
 use std::sync::Arc;
 use types::{Scopes, Ty};
 
@@ -28,12 +33,29 @@ pub struct Instrumented {
     pub open: BTreeSet<(u32, String)>,
     /// The functions whose calls are printed.
     pub functions: BTreeSet<String>,
+    /// The assignments after which a statement can be inserted.
+    pub sets: Vec<Set>,
 }
 
-/// Rewrites a shader without macros or includes of its own.
-pub fn instrument(text: &str, ast: &Ast) -> Instrumented {
-    let mut w =
-        Writer { ast, text, edits: Vec::new(), done: Instrumented::default(), scopes: Scopes::new(ast) };
+/// An assignment to a whole variable or element.
+#[derive(Clone, Debug)]
+pub struct Set {
+    /// Its line.
+    pub line: u32,
+    /// The variable, without index.
+    pub name: String,
+    /// A statement that changes the variable.
+    pub change: String,
+    /// The end of the statement in the original text.
+    pub end: usize,
+}
+
+/// Rewrites a shader without macros or includes of its own. With `slopes`, it prints the derivatives of each
+/// assigned value instead of the value.
+pub fn instrument(text: &str, ast: &Ast, slopes: bool) -> Instrumented {
+    let scopes = Scopes::new(ast);
+    let (edits, done) = (Vec::new(), Instrumented::default());
+    let mut w = Writer { ast, text, edits, done, scopes, slopes, shader: true };
     let inside = |span: Span| (span.end as usize) <= text.len() && span.start < span.end;
     let first = ast.items.iter().map(Item::span).find(|span| inside(*span));
     if let Some(first) = first {
@@ -74,6 +96,20 @@ struct Writer<'a> {
     edits: Vec<(usize, usize, String)>,
     done: Instrumented,
     scopes: Scopes,
+    slopes: bool,
+    /// Whether the text is that of the shader itself rather than of a function.
+    shader: bool,
+}
+
+/// The function around a statement.
+struct Around {
+    /// The type of its result, and the word for it.
+    ret: Ty,
+    word: String,
+    /// Its outputs: their names and types.
+    outs: Vec<(String, Ty)>,
+    /// The number of scopes with its formals.
+    depth: usize,
 }
 
 impl Writer<'_> {
@@ -113,21 +149,46 @@ impl Writer<'_> {
         self.done.functions.insert(f.name.text.to_string());
         self.scopes.push();
         self.formals(&f.formals);
-        self.insert(body.span.start + 1, " printf(\"@E\");");
-        let ret = self.scopes.ty(&f.ret, None, false);
-        self.list(&body.stmts, Some((ret, self.slice(f.ret.span).to_string())).as_ref());
-        self.insert(body.span.end - 1, " printf(\"@X\"); ");
+        let mut begin = " printf(\"@E\");".to_string();
+        let mut outs = Vec::new();
+        for formal in &f.formals {
+            let Some(ty) = self.scopes.find(&formal.name.text) else { continue };
+            let name = formal.name.text.to_string();
+            self.print_as("@G", (&ty, &name, &name), 0, &mut begin);
+            if formal.output {
+                outs.push((name, ty));
+            }
+        }
+        self.insert(body.span.start + 1, &begin);
+        let (ret, word) = (self.scopes.ty(&f.ret, None, false), self.slice(f.ret.span).to_string());
+        let around = Around { ret, word, outs, depth: self.scopes.depth() };
+        let outside = std::mem::replace(&mut self.shader, false);
+        self.scopes.push();
+        self.list(&body.stmts, Some(&around));
+        let leave = self.leave(&around);
+        self.insert(body.span.end - 1, &leave);
+        self.scopes.pop();
+        self.shader = outside;
         self.scopes.pop();
     }
 
-    fn list(&mut self, stmts: &[StmtId], ret: Option<&(Ty, String)>) {
+    /// Statements that print the outputs of a function, and that it is left.
+    fn leave(&self, around: &Around) -> String {
+        let mut out = String::new();
+        for (name, ty) in around.outs.iter().filter(|(name, _)| !self.scopes.is_hidden(name, around.depth)) {
+            self.print_as("@R", (ty, name, name), 0, &mut out);
+        }
+        out + " printf(\"@X\"); "
+    }
+
+    fn list(&mut self, stmts: &[StmtId], ret: Option<&Around>) {
         for stmt in stmts {
             self.stmt(*stmt, ret, true);
         }
     }
 
     /// A statement; `listed` tells whether it stands in a list, where others may stand beside it.
-    fn stmt(&mut self, id: StmtId, ret: Option<&(Ty, String)>, listed: bool) {
+    fn stmt(&mut self, id: StmtId, ret: Option<&Around>, listed: bool) {
         let ast = self.ast;
         let stmt = &ast[id];
         let (span, line) = (stmt.span, self.line(stmt.span));
@@ -136,6 +197,9 @@ impl Writer<'_> {
                 self.expr(*e);
                 self.open_parts(*e, line, true);
                 if let Some(prints) = self.prints_of(*e, line) {
+                    if listed {
+                        self.changeable(*e, span);
+                    }
                     if !listed {
                         self.insert(span.start, "{ ");
                     }
@@ -162,6 +226,7 @@ impl Writer<'_> {
                     };
                     if written && listed && vars.len() == 1 {
                         self.print(&own, &var.name.text, &var.name.text, line, &mut prints);
+                        self.change(&own, (&var.name.text, &var.name.text), line, span);
                     } else {
                         self.done.open.insert((line, var.name.text.to_string()));
                     }
@@ -217,17 +282,17 @@ impl Writer<'_> {
                 self.scopes.pop();
             }
             StmtKind::Return(value) => match (value, ret) {
-                (Some(value), Some((ty, word))) => {
+                (Some(value), Some(around)) => {
                     self.expr(*value);
                     self.open_parts(*value, line, false);
                     let start = span.start as usize;
-                    self.edits.push((start, start + "return".len(), format!("{{ {word} r_ = ")));
+                    self.edits.push((start, start + "return".len(), format!("{{ {} r_ = ", around.word)));
                     let mut prints = String::new();
-                    self.print(ty, "return", "r_", line, &mut prints);
-                    self.insert(span.end, &format!("{prints} printf(\"@X\"); return r_; }}"));
+                    self.print(&around.ret, "return", "r_", line, &mut prints);
+                    self.insert(span.end, &format!("{prints}{}return r_; }}", self.leave(around)));
                 }
-                (None, Some(_)) => {
-                    self.insert(span.start, "{ printf(\"@X\"); ");
+                (None, Some(around)) => {
+                    self.insert(span.start, &format!("{{{}", self.leave(around)));
                     self.insert(span.end, " }");
                 }
                 _ => {}
@@ -237,7 +302,7 @@ impl Writer<'_> {
         }
     }
 
-    fn a_loop(&mut self, body: StmtId, span: Span, line: u32, ret: Option<&(Ty, String)>) {
+    fn a_loop(&mut self, body: StmtId, span: Span, line: u32, ret: Option<&Around>) {
         let number = self.done.loops.len();
         self.done.loops.push(line);
         self.insert(span.start, &format!("{{ printf(\"@P {number}\"); "));
@@ -322,95 +387,33 @@ impl Writer<'_> {
         Some(out)
     }
 
-    fn print_target(&self, target: ExprId, line: u32, out: &mut String) -> Option<()> {
-        let (ty, told, path) = self.place(target)?;
-        self.print(&ty, &told, &path, line, out);
-        Some(())
-    }
-
-    /// The type of a place, the name that it has in an explanation, and its path in the source; a component
-    /// stands for its variable. In the name, `%d` is an index, which follows after a `|`.
-    fn place(&self, id: ExprId) -> Option<(Ty, String, String)> {
-        match &self.ast[id].kind {
-            ExprKind::Name(name) => Some((self.scopes.find(name)?, name.to_string(), name.to_string())),
-            ExprKind::Paren(inner) => self.place(*inner),
-            ExprKind::Field(base, field) => {
-                let (ty, told, path) = self.place(*base)?;
-                match self.scopes.field(&ty, &field.text) {
-                    Some(own) => Some((own, join(&told, &field.text), format!("{path}.{}", field.text))),
-                    None => ty.is_triple().then_some((ty, told, path)),
+    /// Notes an assignment of the shader itself that can be followed by a change.
+    fn changeable(&mut self, id: ExprId, span: Span) {
+        let ast = self.ast;
+        match &ast[id].kind {
+            ExprKind::Assign { target, .. } | ExprKind::Step { target, .. } => {
+                if let Some((ty, told, path)) = self.place(*target) {
+                    let line = self.line(span);
+                    self.change(&ty, (base_name(&told).as_str(), path.as_str()), line, span);
                 }
             }
-            ExprKind::Index(base, index) => {
-                let (ty, told, path) = self.place(*base)?;
-                let Ty::Array(element, len) = &ty else { return Some((ty, told, path)) };
-                let simple = self.is_simple(*index, &base_name(&path));
-                let index = self.slice(self.ast[*index].span);
-                let told = format!("{told}[%d]|clamp({index}, 0, {})", len.saturating_sub(1));
-                simple.then(|| ((**element).clone(), told, format!("{path}[{index}]")))
-            }
-            _ => None,
+            ExprKind::Paren(inner) => self.changeable(*inner, span),
+            _ => {}
         }
     }
 
-    /// Whether an index has the same value after the statement.
-    fn is_simple(&self, id: ExprId, set: &str) -> bool {
-        let expr = &self.ast[id];
-        let own = match &expr.kind {
-            ExprKind::Name(name) => &**name != set,
-            ExprKind::Call(name, _) => &*name.text == "abs",
-            ExprKind::Int(_) | ExprKind::Unary(..) | ExprKind::Paren(_) => true,
-            ExprKind::Binary(op, ..) => !matches!(op, ast::BinaryOp::And | ast::BinaryOp::Or),
-            _ => false,
+    fn change(&mut self, ty: &Ty, (name, path): (&str, &str), line: u32, span: Span) {
+        let change = match ty {
+            Ty::Int => format!(" {path} = {path} + 3;"),
+            Ty::Float | Ty::Triple => format!(" {path} = {path} * -3 + 17.25;"),
+            Ty::Matrix => format!(" {path} = 7;"),
+            Ty::Text => format!(" {path} = \"changed\";"),
+            _ => return,
         };
-        own && children(expr).into_iter().all(|inner| self.is_simple(inner, set))
-    }
-
-    /// Statements that print a value, part by part.
-    fn print(&self, ty: &Ty, told: &str, path: &str, line: u32, out: &mut String) {
-        let (name, index) = match told.split_once('|') {
-            Some((name, index)) => (name.to_string(), format!(", {index}")),
-            None => (told.to_string(), String::new()),
-        };
-        let parts = |out: &mut String, form: &str, values: &[String]| {
-            let _ = write!(out, " printf(\"@S {line} {name} {form}\"{index}, {});", values.join(", "));
-        };
-        match ty {
-            Ty::Int => parts(out, "i %d", &[path.to_string()]),
-            Ty::Float => parts(out, "f %.9g", &[path.to_string()]),
-            Ty::Triple => {
-                parts(out, "f %.9g %.9g %.9g", &[0, 1, 2].map(|n| format!("{path}[{n}]")));
-            }
-            Ty::Matrix => {
-                let cells: Vec<String> = (0..16).map(|n| format!("{path}[{}][{}]", n / 4, n % 4)).collect();
-                parts(out, &format!("f{}", " %.9g".repeat(16)), &cells);
-            }
-            Ty::Text => parts(out, "s %s", &[path.to_string()]),
-            Ty::Struct(id) => {
-                for (field, own) in self.scopes.fields(*id) {
-                    self.print(own, &join(told, field), &format!("{path}.{field}"), line, out);
-                }
-            }
-            Ty::Array(element, len) => {
-                for n in 0..*len {
-                    self.print(element, &format!("{told}[{n}]"), &format!("{path}[{n}]"), line, out);
-                }
-            }
-            Ty::Other => {}
+        if self.shader {
+            self.done.sets.push(Set { line, name: name.to_string(), change, end: span.end as usize });
         }
     }
-}
-
-/// The name of a field: in an explanation, the index of an array of structs stands at the end.
-fn join(told: &str, field: &str) -> String {
-    match told.find('[') {
-        Some(at) => format!("{}.{field}{}", &told[..at], &told[at..]),
-        None => format!("{told}.{field}"),
-    }
-}
-
-fn base_name(path: &str) -> String {
-    path.split(['.', '[']).next().unwrap_or_default().to_string()
 }
 
 fn children(expr: &Expr) -> Vec<ExprId> {

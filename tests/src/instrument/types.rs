@@ -80,6 +80,16 @@ impl Scopes {
         self.scopes.iter().rev().find_map(|scope| scope.get(name)).cloned()
     }
 
+    /// The number of scopes.
+    pub(super) fn depth(&self) -> usize {
+        self.scopes.len()
+    }
+
+    /// Whether a name of the first scopes is hidden by one of a later scope.
+    pub(super) fn is_hidden(&self, name: &str, depth: usize) -> bool {
+        self.scopes.iter().skip(depth).any(|scope| scope.contains_key(name))
+    }
+
     pub(super) fn field(&self, ty: &Ty, name: &str) -> Option<Ty> {
         let Ty::Struct(id) = ty else { return None };
         self.fields(*id).iter().find(|(field, _)| field == name).map(|(_, ty)| ty.clone())

@@ -14,7 +14,7 @@ pub(super) fn run(walk: &Walk<'_>, found: &mut Findings<'_>) {
     let constants = Constants::of(walk, found);
     let mut jumps = Jumps { walk, constants, found };
     for body in bodies(walk.program) {
-        jumps.unreachable(body);
+        jumps.unreachable(required_part(body));
         each_stmt(body, &mut |stmt| jumps.stmt(stmt));
     }
     walk.everything(&mut |event| {
@@ -104,6 +104,17 @@ impl Jumps<'_, '_, '_> {
             }
             StmtKind::Expr(_) | StmtKind::Declare(..) => None,
         }
+    }
+}
+
+/// A body without the `return` that only follows an `exit` because a function has to end with one.
+fn required_part(body: &[Stmt]) -> &[Stmt] {
+    match body {
+        [rest @ .., last] if matches!(last.kind, StmtKind::Return(Some(_))) => match rest.last() {
+            Some(Stmt { kind: StmtKind::Expr(e), .. }) if flow::is_exit(e) => rest,
+            _ => body,
+        },
+        _ => body,
     }
 }
 

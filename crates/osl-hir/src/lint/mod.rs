@@ -109,6 +109,7 @@ pub fn run(ast: &Ast, program: &Program, sources: &SourceMap, options: &Options)
     effects::run(&walk, &mut found);
     names::run(&walk, &mut found);
     written::run(ast, &mut found);
+    found.without_consequences();
     found.keep_first();
     found.list
 }
@@ -132,6 +133,29 @@ impl Findings<'_> {
                 self.keep_first();
             }
         }
+    }
+
+    /// Drops what only follows from another finding: that a statement which is never reached has no effect, and
+    /// that nothing reads a variable which a condition assigns where it should compare.
+    fn without_consequences(&mut self) {
+        let of = |code: &'static str| self.list.iter().filter(move |d| d.code.id == code);
+        let unreachable: FxHashSet<u32> = of("W0306").map(|d| d.span.start).collect();
+        let assigned: FxHashSet<&str> = of("W0309")
+            .filter_map(|d| self.sources.text(d.span).split('=').next())
+            .map(|target| target.trim_matches(|c: char| c == '(' || c.is_whitespace()))
+            .collect();
+        let sources = self.sources;
+        let keep: Vec<bool> = self
+            .list
+            .iter()
+            .map(|d| match d.code.id {
+                "W0318" => !unreachable.contains(&d.span.start),
+                "W0301" => !assigned.contains(sources.text(d.span)),
+                _ => true,
+            })
+            .collect();
+        let mut keep = keep.into_iter();
+        self.list.retain(|_| keep.next().unwrap_or(true));
     }
 
     /// Keeps the findings that come first in the text.

@@ -1,8 +1,8 @@
 //! Finds unused declarations: variables, parameters, functions.
 
-use super::walk::{Event, Purpose, Walk, is_output};
+use super::walk::{Event, Purpose, Walk, bodies, each_stmt, is_output};
 use super::{Findings, codes, removal};
-use crate::hir::{ExprKind, FunctionId, MetaValue, Var, VarId, VarKind};
+use crate::hir::{ExprKind, FunctionId, MetaValue, StmtKind, Var, VarId, VarKind};
 use osl_ir::types::Type;
 use osl_syntax::ast::{self, Ast, ExprId, StmtId};
 use osl_syntax::diagnostic::Edit;
@@ -12,6 +12,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 /// Reports unused declarations. A name that begins with an underscore means that this is intended.
 pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
     let used = Used::of(walk);
+    let needed = needed_for_outputs(walk);
     let mut params = Vec::new();
     let statements = Statements::of(ast);
     for (index, var) in walk.program.vars.iter().enumerate() {
@@ -21,6 +22,7 @@ pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
             continue;
         }
         match var.kind {
+            VarKind::Local if needed.contains(&id) => {}
             VarKind::Local => {
                 let assigned = walk.is_written(id);
                 let mut d = codes::unused_variable(var.span, &var.name, assigned);
@@ -46,6 +48,24 @@ pub(super) fn run(ast: &Ast, walk: &Walk<'_>, found: &mut Findings<'_>) {
     }
     formals(walk, &used, found);
     functions(walk, &used, found);
+}
+
+/// The variables that are declared with a call that has outputs: the call is there for these, and its value
+/// has to go somewhere.
+fn needed_for_outputs(walk: &Walk<'_>) -> FxHashSet<VarId> {
+    let mut found = FxHashSet::default();
+    for body in bodies(walk.program) {
+        each_stmt(body, &mut |stmt| {
+            if let StmtKind::Declare(var, Some(_)) = &stmt.kind {
+                walk.own(stmt, &mut |event| {
+                    if let Event::Output { .. } = event {
+                        found.insert(*var);
+                    }
+                });
+            }
+        });
+    }
+    found
 }
 
 /// Whether a parameter is documentation: a string that cannot be connected, or one with such a name.

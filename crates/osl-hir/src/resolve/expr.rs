@@ -143,6 +143,10 @@ impl Resolver<'_> {
     }
 
     fn binary(&mut self, op: BinaryOp, a: ExprId, b: ExprId, expected: Option<Type>, span: Span) -> Expr {
+        if matches!(op, BinaryOp::Lt | BinaryOp::Le | BinaryOp::Gt | BinaryOp::Ge) {
+            self.needs_no_choice(a);
+            self.needs_no_choice(b);
+        }
         let left = self.value(a, expected);
         let right = self.value(b, expected);
         self.combine(op, left, right, span)

@@ -27,6 +27,8 @@ mod stmt;
 mod unknown;
 mod vocabulary;
 
+pub use vocabulary::{Elsewhere, elsewhere};
+
 pub(crate) use expr::unify_numbers;
 pub(crate) use init::convert_to;
 
@@ -217,6 +219,8 @@ struct Resolver<'a> {
     recorder: Option<Recorder>,
     /// Why calls take their functions.
     choices: FxHashMap<u32, hir::Choice>,
+    /// The calls of which only a float fits, by the position of their names.
+    unambiguous: FxHashSet<u32>,
 }
 
 impl<'a> Resolver<'a> {
@@ -241,6 +245,7 @@ impl<'a> Resolver<'a> {
             follow: Follow::default(),
             recorder: None,
             choices: FxHashMap::default(),
+            unambiguous: FxHashSet::default(),
         };
         for (global, name, ty, _) in GLOBALS {
             resolver.add_var(name.into(), ty, VarKind::Global(global), Span::default());

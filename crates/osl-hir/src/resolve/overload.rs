@@ -284,8 +284,12 @@ impl Resolver<'_> {
                 return None;
             }
             let differ = tied.iter().any(|c| c.ret() != tied[0].ret());
+            // Only the form that returns a float can become an int or a truth value, or be compared by size.
+            let is_builtin = |c: &&Candidate| matches!(c, Candidate::Builtin { .. });
+            let clear = (expected == Some(Type::INT) || self.unambiguous.contains(&span.start))
+                && tied.iter().all(is_builtin);
             tied.retain(|c| rank(c) == top);
-            if differ || tied.len() > 1 {
+            if !clear && (differ || tied.len() > 1) {
                 self.warn_ambiguous(name, span, tied.first().copied());
             }
         }
@@ -361,6 +365,15 @@ impl Resolver<'_> {
             }
         }
         None
+    }
+
+    /// Notes that of the forms of a call only one that returns a number fits.
+    pub(super) fn needs_no_choice(&mut self, id: ExprId) {
+        match &self.ast[id].kind {
+            ast::ExprKind::Paren(inner) => self.needs_no_choice(*inner),
+            ast::ExprKind::Call(name, _) => drop(self.unambiguous.insert(name.span.start)),
+            _ => {}
+        }
     }
 
     fn warn_ambiguous(&mut self, name: &str, span: Span, chosen: Option<&Candidate>) {

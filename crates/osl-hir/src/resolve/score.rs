@@ -124,12 +124,44 @@ impl Resolver<'_> {
         let fits =
             |(formal, g): (&Option<Type>, &Given)| formal.map_or(Some(1), |ty| self.score_given(ty, g));
         let scores: Vec<Option<u32>> = formals.iter().zip(given).map(fits).collect();
-        let misfits = scores.iter().filter(|score| score.is_none()).count();
+        let options = match candidate.tail() {
+            Tail::None => &[],
+            _ => given.get(formals.len()..).unwrap_or_default(),
+        };
+        let nameless = options.iter().step_by(2).filter(|g| !is_text(g)).count();
+        let misfits = scores.iter().filter(|score| score.is_none()).count() + nameless;
+        if misfits > 0 && self.takes_reordered(&formals, given) {
+            return (1, Reverse(0));
+        }
         (2 * (missing + extra) + 3 * misfits, Reverse(scores.into_iter().flatten().sum()))
+    }
+
+    /// Whether the parameters take these arguments in another order.
+    fn takes_reordered(&self, formals: &[Option<Type>], given: &[Given]) -> bool {
+        fn place(fits: &[Vec<bool>], at: usize, taken: u32) -> bool {
+            fits.get(at).is_none_or(|row| {
+                let free = |(n, fits): (usize, &bool)| *fits && taken & (1 << n) == 0;
+                row.iter().enumerate().any(|at_n| free(at_n) && place(fits, at + 1, taken | 1 << at_n.0))
+            })
+        }
+        if formals.len() != given.len() || formals.len() > MOST_REORDERED {
+            return false;
+        }
+        let fits = |g: &Given| {
+            formals.iter().map(|ty| ty.is_none_or(|ty| self.score_given(ty, g).is_some())).collect()
+        };
+        let rows: Vec<Vec<bool>> = given.iter().map(fits).collect();
+        place(&rows, 0, 0)
     }
 
     /// Why the candidate does not match the arguments; only the first reason.
     pub(super) fn why_not(&self, candidate: &Candidate, given: &[Given]) -> String {
+        let formals = candidate.formals();
+        let fits =
+            formals.iter().zip(given).all(|(ty, g)| ty.is_none_or(|ty| self.score_given(ty, g).is_some()));
+        if !fits && self.takes_reordered(&formals, given) {
+            return "takes these arguments in another order".to_string();
+        }
         match candidate {
             Candidate::User(f) => self.why_not_signature(&f.signature(), given),
             Candidate::Builtin { signature, .. } => self.why_not_signature(signature, given),
@@ -160,7 +192,7 @@ impl Resolver<'_> {
         let options = given.get(wanted..).unwrap_or_default();
         let named = if signature.tail == Tail::Keywords { 1 } else { options.len() };
         for (index, g) in options.iter().enumerate().step_by(2).take(named) {
-            if !matches!(g, Given::Value(v) if v.ty == Type::STRING) {
+            if !is_text(g) {
                 let what = self.given_type(g);
                 return format!("argument {} is {what}, not the name of an option", wanted + index + 1);
             }
@@ -188,6 +220,13 @@ impl Resolver<'_> {
             Given::List(..) => "a list".to_string(),
         }
     }
+}
+
+/// The largest number of arguments of which other orders are tried.
+const MOST_REORDERED: usize = 5;
+
+fn is_text(given: &Given) -> bool {
+    matches!(given, Given::Value(v) if v.ty == Type::STRING)
 }
 
 /// The contribution to the score of arguments after the parameters; `None` if they do not match.

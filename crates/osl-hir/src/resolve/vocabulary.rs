@@ -48,6 +48,36 @@ pub(crate) fn word(wanted: Wanted, name: &str) -> Option<Word> {
     }
 }
 
+/// What OSL has instead of a word of another language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Elsewhere {
+    /// A sentence.
+    pub advice: &'static str,
+    /// The name in OSL, if there is a single one.
+    pub instead: Option<&'static str>,
+}
+
+/// What OSL has instead of a word of another language, whatever the word stands for.
+pub fn elsewhere(name: &str) -> Option<Elsewhere> {
+    let kinds = [Wanted::Function, Wanted::Variable, Wanted::Type];
+    let word = kinds.into_iter().find_map(|wanted| word(wanted, name));
+    word.or_else(|| reserved(name)).map(|word| Elsewhere { advice: word.advice, instead: word.instead })
+}
+
+/// Words that OSL reserves, and gives no meaning. A source cannot use them, so they are not looked up there.
+fn reserved(name: &str) -> Option<Word> {
+    Some(match name {
+        "bool" => same("int", "OSL has no truth values: use `int`, where 0 is false"),
+        "double" | "long" => same("float", "OSL has `float`, of 32 bits"),
+        "short" | "char" | "unsigned" | "signed" => same("int", "OSL has `int`, of 32 bits"),
+        "false" => same("int", "OSL has no truth values: 0 is false"),
+        "switch" | "case" | "default" => same("if", "OSL has no `switch`: use a chain of `if` and `else if`"),
+        "class" | "union" => same("struct", "OSL has `struct`, without functions of its own"),
+        "enum" => same("int", "OSL has no `enum`: use ints, and macros for their names"),
+        _ => return None,
+    })
+}
+
 fn function(name: &str) -> Option<Word> {
     Some(match name {
         "lerp" => same("mix", "OSL calls it `mix(a, b, x)`"),

@@ -54,6 +54,9 @@ fn write(id: NodeId, trace: &Trace, depth: usize, out: &mut String) {
             (Kernel::Component { name, shapes }, args) => {
                 let mut parts = Vec::new();
                 let mut rest = args.iter();
+                // Parameters of the language's closures have names; those that a renderer adds have none.
+                let fixed = shapes.iter().filter(|shape| shape.key.is_none()).count();
+                let mut names = osl::reference::parameter_names(name, fixed).into_iter();
                 for shape in shapes {
                     let values: Vec<String> = rest
                         .by_ref()
@@ -68,7 +71,10 @@ fn write(id: NodeId, trace: &Trace, depth: usize, out: &mut String) {
                         // Built-in closures have a label, also where the source gives none.
                         Some(key) if &**key == "label" && value == "\"\"" => {}
                         Some(key) => parts.push(format!("{key} = {value}")),
-                        None => parts.push(value),
+                        None => match names.next().filter(|name| !name.is_empty()) {
+                            Some(key) => parts.push(format!("{key} = {value}")),
+                            None => parts.push(value),
+                        },
                     }
                 }
                 out.push_str(&format!("{name}({})", parts.join(", ")));

@@ -26,6 +26,20 @@ pub struct Slope {
     pub dv: Vec<f64>,
     /// The variables and globals from which the value is made directly, with the line that set them.
     pub through: Vec<(String, Option<u32>)>,
+    /// What is known about the value besides.
+    pub made: Made,
+}
+
+/// How a value is made, as far as it explains that its derivative is 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Made {
+    /// From constants alone, on the way that the point took.
+    Constant,
+    /// With a derivative, which in the language has no derivative itself.
+    Derivative,
+    /// Otherwise.
+    Other,
 }
 
 /// The most nodes that are visited for one value.
@@ -49,7 +63,11 @@ pub fn derivatives(
     for (site, node) in sets(sloped) {
         let n = times.entry(site).or_default();
         if let (_, [_, dx, dy]) = set_args(&node.args) {
-            slopes.insert((site, *n), [*dx, *dy].map(|id| numbers(sloped.node(id))));
+            slopes.insert(
+                (site, *n),
+                [*dx, *dy]
+                    .map(|id| numbers(sloped.node(id)).into_iter().map(|x| x + 0.0).collect::<Vec<f64>>()),
+            );
         }
         *n += 1;
     }
@@ -77,8 +95,8 @@ pub fn derivatives(
                 let Some((_, line)) = line_at(node.span, sources) else { continue };
                 if let Some([dx, dy]) = changes {
                     let (du, dv) = by_uv.map_or_else(Default::default, |inverse| along(&inverse, &dx, &dy));
-                    let through = through(*value, plain, &known);
-                    let slope = Slope { dx, dy, du, dv, through };
+                    let (through, made) = through(*value, plain, &known);
+                    let slope = Slope { dx, dy, du, dv, through, made };
                     let call = stack.last().copied().unwrap_or(0);
                     found.entry((call, line, name.clone())).or_default().push(slope);
                 }
@@ -130,7 +148,12 @@ fn along(inverse: &[[f64; 2]; 2], dx: &[f64], dy: &[f64]) -> (Vec<f64>, Vec<f64>
 }
 
 /// The variables and globals from which a value is computed directly.
-fn through(value: NodeId, trace: &Trace, known: &FxHashMap<NodeId, Place>) -> Vec<(String, Option<u32>)> {
+fn through(
+    value: NodeId,
+    trace: &Trace,
+    known: &FxHashMap<NodeId, Place>,
+) -> (Vec<(String, Option<u32>)>, Made) {
+    let mut made = Made::Constant;
     let mut found = BTreeSet::new();
     let mut seen = BTreeSet::new();
     let mut open = vec![value];
@@ -142,9 +165,19 @@ fn through(value: NodeId, trace: &Trace, known: &FxHashMap<NodeId, Place>) -> Ve
         match (&node.what, known.get(&id)) {
             (Kind::Global(global), _) => drop(found.insert((global.name().to_string(), None))),
             (Kind::Const, _) => {}
+            (Kind::GlobalDeriv(..), _) => made = Made::Derivative,
             (_, Some((line, name))) => drop(found.insert((name.clone(), Some(*line)))),
-            _ => open.extend(&node.args),
+            (kind, None) => {
+                let is_plain = matches!(kind, Kind::Lane(_) | Kind::Element | Kind::Meet);
+                if !is_plain && made == Made::Constant {
+                    made = Made::Other;
+                }
+                open.extend(&node.args);
+            }
         }
     }
-    found.into_iter().collect()
+    if made == Made::Constant && !found.is_empty() {
+        made = Made::Other;
+    }
+    (found.into_iter().collect(), made)
 }

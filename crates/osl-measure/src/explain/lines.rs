@@ -26,6 +26,7 @@ pub fn explain(trace: &Trace, subject: &Subject, sources: &SourceMap) -> Explana
         ran: BTreeMap::new(),
         reached: FxHashMap::default(),
         truths: FxHashMap::default(),
+        again: BTreeMap::new(),
     };
     for node in &trace.nodes {
         if let Kind::Note(kernel) = &node.what
@@ -148,6 +149,9 @@ struct Reader<'a> {
     reached: FxHashMap<u32, usize>,
     /// The truths that a condition had: true, false.
     truths: FxHashMap<u32, [bool; 2]>,
+    /// The variables of each line that are assigned again before anything reads them; `None` if the line does
+    /// something else too.
+    again: BTreeMap<At, Option<Vec<String>>>,
 }
 
 impl Reader<'_> {
@@ -193,6 +197,7 @@ impl Reader<'_> {
                     None => name.to_string(),
                 };
                 let value = self.shown(*value);
+                self.assigned_again(at, number, &name);
                 let facts = self.facts.entry(at).or_default();
                 let new = || What::Set {
                     name: name.clone(),
@@ -210,6 +215,7 @@ impl Reader<'_> {
                 }
             }
             (Note::Branch(test), (_, [cond, ..])) => {
+                self.again.insert(at, None);
                 self.branch((number, *test), node.span, at, call, *cond, needed)
             }
             (Note::Loop, _) => {
@@ -305,6 +311,19 @@ impl Reader<'_> {
         }
     }
 
+    /// Notes whether the value of a variable is replaced before anything reads it.
+    fn assigned_again(&mut self, at: At, number: u32, name: &str) {
+        let names = self.again.entry(at).or_insert_with(|| Some(Vec::new()));
+        match names {
+            Some(names) if self.subject.needs.again.contains(&number) => {
+                if !names.iter().any(|known| known == name) {
+                    names.push(name.to_string());
+                }
+            }
+            _ => *names = None,
+        }
+    }
+
     fn counts(&mut self, at: At, call: usize, span: Span) -> Option<&mut Vec<usize>> {
         let facts = self.facts.entry(at).or_default();
         match facts.fact(call, Thing::Rounds(span), false, || What::Rounds { counts: Vec::new() }) {
@@ -383,7 +402,11 @@ impl Reader<'_> {
             let (state, why) = if calls.is_empty() {
                 (State::Skipped, reasons.skipped(site, gone.get(&at) == Some(&true)))
             } else if sets && !needed.contains(&true) {
-                (State::NotNeeded, Some(reasons.not_needed()))
+                let again = self.again.remove(&at).flatten();
+                (
+                    State::NotNeeded,
+                    Some(again.map_or_else(|| reasons.not_needed(), |names| Reasons::again(&names))),
+                )
             } else {
                 (State::Runs, None)
             };

@@ -16,7 +16,7 @@ pub mod text;
 mod value;
 
 pub use cost::{Cost, cost, table};
-pub use derivatives::{Slope, derivatives};
+pub use derivatives::{Made, Slope, derivatives};
 pub use lines::explain;
 pub use narrow::Part;
 pub(crate) use value::short;
@@ -51,8 +51,8 @@ impl Subject {
     pub fn new(mut noted: Body, options: &passes::Options, sources: &SourceMap) -> Subject {
         passes::apply(&mut noted, passes::Pass::Slice, options);
         let sites = Sites::of(&noted);
-        let needs = Needs::of(&noted);
         let passed = sites::passed(&noted, &sites, options, sources);
+        let needs = Needs::of(&noted, &passed.known(&sites));
         let mut outputs: Vec<String> = Vec::new();
         for output in &noted.outputs {
             if !outputs.iter().any(|known| **known == *output.name) {

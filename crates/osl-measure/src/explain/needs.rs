@@ -5,12 +5,14 @@
 //! a point.
 
 use osl_ir::ir::{BlockId, Body, Inst, Kernel, Note, Op, SlotId, Source, ValueId};
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 /// What the outputs of a body need.
 pub(super) struct Needs {
     /// Sites of the assignments that no output needs.
     pub(super) unused: FxHashSet<u32>,
+    /// Sites of the assignments whose variable is assigned again before anything reads it.
+    pub(super) again: FxHashSet<u32>,
     values: Vec<bool>,
 }
 
@@ -20,16 +22,10 @@ impl Needs {
         self.values.get(value.index()).copied().unwrap_or(true)
     }
 
-    /// The needs of the outputs of a body.
-    pub(super) fn of(body: &Body) -> Needs {
+    /// The needs of the outputs of a body; `known` has the conditions that are always true or always false.
+    pub(super) fn of(body: &Body, known: &FxHashMap<ValueId, bool>) -> Needs {
         let mut live = Live::new(body.slots.len());
-        let mut walk = Walk {
-            body,
-            values: vec![false; body.values.len()],
-            used: FxHashSet::default(),
-            sets: Vec::new(),
-            heads: vec![None; body.blocks.len()],
-        };
+        let mut walk = Walk::new(body, known);
         for output in &body.outputs {
             match output.source {
                 Source::Slot(slot) => live.add(slot),
@@ -37,9 +33,12 @@ impl Needs {
             }
         }
         walk.block(body.entry, &mut live);
-        let Walk { values, used, sets, .. } = walk;
-        let unused = sets.into_iter().filter(|site| !used.contains(site)).collect();
-        Needs { unused, values }
+        let (values, unused) = (std::mem::take(&mut walk.values), walk.unused());
+        // If all variables were read at the end, these would still be unused.
+        let mut all = Live::all(body.slots.len());
+        let mut walk = Walk::new(body, known);
+        walk.block(body.entry, &mut all);
+        Needs { unused, again: walk.unused(), values }
     }
 }
 
@@ -50,6 +49,10 @@ struct Live(Vec<u64>);
 impl Live {
     fn new(slots: usize) -> Live {
         Live(vec![0; slots.div_ceil(64)])
+    }
+
+    fn all(slots: usize) -> Live {
+        Live(vec![u64::MAX; slots.div_ceil(64)])
     }
 
     fn add(&mut self, slot: SlotId) {
@@ -75,6 +78,7 @@ impl Live {
 
 struct Walk<'a> {
     body: &'a Body,
+    known: &'a FxHashMap<ValueId, bool>,
     values: Vec<bool>,
     /// Sites of needed assignments.
     used: FxHashSet<u32>,
@@ -86,6 +90,22 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
+    fn new<'a>(body: &'a Body, known: &'a FxHashMap<ValueId, bool>) -> Walk<'a> {
+        Walk {
+            body,
+            known,
+            values: vec![false; body.values.len()],
+            used: FxHashSet::default(),
+            sets: Vec::new(),
+            heads: vec![None; body.blocks.len()],
+        }
+    }
+
+    /// Sites of the assignments that nothing needs.
+    fn unused(self) -> FxHashSet<u32> {
+        self.sets.into_iter().filter(|site| !self.used.contains(site)).collect()
+    }
+
     fn need(&mut self, value: ValueId) {
         if let Some(flag) = self.values.get_mut(value.index()) {
             *flag = true;
@@ -167,10 +187,17 @@ impl Walk<'_> {
                         self.need(*b);
                     }
                 }
-                let mut other = live.clone();
-                let mut does = self.block(*then, live);
-                does |= self.block(*otherwise, &mut other);
-                live.join(&other);
+                let mut does = true;
+                match self.known.get(cond) {
+                    Some(true) => drop(self.block(*then, live)),
+                    Some(false) => drop(self.block(*otherwise, live)),
+                    None => {
+                        let mut other = live.clone();
+                        does = self.block(*then, live);
+                        does |= self.block(*otherwise, &mut other);
+                        live.join(&other);
+                    }
+                }
                 if does || self.needed(inst) {
                     self.need(*cond);
                 }

@@ -33,6 +33,18 @@ impl Reasons<'_> {
         }
     }
 
+    /// Why values are not needed that are replaced.
+    pub(super) fn again(names: &[String]) -> String {
+        let names: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+        match &names[..] {
+            [one] => format!("{one} is assigned again before anything reads it"),
+            [rest @ .., last] if names.len() <= MAX_NAMED => {
+                format!("{} and {last} are assigned again before anything reads them", rest.join(", "))
+            }
+            _ => "its variables are assigned again before anything reads them".to_string(),
+        }
+    }
+
     /// Why the point does not reach a site. `gone` tells that the compiler removed the code.
     pub(super) fn skipped(&self, site: &Site, gone: bool) -> Option<String> {
         let mut left = false;

@@ -140,6 +140,18 @@ pub(super) struct Passed {
     pub(super) gone: Vec<u32>,
 }
 
+impl Passed {
+    /// The conditions that are known when the shader is compiled.
+    pub(super) fn known(&self, sites: &Sites) -> FxHashMap<ValueId, bool> {
+        let truth = |(number, site): (&u32, &Site)| match (&site.note, self.made.get(number), &site.args[..])
+        {
+            (Note::Branch(Test::If), Some(Made::Constant(Const::Int(n))), [cond]) => Some((*cond, *n != 0)),
+            _ => None,
+        };
+        sites.by_number.iter().filter_map(truth).collect()
+    }
+}
+
 /// Runs the passes that find constants and equal computations.
 pub(super) fn passed(noted: &Body, sites: &Sites, options: &passes::Options, sources: &SourceMap) -> Passed {
     let keep = [Pass::Ssa, Pass::Fold, Pass::Derive, Pass::Cse, Pass::Rate];

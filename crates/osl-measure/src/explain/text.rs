@@ -1,6 +1,6 @@
 //! An explanation as text.
 
-use super::{Called, Compiled, Explanation, Fact, Line, Shown, State, Test, Triple, What};
+use super::{Called, Compiled, Explanation, Fact, Line, Made, Shown, State, Test, Triple, What};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -226,7 +226,12 @@ impl Writer<'_> {
             let last = if shown.len() < derivatives.len() { "the last: " } else { "" };
             let call = if several { format!(" (call {})", fact.call) } else { String::new() };
             if slope.dx.iter().chain(&slope.dy).all(|x| *x == 0.0) {
-                out.push(format!("  {last}does not change from pixel to pixel{call}"));
+                let why = match slope.made {
+                    Made::Constant => ": a constant here".to_string(),
+                    Made::Derivative => ": in the language, a derivative has none itself".to_string(),
+                    Made::Other => through(&slope.through),
+                };
+                out.push(format!("  {last}derivative 0{why}{call}"));
                 continue;
             }
             let mut text = format!("  {last}");
@@ -234,14 +239,7 @@ impl Writer<'_> {
                 text += &format!("d/du = {}, d/dv = {}; ", list(&slope.du), list(&slope.dv));
             }
             text += &format!("to the next pixel {} in x, {} in y", list(&slope.dx), list(&slope.dy));
-            if !slope.through.is_empty() {
-                let through = slope.through.iter().map(|(name, line)| match line {
-                    Some(line) => format!("{name} (line {line})"),
-                    None => name.clone(),
-                });
-                text += &format!("; through {}", through.collect::<Vec<_>>().join(", "));
-            }
-            out.push(text + &call);
+            out.push(text + &through(&slope.through) + &call);
         }
     }
 
@@ -361,6 +359,16 @@ impl Writer<'_> {
         }
         Some(text)
     }
+}
+
+/// The variables from which a value is made.
+fn through(names: &[(String, Option<u32>)]) -> String {
+    let names = names.iter().map(|(name, line)| match line {
+        Some(line) => format!("{name} (line {line})"),
+        None => name.clone(),
+    });
+    let names: Vec<String> = names.collect();
+    if names.is_empty() { String::new() } else { format!("; through {}", names.join(", ")) }
 }
 
 /// A number, or the components of a triple.

@@ -1,6 +1,6 @@
 //! The follower, which walks the IR for one point.
 
-use super::kernel::{Closures, Kernels, NoiseCall};
+use super::kernel::{Closures, Kernels, LARGE_CALLS, NoiseCall};
 use super::{Exact, Node, NodeId, OnePoint, Trace, What, eval};
 use osl_exec::Services;
 use osl_ir::Span;
@@ -26,7 +26,7 @@ impl Way {
     }
 }
 
-/// The trace has reached its maximum number of nodes.
+/// The trace has reached its maximum number of nodes, or a call did not end.
 struct Full;
 
 /// No node: the value is undefined on the path taken.
@@ -40,7 +40,7 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Li
     let mut follower = Follower {
         body,
         limits,
-        kernels: Kernels { services, point, limits },
+        kernels: Kernels { services, point, limits, large: LARGE_CALLS.into(), stopped: false.into() },
         values: vec![NONE; body.values.len()],
         arrays: [0, 1].map(|_| body.slots.iter().map(elements).collect()),
         nodes: Vec::new(),
@@ -303,6 +303,9 @@ impl Follower<'_> {
                     Some(done) if rounded == strict_args && arrays[0] == arrays[1] => done.clone(),
                     _ => self.kernels.run(kernel, (&rounded, closures), &kinds, &arrays[1], body),
                 });
+                if self.kernels.stopped.get() {
+                    return Err(Full);
+                }
                 for (half, result) in [&strict, &exact].into_iter().enumerate() {
                     if let (Some(slot), Some((_, elements))) = (kernel.writes(), result) {
                         self.refill(slot, half, elements, inst.span)?;

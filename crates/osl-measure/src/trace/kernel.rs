@@ -2,13 +2,14 @@
 //! arithmetics; all other kernels run in the interpreter, as a program with that one call.
 
 use super::{Exact, Node, NodeId, OnePoint, What};
-use osl_exec::{Program, RunOptions, Services, noise_kind};
+use osl_exec::{Frame, Program, RunOptions, Services, noise_kind};
 use osl_ir::ir::{
     Body, Builder, Const, Kernel, Kind, LaneOp, NoiseField, Output, Shape, Sink, SlotId, Source, ValueId,
 };
 use osl_ir::types::{Base, Extent, Type};
 use osl_limits::Limits;
 use osl_simd::Isa;
+use std::cell::Cell;
 
 /// A call of a noise field.
 pub(super) struct NoiseCall {
@@ -121,6 +122,8 @@ fn type_of(kind: Kind, len: Option<u32>) -> Type {
 /// Steps per call, since following one point calls kernels many times. This is a property of tracing, not a
 /// limit to set: `running.trace` bounds the number of calls.
 const STEPS: u64 = 1 << 15;
+/// Calls of a trace that may take as many steps as a whole run, such as those of regular expressions.
+pub(super) const LARGE_CALLS: u32 = 64;
 
 /// The arguments of a kernel that are closures: they have no values, so the program for a call makes them
 /// again.
@@ -173,6 +176,10 @@ pub(super) struct Kernels<'a> {
     pub(super) services: &'a Services,
     pub(super) point: OnePoint<'a>,
     pub(super) limits: &'a Limits,
+    /// The large calls that are left.
+    pub(super) large: Cell<u32>,
+    /// Whether a call did not end, so that its results are unknown.
+    pub(super) stopped: Cell<bool>,
 }
 
 impl Kernels<'_> {
@@ -230,9 +237,8 @@ impl Kernels<'_> {
         // No passes run: there are no scalar slots, everything is varying already, and derivatives were
         // written out earlier.
         let program = Program::new(&b.body);
-        let mut options = RunOptions { limits: self.limits.clone(), ..RunOptions::default() };
-        options.limits.running.point_steps = options.limits.running.point_steps.min(STEPS);
-        let Ok(frame) = osl_exec::run(&program, self.services, &self.point, &options, &|_| ()) else {
+        let Some(frame) = self.frame(&program) else {
+            self.stopped.set(true);
             return (zeros, Vec::new());
         };
         let mut planes = frame.planes.iter().map(|p| p.words.first().copied().unwrap_or(0));
@@ -252,6 +258,21 @@ impl Kernels<'_> {
         let elements =
             elements.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
         (values, elements)
+    }
+}
+
+impl Kernels<'_> {
+    /// Runs the program of a call; `None` if it does not end within its steps.
+    fn frame(&self, program: &Program) -> Option<Frame> {
+        let run = |steps: u64| {
+            let mut options = RunOptions { limits: self.limits.clone(), ..RunOptions::default() };
+            options.limits.running.point_steps = options.limits.running.point_steps.min(steps);
+            osl_exec::run(program, self.services, &self.point, &options, &|_| ()).ok()
+        };
+        run(STEPS).or_else(|| {
+            self.large.set(self.large.get().checked_sub(1)?);
+            run(u64::MAX)
+        })
     }
 }
 

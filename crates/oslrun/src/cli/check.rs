@@ -13,6 +13,9 @@ use similar::TextDiff;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// The code of brackets that are not closed.
+const UNCLOSED: &str = "E0111";
+
 /// Lines of context around a change in a diff.
 const CONTEXT: usize = 2;
 
@@ -43,6 +46,10 @@ struct Counts {
     errors: usize,
     warnings: usize,
     fixed: usize,
+    /// Safe edits that `--fix` would apply.
+    fixable: usize,
+    /// Files whose missing brackets `--repair` would insert.
+    unclosed: usize,
 }
 
 /// Reports the errors and warnings of each file; fails if there is an error.
@@ -50,7 +57,7 @@ pub(super) fn check(args: &CheckArgs, out: &mut dyn Write, err: &mut dyn Write) 
     let mut result = Ok(());
     let mut counts = Counts::default();
     for path in &args.files {
-        if let Err(Failure(text)) = one(path, args, &mut counts, (out, err)) {
+        if let Err(Failure { text, .. }) = one(path, args, &mut counts, (out, err)) {
             if !text.is_empty() {
                 let _ = writeln!(err, "error: {}", shown(&text));
                 counts.errors += 1;
@@ -59,12 +66,22 @@ pub(super) fn check(args: &CheckArgs, out: &mut dyn Write, err: &mut dyn Write) 
         }
     }
     let n_files = args.files.len();
-    let Counts { errors, warnings, fixed } = counts;
+    let Counts { errors, warnings, fixed, fixable, unclosed } = counts;
     if args.read.message_format == MessageFormat::Human && errors + warnings + fixed > 0 {
         let fixes =
             if fixed > 0 { format!("{} applied; ", count(fixed, "fix", "fixes")) } else { String::new() };
         let (errors, warnings) = (count(errors, "error", "errors"), count(warnings, "warning", "warnings"));
         let _ = writeln!(err, "{fixes}{errors}, {warnings} in {}", count(n_files, "file", "files"));
+        if fixable > 0 && !args.fix && !args.diff {
+            let _ = writeln!(
+                err,
+                "`--fix` applies {}, `--diff` shows them",
+                count(fixable, "safe edit", "safe edits")
+            );
+        }
+        if unclosed > 0 {
+            let _ = writeln!(err, "`oslrun FILE --repair` inserts the missing brackets for a run");
+        }
     }
     result
 }
@@ -100,6 +117,10 @@ fn one(
     }
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let list = judge(&checked);
+    let safe = |d: &&Diagnostic| d.fixes.first().is_some_and(|fix| fix.safe);
+    counts.fixable += list.iter().filter(safe).count();
+    let is_unclosed = |d: &Diagnostic| d.code.id == UNCLOSED && !d.fixes.is_empty();
+    counts.unclosed += usize::from(list.iter().any(is_unclosed));
     counts.errors += list.iter().filter(|d| d.is_error()).count();
     counts.warnings += list.iter().filter(|d| !d.is_error()).count();
     report::diagnostics(&list, &checked.sources, &args.read, err)

@@ -52,7 +52,9 @@ pub(super) fn compile(args: &CompileArgs, out: &mut dyn Write, err: &mut dyn Wri
         None => {
             let path = PathBuf::from(args.file.file_name().unwrap_or_default()).with_extension("oso");
             if osl_files::is_same(&path, &args.file) {
-                return Err(Failure::new("this would write the file that is read: name another one with -o"));
+                return Err(Failure::usage(
+                    "this would write the file that is read: name another one with -o",
+                ));
             }
             Unsaved::derived(Path::new(""), &path)
         }

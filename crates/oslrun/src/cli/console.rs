@@ -4,7 +4,12 @@
 //! exit code 1. A reader that closes the pipe early (`| head`) is not an error. This module must not know
 //! what is printed.
 
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
+
+/// Whether the standard output of the process is a terminal.
+pub(super) fn is_terminal() -> bool {
+    io::stdout().is_terminal()
+}
 
 /// A writer that remembers its first error.
 pub(super) struct Checked<'a> {

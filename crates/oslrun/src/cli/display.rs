@@ -49,7 +49,9 @@ impl DisplayArgs {
             return Ok(PathBuf::from(format!("picture.{}", self.format.as_deref().unwrap_or("png"))));
         }
         match self.format {
-            Some(_) => Err(Failure::new("--format is for `-o -`: the ending of a file's name is its format")),
+            Some(_) => {
+                Err(Failure::usage("--format is for `-o -`: the ending of a file's name is its format"))
+            }
             None => Ok(path.to_owned()),
         }
     }
@@ -66,10 +68,12 @@ impl DisplayArgs {
         match path.and_then(|path| ImageFormat::of(&path)) {
             Some(ImageFormat::Png | ImageFormat::Jpeg) => Ok(()),
             _ if !given => Ok(()),
-            Some(_) => Err(Failure::new(
+            Some(_) => Err(Failure::usage(
                 "--range, --signed and --exposure are for PNG and JPEG; EXR and TIFF files hold the values themselves",
             )),
-            None => Err(Failure::new("--range, --signed and --exposure are for a picture: name one with -o")),
+            None => {
+                Err(Failure::usage("--range, --signed and --exposure are for a picture: name one with -o"))
+            }
         }
     }
 

@@ -4,7 +4,7 @@ use super::Failure;
 use super::info::{self, Metadatum, Shader};
 use crate::{nodes, reference};
 use clap::Args;
-use osl::reference::{Function, Topic, closest, find, functions, topic, topics};
+use osl::reference::{Elsewhere, Function, Topic, closest, elsewhere, find, functions, topic, topics};
 use osl::stages;
 use osl_syntax::{NoFiles, Options};
 use serde_json::{Value, json};
@@ -36,22 +36,43 @@ pub(super) fn doc(args: &DocArgs, out: &mut dyn Write) -> Result<(), Failure> {
         None => reference::list(),
         Some(name) => {
             let name = name.trim();
-            let (functions, topic, node) = (find(name), topic(name), node(name));
-            if functions.is_empty() && topic.is_none() && node.is_none() {
-                return Err(Failure::new(unknown(name)));
-            }
-            if args.json {
-                entries(&functions, topic.as_slice(), node.as_slice())?
-            } else {
-                let functions = functions.iter().map(reference::entry);
-                let topic = topic.iter().map(reference::topic);
-                let node = node.iter().map(about_node);
-                topic.chain(functions).chain(node).collect::<Vec<_>>().join("\n")
+            match (about(name, args.json)?, elsewhere(name)) {
+                (Some(text), _) => text,
+                (None, Some(word)) => of_elsewhere(name, word, args.json)?,
+                (None, None) => return Err(Failure::new(unknown(name))),
             }
         }
     };
     let _ = write!(out, "{text}");
     Ok(())
+}
+
+/// The entries of a name of OSL.
+fn about(name: &str, as_json: bool) -> Result<Option<String>, Failure> {
+    let (functions, topic, node) = (find(name), topic(name), node(name));
+    if functions.is_empty() && topic.is_none() && node.is_none() {
+        return Ok(None);
+    }
+    if as_json {
+        return entries(&functions, topic.as_slice(), node.as_slice()).map(Some);
+    }
+    let functions = functions.iter().map(reference::entry);
+    let topic = topic.iter().map(reference::topic);
+    let node = node.iter().map(about_node);
+    Ok(Some(topic.chain(functions).chain(node).collect::<Vec<_>>().join("\n")))
+}
+
+/// What OSL has instead of a word of another language, with the entry of that.
+fn of_elsewhere(name: &str, word: Elsewhere, as_json: bool) -> Result<String, Failure> {
+    let entry = word.instead.map(|name| about(name, as_json)).transpose()?.flatten();
+    if as_json {
+        return match entry {
+            Some(entry) => Ok(entry),
+            None => entries(&[], &[], &[]),
+        };
+    }
+    let text = format!("`{name}` is not a name in OSL: {}.\n", word.advice);
+    Ok(entry.map_or(text.clone(), |entry| format!("{text}\n{entry}")))
 }
 
 /// The description of a built-in node.

@@ -75,7 +75,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     }
     if run.on.on.is_some() {
         if args.uv.is_some() {
-            return Err(Failure::new("--uv is for the patch; with --on, --at X,Y chooses a pixel"));
+            return Err(Failure::usage("--uv is for the patch; with --on, --at X,Y chooses a pixel"));
         }
         let (points, pixels, services) = on::points(run, &loaded)?;
         let (width, height) = run.grid;
@@ -112,7 +112,10 @@ fn inside((x, y): (usize, usize), (width, height): (usize, usize)) -> Result<(),
     if x < width && y < height {
         return Ok(());
     }
-    Err(Failure::new(format!("the grid has {width} by {height} points; --at begins at 0,0")))
+    let (x, y) = (width.saturating_sub(1), height.saturating_sub(1));
+    Err(Failure::usage(format!(
+        "the grid has {width} by {height} points: --at begins at 0,0, and the last is {x},{y}"
+    )))
 }
 
 fn options(run: &RunArgs, points: &dyn PointSource) -> passes::Options {

@@ -41,7 +41,7 @@ pub(super) fn fmt(args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) -> R
     for path in &args.files {
         match one(path, args, out, err) {
             Ok(changed) => changes |= changed,
-            Err(Failure(text)) => {
+            Err(Failure { text, .. }) => {
                 failed = true;
                 if !text.is_empty() {
                     let _ = writeln!(err, "error: {}", shown(&text));

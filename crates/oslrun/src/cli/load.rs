@@ -224,7 +224,7 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
         let _ = write!(text, "\nconnect {from} {to} ;");
     }
     if request.repair.flatten().is_some() {
-        return Err(Failure::new("--write is for a single shader, not for a group"));
+        return Err(Failure::usage("--write is for a single shader, not for a group"));
     }
     let own = request.file.filter(|_| !is_group).map(Path::to_path_buf);
     let repair = request.repair.map(|_| RefCell::default());
@@ -300,8 +300,9 @@ fn asked(group: &Group, last: &hir::Program, outputs: Option<&[String]>) -> Resu
             Some((layer, output)) => {
                 let layer = &group.layers()[layer];
                 let only = [output.to_string()];
-                wanted(&layer.program, Some(&only)).map_err(|Failure(text)| {
-                    Failure(text.replace("the shader", &format!("layer `{}`", layer.name)))
+                wanted(&layer.program, Some(&only)).map_err(|Failure { text, code }| {
+                    let text = text.replace("the shader", &format!("layer `{}`", layer.name));
+                    Failure { text, code }
                 })?;
                 asked.push(name.as_str().into());
             }
@@ -362,7 +363,7 @@ impl<'a> Folders<'a> {
         let Some(edits) = &self.repair else { return Ok((name, text)) };
         let main = path.parent().map(Path::to_path_buf).unwrap_or_default();
         let mut input = input::input(name, text, main, self.read);
-        repair::apply(&mut input, None, &mut *edits.borrow_mut()).map_err(|Failure(why)| why)?;
+        repair::apply(&mut input, None, &mut *edits.borrow_mut()).map_err(|failure| failure.text)?;
         Ok((input.name, input.text))
     }
 }

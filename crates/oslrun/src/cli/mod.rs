@@ -52,19 +52,29 @@ use osl_syntax::escape::shown;
 use std::ffi::OsString;
 use std::io::Write;
 
-/// The error message for the user; empty if it was printed already.
+/// Why a command failed.
 #[derive(Debug)]
-struct Failure(String);
+struct Failure {
+    /// The error message for the user; empty if it was printed already.
+    text: String,
+    /// The exit code.
+    code: u8,
+}
 
 impl Failure {
     /// A failure with a message of one line.
     fn new(text: impl std::fmt::Display) -> Failure {
-        Failure(text.to_string())
+        Failure { text: text.to_string(), code: 1 }
+    }
+
+    /// A failure because of the command line alone: options that exclude each other, or a value out of range.
+    fn usage(text: impl std::fmt::Display) -> Failure {
+        Failure { text: text.to_string(), code: 2 }
     }
 
     /// A failure whose message was printed already.
     fn said() -> Failure {
-        Failure(String::new())
+        Failure { text: String::new(), code: 1 }
     }
 }
 
@@ -144,11 +154,11 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
     };
     match result {
         Ok(()) => 0,
-        Err(Failure(text)) => {
+        Err(Failure { text, code }) => {
             if !text.is_empty() {
                 let _ = writeln!(err, "error: {}", shown(&text));
             }
-            1
+            code
         }
     }
 }

@@ -143,10 +143,10 @@ impl<'a> Job<'a> {
             None => Source::Mesh(mesh(name, args.read.limits.limits())?),
         };
         if args.on.edge_pixels.is_nan() || args.on.edge_pixels <= 0.0 {
-            return Err(Failure::new("--edge-pixels is to be above 0"));
+            return Err(Failure::usage("--edge-pixels is to be above 0"));
         }
         if args.uv_scale.0.contains(&0.0) {
-            return Err(Failure::new("--uv-scale is not to be 0 on a surface"));
+            return Err(Failure::usage("--uv-scale is not to be 0 on a surface"));
         }
         let data = data::read(&args.userdata, args.attributes.as_deref(), args.read.limits.limits())?;
         // The rows for row vectors are the columns for column vectors.
@@ -290,7 +290,7 @@ impl<'a> Job<'a> {
 
     fn placed(&self, shape: Shape) -> Result<Placed<Shape>, Failure> {
         Placed::new(shape, self.to_common)
-            .ok_or_else(|| Failure::new("--object-space is to be a matrix that can be inverted"))
+            .ok_or_else(|| Failure::usage("--object-space is to be a matrix that can be inverted"))
     }
 
     /// The visible surface, displaced if requested.

@@ -13,7 +13,7 @@ use std::path::Path;
 /// changed.
 pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write) -> Result<(), Failure> {
     if stages::is_compiled(&input.name) {
-        return Err(Failure::new("--repair is for sources, not for compiled shaders"));
+        return Err(Failure::usage("--repair is for sources, not for compiled shaders"));
     }
     let parsed = osl_syntax::parse(&input.name, &input.text, &input.files, &input.options);
     if parsed.has_errors() {

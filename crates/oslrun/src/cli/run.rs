@@ -8,7 +8,7 @@ use super::sampling::{self, Plan, Sampled};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
 use super::summary::{About, Stats, summary};
-use super::{Failure, closures, data, on, output, profile};
+use super::{Failure, closures, console, data, on, output, profile};
 use osl::stages;
 use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
@@ -32,7 +32,12 @@ pub(super) fn run(
     args.display.check(args.output.as_deref())?;
     let piped = args.output.as_deref().is_some_and(|path| path.as_os_str() == STDOUT);
     if piped && json {
-        return Err(Failure::new("--json and the picture of `-o -` do not fit on one standard output"));
+        return Err(Failure::usage("--json and the picture of `-o -` do not fit on one standard output"));
+    }
+    if piped && console::is_terminal() {
+        return Err(Failure::usage(
+            "`-o -` writes the bytes of a picture, which a terminal cannot show: pipe it, or name a file",
+        ));
     }
     let (mut text, mut picture) = (Vec::new(), Vec::new());
     let mut about = About::default();
@@ -64,13 +69,13 @@ fn shaded(args: &RunArgs, mut about: Option<&mut About>, streams: &mut Streams<'
     let started = Instant::now();
     let plan = args.sampling.plan()?;
     if args.closures && plan != Plan::Plain {
-        return Err(Failure::new("--closures wants one sample for each pixel"));
+        return Err(Failure::usage("--closures wants one sample for each pixel"));
     }
     let request = Request::of(args);
     let loaded = load::load(&request, err)?;
     if args.on.on.is_some() {
         if args.sampling.is_given() {
-            return Err(Failure::new("samples and filters are for the grid, not for --on"));
+            return Err(Failure::usage("samples and filters are for the grid, not for --on"));
         }
         return on::run(args, &loaded, started, about, streams);
     }

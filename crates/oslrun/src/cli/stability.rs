@@ -54,7 +54,7 @@ pub(super) fn stability(
     err: &mut dyn Write,
 ) -> Result<(), Failure> {
     if !(args.tolerance > 0.0 && args.tolerance.is_finite()) {
-        return Err(Failure::new("--tolerance must be a number above 0"));
+        return Err(Failure::usage("--tolerance must be a number above 0"));
     }
     let run = &args.run;
     let request = Request { points: args.points.0.saturating_mul(args.points.1), ..Request::of(run) };

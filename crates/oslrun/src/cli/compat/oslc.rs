@@ -207,7 +207,7 @@ fn compiled(file: &Path, job: &Job, console: &mut Console<'_>) -> Result<Option<
     if !file.exists() {
         return Err(format!("Input file \"{}\" not found", file.display()));
     }
-    let mut input = input::read(file, &job.read).map_err(|failure| failure.0)?;
+    let mut input = input::read(file, &job.read).map_err(|failure| failure.text)?;
     input.options.reports = Reports::AsReference;
     if job.preprocess {
         let text = osl_syntax::preprocessed(&input.name, &input.text, &input.files, &input.options);

@@ -69,7 +69,7 @@ fn read(name: &str, folders: &[PathBuf], limits: &LimitArgs) -> Result<Shader, S
     let places = folders.iter().flat_map(|folder| files.iter().map(move |file| folder.join(file)));
     let path = places.into_iter().find(|p| p.is_file()).ok_or("there is no such file")?;
     let args = ReadArgs { limits: limits.clone(), ..ReadArgs::default() };
-    let input = input::read(&path, &args).map_err(|failure| failure.0)?;
+    let input = input::read(&path, &args).map_err(|failure| failure.text)?;
     let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
     let error = checked.diagnostics.iter().find(|d| d.is_error()).map(|d| d.message.clone());
     checked.program.as_ref().map(info::describe).ok_or_else(|| error.unwrap_or_default())

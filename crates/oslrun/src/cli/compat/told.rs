@@ -64,7 +64,7 @@ impl<'a> Teller<'a> {
             match event {
                 Event::Printed(printed) => {
                     output::printed(std::slice::from_ref(printed), false, console.out)
-                        .map_err(|failure| format!("ERROR: {}", failure.0))?;
+                        .map_err(|failure| format!("ERROR: {}", failure.text))?;
                     self.waiting |= printed.file.is_none();
                 }
                 Event::Said(message) => self.say(message, program, console),
