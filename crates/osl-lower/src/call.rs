@@ -64,6 +64,7 @@ impl Lowerer<'_> {
         let result = ret.as_ref().map(|ret| (ret, function.ret));
         let outer = self.begin_names(&formals, result);
         let here = self.telling.here;
+        self.tapping.calls.push(span.start);
         self.where_live(|l| {
             l.at(span);
             l.note_enter(id, &formals, span);
@@ -83,6 +84,7 @@ impl Lowerer<'_> {
             }
             l.b.note(&[], |_| Note::Leave);
         });
+        self.tapping.calls.pop();
         self.telling.here = here;
         self.end_names(outer);
         self.unsure |= self.exits > exits;

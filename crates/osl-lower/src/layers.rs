@@ -13,6 +13,7 @@ use super::notes::Telling;
 use super::wiring::{Asked, Joint, Joints, Wiring};
 use super::{Frame, Lowerer, Requests, Storage, View, kind_of};
 use crate::group::{Connection, Rules};
+use crate::taps::Tapping;
 use osl_hir::builtins::{Asks, carry_messages};
 use osl_hir::hir::{self, Global, Param, VarId};
 use osl_hir::oso::errors::OPERATION;
@@ -94,8 +95,11 @@ fn write(
         unsure: false,
         checking: Checking::default(),
         telling: Telling::new(requests.note_derivs),
+        tapping: Tapping::new(&requests.taps),
+        views,
     };
     let globals = l.globals();
+    l.begin_taps();
     let start = Spot { block: entry, index: l.b.body.block(entry).insts.len() };
     let mut done: Vec<Option<Lowered>> = Vec::new();
     for (index, view) in views.iter().enumerate() {
@@ -104,6 +108,7 @@ fn write(
             continue;
         }
         l.enter(view, &globals);
+        l.tapping.layer = index;
         // The first entry is at the start of the body; the others are placed later.
         let first = wiring.entries.first() == Some(&index);
         let from = if first { start } else { Spot { block: l.b.block(), index: 0 } };
@@ -146,6 +151,7 @@ fn write(
             }
         }
     }
+    l.end_taps();
     // The code of the last statement counts too.
     if l.has_room() {
         let limit = l.b.limits.joins;
@@ -442,7 +448,7 @@ impl<'a> Lowerer<'a> {
         }
     }
 
-    fn output(&mut self, storage: &Storage, ty: Type, name: String) {
+    pub(super) fn output(&mut self, storage: &Storage, ty: Type, name: String) {
         match (storage, ty.base) {
             (Storage::Struct(parts), Base::Struct(id)) => {
                 for (part, field) in parts.iter().zip(&self.program.structs.get(id).fields) {

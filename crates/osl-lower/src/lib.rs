@@ -20,10 +20,12 @@ pub mod params;
 mod place;
 mod placement;
 mod stmt;
+pub mod taps;
 mod wiring;
 
 use crate::group::{Group, Layer, Rules};
 use crate::params::ParamValues;
+use crate::taps::{Tap, Tapping};
 use osl_hir::hir::{Init, Program, TOO_LARGE, VarId, VarKind};
 use osl_ir::ir::Names;
 use osl_ir::ir::{Body, Builder, Const, Excess, Input, Kind, Slot, SlotId, ValueId};
@@ -52,6 +54,8 @@ pub struct Requests {
     pub notes: bool,
     /// Whether the notes of variables have their derivatives. They may change the last bits of values.
     pub note_derivs: bool,
+    /// Variables at a line that become outputs.
+    pub taps: Vec<Tap>,
     /// The limits on the size of the body.
     pub limits: Limits,
 }
@@ -182,9 +186,18 @@ struct Lowerer<'a> {
     checking: checks::Checking,
     /// The state of the notes.
     telling: notes::Telling,
+    /// The taps.
+    tapping: Tapping,
+    /// All layers.
+    views: &'a [View<'a>],
 }
 
 impl<'a> Lowerer<'a> {
+    /// The program of a layer.
+    fn program_of(&self, layer: usize) -> &'a Program {
+        self.views.get(layer).map_or(self.program, |view| view.program)
+    }
+
     /// Sets the source location of the next instructions.
     fn at(&mut self, span: Span) {
         self.b.span = span.moved(self.layer.base);

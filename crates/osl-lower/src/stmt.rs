@@ -71,6 +71,10 @@ impl Lowerer<'_> {
     /// statement has this form, lowers it and returns how many statements of the rest are finished.
     fn split_if(&mut self, stmt: &Stmt, rest: &[Stmt], max_nested: u64) -> Option<usize> {
         let StmtKind::If(cond, then, otherwise) = &stmt.kind else { return None };
+        // A tap needs a place after the statement.
+        if self.tapping.follows(stmt) {
+            return None;
+        }
         let (first, second) = (flow::of_list(then), flow::of_list(otherwise));
         let mut n_of_rest = 0;
         match (first.always, second.always) {
@@ -245,6 +249,7 @@ impl Lowerer<'_> {
 
     fn stmt(&mut self, stmt: &Stmt) {
         self.begin(stmt);
+        let exits = self.exits;
         match &stmt.kind {
             StmtKind::Expr(e) => {
                 self.eval(e);
@@ -269,11 +274,13 @@ impl Lowerer<'_> {
                 self.loop_(cond.as_ref(), *test_first, iter.as_ref(), body, stmt.span)
             }
             StmtKind::Break => {
+                self.tap_before_jump(stmt);
                 if let Some(flags) = self.loop_flags() {
                     self.set_flag(flags.broke, 1);
                 }
             }
             StmtKind::Continue => {
+                self.tap_before_jump(stmt);
                 if let Some(flags) = self.loop_flags() {
                     self.set_flag(flags.continued, 1);
                 }
@@ -282,11 +289,15 @@ impl Lowerer<'_> {
                 if let Some(init) = value {
                     self.store_return(init);
                 }
+                self.tap_before_jump(stmt);
                 if let Some(frame) = self.frames.last() {
                     let returned = frame.returned;
                     self.set_flag(returned, 1);
                 }
             }
+        }
+        if !matches!(stmt.kind, StmtKind::Break | StmtKind::Continue | StmtKind::Return(_)) {
+            self.tap_after(stmt, exits);
         }
     }
 
@@ -362,6 +373,7 @@ impl Lowerer<'_> {
         let returns = flow.returns || self.exits > exits;
         let leaving = Flow { continues: false, always: false, returns, ..flow };
         let finish = |l: &mut Self| {
+            l.tap_round(span);
             l.at(span);
             l.telling.here = l.b.span;
             if let Some(iter) = iter {

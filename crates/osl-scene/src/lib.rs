@@ -20,6 +20,7 @@ mod reference;
 pub mod render;
 pub mod scene;
 pub mod shape;
+pub mod stage;
 pub mod subdivide;
 pub mod surface_points;
 pub mod testrender;

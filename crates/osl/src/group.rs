@@ -11,6 +11,7 @@ use osl_ir::types::Base;
 use osl_limits::Limits;
 use osl_lower::group::{self, Layer};
 use osl_lower::params::{self, ParamValues};
+use osl_lower::taps::{self, Tap, Wanted};
 use osl_lower::{Last, Requests};
 use osl_syntax::source::SourceMap;
 use std::sync::Arc;
@@ -163,7 +164,7 @@ impl Group {
         if let Some(error) = failed {
             return Err(error);
         }
-        let CompileOptions { outputs, arithmetic, live } = options;
+        let CompileOptions { outputs, arithmetic, live, taps } = options;
         let live = live.iter().map(|name| make_live(&mut group, name)).collect::<Result<Vec<Live>, String>>();
         let live = live.map_err(Error::new)?;
         let last = group.layers().last().ok_or_else(|| Error::new("the group has no layers"))?;
@@ -178,15 +179,22 @@ impl Group {
                 others.push(name.as_str().into());
             }
         }
-        let named: Option<Vec<Arc<str>>> =
+        let mut named: Option<Vec<Arc<str>>> =
             (!outputs.is_empty()).then(|| outputs.iter().map(|name| name.as_str().into()).collect());
         let last = named.clone().map_or(Last::All, Last::Named);
-        let requests = Requests { outputs: others, last, limits: limits.clone(), ..Requests::default() };
+        let taps = taps.iter().map(|text| tap(&group, &sources, text)).collect::<Result<Vec<Tap>, String>>();
+        let taps = taps.map_err(Error::new)?;
+        let tapped: Vec<Arc<str>> =
+            taps.iter().flat_map(|tap| [tap.name.clone(), tap.mask.clone()]).collect();
+        let is_all = named.is_none();
+        named.iter_mut().for_each(|named| named.extend(tapped.iter().cloned()));
+        let requests =
+            Requests { outputs: others, last, taps, limits: limits.clone(), ..Requests::default() };
         let mut body =
             osl_lower::lower_group_for(&group, &requests).map_err(|list| Error::of(&list, &sources))?;
-        if named.is_none() {
+        if is_all {
             // Closures are computed only if they are named, since they cost time.
-            body.outputs.retain(|output| output.ty.base != Base::Closure);
+            body.outputs.retain(|output| output.ty.base != Base::Closure || tapped.contains(&output.name));
         }
         let options = passes::Options {
             outputs: named,
@@ -242,6 +250,14 @@ fn make_live(group: &mut group::Group, name: &str) -> Result<Live, String> {
     }
     let (param, program, layer) = (param.to_string(), layer.program.clone(), layer.name.clone());
     Ok(Live { name: name.to_string(), program, layer, param, fields })
+}
+
+/// A tap, in the last layer or in that which has its file.
+fn tap(group: &group::Group, sources: &SourceMap, text: &str) -> Result<Tap, String> {
+    let wanted = Wanted::parse(text)?;
+    let layers: Vec<_> = group.layers().iter().map(|layer| (&*layer.program, layer.base)).collect();
+    let found = taps::find_in(&wanted, &layers, sources);
+    found.map_err(|why| format!("tap `{text}`: {why}"))
 }
 
 /// Whether a shader has an output with a name, or with a name that contains it as a part.

@@ -64,6 +64,8 @@ pub struct CompileOptions {
     /// Parameters to set by [`Program::set`](crate::Program::set) without compiling again: those of the last
     /// layer by name, those of other layers as `LAYER.PARAMETER`.
     pub live: Vec<String>,
+    /// Variables at a line that become outputs: see [`CompileOptions::tap`].
+    pub taps: Vec<String>,
 }
 
 impl CompileOptions {
@@ -100,6 +102,34 @@ impl CompileOptions {
     #[must_use]
     pub fn live(mut self, params: &[&str]) -> CompileOptions {
         self.live.extend(params.iter().map(ToString::to_string));
+        self
+    }
+}
+
+impl CompileOptions {
+    /// Makes an output of a variable at a line, in addition to the other outputs: `42:dist` is the value of
+    /// `dist` after the statement on line 42, where a point gets there several times the last one; `42:dist@3`
+    /// is that of the third visit. The output is called `line42.dist` or `line42.dist.round3`, and
+    /// `line42.dist.reached` is 1 where a point got there, unless every point does.
+    ///
+    /// The variable may be a local of a function, a parameter or a global; `42:list[2].x` is a part of one.
+    /// `57/42:dist` counts only calls on line 57. `noise.h:7:n` is in an included file, or in another layer;
+    /// without a file, the line is one of the last layer's. Taps do not change the other outputs.
+    ///
+    /// ```
+    /// use osl::{CompileOptions, Group, Points, Shader};
+    ///
+    /// let text = "shader a(output float o = 0) {\n float half = u / 2;\n o = half + 1;\n}";
+    /// let shader = Shader::compile("a.osl", text)?;
+    /// let program = Group::new().layer("a", &shader).compile_with(&CompileOptions::default().tap("2:half"))?;
+    /// let outputs = program.run(&Points::new(1).u([0.5]))?;
+    /// assert_eq!(outputs.floats("line2.half"), Some(vec![0.25]));
+    /// assert_eq!(outputs.floats("o"), Some(vec![1.25]));
+    /// # Ok::<(), osl::Error>(())
+    /// ```
+    #[must_use]
+    pub fn tap(mut self, tap: &str) -> CompileOptions {
+        self.taps.push(tap.to_string());
         self
     }
 }

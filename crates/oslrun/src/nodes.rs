@@ -22,6 +22,17 @@ const PATTERNS: [(&str, &str); 2] = [
     ("strips", include_str!("../../../osl/strips.osl")),
 ];
 
+/// The shaders of previews, which no scene or group finds by name.
+const PREVIEWS: [(&str, &str); 2] = [
+    ("preview_floor", include_str!("preview/preview_floor.osl")),
+    ("preview_material", include_str!("preview/preview_material.osl")),
+];
+
+/// The source text of a shader of previews.
+pub(crate) fn preview(name: &str) -> Option<&'static str> {
+    PREVIEWS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+}
+
 /// The names of all nodes, in order.
 pub fn names() -> impl Iterator<Item = &'static str> {
     NODES.iter().map(|(name, _)| *name)

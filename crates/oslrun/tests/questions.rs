@@ -138,12 +138,14 @@ const QUESTIONS: [Question; 12] = [
     },
     Question {
         asks: "What does it look like on a sphere?",
-        how: "`--on sphere` shades a sphere, seen by a camera; also `torus`, `cube`, `plane`, `cylinder`, or a mesh from a file. \
-              This shows the output without light. For light, `oslrun render` renders a scene that names the shader.",
+        how: "`--preview` shows a sphere on a floor, under a lamp and a sky. `--on` names another surface: `torus`, `cube`, `plane`, \
+              `cylinder`, or a mesh from a file.",
         shader: "ball",
-        args: "docs/questions/ball.osl --on sphere -g 256x256 -o docs/images/questions.ball.png",
+        args: "docs/questions/ball.osl --preview -g 160x160 --samples 4 -o docs/images/questions.ball.png",
         shows: Shows::Picture("docs/images/questions.ball.png"),
-        reads: "",
+        reads: "The first color output is the color of the surface; `--base`, `--bump`, `--normal`, `--roughness` and `--displace` \
+                name outputs for other roles. A surface shader that writes `Ci` is shown as it is. (Without `--samples`, the \
+                picture has less noise.) `--on sphere` without `--preview` shows the values of the outputs, without light.",
     },
 ];
 

@@ -1,7 +1,7 @@
 //! Instrumented sources: a shader rewritten so that it prints what it does, statement by statement.
 //!
 //! It works on the source and its syntax tree, and the result is an ordinary shader. This module must not
-//! know how the product follows a point: tests compare the two.
+//! know how the product follows a point or writes taps: tests compare them.
 
 mod calls;
 mod case;
@@ -9,9 +9,11 @@ mod compare;
 mod print;
 mod reasons;
 mod slopes;
+mod tapped;
 mod types;
 
 pub use case::{Outcome, hold};
+pub use tapped::taps_hold;
 
 use osl_syntax::ast::{self, Ast, Expr, ExprId, ExprKind, Item, StmtId, StmtKind, TypeName};
 use osl_syntax::span::Span;

@@ -1,4 +1,4 @@
-//! The sky: one color, or an image of all directions that is sampled by its brightness.
+//! The sky: one color, a gradient, or an image of all directions that is sampled by its brightness.
 
 use super::Arriving;
 use crate::math;
@@ -9,7 +9,9 @@ use std::f32::consts::{PI, TAU};
 #[derive(Clone, Debug)]
 pub struct Sky {
     image: Option<Image>,
+    /// The color straight below, and how it changes up to the color straight above.
     color: Vec3,
+    rise: Vec3,
 }
 
 /// Directions as an image: the middle is −z, the right half faces +x, and the first row faces up to +y.
@@ -26,7 +28,12 @@ struct Image {
 impl Sky {
     /// One color in all directions.
     pub fn constant(color: Vec3) -> Sky {
-        Sky { image: None, color }
+        Sky::gradient(color, color)
+    }
+
+    /// A color straight below that changes evenly with height to one straight above.
+    pub fn gradient(below: Vec3, above: Vec3) -> Sky {
+        Sky { image: None, color: below, rise: above - below }
     }
 
     /// An image of `width` by `height` pixels, row by row from the top. Negative and non-finite values become
@@ -51,7 +58,11 @@ impl Sky {
         if total == 0.0 {
             return Sky::constant(Vec3::ZERO);
         }
-        Sky { color: Vec3::ZERO, image: Some(Image { size: [width, height], pixels, rows, columns }) }
+        Sky {
+            color: Vec3::ZERO,
+            rise: Vec3::ZERO,
+            image: Some(Image { size: [width, height], pixels, rows, columns }),
+        }
     }
 
     /// The direction for a position on the image; coordinates run from 0 to 1 from the left and from the top.
@@ -69,12 +80,12 @@ impl Sky {
     /// Its radiance from a direction.
     pub fn radiance(&self, w: Vec3) -> Vec3 {
         match &self.image {
-            None => self.color,
+            None => self.color + self.rise * (0.5 + 0.5 * w.y),
             Some(image) => image.at(Sky::place(w)),
         }
     }
 
-    /// Samples light from the image. A sky of one color returns `None`, since sampling by the surface is
+    /// Samples light from the image. A sky without one returns `None`, since sampling by the surface is
     /// better.
     pub fn sample(&self, u: [f32; 2]) -> Option<Arriving> {
         let image = self.image.as_ref()?;

@@ -5,6 +5,7 @@
 //! depends only on the world, the options and its position, not on threads. This module must not know files
 //! or terminals.
 
+mod denoise;
 mod layers;
 mod path;
 mod sampler;
@@ -14,9 +15,10 @@ mod tone;
 mod walk;
 mod world;
 
+pub use denoise::denoise;
 pub use layers::Layer;
 pub use path::Strategy;
-pub use tone::{display, tone};
+pub use tone::{Curve, display, tone};
 pub use world::{Body, Ground, Material, Object, World};
 
 use osl_exec::{RunError, Said};
@@ -38,11 +40,14 @@ pub struct RenderOptions {
     pub seed: u32,
     /// How directions to lights are sampled.
     pub strategy: Strategy,
+    /// The largest contribution of light that reaches the visible surface from another one: larger ones are
+    /// reduced to it. That removes single bright pixels, and makes the picture slightly darker.
+    pub clamp: Option<f32>,
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        RenderOptions { samples: 16, max_error: None, seed: 0, strategy: Strategy::Both }
+        RenderOptions { samples: 16, max_error: None, seed: 0, strategy: Strategy::Both, clamp: None }
     }
 }
 
@@ -64,6 +69,8 @@ pub struct Picture {
     pub samples: u64,
     /// Number of rays.
     pub rays: u64,
+    /// Number of contributions of light that were reduced to the maximum.
+    pub clamped: u64,
 }
 
 /// Renders a picture on the threads of the current pool. `progress` is called with the completed share, from
@@ -129,6 +136,7 @@ pub fn render(
     let own = own.map(|(name, ty, planes)| Layer { name: name.into(), ty, planes });
     picture.layers.splice(0..0, own);
     picture.rays = notes.rays;
+    picture.clamped = notes.clamped;
     picture.messages = notes.messages;
     picture.unknown = notes.unknown;
     Ok(picture)

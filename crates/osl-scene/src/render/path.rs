@@ -43,12 +43,15 @@ pub(super) struct Notes {
     pub(super) messages: Vec<Said>,
     /// Names of unknown closures.
     pub(super) unknown: Vec<Arc<str>>,
+    /// Contributions of light that were reduced to the maximum.
+    pub(super) clamped: u64,
 }
 
 impl Notes {
     /// Adds the notes of other paths. `limits` bound the messages.
     pub(super) fn add(&mut self, more: Notes, limits: &Limits) {
         self.rays += more.rays;
+        self.clamped += more.clamped;
         unite(&mut self.messages, more.messages, &limits.running);
         for name in more.unknown {
             if !self.unknown.contains(&name) {
@@ -86,6 +89,8 @@ struct Path {
 pub(super) struct Tracer<'w> {
     pub(super) world: &'w World,
     pub(super) strategy: Strategy,
+    /// The largest contribution of light that reaches the visible surface from another one.
+    pub(super) clamp: Option<f32>,
     pub(super) layers: &'w mut Layers,
     pub(super) notes: &'w mut Notes,
 }
@@ -108,8 +113,11 @@ impl Tracer<'_> {
                 self.world.goes_on()?;
                 let hit = self.world.hit(path.origin, path.direction);
                 self.notes.rays += 1;
+                let gathered = self.gathered(path, hit.as_ref());
+                // At the first reflection, this is direct light.
+                let gathered = self.kept(gathered, path.vertex > 1);
                 if let Some(light) = light.get_mut(path.slot) {
-                    *light += self.gathered(path, hit.as_ref());
+                    *light += gathered;
                 }
                 if let Some(hit) = hit.filter(|_| !path.last) {
                     met.push(Self::meet(index, path, hit));
@@ -133,6 +141,7 @@ impl Tracer<'_> {
                         shade::record(self.layers, path.pixel, hit, &shaded, at, depth);
                     }
                     let (here, on) = self.scatter(path, hit, scatter);
+                    let here = self.kept(here, path.vertex > 0);
                     if let Some(light) = light.get_mut(path.slot).filter(|_| here.is_finite()) {
                         *light += here;
                     }
@@ -148,6 +157,18 @@ impl Tracer<'_> {
         Ok(light)
     }
 
+    /// A contribution of light, reduced to the maximum if the visible surface gets it from another one.
+    fn kept(&mut self, light: Vec3, indirect: bool) -> Vec3 {
+        let largest = light.max_element();
+        match self.clamp {
+            Some(most) if indirect && largest > most => {
+                self.notes.clamped += 1;
+                light * (most / largest)
+            }
+            _ => light,
+        }
+    }
+
     /// Records the messages of shaders at the pixels of the hits.
     fn note(&mut self, mut shaded: Shaded, pixel: impl Fn(usize) -> usize) {
         for said in &mut shaded.messages {
@@ -159,7 +180,7 @@ impl Tracer<'_> {
                 unknown.push(name.clone());
             }
         }
-        let notes = Notes { rays: 0, messages: shaded.messages, unknown };
+        let notes = Notes { messages: shaded.messages, unknown, ..Notes::default() };
         self.notes.add(notes, &self.world.limits);
     }
 

@@ -30,12 +30,15 @@ pub(super) struct Shaded {
 /// Shades hits of one material. `seen` means that the camera sees them, so all outputs are needed.
 pub(super) fn shade(world: &World, material: usize, hits: &[Met], seen: bool) -> Result<Shaded, RunError> {
     let nothing = || Shaded { scatter: Vec::new(), planes: Vec::new(), messages: Vec::new() };
-    let Some(Material { program, lean, services, color }) = world.materials.get(material) else {
+    let Some(Material { program, lean, services, color, stretch }) = world.materials.get(material) else {
         return Ok(nothing());
     };
     let mut points = SurfacePoints::with_capacity(hits.len());
     for hit in hits {
         points.push(hit.hit.point, hit.incident, hit.footprint);
+    }
+    if let Some([scale, offset]) = stretch {
+        points.stretch(*scale, *offset);
     }
     let program = if seen { program } else { lean };
     // One tile, so that it runs on this thread only; the other threads have tiles of their own.

@@ -86,8 +86,8 @@ impl Tile {
                     samples.push(Sample { pixel: *pixel, corner: [x as f32, y as f32], sampler });
                 }
             }
-            let strategy = options.strategy;
-            let mut tracer = Tracer { world, strategy, layers: &mut layers, notes: &mut notes };
+            let (strategy, clamp) = (options.strategy, options.clamp);
+            let mut tracer = Tracer { world, strategy, clamp, layers: &mut layers, notes: &mut notes };
             let light = tracer.trace(&samples)?;
             for (sample, light) in samples.iter().zip(light) {
                 if let Some(pixel) = pixels.get_mut(sample.pixel) {

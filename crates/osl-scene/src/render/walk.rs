@@ -64,7 +64,7 @@ pub(super) fn walk(body: &Body, from: &SurfacePoint, medium: &Medium, random: &m
             2
         };
         let way = -math::ln(1.0 - random.next()) / medium.density[channel];
-        let hit = body.hit(p, direction, way);
+        let hit = body.nearest(p, direction, way);
         let passed = |t: f32| (medium.density * -t).map(math::exp);
         if let Some((t, point)) = hit {
             let left = passed(t);

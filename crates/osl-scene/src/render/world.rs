@@ -2,11 +2,14 @@
 
 use crate::camera::View;
 use crate::light::{Sky, SphereLight};
-use crate::mesh::SurfacePoint;
+use crate::mesh::{Bounds, SurfacePoint};
 use crate::shape::{Placed, Shape, Solid, Surface};
+#[cfg(doc)]
+use crate::surface_points::SurfacePoints;
 use glam::{Vec2, Vec3};
 use osl_exec::{Program, RunError, Services};
 use osl_limits::Limits;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A surface that rays can hit.
@@ -19,11 +22,8 @@ pub enum Body {
 
 impl Body {
     /// The nearest point within reach, and its distance.
-    pub(super) fn hit(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<(f32, SurfacePoint)> {
-        match self {
-            Body::Solid(solid) => solid.hit(origin, direction, 0.0..reach),
-            Body::Shape(shape) => shape.hit(origin, direction, 0.0..reach),
-        }
+    pub(super) fn nearest(&self, origin: Vec3, direction: Vec3, reach: f32) -> Option<(f32, SurfacePoint)> {
+        self.hit(origin, direction, 0.0..reach)
     }
 
     fn blocks(&self, origin: Vec3, direction: Vec3, reach: f32) -> bool {
@@ -38,6 +38,29 @@ impl Body {
         match self {
             Body::Solid(solid) => solid.triangles.indices.len(),
             Body::Shape(_) => 0,
+        }
+    }
+}
+
+impl Surface for Body {
+    fn hit(&self, origin: Vec3, direction: Vec3, range: Range<f32>) -> Option<(f32, SurfacePoint)> {
+        match self {
+            Body::Solid(solid) => solid.hit(origin, direction, range),
+            Body::Shape(shape) => shape.hit(origin, direction, range),
+        }
+    }
+
+    fn bounds(&self) -> Bounds {
+        match self {
+            Body::Solid(solid) => solid.bounds(),
+            Body::Shape(shape) => shape.bounds(),
+        }
+    }
+
+    fn reach(&self) -> f32 {
+        match self {
+            Body::Solid(solid) => solid.reach(),
+            Body::Shape(shape) => shape.reach(),
         }
     }
 }
@@ -72,6 +95,8 @@ pub struct Material {
     pub services: Services,
     /// The output that is rendered as a matt color if there is no closure.
     pub color: Option<Arc<str>>,
+    /// The factor and the offset of u and v, as for [`SurfacePoints::stretch`]; `None` leaves them.
+    pub stretch: Option<[Vec2; 2]>,
 }
 
 /// Everything needed to render a picture.
@@ -129,7 +154,7 @@ impl World {
         let mut best: Option<Hit> = None;
         for (index, object) in self.objects.iter().enumerate() {
             let reach = best.map_or(FAR, |hit| hit.t);
-            if let Some((t, point)) = object.body.hit(origin, direction, reach) {
+            if let Some((t, point)) = object.body.nearest(origin, direction, reach) {
                 best = Some(Hit { t, point, material: object.material, object: Some(index) });
             }
         }

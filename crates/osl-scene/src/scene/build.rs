@@ -101,6 +101,7 @@ fn add_surface(
         program: network.program,
         lean: network.lean,
         services: services(),
+        stretch: None,
     };
     let number = world.materials.len();
     let form = form(surface, world, networks, &services, messages)?;

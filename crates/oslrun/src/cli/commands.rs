@@ -10,6 +10,7 @@ use super::fmt::FmtArgs;
 use super::info::InfoArgs;
 use super::ir::IrArgs;
 use super::pages::{CompletionArgs, ManArgs};
+use super::preview::PreviewArgs;
 use super::render::RenderArgs;
 use super::stability::StabilityArgs;
 use super::tradeoff::TradeoffArgs;
@@ -26,6 +27,9 @@ pub(super) struct Cli {
     /// Running a shader.
     #[command(flatten)]
     pub(super) run: RunArgs,
+    /// A picture with light.
+    #[command(flatten)]
+    pub(super) preview: PreviewArgs,
     /// Print the result of the run as one JSON object: the range of each output, the files, the numbers of
     /// errors and warnings; with --stats and --profile also their tables.
     #[arg(long, help_heading = args::heading::MESSAGES)]

@@ -56,6 +56,11 @@ impl DisplayArgs {
         }
     }
 
+    /// The exposure in stops.
+    pub(super) fn stops(&self) -> f32 {
+        self.exposure.unwrap_or(0.0)
+    }
+
     /// Whether an option is given that changes colors.
     pub(super) fn is_given(&self) -> bool {
         self.range.is_some() || self.signed || self.exposure.is_some()

@@ -8,8 +8,9 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
 /// The options that only matter for a picture that is written.
-const PICTURE: [&str; 15] = [
+const PICTURE: [&str; 16] = [
     "output",
+    "tap",
     "format",
     "half",
     "compression",

@@ -60,6 +60,7 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         network: &args.network,
         params: &args.params,
         outputs: args.outputs.as_deref(),
+        taps: &[],
         displace: None,
         read: &args.read,
         lints: &args.lints,

@@ -8,8 +8,10 @@ use osl_files::{FileError, Opened, Roots};
 use osl_hir::hir;
 use osl_hir::lint::Level;
 use osl_ir::ir::{Body, Const};
-use osl_lower::group::Group;
+use osl_limits::Limits;
+use osl_lower::group::{Group, Layer};
 use osl_lower::params::{self, ParamError, ParamValues};
+use osl_lower::taps::{self, Tap, Wanted};
 use osl_lower::{Last, Requests};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::{SourceMap, SourceProvider};
@@ -37,8 +39,35 @@ pub(super) struct Loaded {
     pub(super) program: hir::Program,
     /// The values of string parameters, with the names that `-p` accepts.
     pub(super) texts: Vec<(String, Arc<str>)>,
+    /// The names of the outputs that taps add.
+    pub(super) tapped: Vec<Arc<str>>,
     /// The body with notes on the source's statements, if requested.
     pub(super) noted: Option<Body>,
+    /// The layers of a group; empty for a single shader.
+    layers: Option<Group>,
+    /// The values of the parameters of a single shader.
+    given: ParamValues,
+}
+
+impl Loaded {
+    /// The outputs to compute, if not all: those that the command line names, and those of taps.
+    pub(super) fn outputs(&self, run: &RunArgs) -> Option<Vec<Arc<str>>> {
+        let named = run.outputs.iter().flatten().map(|name| Arc::from(name.as_str()));
+        let all = named.chain(self.tapped.iter().cloned());
+        (run.outputs.is_some() || !self.tapped.is_empty()).then(|| all.collect())
+    }
+
+    /// Its layers, to which others can be added. A single shader is a group of one layer.
+    pub(super) fn group(&self, limits: &Limits) -> Group {
+        self.layers.clone().unwrap_or_else(|| {
+            let mut group = Group::new(self.name.clone()).with_limits(limits);
+            let program = Arc::new(self.program.clone());
+            let layer = Layer { name: self.name.clone(), program, values: self.given.clone(), base: 0 };
+            // Without layers before it, a layer is refused only by a limit; then so is the one that follows.
+            let _ = group.add(layer);
+            group
+        })
+    }
 }
 
 /// Where the textures of a shader may be.
@@ -56,6 +85,8 @@ pub(super) struct Request<'a> {
     pub(super) network: &'a NetworkArgs,
     pub(super) params: &'a [(String, String)],
     pub(super) outputs: Option<&'a [String]>,
+    /// Variables at a line that become outputs.
+    pub(super) taps: &'a [Wanted],
     /// An output that is needed but not shown.
     pub(super) displace: Option<&'a str>,
     pub(super) read: &'a ReadArgs,
@@ -78,7 +109,8 @@ impl Request<'_> {
             network: &run.network,
             params: &run.params,
             outputs: run.outputs.as_deref(),
-            displace: run.on.displace.as_deref(),
+            taps: &run.tap,
+            displace: run.on.displace.as_ref().map(|output| output.name.as_str()),
             read: &run.read,
             lints: &run.lints,
             repair: run.repair.then_some(run.write.as_deref()),
@@ -136,7 +168,8 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
-    let requests = requests(Vec::new(), request);
+    let taps = taps(request.taps, &[(&program, 0)], &checked.sources)?;
+    let requests = Requests { taps, ..requests(Vec::new(), request) };
     let lower = |requests: &Requests| stages::lower_for(&program, request.params, requests);
     let lowered = lower(&requests).and_then(|body| {
         Ok((body, notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose()?))
@@ -151,7 +184,17 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     let texts = texts.into_iter().map(|(name, text)| (name.to_string(), text)).collect();
     let folder = TextureFiles { folder, typed: strings(&program, &given).collect() };
     let name = program.shader.name.clone();
-    Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
+    let sources = checked.sources;
+    let tapped = names_of(&requests.taps, &body);
+    Ok(Loaded { sources, body, name, folder, program, texts, tapped, noted, layers: None, given })
+}
+
+/// The names of the outputs of taps, as they are requested: a struct's name stands for its fields.
+fn names_of(taps: &[Tap], body: &Body) -> Vec<Arc<str>> {
+    let exists = |name: &Arc<str>| body.outputs.iter().any(|output| output.name == *name);
+    taps.iter()
+        .flat_map(|tap| std::iter::once(tap.name.clone()).chain(Some(tap.mask.clone()).filter(exists)))
+        .collect()
 }
 
 /// The strings among given values.
@@ -171,6 +214,19 @@ fn requests(others: Vec<Arc<str>>, request: &Request<'_>) -> Requests {
     };
     let limits = request.read.limits.limits().clone();
     Requests { outputs: others, last, limits, note_derivs: request.note_derivs, ..Requests::default() }
+}
+
+/// The taps, each once, in the layers of a group or in the only one.
+fn taps(list: &[Wanted], layers: &[(&hir::Program, u32)], sources: &SourceMap) -> Result<Vec<Tap>, Failure> {
+    let mut taps: Vec<Tap> = Vec::new();
+    for wanted in list {
+        let found = taps::find_in(wanted, layers, sources);
+        let tap = found.map_err(|why| Failure::new(format!("--tap: {why}")))?;
+        if !taps.iter().any(|known| known.name == tap.name) {
+            taps.push(tap);
+        }
+    }
+    Ok(taps)
 }
 
 /// Reports the errors that stopped the lowering.
@@ -251,7 +307,9 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     }
     typed.extend(set_params(&mut group, request.params)?);
     let outputs = asked(&group, &last, request.outputs)?;
-    let requests = requests(outputs, request);
+    let layers: Vec<_> = group.layers().iter().map(|layer| (&*layer.program, layer.base)).collect();
+    let taps = taps(request.taps, &layers, &checked.sources)?;
+    let requests = Requests { taps, ..requests(outputs, request) };
     let lower = |requests: &Requests| osl_lower::lower_group_for(&group, requests);
     let noted = notes.then(|| lower(&Requests { notes: true, ..requests.clone() })).transpose();
     let (body, noted) = lower(&requests)
@@ -267,7 +325,9 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
         texts.extend(own.into_iter().map(|(name, text)| (path(&name), text)));
     }
     let folder = TextureFiles { folder, typed };
-    Ok(Loaded { sources: checked.sources, body, name, folder, program, texts, noted })
+    let (sources, given) = (checked.sources, ParamValues::default());
+    let tapped = names_of(&requests.taps, &body);
+    Ok(Loaded { sources, body, name, folder, program, texts, tapped, noted, layers: Some(group), given })
 }
 
 /// Sets `name=value` in the last layer, `layer.name=value` in any. Returns the strings among the values.

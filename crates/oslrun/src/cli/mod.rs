@@ -33,10 +33,13 @@ mod misspelt;
 mod on;
 mod output;
 mod pages;
+mod picture;
+mod preview;
 mod profile;
 mod render;
 mod repair;
 mod report;
+mod roles;
 mod run;
 mod sampling;
 mod session;
@@ -150,7 +153,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (Some(Command::Completions(args)), _) => pages::completions(&args, out),
         (Some(Command::Man(args)), _) => pages::man(&args, out),
-        (None, args) => run::run(&args, cli.json, out, err),
+        (None, args) => run::run(&args, &cli.preview, cli.json, out, err),
     };
     match result {
         Ok(()) => 0,

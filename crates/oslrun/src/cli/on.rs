@@ -4,6 +4,7 @@
 //! picture with alpha: colors stay colors, numbers become masks, and normals become normal maps.
 
 use super::args::RunArgs;
+use super::args::values::Gained;
 use super::load::Loaded;
 use super::run::Streams;
 use super::shading::{self, Report};
@@ -19,11 +20,13 @@ use osl_scene::camera::View;
 use osl_scene::displace::{Displacement, displace};
 use osl_scene::glam::{Mat4, Vec2, Vec3};
 use osl_scene::mesh::{Bounds, Mesh, Triangles, read_obj_within};
+use osl_scene::render;
 use osl_scene::shape::{Placed, Shape, Solid, Surface};
 use osl_scene::subdivide::{Detail, Scheme, tessellate_within};
 use osl_scene::surface_points::SurfacePoints;
 use osl_scene::view::{Seen, camera_for, look};
 use osl_scene::{Data, WithData};
+use osl_syntax::spelling::closest;
 use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -41,8 +44,8 @@ pub(super) fn run(
     streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
     let Streams { out, err, picture } = streams;
-    let mut job = Job::new(args, loaded)?;
-    let displace = args.on.displace.as_deref().map(|output| job.compile(&[output.into()])).transpose()?;
+    let mut job = Job::new(args, loaded, args.on.displace.clone())?;
+    let displace = job.displacement()?;
     let shown = job.shown();
     let program = (!shown.is_empty()).then(|| job.compile(&shown)).transpose()?;
     let compile = started.elapsed();
@@ -106,8 +109,8 @@ pub(super) fn points(
     args: &RunArgs,
     loaded: &Loaded,
 ) -> Result<(WithData<SurfacePoints>, Vec<u32>, Services), Failure> {
-    let mut job = Job::new(args, loaded)?;
-    let displace = args.on.displace.as_deref().map(|output| job.compile(&[output.into()])).transpose()?;
+    let mut job = Job::new(args, loaded, args.on.displace.clone())?;
+    let displace = job.displacement()?;
     let (seen, services) = job.seen(displace.as_ref())?;
     let mut points = seen.points;
     points.stretch(Vec2::from(args.uv_scale.0), Vec2::from(args.uv_offset.0));
@@ -115,18 +118,20 @@ pub(super) fn points(
 }
 
 /// What to shade, and the surface.
-struct Job<'a> {
+pub(super) struct Job<'a> {
     args: &'a RunArgs,
     loaded: &'a Loaded,
     data: Data,
     shape: Source,
     /// The transformation of the surface to common space.
     to_common: Mat4,
+    /// The output that displaces the surface.
+    by: Option<Gained>,
     /// Notes to print.
-    notes: Vec<String>,
+    pub(super) notes: Vec<String>,
     /// The messages of the displacement, and the number of vertices that have them.
-    displaced: Vec<Said>,
-    vertices: usize,
+    pub(super) displaced: Vec<Said>,
+    pub(super) vertices: usize,
 }
 
 /// The origin of a surface.
@@ -136,8 +141,9 @@ enum Source {
 }
 
 impl<'a> Job<'a> {
-    fn new(args: &'a RunArgs, loaded: &'a Loaded) -> Result<Job<'a>, Failure> {
-        let name = args.on.on.as_deref().unwrap_or_default();
+    /// A surface that an output displaces; without `--on`, a sphere.
+    pub(super) fn new(args: &'a RunArgs, loaded: &'a Loaded, by: Option<Gained>) -> Result<Job<'a>, Failure> {
+        let name = args.on.on.as_deref().unwrap_or("sphere");
         let shape = match Shape::named(name) {
             Some(shape) => Source::Shape(shape),
             None => Source::Mesh(mesh(name, args.read.limits.limits())?),
@@ -157,6 +163,7 @@ impl<'a> Job<'a> {
             data,
             shape,
             to_common,
+            by,
             notes: Vec::new(),
             displaced: Vec::new(),
             vertices: 0,
@@ -169,10 +176,10 @@ impl<'a> Job<'a> {
 
     /// The outputs to show: the requested ones, or all except the displacement.
     fn shown(&self) -> Vec<Arc<str>> {
-        match &self.args.outputs {
-            Some(list) => list.iter().map(|name| name.as_str().into()).collect(),
+        match self.loaded.outputs(self.args) {
+            Some(list) => list,
             None => {
-                let by = self.args.on.displace.as_deref();
+                let by = self.by.as_ref().map(|output| output.name.as_str());
                 // Closures are not shown, so they are not computed either.
                 let pixels = |output: &&Output| output.ty.base != Base::Closure;
                 let all = self.loaded.body.outputs.iter().filter(pixels).map(|output| output.name.clone());
@@ -181,12 +188,19 @@ impl<'a> Job<'a> {
         }
     }
 
+    /// The program of the displacement.
+    pub(super) fn displacement(&self) -> Result<Option<Compiled>, Failure> {
+        self.by.as_ref().map(|output| self.compile(&[output.name.as_str().into()])).transpose()
+    }
+
     fn compile(&self, outputs: &[Arc<str>]) -> Result<Compiled, Failure> {
         let body: &Body = &self.loaded.body;
         if let Some(unknown) = outputs.iter().find(|o| !body.outputs.iter().any(|known| known.name == **o)) {
             let names: Vec<&str> = body.outputs.iter().map(|o| &*o.name).collect();
             let all = names.join(", ");
-            return Err(Failure::new(format!("the shader has no output `{unknown}`; it has {all}")));
+            let close = closest(unknown, names.iter().copied());
+            let close = close.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
+            return Err(Failure::new(format!("the shader has no output `{unknown}`; it has {all}{close}")));
         }
         let points = SurfacePoints::default();
         let options = passes::Options {
@@ -220,7 +234,8 @@ impl<'a> Job<'a> {
         result.map_err(|stop| session::stopped(&stop, &self.loaded.sources))
     }
 
-    fn services(&self, view: &View, reach: f32) -> Services {
+    /// The services for a surface of this reach.
+    pub(super) fn services(&self, view: &View, reach: f32) -> Services {
         let mut spaces = Spaces::default();
         view.set_spaces(&mut spaces, reach * 0.01, reach * 100.0);
         for space in ["object", "shader"] {
@@ -259,11 +274,11 @@ impl<'a> Job<'a> {
             view = camera.view().map_err(Failure::new)?;
         }
         let services = self.services(&view, surface.reach());
-        Ok((look(&view, &*surface), services))
+        Ok((look(&view, &surface), services))
     }
 
     /// The box around the surface before displacement, and its radius.
-    fn whole(&self) -> Result<(Bounds, f32), Failure> {
+    pub(super) fn whole(&self) -> Result<(Bounds, f32), Failure> {
         match &self.shape {
             Source::Shape(shape) => {
                 let placed = self.placed(*shape)?;
@@ -294,22 +309,23 @@ impl<'a> Job<'a> {
     }
 
     /// The visible surface, displaced if requested.
-    fn surface(
+    pub(super) fn surface(
         &mut self,
         displacement: Option<&Compiled>,
         view: &View,
         services: &Services,
-    ) -> Result<Box<dyn Surface>, Failure> {
+    ) -> Result<render::Body, Failure> {
         if let (Source::Shape(shape), None) = (&self.shape, displacement) {
-            return Ok(Box::new(self.placed(*shape)?));
+            return Ok(render::Body::Shape(self.placed(*shape)?));
         }
+        let gain = self.by.as_ref().map_or(1.0, |output| output.gain);
         let mut triangles = self.triangles(view, displacement.is_some())?;
         if let Some(compiled) = displacement {
             let moved = displace(&mut triangles, |points| {
                 self.shade(compiled, points.clone(), services).and_then(|frame| {
                     self.vertices += points.count();
                     self.displaced.extend(frame.messages.iter().cloned());
-                    by(&frame)
+                    by(&frame, points, gain)
                 })
             })?;
             if moved.stayed > 0 {
@@ -319,7 +335,7 @@ impl<'a> Job<'a> {
                 ));
             }
         }
-        Ok(Box::new(Solid::new(triangles)))
+        Ok(render::Body::Solid(Solid::new(triangles)))
     }
 
     /// The surface as triangles that are small enough.
@@ -370,14 +386,20 @@ fn mesh(name: &str, limits: &Limits) -> Result<Mesh, Failure> {
     read_obj_within(&text, limits).map_err(|e| Failure::new(format!("{name}: {e}")))
 }
 
-/// The meaning of the displacement's output.
-fn by(frame: &Frame) -> Result<Displacement, Failure> {
+/// The meaning of the displacement's output, whose movement a gain multiplies.
+fn by(frame: &Frame, points: &SurfacePoints, gain: f32) -> Result<Displacement, Failure> {
     let values: Vec<Vec<f32>> = frame.planes.iter().map(Plane::floats).collect();
     match (values.as_slice(), frame.planes.first().map(|plane| plane.ty)) {
-        ([along], _) => Ok(Displacement::Along(along.clone())),
+        ([along], _) => Ok(Displacement::Along(along.iter().map(|x| x * gain).collect())),
         ([x, y, z], Some(ty)) => {
-            let list = x.iter().zip(y).zip(z).map(|((x, y), z)| Vec3::new(*x, *y, *z)).collect();
-            Ok(if ty == Type::POINT { Displacement::To(list) } else { Displacement::By(list) })
+            let list: Vec<Vec3> = x.iter().zip(y).zip(z).map(|((x, y), z)| Vec3::new(*x, *y, *z)).collect();
+            Ok(match ty == Type::POINT {
+                true if gain == 1.0 => Displacement::To(list),
+                true => Displacement::By(
+                    list.iter().zip(points.points()).map(|(to, from)| (*to - from.p) * gain).collect(),
+                ),
+                false => Displacement::By(list.iter().map(|by| *by * gain).collect()),
+            })
         }
         _ => Err(Failure::new("a displacement is a float, a vector or a point")),
     }

@@ -240,6 +240,11 @@ pub(super) fn drop_closures(body: &mut Body, asked: Option<&[Arc<str>]>) {
     }
 }
 
+/// Whether one of these outputs is a closure.
+pub(super) fn has_closure(body: &Body, names: &[Arc<str>]) -> bool {
+    body.outputs.iter().any(|output| output.ty.base == Base::Closure && names.contains(&output.name))
+}
+
 impl From<ImageError> for Broken {
     fn from(error: ImageError) -> Broken {
         Broken::Image(error)

@@ -3,6 +3,7 @@
 use super::args::values::{STDOUT, fraction, grid, picture_file};
 use super::args::{MessageFormat, ReadArgs};
 use super::load::Folders;
+use super::picture::{ExposureArgs, Stored, ViewArgs};
 use super::session::{on_threads, progress, stopped};
 use super::shading::{Report, Tally};
 use super::{Failure, input, report};
@@ -10,12 +11,9 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use osl::stages::{self, ShaderFiles};
 use osl_exec::Services;
-use osl_files::{FileError, Roots, Unsaved};
+use osl_files::{FileError, Roots};
 use osl_hir::hir;
-use osl_image::{
-    BitDepth, ExrOptions, ImageFormat, Layer, LayerKind, PngOptions, SampleType, TextureCache, Transfer,
-};
-use osl_ir::types::Type;
+use osl_image::TextureCache;
 use osl_limits::Limits;
 use osl_lower::group::text::Shaders;
 use osl_scene::render::{self, Picture, RenderOptions, World};
@@ -68,6 +66,15 @@ pub(super) struct RenderArgs {
     /// Insert missing brackets into shaders.
     #[arg(long)]
     pub(super) repair: bool,
+    /// Remove noise by a filter that the layers of the picture guide.
+    #[arg(long)]
+    pub(super) denoise: bool,
+    /// The brightness of the picture.
+    #[command(flatten)]
+    pub(super) exposure: ExposureArgs,
+    /// The curve of the picture.
+    #[command(flatten)]
+    pub(super) view: ViewArgs,
     /// Write 16-bit floats (EXR).
     #[arg(long)]
     pub(super) half: bool,
@@ -98,24 +105,34 @@ pub(super) fn render(args: &RenderArgs, out: &mut dyn Write, err: &mut dyn Write
     let ending = args.file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     if matches!(ending.as_str(), "osl" | "oso" | "oslgroup" | "group") {
         return Err(Failure::new(format!(
-            "{0} is a shader, not a scene: `oslrun {0} -o FILE` shades a square of it, `--on sphere` a sphere; a scene \
-             (.ass) names the shaders of its materials",
+            "{0} is a shader, not a scene: `oslrun {0} -o FILE` shades a square of it, `--on sphere` a sphere, `--preview` a sphere with light; a \
+             scene (.ass) names the shaders of its materials",
             args.file.display()
         )));
     }
     let mut library = Library::new(args);
     let (world, samples) = world(args, &mut library, err)?;
     let prepared = started.elapsed();
-    let picture = picture(args, &world, samples, &library.sources)?;
+    let mut picture = picture(args, &world, samples, &library.sources)?;
+    if args.denoise {
+        on_threads(args.threads, || render::denoise(&mut picture))?;
+    }
     let rendered = started.elapsed() - prepared;
     let shading = said(&picture, &library.sources, args, err);
     shading.judge(args.deny.is_some())?;
     let piped = args.output.as_os_str() == STDOUT;
-    let is_exr = match piped {
-        true => args.format == Format::Exr,
-        false => ImageFormat::of(&args.output) == Some(ImageFormat::Exr),
+    let named = match (piped, args.format) {
+        (true, Format::Exr) => Path::new("picture.exr"),
+        (true, Format::Png) => Path::new("picture.png"),
+        (false, _) => &args.output,
     };
-    let file = if is_exr { exr(&picture, args)? } else { png(&picture, args)? };
+    let stored = Stored {
+        curve: args.view.view.unwrap_or_default(),
+        exposure: args.exposure.exposure.unwrap_or(0.0),
+        half: args.half,
+        ..Stored::default()
+    };
+    let file = stored.file(&picture, named, (!piped).then_some(&*args.output))?;
     if args.stats {
         stats(&picture, &world, [prepared, rendered], err);
     }
@@ -211,51 +228,13 @@ fn said(picture: &Picture, sources: &SourceMap, args: &RenderArgs, err: &mut dyn
     tally
 }
 
-fn kind(ty: Type) -> LayerKind {
-    match ty {
-        Type::COLOR => LayerKind::Color,
-        Type::MATRIX => LayerKind::Matrix,
-        ty if ty.is_triple() => LayerKind::Triple,
-        _ => LayerKind::Scalar,
-    }
-}
-
-fn exr(picture: &Picture, args: &RenderArgs) -> Result<Unsaved, Failure> {
-    let layers: Vec<Layer<'_>> = picture
-        .layers
-        .iter()
-        .map(|layer| Layer {
-            name: &layer.name,
-            kind: kind(layer.ty),
-            planes: layer.planes.iter().map(Vec::as_slice).collect(),
-        })
-        .collect();
-    let samples = if args.half { SampleType::Half } else { SampleType::Float };
-    let options = ExrOptions { samples, ..ExrOptions::default() };
-    let (width, height) = (picture.width, picture.height);
-    let file = match args.output.as_os_str() == STDOUT {
-        true => osl_image::exr_in_memory(width, height, &layers, options),
-        false => osl_image::exr_file(&args.output, width, height, &layers, options),
-    };
-    file.map_err(Failure::new)
-}
-
-fn png(picture: &Picture, args: &RenderArgs) -> Result<Unsaved, Failure> {
-    let Some(light) = picture.layers.first() else { return Err(Failure::new("the picture has no light")) };
-    let toned: Vec<Vec<f32>> =
-        light.planes.iter().map(|plane| plane.iter().map(|x| render::tone(*x)).collect()).collect();
-    let planes: Vec<&[f32]> = toned.iter().map(Vec::as_slice).collect();
-    let options = PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight };
-    let bytes = osl_image::png_bytes(&args.output, picture.width, picture.height, &planes, options);
-    let bytes = bytes.map_err(Failure::new)?;
-    let file = match args.output.as_os_str() == STDOUT {
-        true => Ok(Unsaved::in_memory()),
-        false => Unsaved::new(&args.output),
-    };
-    file.and_then(|file| file.with(&bytes)).map_err(Failure::new)
-}
-
-fn stats(picture: &Picture, world: &World, [prepared, rendered]: [Duration; 2], err: &mut dyn Write) {
+/// Prints the times of a picture, the number of rays, and its mean error.
+pub(super) fn stats(
+    picture: &Picture,
+    world: &World,
+    [prepared, rendered]: [Duration; 2],
+    err: &mut dyn Write,
+) {
     let seconds = rendered.as_secs_f64().max(1e-9);
     let triangles: usize = world.objects.iter().map(|o| o.body.triangles()).sum();
     let pixels = (picture.width * picture.height).max(1);

@@ -4,6 +4,7 @@ use super::args::RunArgs;
 use super::args::values::STDOUT;
 use super::load::{self, Loaded, Request};
 use super::output::{Broken, Rows, Tallied};
+use super::preview::{self, PreviewArgs};
 use super::sampling::{self, Plan, Sampled};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
@@ -25,6 +26,7 @@ use std::time::{Duration, Instant};
 /// standard error.
 pub(super) fn run(
     args: &RunArgs,
+    lit: &PreviewArgs,
     json: bool,
     out: &mut dyn Write,
     err: &mut dyn Write,
@@ -42,10 +44,10 @@ pub(super) fn run(
     let (mut text, mut picture) = (Vec::new(), Vec::new());
     let mut about = About::default();
     if !piped && !json {
-        return shaded(args, None, &mut Streams { out, err, picture: &mut picture });
+        return shaded(args, lit, None, &mut Streams { out, err, picture: &mut picture });
     }
     let streams = &mut Streams { out: &mut text, err: &mut *err, picture: &mut picture };
-    let result = shaded(args, json.then_some(&mut about), streams);
+    let result = shaded(args, lit, json.then_some(&mut about), streams);
     if json {
         about.printed = String::from_utf8_lossy(&text).into_owned();
         result?;
@@ -64,7 +66,12 @@ pub(super) struct Streams<'a> {
     pub(super) picture: &'a mut dyn Write,
 }
 
-fn shaded(args: &RunArgs, mut about: Option<&mut About>, streams: &mut Streams<'_>) -> Result<(), Failure> {
+fn shaded(
+    args: &RunArgs,
+    lit: &PreviewArgs,
+    mut about: Option<&mut About>,
+    streams: &mut Streams<'_>,
+) -> Result<(), Failure> {
     let Streams { out, err, picture } = streams;
     let started = Instant::now();
     let plan = args.sampling.plan()?;
@@ -73,18 +80,21 @@ fn shaded(args: &RunArgs, mut about: Option<&mut About>, streams: &mut Streams<'
     }
     let request = Request::of(args);
     let loaded = load::load(&request, err)?;
+    if lit.preview {
+        return preview::run((args, lit), loaded, started, about, streams);
+    }
     if args.on.on.is_some() {
         if args.sampling.is_given() {
             return Err(Failure::usage("samples and filters are for the grid, not for --on"));
         }
         return on::run(args, &loaded, started, about, streams);
     }
-    let Loaded { sources, mut body, name, folder, texts, .. } = loaded;
+    let outputs = loaded.outputs(args);
+    let Loaded { sources, mut body, name, folder, texts, tapped: taps, .. } = loaded;
     let points = WithData {
         data: data::read(&args.userdata, args.attributes.as_deref(), args.read.limits.limits())?,
         points: grid(args),
     };
-    let outputs = args.outputs.as_ref().map(|list| list.iter().map(|o| o.as_str().into()).collect());
     let options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
@@ -95,7 +105,11 @@ fn shaded(args: &RunArgs, mut about: Option<&mut About>, streams: &mut Streams<'
         prefilter: args.sampling.prefilter(plan),
         limits: args.read.limits.limits().clone(),
     };
-    if !args.closures {
+    let tapped = output::has_closure(&body, &taps);
+    if tapped && plan != Plan::Plain {
+        return Err(Failure::new("a tap of a closure wants one sample for each pixel"));
+    }
+    if !args.closures && !tapped {
         output::drop_closures(&mut body, options.outputs.as_deref());
     }
     let lowered = body.count();
@@ -111,7 +125,7 @@ fn shaded(args: &RunArgs, mut about: Option<&mut About>, streams: &mut Streams<'
     let services = services(args, folder, grid_spaces(args));
     // A material without other outputs writes its closures to the image.
     let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
-    let closures = args.closures || alone;
+    let closures = args.closures || alone || tapped;
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
     let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
     let Shaded { mut frame, run, write, file, tallied, said } = shaded;

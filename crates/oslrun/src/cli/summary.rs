@@ -34,6 +34,11 @@ impl About {
     /// Adds what a run computed and wrote.
     pub(super) fn ran(&mut self, ranges: &Ranges, files: &[PathBuf], messages: Tally) {
         self.outputs = ranges.outputs();
+        self.wrote(files, messages);
+    }
+
+    /// Adds which files a run wrote.
+    pub(super) fn wrote(&mut self, files: &[PathBuf], messages: Tally) {
         self.files = files.to_vec();
         (self.errors, self.warnings) = (messages.errors, messages.warnings);
     }

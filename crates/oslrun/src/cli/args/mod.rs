@@ -8,17 +8,18 @@ use super::display::DisplayArgs;
 use super::levels::LintArgs;
 use super::limits::LimitArgs;
 use clap::builder::{PathBufValueParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use osl_exec::Isa;
 use osl_image::ExrCompression;
 use osl_ir::passes::Pass;
+use osl_lower::taps::Wanted;
 use osl_measure::sample::{FilterKind, MAX_SAMPLES, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
 use std::path::PathBuf;
 use values::{
-    Pair, arithmetic, assignment, compression, error, filter, grid, image_file, isa, matrix, pair, pass,
-    position, rate,
+    Gained, Pair, arithmetic, assignment, compression, error, filter, gained, grid, image_file, isa, matrix,
+    pair, pass, position, rate,
 };
 
 /// The headings under which `--help` lists the options.
@@ -29,6 +30,7 @@ pub(super) mod heading {
     pub(in crate::cli) const POINTS: &str = "Points";
     pub(in crate::cli) const SAMPLES: &str = "Samples and accuracy";
     pub(in crate::cli) const SURFACE: &str = "Surface";
+    pub(in crate::cli) const PREVIEW: &str = "Preview with light";
     pub(in crate::cli) const GROUP: &str = "Group of shaders";
     pub(in crate::cli) const READING: &str = "Reading the source";
     pub(in crate::cli) const FILES: &str = "Files";
@@ -86,6 +88,13 @@ pub(super) struct RunArgs {
     /// Outputs of other layers are named LAYER.OUTPUT.
     #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = heading::PICTURE)]
     pub(super) outputs: Option<Vec<String>>,
+    /// Make an output of a variable at a line: the value after the statement on LINE, where a point gets there
+    /// several times the last one, or that of the visit @N. VAR may be a field or an element: s.x, list[2].
+    /// CALL/LINE:VAR is inside a function, as called on line CALL; FILE:LINE:VAR is in an included file or in
+    /// another layer. The output is called lineLINE.VAR; lineLINE.VAR.reached is 1 where a point got there.
+    /// Without --outputs, only taps are shown. May be repeated.
+    #[arg(long, value_name = "LINE:VAR", value_parser = Wanted::parse, help_heading = heading::PICTURE)]
+    pub(super) tap: Vec<Wanted>,
     /// Points of the grid, or pixels of the view.
     #[arg(short, long, value_name = "WxH", default_value = "512x512", value_parser = grid, help_heading = heading::POINTS)]
     pub(super) grid: (usize, usize),
@@ -219,26 +228,27 @@ impl NetworkArgs {
 
 /// A surface to shade.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("seen").multiple(true))]
 pub(super) struct OnArgs {
     /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file
     /// (.obj).
-    #[arg(long, value_name = "SURFACE", conflicts_with_all = ["center", "closures", "profile"], help_heading = heading::SURFACE)]
+    #[arg(long, value_name = "SURFACE", group = "seen", conflicts_with_all = ["center", "closures", "profile"], help_heading = heading::SURFACE)]
     pub(super) on: Option<String>,
     /// Displace the surface by this output first: a float moves along the normal, a vector is an offset, a
-    /// point is the new position.
-    #[arg(long, value_name = "OUTPUT", requires = "on", help_heading = heading::SURFACE)]
-    pub(super) displace: Option<String>,
+    /// point is the new position. A gain multiplies the movement (default: 1).
+    #[arg(long, value_name = "OUTPUT[,GAIN]", requires = "seen", value_parser = gained, allow_hyphen_values = true, help_heading = heading::SURFACE)]
+    pub(super) displace: Option<Gained>,
     /// Maximum length in pixels of an edge in the picture, for a displaced or smooth surface.
-    #[arg(long, value_name = "N", requires = "on", default_value_t = 1.0, help_heading = heading::SURFACE)]
+    #[arg(long, value_name = "N", requires = "seen", default_value_t = 1.0, help_heading = heading::SURFACE)]
     pub(super) edge_pixels: f64,
     /// Split each face into four this many times, regardless of its size in the picture.
-    #[arg(long, value_name = "N", requires = "on", help_heading = heading::SURFACE)]
+    #[arg(long, value_name = "N", requires = "seen", help_heading = heading::SURFACE)]
     pub(super) level: Option<u32>,
     /// Treat the mesh as the control mesh of a smooth surface (Catmull-Clark).
-    #[arg(long, requires = "on", help_heading = heading::SURFACE)]
+    #[arg(long, requires = "seen", help_heading = heading::SURFACE)]
     pub(super) catmull_clark: bool,
     /// Position of the camera; it looks at the middle of the surface.
-    #[arg(long, value_name = "X,Y,Z", requires = "on", value_parser = position, allow_hyphen_values = true, help_heading = heading::SURFACE)]
+    #[arg(long, value_name = "X,Y,Z", requires = "seen", value_parser = position, allow_hyphen_values = true, help_heading = heading::SURFACE)]
     pub(super) eye: Option<Vec3>,
 }
 

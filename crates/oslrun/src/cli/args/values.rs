@@ -6,6 +6,7 @@ use osl_ir::passes::Pass;
 use osl_measure::sample::{FilterKind, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
+use osl_scene::render::Curve;
 use std::path::{Path, PathBuf};
 
 pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
@@ -33,6 +34,28 @@ pub(in crate::cli) fn pair(text: &str) -> Result<Pair, String> {
     let (u, v) = text.split_once(',').ok_or_else(wrong)?;
     let number = |t: &str| t.trim().parse::<f32>().ok().filter(|x| x.is_finite()).ok_or_else(wrong);
     Ok(Pair([number(u)?, number(v)?]))
+}
+
+/// An output, and a factor on its values.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::cli) struct Gained {
+    pub(in crate::cli) name: String,
+    pub(in crate::cli) gain: f32,
+}
+
+pub(in crate::cli) fn gained(text: &str) -> Result<Gained, String> {
+    let (name, gain) = text.split_once(',').map_or((text, "1"), |(name, gain)| (name.trim(), gain.trim()));
+    let number = gain.parse().ok().filter(|x: &f32| x.is_finite());
+    let gain = number.ok_or_else(|| format!("a gain is a number, not `{gain}`"))?;
+    if name.is_empty() {
+        return Err("the name of an output, and a gain after a comma".to_string());
+    }
+    Ok(Gained { name: name.to_string(), gain })
+}
+
+/// A curve from radiance to display values.
+pub(in crate::cli) fn curve(text: &str) -> Result<Curve, String> {
+    Curve::from_name(text).ok_or_else(|| format!("one of {}", Curve::ALL.map(Curve::name).join(", ")))
 }
 
 pub(in crate::cli) fn assignment(text: &str) -> Result<(String, String), String> {

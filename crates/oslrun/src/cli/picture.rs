@@ -1,0 +1,106 @@
+//! Writes rendered pictures: the light as displayed, or the light and all layers.
+//!
+//! This module must not know scenes or shaders.
+
+use super::Failure;
+use super::args::heading;
+use super::args::values::{curve, stops};
+use clap::Args;
+use osl_files::Unsaved;
+use osl_image::{ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, SampleType, Transfer};
+use osl_ir::types::Type;
+use osl_numeric::real::Real;
+use osl_scene::render::{Curve, Picture};
+use std::path::Path;
+
+/// How light becomes the colors of a display.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(super) struct ViewArgs {
+    /// Curve from light to the colors of a PNG: soft, which compresses what is brighter than 0.7; srgb, which
+    /// cuts off at 1; filmic, with the contrast of film (default: soft).
+    #[arg(long, value_name = "NAME", value_parser = curve, help_heading = heading::PREVIEW)]
+    pub(super) view: Option<Curve>,
+}
+
+/// Multiplies the light by two to this power.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(super) struct ExposureArgs {
+    /// Multiply the light of a PNG by two to this power: 1 is twice as bright.
+    #[arg(long, value_name = "STOPS", value_parser = stops, allow_hyphen_values = true, help_heading = heading::PREVIEW)]
+    pub(super) exposure: Option<f32>,
+}
+
+/// How the values of a picture are stored.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Stored {
+    /// The curve of PNG and JPEG files.
+    pub(super) curve: Curve,
+    /// Stops, for PNG and JPEG files.
+    pub(super) exposure: f32,
+    /// Whether EXR files have 16-bit floats.
+    pub(super) half: bool,
+    /// The compression of EXR files.
+    pub(super) compression: ExrCompression,
+}
+
+impl Stored {
+    /// The bytes or the file of a picture. `named` says its format, `path` its place; without a place, it
+    /// stays in memory.
+    pub(super) fn file(
+        self,
+        picture: &Picture,
+        named: &Path,
+        path: Option<&Path>,
+    ) -> Result<Unsaved, Failure> {
+        if ImageFormat::of(named) == Some(ImageFormat::Exr) {
+            return self.exr(picture, path);
+        }
+        let bytes = self.flat(picture, named)?;
+        let file = path.map_or_else(|| Ok(Unsaved::in_memory()), Unsaved::new);
+        file.and_then(|file| file.with(&bytes)).map_err(Failure::new)
+    }
+
+    fn exr(self, picture: &Picture, path: Option<&Path>) -> Result<Unsaved, Failure> {
+        let layers: Vec<Layer<'_>> = picture
+            .layers
+            .iter()
+            .map(|layer| Layer {
+                name: &layer.name,
+                kind: kind(layer.ty),
+                planes: layer.planes.iter().map(Vec::as_slice).collect(),
+            })
+            .collect();
+        let samples = if self.half { SampleType::Half } else { SampleType::Float };
+        let options = ExrOptions { samples, compression: self.compression };
+        let (width, height) = (picture.width, picture.height);
+        let file = match path {
+            None => osl_image::exr_in_memory(width, height, &layers, options),
+            Some(path) => osl_image::exr_file(path, width, height, &layers, options),
+        };
+        file.map_err(Failure::new)
+    }
+
+    /// The light as it is displayed; in a TIFF, the light itself.
+    fn flat(self, picture: &Picture, named: &Path) -> Result<Vec<u8>, Failure> {
+        let Some(light) = picture.layers.first() else {
+            return Err(Failure::new("the picture has no light"));
+        };
+        let is_shown = matches!(ImageFormat::of(named), Some(ImageFormat::Png | ImageFormat::Jpeg));
+        let factor = Real::exp2(self.exposure);
+        let shown = |x: &f32| if is_shown { self.curve.apply(x * factor) } else { *x };
+        let planes: Vec<Vec<f32>> =
+            light.planes.iter().map(|plane| plane.iter().map(shown).collect()).collect();
+        let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
+        let size = (picture.width, picture.height);
+        osl_image::channel_bytes(named, size, &planes, None, Transfer::Srgb).map_err(Failure::new)
+    }
+}
+
+fn kind(ty: Type) -> LayerKind {
+    match ty {
+        Type::COLOR => LayerKind::Color,
+        Type::MATRIX => LayerKind::Matrix,
+        ty if ty.is_triple() => LayerKind::Triple,
+        _ => LayerKind::Scalar,
+    }
+}
