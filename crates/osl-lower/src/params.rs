@@ -62,7 +62,14 @@ impl std::fmt::Display for ParamError {
             }
             ParamError::Mismatch { name, ty, text } => {
                 let article = if ty.starts_with("int") { "an" } else { "a" };
-                write!(f, "parameter `{name}` is {article} {ty}, and `{text}` is none")
+                write!(f, "parameter `{name}` is {article} {ty}, and `{text}` is none")?;
+                match ty.as_str() {
+                    "color" | "point" | "vector" | "normal" => {
+                        write!(f, ": write three numbers, as in `1,0.5,0`")
+                    }
+                    "matrix" => write!(f, ": write sixteen numbers with commas between them"),
+                    _ => Ok(()),
+                }
             }
         }
     }

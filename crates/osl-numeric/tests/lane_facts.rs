@@ -65,6 +65,9 @@ fn no_operation_takes_more_arguments_than_there_is_room_for() {
     assert_eq!(most, Some(osl_numeric::MAX_ARGS));
 }
 
+type One = fn(f64) -> f64;
+type Two = fn(f64, f64) -> f64;
+
 /// Arguments that a domain excludes give no finite number in C's arithmetic, and those that it holds do.
 #[test]
 fn domains_hold_what_has_a_value() {
@@ -72,7 +75,7 @@ fn domains_hold_what_has_a_value() {
         let args: Vec<Vec<f64>> = args.iter().map(|x| vec![*x]).collect();
         op.domain().excludes(&args)
     };
-    let one: [(LaneOp, fn(f64) -> f64); 7] = [
+    let one: [(LaneOp, One); 7] = [
         (LaneOp::Sqrt, f64::sqrt),
         (LaneOp::InverseSqrt, |x| 1.0 / x.sqrt()),
         (LaneOp::Log, f64::ln),
@@ -87,7 +90,7 @@ fn domains_hold_what_has_a_value() {
             assert_eq!(excludes(op, &[x]), !function(x).is_finite(), "{op:?} of {x}");
         }
     }
-    let two: [(LaneOp, fn(f64, f64) -> f64); 4] = [
+    let two: [(LaneOp, Two); 4] = [
         (LaneOp::FDiv, |a, b| a / b),
         (LaneOp::Fmod, |a, b| a % b),
         (LaneOp::Mod, |a, b| a - b * (a / b).floor()),

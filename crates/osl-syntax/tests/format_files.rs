@@ -11,6 +11,7 @@ use osl_syntax::format::format;
 use osl_syntax::print;
 use proptest::prelude::*;
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 
@@ -27,8 +28,14 @@ fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// The valid shader files of the repository, with their texts.
-fn texts() -> Vec<(String, String)> {
+/// The valid shader files of the repository, with their texts. They are read once, since parsing all of them
+/// takes longer than the tests.
+fn texts() -> &'static [(String, String)] {
+    static TEXTS: LazyLock<Vec<(String, String)>> = LazyLock::new(read_texts);
+    &TEXTS
+}
+
+fn read_texts() -> Vec<(String, String)> {
     let mut found = Vec::new();
     for folder in ["osl", "tests", "crates/osl-syntax/tests/data/format"] {
         files(&Path::new(ROOT).join(folder), &mut found);
@@ -58,7 +65,7 @@ fn check(name: &str, text: &str) -> String {
 fn real_files_mean_the_same_and_stay() {
     let texts = texts();
     assert!(texts.len() > 40, "{}", texts.len());
-    for (name, text) in &texts {
+    for (name, text) in texts {
         let once = check(name, text);
         let code = |line: &&str| !line.contains("//") && line.chars().count() > osl_syntax::format::WIDTH;
         for line in once.lines().filter(code) {
@@ -105,8 +112,8 @@ proptest! {
         file in any::<prop::sample::Index>(),
         gaps in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(&GAPS[..])), 0..40),
     ) {
-        let texts: Vec<_> = texts().into_iter().filter(|(_, t)| !t.contains("#define")).collect();
-        let (name, text) = file.get(&texts);
+        let texts: Vec<_> = texts().iter().filter(|(_, t)| !t.contains("#define")).collect();
+        let (name, text) = *file.get(&texts);
         let places = places(text);
         let mut gaps: Vec<(usize, &str)> = gaps.iter().map(|(at, gap)| (*at.get(&places), *gap)).collect();
         gaps.sort_by_key(|(at, _)| *at);

@@ -116,15 +116,21 @@ fn a_diagnostic_names_its_lesson_once() {
 fn unknown_parameters_and_shaders_name_those_that_there_are() {
     let dir = folder(&[(
         "a.osl",
-        "shader s(float gain = 1, int Bands = 3, output float r = 0) { r = gain * Bands; }\n",
+        "shader s(float gain = 1, int Bands = 3, color Base = 1, output color r = 0) { r = gain * Bands * Base; }\n",
     )]);
     let says = |args: &[&str]| oslrun(dir.path(), &[&["a.osl"], args].concat()).2;
-    assert_eq!(says(&["-p", "time=3"]), "error: the shader has no parameter `time`; it has gain, Bands\n");
+    assert_eq!(
+        says(&["-p", "time=3"]),
+        "error: the shader has no parameter `time`; it has gain, Bands, Base\n"
+    );
     assert_eq!(
         says(&["-p", "gian=3"]),
         "error: the shader has no parameter `gian`; there is one named `gain`\n"
     );
     assert_eq!(says(&["-p", "Bands=x"]), "error: parameter `Bands` is an int, and `x` is none\n");
+    let not_numbers =
+        "error: parameter `Base` is a color, and `#ff8800` is none: write three numbers, as in `1,0.5,0`\n";
+    assert_eq!(says(&["-p", "Base=#ff8800"]), not_numbers);
     let (_, _, err) = oslrun(dir.path(), &["--layer", "one=rmap"]);
     assert!(err.contains("there is one named `remap`"), "{err}");
 }

@@ -148,7 +148,7 @@ fn a_trade_off_comes_as_text_values_and_a_page() {
     let page = String::from_utf8(bytes(&folder, "page.html")).unwrap();
     assert!(page.contains("data:image/png;base64,") && page.contains("<svg"));
     let (code, _, err) = oslrun(folder.path(), &with(&common, &["--samples", "4"]));
-    assert!(code == 1 && err.contains("chooses the numbers of samples itself"), "{err}");
+    assert!(code == 2 && err.contains("--samples has no effect in `tradeoff`"), "{err}");
     let (code, _, err) = oslrun(folder.path(), &["tradeoff", "@/s.osl", "--budget", "0"]);
     assert!(code == 2 && err.contains("number of seconds"), "{err}");
 }

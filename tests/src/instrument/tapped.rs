@@ -25,7 +25,7 @@ type Printed = BTreeMap<(u32, String), Vec<Vec<String>>>;
 pub fn taps_hold(text: &str) -> Result<Option<usize>, String> {
     let checked = stages::check(FILE, text, &NoFiles, &Options::default());
     let Some(program) = &checked.program else { return Ok(None) };
-    let written = instrument(text, &checked.ast);
+    let written = instrument(text, &checked.ast, false);
     let again = stages::check(FILE, &written.text, &NoFiles, &Options::default());
     let Some(second) = &again.program else { return Ok(None) };
     let Some(frame) = frame(second, Vec::new())? else { return Ok(None) };

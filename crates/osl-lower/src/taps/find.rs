@@ -121,19 +121,15 @@ impl<'p> Walk<'p> {
 /// Adds the variables that a statement declares on some lines.
 fn declared(stmt: &Stmt, lines: &[(u32, u32)], out: &mut Vec<VarId>) {
     let is_on = |span: Span| lines.iter().any(|(start, end)| (*start..*end).contains(&span.start));
-    let mut all = |list: &[Stmt]| list.iter().for_each(|inner| declared(inner, lines, out));
+    let all = |list: &[Stmt], out: &mut Vec<VarId>| list.iter().for_each(|inner| declared(inner, lines, out));
     match &stmt.kind {
-        StmtKind::Declare(var, _) if is_on(stmt.span) => {
-            if !out.contains(var) {
-                out.push(*var);
-            }
-        }
-        StmtKind::Block(list) => all(list),
+        StmtKind::Declare(var, _) if is_on(stmt.span) && !out.contains(var) => out.push(*var),
+        StmtKind::Block(list) => all(list, out),
         StmtKind::If(_, then, otherwise) => {
-            all(then);
-            all(otherwise);
+            all(then, out);
+            all(otherwise, out);
         }
-        StmtKind::Loop { body, .. } => all(body),
+        StmtKind::Loop { body, .. } => all(body, out),
         _ => {}
     }
 }

@@ -314,8 +314,11 @@ impl Follower<'_> {
                 for (values, _) in [&strict, &exact].into_iter().flatten() {
                     self.spend_text(values)?;
                 }
-                let widen = |values: Vec<Const>| values.iter().map(Exact::widen).collect::<Vec<_>>();
-                (strict.map(|(values, _)| values), exact.map(|(values, _)| widen(values)))
+                let widen = |(values, _): (Vec<Const>, _)| {
+                    let exact = self.kernels.exact_matrix(kernel, &rounded);
+                    exact.unwrap_or_else(|| values.iter().map(Exact::widen).collect())
+                };
+                (strict.map(|(values, _)| values), exact.map(widen))
             }
         };
         for (index, result) in inst.results.iter().enumerate() {

@@ -1,8 +1,8 @@
-//! Calls that need more than a lane's arithmetic, for one point: noise fields are evaluated in both
-//! arithmetics; all other kernels run in the interpreter, as a program with that one call.
+//! Calls that need more than a lane's arithmetic, for one point: noise fields and matrices between named spaces
+//! are evaluated in both arithmetics; all other kernels run in the interpreter, as a program with that one call.
 
 use super::{Exact, Node, NodeId, OnePoint, What};
-use osl_exec::{Frame, Program, RunOptions, Services, noise_kind};
+use osl_exec::{Arithmetic, Frame, Program, RunOptions, Services, noise_kind};
 use osl_ir::ir::{
     Body, Builder, Const, Kernel, Kind, LaneOp, NoiseField, Output, Shape, Sink, SlotId, Source, ValueId,
 };
@@ -259,9 +259,22 @@ impl Kernels<'_> {
             elements.map_or_else(Vec::new, |s| (0..s.len.unwrap_or(0)).map(|_| next(s.kind)).collect());
         (values, elements)
     }
-}
 
-impl Kernels<'_> {
+    /// The matrix between named spaces in double precision; `None` for other kernels. Its arguments have no
+    /// digits, so that a run in double precision is as exact as the rest of the trace.
+    pub(super) fn exact_matrix(&self, kernel: &Kernel, names: &[Const]) -> Option<Vec<Exact>> {
+        let Kernel::SpaceMatrix { .. } = kernel else { return None };
+        let mut b = Builder::new("call".into());
+        let names: Vec<_> = names.iter().map(|name| b.constant(name.clone())).collect();
+        let matrix = b.kernel(kernel.clone(), &names, Kind::Matrix);
+        let source = Source::Value(matrix);
+        b.body.outputs.push(Output { name: "r".into(), ty: type_of(Kind::Matrix, None), source });
+        b.body.assumptions.arithmetic = Arithmetic::Double;
+        let frame = self.frame(&Program::new(&b.body))?;
+        let numbers: Vec<f64> = frame.planes.iter().filter_map(|p| p.doubles().first().copied()).collect();
+        Some(vec![Exact::of_numbers(Kind::Matrix, &numbers)])
+    }
+
     /// Runs the program of a call; `None` if it does not end within its steps.
     fn frame(&self, program: &Program) -> Option<Frame> {
         let run = |steps: u64| {

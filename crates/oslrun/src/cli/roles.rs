@@ -206,7 +206,7 @@ mod tests {
         let checked = stages::check("a.osl", text, &NoFiles, &Options::default());
         let program = checked.program.unwrap();
         let body = stages::lower(&program, &[]).unwrap();
-        Roles::of(&program, &body, asked).map_err(|Failure(text)| text)
+        Roles::of(&program, &body, asked).map_err(|failure| failure.text)
     }
 
     const ALL: &str = "shader a(output float mask = 0, output color tint = 0, output float Height = 0,
