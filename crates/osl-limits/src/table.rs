@@ -191,6 +191,8 @@ limits! {
         points = 1 << 30, "points", "--limit running.points";
         /// Pixels of an image that `tradeoff` measures: it keeps the image and the oracle in memory.
         measured_pixels = 1 << 24, "pixels", "--limit running.measured_pixels";
+        /// Pictures on a page of `picture-book`, without the first rounds of loops.
+        book_pictures = 400, "pictures", "the page counts what it leaves out";
         /// XML documents that are kept for other points.
         xml_cache_bytes = 32 << 20, "bytes", "the oldest are parsed again";
     }

@@ -123,6 +123,14 @@ impl Lowerer<'_> {
         let tested = self.ops_so_far();
         self.at(place);
         self.b.note(&[cond], |_| Note::Branch(Test::If));
+        let then = |l: &mut Self| {
+            l.tap_branch(place, true);
+            then(l);
+        };
+        let otherwise = |l: &mut Self| {
+            l.tap_branch(place, false);
+            otherwise(l);
+        };
         if self.unsure {
             // The condition may have ended the shader: then neither branch runs.
             self.guarded(RETURNED, |l| l.if_else(cond, then, otherwise));
@@ -367,6 +375,7 @@ impl Lowerer<'_> {
         self.set_flag(flags.continued, 0);
         self.at(span);
         self.b.note(&[], |_| Note::Round);
+        self.tap_start(span);
         let exits = self.exits;
         self.stmts(body);
         let flow = flow::of_list(body);

@@ -5,9 +5,11 @@
 //! bits of other outputs do not change; without taps, lowering writes nothing.
 
 mod find;
+mod sets;
 mod write;
 
 pub use find::{TapError, find, find_in, lines};
+pub use sets::{Branch, Doings, Most, Rounds, Set, doings};
 pub(crate) use write::Tapping;
 
 use osl_hir::hir::VarId;
@@ -38,6 +40,15 @@ pub enum Part {
     Field(String),
     /// An element of an array, or a component of a triple.
     Element(u32),
+}
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Part::Field(field) => write!(f, ".{field}"),
+            Part::Element(index) => write!(f, "[{index}]"),
+        }
+    }
 }
 
 /// The largest number of calls in a tap.
@@ -158,6 +169,12 @@ pub(crate) enum Site {
     After(u32, u32),
     /// At the end of each round of a loop.
     Round(u32, u32),
+    /// At the start of each round of a loop.
+    Start(u32, u32),
+    /// Where a condition is true.
+    True(u32, u32),
+    /// Where a condition is false.
+    False(u32, u32),
 }
 
 /// What a tap copies.
@@ -167,6 +184,8 @@ pub(crate) enum Tapped {
     Var(VarId),
     /// The value that a function returns.
     Returned,
+    /// The number of times that a point got there.
+    Visits,
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 //! terminal or the command line: its results are values with text, JSON and HTML forms.
 
 pub mod explain;
-mod markup;
+pub mod markup;
 pub mod sample;
 pub mod stability;
 pub mod trace;

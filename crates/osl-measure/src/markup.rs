@@ -4,7 +4,7 @@ use osl_syntax::escape::shown;
 
 /// Escapes a text for HTML, also inside quotes of either kind. Control characters are written out as in
 /// messages, since XML permits most of them nowhere.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in shown(text).chars() {
         match c {

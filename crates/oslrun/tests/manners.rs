@@ -240,6 +240,7 @@ fn files_have_the_usual_permissions() {
         ("one.osl -g 4x4 --profile=p.svg", "p.svg"),
         ("tradeoff one.osl -g 4x4 --budget 0.01 --html t.html", "t.html"),
         ("stability one.osl --points 4x4 --no-params --html s.html", "s.html"),
+        ("picture-book one.osl -g 4x4 -o b.html", "b.html"),
     ] {
         let (code, _, err) = run(dir.path(), args);
         assert_eq!(code, 0, "{err}");

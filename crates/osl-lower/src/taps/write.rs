@@ -4,8 +4,9 @@ use super::{Site, Tap, Tapped};
 use crate::flow::{self, Flow};
 use crate::{Lowerer, Storage};
 use osl_hir::hir::Stmt;
-use osl_ir::ir::{Kind, LaneOp, Output, SlotId, Source};
+use osl_ir::ir::{Kind, LaneOp, Output, SlotId, Source, ValueId};
 use osl_ir::types::Type;
+use osl_syntax::span::Span;
 use rustc_hash::FxHashMap;
 use std::rc::Rc;
 
@@ -123,9 +124,24 @@ impl Lowerer<'_> {
     }
 
     /// Writes the taps at the end of a round of a loop.
-    pub(crate) fn tap_round(&mut self, span: osl_syntax::span::Span) {
+    pub(crate) fn tap_round(&mut self, span: Span) {
         if !self.tapping.sites.is_empty() {
             self.tap(Site::Round(span.start, span.end));
+        }
+    }
+
+    /// Writes the taps at the start of a round of a loop.
+    pub(crate) fn tap_start(&mut self, span: Span) {
+        if !self.tapping.sites.is_empty() {
+            self.tap(Site::Start(span.start, span.end));
+        }
+    }
+
+    /// Writes the taps where a condition is true or false.
+    pub(crate) fn tap_branch(&mut self, cond: Span, is_true: bool) {
+        if !self.tapping.sites.is_empty() {
+            let site = if is_true { Site::True } else { Site::False };
+            self.tap(site(cond.start, cond.end));
         }
     }
 
@@ -138,6 +154,14 @@ impl Lowerer<'_> {
             if !self.tapping.is_called_by(tap) || !self.has_room() {
                 continue;
             }
+            if tap.var == Tapped::Visits {
+                if let Storage::Leaf(count) = kept.value {
+                    self.where_live(|l| {
+                        l.count(count);
+                    });
+                }
+                continue;
+            }
             let Some(from) = self.tapped(tap) else { continue };
             if self.exits > 0
                 && let Some(kept) = self.tapping.kept.get_mut(at)
@@ -146,9 +170,7 @@ impl Lowerer<'_> {
             }
             self.where_live(|l| match (kept.visits, tap.round) {
                 (Some(visits), Some(round)) => {
-                    let (before, one) = (l.b.load(visits), l.b.int(1));
-                    let now = l.b.lane(LaneOp::IAdd, &[before, one]);
-                    l.b.store(visits, now);
+                    let now = l.count(visits);
                     let wanted = l.b.int(i32::try_from(round).unwrap_or(i32::MAX));
                     let is_it = l.b.lane(LaneOp::IEq, &[now, wanted]);
                     l.if_else(is_it, |l| l.keep(tap, &from, &kept), |_| ());
@@ -158,11 +180,20 @@ impl Lowerer<'_> {
         }
     }
 
+    /// Adds 1, and returns the sum.
+    fn count(&mut self, visits: SlotId) -> ValueId {
+        let (before, one) = (self.b.load(visits), self.b.int(1));
+        let now = self.b.lane(LaneOp::IAdd, &[before, one]);
+        self.b.store(visits, now);
+        now
+    }
+
     /// The storage of what a tap copies.
     fn tapped(&mut self, tap: &Tap) -> Option<Storage> {
         let mut storage = match tap.var {
             Tapped::Var(var) => self.storage(var)?,
             Tapped::Returned => self.frames.last()?.ret.clone()?.0,
+            Tapped::Visits => return None,
         };
         for field in &tap.fields {
             let Storage::Struct(parts) = &storage else { return None };

@@ -1,6 +1,7 @@
 //! The commands. Each has a module, which also declares its options.
 
 use super::args::RunArgs;
+use super::book::BookArgs;
 use super::check::CheckArgs;
 use super::compile::CompileArgs;
 use super::doc::DocArgs;
@@ -59,6 +60,9 @@ pub(super) enum Command {
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how large their errors are.
     Tradeoff(Box<TradeoffArgs>),
+    /// Write a page that shows the source of a shader, with a picture of each variable beside the line that
+    /// sets it.
+    PictureBook(Box<BookArgs>),
     /// Render a picture of a scene file: lighting, with the shaders of its materials.
     Render(RenderArgs),
     /// Print the completions of the command line for a shell.

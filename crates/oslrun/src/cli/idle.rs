@@ -3,6 +3,7 @@
 //!
 //! This module must not know what the options mean.
 
+use super::book;
 use super::commands::Cli;
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
@@ -28,16 +29,38 @@ const PICTURE: [&str; 16] = [
 ];
 
 /// The options of each command that have no effect in it, besides those for a picture.
-const COMMANDS: [(&str, &[&str]); 3] = [
+const COMMANDS: [(&str, &[&str]); 4] = [
     ("explain", &["stats", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
     ("stability", &["stats", "profile", "threads", "batch", "isa", "without_pass", "on"]),
     ("tradeoff", &["stats", "profile", "on"]),
+    (
+        book::NAME,
+        &[
+            "outputs",
+            "stats",
+            "profile",
+            "on",
+            "displace",
+            "edge_pixels",
+            "level",
+            "catmull_clark",
+            "eye",
+            "group",
+            "layer",
+            "connect",
+            "shader_path",
+            "group_name",
+            "write",
+        ],
+    ),
 ];
 
 /// What to use instead of an option.
 fn instead(command: &str, option: &str) -> &'static str {
     match (command, option) {
         ("explain", "max_steps") => "; --limit running.trace=N has one",
+        (book::NAME, "tap") => ": it has a picture of each variable",
+        (book::NAME, "on") => ": it shows the grid",
         (_, "on") => ": it examines the grid",
         ("tradeoff", "arithmetic") => ": it measures all kinds",
         ("tradeoff", "samples" | "shading_rate") => ": it measures several",
@@ -47,7 +70,8 @@ fn instead(command: &str, option: &str) -> &'static str {
 
 fn has_no_effect(command: &str, option: &str) -> bool {
     let own = COMMANDS.iter().find(|(name, _)| *name == command);
-    own.is_some_and(|(_, options)| PICTURE.contains(&option) || options.contains(&option))
+    let is_page = command == book::NAME && option == "output";
+    own.is_some_and(|(_, options)| (PICTURE.contains(&option) && !is_page) || options.contains(&option))
 }
 
 /// The message for the first option on the command line that has no effect in its command.
@@ -61,7 +85,8 @@ pub(super) fn refused(found: &ArgMatches) -> Option<String> {
 
 /// The command line, without these options in the help of the commands.
 pub(super) fn command_line() -> clap::Command {
-    COMMANDS.into_iter().fold(Cli::command(), |cli, (name, _)| {
+    let cli = Cli::command().mut_subcommand(book::NAME, book::options_of_a_page);
+    COMMANDS.into_iter().fold(cli, |cli, (name, _)| {
         cli.mut_subcommand(name, |command| {
             command.mut_args(|arg| {
                 let is_idle = has_no_effect(name, arg.get_id().as_str());

@@ -61,6 +61,7 @@ pub(super) fn ir(args: &IrArgs, out: &mut dyn Write, err: &mut dyn Write) -> Res
         params: &args.params,
         outputs: args.outputs.as_deref(),
         taps: &[],
+        more_taps: None,
         displace: None,
         read: &args.read,
         lints: &args.lints,

@@ -79,6 +79,9 @@ pub(super) struct TextureFiles {
     pub(super) typed: Vec<String>,
 }
 
+/// Makes taps from a program and its files.
+pub(super) type MoreTaps<'a> = dyn Fn(&hir::Program, &SourceMap) -> Vec<Tap> + 'a;
+
 /// What to load, according to the command line.
 pub(super) struct Request<'a> {
     pub(super) file: Option<&'a Path>,
@@ -87,6 +90,8 @@ pub(super) struct Request<'a> {
     pub(super) outputs: Option<&'a [String]>,
     /// Variables at a line that become outputs.
     pub(super) taps: &'a [Wanted],
+    /// Further taps of a single shader, from what it is found to do.
+    pub(super) more_taps: Option<&'a MoreTaps<'a>>,
     /// An output that is needed but not shown.
     pub(super) displace: Option<&'a str>,
     pub(super) read: &'a ReadArgs,
@@ -110,6 +115,7 @@ impl Request<'_> {
             params: &run.params,
             outputs: run.outputs.as_deref(),
             taps: &run.tap,
+            more_taps: None,
             displace: run.on.displace.as_ref().map(|output| output.name.as_str()),
             read: &run.read,
             lints: &run.lints,
@@ -168,7 +174,8 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Param(e) => Failure::new(e),
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
-    let taps = taps(request.taps, &[(&program, 0)], &checked.sources)?;
+    let mut taps = taps(request.taps, &[(&program, 0)], &checked.sources)?;
+    taps.extend(request.more_taps.map(|more| more(&program, &checked.sources)).unwrap_or_default());
     let requests = Requests { taps, ..requests(Vec::new(), request) };
     let lower = |requests: &Requests| stages::lower_for(&program, request.params, requests);
     let lowered = lower(&requests).and_then(|body| {

@@ -1,6 +1,6 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
 //! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`,
-//! `oslrun tradeoff FILE`.
+//! `oslrun tradeoff FILE`, `oslrun picture-book FILE -o BOOK`.
 //!
 //! `commands` lists the commands; each has a module, which declares its options. `args` holds those that
 //! several share, and `session` sets up a run. Exit codes: 0 success, 1 an error in
@@ -8,6 +8,7 @@
 //! file.
 
 mod args;
+mod book;
 mod check;
 mod closures;
 mod commands;
@@ -15,6 +16,7 @@ mod compat;
 mod compile;
 mod console;
 mod data;
+mod data_url;
 mod display;
 mod doc;
 mod explain;
@@ -150,6 +152,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
+        (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
         (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (Some(Command::Completions(args)), _) => pages::completions(&args, out),
         (Some(Command::Man(args)), _) => pages::man(&args, out),

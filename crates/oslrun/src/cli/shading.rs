@@ -103,7 +103,7 @@ pub(super) fn keeping(sources: &SourceMap) -> Keeping {
 }
 
 /// One line of a report.
-#[derive(Serialize)]
+#[derive(Clone, Serialize)]
 struct Line {
     code: &'static str,
     name: &'static str,
@@ -141,6 +141,19 @@ impl Report<'_> {
             };
         }
         tally
+    }
+
+    /// The messages of a run at the lines of one file: the line, the text, and whether it is an error.
+    pub(super) fn at_lines(&self, messages: &[Said], file: &str) -> Vec<(u32, String, bool)> {
+        let (lines, _) = self.lines(messages);
+        let here = |line: &Line| line.at.as_ref().filter(|at| at.file == file).map(|at| at.line);
+        lines
+            .iter()
+            .filter_map(|line| {
+                let text = self.human(&Line { at: None, ..line.clone() });
+                Some((here(line)?, text, line.severity == "error"))
+            })
+            .collect()
     }
 
     fn human(&self, line: &Line) -> String {

@@ -4,12 +4,11 @@ use super::args::RunArgs;
 use super::load::{self, Loaded, Request};
 use super::session::{busy, grid, on_threads, options, services, stopped};
 use super::shading::Report;
-use super::{Failure, data};
-use base64::Engine;
+use super::{Failure, data, data_url};
 use clap::Args;
 use osl::stages::{self, Compiled};
 use osl_exec::{PointSource, RunOptions, Services};
-use osl_image::{BitDepth, PngOptions, Transfer, png_bytes};
+use osl_image::Transfer;
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_measure::sample::{Filter, Shading, Surface};
@@ -18,7 +17,7 @@ use osl_numeric::Arithmetic;
 use osl_scene::WithData;
 use osl_syntax::escape::shown;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// What to measure.
@@ -73,7 +72,9 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
         return Err(Failure::new(super::output::EMPTY));
     }
     if let Some(path) = &args.html {
-        let page = tradeoff::html(&trade, &|width, height, planes| encoded(width, height, planes).ok());
+        let page = tradeoff::html(&trade, &|width, height, planes| {
+            data_url::png((width, height), planes, Transfer::Linear)
+        });
         osl_files::replace(path, page.as_bytes()).map_err(Failure::new)?;
         let _ = writeln!(err, "wrote {}", shown(&path.display().to_string()));
     }
@@ -180,12 +181,4 @@ impl Bench<'_> {
     fn said(&self, programs: &Programs) -> Result<osl_exec::Frame, osl_exec::RunError> {
         Ok(self.shading(&programs.strict).rows(0..self.surface.size().1, 1)?.frame)
     }
-}
-
-/// A picture as a data URL.
-fn encoded(width: usize, height: usize, planes: &[Vec<f32>]) -> Result<String, Failure> {
-    let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
-    let options = PngOptions { transfer: Transfer::Linear, depth: BitDepth::Eight };
-    let bytes = png_bytes(Path::new("picture"), width, height, &planes, options).map_err(Failure::new)?;
-    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes)))
 }

@@ -42,6 +42,8 @@ fn commands_of_one_shader() {
     limited(&folder, &["explain", "a.osl"], VALUES, "E0601");
     limited(&folder, &["stability", "a.osl", "--points", "4x4", "--no-params"], VALUES, "E0601");
     limited(&folder, &["tradeoff", "a.osl", "-g", "4x4", "--budget", "0.01"], STEPS, "takes more than");
+    limited(&folder, &["picture-book", "a.osl", "-g", "4x4", "-o", "b.html"], STEPS, "takes more than");
+    limited(&folder, &["picture-book", "a.osl", "-g", "4x4", "-o", "b.html"], VALUES, "E0601");
 }
 
 #[test]
@@ -148,11 +150,14 @@ fn the_time_of_every_command_is_bounded() {
         &["a.osl", "-g", "8x8", "--on", "sphere"],
         &["render", "a.ass", "-o", "a.exr"],
         &["tradeoff", "a.osl", "-g", "8x8"],
+        &["picture-book", "a.osl", "-g", "8x8", "-o", "b.html"],
         &["testshade", "-g", "8", "8", "-o", "x", "null", "a"],
         &["testrender", "-r", "8", "8", "a.xml", "b.exr"],
     ] {
         let bound = ["--max-time", "0.2", "--limit", "running.point_steps=1000000000000"];
         refused(&folder.run(&[args, &bound].concat()), "--max-time");
     }
-    assert!(!folder.path().join("a.exr").exists() && !folder.path().join("b.exr").exists());
+    for file in ["a.exr", "b.exr", "b.html"] {
+        assert!(!folder.path().join(file).exists(), "{file}");
+    }
 }

@@ -24,6 +24,7 @@ pub(crate) const TRIPPED: Tripped = &[
     ("running.message_bytes", |_| messages("running.message_bytes=30")),
     ("running.points", points),
     ("running.measured_pixels", measured_pixels),
+    ("running.book_pictures", book_pictures),
 ];
 
 /// A shader with one output.
@@ -164,6 +165,15 @@ fn xml_found(_: &Row) {
     let count = |limit: &str| run(&searches(6), &["--limit", limit]).out;
     assert!(count("running.xml_found=16k").contains("64 to 64"));
     assert!(count("running.xml_found=10").contains("10 to 10"));
+}
+
+fn book_pictures(_: &Row) {
+    let folder = body("float a = u; a = v; a = 2 * u; o = a;");
+    let left_out = |more: &[&str]| {
+        folder.run(&[&["picture-book", "a.osl", "-o", "a.html", "-g", "4x4"], more].concat()).succeeds();
+        std::fs::read_to_string(folder.path().join("a.html")).unwrap().contains("left out")
+    };
+    assert!(!left_out(&[]) && left_out(&["--limit", "running.book_pictures=1"]));
 }
 
 fn xml_cache_bytes(_: &Row) {

@@ -1,0 +1,259 @@
+//! `oslrun picture-book FILE.osl -o BOOK.html`: a page that shows the source of a shader, and beside each line
+//! a picture of each variable that the line sets.
+//!
+//! The pictures are taps, all of one run. `plan` makes them from the results, `show` chooses how values are
+//! shown, `highlight` colors the source, and `page` writes the page. A run in double precision tells which
+//! digits are lost, and one without taps how long each line takes. This module must not know how taps are
+//! computed.
+
+mod highlight;
+mod page;
+mod plan;
+mod show;
+
+use super::args::RunArgs;
+use super::args::values::Pair;
+use super::load::{self, Loaded, Request};
+use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
+use super::shading::{self, Report};
+use super::{Failure, data, info, input, levels, output, repair};
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::{Args, Command};
+use osl::stages;
+use osl_exec::{Frame, PointSource, Run, RunOptions, Services};
+use osl_hir::hir::Program;
+use osl_hir::lint::Level;
+use osl_ir::passes;
+use osl_lower::taps::{self, Most};
+use osl_numeric::Arithmetic;
+use osl_scene::{Grid, WithData};
+use osl_syntax::diagnostic::Diagnostic;
+use osl_syntax::source::SourceMap;
+use page::{Book, Line, Warning};
+use plan::{Pictures, Results};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The name of the command.
+pub(super) const NAME: &str = "picture-book";
+/// The size of the pictures, and the largest one.
+const SIZE: &str = "64x64";
+const MAX_SIZE: usize = 128;
+/// Visits of a line in a loop that are shown besides the last.
+const ROUNDS: u32 = 3;
+
+/// What to show.
+#[derive(Debug, Args)]
+pub(super) struct BookArgs {
+    /// The shader, and how it is run.
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+}
+
+/// The options of a run, as they are for a page.
+pub(super) fn options_of_a_page(command: Command) -> Command {
+    let page = PathBufValueParser::new().try_map(page_file);
+    command
+        .mut_arg("file", |arg| {
+            let help = "The shader: a source";
+            arg.help(help).long_help(help)
+        })
+        .mut_arg("output", |arg| {
+            let help = "The page to write: one file with everything in it";
+            arg.required(true).value_name("BOOK.html").value_parser(page).help(help).long_help(help)
+        })
+        .mut_arg("grid", |arg| {
+            let help = "Points of each picture, at most 128x128";
+            arg.default_value(SIZE).help(help).long_help(help)
+        })
+}
+
+fn page_file(path: PathBuf) -> Result<PathBuf, String> {
+    match path.extension().is_some_and(|ending| ending == "html" || ending == "htm") {
+        true => Ok(path),
+        false => Err("the name must end in .html".to_string()),
+    }
+}
+
+/// Writes the page.
+pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let run = &args.run;
+    let (Some(path), Some(file)) = (&run.output, &run.file) else {
+        return Err(Failure::usage(
+            "a picture book is a page about a shader: name FILE.osl, and the page with -o",
+        ));
+    };
+    if run.grid.0 > MAX_SIZE || run.grid.1 > MAX_SIZE {
+        return Err(Failure::usage(format!(
+            "the pictures of a page have at most {MAX_SIZE}x{MAX_SIZE} points"
+        )));
+    }
+    if file.extension().is_none_or(|ending| ending != "osl") {
+        return Err(Failure::usage("a picture book shows the source of one shader: FILE.osl"));
+    }
+    let limits = run.read.limits.limits();
+    let taps = usize::try_from(limits.running.book_pictures).unwrap_or(usize::MAX);
+    let most = Most { taps, rounds: ROUNDS };
+    let doings = |program: &Program, sources: &SourceMap| taps::doings(program, (sources, 0), 0, most);
+    let all = |program: &Program, sources: &SourceMap| plan::taps(&doings(program, sources));
+    let loaded = load::load(&Request { more_taps: Some(&all), ..Request::of(run) }, err)?;
+    let doings = doings(&loaded.program, &loaded.sources);
+    let main = loaded.sources.files().first();
+    let (name, text) = main.map(|main| (main.name.clone(), main.text.to_string())).unwrap_or_default();
+
+    let points =
+        WithData { data: data::read(&run.userdata, run.attributes.as_deref(), limits)?, points: grid(run) };
+    let services = services(run, loaded.folder.clone(), grid_spaces(run));
+    let single = frame(&loaded, Arithmetic::Strict, (run, &services, &points))?;
+    output::printed(&single.printed, run.allow_files, out)?;
+    let report = Report {
+        sources: &loaded.sources,
+        format: run.read.message_format,
+        points: (points.count() as u64, "points"),
+        width: Some(run.grid.0),
+        textures: &services.textures,
+        path_option: "--texture-path",
+        texts: &loaded.texts,
+    };
+    let shading = report.print(&single.messages, err);
+    shading.judge(run.lints.denies_errors())?;
+    let double = frame(&loaded, Arithmetic::Double, (run, &services, &points))?;
+
+    let command = format!("oslrun {}{}", word(&file.display().to_string()), values(run));
+    let (in_single, in_double) = (Results::of(&single), Results::of(&double));
+    let pictures = Pictures { single: &in_single, double: &in_double, size: run.grid, command };
+    let mut lines = pictures.lines(&doings);
+    for (line, text, is_error) in report.at_lines(&single.messages, &name) {
+        lines.entry(line).or_default().warnings.push(Warning { text, is_error });
+    }
+    warnings(file, run, &mut lines)?;
+    costs(run, (&services, &points), &mut lines)?;
+    let shader = info::describe(&loaded.program);
+    let mut left_out = Vec::new();
+    if doings.more > 0 {
+        let more = doings.more;
+        left_out
+            .push(format!("{more} pictures of later lines are left out (--limit running.book_pictures=N)"));
+    }
+    let page = page::html(&Book {
+        shader: &shader,
+        file: &file.display().to_string(),
+        given: &run.params,
+        text: &text,
+        lines,
+        size: run.grid,
+        outputs: pictures.outputs(&single, &plan::taps(&doings)),
+        command: format!(
+            "oslrun {NAME} {}{} -o {}",
+            word(&file.display().to_string()),
+            values(run),
+            word(&path.display().to_string())
+        ),
+        left_out,
+    });
+    super::flushed(out)?;
+    osl_files::replace(path, page.as_bytes()).map_err(Failure::new)?;
+    shading.wrote(std::slice::from_ref(path), out);
+    Ok(())
+}
+
+/// The options that change the values, as they are typed.
+fn values(run: &RunArgs) -> String {
+    let mut text = String::new();
+    let mut add = |option: &str, value: &str| text += &format!(" {option} {}", word(value));
+    run.read.include.iter().for_each(|folder| add("-I", &folder.display().to_string()));
+    run.read.define.iter().for_each(|name| add("-D", name));
+    run.params.iter().for_each(|(name, value)| add("-p", &format!("{name}={value}")));
+    run.userdata.iter().for_each(|(name, value)| add("--userdata", &format!("{name}={value}")));
+    let pairs = [("--uv-scale", run.uv_scale, 1.0), ("--uv-offset", run.uv_offset, 0.0)];
+    for (option, Pair([u, v]), usual) in pairs {
+        if [u, v] != [usual; 2] {
+            add(option, &format!("{u},{v}"));
+        }
+    }
+    for (option, is_given) in [("--repair", run.repair), ("--center", run.center)] {
+        if is_given {
+            text += &format!(" {option}");
+        }
+    }
+    text
+}
+
+/// A word of a command line.
+fn word(text: &str) -> String {
+    let is_plain =
+        |c: char| c.is_ascii_alphanumeric() || matches!(c, '/' | '.' | '_' | '-' | '=' | ',' | '+' | ':');
+    match text.chars().all(is_plain) && !text.is_empty() {
+        true => text.to_string(),
+        false => format!("'{}'", text.replace('\'', "'\\''")),
+    }
+}
+
+/// Adds what `oslrun check` says to each line.
+fn warnings(file: &Path, run: &RunArgs, lines: &mut BTreeMap<u32, Line>) -> Result<(), Failure> {
+    let mut input = input::read(file, &run.read)?;
+    input.files = input.files.or_anywhere(run.allow_files);
+    if run.repair {
+        repair::apply(&mut input, None, &mut std::io::sink())?;
+    }
+    let checked = stages::check(&input.name, &input.text, &input.files, &input.options);
+    let at = |d: &Diagnostic| {
+        let (found, line) = checked.sources.line(d.span)?;
+        let is_main = checked.sources.files().first().is_some_and(|main| main.name == found.name);
+        is_main.then_some(line)
+    };
+    for d in levels::judge(&checked, Level::Check, &run.lints, run.read.limits.limits()) {
+        if let Some(line) = at(&d) {
+            let (word, is_error) = if d.is_error() { ("error", true) } else { ("warning", false) };
+            let text = format!("{word}: {} ({})", d.message, d.code.name);
+            lines.entry(line).or_default().warnings.push(Warning { text, is_error });
+        }
+    }
+    Ok(())
+}
+
+/// Runs all points.
+fn frame(
+    loaded: &Loaded,
+    arithmetic: Arithmetic,
+    (run, services, points): (&RunArgs, &Services, &WithData<Grid>),
+) -> Result<Frame, Failure> {
+    let mut body = loaded.body.clone();
+    output::drop_closures(&mut body, None);
+    let passes = passes::Options {
+        varying: points.varying().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
+        traces: points.traces(),
+        without: run.without_pass.clone(),
+        arithmetic,
+        limits: run.read.limits.limits().clone(),
+        ..passes::Options::default()
+    };
+    let compiled = stages::finish(body, &passes);
+    let keeping = shading::keeping(&loaded.sources);
+    let options = RunOptions { keeping, profile: loaded.tapped.is_empty(), ..options(run) };
+    let job = Run::new(&compiled.program, services, points, &options);
+    let bar = progress(points.count() as u64, "points");
+    let result = on_threads(run.threads, || job.points(0..points.count(), &|done| bar.at(done as u64)))?;
+    bar.done();
+    result.map_err(|stop| stopped(&stop, &loaded.sources))
+}
+
+/// Adds the share of each line of the time of a run without taps.
+fn costs(
+    run: &RunArgs,
+    (services, points): (&Services, &WithData<Grid>),
+    lines: &mut BTreeMap<u32, Line>,
+) -> Result<(), Failure> {
+    let plain = load::load(&Request::of(run), &mut std::io::sink())?;
+    let frame = frame(&plain, Arithmetic::Strict, (run, services, points))?;
+    let total: f64 = frame.profile.iter().map(|entry| entry.own.as_secs_f64()).sum();
+    let main = plain.sources.files().first().map(|file| file.name.clone()).unwrap_or_default();
+    for entry in &frame.profile {
+        if let Some((_, line)) = plain.sources.line(entry.span).filter(|(file, _)| file.name == main) {
+            lines.entry(line).or_default().cost += entry.own.as_secs_f64() / total.max(1e-12);
+        }
+    }
+    Ok(())
+}
