@@ -57,7 +57,7 @@ pub(super) fn run(
     job.notes.iter().for_each(|note| {
         let _ = writeln!(err, "{}", osl_syntax::escape::shown(&note.to_string()));
     });
-    output::printed(&frame.printed, args.allow_files, out)?;
+    output::printed(&frame.printed, output::Appends::ByOption(args.allow_files), out)?;
     let textures = session::services(args, loaded.folder.clone(), Spaces::default()).textures;
     let report = Report {
         sources: &loaded.sources,

@@ -76,9 +76,21 @@ pub(super) fn write(
     }
 }
 
-/// Prints the text of `printf`, and appends the text of `fprintf` to its files. Unless any file is allowed,
-/// the files must be below the working directory.
-pub(super) fn printed(list: &[Printed], anywhere: bool, out: &mut dyn Write) -> Result<(), Failure> {
+/// The files that `fprintf` may append to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Appends {
+    /// Those below the working directory, unless this is true: the option `--allow-files`.
+    ByOption(bool),
+    /// Those below the working directory; the command has no option for more.
+    Below,
+    /// All files.
+    Anywhere,
+}
+
+/// Prints the text of `printf`, and appends the text of `fprintf` to its files.
+pub(super) fn printed(list: &[Printed], appends: Appends, out: &mut dyn Write) -> Result<(), Failure> {
+    let anywhere = matches!(appends, Appends::ByOption(true) | Appends::Anywhere);
+    let lifts = if appends == Appends::ByOption(false) { "; --allow-files lifts this" } else { "" };
     let roots = Roots::new([""]).or_anywhere(anywhere);
     for printed in list {
         let Some(name) = &printed.file else {
@@ -87,10 +99,8 @@ pub(super) fn printed(list: &[Printed], anywhere: bool, out: &mut dyn Write) -> 
         };
         roots.append(Path::new(&**name), printed.text.as_bytes()).map_err(|error| {
             let why = match error {
-                FileError::Outside => {
-                    "it is not below the working directory; --allow-files lifts this".to_string()
-                }
-                FileError::Hidden => format!("{error}; --allow-files lifts this"),
+                FileError::Outside => format!("it is not below the working directory{lifts}"),
+                FileError::Hidden => format!("{error}{lifts}"),
                 error => error.to_string(),
             };
             Failure::new(format!("cannot append to \"{}\": {why}", name.escape_debug()))

@@ -129,7 +129,7 @@ fn shaded(
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
     let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
     let Shaded { mut frame, run, write, file, tallied, said } = shaded;
-    output::printed(&frame.printed, args.allow_files, out)?;
+    output::printed(&frame.printed, output::Appends::ByOption(args.allow_files), out)?;
     if closures {
         if args.closures || args.output.is_none() {
             closures::show(&frame, args.grid.0, out);

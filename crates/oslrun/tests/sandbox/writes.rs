@@ -27,6 +27,10 @@ fn fprintf_stays_in_the_folder() {
     for name in [".bashrc", ".git/hooks/post-commit", "sub/.x"] {
         assert!(print(name).text.contains("begin with a dot"), "{name}");
     }
+    // A command without an option that admits the file names none.
+    let said = place.run(&["testshade", "-g", "1", "1", "--param", "f", "../x.txt", "a.osl"]);
+    assert!(said.text.contains("cannot append to") && !said.text.contains("--allow-files"), "{}", said.text);
+    assert!(print("../x.txt").text.contains("--allow-files"));
     place.outside_is_untouched("fprintf");
     assert_eq!(fs::read(place.outside().join("secret.txt")).unwrap(), b"sesame");
     assert_eq!(names(&place.project().join("sub")), Vec::<String>::new());

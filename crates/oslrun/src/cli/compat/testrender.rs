@@ -271,7 +271,7 @@ fn compile(
 
 /// Prints the text and the messages of shaders.
 fn said(picture: &testrender::Picture, sources: &SourceMap, console: &mut Console<'_>) -> Result<(), String> {
-    output::printed(&picture.notes.printed, true, console.out)
+    output::printed(&picture.notes.printed, output::Appends::Anywhere, console.out)
         .map_err(|failure| format!("ERROR: {}", failure.text))?;
     let place = |span| sources.place(span).map_or_else(String::new, |p| format!("{}:{}", p.file, p.line));
     let mut seen = HashSet::new();

@@ -63,7 +63,7 @@ impl<'a> Teller<'a> {
         for event in events {
             match event {
                 Event::Printed(printed) => {
-                    output::printed(std::slice::from_ref(printed), false, console.out)
+                    output::printed(std::slice::from_ref(printed), output::Appends::Below, console.out)
                         .map_err(|failure| format!("ERROR: {}", failure.text))?;
                     self.waiting |= printed.file.is_none();
                 }
