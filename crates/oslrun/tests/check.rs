@@ -134,3 +134,20 @@ fn unknown_parameters_and_shaders_name_those_that_there_are() {
     let (_, _, err) = oslrun(dir.path(), &["--layer", "one=rmap"]);
     assert!(err.contains("there is one named `remap`"), "{err}");
 }
+
+#[test]
+fn what_helps_stands_first() {
+    let dir = folder(&[
+        ("open.osl", "shader s(output float r = 0) { r = max(u; }\n"),
+        ("order.osl", "shader s(output color r = 0) { r = texture(u, v, \"x.exr\"); }\n"),
+    ]);
+    let (_, _, err) = oslrun(dir.path(), &["check", "open.osl"]);
+    assert!(err.ends_with("`oslrun FILE --repair` inserts the missing brackets for a run\n"), "{err}");
+    let (_, _, err) = oslrun(dir.path(), &["check", "order.osl"]);
+    let first = err.lines().find(|line| line.contains("= note: ")).unwrap();
+    assert!(
+        first.contains("texture(string filename, float s, float t, \"option\", value, ...)")
+            && first.ends_with("takes these arguments in another order"),
+        "{err}"
+    );
+}

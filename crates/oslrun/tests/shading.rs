@@ -166,3 +166,15 @@ fn every_format_holds_the_outputs() {
     assert_eq!(image.plane(0).first(), Some(&-1.0));
     assert!(dir.path().join("both.c.tif").exists());
 }
+
+#[test]
+fn texts_that_vary_do_not_fill_the_screen() {
+    let dir = folder("shader s(output float f = 0) { error(\"value %g\", u); f = u; }\n");
+    let ran = run(dir.path(), &["s.osl", "-g", "9x2"]);
+    assert_eq!(ran.code, Some(0), "{}", ran.err);
+    let lines: Vec<&str> = ran.err.lines().collect();
+    assert_eq!(lines.len(), 6, "{}", ran.err);
+    assert_eq!(lines[0], "error: s.osl:1: Shader error [s]: value 0, at 2 of 18 points, first at pixel (0, 0)");
+    assert_eq!(lines[5], "error: s.osl:1: and 4 other messages of this line");
+    assert!(ran.out.contains("9 errors while shading"), "{}", ran.out);
+}

@@ -18,7 +18,7 @@ use std::io::Write;
 use std::sync::Arc;
 
 /// Maximum number of different messages that are shown for one place.
-const AT_A_PLACE: usize = 50;
+const AT_A_PLACE: usize = 5;
 
 /// The facts about a run that a report needs.
 pub(super) struct Report<'a> {
@@ -211,8 +211,9 @@ impl Report<'_> {
                 if more > 1
                     && let Some(line) = lines.get_mut(*last)
                 {
+                    // How many points they have together is not known: a point may have several.
                     line.message = format!("and {more} other messages of this line");
-                    line.points = line.points.zip(said.points).map(|(a, b)| a.max(b));
+                    (line.points, line.pixel) = (None, None);
                     continue;
                 }
             }
