@@ -127,6 +127,12 @@ const ONCE_BROKEN: &[(&str, &str)] = &[
         "shader s(output float r = P[0] / 1e-40, output float q = 1e38 / (u * 0 + 1e-3)) { r += fmod(u, 0.3); }",
     ),
     (
+        "without folding, constants for derivatives had the results of double precision where single precision overflows",
+        "shader s(output point r = transform(matrix(1, 2, 3, 4, 5, 6, 7, 8, 9, 1, 2, 3, 1e38, 1e38, 1e38, 1e38),
+            transform(matrix(1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38, 1e38),
+            point(1e38))), output float d = Dx(u)) {}",
+    ),
+    (
         "lanes behind the last point took branches and reported",
         "shader s(output normal r = 1) { string t[1] = { \"-3\" };
             if (stoi(t[int(u * 0)])) {} else { r /= normal(\"nowhere\", 1, 1, 1); } }",

@@ -39,6 +39,13 @@ fn deep_nesting() {
 }
 
 #[test]
+fn an_operator_without_an_operand_starts_no_row() {
+    let long = "1".repeat(90);
+    check(&format!("s(output float b = 0) output {{& {long}\n#pragma p\n}}\n"));
+    check(&format!("s() {{ float a[2] = {{& {long} {{{long}}}}}; }}\n"));
+}
+
+#[test]
 fn deep_but_flat_for_the_formatter() {
     let n = MANY;
     let deep = 500;

@@ -174,7 +174,10 @@ fn texts_that_vary_do_not_fill_the_screen() {
     assert_eq!(ran.code, Some(0), "{}", ran.err);
     let lines: Vec<&str> = ran.err.lines().collect();
     assert_eq!(lines.len(), 6, "{}", ran.err);
-    assert_eq!(lines[0], "error: s.osl:1: Shader error [s]: value 0, at 2 of 18 points, first at pixel (0, 0)");
+    assert_eq!(
+        lines[0],
+        "error: s.osl:1: Shader error [s]: value 0, at 2 of 18 points, first at pixel (0, 0)"
+    );
     assert_eq!(lines[5], "error: s.osl:1: and 4 other messages of this line");
     assert!(ran.out.contains("9 errors while shading"), "{}", ran.out);
 }

@@ -21,21 +21,43 @@ pub(super) struct Strings {
 
 /// Runs the pass.
 pub(super) fn run(body: &mut Body, text: &mut Strings) {
-    let _ = fold(body, false, false, text);
+    let _ = fold(body, false, Numbers::Single, text);
 }
 
 /// Runs the pass on a body whose meaning is settled: values that become constant only now do not change it.
-/// `exact`: only results that double precision has too become constants.
-pub(super) fn again(body: &mut Body, exact: bool, text: &mut Strings) {
-    let _ = fold(body, true, exact, text);
+pub(super) fn again(body: &mut Body, numbers: Numbers, text: &mut Strings) {
+    let _ = fold(body, true, numbers, text);
+}
+
+/// The arithmetic whose results become constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Numbers {
+    /// The strict arithmetic.
+    Single,
+    /// Double precision, where single precision can represent the result.
+    Double,
+    /// Both, where their results are the same.
+    Both,
+}
+
+impl Numbers {
+    /// The result of an operation on constants.
+    fn result(self, op: LaneOp, args: &[Const]) -> Option<Const> {
+        match self {
+            Numbers::Single => op.eval(args),
+            Numbers::Double => op.eval_exactly(args),
+            // A NaN is never the same, so that it stays a result of the run.
+            Numbers::Both => op.eval(args).filter(|single| op.eval_exactly(args).as_ref() == Some(single)),
+        }
+    }
 }
 
 /// Returns the findings that change the meaning.
-fn fold(body: &mut Body, settled: bool, exact: bool, text: &mut Strings) -> Meaning {
+fn fold(body: &mut Body, settled: bool, numbers: Numbers, text: &mut Strings) -> Meaning {
     let values = body.values.len();
     let mut fold = Fold {
         settled,
-        exact,
+        numbers,
         text: Cell::new(text.left),
         string: text.string,
         renaming: Renaming::default(),
@@ -61,8 +83,8 @@ pub(super) fn rename_outputs(body: &mut Body, renaming: &Renaming) {
 struct Fold {
     /// Whether further constants no longer change the meaning.
     settled: bool,
-    /// Whether only results that double precision has too become constants.
-    exact: bool,
+    /// The arithmetic of constants.
+    numbers: Numbers,
     /// Bytes of strings that may still be read and made.
     text: Cell<u64>,
     /// Bytes that one string may have.
@@ -218,7 +240,7 @@ impl Fold {
         let constants: Vec<Option<&Const>> = args.iter().map(|a| self.constant(*a)).collect();
         if let Some(all) = constants.iter().map(|c| c.cloned()).collect::<Option<Vec<Const>>>()
             && spend(&self.text, &all)
-            && let Some(result) = if self.exact { op.eval_exactly(&all) } else { op.eval(&all) }
+            && let Some(result) = self.numbers.result(op, &all)
         {
             return Outcome::Constant(result);
         }

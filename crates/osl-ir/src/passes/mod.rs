@@ -220,7 +220,8 @@ impl Run<'_> {
     /// Folds what another pass wrote.
     fn fold_again(&mut self, body: &mut Body) {
         if !self.is_off(Pass::Fold) {
-            fold::again(body, self.exact, &mut self.text);
+            let numbers = if self.exact { fold::Numbers::Double } else { fold::Numbers::Single };
+            fold::again(body, numbers, &mut self.text);
         }
     }
 }
@@ -254,7 +255,7 @@ fn one(body: &mut Body, pass: Pass, run: &mut Run<'_>) -> bool {
 }
 
 /// Folds constants, and settles the meaning that depends on constants. If folding is switched off but
-/// derivatives are needed, only what is the same in double precision becomes a constant.
+/// derivatives are needed, only what is the same in single and in double precision becomes a constant.
 fn settle(body: &mut Body, run: &mut Run<'_>) -> bool {
     let folds = !run.is_off(Pass::Fold) || derive::asks(body);
     if !run.is_off(Pass::Fold) && !run.exact {
@@ -263,7 +264,8 @@ fn settle(body: &mut Body, run: &mut Run<'_>) -> bool {
         // The constants of the strict program determine its meaning.
         fold::only_meaning(body, &mut run.text);
         if folds {
-            fold::again(body, true, &mut run.text);
+            let numbers = if run.exact { fold::Numbers::Double } else { fold::Numbers::Both };
+            fold::again(body, numbers, &mut run.text);
         }
     }
     fold::settle(body);

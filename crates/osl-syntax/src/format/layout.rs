@@ -360,6 +360,11 @@ impl<'a> Writer<'_, 'a> {
         let fact = self.fact(at);
         let prev = self.prev_code.get(at).copied().flatten()?;
         let before = self.fact(prev);
+        // After an opening bracket a break would be kept as the start of rows. Only texts with syntax errors
+        // have an operator there.
+        if before.role.opens() {
+            return None;
+        }
         let strings = piece.kind == Kind::Str && self.piece(prev).is_some_and(|p| p.kind == Kind::Str);
         let binding = match fact.role {
             Role::Binary(binding) => binding,

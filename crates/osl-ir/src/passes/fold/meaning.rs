@@ -2,7 +2,7 @@
 //! This module must not know how constants are computed.
 
 use super::super::Renaming;
-use super::{Strings, fold, rename_outputs};
+use super::{Numbers, Strings, fold, rename_outputs};
 use crate::ir::{Body, Const, Kernel, LaneOp, Op, ValueId, Values};
 use rustc_hash::FxHashSet;
 
@@ -30,7 +30,7 @@ pub(in crate::passes) fn settle(body: &mut Body) {
 /// as in the full pass, and nothing else in the body changes.
 pub(in crate::passes) fn only_meaning(body: &mut Body, text: &mut Strings) {
     let mut folded = body.clone();
-    let Meaning { divided, unconverted } = fold(&mut folded, false, false, text);
+    let Meaning { divided, unconverted } = fold(&mut folded, false, Numbers::Single, text);
     let mut operations: Vec<Option<Op>> = vec![None; body.values.len()];
     for inst in folded.blocks.iter().flat_map(|block| &block.insts) {
         if let Some(result) = inst.results.first()
