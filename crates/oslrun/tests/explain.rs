@@ -154,7 +154,7 @@ fn stability_writes_its_files() {
     let args = ["stability", &file, "--points", "16x16", "--html", &html_text, "--error-map", &map_text];
     let (code, out, err) = oslrun(&args);
     assert_eq!((code, err.as_str()), (0, ""));
-    assert!(out.contains("safe for offset below"), "{out}");
+    assert!(out.contains("right for offset up to"), "{out}");
     assert!(std::fs::read_to_string(&html).unwrap().contains("Digits lost"));
     assert!(map.metadata().unwrap().len() > 100);
     let (_, out, _) = oslrun(&["stability", &file, "--points", "16x16", "--json"]);

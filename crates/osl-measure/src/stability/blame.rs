@@ -28,11 +28,14 @@ pub struct Blame {
     pub outside: u32,
     /// How often it ran.
     pub runs: u32,
+    /// The largest factor by which the relative error of its result exceeds that of its arguments; 0 if the
+    /// result is right.
+    pub factor: f64,
 }
 
 /// Weight of rounding error relative to amplified error. It is small, so rounding decides only if nothing is
 /// amplified.
-const ROUNDING: f64 = 0.2;
+pub(super) const ROUNDING: f64 = 0.02;
 
 /// An argument counts as nearly right up to this relative error.
 const CLOSE: f64 = 1e-4;
@@ -50,6 +53,7 @@ impl Blame {
         self.flips += other.flips;
         self.outside += other.outside;
         self.runs += other.runs;
+        self.factor = self.factor.max(other.factor);
     }
 }
 
@@ -155,6 +159,9 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
     blame.flips = u32::from(steps.jumps());
     blame.rounded = steps.pass_on(flow, &node.args, flows);
     blame.amplified = steps.worse(flow, &error);
+    if blame.amplified > 0.0 {
+        blame.factor = steps.factor();
+    }
     blame
 }
 
@@ -236,6 +243,15 @@ impl<'a> Steps<'a> {
         kept
     }
 
+    /// The relative error of the result divided by the largest one of the arguments, which count as rounded
+    /// once at least. 0 for a result that should be 0.
+    fn factor(&self) -> f64 {
+        let node = self.trace.node(self.id);
+        let (Some(strict), Some(exact)) = (&node.strict, &node.exact) else { return 0.0 };
+        let given = self.strict.iter().zip(&self.exact).map(|(strict, exact)| relative(strict, exact));
+        relative(strict, exact) / given.fold(f64::from(f32::EPSILON) / 2.0, f64::max)
+    }
+
     /// Whether the result jumps for a tiny change of the arguments.
     fn jumps(&self) -> bool {
         match &self.trace.node(self.id).what {
@@ -280,6 +296,14 @@ impl<'a> Steps<'a> {
         }
         sum
     }
+}
+
+/// The error of the largest component relative to its size; 0 if the exact value is 0.
+fn relative(strict: &Const, exact: &Exact) -> f64 {
+    let (strict, exact) = (Exact::widen(strict).numbers(), exact.numbers());
+    let size = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let error = differences(&strict, &exact).iter().map(|e| e.abs()).fold(0.0, f64::max);
+    if size > 0.0 { error / size } else { 0.0 }
 }
 
 /// Whether an operation gets arguments outside of its domain, where the language defines the result.

@@ -1,7 +1,7 @@
 //! The whole examination: all sweeps, their findings, and the lines to blame.
 
 use super::Report;
-use super::lines::{Culprit, culprits};
+use super::lines::{Culprit, Found, culprits};
 use super::subject::{Base, Planes, Subject};
 use super::sweep::{Finding, Setting, Trial, measure, percent, sweep};
 use osl_scene::Grid;
@@ -22,15 +22,20 @@ pub struct Examined {
     pub report: Report,
     /// The outputs at the given setting.
     pub given: Planes,
-    /// The outputs at the first offset a decade beyond the safe range, and that offset.
+    /// The outputs at the first decade of offsets beyond the right range, and that offset.
     pub far: Option<(f64, Planes)>,
 }
 
-/// A sweep of the coordinates: its name, and its settings.
-type Sweep = (&'static str, fn(f64) -> Setting);
+/// What is swept: the settings, their name, and the decade of the given setting, unless that is 0.
+type Knobs = (fn(f64) -> Setting, &'static str, Option<i32>);
 
-/// Smallest error worth reporting at the given setting: a few hundred roundings of single operations.
-const NOTABLE: f64 = 2e-5;
+const OFFSET: Knobs = (|by| Setting::Offset { by }, "offset", None);
+const SCALE: Knobs = (|by| Setting::Scale { by }, "scale", Some(0));
+const FOOTPRINT: Knobs = (|by| Setting::Footprint { by }, "footprint", Some(0));
+
+/// Smallest error at the given setting for which lines are blamed, as a share of the range: about a thousand
+/// roundings of single operations.
+const NOTABLE: f64 = 1e-4;
 
 /// Examines a shader on a grid. `variant` compiles it with another value of a parameter, or says why that is
 /// impossible.
@@ -46,53 +51,77 @@ pub fn examine(
     let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
     let mut trials = vec![first];
     let mut findings = vec![as_given(&trials[0])];
-    let mut blamed: Vec<(f64, Vec<Culprit>)> = Vec::new();
-    let own = culprits(subject, grid, &Setting::AsGiven, &given, sources);
-    let notable = own.iter().any(|c| c.score > NOTABLE);
-    blamed.push((if notable { 1.0 } else { 0.0 }, own));
+    let blames = largest_error(&trials[0]) >= NOTABLE;
+    let Found { blamed, noticed, mut skipped } =
+        culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
+    let mut beyond: Vec<Culprit> = Vec::new();
     let mut far = None;
-    let coordinates: [Sweep; 2] =
-        [("offset", |by| Setting::Offset { by }), ("scale", |by| Setting::Scale { by })];
-    for (name, setting) in coordinates {
-        let (tried, finding) = sweep(subject, grid, tolerance, setting, name);
-        if let Some(limit) = finding.limit {
-            // A decade beyond the safe range, errors are frequent and still have single causes.
-            let by = limit * 10.0;
+    for (setting, name, decade) in [OFFSET, SCALE] {
+        let swept = sweep(subject, grid, tolerance, (setting, name), (decade, &trials[0]));
+        // Just beyond the range, errors still have single causes.
+        if let Some(by) = swept.wrong {
             let (_, planes) = measure(subject, &subject.base, grid, setting(by), tolerance);
-            blamed.push((0.5, culprits(subject, grid, &setting(by), &planes, sources)));
+            let found = culprits(subject, grid, &setting(by), &planes, sources, true);
+            skipped += found.skipped;
+            beyond.extend(found.blamed.into_iter().chain(found.noticed));
             if name == "offset" {
                 far = Some((by, planes));
             }
         }
-        trials.extend(tried.into_iter().map(|(trial, _)| trial));
-        findings.push(finding);
+        trials.extend(swept.trials);
+        findings.push(swept.finding);
     }
     findings.push(resolution(grid));
     if subject.base.differentiates {
-        let (tried, finding) = sweep(subject, grid, tolerance, |by| Setting::Footprint { by }, "footprint");
-        trials.extend(tried.into_iter().map(|(trial, _)| trial));
-        findings.push(finding);
+        let (setting, name, decade) = FOOTPRINT;
+        let swept = sweep(subject, grid, tolerance, (setting, name), (decade, &trials[0]));
+        trials.extend(swept.trials);
+        findings.push(swept.finding);
     }
+    let mut passed_on: Vec<&str> = Vec::new();
     for knob in knobs {
-        let (tried, finding) = turn(subject, grid, tolerance, knob, variant);
-        trials.extend(tried);
-        findings.extend(finding);
+        let turned = turn(subject, grid, tolerance, knob, (variant, &trials[0]));
+        if turned.passes_on {
+            passed_on.push(&knob.name);
+        }
+        trials.extend(turned.trials);
+        findings.extend(turned.finding);
     }
-    blamed.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let culprits = merged(blamed.into_iter().map(|(_, list)| list));
-    let report = Report { shader: shader.to_string(), tolerance, trials, findings, culprits };
+    findings.extend(passing_on(&passed_on));
+    findings.extend(not_followed(skipped));
+    // A line is told once.
+    let is_new = |line: &Culprit, told: &[Culprit]| {
+        !told.iter().any(|other| (&other.file, other.line) == (&line.file, line.line))
+    };
+    let mut once: Vec<Culprit> = Vec::new();
+    for line in beyond {
+        if is_new(&line, &blamed) && is_new(&line, &noticed) && is_new(&line, &once) {
+            once.push(line);
+        }
+    }
+    let report = Report {
+        shader: shader.to_string(),
+        tolerance,
+        trials,
+        findings,
+        culprits: blamed,
+        noticed,
+        beyond: once,
+    };
     Examined { report, given, far }
 }
 
-/// Merges lists of lines in their order, each line once.
-fn merged(lists: impl Iterator<Item = Vec<Culprit>>) -> Vec<Culprit> {
-    let mut all: Vec<Culprit> = Vec::new();
-    for culprit in lists.flatten() {
-        if !all.iter().any(|c| (&c.file, c.line) == (&culprit.file, culprit.line)) {
-            all.push(culprit);
-        }
-    }
-    all
+/// The sentence about points that were not followed.
+fn not_followed(points: usize) -> Option<Finding> {
+    let text = format!(
+        "{points} points were not followed to their lines, since that takes too long (--limit running.traces)"
+    );
+    (points > 0).then_some(Finding { sweep: "not followed".to_string(), from: None, limit: None, text })
+}
+
+/// The largest error of a trial among its outputs, as a share of their ranges.
+fn largest_error(trial: &Trial) -> f64 {
+    trial.outcomes.iter().map(|outcome| outcome.worst).fold(0.0, f64::max)
 }
 
 /// Where the coordinates themselves run out of digits, whatever the shader does: their spacing in single
@@ -104,17 +133,16 @@ fn resolution(grid: &Grid) -> Finding {
         "from an offset of {} on, neighbouring points are the same in single precision, before the shader begins",
         crate::explain::short(limit, 2)
     );
-    Finding { sweep: "coordinates".to_string(), limit: Some(limit), text }
+    Finding { sweep: "coordinates".to_string(), from: None, limit: Some(limit), text }
 }
 
 fn as_given(trial: &Trial) -> Finding {
     let text = match &trial.stopped {
         Some(why) => format!("as given, the run stops: {why}"),
         None => {
-            let worst = trial.outcomes.iter().map(|o| o.worst).fold(0.0, f64::max);
             let mut text = format!(
                 "as given, the largest error is {} of the range, and {} of the points are wrong",
-                crate::explain::short(worst, 2),
+                crate::explain::short(largest_error(trial), 2),
                 percent(trial.wrong())
             );
             if trial.not_finite() > 0.0 {
@@ -123,7 +151,24 @@ fn as_given(trial: &Trial) -> Finding {
             text
         }
     };
-    Finding { sweep: "as given".to_string(), limit: None, text }
+    Finding { sweep: "as given".to_string(), from: None, limit: None, text }
+}
+
+/// The sentence about parameters whose NaN or infinity reaches an output.
+fn passing_on(names: &[&str]) -> Option<Finding> {
+    let (last, first) = names.split_last()?;
+    let names =
+        if first.is_empty() { (*last).to_string() } else { format!("{} or {last}", first.join(", ")) };
+    let text = format!("NaN or infinity as the value of {names} reaches an output");
+    Some(Finding { sweep: "not finite".to_string(), from: None, limit: None, text })
+}
+
+/// What the values of a parameter add to the given setting.
+struct Turned {
+    trials: Vec<Trial>,
+    finding: Option<Finding>,
+    /// Whether NaN or infinity as its value makes such outputs.
+    passes_on: bool,
 }
 
 /// Tries the values of a parameter.
@@ -132,33 +177,33 @@ fn turn(
     grid: &Grid,
     tolerance: f64,
     knob: &Knob,
-    variant: &dyn Fn(&str, &str) -> Option<Base>,
-) -> (Vec<Trial>, Option<Finding>) {
-    let mut trials = Vec::new();
+    (variant, given): (&dyn Fn(&str, &str) -> Option<Base>, &Trial),
+) -> Turned {
+    let mut turned = Turned { trials: Vec::new(), finding: None, passes_on: false };
     let mut bad: Vec<String> = Vec::new();
     for value in &knob.values {
         let Some(base) = variant(&knob.name, value) else { continue };
         let setting = Setting::Param { name: knob.name.clone(), value: value.clone() };
         let (trial, _) = measure(subject, &base, grid, setting, tolerance);
+        let is_number = value.parse::<f64>().is_ok_and(f64::is_finite);
         match &trial.stopped {
             Some(why) => bad.push(format!("{value} stops the run ({why})")),
-            None if trial.not_finite() > 0.0 => {
+            None if trial.not_finite() > given.not_finite() && !is_number => turned.passes_on = true,
+            None if trial.not_finite() > given.not_finite() => {
                 bad.push(format!(
                     "{value} makes {} of the points NaN or infinite",
                     percent(trial.not_finite())
                 ));
             }
-            None if trial.wrong() > super::sweep::SAFE => {
+            None if trial.wrong() > given.wrong() + super::sweep::SAFE => {
                 bad.push(format!("{value} makes {} of the points wrong", percent(trial.wrong())));
             }
             None => {}
         }
-        trials.push(trial);
+        turned.trials.push(trial);
     }
-    let finding = (!bad.is_empty()).then(|| Finding {
-        sweep: knob.name.clone(),
-        limit: None,
-        text: format!("{}: {}", knob.name, bad.join("; ")),
-    });
-    (trials, finding)
+    let text = format!("{}: {}", knob.name, bad.join("; "));
+    let finding = Finding { sweep: knob.name.clone(), from: None, limit: None, text };
+    turned.finding = (!bad.is_empty()).then_some(finding);
+    turned
 }

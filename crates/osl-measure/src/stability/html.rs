@@ -2,7 +2,7 @@
 
 use super::subject::{Planes, digits_lost};
 use super::text::is_decade;
-use super::{Examined, Report};
+use super::{Culprit, Examined, List, Report};
 use crate::explain::short;
 use crate::markup::escape;
 use std::fmt::Write;
@@ -21,19 +21,20 @@ pub fn html(examined: &Examined, width: usize, height: usize) -> String {
     for finding in &report.findings {
         let _ = write!(out, "<li>{}</li>", escape(&finding.text));
     }
-    out.push_str("</ul>\n<h2>Lines to blame</h2>\n");
-    for c in report.culprits.iter().take(12) {
-        let _ = writeln!(
-            out,
-            "<p><b>{}:{}</b> <code>{}</code> {} ({}; {} of the range)</p><pre>{}</pre>",
-            escape(&c.file),
-            c.line,
-            escape(&c.code),
-            escape(&c.why),
-            escape(&c.setting),
-            short(c.score, 2),
-            escape(c.text.trim())
-        );
+    out.push_str("</ul>\n");
+    if report.culprits.is_empty() {
+        out.push_str("<p>Nothing to blame.</p>\n");
+    }
+    for List { title, lines, are_errors } in report.lists() {
+        let _ = writeln!(out, "<h2>{title}</h2>");
+        for culprit in lines.iter().take(12) {
+            let error = if are_errors {
+                format!("; {} of the range", short(culprit.error, 2))
+            } else {
+                String::new()
+            };
+            line(culprit, &error, &mut out);
+        }
     }
     for name in ["offset", "scale", "footprint"] {
         curve(report, name, &mut out);
@@ -44,6 +45,19 @@ pub fn html(examined: &Examined, width: usize, height: usize) -> String {
         maps(&format!("offset {by:.1e}"), planes, width, height, &mut out);
     }
     out
+}
+
+fn line(c: &Culprit, error: &str, out: &mut String) {
+    let _ = writeln!(
+        out,
+        "<p><b>{}:{}</b> <code>{}</code> {} ({}{error})</p><pre>{}</pre>",
+        escape(&c.file),
+        c.line,
+        escape(&c.code),
+        escape(&c.why),
+        escape(&c.setting),
+        escape(c.text.trim())
+    );
 }
 
 /// The share of wrong points against the swept number as SVG; both axes are logarithmic.

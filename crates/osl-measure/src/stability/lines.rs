@@ -1,6 +1,6 @@
 //! From the blame of instructions to lines of the source.
 
-use super::blame::{Blame, Place, blame};
+use super::blame::{Blame, Place, ROUNDING, blame};
 use super::jumps::jumps;
 use super::subject::{Planes, Subject};
 use super::sweep::{Setting, errors, percent, range};
@@ -27,38 +27,58 @@ pub struct Culprit {
     pub what: String,
     /// The setting at which it happens.
     pub setting: String,
-    /// The effect of the line on the outputs: a share of their range, averaged over the examined points.
+    /// What lines are ranked by: the error that the instruction magnifies, and with less weight the error of
+    /// its rounding.
     pub score: f64,
+    /// The larger of these two errors, as a share of the outputs' range, averaged over the examined points. For
+    /// arguments outside of the domain, the share of the points.
+    pub error: f64,
     /// The explanation, in words.
     pub why: String,
 }
 
-/// An instruction with its score and an explanation.
-type Charge = (Place, f64, String);
+/// An instruction with its score, its error and an explanation.
+type Charge = (Place, [f64; 2], String);
 
 /// Number of points with the largest errors that are followed.
 const WORST: usize = 24;
 /// Points of a row and of a column at which derivatives are compared with differences.
 const ALONG: usize = 64;
 
-/// The lines that harm the points of a setting, the worst first. `planes` is the result of the run at that
-/// setting.
+/// The lines that harm the points of a setting, the worst first.
+#[derive(Clone, Debug, Default)]
+pub struct Found {
+    /// Lines that make the error.
+    pub blamed: Vec<Culprit>,
+    /// Lines with calls outside of their domain, and derivatives of what jumps: they are the same in every
+    /// precision.
+    pub noticed: Vec<Culprit>,
+    /// The number of points that were not followed, since the budget for following was used up.
+    pub skipped: usize,
+}
+
+/// The lines that harm the points of a setting. `planes` is the result of the run at that setting. If its errors
+/// are too small to blame anybody, `blames` is false, and the points with the largest errors are not followed.
 pub fn culprits(
     subject: &Subject<'_>,
     grid: &Grid,
     setting: &Setting,
     planes: &Planes,
     sources: &SourceMap,
-) -> Vec<Culprit> {
+    blames: bool,
+) -> Found {
     let points = setting.points(grid);
-    let worst = worst(planes, grid);
+    let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
     let mut found: BTreeMap<Place, Blame> = BTreeMap::default();
     let mut outside: BTreeMap<Place, u32> = BTreeMap::default();
-    let mut followed = (0, 0);
+    let (mut followed, mut skipped) = ((0, 0), 0);
     for (list, is_worst) in [(&worst, true), (&spread, false)] {
         for (x, y) in list {
-            let Some(trace) = subject.follow(&subject.base, &points, *x, *y) else { continue };
+            let Some(trace) = subject.follow(&subject.base, &points, *x, *y) else {
+                skipped += 1;
+                continue;
+            };
             let ranges = output_ranges(&trace, planes);
             for (place, blame) in blame(&trace, &ranges) {
                 if is_worst {
@@ -70,26 +90,20 @@ pub fn culprits(
             if is_worst { followed.0 += 1 } else { followed.1 += 1 }
         }
     }
-    let mut lines: BTreeMap<(u32, u32), Vec<Charge>> = BTreeMap::default();
-    let mut put = |place: Place, score: f64, why: String| {
-        if let (Some(file), Some(at)) = (sources.file_at(place.span.start), sources.place(place.span))
-            && place.span != Span::default()
-        {
-            lines.entry((file.base, at.line)).or_default().push((place, score, why));
-        }
-    };
+    let (mut blamed, mut noticed) = (Lines::default(), Lines::default());
     let n = f64::from(followed.0.max(1));
     for (place, blame) in found {
         let score = blame.score() / n;
         if score > 0.0 {
             let why = reason(&blame, n);
-            put(place, score, why);
+            let error = blame.amplified.max(blame.rounded) / n;
+            blamed.put(place, [score, error], why, sources);
         }
     }
     for (place, count) in outside {
         let share = f64::from(count) / f64::from(followed.1.max(1));
         let why = format!("is given what it is not defined for at {} of the points", percent(share));
-        put(place, share, why);
+        noticed.put(place, [share; 2], why, sources);
     }
     if subject.base.differentiates {
         for (span, function, share) in seen_jumps(subject, grid, setting) {
@@ -98,25 +112,41 @@ pub fn culprits(
                 "its argument jumps between neighbouring pixels at {} of them, which the derivative does not see",
                 percent(share)
             );
-            put(Place { span, what }, share, why);
+            noticed.put(Place { span, what }, [share; 2], why, sources);
         }
     }
-    let mut list: Vec<Culprit> = lines
-        .into_values()
-        .filter_map(|mut instructions| {
-            instructions.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.span.start.cmp(&b.0.span.start)));
-            let score = instructions.iter().map(|(_, score, _)| score).fold(0.0, |a: f64, b| a.max(*b));
-            let (place, _, why) = instructions.into_iter().next()?;
+    Found { blamed: blamed.culprits(setting, sources), noticed: noticed.culprits(setting, sources), skipped }
+}
+
+/// Charges by line.
+#[derive(Default)]
+struct Lines(BTreeMap<(u32, u32), Vec<Charge>>);
+
+impl Lines {
+    fn put(&mut self, place: Place, score: [f64; 2], why: String, sources: &SourceMap) {
+        if let (Some(file), Some(at)) = (sources.file_at(place.span.start), sources.place(place.span))
+            && place.span != Span::default()
+        {
+            self.0.entry((file.base, at.line)).or_default().push((place, score, why));
+        }
+    }
+
+    /// The lines, the worst first, each with its worst instruction.
+    fn culprits(self, setting: &Setting, sources: &SourceMap) -> Vec<Culprit> {
+        let of_line = |mut instructions: Vec<Charge>| {
+            instructions.sort_by(|a, b| b.1[0].total_cmp(&a.1[0]).then(a.0.span.start.cmp(&b.0.span.start)));
+            let (place, score, why) = instructions.into_iter().next()?;
             culprit(&place, score, why, setting, sources)
-        })
-        .collect();
-    list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
-    list
+        };
+        let mut list: Vec<Culprit> = self.0.into_values().filter_map(of_line).collect();
+        list.sort_by(|a, b| b.score.total_cmp(&a.score).then(a.line.cmp(&b.line)));
+        list
+    }
 }
 
 fn reason(blame: &Blame, points: f64) -> String {
     let runs = f64::from(blame.runs.max(1));
-    if blame.amplified >= blame.rounded * 0.2 {
+    if blame.amplified >= ROUNDING * blame.rounded {
         if blame.flips > 0 {
             let share = f64::from(blame.flips) / runs;
             return format!(
@@ -124,7 +154,15 @@ fn reason(blame: &Blame, points: f64) -> String {
                 percent(share)
             );
         }
-        return "loses digits: its result changes more than its arguments are rounded by".to_string();
+        return match blame.factor {
+            factor if factor > 1.0 && factor.is_finite() => {
+                format!(
+                    "loses digits: it magnifies the error of its arguments up to {} times",
+                    crate::explain::short(factor, 2)
+                )
+            }
+            _ => "loses digits: a rounding of its arguments makes its result wrong".to_string(),
+        };
     }
     let times = runs / points;
     if times >= 4.0 {
@@ -135,7 +173,7 @@ fn reason(blame: &Blame, points: f64) -> String {
 
 fn culprit(
     place: &Place,
-    score: f64,
+    [score, error]: [f64; 2],
     why: String,
     setting: &Setting,
     sources: &SourceMap,
@@ -153,6 +191,7 @@ fn culprit(
         what: place.what.clone(),
         setting: setting.text(),
         score,
+        error,
         why,
     })
 }

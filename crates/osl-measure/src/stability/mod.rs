@@ -16,7 +16,7 @@ pub mod text;
 
 pub use blame::{Blame, Place};
 pub use examine::{Examined, Knob, examine};
-pub use lines::{Culprit, culprits};
+pub use lines::{Culprit, Found, culprits};
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
 pub use sweep::{Finding, Outcome, Setting, Trial, measure};
 
@@ -33,6 +33,35 @@ pub struct Report {
     pub trials: Vec<Trial>,
     /// How far each sweep is safe, in words.
     pub findings: Vec<Finding>,
-    /// The lines to blame, the worst first.
+    /// The lines to blame for the error at the given setting, the worst first. Empty if there is nothing to
+    /// blame: the largest error is below 1e-4 of the range.
     pub culprits: Vec<Culprit>,
+    /// Lines with calls outside of their domain, and derivatives of what jumps, at the given setting.
+    pub noticed: Vec<Culprit>,
+    /// The lines that fail first beyond the ranges in which the points are right.
+    pub beyond: Vec<Culprit>,
+}
+
+/// A list of lines with its heading.
+struct List<'a> {
+    title: &'static str,
+    lines: &'a [Culprit],
+    /// Whether scores are errors, as shares of the range; otherwise they are shares of the points.
+    are_errors: bool,
+}
+
+impl Report {
+    /// The lists of lines that are not empty.
+    fn lists(&self) -> Vec<List<'_>> {
+        let lists = [
+            List { title: "Lines to blame, the worst first", lines: &self.culprits, are_errors: true },
+            List {
+                title: "Arguments outside of the domain, in every precision",
+                lines: &self.noticed,
+                are_errors: false,
+            },
+            List { title: "What fails first beyond these ranges", lines: &self.beyond, are_errors: true },
+        ];
+        lists.into_iter().filter(|list| !list.lines.is_empty()).collect()
+    }
 }

@@ -112,7 +112,9 @@ impl Trial {
 pub struct Finding {
     /// The sweep: `offset`, `scale`, `footprint` or a parameter.
     pub sweep: String,
-    /// The first unsafe value, if there is one.
+    /// The smallest value for which the points are right, if they are wrong for smaller ones.
+    pub from: Option<f64>,
+    /// The largest value for which the points are right, if they are wrong for larger ones.
     pub limit: Option<f64>,
     /// The finding in words.
     pub text: String,
@@ -210,46 +212,77 @@ fn outcomes(planes: &Planes, tolerance: f64) -> Vec<Outcome> {
 /// Decades covered by the sweeps of coordinates and footprints.
 const DECADES: std::ops::RangeInclusive<i32> = -12..=12;
 
-/// Sweeps one number. Returns its settings and the first unsafe value, to within a few percent.
+/// Whether the points of a setting are right: nearly all are accurate and finite, and the run ended.
+fn is_right(trial: &Trial) -> bool {
+    trial.wrong() <= SAFE && trial.not_finite() <= SAFE && trial.stopped.is_none()
+}
+
+/// A sweep of one number.
+pub(super) struct Sweep {
+    /// The decades.
+    pub(super) trials: Vec<Trial>,
+    /// The range in which the points are right.
+    pub(super) finding: Finding,
+    /// The decade next to that range where they are wrong: above it, or else below it.
+    pub(super) wrong: Option<f64>,
+}
+
+/// Sweeps one number over all decades, and says in which range around the given setting the points are right.
+/// `given` is the decade of the given setting; `None` if the given setting is 0. `first` is its trial.
 pub(super) fn sweep(
     subject: &Subject<'_>,
     grid: &Grid,
     tolerance: f64,
-    setting: impl Fn(f64) -> Setting,
-    name: &str,
-) -> (Vec<(Trial, Planes)>, Finding) {
-    let mut trials = Vec::new();
-    let is_safe =
-        |trial: &Trial| trial.wrong() <= SAFE && trial.not_finite() <= SAFE && trial.stopped.is_none();
-    let mut bounds: Option<(f64, f64)> = None;
-    let mut last_safe = None;
-    for decade in DECADES {
-        let by = pxfm::f_exp10(f64::from(decade));
-        let found = measure(subject, &subject.base, grid, setting(by), tolerance);
-        let safe = is_safe(&found.0);
-        if safe {
-            last_safe = Some(by);
-        } else if bounds.is_none()
-            && let Some(below) = last_safe
-        {
-            bounds = Some((below, by));
+    (setting, name): (impl Fn(f64) -> Setting, &str),
+    (given, first): (Option<i32>, &Trial),
+) -> Sweep {
+    let number = |decade: i32| pxfm::f_exp10(f64::from(decade));
+    let at = |by: f64| measure(subject, &subject.base, grid, setting(by), tolerance).0;
+    let trials: Vec<Trial> = DECADES.map(|decade| at(number(decade))).collect();
+    let right: Vec<(f64, bool)> = DECADES.map(number).zip(trials.iter().map(is_right)).collect();
+    // The border between a right and a wrong number, to within a few percent.
+    let border = |mut right: f64, mut wrong: f64| {
+        while (right / wrong).max(wrong / right) > 1.1 {
+            let middle = (right * wrong).sqrt();
+            if is_right(&at(middle)) { right = middle } else { wrong = middle }
         }
-        trials.push(found);
-    }
-    let any_safe = last_safe.is_some();
-    let Some((mut low, mut high)) = bounds else {
-        let text = if any_safe {
-            format!("safe at every {name} from 1e-12 to 1e12")
-        } else {
-            format!("not safe at any {name}")
-        };
-        return (trials, Finding { sweep: name.to_string(), limit: None, text });
+        right
     };
-    while high / low > 1.1 {
-        let middle = (low * high).sqrt();
-        let (trial, _) = measure(subject, &subject.base, grid, setting(middle), tolerance);
-        if is_safe(&trial) { low = middle } else { high = middle }
+    let mut finding = Finding { sweep: name.to_string(), from: None, limit: None, text: String::new() };
+    let [least, most] = [DECADES.start(), DECADES.end()].map(|decade| short(number(*decade), 2));
+    if !is_right(first) {
+        finding.text = match right.iter().filter(|(_, is_right)| *is_right).count() {
+            0 => format!("wrong as given, and at every {name} that was tried, from {least} to {most}"),
+            n => format!("wrong as given; right at {n} of the {} tried values of {name}", right.len()),
+        };
+        return Sweep { trials, finding, wrong: None };
     }
-    let text = format!("safe for {name} below {}", short(low, 2));
-    (trials, Finding { sweep: name.to_string(), limit: Some(low), text })
+    let start = given.map_or(0, |decade| (decade - DECADES.start()).max(0) as usize);
+    let (below, above) = right.split_at_checked(start).unwrap_or((&right, &[]));
+    let ends = |mut list: Vec<(f64, bool)>| {
+        let at = list.iter().position(|(_, is_right)| !is_right)?;
+        let wrong = list.swap_remove(at).0;
+        Some((at.checked_sub(1).and_then(|before| list.get(before)).map(|(by, _)| *by), wrong))
+    };
+    // The given setting is right, so the neighbour of a border on its side is right.
+    let origin = given.map(number);
+    let upper = ends(above.to_vec()).map(|(last, wrong)| (last.or(origin), wrong));
+    let lower = ends(below.iter().rev().copied().collect()).map(|(last, wrong)| (last.or(origin), wrong));
+    let end =
+        |found: Option<(Option<f64>, f64)>| found.map(|(last, wrong)| last.map(|last| border(last, wrong)));
+    let (from, to) = (end(lower), end(upper));
+    finding.from = from.flatten();
+    finding.limit = to.flatten();
+    finding.text = match (from.flatten(), to) {
+        (None, None) => format!("right at every {name} from {least} to {most}"),
+        (None, Some(None)) => format!("right as given, and wrong from {name} {least} on"),
+        (None, Some(Some(to))) => format!("right for {name} up to {}", short(to, 2)),
+        (Some(from), None) => format!("right for {name} from {} to {most}", short(from, 2)),
+        (Some(from), Some(to)) => {
+            let to = to.unwrap_or(from);
+            format!("right for {name} from {} to {}", short(from, 2), short(to, 2))
+        }
+    };
+    let wrong = upper.or(lower).map(|(_, wrong)| wrong);
+    Sweep { trials, finding, wrong }
 }

@@ -1,6 +1,6 @@
 //! A report as text.
 
-use super::{Culprit, Report, Setting};
+use super::{Culprit, List, Report, Setting};
 use crate::explain::short;
 use std::fmt::Write;
 
@@ -22,16 +22,21 @@ pub fn text(report: &Report, all: bool) -> String {
     for finding in &report.findings {
         let _ = writeln!(out, "  {}", finding.text);
     }
-    let _ = writeln!(out);
     if report.culprits.is_empty() {
-        let _ = writeln!(out, "No line loses anything.");
-    } else {
-        let _ = writeln!(out, "Lines to blame, the worst first:");
+        let _ = writeln!(out, "\nNothing to blame.");
     }
-    let count = if all { report.culprits.len() } else { SHOWN };
-    let least = if all { 0.0 } else { report.culprits.first().map_or(0.0, |c| c.score * NEXT_TO_NOTHING) };
-    for culprit in report.culprits.iter().take(count).filter(|c| c.score > least) {
-        line(culprit, &mut out);
+    for List { title, lines, are_errors } in report.lists() {
+        let _ = writeln!(out, "\n{title}:");
+        let count = if all { lines.len() } else { SHOWN };
+        let least = if all { 0.0 } else { lines.first().map_or(0.0, |c| c.score * NEXT_TO_NOTHING) };
+        for culprit in lines.iter().take(count).filter(|c| c.score > least) {
+            line(culprit, &mut out);
+            if are_errors {
+                let indent = culprit.line.to_string().len();
+                let error = short(culprit.error, 2);
+                let _ = writeln!(out, "  {} = {error} of the output's range", " ".repeat(indent));
+            }
+        }
     }
     if all {
         table(report, &mut out);
@@ -53,8 +58,6 @@ fn line(culprit: &Culprit, out: &mut String) {
     );
     let _ = writeln!(out, "  {number} | {text}");
     let _ = writeln!(out, "  {} | {}{carets}", " ".repeat(number.len()), " ".repeat(before));
-    let _ =
-        writeln!(out, "  {} = {} of the output's range", " ".repeat(number.len()), short(culprit.score, 2));
 }
 
 fn table(report: &Report, out: &mut String) {
