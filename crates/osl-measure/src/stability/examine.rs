@@ -80,7 +80,7 @@ pub fn examine(
     }
     let mut passed_on: Vec<&str> = Vec::new();
     for knob in knobs {
-        let turned = turn(subject, grid, tolerance, knob, (variant, &trials[0]));
+        let turned = turn((subject, grid), tolerance, knob, variant, &trials[0]);
         if turned.passes_on {
             passed_on.push(&knob.name);
         }
@@ -173,11 +173,11 @@ struct Turned {
 
 /// Tries the values of a parameter.
 fn turn(
-    subject: &Subject<'_>,
-    grid: &Grid,
+    (subject, grid): (&Subject<'_>, &Grid),
     tolerance: f64,
     knob: &Knob,
-    (variant, given): (&dyn Fn(&str, &str) -> Option<Base>, &Trial),
+    variant: &dyn Fn(&str, &str) -> Option<Base>,
+    given: &Trial,
 ) -> Turned {
     let mut turned = Turned { trials: Vec::new(), finding: None, passes_on: false };
     let mut bad: Vec<String> = Vec::new();

@@ -106,7 +106,7 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
         WithData { data: data::read(&run.userdata, run.attributes.as_deref(), limits)?, points: grid(run) };
     let services = services(run, loaded.folder.clone(), grid_spaces(run));
     let single = frame(&loaded, Arithmetic::Strict, (run, &services, &points))?;
-    output::printed(&single.printed, run.allow_files, out)?;
+    output::printed(&single.printed, output::Appends::ByOption(run.allow_files), out)?;
     let report = Report {
         sources: &loaded.sources,
         format: run.read.message_format,
