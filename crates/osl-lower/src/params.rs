@@ -64,10 +64,8 @@ impl std::fmt::Display for ParamError {
                 let article = if ty.starts_with("int") { "an" } else { "a" };
                 write!(f, "parameter `{name}` is {article} {ty}, and `{text}` is none")?;
                 match ty.as_str() {
-                    "color" | "point" | "vector" | "normal" => {
-                        write!(f, ": write three numbers, as in `1,0.5,0`")
-                    }
-                    "matrix" => write!(f, ": write sixteen numbers with commas between them"),
+                    "color" | "point" | "vector" | "normal" => write!(f, ": write three numbers"),
+                    "matrix" => write!(f, ": write sixteen numbers"),
                     _ => Ok(()),
                 }
             }

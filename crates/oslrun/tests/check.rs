@@ -128,8 +128,7 @@ fn unknown_parameters_and_shaders_name_those_that_there_are() {
         "error: the shader has no parameter `gian`; there is one named `gain`\n"
     );
     assert_eq!(says(&["-p", "Bands=x"]), "error: parameter `Bands` is an int, and `x` is none\n");
-    let not_numbers =
-        "error: parameter `Base` is a color, and `#ff8800` is none: write three numbers, as in `1,0.5,0`\n";
+    let not_numbers = "error: parameter `Base` is a color, and `#ff8800` is none: write three numbers\n";
     assert_eq!(says(&["-p", "Base=#ff8800"]), not_numbers);
     let (_, _, err) = oslrun(dir.path(), &["--layer", "one=rmap"]);
     assert!(err.contains("there is one named `remap`"), "{err}");
