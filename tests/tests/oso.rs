@@ -398,6 +398,22 @@ fn names_of_files_are_read_again() {
     }
 }
 
+/// A name in quotes is read if it is one word, as it is written.
+#[test]
+fn names_of_shaders_are_words() {
+    let read = |name: &str| {
+        let oso =
+            format!("OpenShadingLanguage 1.00\nshader {name}\noparam\tfloat\tr\t0\ncode ___main___\n\tend\n");
+        let found = osl::stages::check("a.oso", &oso, &osl_syntax::NoFiles, &osl_syntax::Options::default());
+        assert_eq!(found.program.is_some(), found.diagnostics.is_empty(), "{name}");
+        found.program.is_some()
+    };
+    assert!(read("plain") && read("\"quoted\""));
+    for name in ["\"two words\"", "\"20 $tmp18 \t%argrw{\"", "\"a#b\"", "\"\""] {
+        assert!(!read(name), "{name}");
+    }
+}
+
 /// A compiled shader may have parameters with the names that the writer gives to constants and temporaries.
 #[test]
 fn names_of_the_writer_may_be_taken() {

@@ -251,6 +251,10 @@ fn shader<'a>(kind: &str, rest: &[Token<'a>], span: Span) -> Result<Shader<'a>, 
     let Some(name) = rest.first().and_then(Token::text).filter(|name| !name.is_empty()) else {
         return Err(errors::syntax(span, "a shader without a name"));
     };
+    // In quotes it could hold anything, but it is written without them.
+    if name.contains(|c: char| c.is_whitespace() || c.is_control() || "\"\\%#,{}".contains(c)) {
+        return Err(errors::syntax(span, "the name of a shader is one word"));
+    }
     Ok(Shader { kind, name, metadata: metadata(rest)? })
 }
 
