@@ -159,6 +159,18 @@ impl TextureCache {
         Self::of(search, &self.shared.limits)
     }
 
+    /// The places of the files that were requested so far, and of files with these names, whether or not there
+    /// are such files. Of a tiled name, only requested squares are included.
+    pub fn places<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Vec<PathBuf> {
+        let slots = self.shared.slots.read().unwrap_or_else(PoisonError::into_inner);
+        let requested = slots.first.keys().chain(slots.others.keys().map(|(name, _)| name)).cloned();
+        let names = names.into_iter().map(str::to_string);
+        let all: HashSet<String> = requested.chain(names).filter(|name| !name.is_empty()).collect();
+        let folders = self.shared.search.folders();
+        let beside = |name: &str| folders.iter().map(|folder| folder.join(name)).collect::<Vec<_>>();
+        all.iter().flat_map(|name| std::iter::once(PathBuf::from(name)).chain(beside(name))).collect()
+    }
+
     /// The first image of the file with this name, read if necessary.
     ///
     /// **Errors**: the failure of that read; every call with this name shares it.

@@ -10,7 +10,7 @@ use exr::block::writer::ChunksWriter;
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::compression::Compression;
 use exr::math::Vec2;
-use exr::meta::attribute::{ChannelDescription, LineOrder, Text};
+use exr::meta::attribute::{ChannelDescription, IntegerBounds, LineOrder, Text};
 use exr::meta::header::{Header, LayerAttributes};
 use exr::meta::{BlockDescription, MetaData};
 use half::f16;
@@ -47,6 +47,11 @@ impl LayerKind {
                 "m31", "m32", "m33",
             ],
         }
+    }
+
+    /// The names of the channels of a layer, in plane order.
+    pub fn channels(self, layer: &str) -> Vec<String> {
+        self.suffixes().iter().map(|suffix| channel_name(layer, suffix)).collect()
     }
 }
 
@@ -119,6 +124,17 @@ pub struct ExrOptions {
     pub samples: SampleType,
     /// The method of compression.
     pub compression: ExrCompression,
+    /// The larger image that the pixels are a part of; `None` if they are the whole image.
+    pub part: Option<Part>,
+}
+
+/// A place in a larger image: the data window of a file whose display window is the larger image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Column and row of the first pixel.
+    pub first: (usize, usize),
+    /// Columns and rows of the larger image.
+    pub of: (usize, usize),
 }
 
 /// Writes all layers as channels of one EXR file. Infinities and NaN are written unchanged.
@@ -273,7 +289,24 @@ fn header(
     let header = Header::new(Text::from(""), size, channels)
         .with_attributes(LayerAttributes::default())
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing);
-    Ok((header, order))
+    match options.part {
+        Some(part) => Ok((placed(path, header, size, part)?, order)),
+        None => Ok((header, order)),
+    }
+}
+
+/// The header of a part of a larger image.
+fn placed(path: &Path, header: Header, size: (usize, usize), part: Part) -> Result<Header, ImageError> {
+    let Part { first, of } = part;
+    check_size(path, of.0, of.1)?;
+    let fits = |first: usize, n: usize, of: usize| first.checked_add(n).is_some_and(|end| end <= of);
+    if !fits(first.0, size.0, of.0) || !fits(first.1, size.1, of.1) {
+        return Err(ImageError::input(path, "the pixels are not a part of the larger image"));
+    }
+    // `check_size` made sure that all of them fit.
+    let position = Vec2(first.0 as i32, first.1 as i32);
+    let whole = IntegerBounds::new(Vec2(0, 0), Vec2(of.0, of.1));
+    Ok(header.with_position(position).with_display_window(whole))
 }
 
 /// Compresses rows on all threads and writes them.
@@ -294,7 +327,7 @@ fn write_rows(
             if matches!(header.compression, Compression::ZIP1 | Compression::ZIP16) {
                 let row = |line: usize| planes.iter().map(move |plane| &plane[line * width..][..width]);
                 let all: Vec<&[f32]> = lines.clone().flat_map(row).collect();
-                let y_coordinate = (first + lines.start) as i32;
+                let y_coordinate = header.own_attributes.layer_position.y() + (first + lines.start) as i32;
                 let compressed_pixels_le = exr_zip::block(&all, samples);
                 let block = CompressedScanLineBlock { y_coordinate, compressed_pixels_le };
                 return Ok(Chunk { layer_index: 0, compressed_block: CompressedBlock::ScanLine(block) });

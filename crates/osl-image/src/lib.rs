@@ -51,7 +51,7 @@ pub use channels_out::{ImageFormat, Samples, channel_bytes, write_channels, writ
 pub use environment::environment;
 pub use error::ImageError;
 pub use exr_out::{
-    ExrCompression, ExrOptions, Layer, LayerKind, ROWS_TOGETHER, exr_file, exr_in_memory, write_exr,
+    ExrCompression, ExrOptions, Layer, LayerKind, Part, ROWS_TOGETHER, exr_file, exr_in_memory, write_exr,
     write_exr_rows,
 };
 pub use exr_zip::SampleType;
@@ -61,7 +61,7 @@ pub use image::{Header, ImageData, StoredType, SubImage};
 pub use loaded::{LoadFailure, Loaded};
 pub use lookup::{LookupOptions, lookup, lookup_values};
 pub use png_out::{BitDepth, PngOptions, png_bytes, write_png};
-pub use read::{decode_part, read_image};
+pub use read::{decode_part, read_image, read_image_within};
 pub use search::ReadFile;
 pub use texture::Texture;
 pub use transfer::Transfer;

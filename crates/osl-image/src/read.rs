@@ -61,9 +61,15 @@ impl Seek for Watched<'_> {
 /// **Errors**: the system refuses, the format is none of these, the file is damaged, or the image is too
 /// large.
 pub fn read_image(path: &Path) -> Result<ImageData, ImageError> {
-    let limits = Limits::default();
-    let file = file::open_named(path, &limits)?;
-    read_part(file, SubImage::default(), &Admission::by_limits(&limits)).map(Decoded::into_image)
+    read_image_within(path, &Limits::default())
+}
+
+/// The same, within these limits.
+///
+/// **Errors**: as for [`read_image`].
+pub fn read_image_within(path: &Path, limits: &Limits) -> Result<ImageData, ImageError> {
+    let file = file::open_named(path, limits)?;
+    read_part(file, SubImage::default(), &Admission::by_limits(limits)).map(Decoded::into_image)
 }
 
 /// Reads one image of an opened file. **Errors**: as for [`read_image`]; also if the file has no such image.

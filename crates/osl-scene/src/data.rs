@@ -5,9 +5,12 @@ use osl_ir::global::Global;
 use osl_ir::ir::Axis;
 use std::collections::BTreeMap;
 
-/// Named data, the same at all points.
+/// Data that are the same at all points: globals, and data by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Data {
+    /// Globals that are the same at all points, in place of those of the points; a scalar is in the first
+    /// element.
+    pub globals: BTreeMap<Global, [f32; 3]>,
     /// User data of the surface: the values of interpolated parameters, and attributes of no object.
     pub user: BTreeMap<String, Datum>,
     /// Attributes of no object; user data with the same name come first.
@@ -59,7 +62,7 @@ impl<S: PointSource> PointSource for WithData<S> {
     }
 
     fn uniform(&self, global: Global) -> [f32; 3] {
-        self.points.uniform(global)
+        self.data.globals.get(&global).copied().unwrap_or_else(|| self.points.uniform(global))
     }
 
     fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {

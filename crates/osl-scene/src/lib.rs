@@ -10,6 +10,7 @@
 
 pub mod bsdf;
 pub mod camera;
+mod crop;
 mod data;
 pub mod displace;
 mod grid;
@@ -29,6 +30,7 @@ pub mod view;
 // Types of this crate are part of the interface.
 pub use glam;
 
+pub use crop::Crop;
 pub use data::{Data, WithData};
 pub use grid::{Grid, reference_spaces, set_screen_spaces};
 pub use reference::ReferenceRenderer;

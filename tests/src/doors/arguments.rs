@@ -44,6 +44,14 @@ pub(super) const WORDS: &[&str] = &[
     "--eye\n1,2,3\n",
     "--samples\n2\n",
     "--filter\ngaussian\n",
+    "--crop\n0,2,1,3\n",
+    "-p\nk=0:1:2\n",
+    "--time\n0.5\n",
+    "--global\nN=0,1,0\n",
+    "--frames\n1-2\n",
+    "--histogram\n",
+    "compare\n",
+    "--tolerance\n0.1\n",
     "--max-error\n0.1\n",
     "--deny\nwarnings\n",
     "--allow\nall\n",
@@ -98,6 +106,10 @@ pub(super) fn seeds() -> Vec<Vec<u8>> {
         "--layer\nA=a\n--layer\nB=b\n--connect\nA.o=B.x\n--shader-path\n.\n-g\n2x2\n--profile",
         "a.osl\n--on\nsphere\n-g\n6x4\n--displace\no\n--edge-pixels\n4\n-o\nx.png",
         "a.osl\n-g\n4x4\n--samples\n2\n--filter\ngaussian\n--filter-width\n2",
+        "a.osl\n-g\n4x4\n--crop\n1,3,0,2\n--time\n2\n--frames\n1-2\n-o\nx#.png",
+        "a.osl\n-g\n4x4\n-p\nk=0:1:2\n--histogram\n-o\nx.png",
+        "compare\na.osl\n-g\n4x4\n--\n-p\nk=2",
+        "compare\na.osl\nb.osl\n-g\n4x4\n-o\nx.png\n--tolerance\n0.1",
         "check\na.osl\nb.osl\n--deny\nwarnings",
         "ir\na.osl\n--stage\nafter\n--without-pass\nfold",
         "compile\na.osl\n-o\nx.oso",
@@ -173,7 +185,10 @@ pub fn arguments(bytes: &[u8]) -> u64 {
             return 0;
         }
     }
-    // Both would wait for input.
+    // These would wait for input, or for a change.
+    if words.iter().any(|word| word.starts_with("--watch")) {
+        return 0;
+    }
     if words.iter().any(|word| word == "fmt") && words.iter().any(|word| word == "-") {
         return 0;
     }

@@ -206,8 +206,9 @@ impl<'a> Shading<'a> {
                 let signs = signs.get(at * each..).unwrap_or(&[]);
                 let mut block = block(words, plane.kind, signs);
                 if estimate {
+                    let number = self.surface.pixel(pixel as usize) as u32;
                     block.variance =
-                        variance(&block, words, signs, (plane.kind, &self.pattern, pixel, &samples));
+                        variance(&block, words, signs, (plane.kind, &self.pattern, number, &samples));
                 }
                 block
             };
@@ -228,7 +229,9 @@ impl<'a> Shading<'a> {
             return Vec::new();
         }
         let range = samples.start as usize..samples.end as usize;
-        let own = pixels.iter().flat_map(|pixel| self.pattern.of(*pixel).get(range.clone()).unwrap_or(&[]));
+        let number = |pixel: &u32| self.surface.pixel(*pixel as usize) as u32;
+        let own =
+            pixels.iter().flat_map(|pixel| self.pattern.of(number(pixel)).get(range.clone()).unwrap_or(&[]));
         own.map(|[x, y]| self.filter.place(*x).1 * self.filter.place(*y).1).collect()
     }
 

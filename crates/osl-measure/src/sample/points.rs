@@ -60,7 +60,8 @@ impl<'a> SamplePoints<'a> {
             match &self.samples {
                 None => places.push(Place { pixel: pixel_at, offset: [0.0; 2] }),
                 Some(range) => {
-                    let own = self.pattern.of(pixel);
+                    // A crop has the samples of the whole image.
+                    let own = self.pattern.of(self.surface.pixel(pixel as usize) as u32);
                     let from = range.start as usize + sample;
                     places.extend((from..from + left).map(|i| {
                         let s = own.get(i).copied().unwrap_or([0.5; 2]);
@@ -80,7 +81,7 @@ impl PointSource for SamplePoints<'_> {
     }
 
     fn pixel(&self, position: usize) -> usize {
-        self.pixels.get(position / self.each()).map_or(position, |pixel| *pixel as usize)
+        self.pixels.get(position / self.each()).map_or(position, |pixel| self.surface.pixel(*pixel as usize))
     }
 
     fn varying(&self) -> &[Global] {

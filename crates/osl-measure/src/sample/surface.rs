@@ -3,7 +3,7 @@
 use osl_exec::{Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
-use osl_scene::{Grid, WithData};
+use osl_scene::{Crop, Grid, WithData};
 
 /// A position in an image: a pixel and an offset from its centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,6 +84,27 @@ impl Surface for Grid {
         let axis = Grid::texture_axis(object, name, element)?;
         Some(self.texture_coordinate(axis, coordinate(self, axis, &place)))
     }
+}
+
+impl Surface for Crop {
+    fn size(&self) -> (usize, usize) {
+        Crop::size(self)
+    }
+
+    fn fill_at(&self, global: Global, places: &[Place], width: usize, lanes: &mut [f32]) {
+        let places: Vec<Place> = places.iter().map(|place| whole(self, *place)).collect();
+        self.grid.fill_at(global, &places, width, lanes);
+    }
+
+    fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
+        self.grid.attribute_at(object, name, element, whole(self, place))
+    }
+}
+
+/// The place in the whole grid of a place in a crop.
+fn whole(crop: &Crop, place: Place) -> Place {
+    let pixel = crop.whole(place.pixel.map(|at| at as usize)).map(|at| at as u32);
+    Place { pixel, ..place }
 }
 
 impl<S: Surface> Surface for WithData<S> {

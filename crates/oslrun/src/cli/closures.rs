@@ -9,15 +9,15 @@ use std::sync::Arc;
 /// The largest frame whose closures are shown point by point.
 const EACH: usize = 64;
 
-/// Shows the closures. In a small frame, those of each point; else, for each name, the number of points, the
+/// Shows the closures of a picture whose first pixel is `corner`. In a small frame, those of each point; else, for each name, the number of points, the
 /// range of weights, and an example.
-pub(super) fn show(frame: &Frame, width: usize, out: &mut dyn Write) {
+pub(super) fn show(frame: &Frame, width: usize, corner: (usize, usize), out: &mut dyn Write) {
     for closures in &frame.closures {
         if closures.points.len() <= EACH {
             for (point, list) in closures.points.iter().enumerate() {
                 let text: Vec<String> = list.iter().map(show_closure).collect();
                 let text = if text.is_empty() { "null".to_string() } else { text.join("\n    + ") };
-                let (x, y) = (point % width.max(1), point / width.max(1));
+                let (x, y) = (corner.0 + point % width.max(1), corner.1 + point / width.max(1));
                 let _ = writeln!(out, "{} at ({x}, {y}):\n      {text}", closures.output);
             }
             continue;

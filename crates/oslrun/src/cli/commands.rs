@@ -3,11 +3,13 @@
 use super::args::RunArgs;
 use super::book::BookArgs;
 use super::check::CheckArgs;
+use super::compare::CompareArgs;
 use super::compile::CompileArgs;
 use super::doc::DocArgs;
 use super::explain::ExplainArgs;
 use super::explain_error::ExplainErrorArgs;
 use super::fmt::FmtArgs;
+use super::frames::FrameArgs;
 use super::info::InfoArgs;
 use super::ir::IrArgs;
 use super::pages::{CompletionArgs, ManArgs};
@@ -15,6 +17,7 @@ use super::preview::PreviewArgs;
 use super::render::RenderArgs;
 use super::stability::StabilityArgs;
 use super::tradeoff::TradeoffArgs;
+use super::watch::WatchArgs;
 use super::{args, version};
 use clap::{Parser, Subcommand};
 
@@ -28,11 +31,17 @@ pub(super) struct Cli {
     /// Running a shader.
     #[command(flatten)]
     pub(super) run: RunArgs,
+    /// The frames of a film.
+    #[command(flatten)]
+    pub(super) frames: FrameArgs,
+    /// Whether to run again after a change.
+    #[command(flatten)]
+    pub(super) watch: WatchArgs,
     /// A picture with light.
     #[command(flatten)]
     pub(super) preview: PreviewArgs,
     /// Print the result of the run as one JSON object: the range of each output, the files, the numbers of
-    /// errors and warnings; with --stats and --profile also their tables.
+    /// errors and warnings; with --stats, --histogram and --profile also their tables.
     #[arg(long, help_heading = args::heading::MESSAGES)]
     pub(super) json: bool,
 }
@@ -60,6 +69,8 @@ pub(super) enum Command {
     Doc(DocArgs),
     /// Measure what more and fewer samples of a shader cost, and how large their errors are.
     Tradeoff(Box<TradeoffArgs>),
+    /// Compare two images, two shaders, or two settings of a shader: where they differ, and by how much.
+    Compare(Box<CompareArgs>),
     /// Write a page that shows the source of a shader, with a picture of each variable beside the line that
     /// sets it.
     PictureBook(Box<BookArgs>),

@@ -1,24 +1,21 @@
-//! `--userdata` and `--attributes`: the named data of surfaces and objects.
+//! `--userdata` and `--attributes`: the named data of surfaces and objects; with the globals of
+//! `--global`.
 
+use super::args::RunArgs;
 use super::{Failure, input};
 use osl_exec::Datum;
 use osl_ir::ir::Const;
-use osl_limits::Limits;
 use osl_scene::Data;
 use serde_json::Value;
-use std::path::Path;
 
 /// Reads the values on the command line and the attribute file.
-pub(super) fn read(
-    user: &[(String, String)],
-    attributes: Option<&Path>,
-    limits: &Limits,
-) -> Result<Data, Failure> {
-    let mut data = Data::default();
-    for (name, text) in user {
+pub(super) fn read(args: &RunArgs) -> Result<Data, Failure> {
+    let limits = args.read.limits.limits();
+    let mut data = Data { globals: args.globals.values(), ..Data::default() };
+    for (name, text) in &args.userdata {
         data.user.insert(name.clone(), user_datum(text));
     }
-    let Some(path) = attributes else { return Ok(data) };
+    let Some(path) = args.attributes.as_deref() else { return Ok(data) };
     let wrong = |why: &dyn std::fmt::Display| Failure::new(format!("attributes {}: {why}", path.display()));
     let text = input::read_text(path, limits).map_err(|e| wrong(&e))?;
     let value: Value = serde_json::from_str(&text).map_err(|e| wrong(&e))?;

@@ -100,7 +100,7 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     inside((x, y), run.grid)?;
     let place = format!("pixel ({x}, {y}) of {} by {}", grid.width, grid.height);
     let (width, height) = (grid.width, grid.height);
-    let data = data::read(&run.userdata, run.attributes.as_deref(), run.read.limits.limits())?;
+    let data = data::read(run)?;
     let points = WithData { points: grid, data };
     let Some(point) = OnePoint::at_pixel(&points, width, height, x, y) else { return Ok(()) };
     let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));

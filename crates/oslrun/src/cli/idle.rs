@@ -3,14 +3,15 @@
 //!
 //! This module must not know what the options mean.
 
-use super::book;
 use super::commands::Cli;
+use super::{book, compare};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
 /// The options that only matter for a picture that is written.
-const PICTURE: [&str; 16] = [
+const PICTURE: [&str; 17] = [
     "output",
+    "crop",
     "tap",
     "format",
     "half",
@@ -30,14 +31,18 @@ const PICTURE: [&str; 16] = [
 
 /// The options of each command that have no effect in it, besides those for a picture.
 const COMMANDS: [(&str, &[&str]); 4] = [
-    ("explain", &["stats", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
-    ("stability", &["stats", "profile", "threads", "batch", "isa", "without_pass", "on"]),
-    ("tradeoff", &["stats", "profile", "on"]),
+    ("explain", &["stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
+    (
+        "stability",
+        &["time", "global", "stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "on"],
+    ),
+    ("tradeoff", &["stats", "histogram", "profile", "on"]),
     (
         book::NAME,
         &[
             "outputs",
             "stats",
+            "histogram",
             "profile",
             "on",
             "displace",
@@ -68,7 +73,24 @@ fn instead(command: &str, option: &str) -> &'static str {
     }
 }
 
+/// The options that have no effect in a comparison, which uses the values of a run and writes its own picture.
+const COMPARED: [&str; 10] = [
+    "format",
+    "half",
+    "compression",
+    "range",
+    "signed",
+    "exposure",
+    "stats",
+    "histogram",
+    "profile",
+    "write",
+];
+
 fn has_no_effect(command: &str, option: &str) -> bool {
+    if command == compare::NAME {
+        return COMPARED.contains(&option);
+    }
     let own = COMMANDS.iter().find(|(name, _)| *name == command);
     let is_page = command == book::NAME && option == "output";
     own.is_some_and(|(_, options)| (PICTURE.contains(&option) && !is_page) || options.contains(&option))
@@ -78,6 +100,11 @@ fn has_no_effect(command: &str, option: &str) -> bool {
 pub(super) fn refused(found: &ArgMatches) -> Option<String> {
     let (command, options) = found.subcommand()?;
     let is_typed = |name: &str| options.value_source(name) == Some(ValueSource::CommandLine);
+    if command == compare::NAME
+        && let Some(text) = compare::refused(options)
+    {
+        return Some(text);
+    }
     let name = options.ids().map(clap::Id::as_str).find(|id| has_no_effect(command, id) && is_typed(id))?;
     let instead = instead(command, name);
     Some(format!("--{} has no effect in `{command}`{instead}", name.replace('_', "-")))
@@ -85,8 +112,11 @@ pub(super) fn refused(found: &ArgMatches) -> Option<String> {
 
 /// The command line, without these options in the help of the commands.
 pub(super) fn command_line() -> clap::Command {
-    let cli = Cli::command().mut_subcommand(book::NAME, book::options_of_a_page);
-    COMMANDS.into_iter().fold(cli, |cli, (name, _)| {
+    let cli = Cli::command()
+        .mut_subcommand(book::NAME, book::options_of_a_page)
+        .mut_subcommand(compare::NAME, compare::options_of_a_comparison);
+    let names = COMMANDS.into_iter().map(|(name, _)| name).chain([compare::NAME]);
+    names.fold(cli, |cli, name| {
         cli.mut_subcommand(name, |command| {
             command.mut_args(|arg| {
                 let is_idle = has_no_effect(name, arg.get_id().as_str());

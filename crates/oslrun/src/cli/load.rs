@@ -8,6 +8,7 @@ use osl_files::{FileError, Opened, Roots};
 use osl_hir::hir;
 use osl_hir::lint::Level;
 use osl_ir::ir::{Body, Const};
+use osl_ir::types::Type;
 use osl_limits::Limits;
 use osl_lower::group::{Group, Layer};
 use osl_lower::params::{self, ParamError, ParamValues};
@@ -55,6 +56,13 @@ impl Loaded {
         let named = run.outputs.iter().flatten().map(|name| Arc::from(name.as_str()));
         let all = named.chain(self.tapped.iter().cloned());
         (run.outputs.is_some() || !self.tapped.is_empty()).then(|| all.collect())
+    }
+
+    /// The type of a parameter, by the name that `-p` accepts.
+    pub(super) fn type_of(&self, name: &str) -> Option<Type> {
+        let Some(group) = &self.layers else { return params::type_of(&self.program, name) };
+        let (layer, name) = layer_of(group, name);
+        params::type_of(&group.layers().get(layer)?.program, name)
     }
 
     /// Its layers, to which others can be added. A single shader is a group of one layer.
@@ -121,7 +129,7 @@ impl Request<'_> {
             lints: &run.lints,
             repair: run.repair.then_some(run.write.as_deref()),
             allow_files: run.allow_files,
-            points: run.grid.0.saturating_mul(run.grid.1),
+            points: run.size().0.saturating_mul(run.size().1),
             note_derivs: false,
         }
     }
@@ -337,14 +345,17 @@ fn group(request: &Request<'_>, is_group: bool, notes: bool, err: &mut dyn Write
     Ok(Loaded { sources, body, name, folder, program, texts, tapped, noted, layers: Some(group), given })
 }
 
+/// The layer of `layer.name`, or the last one for another name; and the name there.
+fn layer_of<'a>(group: &Group, path: &'a str) -> (usize, &'a str) {
+    let named = path.split_once('.').and_then(|(layer, name)| Some((group.find(layer)?, name)));
+    named.unwrap_or((group.layers().len().saturating_sub(1), path))
+}
+
 /// Sets `name=value` in the last layer, `layer.name=value` in any. Returns the strings among the values.
 fn set_params(group: &mut Group, given: &[(String, String)]) -> Result<Vec<String>, Failure> {
     let mut texts = Vec::new();
     for (path, text) in given {
-        let (layer, name) = match path.split_once('.').and_then(|(l, n)| Some((group.find(l)?, n))) {
-            Some(found) => found,
-            None => (group.layers().len().saturating_sub(1), path.as_str()),
-        };
+        let (layer, name) = layer_of(group, path);
         let Some(layer) = group.layer_mut(layer) else { continue };
         params::set(&layer.program, &mut layer.values, name, text).map_err(|e| match e {
             ParamError::Unknown { .. } => Failure::new(format!("layer `{}`: {e}", layer.name)),

@@ -1,6 +1,6 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
 //! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`,
-//! `oslrun tradeoff FILE`, `oslrun picture-book FILE -o BOOK`.
+//! `oslrun tradeoff FILE`, `oslrun compare A B`, `oslrun picture-book FILE -o BOOK`.
 //!
 //! `commands` lists the commands; each has a module, which declares its options. `args` holds those that
 //! several share, and `session` sets up a run. Exit codes: 0 success, 1 an error in
@@ -12,6 +12,7 @@ mod book;
 mod check;
 mod closures;
 mod commands;
+mod compare;
 mod compat;
 mod compile;
 mod console;
@@ -23,6 +24,9 @@ mod explain;
 mod explain_error;
 mod fix;
 mod fmt;
+mod frames;
+mod globals;
+mod histogram;
 mod idle;
 mod info;
 mod input;
@@ -48,8 +52,10 @@ mod session;
 mod shading;
 mod stability;
 mod summary;
+mod sweep;
 mod tradeoff;
 mod version;
+mod watch;
 
 use clap::FromArgMatches;
 use commands::{Cli, Command};
@@ -152,11 +158,15 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),
         (Some(Command::Doc(args)), _) => doc::doc(&args, out),
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
+        (Some(Command::Compare(compared)), _) => compare::compare(*compared, &args, out, err),
         (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
         (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (Some(Command::Completions(args)), _) => pages::completions(&args, out),
         (Some(Command::Man(args)), _) => pages::man(&args, out),
-        (None, args) => run::run(&args, &cli.preview, cli.json, out, err),
+        (None, args) => {
+            let more = (&cli.frames, &cli.preview, cli.json);
+            watch::run(&args, &cli.watch, more, out, err)
+        }
     };
     match result {
         Ok(()) => 0,

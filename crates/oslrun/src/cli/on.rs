@@ -9,7 +9,7 @@ use super::load::Loaded;
 use super::run::Streams;
 use super::shading::{self, Report};
 use super::summary::{About, Ranges, Stats, summary};
-use super::{Failure, data, input, output, session};
+use super::{Failure, data, histogram, input, output, session};
 use osl::stages::{self, Compiled};
 use osl_exec::{Frame, Plane, PointSource, Run, RunOptions, Said, Services, Spaces};
 use osl_ir::ir::{Body, Kind, Output};
@@ -43,7 +43,7 @@ pub(super) fn run(
     about: Option<&mut About>,
     streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
-    let Streams { out, err, picture } = streams;
+    let Streams { out, err, picture, kept, .. } = streams;
     let mut job = Job::new(args, loaded, args.on.displace.clone())?;
     let displace = job.displacement()?;
     let shown = job.shown();
@@ -75,12 +75,11 @@ pub(super) fn run(
     let points = (seen.points.count() as u64, "points");
     shading.add(Report { points, width: Some(args.grid.0), ..report }.print(&frame.messages, err));
     shading.judge(args.lints.denies_errors())?;
+    let alpha = alpha(&seen, args);
 
     let started = Instant::now();
     let written = match &args.output {
-        Some(path) => {
-            output::write(&frame, Some(&alpha(&seen, args)), path, args)?.save(path, picture, err)?
-        }
+        Some(path) => output::write(&frame, Some(&alpha), path, args)?.save(path, picture, err)?,
         None => Vec::new(),
     };
     let times = [compile, time, started.elapsed()];
@@ -92,14 +91,22 @@ pub(super) fn run(
         ranges.add(&frame.planes);
         about.ran(&ranges, &written, shading);
         about.stats = stats;
+        about.histograms = args.histogram.then(|| histogram::of(&frame.planes, Some(&alpha)));
         return Ok(());
+    }
+    if args.histogram {
+        histogram::print(&histogram::of(&frame.planes, Some(&alpha)), out);
     }
     match stats {
         Some(stats) => stats.print(err),
-        None if args.output.is_none() => summary(&frame, out),
+        None if args.output.is_none() && !args.histogram && kept.is_none() => summary(&frame, out),
         None => {}
     }
     shading.wrote(&written, out);
+    if let Some(kept) = kept {
+        kept.covered = Some(alpha);
+        kept.frame = frame;
+    }
     Ok(())
 }
 
@@ -154,7 +161,8 @@ impl<'a> Job<'a> {
         if args.uv_scale.0.contains(&0.0) {
             return Err(Failure::usage("--uv-scale is not to be 0 on a surface"));
         }
-        let data = data::read(&args.userdata, args.attributes.as_deref(), args.read.limits.limits())?;
+        args.globals.check(SurfacePoints::default().varying())?;
+        let data = data::read(args)?;
         // The rows for row vectors are the columns for column vectors.
         let to_common = args.object_space.as_deref().map_or(Mat4::IDENTITY, Mat4::from_cols_array);
         Ok(Job {

@@ -175,7 +175,8 @@ fn layers(planes: &[Plane]) -> Vec<(&str, LayerKind)> {
         .collect()
 }
 
-fn layer_kind(plane: &Plane) -> LayerKind {
+/// What the planes of an output mean.
+pub(super) fn layer_kind(plane: &Plane) -> LayerKind {
     match plane.ty {
         Type::COLOR => LayerKind::Color,
         Type::MATRIX => LayerKind::Matrix,
@@ -186,7 +187,7 @@ fn layer_kind(plane: &Plane) -> LayerKind {
 
 fn exr_options(args: &RunArgs) -> ExrOptions {
     let samples = if args.half { SampleType::Half } else { SampleType::Float };
-    ExrOptions { samples, compression: args.compression }
+    ExrOptions { samples, compression: args.compression, part: args.part() }
 }
 
 fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Written, Failure> {
@@ -199,7 +200,7 @@ fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Written, Failur
             planes: group.values.iter().map(Vec::as_slice).collect(),
         })
         .collect();
-    let (width, height) = args.grid;
+    let (width, height) = args.size();
     let file = match path.as_os_str() == STDOUT {
         true => exr_in_memory(width, height, &layers, exr_options(args)),
         false => exr_file(path, width, height, &layers, exr_options(args)),
@@ -312,7 +313,7 @@ fn together(image: &dyn Rows, width: usize, planes: usize) -> usize {
 
 /// Computes a whole image.
 pub(super) fn whole(image: &mut dyn Rows, args: &RunArgs) -> Result<Frame, Broken> {
-    let ((width, height), limits) = (args.grid, args.read.limits.limits());
+    let ((width, height), limits) = (args.size(), args.read.limits.limits());
     let planes = image.planes().map_err(Broken::Run)?.len();
     image.fits(width * height).map_err(Broken::Run)?;
     let step = together(image, width, planes);
@@ -330,7 +331,7 @@ pub(super) fn stream(
     path: &Path,
     args: &RunArgs,
 ) -> Result<(Frame, Duration, Unsaved, Tallied), Broken> {
-    let (width, height) = args.grid;
+    let (width, height) = args.size();
     let planes = image.planes().map_err(Broken::Run)?;
     if planes.is_empty() {
         return Err(Broken::Empty);
@@ -386,7 +387,8 @@ fn single(
         if format != Some(ImageFormat::Jpeg) {
             planes.extend(covered.as_deref());
         }
-        let bytes = channel_bytes(&named, args.grid, &planes, None, shown.transfer).map_err(Failure::new)?;
+        let bytes =
+            channel_bytes(&named, args.size(), &planes, None, shown.transfer).map_err(Failure::new)?;
         set.add(name, &bytes)?;
         notes.extend(shown.note);
     }

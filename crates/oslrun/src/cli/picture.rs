@@ -71,7 +71,7 @@ impl Stored {
             })
             .collect();
         let samples = if self.half { SampleType::Half } else { SampleType::Float };
-        let options = ExrOptions { samples, compression: self.compression };
+        let options = ExrOptions { samples, compression: self.compression, part: None };
         let (width, height) = (picture.width, picture.height);
         let file = match path {
             None => osl_image::exr_in_memory(width, height, &layers, options),

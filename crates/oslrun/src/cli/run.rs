@@ -6,18 +6,19 @@ use super::load::{self, Loaded, Request};
 use super::output::{Broken, Rows, Tallied};
 use super::preview::{self, PreviewArgs};
 use super::sampling::{self, Plan, Sampled};
-use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
+use super::session::{grid_spaces, on_threads, options, points, progress, services, stopped};
 use super::shading::{self, Report};
 use super::summary::{About, Stats, summary};
-use super::{Failure, closures, console, data, on, output, profile};
+use super::watch::Reads;
+use super::{Failure, closures, console, data, histogram, on, output, profile, sweep};
 use osl::stages;
-use osl_exec::{Frame, PointSource, Program, Run, RunOptions, Services};
+use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
 use osl_ir::passes;
 use osl_measure::explain;
 use osl_measure::sample::Shading;
 use osl_numeric::Arithmetic;
-use osl_scene::{Grid, WithData};
+use osl_scene::{Crop, WithData};
 use osl_syntax::source::SourceMap;
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -28,6 +29,7 @@ pub(super) fn run(
     args: &RunArgs,
     lit: &PreviewArgs,
     json: bool,
+    reads: Option<&mut Reads>,
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<(), Failure> {
@@ -44,10 +46,15 @@ pub(super) fn run(
     let (mut text, mut picture) = (Vec::new(), Vec::new());
     let mut about = About::default();
     if !piped && !json {
-        return shaded(args, lit, None, &mut Streams { out, err, picture: &mut picture });
+        return pictures(
+            args,
+            lit,
+            None,
+            &mut Streams { out, err, picture: &mut picture, kept: None, reads },
+        );
     }
-    let streams = &mut Streams { out: &mut text, err: &mut *err, picture: &mut picture };
-    let result = shaded(args, lit, json.then_some(&mut about), streams);
+    let streams = &mut Streams { out: &mut text, err: &mut *err, picture: &mut picture, kept: None, reads };
+    let result = pictures(args, lit, json.then_some(&mut about), streams);
     if json {
         about.printed = String::from_utf8_lossy(&text).into_owned();
         result?;
@@ -59,11 +66,54 @@ pub(super) fn run(
     result
 }
 
+/// Runs a shader once, or for several values of parameters.
+fn pictures(
+    args: &RunArgs,
+    lit: &PreviewArgs,
+    about: Option<&mut About>,
+    streams: &mut Streams<'_>,
+) -> Result<(), Failure> {
+    let sweeps = sweep::find(args)?;
+    if sweeps.is_empty() {
+        return shaded(args, lit, about, streams);
+    }
+    if lit.preview || about.is_some() {
+        return Err(Failure::usage("--preview and --json are for a run with one value of each parameter"));
+    }
+    sweep::run(args, &sweeps, streams)
+}
+
 /// Where a run writes: text, messages, and a picture that is not a file.
 pub(super) struct Streams<'a> {
     pub(super) out: &'a mut dyn Write,
     pub(super) err: &'a mut dyn Write,
     pub(super) picture: &'a mut dyn Write,
+    /// Gets the values of a run, for a command that does more with them than write them.
+    pub(super) kept: Option<&'a mut Kept>,
+    /// Gets the files that the run reads.
+    pub(super) reads: Option<&'a mut Reads>,
+}
+
+/// The values of a run.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) frame: Frame,
+    /// 0 at pixels that show nothing.
+    pub(super) covered: Option<Plane>,
+}
+
+/// Runs a shader that writes no picture, and returns its values.
+pub(super) fn values(
+    args: &RunArgs,
+    reads: Option<&mut Reads>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<Kept, Failure> {
+    let mut kept = Kept::default();
+    let mut picture = std::io::sink();
+    let streams = &mut Streams { out, err, picture: &mut picture, kept: Some(&mut kept), reads };
+    shaded(args, &PreviewArgs::default(), None, streams)?;
+    Ok(kept)
 }
 
 fn shaded(
@@ -72,14 +122,20 @@ fn shaded(
     mut about: Option<&mut About>,
     streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
-    let Streams { out, err, picture } = streams;
+    let Streams { out, err, picture, kept, reads } = streams;
     let started = Instant::now();
     let plan = args.sampling.plan()?;
     if args.closures && plan != Plan::Plain {
         return Err(Failure::usage("--closures wants one sample for each pixel"));
     }
+    cropped(args, plan)?;
     let request = Request::of(args);
     let loaded = load::load(&request, err)?;
+    if let Some(reads) = reads {
+        let services = services(args, loaded.folder.clone(), grid_spaces(args));
+        reads.sources(&loaded.sources);
+        reads.textures(&services.textures, loaded.texts.iter().map(|(_, text)| &**text));
+    }
     if lit.preview {
         return preview::run((args, lit), loaded, started, about, streams);
     }
@@ -91,10 +147,7 @@ fn shaded(
     }
     let outputs = loaded.outputs(args);
     let Loaded { sources, mut body, name, folder, texts, tapped: taps, .. } = loaded;
-    let points = WithData {
-        data: data::read(&args.userdata, args.attributes.as_deref(), args.read.limits.limits())?,
-        points: grid(args),
-    };
+    let points = WithData { data: data::read(args)?, points: points(args) };
     let options = passes::Options {
         outputs,
         varying: points.varying().to_vec(),
@@ -129,10 +182,14 @@ fn shaded(
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
     let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
     let Shaded { mut frame, run, write, file, tallied, said } = shaded;
+    if let Some(reads) = reads {
+        reads.textures(&services.textures, []);
+    }
     output::printed(&frame.printed, output::Appends::ByOption(args.allow_files), out)?;
     if closures {
-        if args.closures || args.output.is_none() {
-            closures::show(&frame, args.grid.0, out);
+        if args.closures || (args.output.is_none() && kept.is_none()) {
+            let corner = args.part().map_or((0, 0), |part| part.first);
+            closures::show(&frame, args.size().0, corner, out);
         }
         closures::layers(&mut frame);
     }
@@ -164,20 +221,31 @@ fn shaded(
         (None, _) => Vec::new(),
     };
     let write = write + started.elapsed();
-    if args.output.is_none() && !args.stats && args.profile.is_none() && about.is_none() {
+    let histograms = args.histogram.then(|| histogram::of(&frame.planes, None));
+    if args.output.is_none()
+        && !args.stats
+        && !args.histogram
+        && args.profile.is_none()
+        && about.is_none()
+        && kept.is_none()
+    {
         summary(&frame, out);
     }
     let stats = Stats::of(&compiled, lowered, evaluations, [compile_time, run, write], args);
     if let Some(about) = &mut about {
         about.ran(&tallied.ranges, &written, shading);
         about.stats = args.stats.then_some(stats);
+        about.histograms = histograms;
         if args.profile.is_some() {
             about.profile = Some(profile::tables(&frame.profile, &sources));
         }
-    } else if args.stats {
-        stats.print(err);
-        if let Some(whole) = &whole {
-            let _ = err.write_all(explain::table(&explain::cost(whole, &options)).as_bytes());
+    } else {
+        histogram::print(&histograms.unwrap_or_default(), out);
+        if args.stats {
+            stats.print(err);
+            if let Some(whole) = &whole {
+                let _ = err.write_all(explain::table(&explain::cost(whole, &options)).as_bytes());
+            }
         }
     }
     if let Some(said) = said {
@@ -195,7 +263,31 @@ fn shaded(
     if about.is_none() {
         shading.wrote(&written, out);
     }
+    if let Some(kept) = kept {
+        kept.frame = frame;
+    }
     Ok(())
+}
+
+/// Fails if a part of the picture cannot be computed alone, or is not in the picture.
+fn cropped(args: &RunArgs, plan: Plan) -> Result<(), Failure> {
+    let Some(crop) = &args.crop else { return Ok(()) };
+    let (width, height) = args.grid;
+    if crop.columns.end > width || crop.rows.end > height {
+        return Err(Failure::usage(format!(
+            "--crop: the picture has {width} columns and {height} rows, so X1 is at most {width} and Y1 at most {height}"
+        )));
+    }
+    if args.on.on.is_some() {
+        return Err(Failure::usage("--crop is for the grid, not for --on"));
+    }
+    match plan {
+        Plan::Plain | Plan::Samples(..) => Ok(()),
+        Plan::Rate(_) | Plan::Adaptive(..) | Plan::MaxError(..) => Err(Failure::usage(
+            "--crop goes with --samples and --filter only: --shading-rate, --adaptive and --max-error compute a pixel \
+             from others, so that a part would have other values than the whole picture",
+        )),
+    }
 }
 
 /// A frame, the times of running and writing it, and its file if it is written already, but not yet moved
@@ -221,7 +313,7 @@ struct Programs<'a> {
 fn shade(
     programs: Programs<'_>,
     services: &Services,
-    points: &WithData<Grid>,
+    points: &WithData<Crop>,
     (plan, closures): (Plan, bool),
     args: &RunArgs,
     sources: &SourceMap,
@@ -231,7 +323,7 @@ fn shade(
     let tick = |done: usize| bar.at(done as u64);
     let run = Run::new(programs.usual, services, points, &options);
     let work = || {
-        let mut plain = output::Points { run: &run, width: args.grid.0, progress: &tick };
+        let mut plain = output::Points { run: &run, width: args.size().0, progress: &tick };
         if plan == Plan::Plain {
             return computed(&mut plain, closures, args);
         }
@@ -256,7 +348,8 @@ fn shade(
 fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Result<Shaded, Broken> {
     let started = Instant::now();
     match &args.output {
-        Some(path) if !closures && output::streams(args) => {
+        // A histogram needs all values.
+        Some(path) if !closures && !args.histogram && output::streams(args) => {
             let (frame, run, file, tallied) = output::stream(image, path, args)?;
             let write = started.elapsed().saturating_sub(run);
             Ok(Shaded { frame, run, write, file: Some(file), tallied, said: None })

@@ -7,7 +7,7 @@ use super::load::TextureFiles;
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use osl_exec::{Isa, RunError, RunOptions, Services, Spaces};
 use osl_image::TextureCache;
-use osl_scene::{Grid, set_screen_spaces};
+use osl_scene::{Crop, Grid, set_screen_spaces};
 use osl_syntax::source::SourceMap;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::io::IsTerminal;
@@ -22,6 +22,14 @@ pub(super) fn grid(args: &RunArgs) -> Grid {
         scale: args.uv_scale.0,
         offset: args.uv_offset.0,
         center: args.center,
+    }
+}
+
+/// The points of the picture: those of the crop, or of the whole grid.
+pub(super) fn points(args: &RunArgs) -> Crop {
+    match &args.crop {
+        Some(crop) => Crop::new(grid(args), crop.columns.clone(), crop.rows.clone()),
+        None => Crop::none(grid(args)),
     }
 }
 

@@ -2,6 +2,7 @@
 //! ran.
 
 use super::args::RunArgs;
+use super::histogram::Histogram;
 use super::profile;
 use super::shading::Tally;
 use osl::stages::Compiled;
@@ -26,6 +27,8 @@ pub(super) struct About {
     pub(super) printed: String,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) stats: Option<Stats>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) histograms: Option<Vec<Histogram>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) profile: Option<profile::Tables>,
 }

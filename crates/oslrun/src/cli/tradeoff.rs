@@ -57,10 +57,7 @@ pub(super) fn tradeoff(args: &TradeoffArgs, out: &mut dyn Write, err: &mut dyn W
     }
     let request = Request::of(run);
     let Loaded { sources, body, name, folder, texts, .. } = load::load(&request, err)?;
-    let points = WithData {
-        data: data::read(&run.userdata, run.attributes.as_deref(), run.read.limits.limits())?,
-        points: grid(run),
-    };
+    let points = WithData { data: data::read(run)?, points: grid(run) };
     let services = services(run, folder, super::session::grid_spaces(run));
     let programs = Programs::new(&body, run, &points);
     let bench = Bench { services: &services, surface: &points, options: options(run) };

@@ -43,6 +43,10 @@ fn commands_of_one_shader() {
     limited(&folder, &["stability", "a.osl", "--points", "4x4", "--no-params"], VALUES, "E0601");
     limited(&folder, &["tradeoff", "a.osl", "-g", "4x4", "--budget", "0.01"], STEPS, "takes more than");
     limited(&folder, &["picture-book", "a.osl", "-g", "4x4", "-o", "b.html"], STEPS, "takes more than");
+    limited(&folder, &["compare", "a.osl", "a.osl", "-g", "4x4"], STEPS, "takes more than");
+    folder.run(&["a.osl", "-g", "4x4", "-o", "b.exr"]).succeeds();
+    limited(&folder, &["compare", "b.exr", "b.exr"], ["--limit", "images.samples=9"], "images.samples");
+    limited(&folder, &["a.osl", "-g", "4x4", "--frames", "1-2", "-o", "#.png"], STEPS, "takes more than");
     limited(&folder, &["picture-book", "a.osl", "-g", "4x4", "-o", "b.html"], VALUES, "E0601");
 }
 
@@ -150,6 +154,8 @@ fn the_time_of_every_command_is_bounded() {
         &["a.osl", "-g", "8x8", "--on", "sphere"],
         &["render", "a.ass", "-o", "a.exr"],
         &["tradeoff", "a.osl", "-g", "8x8"],
+        &["compare", "a.osl", "a.osl", "-g", "8x8"],
+        &["a.osl", "-g", "8x8", "--frames", "1-9", "-o", "f#.png"],
         &["picture-book", "a.osl", "-g", "8x8", "-o", "b.html"],
         &["testshade", "-g", "8", "8", "-o", "x", "null", "a"],
         &["testrender", "-r", "8", "8", "a.xml", "b.exr"],

@@ -5,12 +5,13 @@
 pub(super) mod values;
 
 use super::display::DisplayArgs;
+use super::globals::GlobalArgs;
 use super::levels::LintArgs;
 use super::limits::LimitArgs;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{ArgGroup, Args, ValueEnum};
 use osl_exec::Isa;
-use osl_image::ExrCompression;
+use osl_image::{ExrCompression, Part};
 use osl_ir::passes::Pass;
 use osl_lower::taps::Wanted;
 use osl_measure::sample::{FilterKind, MAX_SAMPLES, Rate};
@@ -18,8 +19,8 @@ use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
 use std::path::PathBuf;
 use values::{
-    Gained, Pair, arithmetic, assignment, compression, error, filter, gained, grid, image_file, isa, matrix,
-    pair, pass, position, rate,
+    Crop, Gained, Pair, arithmetic, assignment, compression, crop, error, filter, gained, grid, image_file,
+    isa, matrix, pair, pass, position, rate,
 };
 
 /// The headings under which `--help` lists the options.
@@ -71,7 +72,7 @@ pub(super) enum MessageFormat {
 }
 
 /// How a shader is run.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(super) struct RunArgs {
     /// The shader file: a source, a compiled shader (.oso), or the text of a group (.group, .oslgroup, .txt).
     #[arg(required_unless_present_any = ["group", "layer"], value_name = "FILE.osl")]
@@ -101,6 +102,11 @@ pub(super) struct RunArgs {
     /// Place points at pixel centres instead of from border to border.
     #[arg(long, help_heading = heading::POINTS)]
     pub(super) center: bool,
+    /// Compute only these columns and rows of the grid, from X0 up to but not including X1, and Y0 up to Y1.
+    /// The pixels have the values that they have in the whole picture. An EXR file says where in the whole
+    /// picture they are.
+    #[arg(long, value_name = "X0,X1,Y0,Y1", value_parser = crop, allow_hyphen_values = true, help_heading = heading::POINTS)]
+    pub(super) crop: Option<Crop>,
     /// Factors for u and v, to show more of the pattern.
     #[arg(long, value_name = "U,V", default_value = "1,1", value_parser = pair, allow_hyphen_values = true, help_heading = heading::POINTS)]
     pub(super) uv_scale: Pair,
@@ -117,7 +123,9 @@ pub(super) struct RunArgs {
     #[command(flatten)]
     pub(super) sampling: SampleArgs,
     /// Value of a parameter; may be repeated: radius=0.3, tint=1,0.5,0, spacename=object. In a group, the
-    /// parameter belongs to the last layer; LAYER.NAME=VALUE sets one of another layer.
+    /// parameter belongs to the last layer; LAYER.NAME=VALUE sets one of another layer. Of a number,
+    /// radius=0.1:0.5:5 are 5 values from 0.1 to 0.5: the run makes a sheet of pictures, a row for one such
+    /// parameter and a table for two.
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = assignment, help_heading = heading::VALUES)]
     pub(super) params: Vec<(String, String)>,
     /// Matrix from shader to common space: 16 numbers, row by row, for row vectors.
@@ -135,6 +143,9 @@ pub(super) struct RunArgs {
     /// b] a triple.
     #[arg(long, value_name = "FILE", help_heading = heading::VALUES)]
     pub(super) attributes: Option<PathBuf>,
+    /// The globals of the shader.
+    #[command(flatten)]
+    pub(super) globals: GlobalArgs,
     /// Write 16-bit floats (EXR).
     #[arg(long, help_heading = heading::PICTURE)]
     pub(super) half: bool,
@@ -150,6 +161,10 @@ pub(super) struct RunArgs {
     /// Print times, points per second, and what each pass did.
     #[arg(long, help_heading = heading::MEASURING)]
     pub(super) stats: bool,
+    /// Print how the values of each output are distributed: range, mean, standard deviation, and a bar for
+    /// each sixteenth of the range.
+    #[arg(long, help_heading = heading::MEASURING)]
+    pub(super) histogram: bool,
     /// Print the time spent in each instruction and line; with a file, also write a flame graph: an image
     /// (.svg), or its folded stacks.
     #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, help_heading = heading::MEASURING)]
@@ -198,6 +213,20 @@ pub(super) struct RunArgs {
     pub(super) read: ReadArgs,
 }
 
+impl RunArgs {
+    /// Columns and rows of the picture: of the crop, or of the whole grid.
+    pub(super) fn size(&self) -> (usize, usize) {
+        self.crop.as_ref().map_or(self.grid, |crop| (crop.columns.len(), crop.rows.len()))
+    }
+
+    /// Where the picture is in the whole one, if it is a part of it.
+    pub(super) fn part(&self) -> Option<Part> {
+        let Crop { columns, rows } = self.crop.as_ref()?;
+        let is_part = self.size() != self.grid;
+        is_part.then_some(Part { first: (columns.start, rows.start), of: self.grid })
+    }
+}
+
 /// A group of shaders, and how its layers are connected.
 #[derive(Clone, Debug, Default, Args)]
 pub(super) struct NetworkArgs {
@@ -227,7 +256,7 @@ impl NetworkArgs {
 }
 
 /// A surface to shade.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(group = ArgGroup::new("seen").multiple(true))]
 pub(super) struct OnArgs {
     /// Shade what a camera sees of a surface: sphere, cylinder, torus, plane, cube, or a mesh from a file

@@ -7,6 +7,7 @@ use osl_measure::sample::{FilterKind, Rate};
 use osl_numeric::Arithmetic;
 use osl_scene::glam::Vec3;
 use osl_scene::render::Curve;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
@@ -17,6 +18,26 @@ pub(in crate::cli) fn grid(text: &str) -> Result<(usize, usize), String> {
         Some(0) => Err("a grid has at least one point in each direction".to_string()),
         Some(_) => Ok((w, h)),
         None => Err("so many points cannot be counted".to_string()),
+    }
+}
+
+/// Some columns and rows of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::cli) struct Crop {
+    pub(in crate::cli) columns: Range<usize>,
+    pub(in crate::cli) rows: Range<usize>,
+}
+
+pub(in crate::cli) fn crop(text: &str) -> Result<Crop, String> {
+    let numbers: Option<Vec<usize>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some([x0, x1, y0, y1]) if x0 < x1 && y0 < y1 => Ok(Crop { columns: *x0..*x1, rows: *y0..*y1 }),
+        Some([_, _, _, _]) => {
+            Err("a crop has at least one column and one row: X0,X1,Y0,Y1 with X0 below X1 and Y0 \
+                                   below Y1"
+                .to_string())
+        }
+        _ => Err(format!("four numbers X0,X1,Y0,Y1, such as 100,200,50,150, not `{text}`")),
     }
 }
 

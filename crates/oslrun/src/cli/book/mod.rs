@@ -102,8 +102,7 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     let main = loaded.sources.files().first();
     let (name, text) = main.map(|main| (main.name.clone(), main.text.to_string())).unwrap_or_default();
 
-    let points =
-        WithData { data: data::read(&run.userdata, run.attributes.as_deref(), limits)?, points: grid(run) };
+    let points = WithData { data: data::read(run)?, points: grid(run) };
     let services = services(run, loaded.folder.clone(), grid_spaces(run));
     let single = frame(&loaded, Arithmetic::Strict, (run, &services, &points))?;
     output::printed(&single.printed, output::Appends::ByOption(run.allow_files), out)?;

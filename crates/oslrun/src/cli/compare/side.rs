@@ -1,0 +1,162 @@
+//! One of two pictures: an image file, or the values of a shader, as named channels.
+//!
+//! The channels of a shader have the names that they have in an EXR file. This module must not know what is
+//! compared.
+
+use crate::cli::args::RunArgs;
+use crate::cli::{Failure, output, run};
+use osl_exec::Plane;
+use osl_image::{ImageData, Part, read_image_within};
+use osl_ir::ir::Kind;
+use osl_syntax::escape::shown;
+use std::io::Write;
+use std::path::Path;
+use std::sync::Arc;
+
+/// Endings of files that are run.
+const RUN: [&str; 6] = ["osl", "oso", "group", "oslgroup", "txt", "-"];
+
+/// A picture.
+pub(super) struct Side {
+    /// The file, or what is run.
+    pub(super) name: String,
+    /// Columns and rows.
+    pub(super) size: (usize, usize),
+    /// Column and row of its first pixel, and the window of the whole image if this is a part.
+    window: ((i32, i32), Option<[i32; 4]>),
+    pub(super) channels: Vec<Channel>,
+}
+
+/// A channel of a picture.
+pub(super) struct Channel {
+    pub(super) name: String,
+    values: Values,
+}
+
+enum Values {
+    /// A channel of an image.
+    Image(Arc<ImageData>, usize),
+    /// A component of an output.
+    Plane(Plane),
+}
+
+impl Channel {
+    /// The value at a pixel, counted row by row. Ints are exact.
+    pub(super) fn at(&self, pixel: usize) -> f64 {
+        let value = match &self.values {
+            Values::Image(image, channel) => {
+                image.samples.get(pixel * image.channels.len() + channel).copied().map(f64::from)
+            }
+            Values::Plane(plane) => match plane.wide.get(pixel) {
+                Some(wide) => Some(*wide),
+                None => plane.words.get(pixel).map(|word| match plane.kind {
+                    Kind::Int => f64::from(*word as i32),
+                    _ => f64::from(f32::from_bits(*word)),
+                }),
+            },
+        };
+        value.unwrap_or(f64::NAN)
+    }
+}
+
+/// Whether a file is run rather than read as an image.
+pub(super) fn is_shader(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or(path.as_os_str());
+    ending.to_str().is_some_and(|ending| RUN.contains(&ending.to_ascii_lowercase().as_str()))
+}
+
+/// The picture of a file, or of a group without a file.
+pub(super) fn of(args: &RunArgs, err: &mut dyn Write) -> Result<Side, Failure> {
+    match &args.file {
+        Some(path) if !is_shader(path) => image(path, args),
+        _ => shader(args, err),
+    }
+}
+
+fn image(path: &Path, args: &RunArgs) -> Result<Side, Failure> {
+    let image = read_image_within(path, args.read.limits.limits()).map_err(Failure::new)?;
+    let name = path.display().to_string();
+    if image.n_parts > 1 {
+        let parts = image.n_parts;
+        return Err(Failure::new(format!("{name}: the file holds {parts} images; a comparison is for one")));
+    }
+    let image = Arc::new(image);
+    let channel = |(at, name): (usize, &String)| Channel {
+        name: name.clone(),
+        values: Values::Image(image.clone(), at),
+    };
+    let mut channels: Vec<Channel> = image.channels.iter().enumerate().map(channel).collect();
+    if let Some(asked) = &args.outputs {
+        let fits = |name: &str, asked: &str| {
+            name == asked || name.strip_prefix(asked).is_some_and(|rest| rest.starts_with('.'))
+        };
+        if let Some(missing) = asked.iter().find(|asked| !channels.iter().any(|c| fits(&c.name, asked))) {
+            let all: Vec<&str> = image.channels.iter().map(String::as_str).collect();
+            return Err(Failure::new(format!(
+                "{name} has no channel or layer `{missing}`; it has {}",
+                all.join(", ")
+            )));
+        }
+        channels.retain(|channel| asked.iter().any(|asked| fits(&channel.name, asked)));
+    }
+    let window = (image.header.data_origin, image.header.display_window);
+    Ok(Side { name, size: (image.width, image.height), window, channels })
+}
+
+fn shader(args: &RunArgs, err: &mut dyn Write) -> Result<Side, Failure> {
+    let name = args.file.as_ref().map_or_else(|| "the group".to_string(), |path| path.display().to_string());
+    // The standard output is for the report.
+    let mut text = Vec::new();
+    let kept = run::values(args, None, &mut text, err);
+    let _ = err.write_all(&text);
+    let run::Kept { frame, covered } = kept?;
+    // As in an image, alpha is compared unless the outputs are named.
+    let planes = frame.planes.into_iter().chain(covered.filter(|_| args.outputs.is_none()));
+    let mut channels = Vec::new();
+    for plane in planes.filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)) {
+        let names = output::layer_kind(&plane).channels(&plane.output);
+        let name = names.into_iter().nth(plane.component).unwrap_or_default();
+        channels.push(Channel { name, values: Values::Plane(plane) });
+    }
+    if channels.is_empty() {
+        return Err(Failure::new(format!("{}: {}", shown(&name), output::EMPTY)));
+    }
+    let window = args.part().map_or(((0, 0), None), |Part { first: (x, y), of: (width, height) }| {
+        // The run has checked that these are sizes of an image.
+        ((x as i32, y as i32), Some([0, 0, width as i32 - 1, height as i32 - 1]))
+    });
+    Ok(Side { name, size: args.size(), window, channels })
+}
+
+impl Side {
+    /// Why this picture cannot be compared with another one.
+    pub(super) fn mismatch(&self, other: &Side) -> Option<String> {
+        let (a, b) = (&self.name, &other.name);
+        if self.size != other.size {
+            let ((w, h), (x, y)) = (self.size, other.size);
+            return Some(format!("the sizes differ: {a} has {w}x{h} pixels, {b} has {x}x{y}"));
+        }
+        if self.window != other.window {
+            let place = |side: &Side| {
+                let ((x, y), whole) = side.window;
+                let part = if whole.is_some() { "a part of a larger image, " } else { "" };
+                format!("{} is {part}from pixel ({x}, {y}) on", side.name)
+            };
+            return Some(format!("the pictures show different parts: {}, {}", place(self), place(other)));
+        }
+        let only = |a: &Side, b: &Side| -> Vec<String> {
+            let is_known = |name: &str| b.channels.iter().any(|channel| channel.name == name);
+            a.channels.iter().filter(|c| !is_known(&c.name)).map(|c| c.name.clone()).collect()
+        };
+        let alone: Vec<String> = [(self, other), (other, self)]
+            .into_iter()
+            .map(|(side, other)| (side, only(side, other)))
+            .filter(|(_, names)| !names.is_empty())
+            .map(|(side, names)| format!("only {} has {}", side.name, names.join(", ")))
+            .collect();
+        if alone.is_empty() {
+            return None;
+        }
+        Some(format!("the channels differ: {}; --outputs NAME,… chooses those of both", alone.join("; ")))
+    }
+}

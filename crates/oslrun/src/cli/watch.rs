@@ -1,0 +1,223 @@
+//! `--watch`: makes the picture again when the shader, a header or a texture changes.
+//!
+//! The files are the ones that the last run read or looked for. Their times and sizes are compared a few
+//! times per second. A run that fails leaves the last picture in place. This module must not know how a
+//! shader runs.
+
+use super::args::values::STDOUT;
+use super::args::{RunArgs, heading};
+use super::frames::{self, FrameArgs};
+use super::preview::PreviewArgs;
+use super::{Failure, input};
+use clap::Args;
+use osl::stages;
+use osl_image::TextureCache;
+use osl_syntax::escape::shown;
+use osl_syntax::source::SourceMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// The interval between looks at the files.
+const EVERY: Duration = Duration::from_millis(150);
+
+/// Whether to watch.
+#[derive(Clone, Debug, Default, Args)]
+pub(super) struct WatchArgs {
+    /// Make the picture again whenever the shader, an included header or a texture changes, until Ctrl-C. A
+    /// shader with errors leaves the last picture in place.
+    #[arg(long, conflicts_with = "json", help_heading = heading::RUNNING)]
+    watch: bool,
+}
+
+/// The files that a run reads, or looks for.
+#[derive(Debug, Default)]
+pub(super) struct Reads(BTreeSet<PathBuf>);
+
+impl Reads {
+    /// Adds the files of a source.
+    pub(super) fn sources(&mut self, sources: &SourceMap) {
+        self.0.extend(sources.files().iter().map(|file| PathBuf::from(&*file.name)));
+    }
+
+    /// Adds the places of the textures that a run looked for, and of others with these names.
+    pub(super) fn textures<'a>(&mut self, textures: &TextureCache, names: impl IntoIterator<Item = &'a str>) {
+        self.0.extend(textures.places(names));
+    }
+
+    /// Adds the files that the command line names, and those that a single shader includes, even if it has
+    /// errors.
+    fn named(&mut self, args: &RunArgs) {
+        self.0.extend(args.file.iter().chain(&args.attributes).cloned());
+        self.0.extend(args.on.on.iter().map(PathBuf::from));
+        let Some(path) = &args.file else { return };
+        if let Ok(input) = input::read(path, &args.read) {
+            let files = input.files.or_anywhere(args.allow_files);
+            self.sources(&stages::check(&input.name, &input.text, &files, &input.options).sources);
+        }
+    }
+}
+
+/// The time and the size of each file; none if there is no such file.
+type Looks = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
+
+fn look(path: &Path) -> Option<(SystemTime, u64)> {
+    let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+    Some((about.modified().ok()?, about.len()))
+}
+
+/// Runs a shader, and again after each change.
+pub(super) fn run(
+    args: &RunArgs,
+    wanted: &WatchArgs,
+    (frames, lit, json): (&FrameArgs, &PreviewArgs, bool),
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    if !wanted.watch {
+        return frames::run(args, frames, (lit, json), None, out, err);
+    }
+    let is_stream = |path: &Option<PathBuf>| path.as_ref().is_some_and(|path| path.as_os_str() == STDOUT);
+    if is_stream(&args.file) || is_stream(&args.output) {
+        return Err(Failure::usage("--watch is for files: the standard streams do not change"));
+    }
+    let wait = || {
+        std::thread::sleep(EVERY);
+        true
+    };
+    watched(args, (frames, lit), wait, out, err)
+}
+
+/// Runs a shader now and after each change, until `wait` returns false. A mistake on the command line ends the
+/// watch at once.
+fn watched(
+    args: &RunArgs,
+    (frames, lit): (&FrameArgs, &PreviewArgs),
+    mut wait: impl FnMut() -> bool,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<(), Failure> {
+    let mut known = Looks::new();
+    loop {
+        // Each run has limits of its own, so that --max-time is the time of one picture.
+        let again = args.clone();
+        let mut reads = Reads::default();
+        reads.named(&again);
+        for path in std::mem::take(&mut reads.0) {
+            known.entry(path.clone()).or_insert_with(|| look(&path));
+        }
+        let result = frames::run(&again, frames, (lit, false), Some(&mut reads), out, err);
+        for path in reads.0 {
+            known.entry(path.clone()).or_insert_with(|| look(&path));
+        }
+        match result {
+            Err(failure) if failure.code == 2 => return Err(failure),
+            Err(Failure { text, .. }) if !text.is_empty() => {
+                let _ = writeln!(err, "error: {}", shown(&text));
+            }
+            _ => {}
+        }
+        let files = known.values().flatten().count();
+        let s = if files == 1 { "" } else { "s" };
+        let _ = writeln!(err, "note: watching {files} file{s}; Ctrl-C ends the command");
+        let _ = err.flush();
+        super::flushed(out)?;
+        let Some(changed) = next_change(&mut known, &mut wait) else { return Ok(()) };
+        let _ = writeln!(err, "note: {} has changed", shown(&changed.display().to_string()));
+    }
+}
+
+/// Waits for a change, and then until the files rest: editors write in several steps. `None` if the watch
+/// ends.
+fn next_change(known: &mut Looks, wait: &mut impl FnMut() -> bool) -> Option<PathBuf> {
+    let mut changed = None;
+    while wait() {
+        let mut rests = true;
+        for (path, before) in known.iter_mut() {
+            let now = look(path);
+            if now != *before {
+                *before = now;
+                rests = false;
+                changed = Some(path.clone());
+            }
+        }
+        // A file that is gone is mostly about to be replaced.
+        let is_there = changed.as_ref().is_none_or(|path| look(path).is_some());
+        if rests && is_there && changed.is_some() {
+            return changed;
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test says what must hold")]
+mod tests {
+    use super::*;
+    use crate::cli::commands::Cli;
+    use clap::Parser;
+
+    const GOOD: &str = "#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }";
+
+    /// Watches a shader while a list of steps changes its files. Returns the messages and the picture after
+    /// each step.
+    fn steps(list: &[&dyn Fn(&Path)], more: &[&str]) -> (String, Vec<Vec<u8>>) {
+        let dir = tempfile::tempdir().unwrap();
+        let path = |name: &str| dir.path().join(name);
+        std::fs::write(path("k.h"), "#define K 1\n").unwrap();
+        std::fs::write(path("s.osl"), GOOD).unwrap();
+        let (file, picture) = (path("s.osl").display().to_string(), path("s.png").display().to_string());
+        let words = ["oslrun", &file, "-g", "4x4", "-o", &picture];
+        let cli = Cli::parse_from(words.iter().chain(more));
+        let (mut out, mut err, mut pictures, mut at) = (Vec::new(), Vec::new(), Vec::new(), 0);
+        // Two looks without a change follow each step: the first one finds it, the next one sees it rest.
+        let wait = || {
+            if at % 3 == 0 {
+                pictures.push(std::fs::read(path("s.png")).unwrap_or_default());
+                let Some(step) = list.get(at / 3) else { return false };
+                step(dir.path());
+            }
+            at += 1;
+            true
+        };
+        watched(&cli.run, (&cli.frames, &cli.preview), wait, &mut out, &mut err).unwrap();
+        let said = String::from_utf8(err).unwrap();
+        (said.replace(&dir.path().display().to_string(), "@"), pictures)
+    }
+
+    #[test]
+    fn the_shader_and_its_headers_are_watched_and_errors_keep_the_picture() {
+        let broken = |dir: &Path| {
+            std::fs::write(dir.join("s.osl"), "shader s(output float f = 0) { f = x; }").unwrap()
+        };
+        let good = |dir: &Path| std::fs::write(dir.join("s.osl"), GOOD).unwrap();
+        let header = |dir: &Path| std::fs::write(dir.join("k.h"), "#define K 0.25\n").unwrap();
+        let gone = |dir: &Path| std::fs::remove_file(dir.join("k.h")).unwrap();
+        let (said, pictures) = steps(&[&broken, &good, &header, &gone, &header], &[]);
+        assert!(!pictures[0].is_empty(), "{said}");
+        assert_eq!(pictures[1], pictures[0], "an error keeps the picture");
+        assert_eq!(pictures[2], pictures[0]);
+        assert_ne!(pictures[3], pictures[0], "the header counts");
+        assert_eq!(pictures[4], pictures[3], "a file that is gone is not yet a change");
+        assert!(said.contains("@/s.osl:1") && said.contains("@/k.h has changed"), "{said}");
+    }
+
+    #[test]
+    fn a_texture_that_comes_later_is_found() {
+        let shader = |dir: &Path| {
+            let text = "shader s(string file = \"t.png\", output color f = 0) { f = texture(file, u, v); }";
+            std::fs::write(dir.join("s.osl"), text).unwrap();
+        };
+        let texture = |dir: &Path| {
+            let options = osl_image::PngOptions {
+                transfer: osl_image::Transfer::Linear,
+                depth: osl_image::BitDepth::Eight,
+            };
+            osl_image::write_png(&dir.join("t.png"), 1, 1, &[&[1.0]], options).unwrap();
+        };
+        let (said, pictures) = steps(&[&shader, &texture], &[]);
+        assert!(said.contains("t.png has changed"), "{said}");
+        assert_ne!(pictures[2], pictures[1], "{said}");
+    }
+}
