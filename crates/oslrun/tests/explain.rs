@@ -151,8 +151,9 @@ fn stability_writes_its_files() {
     let file = folder.path().join("s.osl");
     std::fs::write(&file, "shader s(output float r = 0) { r = cellnoise(u * 9) + noise(P * 4); }").unwrap();
     let [file, html_text, map_text] = [&file, &html, &map].map(|p| p.display().to_string());
-    let args = ["stability", &file, "--points", "16x16", "--html", &html_text, "--error-map", &map_text];
-    let (code, out, err) = oslrun(&args);
+    let (html_option, map_option) = (["--html", &html_text], ["--error-map", &map_text]);
+    let args = ["stability", &file, "--points", "16x16", "--budget", "600"];
+    let (code, out, err) = oslrun(&[&args[..], &html_option, &map_option].concat());
     assert_eq!((code, err.as_str()), (0, ""));
     assert!(out.contains("right for offset up to"), "{out}");
     assert!(std::fs::read_to_string(&html).unwrap().contains("Digits lost"));
@@ -167,4 +168,80 @@ fn a_tolerance_is_a_number_above_0() {
     let (code, _, err) = oslrun(&["stability", &shader("strips.osl"), "--tolerance", "0"]);
     assert_eq!(code, 2);
     assert!(err.contains("--tolerance"), "{err}");
+}
+
+/// A folder with a shader whose cosine loses its digits.
+fn pendulum() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.osl");
+    let text = "shader s(output float r = 0)\n{\n    float swing = 0.002 * u + 0.0005;\n    \
+                r = 100000 * (1 - cos(swing));\n}\n";
+    std::fs::write(&file, text).unwrap();
+    (folder, file.display().to_string())
+}
+
+const FIX: [&str; 6] = ["--fix", "--points", "16x16", "--no-params", "--budget", "600"];
+
+#[test]
+fn stability_repairs_a_line() {
+    let (folder, file) = pendulum();
+    let before = std::fs::read_to_string(&file).unwrap();
+    let fixed = folder.path().join("fixed.osl").display().to_string();
+    let args: Vec<&str> = ["stability", &file, "--write", &fixed].into_iter().chain(FIX).collect();
+    let (code, out, err) = oslrun(&args);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("half angle: ") && out.contains("+    float sine = sin(0.5 * swing);"), "{out}");
+    assert!(err.contains("wrote"), "{err}");
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), before);
+    let (code, out, _) =
+        oslrun(&["stability", &fixed, "--points", "16x16", "--no-params", "--budget", "600"]);
+    assert_eq!(code, 0);
+    assert!(out.contains("Nothing to blame."), "{out}");
+    // Into its own file only if that is named.
+    let args: Vec<&str> = ["stability", &file, "--write", &file].into_iter().chain(FIX).collect();
+    assert_eq!(oslrun(&args).0, 0);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), std::fs::read_to_string(&fixed).unwrap());
+    // Nothing is left to repair, and then nothing is written.
+    let none = folder.path().join("none.osl").display().to_string();
+    let args: Vec<&str> = ["stability", &file, "--write", &none].into_iter().chain(FIX).collect();
+    let (code, out, err) = oslrun(&args);
+    assert_eq!(code, 0);
+    assert!(!out.contains("Repair (") && err.contains("not written"), "{out}{err}");
+    assert!(!Path::new(&none).exists());
+}
+
+#[test]
+fn a_repair_is_data_too() {
+    let (_folder, file) = pendulum();
+    let args: Vec<&str> = ["stability", &file, "--json"].into_iter().chain(FIX).collect();
+    let (_, out, _) = oslrun(&args);
+    let value: serde_json::Value = serde_json::from_str(&out).unwrap();
+    let repair = &value["repair"];
+    assert_eq!(repair["steps"][0]["name"], "half angle");
+    assert!(repair["diff"].as_str().unwrap().contains("(repaired)"));
+    let error = |which: &serde_json::Value| which["largest"].as_f64().unwrap();
+    assert!(error(&repair["before"]) > 10.0 * error(&repair["steps"][0]["errors"]));
+}
+
+#[test]
+fn a_repair_needs_a_source() {
+    let (_folder, file) = pendulum();
+    let (code, _, err) = oslrun(&["stability", &file, "--write", "x.osl"]);
+    assert_eq!((code, err.contains("--fix or --repair")), (2, true), "{err}");
+    let (code, _, err) = oslrun(&["stability", "--group", "shader s s;", "--fix"]);
+    assert_eq!((code, err.contains("--fix is for the source")), (2, true), "{err}");
+    let (code, _, err) = oslrun(&[&file, "--write", "x.osl", "-g", "2x2"]);
+    assert_eq!((code, err.contains("--repair")), (2, true), "{err}");
+}
+
+#[test]
+fn a_report_that_is_cut_short_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.osl");
+    let text =
+        "shader s(float a = 1, output float r = 0) { for (int i = 0; i < 20000; i++) r += sin(a * i + u); }";
+    std::fs::write(&file, text).unwrap();
+    let (code, out, err) = oslrun(&["stability", &file.display().to_string(), "--budget", "0.05"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("the time was over (--budget)") && out.contains("scale"), "{out}");
 }

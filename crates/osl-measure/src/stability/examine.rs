@@ -24,6 +24,8 @@ pub struct Examined {
     pub given: Planes,
     /// The outputs at the first decade of offsets beyond the right range, and that offset.
     pub far: Option<(f64, Planes)>,
+    /// The settings just beyond the right ranges, at which the lines beyond them are blamed.
+    pub beyond: Vec<Setting>,
 }
 
 /// What is swept: the settings, their name, and the decade of the given setting, unless that is 0.
@@ -35,7 +37,7 @@ const FOOTPRINT: Knobs = (|by| Setting::Footprint { by }, "footprint", Some(0));
 
 /// Smallest error at the given setting for which lines are blamed, as a share of the range: about a thousand
 /// roundings of single operations.
-const NOTABLE: f64 = 1e-4;
+pub(super) const NOTABLE: f64 = 1e-4;
 
 /// Examines a shader on a grid. `variant` compiles it with another value of a parameter, or says why that is
 /// impossible.
@@ -48,18 +50,34 @@ pub fn examine(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
+    let Given { first, given, found } = at_given(subject, grid, tolerance, sources);
     let mut trials = vec![first];
     let mut findings = vec![as_given(&trials[0])];
-    let blames = largest_error(&trials[0]) >= NOTABLE;
-    let Found { blamed, noticed, mut skipped } =
-        culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
+    let Found { blamed, noticed, mut skipped } = found;
     let mut beyond: Vec<Culprit> = Vec::new();
     let mut far = None;
+    let mut settings = Vec::new();
+    let mut not_examined: Vec<String> = Vec::new();
+    // What ran out of time is left out as a whole.
+    let ends = |what: &str, list: &mut Vec<String>| {
+        let is_over = subject.is_over();
+        if is_over {
+            list.push(what.to_string());
+        }
+        is_over
+    };
+    ends("some lines", &mut not_examined);
     for (setting, name, decade) in [OFFSET, SCALE] {
+        if ends(name, &mut not_examined) {
+            continue;
+        }
         let swept = sweep(subject, grid, tolerance, (setting, name), (decade, &trials[0]));
+        if ends(name, &mut not_examined) {
+            continue;
+        }
         // Just beyond the range, errors still have single causes.
         if let Some(by) = swept.wrong {
+            settings.push(setting(by));
             let (_, planes) = measure(subject, &subject.base, grid, setting(by), tolerance);
             let found = culprits(subject, grid, &setting(by), &planes, sources, true);
             skipped += found.skipped;
@@ -72,15 +90,23 @@ pub fn examine(
         findings.push(swept.finding);
     }
     findings.push(resolution(grid));
-    if subject.base.differentiates {
+    if subject.base.differentiates && !ends("footprint", &mut not_examined) {
         let (setting, name, decade) = FOOTPRINT;
         let swept = sweep(subject, grid, tolerance, (setting, name), (decade, &trials[0]));
-        trials.extend(swept.trials);
-        findings.push(swept.finding);
+        if !ends(name, &mut not_examined) {
+            trials.extend(swept.trials);
+            findings.push(swept.finding);
+        }
     }
     let mut passed_on: Vec<&str> = Vec::new();
     for knob in knobs {
+        if ends(&knob.name, &mut not_examined) {
+            continue;
+        }
         let turned = turn((subject, grid), tolerance, knob, variant, &trials[0]);
+        if ends(&knob.name, &mut not_examined) {
+            continue;
+        }
         if turned.passes_on {
             passed_on.push(&knob.name);
         }
@@ -107,8 +133,48 @@ pub fn examine(
         culprits: blamed,
         noticed,
         beyond: once,
+        not_examined,
+        repair: None,
     };
-    Examined { report, given, far }
+    Examined { report, given, far, beyond: settings }
+}
+
+/// The examination of the given setting alone: what [`examine`] finds there, without any sweep.
+pub fn examine_given(
+    subject: &Subject<'_>,
+    grid: &Grid,
+    tolerance: f64,
+    sources: &SourceMap,
+    shader: &str,
+) -> Examined {
+    let Given { first, given, found } = at_given(subject, grid, tolerance, sources);
+    let findings = vec![as_given(&first)];
+    let report = Report {
+        shader: shader.to_string(),
+        tolerance,
+        trials: vec![first],
+        findings,
+        culprits: found.blamed,
+        noticed: found.noticed,
+        beyond: Vec::new(),
+        not_examined: Vec::new(),
+        repair: None,
+    };
+    Examined { report, given, far: None, beyond: Vec::new() }
+}
+
+/// The outcome, the values and the lines at the given setting.
+struct Given {
+    first: Trial,
+    given: Planes,
+    found: Found,
+}
+
+fn at_given(subject: &Subject<'_>, grid: &Grid, tolerance: f64, sources: &SourceMap) -> Given {
+    let (first, given) = measure(subject, &subject.base, grid, Setting::AsGiven, tolerance);
+    let blames = largest_error(&first) >= NOTABLE;
+    let found = culprits(subject, grid, &Setting::AsGiven, &given, sources, blames);
+    Given { first, given, found }
 }
 
 /// The sentence about points that were not followed.

@@ -3,10 +3,13 @@
 //! `sweep` runs the shader in strict arithmetic and in double precision over extreme settings (scale and
 //! offset of the coordinates, footprint of the derivatives, each parameter) and compares the results. `blame`
 //! follows the error of single points back to the instructions that made it; `lines` sums this up by source
-//! line. This module must not know the command line; [`text`] and [`html`] format a [`Report`].
+//! line. `fix` rewrites the lines to blame and proves what that is worth. This module must not know the command
+//! line; [`text`] and [`html`] format a [`Report`].
 
 mod blame;
+mod cost;
 mod examine;
+pub mod fix;
 pub mod html;
 mod jumps;
 mod lines;
@@ -15,7 +18,7 @@ mod sweep;
 pub mod text;
 
 pub use blame::{Blame, Place};
-pub use examine::{Examined, Knob, examine};
+pub use examine::{Examined, Knob, examine, examine_given};
 pub use lines::{Culprit, Found, culprits};
 pub use subject::{Base, Planes, Subject, Swept, digits_lost};
 pub use sweep::{Finding, Outcome, Setting, Trial, measure};
@@ -40,6 +43,11 @@ pub struct Report {
     pub noticed: Vec<Culprit>,
     /// The lines that fail first beyond the ranges in which the points are right.
     pub beyond: Vec<Culprit>,
+    /// What was not looked at, because the time was over. Which parts these are depends on the machine.
+    pub not_examined: Vec<String>,
+    /// What was found to repair these lines, if that was requested.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repair: Option<fix::Repair>,
 }
 
 /// A list of lines with its heading.

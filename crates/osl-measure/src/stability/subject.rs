@@ -46,34 +46,67 @@ impl PointSource for Swept {
 
 /// A shader for some parameter values, ready to run.
 pub struct Base {
-    strict: osl_exec::Program,
-    exact: osl_exec::Program,
+    /// The programs.
+    pub(super) programs: Programs,
     noted: Body,
     /// Whether the shader uses derivatives.
     pub differentiates: bool,
+    outputs: Option<Vec<Arc<str>>>,
 }
 
 impl Base {
     /// A lowered body, without notes and with them.
     pub fn new(plain: Body, noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
-        let grid = Grid::new(2, 2);
-        let options = passes::Options {
-            outputs: outputs.clone(),
-            varying: grid.varying().to_vec(),
-            derivs: grid.varying_derivs().to_vec(),
-            limits: limits.clone(),
-            ..passes::Options::default()
-        };
-        let strict = stages::finish(plain.clone(), &options);
-        let double = passes::Options { arithmetic: Arithmetic::Double, ..options.clone() };
-        let exact = stages::finish(plain, &double).program;
-        let insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
-        let differentiates = insts.into_iter().any(|i| matches!(i.op, osl_ir::ir::Op::GlobalDeriv(..)));
+        let (programs, differentiates) = Programs::new(plain, outputs.as_deref(), limits);
+        let options = options(outputs.as_deref(), limits);
         let mut noted = trace::prepare(noted, &options.varying, &options.derivs, limits);
-        if let Some(wanted) = outputs {
+        if let Some(wanted) = &outputs {
             noted.outputs.retain(|o| wanted.contains(&o.name));
         }
-        Base { strict: strict.program, exact, noted, differentiates }
+        Base { programs, noted, differentiates, outputs }
+    }
+
+    /// The programs of another body with the same outputs.
+    pub(super) fn programs_of(&self, plain: Body, limits: &Limits) -> Programs {
+        Programs::new(plain, self.outputs.as_deref(), limits).0
+    }
+
+    /// Another body with the same outputs, without notes and with them.
+    pub(super) fn again(&self, plain: Body, noted: Body, limits: &Limits) -> Base {
+        Base::new(plain, noted, self.outputs.clone(), limits)
+    }
+}
+
+fn options(outputs: Option<&[Arc<str>]>, limits: &Limits) -> passes::Options {
+    let grid = Grid::new(2, 2);
+    passes::Options {
+        outputs: outputs.map(<[Arc<str>]>::to_vec),
+        varying: grid.varying().to_vec(),
+        derivs: grid.varying_derivs().to_vec(),
+        limits: limits.clone(),
+        ..passes::Options::default()
+    }
+}
+
+/// A program in both arithmetics.
+pub(super) struct Programs {
+    pub(super) strict: osl_exec::Program,
+    pub(super) exact: osl_exec::Program,
+    /// The cost of the strict one, in additions.
+    pub(super) cost: f64,
+}
+
+impl Programs {
+    /// The programs of a lowered body, and whether it uses derivatives.
+    fn new(plain: Body, outputs: Option<&[Arc<str>]>, limits: &Limits) -> (Programs, bool) {
+        let options = options(outputs, limits);
+        let strict = stages::finish(plain.clone(), &options);
+        let double = passes::Options { arithmetic: Arithmetic::Double, ..options };
+        let exact = stages::finish(plain, &double).program;
+        let mut insts = strict.body.blocks.iter().flat_map(|b| &b.insts);
+        let differentiates = insts.any(|i| matches!(i.op, osl_ir::ir::Op::GlobalDeriv(..)));
+        let cost = super::cost::cost(&strict.body);
+        (Programs { strict: strict.program, exact, cost }, differentiates)
     }
 }
 
@@ -112,25 +145,34 @@ impl<'a> Subject<'a> {
     /// # Errors
     /// A budget of the run is used up.
     pub fn run(&self, base: &Base, points: &Swept, tries: bool) -> Result<Planes, RunError> {
+        let strict = self.values(&base.programs.strict, points, tries)?;
+        let exact = self.values(&base.programs.exact, points, tries)?;
+        Ok(Planes { names: strict.0, strict: strict.1, exact: exact.1 })
+    }
+
+    /// Runs points with one program: the names of its planes, and their values.
+    pub(super) fn values(
+        &self,
+        program: &osl_exec::Program,
+        points: &Swept,
+        tries: bool,
+    ) -> Result<(Vec<String>, Vec<Vec<f64>>), RunError> {
         let mut limits = self.limits.clone();
         if tries {
             limits.running.point_steps = limits.running.point_steps.min(limits.running.tried_steps);
         }
         let options = RunOptions { limits, ..RunOptions::default() };
-        let strict = osl_exec::run(&base.strict, self.services, points, &options, &|_| ())?;
-        let exact = osl_exec::run(&base.exact, self.services, points, &options, &|_| ())?;
-        let mut planes = Planes::default();
-        for (a, b) in strict.planes.iter().zip(&exact.planes) {
-            let single = !a.ty.base.is_triple() && a.ty.base != osl_ir::types::Base::Matrix;
-            planes.names.push(if single {
-                a.output.to_string()
-            } else {
-                format!("{}.{}", a.output, a.component)
-            });
-            planes.strict.push(a.doubles());
-            planes.exact.push(b.doubles());
-        }
-        Ok(planes)
+        let frame = osl_exec::run(program, self.services, points, &options, &|_| ())?;
+        let name = |plane: &osl_exec::Plane| {
+            let single = !plane.ty.base.is_triple() && plane.ty.base != osl_ir::types::Base::Matrix;
+            if single { plane.output.to_string() } else { format!("{}.{}", plane.output, plane.component) }
+        };
+        Ok((frame.planes.iter().map(name).collect(), frame.planes.iter().map(|p| p.doubles()).collect()))
+    }
+
+    /// Whether the time of the examination is over.
+    pub(super) fn is_over(&self) -> bool {
+        self.limits.halted().is_some()
     }
 
     /// Follows one point, given by column and row, until the budget for following is used up.

@@ -3,6 +3,7 @@
 use super::subject::{Base, Planes, Subject, Swept};
 use crate::explain::short;
 use osl_exec::RunError;
+use osl_limits::Halt;
 use osl_scene::Grid;
 use serde::Serialize;
 
@@ -153,7 +154,10 @@ pub fn measure(
 }
 
 fn stop_text(stop: &RunError) -> String {
-    stop.to_string()
+    match stop {
+        RunError::Halted(Halt::Cancelled) => "the time is over".to_string(),
+        _ => stop.to_string(),
+    }
 }
 
 /// A plane whose values vary by less than this share of their size counts as flat.

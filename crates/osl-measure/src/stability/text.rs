@@ -22,6 +22,13 @@ pub fn text(report: &Report, all: bool) -> String {
     for finding in &report.findings {
         let _ = writeln!(out, "  {}", finding.text);
     }
+    if !report.not_examined.is_empty() {
+        let _ = writeln!(
+            out,
+            "  the time was over (--budget) before these were examined: {}; what was examined depends on the machine",
+            report.not_examined.join(", ")
+        );
+    }
     if report.culprits.is_empty() {
         let _ = writeln!(out, "\nNothing to blame.");
     }

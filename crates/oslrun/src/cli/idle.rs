@@ -4,7 +4,7 @@
 //! This module must not know what the options mean.
 
 use super::commands::Cli;
-use super::{book, compare};
+use super::{book, compare, stability};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
@@ -114,7 +114,8 @@ pub(super) fn refused(found: &ArgMatches) -> Option<String> {
 pub(super) fn command_line() -> clap::Command {
     let cli = Cli::command()
         .mut_subcommand(book::NAME, book::options_of_a_page)
-        .mut_subcommand(compare::NAME, compare::options_of_a_comparison);
+        .mut_subcommand(compare::NAME, compare::options_of_a_comparison)
+        .mut_subcommand(stability::NAME, stability::own_options);
     let names = COMMANDS.into_iter().map(|(name, _)| name).chain([compare::NAME]);
     names.fold(cli, |cli, name| {
         cli.mut_subcommand(name, |command| {

@@ -23,6 +23,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// Whether a file holds the text of a group, by its name.
+pub(super) fn is_group(file: &Path) -> bool {
+    let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    GROUP_ENDINGS.contains(&ending.as_str())
+}
+
 /// Endings of files that hold the text of a group.
 const GROUP_ENDINGS: [&str; 3] = ["group", "oslgroup", "txt"];
 
@@ -153,14 +159,20 @@ pub(super) fn load_sloped(request: &Request<'_>) -> Result<Body, Failure> {
     Ok(load_noted(&request, &mut std::io::sink())?.1)
 }
 
+/// The body of a changed source of the shader that was loaded, with notes or without; `None` if it cannot be
+/// lowered.
+pub(super) fn lowered_again(program: &hir::Program, request: &Request<'_>, notes: bool) -> Option<Body> {
+    let requests = Requests { notes, ..requests(Vec::new(), request) };
+    stages::lower_for(program, request.params, &requests).ok()
+}
+
 fn load_as(request: &Request<'_>, notes: bool, err: &mut dyn Write) -> Result<Loaded, Failure> {
     let most = request.read.limits.limits().running.points;
     if request.points as u64 > most {
         let points = request.points;
         return Err(Failure::new(format!("{points} points are more than {most} (--limit running.points=N)")));
     }
-    let ending = request.file.and_then(Path::extension).unwrap_or_default().to_string_lossy().to_lowercase();
-    let is_group = GROUP_ENDINGS.contains(&ending.as_str());
+    let is_group = request.file.is_some_and(is_group);
     match request.file {
         Some(path) if request.network.is_empty() && !is_group => shader(path, request, notes, err),
         _ => group(request, is_group, notes, err),

@@ -40,7 +40,8 @@ pub(super) struct TradeoffArgs {
     pub(super) html: Option<PathBuf>,
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
+/// A number of seconds.
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|s| (0.01..=1e6).contains(s));
     number.ok_or_else(|| format!("a number of seconds from 0.01 to 1000000, not `{text}`"))
 }

@@ -240,7 +240,8 @@ fn trace(row: &Row) {
 fn traces(_: &Row) {
     let unstable = body("o = (u + 100000) - 100000;");
     let lines = |limit: &str| {
-        let said = unstable.run(&["stability", "a.osl", "--points", "4x4", "--limit", limit]);
+        let said =
+            unstable.run(&["stability", "a.osl", "--points", "4x4", "--budget", "600", "--limit", limit]);
         said.succeeds();
         said.out.len()
     };
@@ -251,7 +252,9 @@ fn tried_steps(row: &Row) {
     let long = shader(
         "shader a(float p = 1, output float o = 0) { for (int i = 0; i < 300; i++) o = sin(o + u * p); }",
     );
-    let said = long.run(&["stability", "a.osl", "--points", "4x4", "--limit", "running.tried_steps=500"]);
+    let limit = ["--limit", "running.tried_steps=500"];
+    let args = ["stability", "a.osl", "--points", "4x4", "--budget", "600", limit[0], limit[1]];
+    let said = long.run(&args);
     said.succeeds();
     assert!(said.out.contains(row.error), "{}", said.out);
 }

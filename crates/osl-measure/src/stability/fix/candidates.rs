@@ -1,0 +1,335 @@
+//! Rewrites of a shader: every place where a row of the table matches, as edits of the text.
+//!
+//! This module must not know whether a rewrite helps.
+
+use super::matching::{Found, find};
+use super::rows::{ROWS, Row};
+use super::source::{Site, Source};
+use super::term::{Head, Term, binds, parse, parse_grouped, word};
+use super::writing::{filled, show, tidied, with_rest};
+use osl_ir::types::Type;
+use osl_syntax::diagnostic::Edit;
+use osl_syntax::span::Span;
+use std::collections::BTreeSet;
+use std::sync::OnceLock;
+
+/// A changed text.
+#[derive(Clone, Debug)]
+pub(super) struct Candidate {
+    /// The name of the rewrite.
+    pub(super) name: &'static str,
+    /// Why it loses fewer digits.
+    pub(super) why: &'static str,
+    /// The lines whose expressions it replaces.
+    pub(super) lines: BTreeSet<u32>,
+    /// The line that it changes.
+    pub(super) line: u32,
+    /// The replaced text.
+    pub(super) old: String,
+    /// What stands there instead.
+    pub(super) new: String,
+    /// The whole text after it.
+    pub(super) text: String,
+}
+
+/// A row with its texts as terms.
+struct Ready {
+    row: &'static Row,
+    find: Term,
+    with: Vec<(char, Term)>,
+    write: Term,
+}
+
+/// The rows; one that cannot be read is left out, which a test excludes.
+fn ready() -> &'static [Ready] {
+    static READY: OnceLock<Vec<Ready>> = OnceLock::new();
+    READY.get_or_init(|| {
+        let read = |row: &'static Row| {
+            let with = row.with.iter().map(|(letter, text)| Some((*letter, parse_grouped(text)?)));
+            Some(Ready {
+                row,
+                find: parse(row.find)?,
+                with: with.collect::<Option<_>>()?,
+                write: parse_grouped(row.write)?,
+            })
+        };
+        ROWS.iter().filter_map(read).collect()
+    })
+}
+
+/// Variables that are opened one by one.
+const VARIABLES: usize = 6;
+/// How deep variables are opened all together.
+const DEPTH: usize = 3;
+
+/// The rewrites of a shader that take part in one of these lines.
+pub(super) fn candidates(source: &Source<'_>, blamed: &[u32]) -> Vec<Candidate> {
+    let mut out: Vec<Candidate> = Vec::new();
+    for site in source.sites() {
+        let is_real = site.expr.ty == Type::FLOAT || site.expr.ty.is_triple();
+        let Some(term) = source.reader.term(site.expr).filter(|_| is_real) else { continue };
+        if matches!(term.head, Head::Leaf(_) | Head::Number(_)) {
+            continue;
+        }
+        let known = source.known(&term);
+        let mut forms = vec![term.clone()];
+        forms.extend(known.iter().take(VARIABLES).map(|var| source.opened(&term, Some(&[*var]), 1)));
+        if !known.is_empty() {
+            forms.extend((1..=DEPTH).map(|depth| source.opened(&term, None, depth)));
+        }
+        let mut put = |candidate: Option<Candidate>| {
+            let new = candidate.filter(|c| !out.iter().any(|other| other.text == c.text));
+            out.extend(new);
+        };
+        let is_blamed = |span: &Span| source.line(*span).is_some_and(|line| blamed.contains(&line));
+        for form in &forms {
+            let mut takes_part = false;
+            form.each(&mut |part| takes_part |= part.covers.iter().any(is_blamed));
+            if !takes_part {
+                continue;
+            }
+            put(cancelled(source, &site, form));
+            for ready in ready() {
+                for found in find(&ready.find, form) {
+                    put(rewrite(source, &site, ready, &found));
+                }
+            }
+        }
+    }
+    out
+}
+
+/// The expression without terms and factors that cancel.
+fn cancelled(source: &Source<'_>, site: &Site<'_>, form: &Term) -> Option<Candidate> {
+    let new = placed(source, site, &tidied(form)?)?;
+    let mut covers = Vec::new();
+    form.each(&mut |part| covers.extend(part.covers.iter().copied()));
+    let why = "terms or factors cancel, but what is between them rounds everything else away";
+    made(source, site, ("terms that cancel", why), &covers, &[], new)
+}
+
+/// A letter with the local variable that holds it.
+struct Local {
+    letter: char,
+    name: String,
+    /// Its type and value.
+    value: Term,
+    ty: &'static str,
+}
+
+fn rewrite(source: &Source<'_>, site: &Site<'_>, ready: &Ready, found: &Found) -> Option<Candidate> {
+    let chooses = contains(&ready.write, &|t| t.head == Head::Choose);
+    if chooses && site.expr.ty != Type::FLOAT {
+        return None;
+    }
+    // Letters that occur several times become variables, if they are long; so do values that are computed
+    // first. What is used only once after all stands in its place.
+    let mut wanted: Vec<char> =
+        found.letters.iter().map(|(letter, _)| *letter).filter(|l| is_long(ready, found, *l)).collect();
+    wanted.extend(ready.with.iter().map(|(letter, _)| *letter));
+    if site.before.is_none() {
+        wanted.clear();
+    }
+    let (mut locals, mut new) = written(source, site, ready, found, &wanted)?;
+    let uses = |name: &str, locals: &[Local], new: &str| {
+        let texts = locals.iter().map(|l| show(&l.value).0).chain([new.to_string()]);
+        texts.map(|text| words(&text).filter(|word| *word == name).count()).sum::<usize>()
+    };
+    let rare: Vec<char> =
+        locals.iter().filter(|l| uses(&l.name, &locals, &new) < 2).map(|l| l.letter).collect();
+    if !rare.is_empty() {
+        wanted.retain(|letter| !rare.contains(letter));
+        (locals, new) = written(source, site, ready, found, &wanted)?;
+    }
+    let inserted: Vec<String> =
+        locals.iter().map(|l| format!("{} {} = {};", l.ty, l.name, show(&l.value).0)).collect();
+    made(source, site, (ready.row.name, ready.row.why), &found.covers, &inserted, new)
+}
+
+/// The candidate with this text in place of an expression, after these statements.
+fn made(
+    source: &Source<'_>,
+    site: &Site<'_>,
+    (name, why): (&'static str, &'static str),
+    covers: &[Span],
+    inserted: &[String],
+    new: String,
+) -> Option<Candidate> {
+    let text = source.reader.text;
+    let line = source.line(site.expr.span)?;
+    let mut lines: BTreeSet<u32> = covers.iter().filter_map(|span| source.line(*span)).collect();
+    lines.insert(line);
+    let old = text.get(site.expr.span.start as usize..site.expr.span.end as usize)?;
+    if *old == new {
+        return None;
+    }
+    let mut edits: Vec<Edit> = insertion(source, site.before, inserted).into_iter().collect();
+    edits.push(Edit { span: site.expr.span, text: new.clone() });
+    let text = osl_syntax::repair::apply(text, &edits)?;
+    let new = inserted.iter().map(|statement| format!("{statement} ")).collect::<String>() + &new;
+    Some(Candidate { name, why, lines, line, old: old.to_string(), new, text })
+}
+
+/// The edit that puts statements before the one at a position.
+pub(super) fn insertion(source: &Source<'_>, before: Option<usize>, statements: &[String]) -> Option<Edit> {
+    let at = before.filter(|_| !statements.is_empty())?;
+    let between = if source.is_first(at) { format!("\n{}", source.indent(at)) } else { " ".to_string() };
+    let text = statements.iter().map(|s| format!("{s}{between}")).collect();
+    Some(Edit { span: Span::new(at as u32, at as u32), text })
+}
+
+/// The local variables and the new text, if these letters become variables.
+fn written(
+    source: &Source<'_>,
+    site: &Site<'_>,
+    ready: &Ready,
+    found: &Found,
+    wanted: &[char],
+) -> Option<(Vec<Local>, String)> {
+    let mut found = found.clone();
+    let mut locals: Vec<Local> = Vec::new();
+    let put = |letter: char, term: Term, locals: &mut Vec<Local>| -> Option<Term> {
+        if !wanted.contains(&letter) || is_name(&term) || matches!(term.head, Head::Number(_)) {
+            return Some(term);
+        }
+        if !term.is_pure {
+            return None;
+        }
+        let base = name_of(&term);
+        let names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
+        let mut names = names.filter(|name| !words(source.reader.text).any(|word| word == *name));
+        let name = names.find(|name| !locals.iter().any(|l| l.name == *name))?;
+        // The variable keeps the form of its value, so that it still cancels.
+        let local = Term { text: Some(name.as_str().into()), binds: binds::WHOLE, var: None, ..term.clone() };
+        locals.push(Local { letter, name, ty: word(type_of(&term))?, value: term });
+        Some(local)
+    };
+    for (letter, term) in std::mem::take(&mut found.letters) {
+        let term = put(letter, term, &mut locals)?;
+        found.letters.push((letter, term));
+    }
+    for (letter, term) in &ready.with {
+        let term = put(*letter, filled(term, &found)?, &mut locals)?;
+        // What is computed first is rounded there, so it does not cancel with its parts.
+        let term = match term.head {
+            Head::Number(_) => term,
+            _ => {
+                let (text, own) = show(&term);
+                Term {
+                    text: Some(text.as_str().into()),
+                    binds: own,
+                    head: Head::Leaf(text.into()),
+                    parts: Vec::new(),
+                    ..term
+                }
+            }
+        };
+        found.letters.push((*letter, term));
+    }
+    let several = |letter: char| {
+        count(&ready.write, letter) + ready.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>() > 1
+    };
+    if found.letters.iter().any(|(letter, term)| !term.is_pure && several(*letter)) {
+        return None;
+    }
+    let is_sum = matches!(ready.find.head, Head::Sum(_));
+    let term = filled(&ready.write, &found)?;
+    let is_list = matches!(ready.find.head, Head::Sum(_) | Head::Product(_));
+    let term = if is_list { with_rest(term, is_sum, &found) } else { term };
+    Some((locals, placed(source, site, &term)?))
+}
+
+/// The text of a term in the place of an expression, with parentheses where it needs them.
+fn placed(source: &Source<'_>, site: &Site<'_>, term: &Term) -> Option<String> {
+    let (text, own) = show(term);
+    let written = |span: Span| source.reader.text.get(span.start as usize..span.end as usize);
+    if let Some(target) = site.target {
+        return Some(format!("{} = {text}", written(target)?));
+    }
+    let (inner, least) = source.reader.source(site.expr)?;
+    let in_parentheses = written(site.expr.span)?.starts_with('(') && !inner.starts_with('(');
+    let needs = !site.is_whole && own < binds::WHOLE && (in_parentheses || own < least);
+    Some(if needs { format!("({text})") } else { text })
+}
+
+/// The name of a variable for a value.
+fn name_of(term: &Term) -> &'static str {
+    match (&term.head, &term.parts[..]) {
+        (Head::Product(flags), [a, b]) if flags == &[false, false] && a.same(b) => "square",
+        (Head::Call(name), _) if &**name == "sin" => "sine",
+        (Head::Call(name), _) if &**name == "cos" => "cosine",
+        _ => "part",
+    }
+}
+
+/// Whether a letter occurs several times and its text is longer than a name.
+fn is_long(ready: &Ready, found: &Found, letter: char) -> bool {
+    let in_with = ready.with.iter().map(|(_, t)| count(t, letter)).sum::<usize>();
+    let Some(term) = found.get(letter) else { return false };
+    count(&ready.write, letter) + in_with > 1 && !is_name(term) && !matches!(term.head, Head::Number(_))
+}
+
+/// Whether the text of a term is a name or a part of a variable.
+fn is_name(term: &Term) -> bool {
+    let (text, own) = show(term);
+    own == binds::WHOLE && text.chars().all(|c| c.is_alphanumeric() || "_.[]".contains(c))
+}
+
+fn count(term: &Term, letter: char) -> usize {
+    let mut n = 0;
+    term.each(&mut |t| n += usize::from(t.head == Head::Any(letter)));
+    n
+}
+
+fn contains(term: &Term, test: &dyn Fn(&Term) -> bool) -> bool {
+    let mut found = false;
+    term.each(&mut |t| found |= test(t));
+    found
+}
+
+/// The type of a term: a triple if it has one among its parts, else a float.
+fn type_of(term: &Term) -> Type {
+    if let Some(ty) = term.ty.filter(|ty| ty.is_triple()) {
+        return ty;
+    }
+    if let Head::Call(name) = &term.head
+        && ["dot", "length", "distance", "hypot", "luminance"].contains(&&**name)
+    {
+        return Type::FLOAT;
+    }
+    if term.text.is_some() && term.ty == Some(Type::FLOAT) {
+        return Type::FLOAT;
+    }
+    term.parts.iter().map(type_of).find(|ty| ty.is_triple()).unwrap_or(Type::FLOAT)
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|c: char| !c.is_alphanumeric() && c != '_')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_rows_can_be_read() {
+        assert_eq!(ready().len(), ROWS.len());
+        for ready in ready() {
+            let mut letters: Vec<char> = Vec::new();
+            ready.find.each(&mut |t| letters.extend(letter(t)));
+            for (own, term) in &ready.with {
+                term.each(&mut |t| {
+                    assert!(letter(t).is_none_or(|l| letters.contains(&l)), "{:?}", ready.row)
+                });
+                letters.push(*own);
+            }
+            ready
+                .write
+                .each(&mut |t| assert!(letter(t).is_none_or(|l| letters.contains(&l)), "{:?}", ready.row));
+        }
+    }
+
+    fn letter(term: &Term) -> Option<char> {
+        if let Head::Any(letter) = term.head { Some(letter) } else { None }
+    }
+}

@@ -1,0 +1,306 @@
+//! Rewrites of sums that a loop adds up: a multiple of the step where the step never changes, and a compensated
+//! sum otherwise.
+//!
+//! These are shapes of several statements, so the table of expressions cannot have them. This module must not
+//! know whether a rewrite helps.
+
+use super::candidates::{Candidate, insertion};
+use super::source::Source;
+use super::term::{binds, word};
+use osl_hir::hir::{Expr, ExprKind, Init, Lvalue, Stmt, StmtKind, VarId};
+use osl_hir::lint::bodies;
+use osl_ir::types::Type;
+use osl_syntax::ast::BinaryOp;
+use osl_syntax::diagnostic::Edit;
+use osl_syntax::span::Span;
+use std::collections::BTreeSet;
+
+/// A loop around a statement.
+#[derive(Clone, Copy)]
+struct Round<'p> {
+    stmt: &'p Stmt,
+    /// The int that counts its rounds up by one from a literal.
+    counter: Option<(VarId, i32)>,
+}
+
+/// `sum += step` in a loop.
+struct Adding<'p> {
+    stmt: &'p Stmt,
+    place: &'p Lvalue,
+    step: &'p Expr,
+    is_subtracted: bool,
+    /// The loops around it, the outermost first.
+    rounds: Vec<Round<'p>>,
+    /// Whether it runs once in every round of the innermost loop.
+    in_every_round: bool,
+}
+
+/// All rewrites of sums in loops.
+pub(super) fn candidates(source: &Source<'_>) -> Vec<Candidate> {
+    let mut found = Vec::new();
+    for body in bodies(source.program) {
+        list(source, body, &[], true, &mut found);
+    }
+    let mut out = Vec::new();
+    for adding in &found {
+        out.extend(multiple(source, adding));
+        out.extend(compensated(source, adding));
+    }
+    out
+}
+
+/// Collects the additions in a list of statements.
+fn list<'p>(
+    source: &Source<'p>,
+    stmts: &'p [Stmt],
+    rounds: &[Round<'p>],
+    always: bool,
+    out: &mut Vec<Adding<'p>>,
+) {
+    // A round may end before what follows a `continue`.
+    let mut always = always;
+    for (index, stmt) in stmts.iter().enumerate() {
+        match &stmt.kind {
+            StmtKind::Expr(e) => {
+                if let Some((place, step, is_subtracted)) = addition(e)
+                    && !rounds.is_empty()
+                {
+                    let rounds = rounds.to_vec();
+                    out.push(Adding { stmt, place, step, is_subtracted, rounds, in_every_round: always });
+                }
+            }
+            StmtKind::Block(inner) => list(source, inner, rounds, always, out),
+            StmtKind::If(_, then, otherwise) => {
+                list(source, then, rounds, false, out);
+                list(source, otherwise, rounds, false, out);
+            }
+            StmtKind::Loop { iter, body, .. } => {
+                let counter = iter.as_ref().and_then(|iter| counter(source, iter, &stmts[..index]));
+                let inner: Vec<Round<'p>> = rounds.iter().copied().chain([Round { stmt, counter }]).collect();
+                list(source, body, &inner, true, out);
+            }
+            _ => {}
+        }
+        always &= !may_skip(stmt);
+    }
+}
+
+/// Whether a statement may end a round of the loop around it early.
+fn may_skip(stmt: &Stmt) -> bool {
+    match &stmt.kind {
+        StmtKind::Continue => true,
+        StmtKind::Block(inner) => inner.iter().any(may_skip),
+        StmtKind::If(_, then, otherwise) => then.iter().chain(otherwise).any(may_skip),
+        _ => false,
+    }
+}
+
+/// The target and the step of `sum += step`, `sum = sum + step` and the same with a minus.
+fn addition(e: &Expr) -> Option<(&Lvalue, &Expr, bool)> {
+    let ExprKind::Assign(place, value) = &e.kind else { return None };
+    let Init::Value(value) = &**value else { return None };
+    let ExprKind::Binary(op @ (BinaryOp::Add | BinaryOp::Sub), left, right) = &value.kind else {
+        return None;
+    };
+    let is_sum =
+        |e: &Expr| matches!(&e.kind, ExprKind::Read(read) if read.var == place.var && read.path.is_empty());
+    let is_plain = place.path.is_empty() && (place.ty == Type::FLOAT || place.ty.is_triple());
+    if !is_plain {
+        None
+    } else if is_sum(left) && !reads(right, place.var) {
+        Some((place, right, *op == BinaryOp::Sub))
+    } else if is_sum(right) && *op == BinaryOp::Add && !reads(left, place.var) {
+        Some((place, left, false))
+    } else {
+        None
+    }
+}
+
+fn reads(e: &Expr, var: VarId) -> bool {
+    matches!(&e.kind, ExprKind::Read(place) if place.var == var)
+        || super::term::within(e).into_iter().any(|part| reads(part, var))
+}
+
+/// The int that a loop counts up by one, with its first value, a literal.
+fn counter(source: &Source<'_>, iter: &Expr, before: &[Stmt]) -> Option<(VarId, i32)> {
+    let var = match &iter.kind {
+        ExprKind::Step { increment: true, place, .. } if place.path.is_empty() => place.var,
+        ExprKind::Assign(place, _) if matches!(addition_of_one(iter), Some(true)) => place.var,
+        _ => return None,
+    };
+    let is_int = source.program.vars.get(var.0 as usize).is_some_and(|v| v.ty == Type::INT);
+    let mut first = None;
+    let mut own_writes = 0;
+    for stmt in before {
+        match &stmt.kind {
+            StmtKind::Declare(id, Some(Init::Value(value))) if *id == var => first = literal(value),
+            StmtKind::Expr(Expr { kind: ExprKind::Assign(place, value), .. }) if place.var == var => {
+                first = match &**value {
+                    Init::Value(value) => literal(value),
+                    Init::List(_) => None,
+                };
+                own_writes += 1;
+            }
+            _ => {}
+        }
+    }
+    // Nothing but the loop itself counts.
+    let is_alone = source.writes(var).len() == own_writes + 1;
+    first.filter(|_| is_int && is_alone).map(|first| (var, first))
+}
+
+/// Whether an assignment adds the int 1 to its target.
+fn addition_of_one(e: &Expr) -> Option<bool> {
+    let ExprKind::Assign(place, value) = &e.kind else { return None };
+    let Init::Value(value) = &**value else { return None };
+    let ExprKind::Binary(BinaryOp::Add, left, right) = &value.kind else { return None };
+    let is_own = matches!(&left.kind, ExprKind::Read(read) if read.var == place.var);
+    Some(is_own && literal(right) == Some(1))
+}
+
+fn literal(e: &Expr) -> Option<i32> {
+    match &e.kind {
+        ExprKind::Int(n) => Some(*n),
+        _ => None,
+    }
+}
+
+/// `start + count * step` instead of `start + step + step + …`.
+fn multiple(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
+    let round = adding.rounds.last()?;
+    let (counter, first) = round.counter?;
+    let var = adding.place.var;
+    let start = source.value(var)?;
+    // The sum begins anew whenever the loop begins: its declaration is outside of this loop, and inside of
+    // all others.
+    let holds = |stmt: &Stmt| stmt.span.start <= start.span.start && start.span.end <= stmt.span.end;
+    let outer = adding.rounds.len() - 1;
+    let begins_anew = adding.rounds.iter().take(outer).all(|round| holds(round.stmt)) && !holds(round.stmt);
+    let is_alone = source.writes(var).len() == 1;
+    let at = adding.stmt.span;
+    if !(adding.in_every_round && begins_anew && is_alone && source.lasts(start, at)) {
+        return None;
+    }
+    // The step is the same in all rounds.
+    let body = Span::new(round.stmt.span.start, round.stmt.span.start);
+    let lasting = |e: &Expr| {
+        let term = source.reader.term(e)?;
+        let mut fits = term.is_pure;
+        all_reads(e, &mut |var| {
+            fits &= source.writes(var).iter().all(|w| w.end <= body.start || w.start >= round.stmt.span.end);
+            let declared = source.program.vars.get(var.0 as usize).map(|v| v.span);
+            fits &=
+                declared.is_some_and(|d| d.end <= round.stmt.span.start || d.start >= round.stmt.span.end);
+        });
+        fits.then_some(term)
+    };
+    let step = lasting(adding.step)?;
+    let (start_text, start_binds) = source.reader.source(start)?;
+    let (step_text, step_binds) = super::writing::show(&step);
+    let name = &source.program.vars.get(counter.0 as usize)?.name;
+    let count = match 1 - first {
+        0 => name.to_string(),
+        n if n > 0 => format!("({name} + {n})"),
+        n => format!("({name} - {})", -n),
+    };
+    let step_text = if step_binds < binds::WHOLE { format!("({step_text})") } else { step_text };
+    let product = format!("{count} * {step_text}");
+    let is_zero =
+        matches!(start.kind, ExprKind::Int(0)) || matches!(start.kind, ExprKind::Float(x) if x == 0.0);
+    let start_text = if start_binds < binds::SUM { format!("({start_text})") } else { start_text };
+    let value = match (is_zero, adding.is_subtracted) {
+        (true, false) => product,
+        (true, true) => format!("-{product}"),
+        (false, false) => format!("{start_text} + {product}"),
+        (false, true) => format!("{start_text} - {product}"),
+    };
+    let target = &source.program.vars.get(var.0 as usize)?.name;
+    let why =
+        "each addition of the step rounds, and the roundings add up; a multiple of the step rounds once";
+    replaced(source, adding, ("multiple of the step", why), format!("{target} = {value}"), None)
+}
+
+fn all_reads(e: &Expr, visit: &mut dyn FnMut(VarId)) {
+    if let ExprKind::Read(place) = &e.kind {
+        visit(place.var);
+    }
+    super::term::within(e).into_iter().for_each(|part| all_reads(part, visit));
+}
+
+/// A sum that carries the rounding of each addition to the next one (W. Kahan, 1965).
+fn compensated(source: &Source<'_>, adding: &Adding<'_>) -> Option<Candidate> {
+    let var = adding.place.var;
+    let ty = word(adding.place.ty)?;
+    // Before the outermost loop in which the sum goes on.
+    let declared = source.program.vars.get(var.0 as usize)?;
+    let outside =
+        |stmt: &Stmt| !(stmt.span.start <= declared.span.start && declared.span.end <= stmt.span.end);
+    let round = adding.rounds.iter().find(|round| outside(round.stmt))?;
+    let before = source.start(round.stmt)?;
+    // The statement itself must stand in braces, since it becomes several.
+    let own = source.start(adding.stmt);
+    let term = source.reader.term(adding.step)?;
+    let (step, step_binds) = super::writing::show(&term);
+    let step = match (adding.is_subtracted, step_binds < binds::PRODUCT) {
+        (true, true) => format!("-({step})"),
+        (true, false) => format!("-{step}"),
+        (false, _) => step,
+    };
+    let lost = source.unused("lost");
+    let add = source.unused("addend");
+    let next = source.unused("next");
+    let sum = &declared.name;
+    let statements = [
+        format!("{ty} {add} = {step} - {lost};"),
+        format!("{ty} {next} = {sum} + {add};"),
+        format!("{lost} = ({next} - {sum}) - {add};"),
+        format!("{sum} = {next}"),
+    ];
+    let indent = source.indent(adding.stmt.span.start as usize);
+    let breaks = if source.is_first(adding.stmt.span.start as usize) {
+        format!("\n{indent}")
+    } else {
+        " ".to_string()
+    };
+    let text =
+        if own.is_some() { statements.join(&breaks) } else { format!("{{ {}; }}", statements.join(" ")) };
+    let zero = format!("{ty} {lost} = 0;");
+    let why =
+        "each addition rounds, and the roundings add up; a compensated sum carries them to the next addition";
+    let first = insertion(source, Some(before), &[zero])?;
+    replaced(source, adding, ("compensated sum", why), text, Some(first))
+}
+
+/// The text with another statement for the addition.
+fn replaced(
+    source: &Source<'_>,
+    adding: &Adding<'_>,
+    (name, why): (&'static str, &'static str),
+    new: String,
+    first: Option<Edit>,
+) -> Option<Candidate> {
+    let StmtKind::Expr(e) = &adding.stmt.kind else { return None };
+    let text = source.reader.text;
+    let old = text.get(e.span.start as usize..e.span.end as usize)?;
+    // A block needs no semicolon.
+    let mut span = e.span;
+    if new.ends_with('}') {
+        let after = text.get(span.end as usize..)?;
+        let at = after
+            .find(|c: char| !c.is_whitespace())
+            .filter(|at| after.get(*at..).is_some_and(|t| t.starts_with(';')))?;
+        span.end += at as u32 + 1;
+    }
+    let line = source.line(e.span)?;
+    let edits: Vec<Edit> = first.into_iter().chain([Edit { span, text: new.clone() }]).collect();
+    let changed = osl_syntax::repair::apply(text, &edits)?;
+    Some(Candidate {
+        name,
+        why,
+        lines: BTreeSet::from([line]),
+        line,
+        old: old.to_string(),
+        new,
+        text: changed,
+    })
+}

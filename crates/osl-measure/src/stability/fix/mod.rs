@@ -1,0 +1,339 @@
+//! Repairs of the lines to blame: rewrites of the source that are tried on the points of the examination.
+//!
+//! `candidates` and `loops` find the places where a known rewrite matches (`rows` is the table of them), and
+//! `judge` runs the changed source. A repair is proposed only if it cuts the error tenfold against the original
+//! source in double precision, computes the same function there, leaves right what was right, and costs less
+//! than 1.2 times. If one rewrite is not enough, others are added to the best one. This module must not write
+//! files.
+
+mod candidates;
+mod judge;
+mod loops;
+mod matching;
+mod rows;
+mod source;
+mod term;
+pub mod text;
+mod writing;
+
+pub use judge::Errors;
+
+use super::examine::{Examined, NOTABLE};
+use super::lines::{Culprit, culprits};
+use super::subject::Subject;
+use super::sweep::Setting;
+use candidates::Candidate;
+use judge::{Bad, DEAR, Good, Judge};
+use osl_hir::hir::Program;
+use osl_ir::ir::Body;
+use osl_scene::Grid;
+use osl_syntax::source::SourceMap;
+use serde::Serialize;
+use source::Source;
+
+/// A source that was compiled again.
+pub struct Built {
+    /// The resolved program.
+    pub program: Program,
+    /// Its files; the main file comes first.
+    pub sources: SourceMap,
+    /// The lowered body.
+    pub plain: Body,
+    /// The body with notes, if they were requested.
+    pub noted: Option<Body>,
+}
+
+/// Compiles a changed text of the main file, with notes or without; `None` if it has errors.
+pub type Build<'a> = dyn Fn(&str, bool) -> Option<Built> + 'a;
+
+/// A rewrite that belongs to a repair.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Step {
+    /// The name of the rewrite.
+    pub name: String,
+    /// The line that it changes, in the source before it.
+    pub line: u32,
+    /// The replaced text.
+    pub old: String,
+    /// What stands there instead.
+    pub new: String,
+    /// Why it loses fewer digits.
+    pub why: String,
+    /// The errors with this rewrite and those before it.
+    pub errors: Errors,
+    /// The cost with it and those before it, relative to the original.
+    pub cost: f64,
+}
+
+/// What was found to repair the lines to blame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Repair {
+    /// The setting that it is for.
+    pub setting: String,
+    /// The errors of the original there.
+    pub before: Option<Errors>,
+    /// The rewrites, in the order in which they were chosen. Empty if none helps enough.
+    pub steps: Vec<Step>,
+    /// The largest difference between both sources in double precision, as a share of the range. If it is not
+    /// small against the error after the repair, double precision loses digits in the original too, and the
+    /// error after the repair is not better known than that.
+    pub doubt: f64,
+    /// Rewrites that help as much, but cost too much: the best one.
+    pub dear: Option<Step>,
+    /// The best rewrite that does not help enough, with how many times smaller its error is.
+    pub nearly: Option<(Step, f64)>,
+    /// Number of rewrites that were tried.
+    pub tried: usize,
+    /// Number of matching rewrites that were not tried, since the work or the time was used up.
+    pub not_tried: usize,
+    /// The differences as a unified diff; the caller makes it.
+    pub diff: String,
+    /// The repaired source.
+    #[serde(skip)]
+    pub text: Option<String>,
+}
+
+/// How many times smaller the error has to be.
+const ENOUGH: f64 = 10.0;
+/// How many times smaller each rewrite must make it while that is not enough, and after that.
+const FURTHER: [f64; 2] = [1.2, 2.0];
+/// Maximum number of rewrites in a repair.
+const STEPS: usize = 4;
+/// Maximum number of rewrites that are tried for one step.
+const TRIES: usize = 80;
+
+/// Looks for a repair of the lines to blame in the main file with this text.
+pub fn repair(
+    subject: &Subject<'_>,
+    grid: &Grid,
+    examined: &Examined,
+    (text, program): (&str, &Program),
+    build: &Build<'_>,
+) -> Repair {
+    let mut settings = vec![Setting::AsGiven];
+    settings.extend(examined.beyond.iter().cloned());
+    let blamed = |setting: &Setting| -> Vec<u32> {
+        let name = setting.text();
+        let list =
+            if *setting == Setting::AsGiven { &examined.report.culprits } else { &examined.report.beyond };
+        worst_lines(list.iter().filter(|culprit| culprit.setting == name))
+    };
+    let settings: Vec<(Setting, Vec<u32>)> =
+        settings.into_iter().map(|setting| (setting.clone(), blamed(&setting))).collect();
+    let mut last: Option<Repair> = None;
+    for index in 0..settings.len() {
+        let Some((setting, lines)) = settings.get(index).filter(|(_, lines)| !lines.is_empty()) else {
+            continue;
+        };
+        if last.is_some() && subject.is_over() {
+            break;
+        }
+        // The setting to repair comes first; at the others nothing may become worse.
+        let mut order = settings.clone();
+        order.swap(0, index);
+        let Some(judge) = Judge::new(subject, grid, &order) else { continue };
+        let search = Search { subject, grid, judge, setting: setting.clone(), build };
+        let found = search.run(text, program, lines.clone());
+        let is_done = !found.steps.is_empty();
+        // The first setting with a result of any kind is reported, unless a later one can be repaired.
+        if is_done || last.is_none() {
+            last = Some(found);
+        }
+        if is_done || index == 0 {
+            break;
+        }
+    }
+    last.unwrap_or_else(|| nothing("as given"))
+}
+
+/// Lines below this share of the worst line's score are not worth a rewrite.
+const NEXT_TO_NOTHING: f64 = 1e-3;
+
+/// The lines of culprits, the worst first, without those that hardly matter.
+fn worst_lines<'a>(culprits: impl Iterator<Item = &'a Culprit>) -> Vec<u32> {
+    let mut worst = 0.0_f64;
+    let mut lines = Vec::new();
+    for culprit in culprits {
+        worst = worst.max(culprit.score);
+        if culprit.score >= worst * NEXT_TO_NOTHING {
+            lines.push(culprit.line);
+        }
+    }
+    lines
+}
+
+fn nothing(setting: &str) -> Repair {
+    Repair {
+        setting: setting.to_string(),
+        before: None,
+        steps: Vec::new(),
+        doubt: 0.0,
+        dear: None,
+        nearly: None,
+        tried: 0,
+        not_tried: 0,
+        diff: String::new(),
+        text: None,
+    }
+}
+
+/// The search for a repair at one setting.
+struct Search<'a> {
+    subject: &'a Subject<'a>,
+    grid: &'a Grid,
+    judge: Judge<'a>,
+    setting: Setting,
+    build: &'a Build<'a>,
+}
+
+/// The outcome of trying all rewrites for one step.
+#[derive(Default)]
+struct Tried {
+    best: Option<(Candidate, Good)>,
+    dear: Option<(Candidate, Good)>,
+    nearly: Option<(Candidate, f64)>,
+    tried: usize,
+    not_tried: usize,
+}
+
+impl Search<'_> {
+    fn run(&self, text: &str, program: &Program, mut blamed: Vec<u32>) -> Repair {
+        let before = self.judge.before();
+        let mut repair = Repair { before: Some(before), ..nothing(&self.setting.text()) };
+        let mut now = before;
+        // The lines that are touched, by their numbers in the original.
+        let mut touched: Option<Vec<u32>> = None;
+        let (mut text, mut program) = (text.to_string(), program.clone());
+        while repair.steps.len() < STEPS && !blamed.is_empty() && !self.subject.is_over() {
+            let tried = self.step(&text, &program, (&blamed, touched.as_deref()), &now);
+            repair.tried += tried.tried;
+            repair.not_tried += tried.not_tried;
+            if repair.steps.is_empty() {
+                repair.dear = tried.dear.map(|(candidate, good)| step(&candidate, &good));
+                repair.nearly = tried.nearly.map(|(candidate, gain)| {
+                    let good = Good { errors: before, cost: 1.0, doubt: 0.0 };
+                    (step(&candidate, &good), gain)
+                });
+            }
+            let least = FURTHER[usize::from(before.gain(&now) >= ENOUGH)];
+            let best = tried.best.filter(|(_, good)| now.gain(&good.errors) >= least);
+            let Some((candidate, good)) = best else { break };
+            touched.get_or_insert_with(|| candidate.lines.iter().copied().collect());
+            now = good.errors;
+            repair.doubt = good.doubt;
+            repair.steps.push(step(&candidate, &good));
+            text = candidate.text;
+            let Some(built) = (self.build)(&text, true) else { break };
+            blamed = self.blamed(&built);
+            program = built.program;
+        }
+        let gain = before.gain(&now);
+        if gain >= ENOUGH {
+            repair.text = Some(text);
+            repair.dear = None;
+            repair.nearly = None;
+        } else if !repair.steps.is_empty() {
+            // The best combination does not help enough.
+            repair.nearly = repair.steps.first().cloned().map(|first| (first, gain));
+            repair.steps.clear();
+        }
+        repair
+    }
+
+    /// Tries the rewrites of the blamed lines. `touched` are the lines of earlier rewrites, if there are any.
+    fn step(
+        &self,
+        text: &str,
+        program: &Program,
+        (blamed, touched): (&[u32], Option<&[u32]>),
+        now: &Errors,
+    ) -> Tried {
+        let source = Source::new(program, text);
+        let mut list: Vec<(usize, Candidate)> = loops::candidates(&source)
+            .into_iter()
+            .chain(candidates::candidates(&source, blamed))
+            .filter_map(|candidate| {
+                let rank = blamed.iter().position(|line| candidate.lines.contains(line))?;
+                Some((rank, candidate))
+            })
+            .collect();
+        list.sort_by_key(|(rank, _)| *rank);
+        let mut out = Tried::default();
+        for (_, candidate) in list {
+            if out.tried >= TRIES || self.subject.is_over() {
+                out.not_tried += 1;
+                continue;
+            }
+            out.tried += 1;
+            let Some(built) = (self.build)(&candidate.text, false) else { continue };
+            let programs = self.subject.base.programs_of(built.plain, self.subject.limits);
+            let own: Vec<u32> = candidate.lines.iter().copied().collect();
+            match self.judge.judge(&programs, touched.unwrap_or(&own), now) {
+                Ok(good) if good.cost < DEAR => {
+                    if out.best.as_ref().is_none_or(|best| better((&candidate, &good), (&best.0, &best.1))) {
+                        out.best = Some((candidate, good));
+                    }
+                }
+                Ok(good) => {
+                    let is_enough = now.gain(&good.errors) >= ENOUGH;
+                    let is_best = out.dear.as_ref().is_none_or(|(_, other)| good.cost < other.cost);
+                    if is_enough && is_best {
+                        out.dear = Some((candidate, good));
+                    }
+                }
+                Err(Bad::Little(gain)) => {
+                    if gain > 1.0 && out.nearly.as_ref().is_none_or(|(_, other)| gain > *other) {
+                        out.nearly = Some((candidate, gain));
+                    }
+                }
+                Err(Bad::Stops | Bad::Harms | Bad::Differs) => {}
+            }
+        }
+        out
+    }
+
+    /// The lines to blame in a changed source.
+    fn blamed(&self, built: &Built) -> Vec<u32> {
+        let Some(noted) = &built.noted else { return Vec::new() };
+        let limits = self.subject.limits;
+        let base = self.subject.base.again(built.plain.clone(), noted.clone(), limits);
+        let subject = Subject::new(self.subject.services, base, limits);
+        let points = self.setting.points(self.grid);
+        let Ok(planes) = subject.run(&subject.base, &points, self.setting != Setting::AsGiven) else {
+            return Vec::new();
+        };
+        let is_notable = (0..planes.names.len())
+            .any(|plane| super::sweep::errors(&planes, plane).into_iter().any(|error| error >= NOTABLE));
+        let found = culprits(&subject, self.grid, &self.setting, &planes, &built.sources, is_notable);
+        worst_lines(found.blamed.iter())
+    }
+}
+
+/// Whether a change is better than another: a third of the error, or else fewer lines, or else cheaper, or else
+/// shorter.
+fn better(a: (&Candidate, &Good), b: (&Candidate, &Good)) -> bool {
+    let size = |good: &Good| (good.errors.rms.max(1e-8) * good.errors.largest.max(1e-7)).sqrt();
+    let (x, y) = (size(a.1), size(b.1));
+    if x * 3.0 < y || y * 3.0 < x {
+        return x < y;
+    }
+    if a.0.lines.len() != b.0.lines.len() {
+        return a.0.lines.len() < b.0.lines.len();
+    }
+    if (a.1.cost - b.1.cost).abs() > 0.01 {
+        return a.1.cost < b.1.cost;
+    }
+    a.0.text.len() < b.0.text.len()
+}
+
+fn step(candidate: &Candidate, good: &Good) -> Step {
+    Step {
+        name: candidate.name.to_string(),
+        line: candidate.line,
+        old: candidate.old.clone(),
+        new: candidate.new.clone(),
+        why: candidate.why.to_string(),
+        errors: good.errors,
+        cost: good.cost,
+    }
+}

@@ -1,0 +1,393 @@
+//! What a rewrite must know of the shader around it: the expressions with their statements, the definitions of
+//! variables that are set once, and where a declaration can be inserted.
+//!
+//! This module must not know the table of rewrites.
+
+use super::term::{Head, Reader, Term, product, sum, within};
+use osl_hir::hir::{Arg, Expr, ExprKind, FunctionId, Init, Lvalue, Program, Stmt, StmtKind, VarId, VarKind};
+use osl_hir::lint::{bodies, each_stmt};
+use osl_syntax::ast::BinaryOp;
+use osl_syntax::span::Span;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+/// An expression of the shader with its surroundings.
+pub(super) struct Site<'p> {
+    pub(super) expr: &'p Expr,
+    /// Where a declaration can be inserted, so that it is computed just before the expression.
+    pub(super) before: Option<usize>,
+    /// Whether it is the whole value of a statement or an argument, so that it needs no parentheses.
+    pub(super) is_whole: bool,
+    /// The target of `target op= value`, whose text is that of the whole expression.
+    pub(super) target: Option<Span>,
+}
+
+/// A shader and the facts about its variables.
+pub(super) struct Source<'p> {
+    pub(super) program: &'p Program,
+    pub(super) reader: Reader<'p>,
+    /// The text without comments, strings and lines of the preprocessor, which are blank.
+    bare: String,
+    /// The value of each local that is declared with one.
+    values: BTreeMap<VarId, &'p Expr>,
+    /// Where each variable is written after its declaration.
+    writes: BTreeMap<VarId, Vec<Span>>,
+    /// The loops.
+    loops: Vec<Span>,
+    /// The offsets at which the lines begin.
+    starts: Vec<usize>,
+    /// How many more variables may be opened in the current expression.
+    left: Cell<usize>,
+}
+
+/// Maximum number of variables that are opened in one expression.
+const OPENED: usize = 48;
+
+/// The statements within statements, with the expressions of each.
+fn own_exprs(stmt: &Stmt) -> Vec<&Expr> {
+    fn init<'e>(value: &'e Init, out: &mut Vec<&'e Expr>) {
+        match value {
+            Init::Value(e) => out.push(e),
+            Init::List(items) => items.iter().for_each(|item| init(item, out)),
+        }
+    }
+    let mut out = Vec::new();
+    match &stmt.kind {
+        StmtKind::Expr(e) => out.push(e),
+        StmtKind::Declare(_, Some(value)) | StmtKind::Return(Some(value)) => init(value, &mut out),
+        StmtKind::If(cond, ..) => out.push(cond),
+        StmtKind::Loop { cond, iter, .. } => out.extend(cond.iter().chain(iter)),
+        StmtKind::Declare(_, None)
+        | StmtKind::Return(None)
+        | StmtKind::Block(_)
+        | StmtKind::Break
+        | StmtKind::Continue => {}
+    }
+    out
+}
+
+/// Visits an expression and everything in it.
+fn each<'e>(e: &'e Expr, visit: &mut dyn FnMut(&'e Expr)) {
+    visit(e);
+    within(e).into_iter().for_each(|part| each(part, visit));
+}
+
+impl<'p> Source<'p> {
+    /// Reads the facts of a shader with this text.
+    pub(super) fn new(program: &'p Program, text: &'p str) -> Source<'p> {
+        let mut source = Source {
+            program,
+            reader: Reader { text },
+            bare: bare(text),
+            values: BTreeMap::new(),
+            writes: BTreeMap::new(),
+            loops: Vec::new(),
+            starts: std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect(),
+            left: Cell::new(OPENED),
+        };
+        for body in bodies(program) {
+            each_stmt(body, &mut |stmt| source.note(stmt));
+        }
+        source
+    }
+
+    fn note(&mut self, stmt: &'p Stmt) {
+        if let StmtKind::Declare(var, Some(Init::Value(value))) = &stmt.kind {
+            self.values.insert(*var, value);
+        }
+        if let StmtKind::Loop { .. } = &stmt.kind {
+            self.loops.push(stmt.span);
+        }
+        let mut written: Vec<(VarId, Span)> = Vec::new();
+        let mut write = |place: &Lvalue, span: Span| written.push((place.var, span));
+        for e in own_exprs(stmt) {
+            each(e, &mut |e| match &e.kind {
+                ExprKind::Assign(place, _) | ExprKind::Step { place, .. } => write(place, e.span),
+                ExprKind::Builtin(call) => {
+                    call.outputs.iter().flatten().for_each(|place| write(place, e.span));
+                }
+                ExprKind::Call(id, args) => {
+                    for (index, arg) in args.iter().enumerate() {
+                        match arg {
+                            Arg::Alias(place) if self.is_output(*id, index) => write(place, e.span),
+                            Arg::Copy { back: Some(place), .. } => write(place, e.span),
+                            _ => {}
+                        }
+                    }
+                }
+                _ => {}
+            });
+        }
+        for (var, span) in written {
+            self.writes.entry(var).or_default().push(span);
+        }
+    }
+
+    fn is_output(&self, id: FunctionId, index: usize) -> bool {
+        let formals = self.program.functions.get(id.0 as usize).map(|f| &f.formals);
+        let var =
+            formals.and_then(|list| list.get(index)).and_then(|id| self.program.vars.get(id.0 as usize));
+        var.is_none_or(|var| var.kind == VarKind::Formal { output: true })
+    }
+
+    /// Where a variable is written after its declaration.
+    pub(super) fn writes(&self, var: VarId) -> &[Span] {
+        self.writes.get(&var).map_or(&[], Vec::as_slice)
+    }
+
+    /// The value with which a local is declared.
+    pub(super) fn value(&self, var: VarId) -> Option<&'p Expr> {
+        self.values.get(&var).copied()
+    }
+
+    /// All expressions of the main file.
+    pub(super) fn sites(&self) -> Vec<Site<'p>> {
+        let mut out = Vec::new();
+        for body in bodies(self.program) {
+            each_stmt(body, &mut |stmt| {
+                let before = self.start(stmt);
+                let exprs = own_exprs(stmt);
+                exprs.into_iter().for_each(|e| self.site(e, before, (true, None), &mut out));
+            });
+        }
+        out
+    }
+
+    fn site(
+        &self,
+        e: &'p Expr,
+        before: Option<usize>,
+        (is_whole, target): (bool, Option<Span>),
+        out: &mut Vec<Site<'p>>,
+    ) {
+        if e.span.end as usize <= self.reader.text.len() && e.span.start < e.span.end {
+            out.push(Site { expr: e, before, is_whole, target });
+        }
+        for (index, part) in within(e).into_iter().enumerate() {
+            // What depends on a condition is not computed before the statement.
+            let conditional = match &e.kind {
+                ExprKind::Ternary(..) => index > 0,
+                ExprKind::Binary(BinaryOp::And | BinaryOp::Or, ..) => index > 0,
+                _ => false,
+            };
+            let whole = match &e.kind {
+                ExprKind::Assign(..) | ExprKind::Call(..) | ExprKind::Builtin(_) | ExprKind::Triple(_) => {
+                    true
+                }
+                ExprKind::Convert(_) => is_whole,
+                _ => false,
+            };
+            let target = match &e.kind {
+                ExprKind::Assign(place, _) if part.span == e.span => Some(place.span),
+                ExprKind::Convert(_) => target,
+                _ => None,
+            };
+            self.site(part, before.filter(|_| !conditional), (whole, target), out);
+        }
+    }
+
+    /// Where the statement begins, if another statement may be put there.
+    pub(super) fn start(&self, stmt: &Stmt) -> Option<usize> {
+        if !matches!(
+            stmt.kind,
+            StmtKind::Expr(_)
+                | StmtKind::Declare(..)
+                | StmtKind::Return(_)
+                | StmtKind::If(..)
+                | StmtKind::Loop { .. }
+        ) {
+            return None;
+        }
+        let from = stmt.span.start as usize;
+        let before = self.bare.get(..from)?;
+        let mut depth = 0_i32;
+        let mut start = None;
+        for (at, c) in before.char_indices().rev() {
+            match c {
+                ')' | ']' => depth += 1,
+                '(' | '[' => depth -= 1,
+                ';' | '{' | '}' if depth == 0 => {
+                    start = Some(at + 1);
+                    break;
+                }
+                _ => {}
+            }
+            if depth < 0 {
+                return None;
+            }
+        }
+        let start = start?;
+        let rest = self.bare.get(start..)?;
+        let start = start + (rest.len() - rest.trim_start().len());
+        let word: String =
+            self.bare.get(start..)?.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+        let fits = match word.as_str() {
+            "if" => matches!(stmt.kind, StmtKind::If(..)) && start == from,
+            "for" | "while" => matches!(stmt.kind, StmtKind::Loop { .. }) && start == from,
+            "else" | "do" => false,
+            _ => start <= from,
+        };
+        fits.then_some(start)
+    }
+
+    /// The blanks before the first character of the line of a position.
+    pub(super) fn indent(&self, at: usize) -> &str {
+        let line = self.reader.text.get(..at).map_or(0, |before| before.rfind('\n').map_or(0, |n| n + 1));
+        let rest = self.reader.text.get(line..).unwrap_or_default();
+        let end = rest.len() - rest.trim_start_matches([' ', '\t']).len();
+        rest.get(..end).unwrap_or_default()
+    }
+
+    /// Whether only blanks precede a position in its line.
+    pub(super) fn is_first(&self, at: usize) -> bool {
+        let before = self.reader.text.get(..at).unwrap_or_default();
+        before.chars().rev().take_while(|c| *c != '\n').all(char::is_whitespace)
+    }
+
+    /// A name that the shader does not use yet.
+    pub(super) fn unused(&self, base: &str) -> String {
+        let words: std::collections::BTreeSet<&str> =
+            self.reader.text.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+        let mut names = std::iter::once(base.to_string()).chain((2..).map(|n| format!("{base}{n}")));
+        names.find(|name| !words.contains(name.as_str())).unwrap_or_default()
+    }
+
+    /// Whether an expression at an earlier place has the same value at a later one: nothing that it reads is
+    /// written in between, and its names mean the same.
+    pub(super) fn lasts(&self, e: &Expr, at: Span) -> bool {
+        // A loop around the later place, but not around the earlier one, comes back.
+        let around = self.loops.iter().filter(|l| holds(**l, at) && !holds(**l, e.span));
+        let end = around.map(|l| l.end).fold(at.start, u32::max);
+        let mut fits = true;
+        each(e, &mut |part| {
+            let ExprKind::Read(place) = &part.kind else { return };
+            let name = self.program.vars.get(place.var.0 as usize).map(|v| &v.name);
+            let hidden = self.program.vars.iter().any(|other| {
+                Some(&other.name) == name && other.span.start > e.span.end && other.span.start < at.start
+            });
+            let changes = self.writes(place.var).iter().any(|w| w.end > e.span.start && w.start < end);
+            fits &= !hidden && !changes;
+        });
+        fits
+    }
+
+    /// The variables of a term that have a value which still holds there.
+    pub(super) fn known(&self, term: &Term) -> Vec<VarId> {
+        let mut out = Vec::new();
+        term.each(&mut |part| {
+            if let Some((var, at)) = part.var
+                && self.definition(var, at).is_some()
+                && !out.contains(&var)
+            {
+                out.push(var);
+            }
+        });
+        out
+    }
+
+    fn definition(&self, var: VarId, at: Span) -> Option<&'p Expr> {
+        let value = self.value(var).filter(|_| self.writes(var).is_empty())?;
+        self.lasts(value, at).then_some(value)
+    }
+
+    /// The line, from 1, in which a span of the main file begins.
+    pub(super) fn line(&self, span: Span) -> Option<u32> {
+        let at = span.start as usize;
+        (at <= self.reader.text.len()).then(|| self.starts.partition_point(|start| *start <= at) as u32)
+    }
+
+    /// The term with the values of some variables in their place, to this depth. Their texts remain the names.
+    pub(super) fn opened(&self, term: &Term, vars: Option<&[VarId]>, depth: usize) -> Term {
+        self.left.set(OPENED);
+        self.open(term, vars, depth)
+    }
+
+    fn open(&self, term: &Term, vars: Option<&[VarId]>, depth: usize) -> Term {
+        if depth == 0 {
+            return term.clone();
+        }
+        if let Some((var, at)) = term.var {
+            let chosen = vars.is_none_or(|list| list.contains(&var)) && self.left.get() > 0;
+            let value = self.definition(var, at).filter(|_| chosen).and_then(|value| self.reader.term(value));
+            return match value {
+                Some(value) => {
+                    self.left.set(self.left.get().saturating_sub(1));
+                    let value = self.open(&value, vars, depth - 1);
+                    let covers = value.covers.iter().chain(&term.covers).copied().collect();
+                    let ty = term.ty;
+                    // The variable itself may be opened elsewhere, but not twice here.
+                    Term { text: term.text.clone(), binds: term.binds, covers, ty, var: None, ..value }
+                }
+                None => term.clone(),
+            };
+        }
+        let parts: Vec<Term> = term.parts.iter().map(|part| self.open(part, vars, depth)).collect();
+        let again = |made: Term| Term {
+            text: term.text.clone(),
+            binds: term.binds,
+            covers: made.covers.iter().chain(&term.covers).copied().collect(),
+            ty: term.ty,
+            ..made
+        };
+        match &term.head {
+            Head::Sum(flags) => again(sum(flags.iter().copied().zip(parts).collect())),
+            Head::Product(flags) => again(product(flags.iter().copied().zip(parts).collect())),
+            _ => Term { parts, ..term.clone() },
+        }
+    }
+}
+
+fn holds(outer: Span, inner: Span) -> bool {
+    outer.start <= inner.start && inner.end <= outer.end
+}
+
+/// The text with comments, strings and lines of the preprocessor blanked, byte for byte.
+fn bare(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    let blank = |part: &str, out: &mut String| {
+        out.extend(part.bytes().map(|b| if b == b'\n' { '\n' } else { ' ' }));
+    };
+    while let Some(c) = rest.chars().next() {
+        let starts_line = out.rsplit('\n').next().is_some_and(|line| line.trim().is_empty());
+        let length = if rest.starts_with("//") || (c == '#' && starts_line) {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |n| n + 2)
+        } else if c == '"' {
+            let mut escaped = false;
+            let end = rest.char_indices().skip(1).find(|(_, c)| {
+                let ends = *c == '"' && !escaped;
+                escaped = *c == '\\' && !escaped;
+                ends
+            });
+            end.map_or(rest.len(), |(at, _)| at + 1)
+        } else {
+            if c.is_ascii() {
+                out.push(c);
+            } else {
+                blank(rest.get(..c.len_utf8()).unwrap_or_default(), &mut out);
+            }
+            rest = rest.get(c.len_utf8()..).unwrap_or_default();
+            continue;
+        };
+        // A line of the preprocessor separates statements like a semicolon; an include never holds a part.
+        let (part, after) = rest.split_at_checked(length).unwrap_or((rest, ""));
+        blank(part, &mut out);
+        rest = after;
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comments_and_strings_are_blank() {
+        let text = "a; // b;\n/* c; */ d(\"e;\\\"\"); #x\n#define f;\n";
+        let bare = bare(text);
+        assert_eq!(bare.len(), text.len());
+        assert_eq!(bare.matches(';').count(), 2);
+    }
+}

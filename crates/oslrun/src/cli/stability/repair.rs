@@ -1,0 +1,80 @@
+//! `oslrun stability --fix`: compiles changed sources for the search, and shows and writes what it finds.
+//!
+//! This module must not know which rewrites exist.
+
+use super::super::args::RunArgs;
+use super::super::load::{self, Request};
+use super::super::{Failure, input, repair as brackets};
+use osl::stages;
+use osl_measure::stability::fix::{self, Built, Repair};
+use osl_measure::stability::{Examined, Subject};
+use osl_scene::Grid;
+use osl_syntax::escape::shown;
+use similar::TextDiff;
+use std::io::Write;
+use std::path::Path;
+
+/// Lines of context around a change in the diff.
+const CONTEXT: usize = 2;
+
+/// Refuses what is not the source of a single shader.
+pub(super) fn suits(run: &RunArgs) -> Result<(), Failure> {
+    let single = run.file.as_deref().filter(|file| {
+        run.network.is_empty() && !load::is_group(file) && !stages::is_compiled(&file.display().to_string())
+    });
+    single.map(|_| ()).ok_or_else(|| Failure::usage("--fix is for the source of a single shader"))
+}
+
+/// Looks for a repair of the examined shader.
+pub(super) fn find(
+    run: &RunArgs,
+    request: &Request<'_>,
+    subject: &Subject<'_>,
+    grid: &Grid,
+    examined: &Examined,
+) -> Result<Repair, Failure> {
+    let Some(path) = run.file.as_deref() else { return Err(Failure::usage("--fix needs a file")) };
+    let mut input = input::read(path, &run.read)?;
+    input.files = input.files.or_anywhere(run.allow_files);
+    if run.repair {
+        brackets::apply(&mut input, None, &mut std::io::sink())?;
+    }
+    let check = |text: &str| stages::check(&input.name, text, &input.files, &input.options);
+    let build = |text: &str, notes: bool| {
+        let checked = check(text);
+        let program = checked.program?;
+        let plain = load::lowered_again(&program, request, false)?;
+        let noted = if notes { Some(load::lowered_again(&program, request, true)?) } else { None };
+        Some(Built { program, sources: checked.sources, plain, noted })
+    };
+    let program = check(&input.text).program.ok_or_else(Failure::said)?;
+    let mut found = fix::repair(subject, grid, examined, (&input.text, &program), &build);
+    if let Some(text) = &found.text {
+        let diff = TextDiff::from_lines(input.text.as_str(), text.as_str());
+        let after = format!("{} (repaired)", input.name);
+        found.diff = diff.unified_diff().context_radius(CONTEXT).header(&input.name, &after).to_string();
+    }
+    Ok(found)
+}
+
+/// The repair as text.
+pub(super) fn text(found: &Repair, run: &RunArgs) -> String {
+    let name = run.file.as_deref().map(Path::display).map(|name| name.to_string()).unwrap_or_default();
+    shown(&fix::text::text(found, &name)).to_string()
+}
+
+/// Writes the repaired source, if there is one and a file is named.
+pub(super) fn write(found: &Repair, run: &RunArgs, err: &mut dyn Write) -> Result<(), Failure> {
+    let Some(path) = &run.write else { return Ok(()) };
+    let name = path.display().to_string();
+    match &found.text {
+        Some(text) => {
+            osl_files::replace(path, text.as_bytes()).map_err(Failure::new)?;
+            let _ = writeln!(err, "wrote {}", shown(&name));
+        }
+        None => {
+            let _ = writeln!(err, "note: there is no repair, so {} is not written", shown(&name));
+        }
+    }
+    Ok(())
+}
