@@ -10,9 +10,11 @@
     reason = "a test says what must hold"
 )]
 
-use osl_exec::{Frame, Isa, Native, PointSource, Run, RunOptions};
+use osl_exec::{Datum, Frame, Isa, Native, PointSource, Run, RunOptions};
+use osl_ir::global::Global;
+use osl_ir::ir::{Axis, Const};
 use osl_ir::passes::{self, Pass};
-use osl_scene::Grid;
+use osl_scene::{Data, Grid, WithData};
 use osl_tests::run;
 use proptest::prelude::*;
 use std::sync::OnceLock;
@@ -20,7 +22,35 @@ use std::sync::OnceLock;
 /// Name, text, and parameter values.
 type Case = (&'static str, String, Vec<(String, String)>);
 
-/// The seed shaders, with parameters for which they do much work.
+/// Work that is done for many points at once where they share something: tables of any size, remainders,
+/// functions of texts, attributes and missing files.
+const SHARED_WORK: &str = r#"shader shared_work(
+    float table[20] = { 3, 1, 4, 1, 5, 9, 2, 6, 5, 3, 5, 8, 9, 7, 9, 3, 2, 3, 8, 4 },
+    color few[5] = { color(1, 2, 3), color(4, 5, 6), color(7, 8, 9), color(2, 4, 8), color(3, 9, 27) },
+    output float loaded = 0, output color picked = 0, output color rest = 0, output int mixed = 0,
+    output float asked = 0, output color pixel = 0, output float place = 0)
+{
+    int at = (int)(abs(u) * 37) % 20;
+    float own[20];
+    for (int k = 0; k < 20; k++)
+        own[k] = (u * k + v) * (u * k + v);
+    loaded = table[at] + own[(at * 7) % 20];
+    picked = few[at % 5];
+    rest = fmod(color(u, v, u * v) * 100, 0.3) + fmod(v * 1e12, 3) + fmod(u - v, 1e-30) + fmod(u, 1e30);
+    string text = format("%d %g", at % 7, v < 0 ? 0.5 : u);
+    mixed = hash(u, v) % 1000 + hash(at) % 1000 + regex_search(text, "[2-5]+ 0") * 10000 + strlen(text) * 7;
+    float s = -1;
+    float gain = 0.25;
+    int found = getattribute("s", s) + getattribute("nothing", gain);
+    asked = s + gain + found;
+    pixel = texture(v < 0.3 ? "none.png" : v < 0.5 ? "gone.png" : "tex64.png", u, v);
+    float knots[8] = { 0, 0, 0.1, 0.4, 0.5, 0.9, 1, 1 };
+    string basis = at < 8 ? "bspline" : at < 14 ? "bezier" : "constant";
+    place = splineinverse(basis, v, knots) + splineinverse("catmull-rom", u, 5 + at % 3, knots)
+        + splineinverse("hermite", u - v, 6, own) + splineinverse("linear", v, knots) + Dx(splineinverse("bspline", u, knots));
+}"#;
+
+/// The seed shaders, with parameters for which they do much work; shaders of the library; and shared work.
 fn shaders() -> &'static [Case] {
     static SHADERS: OnceLock<Vec<Case>> = OnceLock::new();
     SHADERS.get_or_init(|| {
@@ -36,9 +66,12 @@ fn shaders() -> &'static [Case] {
             ),
             ("strips", "osl/strips.osl", own(&[("Var", "0.6")])),
             ("nonlinear_noise", "osl/nonlinear_noise.osl", own(&[("type", "abs_recursive"), ("freq", "7")])),
+            ("splines", "crates/oslrun/benches/shaders/splines.osl", own(&[])),
+            ("strings", "crates/oslrun/benches/shaders/strings.osl", own(&[])),
         ]
         .into_iter()
         .map(|(name, path, params)| (name, std::fs::read_to_string(run::root().join(path)).unwrap(), params))
+        .chain([("shared_work", SHARED_WORK.to_owned(), Vec::new())])
         .collect()
     })
 }
@@ -52,11 +85,11 @@ fn words(frame: &Frame) -> Vec<(String, usize, Vec<u32>)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn any_way_of_running(
-        shader in 0..6_usize,
+        shader in 0..9_usize,
         batch in 1..700_usize,
         tile in 1..900_usize,
         threads in 1..5_usize,
@@ -118,6 +151,60 @@ fn any_size_of_cells() {
             };
             assert_eq!(words(&frame(&shared.program)), words(&frame(&plain.program)), "{name} at {scale}");
         }
+    }
+}
+
+/// Points that share an attribute get what they get if each asks for it.
+#[test]
+fn shared_attributes_are_those_of_each_point() {
+    struct Asking(WithData<Grid>);
+    impl PointSource for Asking {
+        fn count(&self) -> usize {
+            self.0.count()
+        }
+        fn varying(&self) -> &[Global] {
+            self.0.varying()
+        }
+        fn uniform(&self, global: Global) -> [f32; 3] {
+            self.0.uniform(global)
+        }
+        fn deriv(&self, global: Global, axis: Axis) -> [f32; 3] {
+            self.0.deriv(global, axis)
+        }
+        fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
+            self.0.fill(global, first, width, lanes);
+        }
+        fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
+            self.0.attribute(object, name, element, point)
+        }
+    }
+    let text = r#"shader s(output float a = -1, output color b = 0.5, output int c = 0, output float d = 0) {
+        c = getattribute("gain", a) + 2 * getattribute("box", "tint", b) + 4 * getattribute("gone", a);
+        int list[2] = { 7, 8 };
+        if (u > v)
+            c += 8 * getattribute("list", list) + 16 * getattribute("list", 1, list[0]);
+        string name = "";
+        c += 32 * getattribute("name", name) + hash(name) % 1000 + list[0] + list[1];
+        float s = 0;
+        getattribute("s", s);
+        d = s + Dx(s) + filterwidth(a);
+    }"#;
+    let mut data = Data::default();
+    data.user.insert("gain".into(), Datum { derivs: [0.25, 0.5], ..Datum::one(Const::Float(3.5)) });
+    data.attributes.insert("list".into(), Datum::array(vec![Const::Int(4), Const::Int(5)]));
+    data.attributes.insert("name".into(), Datum::one(Const::Str("a name".into())));
+    let tint = Datum::one(Const::Triple([0.1, 0.2, 0.3]));
+    data.objects.entry("box".into()).or_default().insert("tint".into(), tint);
+    // Without blocks, so that both have the same order of points.
+    let points = WithData { points: Grid { scale: [3.0, 2.5], ..Grid::new(61, 1) }, data };
+    let compiled = run::compile("s", text, &[], &passes::Options::default()).unwrap();
+    for batch in [1, 16, 64, 1024] {
+        let options = RunOptions { batch: Some(batch), ..RunOptions::default() };
+        let frame = |points: &dyn PointSource| {
+            osl_exec::run(&compiled.program, &run::services(), points, &options, &|_| ()).unwrap()
+        };
+        let (shared, each) = (frame(&points), frame(&Asking(points.clone())));
+        assert_eq!(words(&shared), words(&each), "batches of {batch}");
     }
 }
 

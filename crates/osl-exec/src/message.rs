@@ -256,7 +256,7 @@ impl Messages {
     }
 
     fn position(&self, point: usize) -> usize {
-        self.blocks.map_or(point, |blocks| blocks.position(point))
+        position(self.blocks, point)
     }
 
     /// The location that represents a location.
@@ -272,45 +272,51 @@ impl Messages {
         message.at = message.at.map(|at| self.place(at));
         let said = self.said;
         self.said += 1;
-        for point in points {
-            let here = (self.position(point), said);
-            if self.keeping.each {
-                self.note(here, &message);
-            } else {
-                self.add_one(here, point, &message);
+        if self.keeping.each {
+            for point in points {
+                self.note((self.position(point), said), &message);
             }
+        } else {
+            self.add_known(points.into_iter(), said, &message);
         }
     }
 
-    /// Adds a message unless an earlier point has caused it or there are too many earlier ones.
-    fn add_one(&mut self, here: Order, point: usize, message: &Message) {
-        if self.before.known.is_none() {
-            self.before.known = Some(Box::new(self.known.clone()));
-        }
-        let (batch, room) = (self.batch, self.room);
-        let known = &mut self.known;
-        if let Some(points) = known.list.get_mut(message) {
-            points.count(batch, point);
-            if here.0 < points.first.0 {
-                known.sorted.remove(&points.first);
-                points.first = here;
-                known.sorted.insert(here, message.clone());
+    /// Adds a message of some points unless an earlier point has caused it or there are too many earlier ones.
+    fn add_known(&mut self, mut points: impl Iterator<Item = usize>, said: usize, message: &Message) {
+        while let Some(point) = points.next() {
+            let here = (self.position(point), said);
+            if self.before.known.is_none() {
+                self.before.known = Some(Box::new(self.known.clone()));
             }
-            return;
-        }
-        if known.end.is_some_and(|end| here > end) {
-            return;
-        }
-        known.bytes += message.text.len();
-        let mut points = Points { first: here, count: 0, batch, lanes: Vec::new() };
-        points.count(batch, point);
-        known.list.insert(message.clone(), points);
-        known.sorted.insert(here, message.clone());
-        while known.sorted.len() > room.messages || known.bytes > room.bytes && known.sorted.len() > 1 {
-            let Some((order, message)) = known.sorted.pop_last() else { break };
-            known.list.remove(&message);
-            known.bytes -= message.text.len();
-            known.end = Some(order);
+            let (blocks, batch, room) = (self.blocks, self.batch, self.room);
+            let known = &mut self.known;
+            if let Some(found) = known.list.get_mut(message) {
+                // It stays known, so that it is found once for all further points.
+                for point in std::iter::once(point).chain(points) {
+                    let here = (position(blocks, point), said);
+                    found.count(batch, point);
+                    if here.0 < found.first.0 {
+                        known.sorted.remove(&found.first);
+                        found.first = here;
+                        known.sorted.insert(here, message.clone());
+                    }
+                }
+                return;
+            }
+            if known.end.is_some_and(|end| here > end) {
+                continue;
+            }
+            known.bytes += message.text.len();
+            let mut found = Points { first: here, count: 0, batch, lanes: Vec::new() };
+            found.count(batch, point);
+            known.list.insert(message.clone(), found);
+            known.sorted.insert(here, message.clone());
+            while known.sorted.len() > room.messages || known.bytes > room.bytes && known.sorted.len() > 1 {
+                let Some((order, message)) = known.sorted.pop_last() else { break };
+                known.list.remove(&message);
+                known.bytes -= message.text.len();
+                known.end = Some(order);
+            }
         }
     }
 
@@ -365,6 +371,11 @@ impl Messages {
         unite(&mut messages, list.into_iter().map(|(_, said)| said), limits);
         (messages, printed, events.into_iter().map(|(_, event)| event).collect())
     }
+}
+
+/// The position of a point in an order of points.
+fn position(blocks: Option<Blocks>, point: usize) -> usize {
+    blocks.map_or(point, |blocks| blocks.position(point))
 }
 
 /// Adds messages to a list that contains each once, as long as there is room for them. `more` begins with the

@@ -105,4 +105,11 @@ pub trait PointSource: Sync {
         let _ = (object, name, element, point);
         None
     }
+
+    /// Whether [`PointSource::attribute`] gives all points the same answer to a query, so that one point can
+    /// ask for all.
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        let _ = (object, name, element);
+        false
+    }
 }

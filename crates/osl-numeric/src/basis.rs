@@ -2,6 +2,7 @@
 //! how knots are stored.
 
 /// A basis: the distance between segments in knots, and rows of coefficients of x³, x², x and 1.
+#[derive(Debug)]
 pub struct Basis {
     /// The name in programs.
     pub name: &'static str,

@@ -28,6 +28,7 @@
 //! | [`int`] | masks and integers, as traits |
 //! | `single` | the strict arithmetic: `f32`, `i32` and `bool` |
 //! | [`rounding`] | floor, ceil, trunc, round and the conversion to integers, branch-free and exact |
+//! | [`remainder`] | exact remainders without a call |
 //! | [`arith`] | the operators: division, integer arithmetic, shifts, comparisons, conversions |
 //! | [`common`] | abs, mix, clamp, smoothstep and the other small functions |
 //! | [`geometry`] | dot, length, normalize, reflect, refract … on three numbers |
@@ -56,6 +57,7 @@ pub mod library_constants;
 pub mod matrix;
 mod op;
 pub mod real;
+pub mod remainder;
 pub mod rounding;
 mod single;
 pub mod spaces;

@@ -85,11 +85,17 @@ impl<S: PointSource> PointSource for WithData<S> {
         let own = self.data.find(object, name, element);
         own.or_else(|| self.points.attribute(object, name, element, point))
     }
+
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        self.data.find(object, name, element).is_some()
+            || self.points.attribute_is_shared(object, name, element)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Grid;
     use osl_ir::ir::Const;
 
     #[test]
@@ -106,5 +112,24 @@ mod tests {
         assert_eq!(data.find("", "list", Some(1)), Some(Datum::one(Const::Int(5))));
         assert_eq!(data.find("", "list", Some(2)), None);
         assert_eq!(data.find("", "a", Some(0)), None, "not an array");
+    }
+
+    #[test]
+    fn shared_attributes_are_the_same_at_all_points() {
+        let mut data = Data::default();
+        data.attributes.insert("s".into(), Datum::one(Const::Float(1.0)));
+        data.objects.entry("box".into()).or_default().insert("a".into(), Datum::one(Const::Int(2)));
+        let points = WithData { points: Grid::new(5, 3), data };
+        let mut shared = 0;
+        for object in ["", "box"] {
+            for name in ["s", "t", "a", "unknown"] {
+                let at = |point| points.attribute(object, name, None, point);
+                let all: Vec<_> = (0..points.count()).map(at).collect();
+                let is_shared = points.attribute_is_shared(object, name, None);
+                assert_eq!(is_shared, all.iter().all(|datum| *datum == all[0]), "{object} {name}");
+                shared += usize::from(is_shared);
+            }
+        }
+        assert_eq!(shared, 7, "all but t");
     }
 }

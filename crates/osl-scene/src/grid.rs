@@ -116,6 +116,10 @@ impl PointSource for Grid {
         Some(self.texture_coordinate(axis, self.coordinate(axis, at, [self.width, self.height][axis])))
     }
 
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        Grid::texture_axis(object, name, element).is_none()
+    }
+
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
             match (global, component) {

@@ -150,6 +150,10 @@ impl PointSource for ReferenceRenderer {
             _ => None,
         }
     }
+
+    fn attribute_is_shared(&self, _: &str, name: &str, _: Option<usize>) -> bool {
+        !matches!(name, "shading:index" | "s" | "t" | "red" | "green" | "blue")
+    }
 }
 
 impl ReferenceRenderer {

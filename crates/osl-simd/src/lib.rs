@@ -166,7 +166,10 @@ impl Isa {
             // SAFETY: only `all` makes a value of this level, after it has detected the features.
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => unsafe { look_up_avx512(table, index, out) },
-            _ => look_up(table, index, out),
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => unsafe { look_up_avx2(table, index, out) },
+            Level::Baseline => look_up(table, index, out),
         }
     }
 }
@@ -195,6 +198,34 @@ fn look_up_avx512(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
             let at = _mm512_min_epu32(_mm512_loadu_si512(at.as_ptr().cast()), _mm512_set1_epi32(15));
             let found = _mm512_permutexvar_epi32(at, words);
             _mm512_storeu_si512(to.as_mut_ptr().cast(), found);
+        }
+    }
+    look_up(table, index_rest, out_rest);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2")]
+fn look_up_avx2(table: &[u32; 16], index: &[u32], out: &mut [u32]) {
+    use std::arch::x86_64::{
+        _mm256_blendv_ps, _mm256_castsi256_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_min_epu32,
+        _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_slli_epi32, _mm256_storeu_ps,
+    };
+    let (low, high) = table.split_at(8);
+    // SAFETY: each half of the table has the eight words that are read.
+    let (low, high) =
+        unsafe { (_mm256_loadu_ps(low.as_ptr().cast()), _mm256_loadu_ps(high.as_ptr().cast())) };
+    let n = index.len().min(out.len());
+    let (index, index_rest) = index[..n].as_chunks::<8>();
+    let (out, out_rest) = out[..n].as_chunks_mut::<8>();
+    for (to, at) in out.iter_mut().zip(index) {
+        // SAFETY: both chunks have eight words.
+        unsafe {
+            let at = _mm256_min_epu32(_mm256_loadu_si256(at.as_ptr().cast()), _mm256_set1_epi32(15));
+            // Each half is looked up by the lowest three bits; the fourth, as a sign, selects the half.
+            let (first, second) = (_mm256_permutevar8x32_ps(low, at), _mm256_permutevar8x32_ps(high, at));
+            let is_high = _mm256_castsi256_ps(_mm256_slli_epi32::<28>(at));
+            let found = _mm256_blendv_ps(first, second, is_high);
+            _mm256_storeu_ps(to.as_mut_ptr().cast(), found);
         }
     }
     look_up(table, index_rest, out_rest);
@@ -276,6 +307,21 @@ mod tests {
             let x = f32::from_bits(bits);
             let expected = if x.is_nan() || x >= 2_147_483_648.0 { i32::MIN } else { x as i32 };
             assert_eq!(to_int(x), expected, "{x:e}");
+        }
+    }
+
+    #[test]
+    fn words_are_looked_up() {
+        // Any word, also one that is no ordinary float.
+        let table: [u32; 16] = std::array::from_fn(|i| 0x7fa0_0000 + i as u32);
+        let index: Vec<u32> = (0..1003).map(|i| if i % 97 == 0 { u32::MAX - i } else { i % 19 }).collect();
+        for isa in Isa::all() {
+            for n in [0, 1, 7, 8, 15, 16, 33, index.len()] {
+                let mut out = vec![0; n];
+                isa.look_up(&table, &index, &mut out);
+                let expected: Vec<u32> = index.iter().take(n).map(|i| table[(*i).min(15) as usize]).collect();
+                assert_eq!(out, expected, "{isa:?}, {n}");
+            }
         }
     }
 

@@ -6,6 +6,7 @@
 //! used.
 
 mod lane;
+mod remainder;
 mod run;
 
 use crate::word::{Element, Word};
@@ -371,6 +372,11 @@ macro_rules! stamp {
             fn run(self) {
                 let mut call = self.0;
                 if call.op == LaneOp::MSet && call.with_element().is_some() {
+                    return;
+                }
+                // Its body for single precision has a call, which is no vector.
+                if call.op == LaneOp::FmodExact && W::narrow(&[]).is_some() {
+                    call.each_part(remainder::part);
                     return;
                 }
                 match call.op {

@@ -6,6 +6,7 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::Arg;
 use crate::program::{Array, Location, Operand};
 use crate::word::Word;
+use osl_simd::Kernel;
 
 /// Elements that are cleared together.
 const BLOCK: usize = 64;
@@ -89,6 +90,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let last = plan.len.saturating_sub(1);
         let words = plan.words as usize;
         let n = if matches!(out.location, Location::Words(_)) { 1 } else { width };
+        let mut places = std::mem::take(&mut self.places);
         match self.arg(index) {
             Arg::Same(i) => {
                 let at = i[0].bits().min(last) as usize * words;
@@ -100,19 +102,29 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             Arg::Each(indices) => {
                 // A small uniform table is looked up by vectors.
                 let small = !plan.varying && (1..=MAX_TABLE).contains(&(plan.len as usize));
+                let narrow = A::Word::narrow(indices);
+                if !(small && narrow.is_some()) {
+                    places.resize(width, 0);
+                    self.isa.dispatch(Places { indices, last, words: plan.words, places: &mut places });
+                }
                 for (component, lanes) in target.chunks_mut(n).enumerate().take(words) {
-                    if small && let Some(indices) = A::Word::narrow(indices) {
+                    if small && let Some(indices) = narrow {
                         let element = |at: usize| source[at.min(last as usize) * words + component];
                         A::Word::look_up(self.isa, &std::array::from_fn(element), indices, lanes);
-                        continue;
-                    }
-                    for (lane, (o, i)) in lanes.iter_mut().zip(indices).enumerate() {
-                        let at = i.bits().min(last) as usize * words + component;
-                        *o = source[if plan.varying { at * width + lane } else { at }];
+                    } else if plan.varying {
+                        for (lane, (o, at)) in lanes.iter_mut().zip(&places).enumerate() {
+                            *o = source[(*at as usize + component) * width + lane];
+                        }
+                    } else {
+                        let source = &source[component..];
+                        for (o, at) in lanes.iter_mut().zip(&places) {
+                            *o = source[*at as usize];
+                        }
                     }
                 }
             }
         }
+        self.places = places;
         self.put(out, target);
     }
 
@@ -149,5 +161,28 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
         }
         self.arrays[array as usize] = target;
+    }
+}
+
+/// Computes the places of elements: the first word of each, for indices that are clamped to the last element.
+struct Places<'a, W> {
+    indices: &'a [W],
+    last: u32,
+    /// Number of words in an element.
+    words: u32,
+    places: &'a mut [u32],
+}
+
+impl<W: Word> Kernel for Places<'_, W> {
+    type Output = ();
+    #[inline(always)]
+    fn run(self) {
+        let Places { indices, last, words, places } = self;
+        let indices = &indices[..places.len()];
+        osl_simd::fill(
+            places,
+            #[inline(always)]
+            |i| indices[i].bits().min(last).wrapping_mul(words),
+        );
     }
 }

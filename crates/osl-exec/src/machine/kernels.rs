@@ -2,10 +2,11 @@
 
 use super::Machine;
 use super::mask::Mask;
+use super::memo::{Key, Known};
 use crate::arithmetic::ArithmeticImpl;
 use crate::message::Message;
-use crate::program::KernelStep;
-use osl_ir::ir::{Const, Kernel};
+use crate::program::{KernelStep, Operand};
+use osl_ir::ir::{Const, Kernel, Kind};
 
 impl<A: ArithmeticImpl> Machine<'_, A> {
     /// Runs a kernel over the active lanes, or once if the result is uniform.
@@ -45,7 +46,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
             Kernel::Split { pieces } => self.split(pieces.0, step, mask),
             Kernel::Regex { whole, places } => self.regex(*whole, places.map(|s| s.0), step, mask),
-            Kernel::Hash => self.hash(step, mask),
+            Kernel::Hash => self.hash(step),
             Kernel::Attribute { kind, count, .. } => self.attribute(*kind, *count, step, mask),
             Kernel::Trace => self.trace(step, mask),
             Kernel::SourceMessage { base, kind, count } => {
@@ -66,24 +67,52 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         }
     }
 
-    /// A function without effect, recomputed only where its arguments change from lane to lane.
+    /// A function without effect, computed once for lanes with the same arguments.
     fn pure(&mut self, step: &KernelStep, mask: &Mask, f: impl Fn(&[Const]) -> Const) {
-        let Some(out) = step.outs.first() else { return };
-        let mut last: Option<(Vec<Const>, Const)> = None;
-        for lane in self.lanes(&step.outs, mask) {
-            let args = self.values(&step.args, &step.kinds, lane);
-            // Charged as if each lane computed it.
+        self.once_each(step, mask, |machine, lane| {
+            let args = machine.values(&step.args, &step.kinds, lane);
             let text = |arg: &Const| if let Const::Str(text) = arg { text.len() } else { 0 };
-            self.pay_text(args.iter().map(text).sum());
-            let result = match last.take() {
-                Some((before, result)) if before == args => result,
-                _ => f(&args),
-            };
-            self.set_value(*out, lane, &result);
-            last = Some((args, result));
+            machine.pay_text(args.iter().map(text).sum());
+            f(&args)
+        });
+    }
+
+    /// The words of some operands at one lane, if they are few and none is a closure.
+    pub(super) fn key(&self, args: &[Operand], lane: usize) -> Option<Key<A::Word>> {
+        // The number of a closure differs from lane to lane.
+        let is_kept = args.iter().all(|arg| arg.kind != Kind::Closure);
+        let components = |arg: Operand| (0..arg.words as usize).map(move |c| self.part(arg, c));
+        let words = args.iter().copied().flat_map(components).map(|part| self.word(part, lane));
+        is_kept.then(|| Key::of(words))?
+    }
+
+    /// A step with one result of one word that depends only on its arguments: `f` computes it and pays for it,
+    /// once for lanes with the same arguments. Each lane is charged as if it computed the result.
+    pub(super) fn once_each(
+        &mut self,
+        step: &KernelStep,
+        mask: &Mask,
+        f: impl Fn(&mut Self, usize) -> Const,
+    ) {
+        let Some(out) = step.outs.first() else { return };
+        let mut memo = std::mem::take(&mut self.memo);
+        memo.begin();
+        for lane in self.lanes(&step.outs, mask) {
+            let key = self.key(&step.args, lane);
+            if let Some(Known { word, cost }) = key.and_then(|key| memo.find(&key)) {
+                self.work.pay_steps(cost);
+                self.set_words(*out, lane, &[word]);
+            } else {
+                let result = f(self, lane);
+                self.set_value(*out, lane, &result);
+                if let Some(key) = key {
+                    memo.keep(key, Known { word: self.word(*out, lane), cost: self.work.of_lane() });
+                }
+            }
             if !self.work.close() {
-                return;
+                break;
             }
         }
+        self.memo = memo;
     }
 }

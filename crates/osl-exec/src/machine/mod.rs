@@ -10,14 +10,18 @@ mod closure;
 mod color;
 mod dictionary;
 mod flow;
+mod hash;
+mod inverse;
 mod kernels;
 mod lane;
 mod mask;
+mod memo;
 mod named;
 mod noise;
 mod per_cell;
 mod point;
 mod profiled;
+mod report;
 mod text;
 mod texture;
 mod texture_info;
@@ -27,11 +31,11 @@ use crate::arithmetic::ArithmeticImpl;
 use crate::dictionary::{Dictionaries, Documents};
 use crate::error::RunError;
 use crate::lanes::{Arg, Ready};
-use crate::message::{Message, Messages, Room};
+use crate::message::{Messages, Room};
 use crate::native;
 use crate::options::RunOptions;
 use crate::profile::Profile;
-use crate::program::{Array, KernelStep, Location, Operand, OutputSource, Program, Step, Steps};
+use crate::program::{Array, Location, Operand, OutputSource, Program, Step, Steps};
 use crate::register::{LINE, Lanes};
 use crate::services::Services;
 use crate::source::PointSource;
@@ -55,6 +59,8 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     words: Vec<A::Word>,
     arrays: Vec<Lanes<A::Word>>,
     scratch: Vec<Lanes<A::Word>>,
+    /// The elements that the lanes load from an array.
+    places: Vec<u32>,
     /// Single arguments of a lane operation, broadcast to lanes.
     broadcasts: [Vec<A::Word>; MAX_ARGS],
     /// The result of a uniform lane operation.
@@ -76,6 +82,8 @@ pub(crate) struct Machine<'a, A: ArithmeticImpl> {
     first: usize,
     points: usize,
     texts: text::Texts,
+    /// The latest results of the current kernel.
+    memo: memo::Memo<A::Word>,
     closures: closure::Closures,
     dictionaries: Dictionaries<'a>,
     named: named::Named<A::Word>,
@@ -112,6 +120,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             words: program.words.iter().map(|seed| seed.word::<A>()).collect(),
             arrays: program.arrays.iter().map(array).collect(),
             scratch: (0..16).map(|_| Lanes::new(width)).collect(),
+            places: Vec::new(),
             broadcasts: Default::default(),
             single: Lanes::new(LINE),
             queue: lane::Queue::default(),
@@ -124,6 +133,7 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
             first: 0,
             points: 0,
             texts: text::Texts::default(),
+            memo: memo::Memo::default(),
             closures: closure::Closures::default(),
             dictionaries: Dictionaries::new(documents),
             named: named::Named::default(),
@@ -419,32 +429,10 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
     /// uniform.
     fn lanes(&self, outs: &[Operand], mask: &Mask) -> Vec<usize> {
         let mut lanes = self.active(mask);
-        let uniform = !outs.is_empty() && outs.iter().all(|o| matches!(o.location, Location::Words(_)));
-        if uniform {
+        if report::are_uniform(outs) {
             lanes.truncate(1);
         }
         lanes
-    }
-
-    /// Reports a message of a lane; of all active lanes if the result of the step is uniform.
-    fn report(&mut self, step: &KernelStep, lane: usize, mask: &Mask, message: Message) {
-        let message = Message { at: Some(step.span), ..message };
-        self.pay_text(8 * message.text.len());
-        self.work.pay(REPORT);
-        let uniform =
-            !step.outs.is_empty() && step.outs.iter().all(|o| matches!(o.location, Location::Words(_)));
-        if uniform {
-            self.report_all(mask, message);
-        } else {
-            self.messages.add([self.first + lane], message);
-        }
-    }
-
-    /// Reports a message of all active lanes.
-    fn report_all(&mut self, mask: &Mask, message: Message) {
-        let first = self.first;
-        let lanes = self.active(mask);
-        self.messages.add(lanes.into_iter().map(|lane| first + lane), message);
     }
 
     /// Number of lanes for which a step runs.
@@ -503,9 +491,6 @@ impl<'a, A: ArithmeticImpl> Machine<'a, A> {
         self.put(to, target);
     }
 }
-
-/// Steps for a report, besides its text.
-const REPORT: u64 = 40;
 
 /// The words of a result while they are written.
 enum Target<W> {

@@ -1,55 +1,29 @@
-//! Values of a point or of the run: hashes, attributes, inverse splines, and reports of invalid indices.
+//! Values of a point or of the run: attributes, messages of the source, and reports of invalid indices.
 
 use super::Machine;
 use super::mask::Mask;
 use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::Arg;
 use crate::message::Message;
-use crate::program::{KernelStep, Operand};
-use crate::word::{Element, Word};
+use crate::program::{KernelStep, Location, Operand};
+use crate::word::Word;
 use osl_ir::ir::{Const, Kind};
 use osl_ir::types::{Base, Extent, Type};
-use osl_noise::hash::NAN_WORD;
-use osl_numeric::{Number, spline};
-
-/// Steps for a knot that an inverse spline searches.
-const KNOT: u64 = 4;
+use std::sync::Arc;
 
 impl<A: ArithmeticImpl> Machine<'_, A> {
-    pub(super) fn hash(&mut self, step: &KernelStep, mask: &Mask) {
-        let Some(out) = step.outs.first() else { return };
-        for lane in self.lanes(&step.outs, mask) {
-            let mut words = Vec::with_capacity(4);
-            for (arg, kind) in step.args.iter().zip(&step.kinds) {
-                for component in 0..arg.words as usize {
-                    let part = self.part(*arg, component);
-                    // A float counts by its single-precision word, and every NaN is the same, because its
-                    // payload depends on the instruction set.
-                    words.push(match kind {
-                        Kind::Float | Kind::Triple => match self.single(part, lane) {
-                            x if x.is_nan() => NAN_WORD,
-                            x => x.to_bits(),
-                        },
-                        _ => self.bits(part, lane),
-                    });
-                }
-            }
-            self.set_bits(*out, lane, hash(&words));
-        }
-    }
-
     pub(super) fn attribute(&mut self, kind: Kind, count: u8, step: &KernelStep, mask: &Mask) {
         let values = usize::from(count).max(1);
         let (outs, rest) = step.outs.split_at(values.min(step.outs.len()));
         let Some((found, derivs)) = rest.split_first() else { return };
+        let is_single = step.args.iter().all(|arg| matches!(self.arg(*arg), Arg::Same(_)));
+        let mut asked = None;
         for lane in self.active(mask) {
-            let [Const::Str(object), Const::Str(name), Const::Int(element)] =
-                &self.values(&step.args, &step.kinds, lane)[..]
-            else {
-                return;
-            };
-            let element = usize::try_from(*element).ok();
-            let datum = self.source.attribute(object, name, element, self.first + lane);
+            if !is_single || asked.is_none() {
+                asked = self.asked(step, lane);
+            }
+            let Some((object, name, element)) = &asked else { return };
+            let datum = self.source.attribute(object, name, *element, self.first + lane);
             let datum = datum.filter(|d| {
                 d.array == (count > 0)
                     && d.values.len() == values
@@ -66,6 +40,31 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
             if !self.work.close() {
                 return;
+            }
+            if is_single && self.source.attribute_is_shared(object, name, *element) {
+                step.outs.iter().for_each(|out| self.spread(*out, lane));
+                return;
+            }
+        }
+    }
+
+    /// The object, the name and the element of an attribute that a lane wants.
+    fn asked(&self, step: &KernelStep, lane: usize) -> Option<(Arc<str>, Arc<str>, Option<usize>)> {
+        let [object, name, element] = step.args[..] else { return None };
+        let text = |operand| self.text(self.bits(operand, lane));
+        let element = usize::try_from(self.bits(element, lane) as i32).ok();
+        Some((text(object), text(name), element))
+    }
+
+    /// Gives all lanes the value of one of them.
+    fn spread(&mut self, out: Operand, lane: usize) {
+        let width = self.width;
+        if let Location::Lanes { reg, component, cells } = out.location {
+            let words = self.registers[self.per_cell.register(reg, cells)].words_mut();
+            for lanes in words.chunks_mut(width).skip(component as usize).take(out.words as usize) {
+                if let Some(word) = lanes.get(lane).copied() {
+                    lanes.fill(word);
+                }
             }
         }
     }
@@ -107,36 +106,6 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         }
     }
 
-    pub(super) fn spline_inverse(&mut self, knots: u32, step: &KernelStep, mask: &Mask) {
-        let Some((out, derivs)) = step.outs.split_first() else { return };
-        let len = self.program.arrays.get(knots as usize).map_or(0, |a| a.len as usize);
-        let [basis, y, count, changes @ ..] = &step.args[..] else { return };
-        let mut list = vec![A::Real::lit(0.0); len];
-        for lane in self.lanes(&step.outs, mask) {
-            let searched = KNOT * (len * (1 + derivs.len())) as u64;
-            self.work.pay(searched);
-            if !self.work.affords(0) {
-                return;
-            }
-            for (index, knot) in list.iter_mut().enumerate() {
-                *knot = A::Real::load(self.element(knots, index, 0, lane));
-            }
-            let count = usize::try_from(self.bits(*count, lane) as i32).unwrap_or(0).min(len);
-            let basis = osl_numeric::basis::basis(&self.text(self.bits(*basis, lane)));
-            let y = A::Real::load(self.word(*y, lane));
-            let x = spline::inverse(basis, y, &list, count);
-            self.set_words(*out, lane, &[x.store()]);
-            for (out, change) in derivs.iter().zip(changes) {
-                let change = A::Real::load(self.word(*change, lane));
-                let deriv = spline::inverse_derivative(basis, y, change, &list, count);
-                self.set_words(*out, lane, &[deriv.store()]);
-            }
-            if !self.work.close() {
-                return;
-            }
-        }
-    }
-
     pub(super) fn check_index(&mut self, name: &str, step: &KernelStep, mask: &Mask) {
         let [index, len] = &step.args[..] else { return };
         let limit = self.bits(*len, 0);
@@ -158,17 +127,5 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 return;
             }
         }
-    }
-}
-
-/// The hash of one to four words.
-fn hash(words: &[u32]) -> u32 {
-    use osl_noise::hash::hash;
-    match *words {
-        [a] => hash([a]),
-        [a, b] => hash([a, b]),
-        [a, b, c] => hash([a, b, c]),
-        [a, b, c, d] => hash([a, b, c, d]),
-        _ => 0,
     }
 }

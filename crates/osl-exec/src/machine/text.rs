@@ -2,6 +2,7 @@
 
 use super::Machine;
 use super::mask::Mask;
+use super::memo::Known;
 use crate::arithmetic::ArithmeticImpl;
 use crate::lanes::Arg;
 use crate::message::{Message, Printed};
@@ -120,16 +121,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
     }
 
     pub(super) fn format(&mut self, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
-        let (Some((format, rest)), [out]) = (step.args.split_first(), &step.outs[..]) else { return };
-        for lane in self.lanes(&step.outs, mask) {
-            let format = self.text(self.bits(*format, lane));
-            let values = self.shaped(shapes, rest, lane);
-            let text = self.formatted(&format, &values, Flavour::Format);
-            self.set_value(*out, lane, &Const::Str(text.into()));
-            if !self.work.close() {
-                return;
-            }
-        }
+        let Some((format, rest)) = step.args.split_first() else { return };
+        self.once_each(step, mask, |machine, lane| {
+            let format = machine.text(machine.bits(*format, lane));
+            let values = machine.shaped(shapes, rest, lane);
+            Const::Str(machine.formatted(&format, &values, Flavour::Format).into())
+        });
     }
 
     pub(super) fn print(&mut self, sink: Sink, shapes: &[Shape], step: &KernelStep, mask: &Mask) {
@@ -212,21 +209,40 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             lanes.truncate(1);
         }
         let [subject, pattern] = &step.args[..] else { return };
+        // Lanes with the same text and pattern share the answer, unless they also want the places.
+        let mut memo = std::mem::take(&mut self.memo);
+        memo.begin();
         for lane in lanes {
             let (s, number) = (self.text(self.bits(*subject, lane)), self.bits(*pattern, lane));
             let pattern = self.text(number);
             if !self.pay_pattern(&pattern, number, (!uniform).then_some(lane)) {
                 return;
             }
+            let key = self.key(&step.args, lane).filter(|_| places.is_none());
+            if let Some(Known { word, cost }) = key.and_then(|key| memo.find(&key)) {
+                if !self.work.affords(cost) {
+                    return;
+                }
+                self.work.pay(cost);
+                if let Some(out) = step.outs.first() {
+                    self.set_words(*out, lane, &[word]);
+                }
+                if !self.work.close() {
+                    return;
+                }
+                continue;
+            }
             let search = if whole { text::Pattern::whole } else { text::Pattern::find };
+            let mut cost = 0;
             let found = text::Pattern::with(&pattern, whole, &self.limits.running, |pattern| {
                 // The cost of a search depends on both, and is charged in advance.
-                let steps = pattern.cost(s.len());
-                self.work.affords(steps).then(|| {
-                    self.work.pay(steps);
+                cost = pattern.cost(s.len());
+                self.work.affords(cost).then(|| {
+                    self.work.pay(cost);
                     search(pattern, &s)
                 })
             });
+            let is_known = found.is_ok();
             let found = match found {
                 Ok(Some(found)) => found,
                 Ok(None) => return,
@@ -236,6 +252,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     None
                 }
             };
+            if let Some(key) = key.filter(|_| is_known) {
+                memo.keep(key, Known { word: A::Word::of(found.is_some().into()), cost });
+            }
             if let (Some(array), Some(places)) = (array, places) {
                 self.work.pay(u64::from(array.len) * PLACE);
                 for index in 0..array.len as usize {
@@ -252,6 +271,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 return;
             }
         }
+        self.memo = memo;
     }
 
     /// Charges for the pattern of a lane, or of all lanes: it is compiled again if it differs from the last

@@ -4,7 +4,9 @@
 
 use super::Machine;
 use super::mask::Mask;
+use super::report::is_uniform;
 use crate::arithmetic::ArithmeticImpl;
+use crate::lanes::Arg;
 use crate::message::Message;
 use crate::program::{KernelStep, Operand};
 use osl_image::{
@@ -72,6 +74,20 @@ struct Failure {
     hole: bool,
 }
 
+impl Failure {
+    /// Whether it is the same failure of the same name.
+    fn is(&self, other: &Failure) -> bool {
+        Arc::ptr_eq(&self.why, &other.why) && self.name == other.name
+    }
+}
+
+/// The lanes of a step that want the same missing texture, and their message.
+#[derive(Default)]
+struct Missing {
+    message: Option<(Failure, Message)>,
+    lanes: Vec<usize>,
+}
+
 /// Steps for a probe of a lookup, which blends some texels of two levels.
 const PROBE: u64 = 6;
 /// Maximum number of probes in a lookup.
@@ -108,8 +124,16 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let derivs = if footprint { derivs } else { &[] };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
+        let mut missing = Missing::default();
+        let shared = self.shared_options(options, values, channels);
         for lane in self.lanes(&step.outs, mask) {
-            let given = self.lookup_options(options, values, channels, lane);
+            let own;
+            let given = if let Some(shared) = &shared {
+                shared
+            } else {
+                own = self.lookup_options(options, values, channels, lane);
+                &own
+            };
             let float = |m: &Self, o: &Operand| m.single(*o, lane);
             let at = (float(self, s), float(self, t));
             let mut deriv = [0.0; 4];
@@ -130,7 +154,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     Sample { value, ..Sample::default() }
                 }
             });
-            self.deliver(step, (lane, mask), &sample, (quiet, "texture"), &given);
+            self.deliver(step, (lane, mask), &sample, (quiet, "texture"), (given, &mut missing));
             // A failed lookup is constant.
             let sample = sample.unwrap_or_default();
             if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
@@ -149,6 +173,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 return;
             }
         }
+        self.report_missing(step, mask, missing);
     }
 
     /// Lookups by direction.
@@ -164,8 +189,16 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let changes = if footprint { changes } else { &[] };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
+        let mut missing = Missing::default();
+        let shared = self.shared_options(options, values, channels);
         for lane in self.lanes(&step.outs, mask) {
-            let given = self.lookup_options(options, values, channels, lane);
+            let own;
+            let given = if let Some(shared) = &shared {
+                shared
+            } else {
+                own = self.lookup_options(options, values, channels, lane);
+                &own
+            };
             let towards = self.singles(*direction, lane);
             let change =
                 |m: &Self, index: usize| changes.get(index).map_or([0.0; 3], |o| m.singles(*o, lane));
@@ -181,11 +214,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 let value = environment(texture, towards, d_dx, d_dy, channels + 1, &given.lookup);
                 Sample { value, ..Sample::default() }
             });
-            self.deliver(step, (lane, mask), &sample, (quiet, "environment"), &given);
+            self.deliver(step, (lane, mask), &sample, (quiet, "environment"), (given, &mut missing));
             if !self.work.close() {
                 return;
             }
         }
+        self.report_missing(step, mask, missing);
     }
 
     /// Lookups in volumes, which always fail, since no volume format is supported.
@@ -193,8 +227,16 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let [name, values @ ..] = &step.args[..] else { return };
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
+        let mut missing = Missing::default();
+        let shared = self.shared_options(options, values, channels);
         for lane in self.lanes(&step.outs, mask) {
-            let given = self.lookup_options(options, values, channels, lane);
+            let own;
+            let given = if let Some(shared) = &shared {
+                shared
+            } else {
+                own = self.lookup_options(options, values, channels, lane);
+                &own
+            };
             let number = self.bits(*name, lane);
             if !self.pay_file(number, &self.text(number)) {
                 return;
@@ -206,11 +248,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 hole: false,
             };
             let failure = file.err().cloned().unwrap_or_else(unread);
-            self.deliver(step, (lane, mask), &Err(&failure), (quiet, "texture3d"), &given);
+            self.deliver(step, (lane, mask), &Err(&failure), (quiet, "texture3d"), (given, &mut missing));
             if !self.work.close() {
                 return;
             }
         }
+        self.report_missing(step, mask, missing);
     }
 
     /// Writes value, alpha and error message of a lookup.
@@ -220,53 +263,71 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         (lane, mask): (usize, &Mask),
         sample: &Result<Sample, &Failure>,
         (quiet, function): (bool, &str),
-        given: &Options,
+        (given, missing): (&Options, &mut Missing),
     ) {
         let [color, alpha, message, ..] = &step.outs[..] else { return };
         let behind = color.words as usize;
-        let (value, beyond, text): ([f32; 3], f32, Arc<str>) = match sample {
+        let (value, beyond) = match sample {
             Ok(sample) => {
                 let [r, g, b, a] = sample.value;
-                ([r, g, b], if behind == 1 { g } else { a }, "".into())
+                ([r, g, b], if behind == 1 { g } else { a })
             }
-            Err(failure) => {
-                let (value, beyond) = given.instead(behind);
-                let text = if given.missing.is_some() {
-                    "".into()
-                } else {
-                    self.failed(failure, (step, lane, mask), quiet, function)
-                };
-                (value, beyond, text)
-            }
+            Err(_) => given.instead(behind),
         };
         self.set_floats(*color, lane, &value);
         self.set_floats(*alpha, lane, &[beyond]);
-        if quiet {
-            self.set_value(*message, lane, &Const::Str(text));
+        let failure = sample.as_ref().err().filter(|_| given.missing.is_none());
+        match failure {
+            Some(failure) if quiet => {
+                let text = self.reason(failure);
+                self.set_value(*message, lane, &Const::Str(text));
+            }
+            Some(failure) if !failure.hole => {
+                if !missing.message.as_ref().is_some_and(|(known, _)| known.is(failure)) {
+                    let done = std::mem::take(missing);
+                    self.report_missing(step, mask, done);
+                    let message = self.missing_message(failure, function);
+                    missing.message = Some((Failure::clone(failure), message));
+                }
+                missing.lanes.push(lane);
+                self.pay_report(missing.message.as_ref().map_or(0, |(_, message)| message.text.len()));
+            }
+            // The number of the empty string.
+            _ if quiet => self.set_bits(*message, lane, 0),
+            _ => {}
         }
     }
 
-    /// Reports why a texture is missing: to the shader if it requests the message, else as an error of the
-    /// run.
-    fn failed(
-        &mut self,
-        failure: &Failure,
-        (step, lane, mask): (&KernelStep, usize, &Mask),
-        quiet: bool,
-        function: &str,
-    ) -> Arc<str> {
-        let Failure { name, why, hole } = failure;
-        let text: Arc<str> = match self.services.reference_texts {
+    /// Why a texture is missing, for the shader.
+    fn reason(&self, Failure { why, hole, .. }: &Failure) -> Arc<str> {
+        match self.services.reference_texts {
             // The shader gets the reason once for each file.
-            true if quiet && (*hole || why.take_report().is_none()) => "unknown".into(),
+            true if *hole || why.take_report().is_none() => "unknown".into(),
+            true => why.reference_message().into(),
+            false => why.message().into(),
+        }
+    }
+
+    /// Why a texture is missing, as an error of the run.
+    fn missing_message(&self, Failure { name, why, .. }: &Failure, function: &str) -> Message {
+        let text: Arc<str> = match self.services.reference_texts {
             true => why.reference_message().into(),
             false => why.message().into(),
         };
-        if !quiet && !hole {
-            let text = format!("[RendererServices::{function}] {text}");
-            self.report(step, lane, mask, Message::error(text).about_file(name.clone()));
+        Message::error(format!("[RendererServices::{function}] {text}")).about_file(name.clone())
+    }
+
+    /// Reports a missing texture for all lanes that want it; of all active lanes if the result of the step is
+    /// uniform. They have been charged.
+    fn report_missing(&mut self, step: &KernelStep, mask: &Mask, missing: Missing) {
+        let Missing { message: Some((_, message)), lanes } = missing else { return };
+        let message = Message { at: Some(step.span), ..message };
+        if is_uniform(step) {
+            self.report_all(mask, message);
+        } else {
+            let first = self.first;
+            self.messages.add(lanes.into_iter().map(|lane| first + lane), message);
         }
-        text
     }
 
     /// The texture with a name at (s, t), or the reason why it is missing, and the coordinates in it. The
@@ -293,6 +354,17 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             }
         };
         (last.insert(opened).texture.as_ref(), s, t)
+    }
+
+    /// The options of a lookup if all lanes share them.
+    fn shared_options(
+        &self,
+        options: &[TextureOption],
+        values: &[Operand],
+        channels: usize,
+    ) -> Option<Options> {
+        let is_shared = values.iter().take(options.len()).all(|o| matches!(self.arg(*o), Arg::Same(_)));
+        is_shared.then(|| self.lookup_options(options, values, channels, 0))
     }
 
     /// The options of a lookup of a number of channels.

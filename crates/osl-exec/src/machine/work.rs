@@ -100,6 +100,16 @@ impl Work {
         self.lane = self.lane.saturating_add(units.saturating_mul(SERIAL));
     }
 
+    /// Charges the current lane of a kernel, in steps.
+    pub(super) fn pay_steps(&mut self, steps: u64) {
+        self.lane = self.lane.saturating_add(steps);
+    }
+
+    /// The steps that the current lane of a kernel has been charged.
+    pub(super) fn of_lane(&self) -> u64 {
+        self.lane
+    }
+
     /// Charges time that a kernel takes although a single point would not, in the same units.
     pub(super) fn delay(&mut self, units: u64) {
         self.taken = self.taken.saturating_add(units.saturating_mul(SERIAL));

@@ -112,4 +112,8 @@ impl PointSource for SamplePoints<'_> {
         let place = self.places(point, 1).first().copied()?;
         self.surface.attribute_at(object, name, element, place)
     }
+
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        self.surface.attribute_is_shared(object, name, element)
+    }
 }

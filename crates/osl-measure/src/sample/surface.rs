@@ -31,7 +31,7 @@ pub trait Surface: PointSource {
         lanes.chunks_mut(width.max(1)).zip(deriv).for_each(|(lanes, x)| lanes.fill(x));
     }
 
-    /// A named datum at a position.
+    /// A named datum at a position; the same at all positions if [`PointSource::attribute_is_shared`].
     fn attribute_at(&self, object: &str, name: &str, element: Option<usize>, place: Place) -> Option<Datum> {
         let _ = (object, name, element, place);
         None
