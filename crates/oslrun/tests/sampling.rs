@@ -131,11 +131,13 @@ fn nonsense_is_refused_in_words() {
 #[test]
 fn a_trade_off_comes_as_text_values_and_a_page() {
     let folder = folder();
-    let common = ["tradeoff", "@/s.osl", "-g", "24x24", "--budget", "0.3"];
+    let shader = ["tradeoff", "@/s.osl", "-g", "24x24", "--budget"];
     fn with<'a>(common: &[&'a str], more: &[&'a str]) -> Vec<&'a str> {
         [common, more].concat()
     }
-    let (table, _) = ok(&folder, &with(&common, &[]));
+    let common = with(&shader, &["0.3"]);
+    // The first rows are measured even where this test shares its processors with many others.
+    let (table, _) = ok(&folder, &with(&shader, &["6"]));
     for row in ["strict, 1 sample", "fast, 1 sample", "f64, 1 sample", "prefilter, 1 sample"] {
         assert!(table.contains(row), "{row}: {table}");
     }

@@ -15,6 +15,8 @@ const SHARES: [usize; 3] = [64, 8, 1];
 const PLACE: u64 = 256;
 /// Bytes of a string that a position processes in one counted step.
 const BYTES_A_STEP: u64 = 16;
+/// Steps for compiling a class of characters: the classes of Unicode have hundreds of ranges.
+const CLASS: u64 = 5000;
 /// Steps of any search, whatever it searches.
 const SEARCH: u64 = 10;
 
@@ -85,7 +87,7 @@ impl Pattern {
         // A repeated part is compiled as often as it is repeated.
         let repeats = if pattern.contains('{') { 20 } else { 1 };
         let classes = pattern.bytes().filter(|b| matches!(b, b'\\' | b'[' | b'.')).count() as u64;
-        (500 + 40 * pattern.len() as u64 + 2000 * classes) * repeats
+        (500 + 40 * pattern.len() as u64 + CLASS * classes) * repeats
     }
 
     /// The maximum cost of a search in a number of bytes, in counted steps: every position of the pattern
