@@ -244,4 +244,7 @@ fn a_report_that_is_cut_short_says_so() {
     let (code, out, err) = oslrun(&["stability", &file.display().to_string(), "--budget", "0.05"]);
     assert_eq!(code, 0, "{err}");
     assert!(out.contains("the time was over (--budget)") && out.contains("scale"), "{out}");
+    let (code, out, err) = oslrun(&["stability", &file.display().to_string(), "--budget", "0.05", "--fix"]);
+    assert_eq!(code, 0, "{err}");
+    assert!(out.contains("time was over") && !out.contains("Nothing to"), "{out}");
 }

@@ -28,6 +28,9 @@ pub struct Examined {
     pub beyond: Vec<Setting>,
 }
 
+/// The name of the lines to blame at the given setting among what was not examined.
+pub(super) const LINES: &str = "some lines";
+
 /// What is swept: the settings, their name, and the decade of the given setting, unless that is 0.
 type Knobs = (fn(f64) -> Setting, &'static str, Option<i32>);
 
@@ -66,7 +69,7 @@ pub fn examine(
         }
         is_over
     };
-    ends("some lines", &mut not_examined);
+    ends(LINES, &mut not_examined);
     for (setting, name, decade) in [OFFSET, SCALE] {
         if ends(name, &mut not_examined) {
             continue;

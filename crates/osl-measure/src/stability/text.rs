@@ -30,7 +30,10 @@ pub fn text(report: &Report, all: bool) -> String {
         );
     }
     if report.culprits.is_empty() {
-        let _ = writeln!(out, "\nNothing to blame.");
+        let is_known = !report.not_examined.iter().any(|part| part == super::examine::LINES);
+        let said =
+            if is_known { "Nothing to blame." } else { "The time was over before lines could be blamed." };
+        let _ = writeln!(out, "\n{said}");
     }
     for List { title, lines, are_errors } in report.lists() {
         let _ = writeln!(out, "\n{title}:");

@@ -86,6 +86,8 @@ pub struct Repair {
     pub tried: usize,
     /// Number of matching rewrites that were not tried, since the work or the time was used up.
     pub not_tried: usize,
+    /// Whether the time was over before the examination or the search ended.
+    pub cut_short: bool,
     /// The differences as a unified diff; the caller makes it.
     pub diff: String,
     /// The repaired source.
@@ -143,7 +145,8 @@ pub fn repair(
             break;
         }
     }
-    last.unwrap_or_else(|| nothing("as given"))
+    let cut_short = subject.is_over() || !examined.report.not_examined.is_empty();
+    Repair { cut_short, ..last.unwrap_or_else(|| nothing("as given")) }
 }
 
 /// Lines below this share of the worst line's score are not worth a rewrite.
@@ -172,6 +175,7 @@ fn nothing(setting: &str) -> Repair {
         nearly: None,
         tried: 0,
         not_tried: 0,
+        cut_short: false,
         diff: String::new(),
         text: None,
     }

@@ -8,7 +8,12 @@ use std::fmt::Write;
 pub fn text(repair: &Repair, shader: &str) -> String {
     let mut out = String::new();
     let Some(before) = repair.before else {
-        out += "\nNothing to repair.\n";
+        let said = if repair.cut_short {
+            "No repair was looked for: the time was over."
+        } else {
+            "Nothing to repair."
+        };
+        let _ = writeln!(out, "\n{said}");
         return out;
     };
     match repair.steps.last() {
@@ -47,6 +52,9 @@ pub fn text(repair: &Repair, shader: &str) -> String {
             "\n{} more rewrites match these lines; they were not tried, to bound the work.",
             repair.not_tried
         );
+    }
+    if repair.cut_short {
+        let _ = writeln!(out, "\nThe time was over (--budget) before everything was examined and tried.");
     }
     out
 }
