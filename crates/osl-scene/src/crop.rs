@@ -97,6 +97,10 @@ impl PointSource for Crop {
         Some(self.grid.texture_coordinate(axis, self.grid.coordinate(axis, at, n)))
     }
 
+    fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
+        self.grid.attribute_is_shared(object, name, element)
+    }
+
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
         for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
             match (global, component) {
