@@ -135,7 +135,7 @@ pub(super) fn compare(
             "a comparison takes two pictures: two files, or a shader and, after `--`, options for its second picture",
         ));
     }
-    let CompareArgs { run, tolerance, json, .. } = args;
+    let CompareArgs { run, tolerance, json, second: options, .. } = args;
     let (mut run, picture) = without_picture(run);
     let (mut said, mut said_again) = (Vec::new(), Vec::new());
     let left = side::of(&run, &mut said);
@@ -151,7 +151,11 @@ pub(super) fn compare(
     if said_again != said {
         let _ = err.write_all(&said_again);
     }
-    let right = right?;
+    let mut right = right?;
+    // The two pictures of one shader differ in these words.
+    for word in &options {
+        right.name = format!("{} {}", right.name, word.to_string_lossy());
+    }
     let measured = differ::measure(&left, &right, tolerance).map_err(Failure::new)?;
     let report = show::Report { left: &left, right: &right, measured: &measured, tolerance };
     let file = picture.as_deref().map(|path| show::picture(&report, path)).transpose()?;
