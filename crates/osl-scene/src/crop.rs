@@ -3,6 +3,7 @@
 //! This module must not know pictures or samples.
 
 use crate::Grid;
+use crate::grid::Part;
 use osl_exec::{Blocks, Datum, PointSource};
 use osl_ir::global::Global;
 use osl_ir::ir::Axis;
@@ -14,15 +15,14 @@ use std::ops::Range;
 pub struct Crop {
     /// The whole grid.
     pub grid: Grid,
-    first: [usize; 2],
-    size: [usize; 2],
+    part: Part,
 }
 
 impl Crop {
     /// All points of a grid.
     pub fn none(grid: Grid) -> Crop {
         let size = [grid.width, grid.height];
-        Crop { grid, first: [0; 2], size }
+        Crop { grid, part: Part { first: [0; 2], size } }
     }
 
     /// The points in these columns and rows; columns and rows that the grid lacks are left out.
@@ -33,38 +33,27 @@ impl Crop {
         };
         let (x, width) = within(columns, grid.width);
         let (y, height) = within(rows, grid.height);
-        Crop { grid, first: [x, y], size: [width, height] }
+        Crop { grid, part: Part { first: [x, y], size: [width, height] } }
     }
 
     /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
-        (self.size[0], self.size[1])
+        (self.part.size[0], self.part.size[1])
     }
 
     /// The column and row in the whole grid of a column and row of the crop.
     pub fn whole(&self, [x, y]: [usize; 2]) -> [usize; 2] {
-        [self.first[0] + x, self.first[1] + y]
+        [self.part.first[0] + x, self.part.first[1] + y]
     }
 
     fn order(&self) -> Blocks {
-        Blocks::new(self.size[0], self.size[1])
-    }
-
-    /// u or v of the points from `first` on; lanes after the last point get its value.
-    fn fill_coordinate(&self, axis: usize, first: usize, lanes: &mut [f32]) {
-        let (from, n) = (self.first[axis], [self.grid.width, self.grid.height][axis]);
-        let count = lanes.len().min(self.count().saturating_sub(first));
-        let (here, behind) = lanes.split_at_mut(count);
-        self.order().along(axis, first, here, |i| self.grid.coordinate(axis, from + i, n));
-        if let Some(last) = here.last() {
-            behind.fill(*last);
-        }
+        Blocks::new(self.part.size[0], self.part.size[1])
     }
 }
 
 impl PointSource for Crop {
     fn count(&self) -> usize {
-        self.size[0] * self.size[1]
+        self.part.size[0] * self.part.size[1]
     }
 
     fn blocks(&self) -> Option<Blocks> {
@@ -72,7 +61,7 @@ impl PointSource for Crop {
     }
 
     fn pixel(&self, position: usize) -> usize {
-        let width = self.size[0].max(1);
+        let width = self.part.size[0].max(1);
         let [x, y] = self.whole([position % width, position / width]);
         y * self.grid.width + x
     }
@@ -90,11 +79,7 @@ impl PointSource for Crop {
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-        let axis = Grid::texture_axis(object, name, element)?;
-        let (x, y) = self.order().pixel(point);
-        let n = [self.grid.width, self.grid.height][axis];
-        let at = self.whole([x, y])[axis];
-        Some(self.grid.texture_coordinate(axis, self.grid.coordinate(axis, at, n)))
+        self.grid.attribute_in(self.part, (object, name, element), point)
     }
 
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
@@ -102,14 +87,7 @@ impl PointSource for Crop {
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-        for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
-            match (global, component) {
-                (Global::U, _) | (Global::P, 0) => self.fill_coordinate(0, first, lanes),
-                (Global::V, _) | (Global::P, 1) => self.fill_coordinate(1, first, lanes),
-                (Global::P, _) => lanes.fill(1.0),
-                _ => lanes.fill(0.0),
-            }
-        }
+        self.grid.fill_part(self.part, global, (first, width), lanes);
     }
 }
 

@@ -22,6 +22,15 @@ pub struct Grid {
     pub center: bool,
 }
 
+/// Some columns and rows of a grid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Part {
+    /// Its first column and row.
+    pub(crate) first: [usize; 2],
+    /// Columns and rows.
+    pub(crate) size: [usize; 2],
+}
+
 impl Grid {
     /// The unit patch.
     pub fn new(width: usize, height: usize) -> Grid {
@@ -61,14 +70,50 @@ impl Grid {
         Datum { derivs, ..Datum::one(Const::Float(value)) }
     }
 
-    /// u or v of the points from `first` on; lanes after the last point get its value.
-    fn fill_coordinate(&self, axis: usize, first: usize, lanes: &mut [f32]) {
-        let n = [self.width, self.height][axis];
-        let count = lanes.len().min(self.count().saturating_sub(first));
-        self.order().along(axis, first, &mut lanes[..count], |i| self.coordinate(axis, i, n));
-        if let Some(last) = count.checked_sub(1).and_then(|l| lanes.get(l)).copied() {
-            lanes[count..].fill(last);
+    /// A global at the points from `first` on of a part; lanes after the last point get its value.
+    pub(crate) fn fill_part(
+        &self,
+        part: Part,
+        global: Global,
+        (first, width): (usize, usize),
+        lanes: &mut [f32],
+    ) {
+        for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
+            match (global, component) {
+                (Global::U, _) | (Global::P, 0) => self.fill_coordinate(part, 0, first, lanes),
+                (Global::V, _) | (Global::P, 1) => self.fill_coordinate(part, 1, first, lanes),
+                (Global::P, _) => lanes.fill(1.0),
+                _ => lanes.fill(0.0),
+            }
         }
+    }
+
+    fn fill_coordinate(&self, part: Part, axis: usize, first: usize, lanes: &mut [f32]) {
+        let (from, n) = (part.first[axis], [self.width, self.height][axis]);
+        let [width, height] = part.size;
+        let count = lanes.len().min((width * height).saturating_sub(first));
+        let (here, after) = lanes.split_at_mut(count);
+        Blocks::new(width, height).along(axis, first, here, |i| self.coordinate(axis, from + i, n));
+        if let Some(last) = here.last() {
+            after.fill(*last);
+        }
+    }
+
+    /// A texture coordinate of a point of a part.
+    pub(crate) fn attribute_in(
+        &self,
+        part: Part,
+        (object, name, element): (&str, &str, Option<usize>),
+        point: usize,
+    ) -> Option<Datum> {
+        let axis = Grid::texture_axis(object, name, element)?;
+        let (column, row) = Blocks::new(part.size[0], part.size[1]).pixel(point);
+        let at = part.first[axis] + [column, row][axis];
+        Some(self.texture_coordinate(axis, self.coordinate(axis, at, [self.width, self.height][axis])))
+    }
+
+    fn whole(&self) -> Part {
+        Part { first: [0; 2], size: [self.width, self.height] }
     }
 }
 
@@ -110,10 +155,7 @@ impl PointSource for Grid {
     }
 
     fn attribute(&self, object: &str, name: &str, element: Option<usize>, point: usize) -> Option<Datum> {
-        let axis = Grid::texture_axis(object, name, element)?;
-        let (column, row) = self.order().pixel(point);
-        let at = if axis == 0 { column } else { row };
-        Some(self.texture_coordinate(axis, self.coordinate(axis, at, [self.width, self.height][axis])))
+        self.attribute_in(self.whole(), (object, name, element), point)
     }
 
     fn attribute_is_shared(&self, object: &str, name: &str, element: Option<usize>) -> bool {
@@ -121,14 +163,7 @@ impl PointSource for Grid {
     }
 
     fn fill(&self, global: Global, first: usize, width: usize, lanes: &mut [f32]) {
-        for (component, lanes) in lanes.chunks_mut(width.max(1)).enumerate() {
-            match (global, component) {
-                (Global::U, _) | (Global::P, 0) => self.fill_coordinate(0, first, lanes),
-                (Global::V, _) | (Global::P, 1) => self.fill_coordinate(1, first, lanes),
-                (Global::P, _) => lanes.fill(1.0),
-                _ => lanes.fill(0.0),
-            }
-        }
+        self.fill_part(self.whole(), global, (first, width), lanes);
     }
 }
 

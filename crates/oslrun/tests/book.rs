@@ -8,17 +8,12 @@
     reason = "a test says what must hold"
 )]
 
+mod in_process;
+
 use base64::Engine;
+use in_process::oslrun;
 use osl_image::{ImageData, read_image};
 use std::path::{Path, PathBuf};
-
-/// Runs the command in this process: exit code, and what it said.
-fn oslrun(args: &[&str]) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let args = std::iter::once("oslrun").chain(args.iter().copied()).map(Into::into);
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    (code, String::from_utf8(out).unwrap(), String::from_utf8(err).unwrap())
-}
 
 fn seed(name: &str) -> String {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -2,21 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
+mod in_process;
+
+use in_process::oslrun_at;
 use osl_image::{ExrOptions, Layer, LayerKind, read_image, write_exr};
 use serde_json::Value;
-use std::path::Path;
 use tempfile::TempDir;
-
-/// Exit code, standard output and standard error of a command line; `@` is the folder.
-fn oslrun(folder: &Path, args: &str) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let folder = folder.to_str().unwrap();
-    let args = format!("oslrun {args}");
-    let args = args.split_whitespace().map(|word| word.replace('@', folder).into());
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace(folder, "@");
-    (code, text(out), text(err))
-}
 
 const SHADER: &str =
     "shader s(float k = 1, int add = 0, output color c = 0, output float f = 0, output int n = 0)
@@ -51,7 +42,7 @@ fn folder() -> TempDir {
 fn images_are_compared_value_by_value() {
     let folder = folder();
     let said = |args: &str| {
-        let (code, out, err) = oslrun(folder.path(), args);
+        let (code, out, err) = oslrun_at(folder.path(), args);
         format!("$ oslrun {args}\n{out}{err}[exit {code}]\n\n")
     };
     let mut all = String::new();
@@ -84,7 +75,7 @@ fn images_are_compared_value_by_value() {
 fn shaders_and_settings_are_compared() {
     let folder = folder();
     let json = |args: &str, code: u8| -> Value {
-        let (found, out, err) = oslrun(folder.path(), &format!("compare {args} --json -g 21x11"));
+        let (found, out, err) = oslrun_at(folder.path(), &format!("compare {args} --json -g 21x11"));
         assert_eq!(found, code, "{args}: {out}{err}");
         serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}"))
     };
@@ -98,7 +89,7 @@ fn shaders_and_settings_are_compared() {
     assert_eq!((largest(&report, "c.R"), largest(&report, "c.B")), (0.0, 0.25));
     assert_eq!(report["different_pixels"], 20 * 11, "the first column is equal");
     // The options after `--` belong to the second picture; they come after those of both.
-    let with = |args: &str| oslrun(folder.path(), args);
+    let with = |args: &str| oslrun_at(folder.path(), args);
     for args in
         ["compare @/s.osl -g 21x11 --json -- -p k=1.5", "compare @/s.osl -g 21x11 -p k=1 --json -- -p k=1.5"]
     {
@@ -124,7 +115,7 @@ fn shaders_and_settings_are_compared() {
 #[test]
 fn an_image_is_compared_with_its_shader() {
     let folder = folder();
-    let run = |args: &str| oslrun(folder.path(), args);
+    let run = |args: &str| oslrun_at(folder.path(), args);
     assert_eq!(run("@/s.osl -g 16x8 --outputs c,f -o @/s.exr").0, 0);
     let (code, out, err) = run("compare @/s.exr @/s.osl -g 16x8 --outputs c,f");
     assert_eq!(code, 0, "{out}{err}");
@@ -143,7 +134,7 @@ fn an_image_is_compared_with_its_shader() {
 #[test]
 fn pictures_show_the_difference() {
     let folder = folder();
-    let run = |args: &str| oslrun(folder.path(), args);
+    let run = |args: &str| oslrun_at(folder.path(), args);
     let (code, out, _) = run("compare @/a.exr @/b.exr -o @/d.exr");
     assert!(code == 1 && out.contains("wrote @/d.exr: the second picture minus the first"), "{out}");
     let image = read_image(&folder.path().join("d.exr")).unwrap();

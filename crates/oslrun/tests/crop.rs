@@ -2,20 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
-use osl_image::{ImageData, read_image};
-use std::path::Path;
-use tempfile::TempDir;
+mod in_process;
 
-/// Exit code, standard output and standard error of a command line; `@` is the folder.
-fn oslrun(folder: &Path, args: &str) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let folder = folder.to_str().unwrap();
-    let args = format!("oslrun {args}");
-    let args = args.split_whitespace().map(|word| word.replace('@', folder).into());
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace(folder, "@");
-    (code, text(out), text(err))
-}
+use in_process::oslrun_at;
+use osl_image::{ImageData, read_image};
+use tempfile::TempDir;
 
 /// Noise, derivatives, cells, a matrix space, texture coordinates as data, and a loop that differs by point.
 const SHADER: &str = "shader s(output color c = 0, output float f = 0, output int n = 0) {
@@ -35,7 +26,7 @@ fn folder() -> TempDir {
 }
 
 fn image(folder: &TempDir, args: &str, name: &str) -> ImageData {
-    let (code, _, err) = oslrun(folder.path(), &format!("{args} -o @/{name}"));
+    let (code, _, err) = oslrun_at(folder.path(), &format!("{args} -o @/{name}"));
     assert_eq!(code, 0, "{args}: {err}");
     read_image(&folder.path().join(name)).unwrap()
 }
@@ -105,7 +96,7 @@ fn other_formats_hold_the_part_alone() {
         assert_eq!((part.width, part.height), (49, 43));
         same(&part, &whole, (11, 20));
     }
-    let (code, out, err) = oslrun(folder.path(), "@/m.osl -g 90x70 --crop 88,90,69,70 --closures");
+    let (code, out, err) = oslrun_at(folder.path(), "@/m.osl -g 90x70 --crop 88,90,69,70 --closures");
     assert!(code == 0 && out.contains("Ci at (89, 69)"), "{out}{err}");
 }
 
@@ -113,7 +104,7 @@ fn other_formats_hold_the_part_alone() {
 fn messages_name_the_pixels_of_the_whole_picture() {
     let folder = folder();
     for way in ["", "--samples 2"] {
-        let (_, _, err) = oslrun(folder.path(), &format!("@/s.osl -g 90x70 --crop 40,60,30,63 {way}"));
+        let (_, _, err) = oslrun_at(folder.path(), &format!("@/s.osl -g 90x70 --crop 40,60,30,63 {way}"));
         assert!(
             err.contains("first at pixel (45, 35)") || err.contains("first at pixel (44, 3"),
             "{way}: {err}"
@@ -125,7 +116,7 @@ fn messages_name_the_pixels_of_the_whole_picture() {
 fn parts_are_compared_with_parts() {
     let folder = folder();
     image(&folder, "@/s.osl -g 90x70 --crop 11,60,20,63", "part.exr");
-    let run = |args: &str| oslrun(folder.path(), args);
+    let run = |args: &str| oslrun_at(folder.path(), args);
     let (code, out, err) = run("compare @/part.exr @/s.osl -g 90x70 --crop 11,60,20,63");
     assert_eq!(code, 0, "{out}{err}");
     let (code, _, err) = run("compare @/part.exr @/s.osl -g 90x70 --crop 12,61,20,63");
@@ -147,9 +138,9 @@ fn what_cannot_be_cut_is_refused_with_a_reason() {
         ("--crop 0,9,0,9 --on sphere", "not for --on"),
         ("--crop 0,9,0,9 --preview -o @/a.png", "cannot be used with"),
     ] {
-        let (code, _, err) = oslrun(folder.path(), &format!("@/s.osl -g 90x70 {args}"));
+        let (code, _, err) = oslrun_at(folder.path(), &format!("@/s.osl -g 90x70 {args}"));
         assert!(code == 2 && err.contains(word), "{args}: {code} {err}");
     }
-    let (code, _, err) = oslrun(folder.path(), "explain @/s.osl --crop 0,9,0,9");
+    let (code, _, err) = oslrun_at(folder.path(), "explain @/s.osl --crop 0,9,0,9");
     assert!(code == 2 && err.contains("--crop has no effect in `explain`"), "{err}");
 }

@@ -2,15 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, missing_docs, reason = "a test says what must hold")]
 
-use std::path::Path;
+mod in_process;
 
-/// Runs the command in this process; returns the exit code and its output.
-fn oslrun(args: &[&str]) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let args = std::iter::once("oslrun").chain(args.iter().copied()).map(Into::into);
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    (code, String::from_utf8(out).unwrap(), String::from_utf8(err).unwrap())
-}
+use in_process::oslrun;
+use std::path::Path;
 
 fn file(dir: &Path, name: &str, text: &str) -> String {
     let path = dir.join(name);

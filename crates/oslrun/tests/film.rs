@@ -2,20 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
-use serde_json::Value;
-use std::path::Path;
-use tempfile::TempDir;
+mod in_process;
 
-/// Exit code, standard output and standard error of a command line; `@` is the folder.
-fn oslrun(folder: &Path, args: &str) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let folder = folder.to_str().unwrap();
-    let args = format!("oslrun {args}");
-    let args = args.split_whitespace().map(|word| word.replace('@', folder).into());
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace(folder, "@");
-    (code, text(out), text(err))
-}
+use in_process::oslrun_at;
+use serde_json::Value;
+use tempfile::TempDir;
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
@@ -31,7 +22,7 @@ fn folder() -> TempDir {
 fn globals_have_the_given_values() {
     let folder = folder();
     let said = |more: &str| {
-        let (code, out, err) = oslrun(folder.path(), &format!("@/s.osl -g 3x3 {more}"));
+        let (code, out, err) = oslrun_at(folder.path(), &format!("@/s.osl -g 3x3 {more}"));
         assert_eq!((code, err.as_str()), (0, ""), "{more}");
         out.lines().next().unwrap_or_default().to_string()
     };
@@ -47,11 +38,11 @@ fn globals_have_the_given_values() {
     );
     assert_eq!(said("--global time=3 --global time=4"), "4 0 0 0 0 | 0 0 1 | 0 0 0 0 0 0");
     // Samples, an explanation and a surface have them too.
-    let (code, out, _) = oslrun(folder.path(), "@/s.osl -g 3x3 --samples 4 --time 2.5");
+    let (code, out, _) = oslrun_at(folder.path(), "@/s.osl -g 3x3 --samples 4 --time 2.5");
     assert!(code == 0 && out.contains("f[0]: ") && !out.contains(" to 0,"), "{out}");
-    let (code, out, _) = oslrun(folder.path(), "explain @/s.osl -g 3x3 --at 1,1 --time 2.5");
+    let (code, out, _) = oslrun_at(folder.path(), "explain @/s.osl -g 3x3 --at 1,1 --time 2.5");
     assert!(code == 0 && out.contains("time = 2.5"), "{out}");
-    let (code, out, _) = oslrun(folder.path(), "@/s.osl -g 9x9 --on sphere --time 2.5");
+    let (code, out, _) = oslrun_at(folder.path(), "@/s.osl -g 9x9 --on sphere --time 2.5");
     assert!(code == 0 && out.contains("f[0]: 0 to 1.9"), "{out}");
 }
 
@@ -75,7 +66,7 @@ fn globals_that_cannot_be_set_are_refused_with_a_reason() {
         ("@/s.osl --fps 25", "--frames"),
         ("@/s.osl --frames 1-3 --fps 0 -o @/a.#.png", "above 0"),
     ] {
-        let (code, _, err) = oslrun(folder.path(), args);
+        let (code, _, err) = oslrun_at(folder.path(), args);
         assert!(code == 2 && err.contains(word), "{args}: {code} {err}");
     }
 }
@@ -84,7 +75,7 @@ fn globals_that_cannot_be_set_are_refused_with_a_reason() {
 fn frames_have_their_time_and_their_file() {
     let folder = folder();
     let run = |args: &str| {
-        let (code, out, err) = oslrun(folder.path(), args);
+        let (code, out, err) = oslrun_at(folder.path(), args);
         assert_eq!(code, 0, "{err}");
         out
     };
@@ -105,7 +96,7 @@ fn histograms_count_values() {
         { f = u > 0.5 ? 1 / (v - v) : u; c = color(u, 0.25, 0); s = \"x\"; }";
     std::fs::write(folder.path().join("h.osl"), text).unwrap();
     let run = |args: &str| {
-        let (code, out, err) = oslrun(folder.path(), args);
+        let (code, out, err) = oslrun_at(folder.path(), args);
         assert_eq!(code, 0, "{err}");
         out
     };

@@ -8,16 +8,11 @@
     reason = "a test says what must hold"
 )]
 
+mod in_process;
+
+use in_process::oslrun;
 use osl_image::{ImageData, read_image};
 use std::path::Path;
-
-/// Runs the command in this process: exit code, and what it said.
-fn oslrun(args: &[&str]) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let args = std::iter::once("oslrun").chain(args.iter().copied()).map(Into::into);
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    (code, String::from_utf8(out).unwrap(), String::from_utf8(err).unwrap())
-}
 
 fn file(dir: &Path, name: &str, text: &str) -> String {
     let path = dir.join(name);

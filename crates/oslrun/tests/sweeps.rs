@@ -2,20 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
-use osl_image::{ImageData, read_image};
-use std::path::Path;
-use tempfile::TempDir;
+mod in_process;
 
-/// Exit code, standard output and standard error of a command line; `@` is the folder.
-fn oslrun(folder: &Path, args: &str) -> (u8, String, String) {
-    let (mut out, mut err) = (Vec::new(), Vec::new());
-    let folder = folder.to_str().unwrap();
-    let args = format!("oslrun {args}");
-    let args = args.split_whitespace().map(|word| word.replace('@', folder).into());
-    let code = oslrun::cli::main(args, &mut out, &mut err);
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap().replace(folder, "@");
-    (code, text(out), text(err))
-}
+use in_process::oslrun_at;
+use osl_image::{ImageData, read_image};
+use tempfile::TempDir;
 
 const SHADER: &str = "shader s(float k = 1, int n = 1, color tint = 1, string word = \"\",
     output color c = 0, output float f = 0)
@@ -41,7 +32,7 @@ fn pixel(image: &ImageData, (x, y): (usize, usize)) -> Vec<u8> {
 #[test]
 fn one_parameter_makes_a_row() {
     let folder = folder();
-    let (code, out, err) = oslrun(folder.path(), "@/s.osl -g 60x20 --outputs f -p k=0:1:3 -o @/row.png");
+    let (code, out, err) = oslrun_at(folder.path(), "@/s.osl -g 60x20 --outputs f -p k=0:1:3 -o @/row.png");
     assert_eq!((code, err.as_str()), (0, ""), "{out}");
     assert!(out.ends_with("wrote @/row.png: 3 pictures\n"), "{out}");
     let image = image(&folder, "row.png");
@@ -61,7 +52,7 @@ fn one_parameter_makes_a_row() {
 fn two_parameters_make_a_table() {
     let folder = folder();
     let (code, out, err) =
-        oslrun(folder.path(), "@/s.osl -g 40x30 --outputs f -p k=0:0.25:2 -p n=1:4:4 -o @/table.png");
+        oslrun_at(folder.path(), "@/s.osl -g 40x30 --outputs f -p k=0:0.25:2 -p n=1:4:4 -o @/table.png");
     assert_eq!(code, 0, "{err}");
     assert!(out.ends_with("wrote @/table.png: 8 pictures\n"), "{out}");
     assert_eq!(err.matches("large").count(), 1, "the same messages are printed once: {err}");
@@ -79,12 +70,12 @@ fn two_parameters_make_a_table() {
 fn triples_sweep_and_all_pictures_have_the_same_colors() {
     let folder = folder();
     let (code, _, err) =
-        oslrun(folder.path(), "@/s.osl -g 16x16 --outputs f -p k=2:6:3 --range auto -o @/a.png");
+        oslrun_at(folder.path(), "@/s.osl -g 16x16 --outputs f -p k=2:6:3 --range auto -o @/a.png");
     assert_eq!((code, err.as_str()), (0, ""));
     let auto = image(&folder, "a.png");
     let step = "k=2".len() * 6 + 4;
     assert_eq!([0, 1, 2].map(|at| pixel(&auto, (4 + at * step + 8, 20))[0]), [0, 128, 255]);
-    let (code, out, _) = oslrun(folder.path(), "@/s.osl -g 100x16 -p tint=0:1,0.5,0:2 -o @/b.png");
+    let (code, out, _) = oslrun_at(folder.path(), "@/s.osl -g 100x16 -p tint=0:1,0.5,0:2 -o @/b.png");
     assert!(code == 0 && out.contains("wrote @/b.c.png: 2 pictures\nwrote @/b.f.png: 2 pictures\n"), "{out}");
     let tint = image(&folder, "b.c.png");
     let step = 100 + 4;
@@ -94,11 +85,11 @@ fn triples_sweep_and_all_pictures_have_the_same_colors() {
 #[test]
 fn texts_keep_their_colons() {
     let folder = folder();
-    let (code, out, err) = oslrun(folder.path(), "@/s.osl -g 4x4 -p word=0:1:3");
+    let (code, out, err) = oslrun_at(folder.path(), "@/s.osl -g 4x4 -p word=0:1:3");
     assert_eq!((code, err.as_str()), (0, ""));
     assert!(out.starts_with("0:1:3\n"), "{out}");
     let (code, out, _) =
-        oslrun(folder.path(), "@/s.osl -g 4x4 --outputs f -p word=a:b -p k=0:1:2 -o @/a.png");
+        oslrun_at(folder.path(), "@/s.osl -g 4x4 --outputs f -p word=a:b -p k=0:1:2 -o @/a.png");
     assert!(code == 0 && out.starts_with("a:b\na:b\n"), "{out}");
 }
 
@@ -106,10 +97,10 @@ fn texts_keep_their_colons() {
 fn layers_and_surfaces_sweep() {
     let folder = folder();
     let group = "--shader-path @ --layer a=s -g 8x8 --outputs f -p a.k=0:1:2 -o @/g.png";
-    let (code, out, err) = oslrun(folder.path(), group);
+    let (code, out, err) = oslrun_at(folder.path(), group);
     assert!(code == 0 && out.ends_with("2 pictures\n"), "{out}{err}");
     let (code, _, err) =
-        oslrun(folder.path(), "@/s.osl --on sphere -g 32x32 --outputs f -p k=0:1:2 -o @/on.png");
+        oslrun_at(folder.path(), "@/s.osl --on sphere -g 32x32 --outputs f -p k=0:1:2 -o @/on.png");
     assert_eq!(code, 0, "{err}");
     let image = image(&folder, "on.png");
     assert_eq!(pixel(&image, (4, 16))[0], 255, "beside the sphere is paper");
@@ -131,11 +122,11 @@ fn bad_forms_are_told_the_right_one() {
         ("-p k=0:1:2 -o @/a.png --stats", "--stats"),
         ("-p k=0:1:2 -o @/a.png --json", "--json"),
     ] {
-        let (code, _, err) = oslrun(folder.path(), &format!("@/s.osl -g 8x8 {args}"));
+        let (code, _, err) = oslrun_at(folder.path(), &format!("@/s.osl -g 8x8 {args}"));
         assert!(code == 2 && err.contains(word), "{args}: {code} {err}");
     }
     let many = "@/s.osl -g 100x100 -p k=0:1:100 -p n=0:99:100 -o @/a.png --limit running.points=1M";
-    let (code, _, err) = oslrun(folder.path(), many);
+    let (code, _, err) = oslrun_at(folder.path(), many);
     assert!(code == 1 && err.contains("10000 pictures of 100x100"), "{err}");
     assert!(!folder.path().join("a.png").exists());
 }

@@ -125,15 +125,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
         let mut missing = Missing::default();
-        let shared = self.shared_options(options, values, channels);
-        for lane in self.lanes(&step.outs, mask) {
-            let own;
-            let given = if let Some(shared) = &shared {
-                shared
-            } else {
-                own = self.lookup_options(options, values, channels, lane);
-                &own
-            };
+        let is_shared = self.are_single(values);
+        let mut given = Options::default();
+        for (index, lane) in self.lanes(&step.outs, mask).into_iter().enumerate() {
+            if index == 0 || !is_shared {
+                given = self.lookup_options(options, values, channels, lane);
+            }
             let float = |m: &Self, o: &Operand| m.single(*o, lane);
             let at = (float(self, s), float(self, t));
             let mut deriv = [0.0; 4];
@@ -141,7 +138,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             self.work.pay(PROBE * probes(deriv));
             let number = self.bits(*name, lane);
             if !self.pay_file(number, &self.text(number)) {
-                return;
+                break;
             }
             let (opened, s, t) = self.opened(&mut opened, (self.bits(*name, lane), &given.part), at);
             let [ds_dx, dt_dx, ds_dy, dt_dy] = deriv;
@@ -154,7 +151,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                     Sample { value, ..Sample::default() }
                 }
             });
-            self.deliver(step, (lane, mask), &sample, (quiet, "texture"), (given, &mut missing));
+            self.deliver(step, (lane, mask), &sample, (quiet, "texture"), (&given, &mut missing));
             // A failed lookup is constant.
             let sample = sample.unwrap_or_default();
             if let (Some(color), [color_x, color_y, alpha_x, alpha_y]) =
@@ -170,7 +167,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 }
             }
             if !self.work.close() {
-                return;
+                break;
             }
         }
         self.report_missing(step, mask, missing);
@@ -190,15 +187,12 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
         let mut missing = Missing::default();
-        let shared = self.shared_options(options, values, channels);
-        for lane in self.lanes(&step.outs, mask) {
-            let own;
-            let given = if let Some(shared) = &shared {
-                shared
-            } else {
-                own = self.lookup_options(options, values, channels, lane);
-                &own
-            };
+        let is_shared = self.are_single(values);
+        let mut given = Options::default();
+        for (index, lane) in self.lanes(&step.outs, mask).into_iter().enumerate() {
+            if index == 0 || !is_shared {
+                given = self.lookup_options(options, values, channels, lane);
+            }
             let towards = self.singles(*direction, lane);
             let change =
                 |m: &Self, index: usize| changes.get(index).map_or([0.0; 3], |o| m.singles(*o, lane));
@@ -206,7 +200,7 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
             let number = self.bits(*name, lane);
             self.work.pay(PROBE * DIRECTIONS);
             if !self.pay_file(number, &self.text(number)) {
-                return;
+                break;
             }
             let name = (number, &given.part);
             let (opened, ..) = self.opened(&mut opened, name, (0.0, 0.0));
@@ -214,9 +208,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 let value = environment(texture, towards, d_dx, d_dy, channels + 1, &given.lookup);
                 Sample { value, ..Sample::default() }
             });
-            self.deliver(step, (lane, mask), &sample, (quiet, "environment"), (given, &mut missing));
+            self.deliver(step, (lane, mask), &sample, (quiet, "environment"), (&given, &mut missing));
             if !self.work.close() {
-                return;
+                break;
             }
         }
         self.report_missing(step, mask, missing);
@@ -228,18 +222,15 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         let channels = step.outs.first().map_or(1, |o| o.words as usize);
         let mut opened: Option<Opened> = None;
         let mut missing = Missing::default();
-        let shared = self.shared_options(options, values, channels);
-        for lane in self.lanes(&step.outs, mask) {
-            let own;
-            let given = if let Some(shared) = &shared {
-                shared
-            } else {
-                own = self.lookup_options(options, values, channels, lane);
-                &own
-            };
+        let is_shared = self.are_single(values);
+        let mut given = Options::default();
+        for (index, lane) in self.lanes(&step.outs, mask).into_iter().enumerate() {
+            if index == 0 || !is_shared {
+                given = self.lookup_options(options, values, channels, lane);
+            }
             let number = self.bits(*name, lane);
             if !self.pay_file(number, &self.text(number)) {
-                return;
+                break;
             }
             let (file, ..) = self.opened(&mut opened, (number, &given.part), (0.0, 0.0));
             let unread = || Failure {
@@ -248,9 +239,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
                 hole: false,
             };
             let failure = file.err().cloned().unwrap_or_else(unread);
-            self.deliver(step, (lane, mask), &Err(&failure), (quiet, "texture3d"), (given, &mut missing));
+            self.deliver(step, (lane, mask), &Err(&failure), (quiet, "texture3d"), (&given, &mut missing));
             if !self.work.close() {
-                return;
+                break;
             }
         }
         self.report_missing(step, mask, missing);
@@ -356,15 +347,9 @@ impl<A: ArithmeticImpl> Machine<'_, A> {
         (last.insert(opened).texture.as_ref(), s, t)
     }
 
-    /// The options of a lookup if all lanes share them.
-    fn shared_options(
-        &self,
-        options: &[TextureOption],
-        values: &[Operand],
-        channels: usize,
-    ) -> Option<Options> {
-        let is_shared = values.iter().take(options.len()).all(|o| matches!(self.arg(*o), Arg::Same(_)));
-        is_shared.then(|| self.lookup_options(options, values, channels, 0))
+    /// Whether all lanes have the same values.
+    fn are_single(&self, values: &[Operand]) -> bool {
+        values.iter().all(|value| matches!(self.arg(*value), Arg::Same(_)))
     }
 
     /// The options of a lookup of a number of channels.
