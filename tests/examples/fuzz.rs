@@ -9,6 +9,7 @@
 //! --folder DIR     where corpora and failing inputs are kept (default tests/fuzz/corpus/plain)
 //! --seeds DIR      writes the seed inputs of the one named door, for other fuzzers
 //! --one FILE       runs the one named door on a file, and prints the outcome
+//! --program FILE   prints the program that the doors of programs make of a file
 //! --list           the doors
 //! ```
 //! The exit code is 1 if an input panics, takes more than 5 s of processor time or 500 MB, or ends its
@@ -73,6 +74,12 @@ fn start(args: &[String]) -> Result<bool, String> {
             }
             "--folder" => job.folder = PathBuf::from(value()?),
             "--one" => one = Some(value()?.clone()),
+            "--program" => {
+                let file = value()?;
+                let bytes = std::fs::read(file).map_err(|e| format!("{file}: {e}"))?;
+                print!("{}", osl_tests::generate::program(&bytes));
+                return Ok(true);
+            }
             "--seeds" => seeds = Some(PathBuf::from(value()?)),
             "--list" => {
                 doors::ALL.iter().for_each(|door| println!("{:<12} {}", door.name, door.what));

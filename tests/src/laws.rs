@@ -105,8 +105,10 @@ pub struct Shown {
 pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
     let grid = grid();
     let options = passes::Options { without: way.without.clone(), ..passes::Options::default() };
-    let compiled = stages::finish(body.clone(), &options);
-    validate::validate(&compiled.body)?;
+    let stages::Compiled { body: passed, program, .. } = stages::finish(body.clone(), &options);
+    validate::validate(&passed)?;
+    // Without some passes it can be large.
+    drop(passed);
     let options = RunOptions {
         batch: Some(way.batch),
         isa: way.isa,
@@ -116,7 +118,7 @@ pub fn shown(body: &Body, way: &Way) -> Result<Shown, String> {
         closures: true,
         ..RunOptions::default()
     };
-    Ok(match osl_exec::run(&compiled.program, services(), &grid, &options, &|_| ()) {
+    Ok(match osl_exec::run(&program, services(), &grid, &options, &|_| ()) {
         Ok(frame) => show(&frame),
         Err(stop) => Shown { values: format!("stopped: {stop}"), messages: Vec::new(), counted: Vec::new() },
     })
@@ -188,9 +190,11 @@ pub fn hold(text: &str, ways: &[Way]) -> Result<(), String> {
 pub fn hold_body(body: &Body, ways: &[Way]) -> Result<(), String> {
     validate::validate(body)?;
     reads_back(body)?;
-    let mut passed = body.clone();
-    passes::run(&mut passed, &passes::Options::default());
-    reads_back(&passed)?;
+    {
+        let mut passed = body.clone();
+        passes::run(&mut passed, &passes::Options::default());
+        reads_back(&passed)?;
+    }
     let plain_way = plain();
     let expected = shown(body, &plain_way)?;
     for way in ways {
@@ -226,6 +230,7 @@ pub fn reads_back(body: &Body) -> Result<(), String> {
     let again = read(&text).map_err(|e| format!("{e}\n{text}"))?;
     validate::validate(&again).map_err(|e| format!("as read: {e}\n{text}"))?;
     let printed = print(&again);
+    drop(again);
     let differs = |(a, b): &(&str, &str)| a != b;
     match text.lines().zip(printed.lines()).find(differs) {
         Some((a, b)) => Err(format!("printed {a}\n as read {b}")),

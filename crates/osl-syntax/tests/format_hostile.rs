@@ -46,6 +46,13 @@ fn an_operator_without_an_operand_starts_no_row() {
 }
 
 #[test]
+fn metadata_among_values_leaves_rows_as_they_are() {
+    let loops = "for (;;) if (a) {} * float , -  float while (a) a =  if (a) {} while (a) if (a) {} --";
+    check(&format!("int a[] = {{\nif (a)  // \"\n + else {{}} [[ int x = 1 ]] ! \n\n {loops}\n}};"));
+    check(&format!("int a[] = {{\n(else {{}} [[ int x = 1 ]] !) {loops}\n}};"));
+}
+
+#[test]
 fn deep_but_flat_for_the_formatter() {
     let n = MANY;
     let deep = 500;

@@ -9,7 +9,7 @@ use osl_ir::passes;
 use osl_limits::Limits;
 use osl_lower::params::ParamValues;
 use osl_measure::explain::{self, text as words};
-use osl_measure::stability::{self, Base, Knob, Subject};
+use osl_measure::stability::{self, Base, Knob, Subject, fix};
 use osl_measure::trace::{self, OnePoint};
 use osl_scene::Grid;
 use osl_syntax::{NoFiles, Options};
@@ -78,8 +78,11 @@ fn comparable(shown: &Shown) -> Vec<String> {
     values.map(str::to_string).collect()
 }
 
-/// `explain` at one point and `stability` at a few points, with pages for both: within their limits, without
-/// a panic.
+/// The number of values below which a program's lines to blame are repaired too.
+const REPAIRED: usize = 2000;
+
+/// `explain` at one point and `stability` at a few points, with pages for both, and repairs of small programs: within
+/// their limits, without a panic.
 pub fn told(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
     let checked = stages::check("generated.osl", &text, &NoFiles, &Options::default());
@@ -125,5 +128,20 @@ pub fn told(bytes: &[u8]) -> u64 {
     stability::text::text(&examined.report, true);
     let page = stability::html::html(&examined, 2, 2);
     assert!(!page.contains("<svg onload"), "the page holds the name of the shader as it is");
+    // The search compiles up to a few hundred programs.
+    if body.values.len() < REPAIRED && hash(bytes).is_multiple_of(16) {
+        let build = |text: &str, notes: bool| {
+            let checked = stages::check("generated.osl", text, &NoFiles, &Options::default());
+            let program = checked.program?;
+            let plain = stages::lower(&program, &[]).ok()?;
+            let noted = if notes { Some(stages::lower_noted(&program, &[]).ok()?) } else { None };
+            Some(fix::Built { program, sources: checked.sources, plain, noted })
+        };
+        let found = fix::repair(&subject, &Grid::new(2, 2), &examined, (&text, program), &build);
+        fix::text::text(&found, "<svg onload=x>\u{1b}[31m");
+        if let Some(repaired) = found.text.filter(|repaired| build(repaired, true).is_none()) {
+            broken(&text, &format!("{repaired}\nis no repair: it does not compile"));
+        }
+    }
     kind(&body)
 }

@@ -4,6 +4,7 @@ use super::Report;
 use super::lines::{Culprit, Found, culprits};
 use super::subject::{Base, Planes, Subject};
 use super::sweep::{Finding, Setting, Trial, measure, percent, sweep};
+use osl_exec::RunError;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
 
@@ -53,7 +54,13 @@ pub fn examine(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    let Given { first, given, found } = at_given(subject, grid, tolerance, sources);
+    let given = at_given(subject, grid, tolerance, sources);
+    if let Some(finding) = too_long(subject, grid) {
+        let mut examined = only_given(given, tolerance, shader);
+        examined.report.findings.push(finding);
+        return examined;
+    }
+    let Given { first, given, found } = given;
     let mut trials = vec![first];
     let mut findings = vec![as_given(&trials[0])];
     let Found { blamed, noticed, mut skipped } = found;
@@ -150,8 +157,11 @@ pub fn examine_given(
     sources: &SourceMap,
     shader: &str,
 ) -> Examined {
-    let Given { first, given, found } = at_given(subject, grid, tolerance, sources);
-    let findings = vec![as_given(&first)];
+    only_given(at_given(subject, grid, tolerance, sources), tolerance, shader)
+}
+
+fn only_given(Given { first, given, found }: Given, tolerance: f64, shader: &str) -> Examined {
+    let findings = [as_given(&first)].into_iter().chain(not_followed(found.skipped)).collect();
     let report = Report {
         shader: shader.to_string(),
         tolerance,
@@ -164,6 +174,14 @@ pub fn examine_given(
         repair: None,
     };
     Examined { report, given, far: None, beyond: Vec::new() }
+}
+
+/// Says that no other setting is tried, if a point takes too long for that as given.
+fn too_long(subject: &Subject<'_>, grid: &Grid) -> Option<Finding> {
+    let stop = subject.run(&subject.base, &Setting::AsGiven.points(grid), true).err();
+    let stop = stop.filter(|stop| matches!(stop, RunError::TooManySteps { .. }))?;
+    let text = format!("no other setting was tried, since {stop} (--limit running.tried_steps)");
+    Some(Finding { sweep: "not tried".to_string(), from: None, limit: None, text })
 }
 
 /// The outcome, the values and the lines at the given setting.

@@ -287,6 +287,13 @@ pub(super) fn sweep(
             format!("right for {name} from {} to {}", short(from, 2), short(to, 2))
         }
     };
+    let ends = [lower, upper].into_iter().flatten().map(|(_, by)| by);
+    for by in ends {
+        let stopped = right.iter().zip(&trials).find(|((decade, _), _)| *decade == by);
+        if let Some(why) = stopped.and_then(|(_, trial)| trial.stopped.as_ref()) {
+            finding.text += &format!("; at {name} {} the run stops: {why}", short(by, 2));
+        }
+    }
     let wrong = upper.or(lower).map(|(_, wrong)| wrong);
     Sweep { trials, finding, wrong }
 }

@@ -290,9 +290,7 @@ impl<'a> Writer<'_, 'a> {
                     if column > WIDTH {
                         return best.map_or(at, |(_, best)| best);
                     }
-                    // Metadata that does not fit goes to its own line, however short the first line is.
-                    let metadata = self.fact(at).role == Role::MetaOpen;
-                    let cost = if metadata { 0 } else { cost + WIDTH - column };
+                    let cost = if self.is_metadata(at) { 0 } else { cost + WIDTH - column };
                     if best.is_none_or(|(least, _)| cost <= least) {
                         best = Some((cost, at));
                     }
@@ -318,6 +316,15 @@ impl<'a> Writer<'_, 'a> {
             }
         }
         self.line.end
+    }
+
+    /// Whether metadata begins here: if it does not fit, it goes to its own line, however short the first line is.
+    /// Only texts with syntax errors have `[[` among the values of an initialiser: a line there is broken after
+    /// a comma if one fits, because that break is kept as the end of a row, and the row may fit without another.
+    fn is_metadata(&self, at: usize) -> bool {
+        let fact = self.fact(at);
+        let among_values = fact.depth > 1 || self.bracket(fact.outer).rows == Rows::Kept;
+        fact.role == Role::MetaOpen && !among_values
     }
 
     /// Whether a line must end before a piece other than its first.

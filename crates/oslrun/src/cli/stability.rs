@@ -38,9 +38,10 @@ pub(super) struct StabilityArgs {
     /// less than 1.2 times and change nothing that was right. They are shown as a diff with their figures.
     #[arg(long)]
     fix: bool,
-    /// Maximum time in seconds. If it is not enough, the report says what was not examined.
-    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = super::tradeoff::seconds)]
-    budget: f64,
+    /// Maximum time in seconds; 4 by default, and 10 with --fix. If it is not enough, the report says what was
+    /// not examined.
+    #[arg(long, value_name = "SECONDS", value_parser = super::tradeoff::seconds)]
+    budget: Option<f64>,
     /// Show the result of every setting, and all lines.
     #[arg(long)]
     all: bool,
@@ -74,6 +75,9 @@ pub(super) fn own_options(command: clap::Command) -> clap::Command {
     })
 }
 
+/// The default times in seconds: without a search for a repair, and with it.
+const BUDGETS: [f64; 2] = [4.0, 10.0];
+
 /// The share of the time that the examination may take before the search for a repair.
 const BEFORE_FIX: f64 = 0.6;
 
@@ -93,7 +97,8 @@ pub(super) fn stability(
     if args.fix {
         repair::suits(run)?;
     }
-    let times = [if args.fix { BEFORE_FIX } else { 1.0 }, 1.0].map(|share| Clock::new(args.budget * share));
+    let budget = args.budget.unwrap_or(BUDGETS[usize::from(args.fix)]);
+    let times = [if args.fix { BEFORE_FIX } else { 1.0 }, 1.0].map(|share| Clock::new(budget * share));
     let request = Request { points: args.points.0.saturating_mul(args.points.1), ..Request::of(run) };
     let (Loaded { sources, body, folder, program, name, .. }, noted) = load::load_noted(&request, err)?;
     let outputs: Option<Vec<_>> =
