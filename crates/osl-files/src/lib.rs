@@ -16,6 +16,6 @@ mod save;
 
 pub use error::{FileError, Kind, SaveError};
 pub use parts::abandon;
-pub use read::{Opened, is_same, open_named, read_stream, text};
+pub use read::{Opened, Stamp, is_same, open_named, read_stream, stamp, text};
 pub use roots::Roots;
 pub use save::{Sink, Unsaved, is_plain_name, replace, save_all};

@@ -7,6 +7,7 @@ use crate::open;
 use std::fs::File;
 use std::io::{IsTerminal, Read};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 /// A file that was opened and passed all checks.
 #[derive(Debug)]
@@ -76,6 +77,19 @@ pub fn open_named(path: &Path) -> Result<Opened, FileError> {
         Some(kind) => return Err(FileError::NotAFile(kind)),
     }
     Opened::new(file, path.to_owned())
+}
+
+/// When a file was last written, and its size: whoever changes a file changes one of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stamp {
+    written: SystemTime,
+    length: u64,
+}
+
+/// The stamp of a file, for a look whether it has changed; `None` if there is no such file.
+pub fn stamp(path: &Path) -> Option<Stamp> {
+    let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+    Some(Stamp { written: about.modified().ok()?, length: about.len() })
 }
 
 /// Whether two paths lead to one existing file.

@@ -60,7 +60,7 @@ pub use footprint::Footprint;
 pub use image::{Header, ImageData, StoredType, SubImage};
 pub use loaded::{LoadFailure, Loaded};
 pub use lookup::{LookupOptions, lookup, lookup_values};
-pub use png_out::{BitDepth, PngOptions, png_bytes, write_png};
+pub use png_out::{BitDepth, PngOptions, png_bytes, png_samples, write_png};
 pub use read::{decode_part, read_image, read_image_within};
 pub use search::ReadFile;
 pub use texture::Texture;

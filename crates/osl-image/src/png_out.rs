@@ -74,7 +74,7 @@ pub fn png_bytes(
         3 => ColorType::Rgb,
         _ => ColorType::Rgba,
     };
-    let stored = quantized(planes, width * height, options);
+    let stored = png_samples(planes, width * height, options);
     let mut bytes = Vec::new();
     // `check_size` made sure that both fit.
     let mut encoder = Encoder::new(&mut bytes, width as u32, height as u32);
@@ -96,20 +96,28 @@ pub fn png_bytes(
     Ok(bytes)
 }
 
-/// The samples pixel by pixel, with the high byte first.
-fn quantized(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
+/// The samples that [`write_png`] stores, pixel by pixel, with the high byte first. A plane that is too short
+/// continues with 0.
+pub fn png_samples(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> Vec<u8> {
     let bytes = if options.depth == BitDepth::Eight { 1 } else { 2 };
     let mut stored = vec![0; n_pixels * planes.len() * bytes];
-    stored.par_chunks_mut(planes.len() * bytes).with_min_len(4096).enumerate().for_each(|(pixel, stored)| {
-        for (index, (plane, stored)) in planes.iter().zip(stored.chunks_exact_mut(bytes)).enumerate() {
-            let value = plane[pixel];
-            let transfer =
-                if index % 2 == 1 && index + 1 == planes.len() { Transfer::Linear } else { options.transfer };
-            match options.depth {
-                BitDepth::Eight => stored.fill(transfer.quantize(value, 255) as u8),
-                BitDepth::Sixteen => stored.copy_from_slice(&transfer.quantize(value, 65535).to_be_bytes()),
+    stored.par_chunks_mut((planes.len() * bytes).max(1)).with_min_len(4096).enumerate().for_each(
+        |(pixel, stored)| {
+            for (index, (plane, stored)) in planes.iter().zip(stored.chunks_exact_mut(bytes)).enumerate() {
+                let value = plane.get(pixel).copied().unwrap_or(0.0);
+                let transfer = if index % 2 == 1 && index + 1 == planes.len() {
+                    Transfer::Linear
+                } else {
+                    options.transfer
+                };
+                match options.depth {
+                    BitDepth::Eight => stored.fill(transfer.quantize(value, 255) as u8),
+                    BitDepth::Sixteen => {
+                        stored.copy_from_slice(&transfer.quantize(value, 65535).to_be_bytes())
+                    }
+                }
             }
-        }
-    });
+        },
+    );
     stored
 }

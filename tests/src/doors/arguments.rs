@@ -185,8 +185,8 @@ pub fn arguments(bytes: &[u8]) -> u64 {
             return 0;
         }
     }
-    // These would wait for input, or for a change.
-    if words.iter().any(|word| word.starts_with("--watch")) {
+    // These would wait for input, for a change, or for a page.
+    if words.iter().any(|word| word.starts_with("--watch") || word == "studio") {
         return 0;
     }
     if words.iter().any(|word| word == "fmt") && words.iter().any(|word| word == "-") {

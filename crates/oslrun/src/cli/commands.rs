@@ -16,6 +16,7 @@ use super::pages::{CompletionArgs, ManArgs};
 use super::preview::PreviewArgs;
 use super::render::RenderArgs;
 use super::stability::StabilityArgs;
+use super::studio::StudioArgs;
 use super::tradeoff::TradeoffArgs;
 use super::watch::WatchArgs;
 use super::{args, version};
@@ -74,6 +75,9 @@ pub(super) enum Command {
     /// Write a page that shows the source of a shader, with a picture of each variable beside the line that
     /// sets it.
     PictureBook(Box<BookArgs>),
+    /// Show a shader on a live page in the browser: its source, its picture, its parameters as sliders, and what
+    /// happens at the pixel under the mouse.
+    Studio(Box<StudioArgs>),
     /// Render a picture of a scene file: lighting, with the shaders of its materials.
     Render(RenderArgs),
     /// Print the completions of the command line for a shell.

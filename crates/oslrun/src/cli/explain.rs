@@ -10,7 +10,7 @@ use osl_exec::{PointSource, Services};
 use osl_ir::ir::Body;
 use osl_ir::passes;
 use osl_measure::explain::text::{self, Style};
-use osl_measure::explain::{self, Part, Subject, cost};
+use osl_measure::explain::{self, Explanation, Part, Subject, cost};
 use osl_measure::trace::{self, OnePoint};
 use osl_scene::{Grid, WithData};
 use std::io::Write;
@@ -57,6 +57,13 @@ pub(super) struct ExplainArgs {
     run: RunArgs,
 }
 
+impl ExplainArgs {
+    /// What to show of the explanation.
+    fn part(&self) -> Part {
+        Part { variables: self.var.clone(), lines: self.line.clone(), call: self.call, depth: self.depth }
+    }
+}
+
 fn pixel(text: &str) -> Result<(usize, usize), String> {
     let (x, y) = text.split_once(',').ok_or("two numbers and a comma, such as 100,200")?;
     let number = |t: &str| t.trim().parse().map_err(|_| format!("`{t}` is no column or row"));
@@ -73,13 +80,49 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
         let _ = out.write_all(text.as_bytes());
         return Ok(());
     }
+    let place = (args.at, args.uv.as_ref());
+    let Some((explanation, place)) = found(run, (&loaded, noted), place, args.derivatives, &args.part())?
+    else {
+        return Ok(());
+    };
+    let text = if args.json {
+        json(&explanation)?
+    } else {
+        text::text(&explanation, &place, Style { exact: args.f64, all: args.all })
+    };
+    let _ = out.write_all(text.as_bytes());
+    Ok(())
+}
+
+/// The explanation of a pixel as JSON, as the command prints it without further options.
+pub(super) fn pixel_json(run: &RunArgs, at: (usize, usize), err: &mut dyn Write) -> Result<String, Failure> {
+    let (loaded, noted) = load::load_noted(&Request::of(run), err)?;
+    match found(run, (&loaded, noted), (Some(at), None), false, &Part::default())? {
+        Some((explanation, _)) => json(&explanation),
+        None => Err(Failure::new("there is no such point")),
+    }
+}
+
+/// The explanation of the point at a pixel, closest to a place of the patch, or in the middle; and its place in
+/// words.
+fn found(
+    run: &RunArgs,
+    (loaded, noted): (&Loaded, Body),
+    (at, uv): (Option<(usize, usize)>, Option<&args::values::Pair>),
+    derivatives: bool,
+    part: &Part,
+) -> Result<Option<(Explanation, String)>, Failure> {
+    let told = |point: OnePoint<'_>, services: &Services, place: String| {
+        let explanation = told(run, (loaded, noted), point, services, derivatives, part)?;
+        Ok(Some((explanation, place)))
+    };
     if run.on.on.is_some() {
-        if args.uv.is_some() {
+        if uv.is_some() {
             return Err(Failure::usage("--uv is for the patch; with --on, --at X,Y chooses a pixel"));
         }
-        let (points, pixels, services) = on::points(run, &loaded)?;
+        let (points, pixels, services) = on::points(run, loaded)?;
         let (width, height) = run.grid;
-        let (x, y) = args.at.unwrap_or((width / 2, height / 2));
+        let (x, y) = at.unwrap_or((width / 2, height / 2));
         inside((x, y), run.grid)?;
         let pixel = u32::try_from(y * width + x).unwrap_or(u32::MAX);
         let Some(point) = pixels.iter().position(|known| *known == pixel) else {
@@ -89,10 +132,10 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
             "pixel ({x}, {y}) of {width} by {height} on {}",
             run.on.on.as_deref().unwrap_or_default()
         );
-        return told(args, &loaded, noted, OnePoint { source: &points, point }, &services, &place, out);
+        return told(OnePoint { source: &points, point }, &services, place);
     }
     let grid = grid(run);
-    let (x, y) = match (args.at, &args.uv) {
+    let (x, y) = match (at, uv) {
         (Some(at), _) => at,
         (None, Some(uv)) => closest(&grid, uv.0),
         (None, None) => (grid.width / 2, grid.height / 2),
@@ -102,9 +145,9 @@ pub(super) fn explain(args: &ExplainArgs, out: &mut dyn Write, err: &mut dyn Wri
     let (width, height) = (grid.width, grid.height);
     let data = data::read(run)?;
     let points = WithData { points: grid, data };
-    let Some(point) = OnePoint::at_pixel(&points, width, height, x, y) else { return Ok(()) };
+    let Some(point) = OnePoint::at_pixel(&points, width, height, x, y) else { return Ok(None) };
     let services = services(run, loaded.folder.clone(), super::session::grid_spaces(run));
-    told(args, &loaded, noted, OnePoint { source: &points, point }, &services, &place, out)
+    told(OnePoint { source: &points, point }, &services, place)
 }
 
 /// Checks that a pixel is one of the picture.
@@ -128,36 +171,27 @@ fn options(run: &RunArgs, points: &dyn PointSource) -> passes::Options {
     }
 }
 
-/// Follows the point and prints the explanation.
+/// Follows the point.
 fn told(
-    args: &ExplainArgs,
-    loaded: &Loaded,
-    noted: Body,
+    run: &RunArgs,
+    (loaded, noted): (&Loaded, Body),
     point: OnePoint<'_>,
     services: &Services,
-    place: &str,
-    out: &mut dyn Write,
-) -> Result<(), Failure> {
-    let options = options(&args.run, point.source);
+    derivatives: bool,
+    part: &Part,
+) -> Result<Explanation, Failure> {
+    let options = options(run, point.source);
     let subject = Subject::new(noted, &options, &loaded.sources);
     let trace = trace::follow(&subject.body, services, point, &options.limits);
     let mut explanation = explain::explain(&trace, &subject, &loaded.sources);
-    if args.derivatives {
-        let sloped = load::load_sloped(&Request::of(&args.run))?;
+    if derivatives {
+        let sloped = load::load_sloped(&Request::of(run))?;
         let sloped = Subject::new(sloped, &options, &loaded.sources);
         let with = trace::follow(&sloped.body, services, point, &options.limits);
         explain::derivatives(&mut explanation, &trace, &with, point, &loaded.sources);
     }
-    let part =
-        Part { variables: args.var.clone(), lines: args.line.clone(), call: args.call, depth: args.depth };
-    explanation.narrow(&part).map_err(Failure::new)?;
-    let text = if args.json {
-        json(&explanation)?
-    } else {
-        text::text(&explanation, place, Style { exact: args.f64, all: args.all })
-    };
-    let _ = out.write_all(text.as_bytes());
-    Ok(())
+    explanation.narrow(part).map_err(Failure::new)?;
+    Ok(explanation)
 }
 
 pub(super) fn json(value: &impl serde::Serialize) -> Result<String, Failure> {

@@ -4,7 +4,7 @@
 //! This module must not know what the options mean.
 
 use super::commands::Cli;
-use super::{book, compare, stability};
+use super::{book, compare, stability, studio};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
@@ -87,9 +87,28 @@ const COMPARED: [&str; 10] = [
     "write",
 ];
 
+/// The options that have no effect on a live page, which writes no files and shows one output of all points.
+const LIVE: [&str; 12] = [
+    "output",
+    "crop",
+    "tap",
+    "format",
+    "half",
+    "compression",
+    "closures",
+    "stats",
+    "histogram",
+    "profile",
+    "write",
+    "message_format",
+];
+
 fn has_no_effect(command: &str, option: &str) -> bool {
     if command == compare::NAME {
         return COMPARED.contains(&option);
+    }
+    if command == studio::NAME {
+        return LIVE.contains(&option);
     }
     let own = COMMANDS.iter().find(|(name, _)| *name == command);
     let is_page = command == book::NAME && option == "output";
@@ -115,8 +134,9 @@ pub(super) fn command_line() -> clap::Command {
     let cli = Cli::command()
         .mut_subcommand(book::NAME, book::options_of_a_page)
         .mut_subcommand(compare::NAME, compare::options_of_a_comparison)
-        .mut_subcommand(stability::NAME, stability::own_options);
-    let names = COMMANDS.into_iter().map(|(name, _)| name).chain([compare::NAME]);
+        .mut_subcommand(stability::NAME, stability::own_options)
+        .mut_subcommand(studio::NAME, studio::options_of_a_page);
+    let names = COMMANDS.into_iter().map(|(name, _)| name).chain([compare::NAME, studio::NAME]);
     names.fold(cli, |cli, name| {
         cli.mut_subcommand(name, |command| {
             command.mut_args(|arg| {

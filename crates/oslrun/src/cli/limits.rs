@@ -6,7 +6,7 @@
 
 use super::args::heading;
 use clap::{Args, Parser};
-use osl_limits::{Halt, Limits};
+use osl_limits::{Cancel, Halt, Limits};
 use std::io::Write;
 use std::sync::OnceLock;
 use std::time::{Duration, Instant};
@@ -34,6 +34,13 @@ pub(super) struct LimitArgs {
 }
 
 impl LimitArgs {
+    /// The same limits for a piece of work that can be cancelled. Its time begins now.
+    pub(super) fn until(&self, cancel: &Cancel) -> LimitArgs {
+        let fresh = LimitArgs { made: OnceLock::new(), ..self.clone() };
+        let made = OnceLock::from(fresh.limits().until(cancel));
+        LimitArgs { made, ..fresh }
+    }
+
     /// The limits. The first call starts the watch.
     pub(super) fn limits(&self) -> &Limits {
         self.made.get_or_init(|| {

@@ -1,6 +1,7 @@
 //! The command line: `oslrun FILE -o OUT`, `oslrun check FILE…`, `oslrun ir FILE`, `oslrun fmt FILE…`,
 //! `oslrun compile FILE`, `oslrun info FILE`, `oslrun explain-error CODE`, `oslrun doc NAME`,
-//! `oslrun tradeoff FILE`, `oslrun compare A B`, `oslrun picture-book FILE -o BOOK`.
+//! `oslrun tradeoff FILE`, `oslrun compare A B`, `oslrun picture-book FILE -o BOOK`,
+//! `oslrun studio FILE`.
 //!
 //! `commands` lists the commands; each has a module, which declares its options. `args` holds those that
 //! several share, and `session` sets up a run. Exit codes: 0 success, 1 an error in
@@ -51,6 +52,7 @@ mod sampling;
 mod session;
 mod shading;
 mod stability;
+mod studio;
 mod summary;
 mod sweep;
 mod tradeoff;
@@ -160,6 +162,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::Tradeoff(args)), _) => tradeoff::tradeoff(&args, out, err),
         (Some(Command::Compare(compared)), _) => compare::compare(*compared, &args, out, err),
         (Some(Command::PictureBook(args)), _) => book::book(&args, out, err),
+        (Some(Command::Studio(live)), _) => studio::studio(&live, &args, out),
         (Some(Command::Render(args)), _) => render::render(&args, out, err),
         (Some(Command::Completions(args)), _) => pages::completions(&args, out),
         (Some(Command::Man(args)), _) => pages::man(&args, out),

@@ -57,7 +57,7 @@ pub(super) fn run(
     job.notes.iter().for_each(|note| {
         let _ = writeln!(err, "{}", osl_syntax::escape::shown(&note.to_string()));
     });
-    output::printed(&frame.printed, output::Appends::ByOption(args.allow_files), out)?;
+    output::printed(&frame.printed, output::Appends::of(args), out)?;
     let textures = session::services(args, loaded.folder.clone(), Spaces::default()).textures;
     let report = Report {
         sources: &loaded.sources,
@@ -102,7 +102,9 @@ pub(super) fn run(
         None if args.output.is_none() && !args.histogram && kept.is_none() => summary(&frame, out),
         None => {}
     }
-    shading.wrote(&written, out);
+    if args.live.is_none() {
+        shading.wrote(&written, out);
+    }
     if let Some(kept) = kept {
         kept.covered = Some(alpha);
         kept.frame = frame;

@@ -85,6 +85,15 @@ pub(super) enum Appends {
     Below,
     /// All files.
     Anywhere,
+    /// No files: their text is dropped.
+    Nowhere,
+}
+
+impl Appends {
+    /// The files to which a run may append.
+    pub(super) fn of(args: &RunArgs) -> Appends {
+        if args.live.is_some() { Appends::Nowhere } else { Appends::ByOption(args.allow_files) }
+    }
 }
 
 /// Prints the text of `printf`, and appends the text of `fprintf` to its files.
@@ -97,6 +106,9 @@ pub(super) fn printed(list: &[Printed], appends: Appends, out: &mut dyn Write) -
             let _ = write!(out, "{}", printed.text);
             continue;
         };
+        if appends == Appends::Nowhere {
+            continue;
+        }
         roots.append(Path::new(&**name), printed.text.as_bytes()).map_err(|error| {
             let why = match error {
                 FileError::Outside => format!("it is not below the working directory{lifts}"),

@@ -185,7 +185,7 @@ fn shaded(
     if let Some(reads) = reads {
         reads.textures(&services.textures, []);
     }
-    output::printed(&frame.printed, output::Appends::ByOption(args.allow_files), out)?;
+    output::printed(&frame.printed, output::Appends::of(args), out)?;
     if closures {
         if args.closures || (args.output.is_none() && kept.is_none()) {
             let corner = args.part().map_or((0, 0), |part| part.first);
@@ -260,7 +260,8 @@ fn shaded(
             let _ = writeln!(out, "wrote {}", path.display());
         }
     }
-    if about.is_none() {
+    // A page shows the messages themselves, and what the shader prints.
+    if about.is_none() && args.live.is_none() {
         shading.wrote(&written, out);
     }
     if let Some(kept) = kept {

@@ -53,7 +53,9 @@ pub(super) fn services(args: &RunArgs, files: TextureFiles, mut spaces: Spaces) 
     if let Some(mebibytes) = args.texture_memory {
         limits.images.texture_memory = mebibytes.saturating_mul(1 << 20);
     }
-    let typed = files.typed.into_iter().chain(args.userdata.iter().map(|(_, value)| value.clone()));
+    let is_typed = |text: &String| args.live.as_ref().is_none_or(|live| live.typed.contains(text));
+    let typed =
+        files.typed.into_iter().filter(is_typed).chain(args.userdata.iter().map(|(_, value)| value.clone()));
     let textures = TextureCache::within(folders, &limits).allow_files(args.allow_files).trusting(typed);
     Services { ray: args.raytype.clone(), spaces, textures, ..Services::default() }
 }

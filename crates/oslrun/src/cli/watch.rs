@@ -11,13 +11,14 @@ use super::preview::PreviewArgs;
 use super::{Failure, input};
 use clap::Args;
 use osl::stages;
+use osl_files::{Stamp, stamp};
 use osl_image::TextureCache;
 use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
-use std::path::{Path, PathBuf};
-use std::time::{Duration, SystemTime};
+use std::path::PathBuf;
+use std::time::Duration;
 
 /// The interval between looks at the files.
 const EVERY: Duration = Duration::from_millis(150);
@@ -33,7 +34,7 @@ pub(super) struct WatchArgs {
 
 /// The files that a run reads, or looks for.
 #[derive(Debug, Default)]
-pub(super) struct Reads(BTreeSet<PathBuf>);
+pub(super) struct Reads(pub(super) BTreeSet<PathBuf>);
 
 impl Reads {
     /// Adds the files of a source.
@@ -59,13 +60,8 @@ impl Reads {
     }
 }
 
-/// The time and the size of each file; none if there is no such file.
-type Looks = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
-
-fn look(path: &Path) -> Option<(SystemTime, u64)> {
-    let about = std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
-    Some((about.modified().ok()?, about.len()))
-}
+/// The stamp of each file; none if there is no such file.
+type Looks = BTreeMap<PathBuf, Option<Stamp>>;
 
 /// Runs a shader, and again after each change.
 pub(super) fn run(
@@ -105,11 +101,11 @@ fn watched(
         let mut reads = Reads::default();
         reads.named(&again);
         for path in std::mem::take(&mut reads.0) {
-            known.entry(path.clone()).or_insert_with(|| look(&path));
+            known.entry(path.clone()).or_insert_with(|| stamp(&path));
         }
         let result = frames::run(&again, frames, (lit, false), Some(&mut reads), out, err);
         for path in reads.0 {
-            known.entry(path.clone()).or_insert_with(|| look(&path));
+            known.entry(path.clone()).or_insert_with(|| stamp(&path));
         }
         match result {
             Err(failure) if failure.code == 2 => return Err(failure),
@@ -135,7 +131,7 @@ fn next_change(known: &mut Looks, wait: &mut impl FnMut() -> bool) -> Option<Pat
     while wait() {
         let mut rests = true;
         for (path, before) in known.iter_mut() {
-            let now = look(path);
+            let now = stamp(path);
             if now != *before {
                 *before = now;
                 rests = false;
@@ -143,7 +139,7 @@ fn next_change(known: &mut Looks, wait: &mut impl FnMut() -> bool) -> Option<Pat
             }
         }
         // A file that is gone is mostly about to be replaced.
-        let is_there = changed.as_ref().is_none_or(|path| look(path).is_some());
+        let is_there = changed.as_ref().is_none_or(|path| stamp(path).is_some());
         if rests && is_there && changed.is_some() {
             return changed;
         }
@@ -157,6 +153,7 @@ mod tests {
     use super::*;
     use crate::cli::commands::Cli;
     use clap::Parser;
+    use std::path::Path;
 
     const GOOD: &str = "#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }";
 

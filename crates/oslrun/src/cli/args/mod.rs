@@ -211,6 +211,17 @@ pub(super) struct RunArgs {
     /// The options for reading the file.
     #[command(flatten)]
     pub(super) read: ReadArgs,
+    /// Set if the values come from a page.
+    #[arg(skip)]
+    pub(super) live: Option<Live>,
+}
+
+/// A run whose values do not come from the command line: it appends to no files, and reads no others for the
+/// names that it was given.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Live {
+    /// Values of parameters on the command line, which may name any file.
+    pub(super) typed: Vec<String>,
 }
 
 impl RunArgs {

@@ -1,0 +1,31 @@
+//! The files of the page, which are part of the program. This module must not know how they are sent.
+
+/// A file of the page.
+pub(crate) struct File {
+    pub(crate) kind: &'static str,
+    pub(crate) text: &'static str,
+}
+
+const HTML: &str = "text/html; charset=utf-8";
+const CSS: &str = "text/css; charset=utf-8";
+const SVG: &str = "image/svg+xml";
+const JS: &str = "text/javascript; charset=utf-8";
+
+/// The file of a name; the page itself has the empty name.
+pub(crate) fn file(name: &str) -> Option<File> {
+    let (kind, text) = match name {
+        "" => (HTML, include_str!("page/index.html")),
+        "icon.svg" => (SVG, include_str!("page/icon.svg")),
+        "studio.css" => (CSS, include_str!("page/studio.css")),
+        "main.js" => (JS, include_str!("page/main.js")),
+        "state.js" => (JS, include_str!("page/state.js")),
+        "socket.js" => (JS, include_str!("page/socket.js")),
+        "source.js" => (JS, include_str!("page/source.js")),
+        "picture.js" => (JS, include_str!("page/picture.js")),
+        "parameters.js" => (JS, include_str!("page/parameters.js")),
+        "explanation.js" => (JS, include_str!("page/explanation.js")),
+        "element.js" => (JS, include_str!("page/element.js")),
+        _ => return None,
+    };
+    Some(File { kind, text })
+}

@@ -1,0 +1,142 @@
+// Joins the parts of the page: the connection, the panes, and the state that they show.
+
+import { Connection } from "./socket.js";
+import { SourcePane, messageText, severityClass } from "./source.js";
+import { PicturePane } from "./picture.js";
+import { ParameterPane } from "./parameters.js";
+import { lineTexts, showExplanation } from "./explanation.js";
+import { commandLine, readFragment, writeFragment } from "./state.js";
+import { element, fillMenu } from "./element.js";
+
+const at = (id) => document.getElementById(id);
+
+let state = readFragment();
+let shader = null;
+
+const source = new SourcePane(at("source"), at("messages"));
+const parameters = new ParameterPane(at("parameters"), () => changeState({ params: parameters.params() }));
+const picture = new PicturePane(at("picture"), at("cross"), (point) => connection.explain(point));
+const connection = new Connection({ opened, lost, message: receive });
+
+/** Changes a part of the state, and shows it. */
+function changeState(part) {
+  state = { ...state, ...part };
+  writeFragment(state);
+  show();
+}
+
+function show() {
+  at("picture").setAttribute("aria-busy", "true");
+  connection.show(state);
+}
+
+function opened() {
+  at("gone").hidden = true;
+  show();
+}
+
+function lost() {
+  at("gone").textContent = "The server does not answer: oslrun studio has ended, or there are too many pages. Trying again every second…";
+  at("gone").hidden = false;
+}
+
+function receive(message, samples) {
+  answer(message, samples);
+  at("picture").setAttribute("aria-busy", String(connection.isBusy));
+}
+
+function answer(message, samples) {
+  switch (message.type) {
+    case "shader":
+      showShader(message);
+      break;
+    case "picture":
+      showPicture(message, samples);
+      break;
+    case "failed":
+      showMessages(message.messages);
+      at("status").textContent = "errors; the last picture stays";
+      break;
+    case "explanation":
+      showExplanation(at("explanation"), message);
+      source.values(message.explanation && shader ? lineTexts(message.explanation, shader.path) : []);
+      document.dispatchEvent(new CustomEvent("studio-explanation", { detail: message }));
+      break;
+  }
+}
+
+function showShader(found) {
+  shader = found;
+  const isBroken = shader.layers.length === 0;
+  document.title = `${shader.file} – oslrun studio`;
+  at("title").textContent = shader.path;
+  source.show(shader);
+  fillMenu(at("file"), [...new Set([shader.file, ...shader.files])].map((name) => [name, name]), shader.file);
+  fillMenu(at("on"), shader.surfaces.map((name) => [name, name]), state.on ?? shader.on ?? "patch");
+  if (isBroken) {
+    return;
+  }
+  parameters.show(shader, state.params ?? shader.given);
+  const names = shader.outputs.map((output) => output.name);
+  const wanted = state.output ?? shader.output;
+  const output = names.includes(wanted) ? wanted : usualOutput(shader.outputs);
+  fillMenu(at("output"), shader.outputs.map(({ name, type }) => [name, `${name} (${type})`]), output);
+  const params = parameters.params();
+  // What the page shows and what the server was told may differ now: an output or a parameter is gone, or the
+  // page was opened without a state.
+  if (output !== state.output || JSON.stringify(params) !== JSON.stringify(state.params ?? null)) {
+    changeState({ output, params });
+  }
+}
+
+/** The first color, or the first output. */
+function usualOutput(outputs) {
+  return (outputs.find((output) => output.type === "color") ?? outputs[0])?.name;
+}
+
+function showPicture(message, samples) {
+  picture.show(message, samples, shader ? shader.size : [message.width, message.height]);
+  if (message.coarse) {
+    at("status").textContent = "coarse…";
+    return;
+  }
+  at("status").textContent = `${(message.seconds * 1000).toFixed(0)} ms`;
+  showMessages(message.messages);
+  at("printed").textContent = message.text;
+  at("printed").hidden = message.text === "";
+  if (picture.at) {
+    connection.explain(picture.at);
+  }
+  document.dispatchEvent(new CustomEvent("studio-picture", { detail: message }));
+}
+
+/** Shows the messages of a run: at their lines, and those without a line below the picture. */
+function showMessages(messages) {
+  source.annotate(messages, "run");
+  at("run-messages").replaceChildren(...messages.map((message) => {
+    const place = message.file ? `${message.file}:${message.line}: ` : "";
+    return element("li", { class: severityClass(message) }, place + messageText(message));
+  }));
+}
+
+at("file").onchange = () => changeState({ file: at("file").value, output: undefined, params: [] });
+at("output").onchange = () => changeState({ output: at("output").value });
+at("on").onchange = () => changeState({ on: at("on").value });
+at("reset").onclick = () => parameters.reset();
+at("copy").onclick = async () => {
+  const line = commandLine(shader, state);
+  try {
+    await navigator.clipboard.writeText(line);
+    at("status").textContent = "copied";
+  } catch {
+    // Without the permission to copy, the line is shown.
+    prompt("The command line:", line);
+  }
+};
+addEventListener("hashchange", () => {
+  state = readFragment();
+  if (shader) {
+    parameters.show(shader, state.params ?? shader.given);
+  }
+  show();
+});

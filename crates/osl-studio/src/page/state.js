@@ -1,0 +1,58 @@
+// What is shown: the file, the output, the surface and the values of parameters, kept in the fragment of the
+// address, so that a reload or a copied address shows the same.
+
+/** The state in the fragment; what it does not name is left to the server. */
+export function readFragment() {
+  const found = new URLSearchParams(location.hash.slice(1));
+  const state = {};
+  for (const name of ["file", "output", "on"]) {
+    if (found.has(name)) {
+      state[name] = found.get(name);
+    }
+  }
+  if (found.has("p") || found.has("file")) {
+    state.params = found.getAll("p").filter((text) => text.includes("=")).map((text) => {
+      const at = text.indexOf("=");
+      return [text.slice(0, at), text.slice(at + 1)];
+    });
+  }
+  return state;
+}
+
+/** Writes the state to the fragment, without an entry in the history. */
+export function writeFragment(state) {
+  const fragment = new URLSearchParams();
+  for (const name of ["file", "output", "on"]) {
+    if (state[name]) {
+      fragment.set(name, state[name]);
+    }
+  }
+  for (const [name, value] of state.params ?? []) {
+    fragment.append("p", `${name}=${value}`);
+  }
+  history.replaceState(null, "", `#${fragment}`);
+}
+
+/** A word of a command line for a shell. */
+function word(text) {
+  return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
+}
+
+/** The command line that makes the picture of a state. */
+export function commandLine(shader, state) {
+  const [program, ...options] = shader.command;
+  const words = [program, shader.path, ...options];
+  const output = state.output ?? shader.output;
+  if (output) {
+    words.push("--outputs", output);
+  }
+  const on = state.on ?? shader.on;
+  if (on && on !== "patch") {
+    words.push("--on", on);
+  }
+  for (const [name, value] of state.params ?? shader.given) {
+    words.push("-p", `${name}=${value}`);
+  }
+  words.push("-o", `${shader.file.replace(/^.*\//, "").replace(/\.\w+$/, "")}.png`);
+  return words.map(word).join(" ");
+}

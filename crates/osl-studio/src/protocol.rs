@@ -1,0 +1,132 @@
+//! The messages between server and page. docs/studio.md describes them for other programs.
+//!
+//! The page sends JSON. The server sends JSON too, except for pictures: the length of a JSON header in four
+//! bytes, the lowest first, the header, and the samples. This module must not know what a message causes.
+
+use crate::subject::Picture;
+use serde::{Deserialize, Serialize};
+use serde_json::{Value, json};
+
+/// What the page wants to see. Everything has a default, which the command line sets.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(default)]
+pub struct State {
+    /// The file, relative to the folder of the file on the command line.
+    pub file: Option<String>,
+    /// The values of parameters, as after `-p`. An empty list sets none, not even those of the command line.
+    pub params: Option<Vec<(String, String)>>,
+    /// The output to show.
+    pub output: Option<String>,
+    /// The surface that is shaded: a name, or `patch` for the grid.
+    pub on: Option<String>,
+}
+
+/// A message from the page.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "type", rename_all = "lowercase")]
+pub(crate) enum Request {
+    /// Show this state.
+    State {
+        /// Comes back with the answers.
+        id: u64,
+        state: State,
+    },
+    /// Explain a point of the present state.
+    Point { id: u64, at: [usize; 2] },
+}
+
+/// A shader as the page shows it.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Shader {
+    /// The file, relative to the folder.
+    pub file: String,
+    /// Other files of the folder that can be shown.
+    pub files: Vec<String>,
+    /// The path of the file as messages name it.
+    pub path: String,
+    /// The text of the file.
+    pub text: String,
+    /// The words of the command line that makes the same picture, without what the state says.
+    pub command: Vec<String>,
+    /// The values of parameters that the command line gives.
+    pub given: Vec<(String, String)>,
+    /// The output that the command line names.
+    pub output: Option<String>,
+    /// The surface that the command line names.
+    pub on: Option<String>,
+    /// The surfaces that the page offers.
+    pub surfaces: Vec<String>,
+    /// Columns and rows of the picture.
+    pub size: [usize; 2],
+    /// The shader, or the layers of a group, the last one last; none if there are errors.
+    pub layers: Vec<Layer>,
+    /// The outputs that can be shown.
+    pub outputs: Vec<Output>,
+    /// Errors and warnings, as `--message-format json` prints them.
+    pub diagnostics: Vec<Value>,
+}
+
+/// A layer of a group, or a shader.
+#[derive(Clone, Debug, Serialize)]
+pub struct Layer {
+    /// The name before the parameters; empty for the last layer, whose parameters have no prefix.
+    pub name: String,
+    /// What `oslrun info --json` prints.
+    pub description: Value,
+}
+
+/// An output.
+#[derive(Clone, Debug, Serialize)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    #[serde(rename = "type")]
+    pub ty: String,
+}
+
+/// The message with a shader.
+pub(crate) fn shader(shader: &Shader) -> String {
+    let mut value = serde_json::to_value(shader).unwrap_or_default();
+    value["type"] = Value::from("shader");
+    value.to_string()
+}
+
+/// The message that a state has no picture.
+pub(crate) fn failed(id: u64, messages: &[Value]) -> String {
+    json!({ "type": "failed", "id": id, "messages": messages }).to_string()
+}
+
+/// The message with the explanation of a point, which is the text of a JSON value.
+pub(crate) fn explanation(id: u64, [x, y]: [usize; 2], explanation: &str) -> String {
+    let text = explanation.trim_end();
+    format!("{{\"type\":\"explanation\",\"id\":{id},\"at\":[{x},{y}],\"explanation\":{text}}}")
+}
+
+/// The message that a point has no explanation.
+pub(crate) fn unexplained(id: u64, at: [usize; 2], messages: &[Value]) -> String {
+    json!({ "type": "explanation", "id": id, "at": at, "messages": messages }).to_string()
+}
+
+/// The message with a picture. `seconds` is the time that it took.
+pub(crate) fn picture(id: u64, coarse: bool, seconds: f64, picture: &Picture) -> Vec<u8> {
+    let header = json!({
+        "type": "picture",
+        "id": id,
+        "coarse": coarse,
+        "output": picture.output,
+        "width": picture.width,
+        "height": picture.height,
+        "channels": picture.channels,
+        "seconds": seconds,
+        "messages": picture.messages,
+        "text": picture.text,
+    })
+    .to_string();
+    let length = u32::try_from(header.len()).unwrap_or(u32::MAX);
+    let mut message = Vec::with_capacity(4 + header.len() + picture.samples.len());
+    message.extend_from_slice(&length.to_le_bytes());
+    message.extend_from_slice(header.as_bytes());
+    message.extend_from_slice(&picture.samples);
+    message
+}

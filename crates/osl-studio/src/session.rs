@@ -1,0 +1,344 @@
+//! One open page: reads its requests, decides which work is next and which is outdated, and sends the answers.
+//!
+//! Two threads share an [`Inbox`]. The reader puts the newest request there, cancels the work that it makes
+//! outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
+//! state and the newest point are kept, so a fast page and a slow shader need no queue; and a page that does
+//! not read its answers stops only its own worker. This module must not know how a connection is made.
+
+use crate::protocol::{self, Request, State};
+use crate::subject::{Files, Stop, Subject};
+use osl_limits::Cancel;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tungstenite::protocol::{Role, WebSocketConfig};
+use tungstenite::{Message, WebSocket};
+
+/// Maximum size of a message from the page in bytes.
+const MAX_MESSAGE: usize = 256 << 10;
+/// The interval between looks at the files.
+const EVERY: Duration = Duration::from_millis(150);
+/// A coarse picture comes first if the whole one takes longer than this.
+const COARSE_ABOVE: Duration = Duration::from_millis(60);
+
+/// What the worker has to do.
+#[derive(Default)]
+struct Inbox {
+    state: Option<(u64, State)>,
+    point: Option<(u64, [usize; 2])>,
+    /// The payload of a ping.
+    ping: Option<tungstenite::Bytes>,
+    /// A file has changed.
+    changed: bool,
+    closed: bool,
+    /// The work that is being done.
+    running: Option<Running>,
+    /// The files of the last answer.
+    files: Files,
+}
+
+struct Running {
+    cancel: Cancel,
+    is_point: bool,
+}
+
+/// Work that was taken from the inbox.
+enum Task {
+    Picture { state: Option<(u64, State)>, changed: bool },
+    Point(u64, [usize; 2]),
+    Pong(tungstenite::Bytes),
+}
+
+#[derive(Default)]
+struct Shared {
+    inbox: Mutex<Inbox>,
+    wake: Condvar,
+}
+
+impl Shared {
+    /// The inbox. It is valid also if a thread failed while it held it.
+    fn inbox(&self) -> MutexGuard<'_, Inbox> {
+        self.inbox.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Changes the inbox, and wakes the worker.
+    fn put(&self, change: impl FnOnce(&mut Inbox)) {
+        change(&mut self.inbox());
+        self.wake.notify_all();
+    }
+
+    /// Waits for work. `None` when the page is closed.
+    fn take(&self) -> Option<(Task, Cancel)> {
+        let mut inbox = self.inbox();
+        loop {
+            inbox.running = None;
+            if inbox.closed {
+                return None;
+            }
+            let task = if let Some(payload) = inbox.ping.take() {
+                Some(Task::Pong(payload))
+            } else if inbox.state.is_some() || inbox.changed {
+                let changed = std::mem::take(&mut inbox.changed);
+                Some(Task::Picture { state: inbox.state.take(), changed })
+            } else {
+                inbox.point.take().map(|(id, at)| Task::Point(id, at))
+            };
+            if let Some(task) = task {
+                let cancel = Cancel::new();
+                let is_point = matches!(task, Task::Point(..));
+                inbox.running = Some(Running { cancel: cancel.clone(), is_point });
+                return Some((task, cancel));
+            }
+            inbox = self.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+impl Inbox {
+    /// Cancels the work that is being done; with `only_point`, only the explanation of a point.
+    fn cancel(&self, only_point: bool) {
+        if let Some(running) = self.running.as_ref().filter(|running| running.is_point || !only_point) {
+            running.cancel.cancel();
+        }
+    }
+
+    fn request(&mut self, request: Request) {
+        match request {
+            Request::State { id, state } => {
+                self.cancel(false);
+                self.state = Some((id, state));
+            }
+            Request::Point { id, at } => {
+                self.cancel(true);
+                self.point = Some((id, at));
+            }
+        }
+    }
+}
+
+/// The half of a connection that is read. Answers of the protocol itself, such as that to a ping, are the
+/// worker's, so nothing is written here.
+struct ReadHalf(TcpStream);
+
+impl Read for ReadHalf {
+    fn read(&mut self, bytes: &mut [u8]) -> std::io::Result<usize> {
+        self.0.read(bytes)
+    }
+}
+
+impl Write for ReadHalf {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Serves a page until it is closed. `rest` was sent after the request; `turn` is held while a picture is made,
+/// so that many pages do not need the memory of as many pictures.
+pub(crate) fn run(stream: TcpStream, rest: Vec<u8>, subject: Box<dyn Subject>, turn: Arc<Mutex<()>>) {
+    let Ok(writing) = stream.try_clone() else { return };
+    let shared = Arc::new(Shared::default());
+    let worker = {
+        let shared = shared.clone();
+        let socket = WebSocket::from_raw_socket(writing, Role::Server, None);
+        let work = move || {
+            let mut worker = Worker { subject, socket, turn, shared, state: None, whole: None };
+            worker.work();
+            // Ends the reader too.
+            let _ = worker.socket.get_ref().shutdown(Shutdown::Both);
+        };
+        std::thread::Builder::new().name("studio work".to_string()).spawn(work)
+    };
+    if worker.is_ok() {
+        read(stream, rest, &shared);
+    }
+    shared.put(|inbox| {
+        inbox.cancel(false);
+        inbox.closed = true;
+    });
+    if let Ok(worker) = worker {
+        let _ = worker.join();
+    }
+}
+
+/// Reads requests until the page is closed or breaks a rule.
+fn read(stream: TcpStream, rest: Vec<u8>, shared: &Shared) {
+    if stream.set_read_timeout(Some(EVERY)).is_err() {
+        return;
+    }
+    let config = WebSocketConfig::default()
+        .read_buffer_size(8 << 10)
+        .max_message_size(Some(MAX_MESSAGE))
+        .max_frame_size(Some(MAX_MESSAGE));
+    let mut socket = WebSocket::from_partially_read(ReadHalf(stream), rest, Role::Server, Some(config));
+    let mut looked = Instant::now();
+    loop {
+        match socket.read() {
+            Ok(Message::Text(text)) => match serde_json::from_str(&text) {
+                Ok(request) => shared.put(|inbox| inbox.request(request)),
+                Err(_) => return,
+            },
+            Ok(Message::Ping(payload)) => shared.put(|inbox| inbox.ping = Some(payload)),
+            Ok(Message::Pong(_)) => {}
+            Ok(Message::Binary(_) | Message::Close(_) | Message::Frame(_)) => return,
+            Err(tungstenite::Error::Io(error)) if is_waiting(error.kind()) => {}
+            Err(_) => return,
+        }
+        if looked.elapsed() >= EVERY {
+            look(shared);
+            looked = Instant::now();
+        }
+        if shared.inbox().closed {
+            return;
+        }
+    }
+}
+
+fn is_waiting(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
+}
+
+/// Looks at the files of the last answer. A file that is gone is mostly about to be replaced.
+fn look(shared: &Shared) {
+    let mut files = shared.inbox().files.clone();
+    let mut changed = false;
+    for (path, before) in &mut files {
+        let now = osl_files::stamp(path);
+        if now.is_some() && now != *before {
+            *before = now;
+            changed = true;
+        }
+    }
+    if changed {
+        shared.put(|inbox| {
+            for (path, stamp) in files {
+                inbox.files.entry(path).and_modify(|known| *known = stamp);
+            }
+            inbox.cancel(false);
+            inbox.changed = true;
+        });
+    }
+}
+
+/// The thread that computes and sends.
+struct Worker {
+    subject: Box<dyn Subject>,
+    socket: WebSocket<TcpStream>,
+    turn: Arc<Mutex<()>>,
+    shared: Arc<Shared>,
+    /// The state that is shown.
+    state: Option<(u64, State)>,
+    /// How long the last whole picture took.
+    whole: Option<Duration>,
+}
+
+/// The page cannot be reached any more.
+struct Gone;
+
+impl Worker {
+    fn work(&mut self) {
+        while let Some((task, cancel)) = self.shared.take() {
+            let done = match task {
+                Task::Pong(payload) => self.send(Message::Pong(payload)),
+                Task::Point(id, at) => self.point(id, at, &cancel),
+                Task::Picture { state, changed } => self.show(state, changed, &cancel),
+            };
+            if done.is_err() {
+                break;
+            }
+        }
+        self.shared.put(|inbox| inbox.closed = true);
+    }
+
+    fn send(&mut self, message: Message) -> Result<(), Gone> {
+        self.socket.send(message).map_err(|_| Gone)
+    }
+
+    /// Shows a new state, or the old one after a change of its files.
+    fn show(&mut self, state: Option<(u64, State)>, changed: bool, cancel: &Cancel) -> Result<(), Gone> {
+        let before = self.state.take();
+        let Some((id, state)) = state.or_else(|| before.clone()) else { return Ok(()) };
+        let same_file = before.is_some_and(|(_, before)| before.file == state.file);
+        self.state = Some((id, state.clone()));
+        if changed || !same_file {
+            let mut files = Files::new();
+            let result = self.in_turn(|subject| subject.shader(&state, &mut files));
+            self.watch(files, true);
+            match result {
+                Ok(shader) => {
+                    let is_broken = shader.layers.is_empty();
+                    self.send(Message::text(protocol::shader(&shader)))?;
+                    if is_broken {
+                        return self.send(Message::text(protocol::failed(id, &[])));
+                    }
+                }
+                Err(Stop::Cancelled) => return Ok(()),
+                Err(Stop::Failed(messages)) => {
+                    return self.send(Message::text(protocol::failed(id, &messages)));
+                }
+            }
+        }
+        if self.whole.is_none_or(|time| time > COARSE_ABOVE) && !self.picture(id, &state, true, cancel)? {
+            return Ok(());
+        }
+        self.picture(id, &state, false, cancel).map(|_| ())
+    }
+
+    /// Makes and sends a picture; false if there is none, so that a better one is not worth a try.
+    fn picture(&mut self, id: u64, state: &State, coarse: bool, cancel: &Cancel) -> Result<bool, Gone> {
+        let mut files = Files::new();
+        let started = Instant::now();
+        let result = self.in_turn(|subject| match cancel.is_cancelled() {
+            true => Err(Stop::Cancelled),
+            false => subject.picture(state, coarse, cancel, &mut files),
+        });
+        self.watch(files, false);
+        match result {
+            Ok(picture) => {
+                let time = started.elapsed();
+                if !coarse {
+                    self.whole = Some(time);
+                }
+                let message = protocol::picture(id, coarse, time.as_secs_f64(), &picture);
+                self.send(Message::binary(message)).map(|()| true)
+            }
+            Err(Stop::Cancelled) => Ok(false),
+            Err(Stop::Failed(messages)) => {
+                self.send(Message::text(protocol::failed(id, &messages))).map(|()| false)
+            }
+        }
+    }
+
+    /// Explains a point of the state that is shown.
+    fn point(&mut self, id: u64, at: [usize; 2], cancel: &Cancel) -> Result<(), Gone> {
+        let Some((_, state)) = self.state.clone() else { return Ok(()) };
+        let text = match self.in_turn(|subject| subject.explain(&state, at, cancel)) {
+            Ok(text) => protocol::explanation(id, at, &text),
+            // Every point has an answer, so that the page can ask for one after another.
+            Err(Stop::Cancelled) => protocol::unexplained(id, at, &[]),
+            Err(Stop::Failed(messages)) => protocol::unexplained(id, at, &messages),
+        };
+        self.send(Message::text(text))
+    }
+
+    /// Asks the subject, when no other page does.
+    fn in_turn<T>(&mut self, ask: impl FnOnce(&mut dyn Subject) -> T) -> T {
+        let _turn = self.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        ask(&mut *self.subject)
+    }
+
+    /// Watches these files; with `only`, no others.
+    fn watch(&self, files: Files, only: bool) {
+        let mut inbox = self.shared.inbox();
+        if only {
+            inbox.files.clear();
+        }
+        for (path, stamp) in files {
+            inbox.files.entry(path).or_insert(stamp);
+        }
+    }
+}

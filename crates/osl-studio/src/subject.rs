@@ -1,0 +1,76 @@
+//! What is shown: the three questions that the server asks about a shader.
+
+use crate::protocol::{Shader, State};
+use osl_files::Stamp;
+use osl_limits::Cancel;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Files that were read or looked for, and their state at that time; `None` if there was no such file. The
+/// answer is outdated when one of them changes.
+pub type Files = BTreeMap<PathBuf, Option<Stamp>>;
+
+/// Something that can be shown on the page.
+///
+/// Each connection has its own. The server asks one question at a time.
+pub trait Subject: Send {
+    /// Describes the shader, also if it has errors. Adds the files that it reads.
+    ///
+    /// # Errors
+    /// The file cannot be read, or may not be.
+    fn shader(&mut self, state: &State, files: &mut Files) -> Result<Shader, Stop>;
+
+    /// Makes the picture. `coarse` asks for one with a sixteenth of the pixels. Adds the files that it reads.
+    ///
+    /// # Errors
+    /// The shader has errors, the run fails, or the work was cancelled.
+    fn picture(
+        &mut self,
+        state: &State,
+        coarse: bool,
+        cancel: &Cancel,
+        files: &mut Files,
+    ) -> Result<Picture, Stop>;
+
+    /// Explains the point at a column and a row of the whole picture: the text of a JSON value.
+    ///
+    /// # Errors
+    /// There is no such point, the run fails, or the work was cancelled.
+    fn explain(&mut self, state: &State, at: [usize; 2], cancel: &Cancel) -> Result<String, Stop>;
+}
+
+/// A picture.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// The name of the output.
+    pub output: String,
+    /// Columns.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Samples of a pixel: 1 is grey, 2 grey and alpha, 3 RGB, 4 RGB and alpha.
+    pub channels: usize,
+    /// The samples, pixel by pixel from the first row on, as an image file stores them.
+    pub samples: Vec<u8>,
+    /// Messages of the run, as objects with `severity`, `message`, and perhaps `file` and `line`.
+    pub messages: Vec<Value>,
+    /// Text that the shader printed.
+    pub text: String,
+}
+
+/// Why there is no answer.
+#[derive(Clone, Debug)]
+pub enum Stop {
+    /// The work was cancelled: nobody waits for the answer.
+    Cancelled,
+    /// Errors, as objects like those of [`Picture::messages`].
+    Failed(Vec<Value>),
+}
+
+impl Stop {
+    /// A single error.
+    pub fn error(text: impl std::fmt::Display) -> Stop {
+        Stop::Failed(vec![serde_json::json!({ "severity": "error", "message": text.to_string() })])
+    }
+}

@@ -1,0 +1,149 @@
+//! `oslrun studio FILE`: a live page about a shader.
+//!
+//! The crate osl-studio has the server and the page; [`subject`] answers its questions with the functions that
+//! also make the pictures and explanations of the other commands. This module reads the command line, starts
+//! the server and opens the browser. It must not know messages.
+
+mod subject;
+
+use super::Failure;
+use super::args::RunArgs;
+use clap::{Args, Command};
+use osl_studio::{Options, Server, Token};
+use std::ffi::OsString;
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+use std::process::Stdio;
+use subject::Studio;
+
+/// The name of the command.
+pub(super) const NAME: &str = "studio";
+
+/// What to show, and where.
+#[derive(Debug, Args)]
+pub(super) struct StudioArgs {
+    /// The port of the page on this machine (default: any that is free).
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    port: Option<u16>,
+    /// The secret in the page's address (default: a random one). With a fixed port and a fixed secret, an open
+    /// page connects again after the command was started again.
+    #[arg(long, value_name = "TEXT", value_parser = token, env = "OSLRUN_STUDIO_TOKEN", hide_env_values = true)]
+    token: Option<Token>,
+    /// Do not open the browser: only print the address.
+    #[arg(long)]
+    no_open: bool,
+    /// The shader and its picture.
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+fn token(text: &str) -> Result<Token, String> {
+    Token::chosen(text)
+}
+
+/// The options of a run, as they are for a page.
+pub(super) fn options_of_a_page(command: Command) -> Command {
+    command
+        .mut_arg("file", |arg| {
+            let help = "The shader: a source, a compiled shader (.oso), or the text of a group";
+            arg.help(help).long_help(help)
+        })
+        .mut_arg("outputs", |arg| {
+            let help = "The output to show first";
+            arg.help(help).long_help(help)
+        })
+        .mut_arg("params", |arg| {
+            let help = "Value of a parameter at the start; may be repeated";
+            arg.help(help).long_help(help)
+        })
+}
+
+/// Shows the page until the command is ended.
+pub(super) fn studio(args: &StudioArgs, words: &[OsString], out: &mut dyn Write) -> Result<(), Failure> {
+    let Some(file) = &args.run.file else {
+        return Err(Failure::usage("name the shader to show: oslrun studio FILE.osl"));
+    };
+    if !file.is_file() {
+        return Err(Failure::new(format!("cannot read {}: there is no such file", file.display())));
+    }
+    let words = picture_words(words, file);
+    let server = Server::new(Options { port: args.port, token: args.token.clone() }).map_err(Failure::new)?;
+    let url = server.url();
+    let _ = writeln!(out, "{url}\nThe page is open only to this machine and this address. Ctrl-C ends it.");
+    super::flushed(out)?;
+    if !args.no_open && std::io::stdout().is_terminal() && !open(&url) {
+        let _ = writeln!(out, "No browser could be opened: copy the address.");
+        super::flushed(out)?;
+    }
+    let run = args.run.clone();
+    server.run(move || Box::new(Studio::new(run.clone(), words.clone())));
+    Ok(())
+}
+
+/// Asks the system to open an address in the browser.
+fn open(url: &str) -> bool {
+    let (program, before): (_, &[&str]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("cmd", &["/C", "start", ""]),
+        _ => ("xdg-open", &[]),
+    };
+    let mut command = std::process::Command::new(program);
+    let command = command.args(before).arg(url).stdin(Stdio::null()).stdout(Stdio::null());
+    command.stderr(Stdio::null()).spawn().is_ok()
+}
+
+/// Options that the page or the server has: with a value, and without.
+const OWN: [&str; 8] = ["--port", "--token", "-p", "--param", "--outputs", "--on", "-o", "--output"];
+const OWN_ALONE: [&str; 1] = ["--no-open"];
+
+/// The words of the command line of a picture that the page does not set: the program, and the other options.
+fn picture_words(words: &[OsString], file: &Path) -> Vec<String> {
+    let mut words = words.iter().map(|word| word.to_string_lossy().into_owned());
+    let mut kept = vec!["oslrun".to_string()];
+    let _ = words.next();
+    let (mut command, mut file) = (Some(NAME.to_string()), Some(file.to_string_lossy().into_owned()));
+    while let Some(word) = words.next() {
+        if command.as_ref() == Some(&word) {
+            command = None;
+        } else if file.as_ref() == Some(&word) {
+            file = None;
+        } else if OWN.contains(&word.as_str()) {
+            let _ = words.next();
+        } else if !OWN_ALONE.contains(&word.as_str()) && !is_own(&word) {
+            kept.push(word);
+        }
+    }
+    kept
+}
+
+/// Whether a word is an option of the page together with its value: `--port=80`, `-pa=1`.
+fn is_own(word: &str) -> bool {
+    let is_short = |option: &&&str| !option.starts_with("--") && word.starts_with(**option);
+    let is_long = word.split_once('=').is_some_and(|(name, _)| OWN.contains(&name));
+    is_long || (!word.starts_with("--") && OWN.iter().find(is_short).is_some())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_words_of_a_picture_are_those_that_the_page_does_not_set() {
+        let kept = |line: &str| {
+            let words: Vec<OsString> = line.split(' ').map(Into::into).collect();
+            picture_words(&words, Path::new("a.osl")).join(" ")
+        };
+        assert_eq!(
+            kept("x/oslrun studio a.osl -g 8x8 --port 80 -p a=1 -I studio"),
+            "oslrun -g 8x8 -I studio"
+        );
+        assert_eq!(
+            kept("oslrun studio -pb=2 --param=c=3 --port=80 a.osl --no-open --center"),
+            "oslrun --center"
+        );
+        assert_eq!(
+            kept("oslrun studio a.osl --on sphere --outputs f --texture-path t"),
+            "oslrun --texture-path t"
+        );
+    }
+}

@@ -1,0 +1,294 @@
+//! The shader of a page: describes it, makes its picture and explains its pixels, each as the command of that
+//! name does.
+//!
+//! Every answer starts from the options of the command line with the values of the page in place of theirs, and
+//! has the limits of a command of its own. Values from a page are not typed by the user: they open no files
+//! outside of the permitted folders, and a run for a page appends to no files. This module must not know
+//! connections.
+
+use crate::cli::args::{Live, MessageFormat, RunArgs};
+use crate::cli::json_lines::JsonLines;
+use crate::cli::levels;
+use crate::cli::load::{self, Request};
+use crate::cli::watch::Reads;
+use crate::cli::{Failure, explain, info, input, output, repair, report, run};
+use osl::stages;
+use osl_exec::Plane;
+use osl_files::{Roots, stamp};
+use osl_hir::lint::Level;
+use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
+use osl_ir::ir::{Body, Kind};
+use osl_ir::types::StructTable;
+use osl_limits::Cancel;
+use osl_scene::shape::Shape;
+use osl_studio::{Files, Layer, Output, Picture, Shader, State, Stop, Subject};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::{Component, Path, PathBuf};
+
+/// Endings of the files that a page can show.
+const ENDINGS: [&str; 4] = ["osl", "oso", "group", "oslgroup"];
+/// The surface that is no surface: the grid.
+const PATCH: &str = "patch";
+/// How much printed text a page shows, in bytes.
+const MAX_TEXT: usize = 64 << 10;
+/// A coarse picture has one pixel for so many columns and rows.
+const COARSE: usize = 4;
+
+/// The shader of a page.
+pub(super) struct Studio {
+    run: RunArgs,
+    /// The words of the command line that the page does not set.
+    words: Vec<String>,
+}
+
+impl Studio {
+    pub(super) fn new(mut run: RunArgs, words: Vec<String>) -> Studio {
+        run.read.message_format = MessageFormat::Json;
+        run.live = Some(Live { typed: run.params.iter().map(|(_, value)| value.clone()).collect() });
+        Studio { run, words }
+    }
+
+    fn main(&self) -> &Path {
+        self.run.file.as_deref().unwrap_or(Path::new(""))
+    }
+
+    fn folder(&self) -> &Path {
+        self.main().parent().unwrap_or(Path::new(""))
+    }
+
+    /// The file of a state. It is below the folder of the file on the command line, also if links are followed.
+    fn file(&self, state: &State) -> Result<PathBuf, Stop> {
+        let Some(name) = &state.file else { return Ok(self.main().to_path_buf()) };
+        let path = self.folder().join(name);
+        if path == self.main() {
+            return Ok(path);
+        }
+        let is_inside = Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        let ending = path.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        if !is_inside || !ENDINGS.contains(&ending) {
+            return Err(Stop::error(format!(
+                "{name}: a page shows only shaders below the folder of its file"
+            )));
+        }
+        match Roots::new([self.folder()]).open(&path) {
+            Ok(_) => Ok(path),
+            Err(error) => Err(Stop::error(format!("{name}: {error}"))),
+        }
+    }
+
+    /// The options of the command line with the values of a state.
+    fn args(&self, state: &State, cancel: &Cancel) -> Result<RunArgs, Stop> {
+        let mut args = self.run.clone();
+        args.file = Some(self.file(state)?);
+        if let Some(params) = &state.params {
+            args.params.clone_from(params);
+        }
+        if let Some(on) = state.on.as_deref() {
+            args.on.on = match on {
+                PATCH => None,
+                on if Shape::named(on).is_some() || args.on.on.as_deref() == Some(on) => Some(on.to_string()),
+                on => {
+                    return Err(Stop::error(format!(
+                        "a page has no surface {on}; the option --on names a mesh"
+                    )));
+                }
+            };
+            if args.on.on.is_none() {
+                args.on.displace = None;
+            }
+        }
+        args.read.limits = args.read.limits.until(cancel);
+        Ok(args)
+    }
+
+    /// Files of the folder that can be shown.
+    fn files(&self) -> Vec<String> {
+        ENDINGS.iter().flat_map(|ending| input::names_in(self.folder(), ending)).collect()
+    }
+}
+
+/// The error output of a command, as the objects of its lines.
+fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> (Vec<Value>, bool) {
+    let mut bytes = Vec::new();
+    let mut lines = JsonLines::new(&mut bytes);
+    let result = work(&mut lines);
+    let failed = result.is_err();
+    if let Err(Failure { text, .. }) = result
+        && !text.is_empty()
+    {
+        let _ = writeln!(lines, "error: {text}");
+    }
+    drop(lines);
+    let text = String::from_utf8_lossy(&bytes);
+    (text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect(), failed)
+}
+
+/// The stop of work that failed with these messages.
+fn stop(messages: Vec<Value>, cancel: &Cancel) -> Stop {
+    if cancel.is_cancelled() { Stop::Cancelled } else { Stop::Failed(messages) }
+}
+
+/// Outputs that a picture can show. Closures are shown only if there is nothing else, as the weights that a
+/// picture of the command has.
+fn outputs(body: &Body) -> Vec<Output> {
+    let shown = body.outputs.iter().filter(|output| output.ty.is_number() || output.ty.is_triple());
+    // None of these types is a struct.
+    let types = StructTable::default();
+    shown.map(|output| Output { name: output.name.to_string(), ty: types.show(output.ty) }).collect()
+}
+
+impl Subject for Studio {
+    fn shader(&mut self, state: &State, files: &mut Files) -> Result<Shader, Stop> {
+        let cancel = Cancel::new();
+        let path = self.file(state)?;
+        // The stamp is older than the text, so no change is missed.
+        files.insert(path.clone(), stamp(&path));
+        let mut args = self.args(&State { params: Some(Vec::new()), ..state.clone() }, &cancel)?;
+        args.outputs = None;
+        let text = input::read_text(&path, args.read.limits.limits())
+            .map_err(|why| Stop::error(format!("cannot read {}: {why}", path.display())))?;
+        let mut shader = Shader {
+            file: path.strip_prefix(self.folder()).unwrap_or(&path).display().to_string(),
+            files: self.files(),
+            path: path.display().to_string(),
+            command: self.words.clone(),
+            given: self.run.params.clone(),
+            output: self.run.outputs.as_ref().and_then(|list| list.first().cloned()),
+            on: self.run.on.on.clone(),
+            size: [self.run.grid.0, self.run.grid.1],
+            text,
+            ..Shader::default()
+        };
+        let named = Shape::NAMED.iter().map(|(name, _)| (*name).to_string());
+        let mesh = self.run.on.on.clone().filter(|on| Shape::named(on).is_none());
+        shader.surfaces = std::iter::once(PATCH.to_string()).chain(named).chain(mesh).collect();
+        let is_group = load::is_group(&path) || !args.network.is_empty();
+        let mut reads = Reads::default();
+        let mut found = Vec::new();
+        let work = |err: &mut dyn Write| {
+            if !is_group {
+                let checked = check(&path, &shader.text, &args)?;
+                reads.sources(&checked.sources);
+                let list = levels::judge(&checked, Level::Check, &args.lints, args.read.limits.limits());
+                report::diagnostics(&list, &checked.sources, &args.read, err)?;
+                if let Some(program) = &checked.program {
+                    let description = serde_json::to_value(info::describe(program)).unwrap_or_default();
+                    found.push(Layer { name: String::new(), description });
+                }
+            }
+            // What `check` has said is not said again.
+            let mut quiet = std::io::sink();
+            let err: &mut dyn Write = if is_group { err } else { &mut quiet };
+            let loaded = load::load(&Request::of(&args), err)?;
+            reads.sources(&loaded.sources);
+            if is_group {
+                let group = loaded.group(args.read.limits.limits());
+                let last = group.layers().len().saturating_sub(1);
+                found.extend(group.layers().iter().enumerate().map(|(at, layer)| Layer {
+                    name: if at == last { String::new() } else { layer.name.to_string() },
+                    description: serde_json::to_value(info::describe(&layer.program)).unwrap_or_default(),
+                }));
+            }
+            shader.outputs = outputs(&loaded.body);
+            Ok(())
+        };
+        let (messages, failed) = told(work);
+        shader.diagnostics = messages;
+        shader.layers = if failed { Vec::new() } else { found };
+        watch(reads, files);
+        Ok(shader)
+    }
+
+    fn picture(
+        &mut self,
+        state: &State,
+        coarse: bool,
+        cancel: &Cancel,
+        files: &mut Files,
+    ) -> Result<Picture, Stop> {
+        let mut args = self.args(state, cancel)?;
+        let (width, height) = args.grid;
+        if coarse {
+            args.grid = (width.div_ceil(COARSE), height.div_ceil(COARSE));
+        }
+        let asked = state.output.clone().map(|output| vec![output]);
+        args.outputs =
+            asked.or_else(|| args.outputs.as_ref().map(|list| list.iter().take(1).cloned().collect()));
+        let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
+        let work = |err: &mut dyn Write| {
+            if args.outputs.is_none() {
+                // Only one output is computed.
+                let loaded = load::load(&Request::of(&args), &mut std::io::sink())?;
+                args.outputs = outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]);
+            }
+            let kept = run::values(&args, Some(&mut reads), &mut text, err)?;
+            picture = shown(&kept, &args)?;
+            Ok(())
+        };
+        let (mut messages, failed) = told(work);
+        watch(reads, files);
+        if failed || cancel.is_cancelled() {
+            return Err(stop(messages, cancel));
+        }
+        // What `check` says has a code, and is at its line already.
+        messages.retain(|message| message["code"].as_str().unwrap_or_default().is_empty());
+        text.truncate(MAX_TEXT);
+        picture.text = String::from_utf8_lossy(&text).into_owned();
+        picture.messages.extend(messages);
+        Ok(picture)
+    }
+
+    fn explain(&mut self, state: &State, [x, y]: [usize; 2], cancel: &Cancel) -> Result<String, Stop> {
+        let args = self.args(state, cancel)?;
+        let mut text = String::new();
+        let (messages, failed) = told(|err| {
+            text = explain::pixel_json(&args, (x, y), err)?;
+            Ok(())
+        });
+        if failed || cancel.is_cancelled() { Err(stop(messages, cancel)) } else { Ok(text) }
+    }
+}
+
+/// Checks a shader that was read.
+fn check(path: &Path, text: &str, args: &RunArgs) -> Result<stages::Checked, Failure> {
+    let folder = path.parent().map(Path::to_path_buf).unwrap_or_default();
+    let mut input = input::input(path.display().to_string(), text.to_string(), folder, &args.read);
+    input.files = input.files.or_anywhere(args.allow_files);
+    if args.repair {
+        repair::apply(&mut input, None, &mut std::io::sink())?;
+    }
+    Ok(stages::check(&input.name, &input.text, &input.files, &input.options))
+}
+
+/// Adds files that were read to those that a page watches.
+fn watch(reads: Reads, files: &mut Files) {
+    for path in reads.0 {
+        files.entry(path).or_insert_with_key(|path| stamp(path));
+    }
+}
+
+/// The picture of the first output, with the samples that its PNG file would have.
+fn shown(kept: &run::Kept, args: &RunArgs) -> Result<Picture, Failure> {
+    let is_shown = |plane: &&Plane| !matches!(plane.kind, Kind::Str | Kind::Closure);
+    let planes: Vec<&Plane> = kept.frame.planes.iter().filter(is_shown).collect();
+    let group = output::groups(&planes).into_iter().find(|group| matches!(group.values.len(), 1 | 3));
+    let group = group.ok_or_else(|| Failure::new(output::EMPTY))?;
+    let covered = kept.covered.as_ref().map(Plane::floats);
+    let (name, ty) = (&*group.first.output, group.first.ty);
+    let shown = args.display.shown(Some(ImageFormat::Png), (name, ty), group.values, covered.as_deref());
+    let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
+    planes.extend(covered.as_deref());
+    let (width, height) = args.size();
+    let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight };
+    let note = shown.note.map(|note| json!({ "severity": "note", "message": note }));
+    Ok(Picture {
+        messages: note.into_iter().collect(),
+        output: name.to_string(),
+        width,
+        height,
+        channels: planes.len(),
+        samples: png_samples(&planes, width * height, options),
+        ..Picture::default()
+    })
+}

@@ -1,0 +1,228 @@
+//! `studio`: the answers of the live page are those of the command line.
+
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
+
+mod in_process;
+mod studio_client;
+
+use in_process::{oslrun, oslrun_at};
+use osl_image::read_image;
+use serde_json::{Value, json};
+use std::path::Path;
+use studio_client::{Page, Studio};
+
+fn osl(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl").join(name).display().to_string()
+}
+
+/// The samples of the PNG file that a command line makes.
+fn samples_of(args: &[&str]) -> Vec<u8> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("a.png").display().to_string();
+    let (code, _, err) = oslrun(&[args, &["-o", &file]].concat());
+    assert_eq!(code, 0, "{args:?}: {err}");
+    let image = read_image(Path::new(&file)).unwrap();
+    image.samples.iter().map(|x| (x * 255.0).round() as u8).collect()
+}
+
+/// The picture of a state.
+fn picture(page: &mut Page, state: Value) -> (Value, Vec<u8>) {
+    page.state(state);
+    page.until("picture")
+}
+
+#[test]
+fn pictures_have_the_bits_of_the_command_line() {
+    let cobbled = osl("Cobbled.osl");
+    let studio = Studio::start(Path::new("."), &[&cobbled, "-g", "48x32", "--uv-scale", "2,2"]);
+    let mut page = studio.page();
+    let usual = ["-g", "48x32", "--uv-scale", "2,2"];
+    for (state, words) in [
+        (json!({ "output": "resultRGB" }), vec!["--outputs", "resultRGB"]),
+        (
+            json!({ "output": "resultRGB", "params": [["radius", "0.3"], ["Small_Freq", "12"]] }),
+            vec!["--outputs", "resultRGB", "-p", "radius=0.3", "-p", "Small_Freq=12"],
+        ),
+        (
+            json!({ "output": "resultMask", "params": [["radius", "0.05"]] }),
+            vec!["--outputs", "resultMask", "-p", "radius=0.05"],
+        ),
+        (
+            json!({ "output": "resultRGB", "on": "sphere", "params": [["jitter", "0.9"]] }),
+            vec!["--outputs", "resultRGB", "--on", "sphere", "-p", "jitter=0.9"],
+        ),
+    ] {
+        let (header, samples) = picture(&mut page, state.clone());
+        assert_eq!((&header["width"], &header["height"]), (&json!(48), &json!(32)));
+        let expected = samples_of(&[&[cobbled.as_str()], &usual[..], &words].concat());
+        assert!(samples == expected, "{state}");
+        assert!(samples.iter().any(|byte| *byte != samples[0]), "{state}");
+    }
+}
+
+#[test]
+fn groups_have_the_parameters_of_all_layers() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(
+        folder.path().join("g.group"),
+        "param float scale 2; shader fractal noise; shader ramp ramp; connect noise.result ramp.position;",
+    )
+    .unwrap();
+    let studio = Studio::start(folder.path(), &["g.group", "-g", "16x16"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (shader, _) = page.until("shader");
+    let layers: Vec<&str> =
+        shader["layers"].as_array().unwrap().iter().map(|layer| layer["name"].as_str().unwrap()).collect();
+    assert_eq!(layers, ["noise", ""], "{shader}");
+    let output = shader["outputs"][0]["name"].as_str().unwrap().to_string();
+    let state = json!({ "output": output, "params": [["noise.frequency", "3"]] });
+    let (_, samples) = picture(&mut page, state);
+    let group = folder.path().join("g.group").display().to_string();
+    let words = [group.as_str(), "-g", "16x16", "-p", "noise.frequency=3", "--outputs", &output];
+    assert!(samples == samples_of(&words));
+}
+
+#[test]
+fn explanations_are_those_of_explain() {
+    let flakes = osl("flakes.osl");
+    let studio = Studio::start(Path::new("."), &[&flakes, "-g", "16x12"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (info, _) = page.until("shader");
+    let described = oslrun(&["info", &flakes, "--json"]).1;
+    let described: Value = serde_json::from_str(&described).unwrap();
+    assert_eq!(info["layers"][0]["description"], described);
+    let name = described["parameters"][0]["name"].as_str().unwrap();
+    let value = described["parameters"][0]["default"].to_string();
+    let params = json!([[name, value.trim_matches(|c| c == '[' || c == ']' || c == '"')]]);
+    picture(&mut page, json!({ "params": params }));
+    for (x, y) in [(0, 0), (5, 11), (15, 3)] {
+        page.point(x, y);
+        let (found, _) = page.until("explanation");
+        let at = format!("{x},{y}");
+        let given = format!("{}={}", params[0][0].as_str().unwrap(), params[0][1].as_str().unwrap());
+        let (code, out, _) =
+            oslrun(&["explain", &flakes, "-g", "16x12", "--at", &at, "--json", "-p", &given]);
+        assert_eq!(code, 0);
+        assert!(found["explanation"] == serde_json::from_str::<Value>(&out).unwrap(), "{at}");
+    }
+    page.point(16, 0);
+    let (outside, _) = page.until("explanation");
+    assert!(outside["messages"].to_string().contains("the last is 15,11"), "{outside}");
+}
+
+const GOOD: &str = "shader s(float k = 1, output float f = 0) { f = k * u; }";
+
+#[test]
+fn errors_on_disk_are_shown_at_their_lines_and_go_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |text: &str| std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    write(GOOD);
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "4x4"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    assert_eq!(page.until("shader").0["diagnostics"], json!([]));
+    let (_, before) = page.until("picture");
+    write("// a comment\nshader s(float k = 1, output float f = 0) { f = k * ; }");
+    let (shader, _) = page.until("shader");
+    let error = &shader["diagnostics"][0];
+    assert_eq!(
+        (&error["severity"], &error["file"], &error["line"]),
+        (&json!("error"), &json!("s.osl"), &json!(2))
+    );
+    assert_eq!(shader["layers"], json!([]), "there is nothing to run");
+    assert!(shader["text"].as_str().unwrap().contains("a comment"));
+    // The page keeps its picture: it gets no other.
+    page.until("failed");
+    write(&GOOD.replace("k * u", "k * u + 0"));
+    assert_eq!(page.until("shader").0["diagnostics"], json!([]));
+    assert_eq!(page.until("picture").1, before);
+    // A header counts too, also one that comes later.
+    write("#include \"k.h\"\nshader s(output float f = 0) { f = K * u; }");
+    assert_eq!(page.until("shader").0["diagnostics"][0]["line"], 1);
+    page.until("failed");
+}
+
+#[test]
+fn a_page_reads_only_below_the_folder_of_its_file_and_writes_nothing() {
+    let outside = tempfile::tempdir().unwrap();
+    let folder = outside.path().join("inside");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::create_dir(folder.join("more")).unwrap();
+    let printing = "shader s(string file = \"\", output color f = 0) \
+        { f = texture(file, u, v); fprintf(\"log.txt\", \"x\"); printf(\"y\"); }";
+    std::fs::write(folder.join("s.osl"), printing).unwrap();
+    std::fs::write(folder.join("more/t.osl"), GOOD).unwrap();
+    std::fs::write(outside.path().join("secret.osl"), GOOD).unwrap();
+    let path = |name: &str| outside.path().join(name).display().to_string();
+    let (code, _, err) = oslrun_at(outside.path(), "@/secret.osl -g 2x2 -o @/secret.png");
+    assert_eq!(code, 0, "{err}");
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(outside.path().join("secret.osl"), folder.join("link.osl")).unwrap();
+
+    let studio = Studio::start(&folder, &["s.osl", "-g", "2x2"]);
+    let mut page = studio.page();
+    for file in ["../secret.osl", "more/../../secret.osl", &path("secret.osl"), "link.osl", "s.png", ".", ""]
+    {
+        page.state(json!({ "file": file }));
+        let (failed, _) = page.until("failed");
+        assert!(!failed["messages"].as_array().unwrap().is_empty(), "{file}");
+        assert!(!failed.to_string().contains("k * u"), "{file}");
+    }
+    page.state(json!({ "file": "more/t.osl" }));
+    assert_eq!(page.until("shader").0["text"], GOOD);
+    page.until("picture");
+    // A value of the page is not a name that the user typed.
+    let (header, black) =
+        picture(&mut page, json!({ "file": "s.osl", "params": [["file", path("secret.png")]] }));
+    assert!(header["messages"].to_string().contains("is refused"), "{header}");
+    assert!(black.iter().all(|byte| *byte == 0));
+    assert_eq!(header["text"], "yyyy");
+    assert!(!folder.join("log.txt").exists());
+}
+
+#[test]
+fn limits_hold_for_every_picture() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "shader s(int n = 1, output float f = 0) { for (int i = 0; i < n; i++) f += noise(P * i); }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "8x8", "--max-steps", "1000"]);
+    let mut page = studio.page();
+    page.state(json!({ "params": [["n", "1000000000"]] }));
+    assert!(page.until("failed").0["messages"].to_string().contains("takes more than"));
+    picture(&mut page, json!({ "params": [["n", "2"]] }));
+    page.state(json!({ "params": [["n", "many"]] }));
+    assert!(!page.until("failed").0["messages"].as_array().unwrap().is_empty());
+    page.state(json!({ "on": "/etc/passwd" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("a page has no surface"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn huge_messages_do_not_take_memory() {
+    let cobbled = osl("Cobbled.osl");
+    let studio = Studio::start(Path::new("."), &[&cobbled, "-g", "8x8"]);
+    picture(&mut studio.page(), json!({ "output": "resultRGB" }));
+    let before = studio.memory();
+    let mut pages: Vec<Page> = (0..20).map(|_| studio.page()).collect();
+    for page in &mut pages {
+        page.huge();
+    }
+    let mut page = studio.page();
+    picture(&mut page, json!({ "output": "resultRGB" }));
+    assert!(studio.memory() < before + (64 << 20), "{before} bytes, then {}", studio.memory());
+}
+
+#[test]
+fn wrong_command_lines_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.osl"), GOOD).unwrap();
+    let mut said = String::new();
+    for line in ["", "missing.osl", "@/s.osl -o @/a.png", "@/s.osl --token short", "@/s.osl --port 0"] {
+        let (code, out, err) = oslrun_at(folder.path(), &format!("studio {line}"));
+        assert_eq!(out, "", "{line}");
+        said += &format!("$ oslrun studio {line}\n{err}[exit {code}]\n\n");
+    }
+    insta::assert_snapshot!("refused", said);
+}

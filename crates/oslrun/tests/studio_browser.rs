@@ -1,0 +1,295 @@
+//! `studio` in a real browser: Chromium, if it is installed.
+//!
+//! `OSLRUN_SCREENSHOTS=FOLDER` saves pictures of the window. The figures of docs/studio.md come from
+//! `cargo test --release -p oslrun --test studio_browser -- --ignored --nocapture`.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test says what must hold"
+)]
+
+mod in_process;
+mod studio_client;
+
+use base64::Engine;
+use in_process::oslrun;
+use osl_image::read_image;
+use serde_json::Value;
+use std::path::Path;
+use studio_client::Studio;
+use studio_client::browser::Browser;
+
+const TOKEN: &str = "a-token-that-both-servers-have";
+/// The arrow to the right, as WebDriver names it.
+const RIGHT: char = '\u{E014}';
+
+/// A browser, or a word why there is none.
+fn browser(size: (u32, u32), dark: bool) -> Option<Browser> {
+    match Browser::start(size, dark) {
+        Ok(browser) => Some(browser),
+        Err(why) => {
+            println!("left out: a test in a browser, because {why}");
+            None
+        }
+    }
+}
+
+fn cobbled() -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../osl/Cobbled.osl");
+    std::fs::read_to_string(file).unwrap()
+}
+
+/// The page is idle when it has the picture of its newest state.
+const IDLE: &str = "document.getElementById('picture').getAttribute('aria-busy') === 'false' \
+    && / ms$/.test(document.getElementById('status').textContent)";
+
+/// The red, green and blue of the picture on the page.
+fn pixels(browser: &Browser) -> Vec<u8> {
+    let text = browser.run(
+        "const canvas = document.getElementById('picture');
+         const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+         return btoa(Array.from(data, (byte) => String.fromCharCode(byte)).join(''))",
+    );
+    let bytes = base64::engine::general_purpose::STANDARD.decode(text.as_str().unwrap()).unwrap();
+    assert!(bytes.chunks_exact(4).all(|pixel| pixel[3] == 255));
+    bytes.chunks_exact(4).flat_map(|pixel| pixel[..3].to_vec()).collect()
+}
+
+/// The picture of a command line.
+fn picture_of(words: &[String]) -> Vec<u8> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("a.png").display().to_string();
+    let mut words: Vec<&str> = words.iter().map(String::as_str).collect();
+    words.extend(["-o", &file]);
+    let (code, _, err) = oslrun(&words);
+    assert_eq!(code, 0, "{words:?}: {err}");
+    read_image(Path::new(&file)).unwrap().samples.iter().map(|x| (x * 255.0).round() as u8).collect()
+}
+
+/// The value as a browser has it: all numbers are of one type.
+fn plain(value: &Value) -> Value {
+    match value {
+        Value::Number(number) => Value::from(number.as_f64()),
+        Value::Array(list) => list.iter().map(plain).collect(),
+        Value::Object(fields) => fields.iter().map(|(name, value)| (name.clone(), plain(value))).collect(),
+        value => value.clone(),
+    }
+}
+
+fn screenshot(browser: &Browser, name: &str) {
+    if let Some(folder) = std::env::var_os("OSLRUN_SCREENSHOTS") {
+        browser.screenshot(&Path::new(&folder).join(name));
+    }
+}
+
+/// What the fragment of the address says about the parameters.
+fn params(browser: &Browser) -> Vec<String> {
+    let list = browser.run("return new URLSearchParams(location.hash.slice(1)).getAll('p')");
+    list.as_array().unwrap().iter().map(|text| text.as_str().unwrap().to_string()).collect()
+}
+
+#[test]
+fn a_shader_is_shown_changed_broken_and_mended() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("Cobbled.osl");
+    std::fs::write(&file, cobbled()).unwrap();
+    let path = file.display().to_string();
+    let size = std::env::var("OSLRUN_STUDIO_SIZE").unwrap_or_else(|_| "96x96".to_string());
+    let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", &size, "--token", TOKEN]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let words = |params: &[String]| {
+        let usual = [&path, "-g", &size, "--outputs", "resultRGB"].map(str::to_string);
+        let params = params.iter().flat_map(|text| ["-p".to_string(), text.clone()]);
+        usual.into_iter().chain(params).collect::<Vec<_>>()
+    };
+    assert!(pixels(&browser) == picture_of(&words(&[])), "the picture at the defaults");
+
+    // The slider of a parameter.
+    browser.mouse("[data-name=radius] input[type=range]", (-30, 0), Some((25, 0)));
+    browser.wait("location.hash.includes('radius')");
+    browser.wait(IDLE);
+    let set = params(&browser);
+    assert!(set.len() == 1 && set[0].starts_with("radius="), "{set:?}");
+    let shown = pixels(&browser);
+    assert!(shown == picture_of(&words(&set)), "the picture at {set:?}");
+    assert!(shown != picture_of(&words(&[])), "{set:?}");
+
+    // The command line that the page copies.
+    browser.run(
+        "navigator.clipboard.writeText = async (text) => { window.copied = text; };
+         document.getElementById('copy').click()",
+    );
+    browser.wait("window.copied");
+    let line = browser.run("return window.copied");
+    let mut copied = line.as_str().unwrap().split(' ').map(str::to_string);
+    assert_eq!(copied.next().as_deref(), Some("oslrun"));
+    studio.run_beside(folder.path(), &copied.collect::<Vec<_>>());
+    let image = read_image(&folder.path().join("Cobbled.png")).unwrap();
+    assert!(shown == image.samples.iter().map(|x| (x * 255.0).round() as u8).collect::<Vec<_>>(), "{line}");
+
+    // A pixel under the mouse, and the next one by a key.
+    browser.run(
+        "document.addEventListener('studio-explanation', (event) => { window.explained = event.detail; });",
+    );
+    browser.mouse("#picture", (-20, 15), None);
+    browser.wait("window.explained");
+    browser.wait("document.querySelectorAll('#source .value').length > 3");
+    screenshot(&browser, "studio.light.png");
+    let told = |found: &Value| {
+        let at = format!("{},{}", found["at"][0], found["at"][1]);
+        let mut words: Vec<&str> = vec!["explain", "Cobbled.osl", "-g", &size, "--at", &at, "--json"];
+        set.iter().for_each(|text| words.extend(["-p", text]));
+        studio.beside(folder.path(), &words)
+    };
+    let found = browser.run("return window.explained");
+    assert!(plain(&found["explanation"]) == plain(&told(&found)), "{}", found["at"]);
+    browser.run("window.explained = null; document.getElementById('picture').focus()");
+    browser.key(RIGHT);
+    browser.wait("window.explained");
+    let next = browser.run("return window.explained");
+    assert_eq!(next["at"][0].as_u64(), found["at"][0].as_u64().map(|x| x + 1));
+    assert!(plain(&next["explanation"]) == plain(&told(&next)), "{}", next["at"]);
+
+    // A mistake on the disk, and its repair.
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+    let broken =
+        cobbled().replacen("float d = createCells(P, spacename, cellfreq, jitter);", "float d = ;", 1);
+    let line = broken.lines().position(|line| line.contains("float d = ;")).unwrap() + 1;
+    std::fs::write(&file, &broken).unwrap();
+    browser.wait("document.querySelector('#source .note.error')");
+    let number = browser.run(
+        "return document.querySelector('#source .note.error').parentElement.querySelector('.number').textContent",
+    );
+    assert_eq!(number, line.to_string());
+    assert!(pixels(&browser) == shown, "the last picture stays");
+    screenshot(&browser, "studio.error.png");
+    std::fs::write(&file, cobbled() + "\n").unwrap();
+    browser.wait("!document.querySelector('#source .note.error')");
+    browser.wait(IDLE);
+    assert!(pixels(&browser) == shown);
+
+    // The end of the server, and its return.
+    let (_, port) = studio.url.trim_start_matches("http://").split_once(':').unwrap();
+    let port = port.split('/').next().unwrap().to_string();
+    drop(studio);
+    browser.wait("!document.getElementById('gone').hidden");
+    assert!(pixels(&browser) == shown);
+    let again = ["Cobbled.osl", "-g", &size, "--token", TOKEN, "--port", &port];
+    let Some(studio) = Studio::start_at(folder.path(), &again) else {
+        println!("left out: the return of the server, because somebody else took its port");
+        return;
+    };
+    browser.wait("document.getElementById('gone').hidden");
+    browser.wait(IDLE);
+    assert_eq!(params(&browser), set);
+    assert!(pixels(&browser) == shown);
+    drop(studio);
+}
+
+#[test]
+fn every_kind_of_parameter_has_a_control() {
+    let Some(browser) = browser((1280, 720), true) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let text = "shader kinds(
+        float amount = 0.5 [[ float min = 0, float max = 2, string label = \"The <b>amount</b>\", string help = \"H\" ]],
+        int on = 1 [[ string widget = \"checkBox\" ]],
+        int mode = 1 [[ string widget = \"popup\", string options = \"one|two|three\" ]],
+        string kind = \"b\" [[ string options = \"a|b|c\", string page = \"More\" ]],
+        string words = \"<img src=x onerror=alert(1)>\" [[ string page = \"More\" ]],
+        color tint = color(1, 0.5, 0), vector way = vector(0, 0, 1), int secret = 0 [[ int hidden = 1 ]],
+        output color result = 0)
+    { result = tint * amount * (on ? u : v) + (kind == \"c\" ? 0.25 : 0) + mode * 0.01 + way[0]; }
+    // <script>alert(1)</script>";
+    std::fs::write(folder.path().join("kinds.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["kinds.osl", "-g", "64x64", "-p", "amount=1.5"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    let control = |name: &str, part: &str| format!("document.querySelector('[data-name={name}] {part}')");
+    let value = |name: &str, part: &str| browser.run(&format!("return {}.value", control(name, part)));
+    assert_eq!(value("amount", "input[type=range]"), "1.5");
+    assert_eq!(browser.run(&format!("return {}.max", control("amount", "input[type=range]"))), "2");
+    assert_eq!(browser.run(&format!("return {}.checked", control("on", "input[type=checkbox]"))), true);
+    assert_eq!(value("mode", "select"), "1");
+    assert_eq!(value("kind", "select"), "b");
+    assert_eq!(value("tint", "input[type=color]"), "#ffbc00");
+    assert_eq!(browser.run("return document.querySelectorAll('[data-name=way] input').length"), 3);
+    assert_eq!(browser.run("return document.querySelector('[data-name=secret]')"), Value::Null);
+    // Text of a shader is text.
+    assert_eq!(
+        browser.run(&format!("return {}.textContent", control("amount", "label"))),
+        "The <b>amount</b>"
+    );
+    assert_eq!(browser.run("return document.querySelectorAll('img, b, #source script').length"), 0);
+
+    let set = |name: &str, part: &str, value: &str, event: &str| {
+        browser.run(&format!(
+            "const part = {}; part.value = {}; part.dispatchEvent(new Event('{event}'))",
+            control(name, part),
+            serde_json::to_string(value).unwrap()
+        ));
+        browser.wait(IDLE);
+    };
+    set("kind", "select", "c", "change");
+    set("tint", "input[type=color]", "#ff0000", "input");
+    set("way", "input[aria-label=\"way x\"]", "0.125", "input");
+    browser.run(&format!("{}.click()", control("on", "input[type=checkbox]")));
+    browser.wait(IDLE);
+    screenshot(&browser, "studio.dark.png");
+    let params = params(&browser);
+    assert_eq!(params, ["amount=1.5", "kind=c", "tint=1,0,0", "way=0.125,0,1", "on=0"]);
+    let file = folder.path().join("kinds.osl").display().to_string();
+    let usual = [file.as_str(), "-g", "64x64", "--outputs", "result"].map(str::to_string);
+    let words = usual.into_iter().chain(params.into_iter().flat_map(|text| ["-p".to_string(), text]));
+    assert!(pixels(&browser) == picture_of(&words.collect::<Vec<_>>()));
+    assert_eq!(browser.complaints(), Vec::<String>::new());
+
+    browser.run("document.getElementById('reset').click()");
+    browser.wait("!location.hash.includes('p=')");
+    browser.wait(IDLE);
+    assert!(pixels(&browser) == picture_of(&[file.as_str(), "-g", "64x64"].map(str::to_string)));
+}
+
+#[test]
+#[ignore = "measures: the figures of docs/studio.md"]
+fn figures() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("Cobbled.osl"), cobbled()).unwrap();
+    let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", "512x512"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    // From the event of the slider until the changed picture was drawn on the canvas, one after another.
+    let times = browser.run_until(
+        "const done = arguments[arguments.length - 1];
+         const slider = document.querySelector('[data-name=radius] input[type=range]');
+         const times = [];
+         let started = 0;
+         const step = () => {
+           slider.value = 0.05 + 0.002 * times.length;
+           started = performance.now();
+           slider.dispatchEvent(new Event('input'));
+         };
+         document.addEventListener('studio-picture', (event) => {
+           times.push([performance.now() - started, event.detail.seconds * 1000]);
+           times.length < 220 ? setTimeout(step, 30) : done(times);
+         });
+         step();",
+    );
+    for (at, name) in ["from the slider to the picture", "of these in the server"].iter().enumerate() {
+        let list = times.as_array().unwrap().iter().skip(20);
+        let mut list: Vec<f64> = list.map(|pair| pair[at].as_f64().unwrap()).collect();
+        list.sort_by(f64::total_cmp);
+        let share = |part: f64| list[(part * (list.len() - 1) as f64) as usize];
+        println!(
+            "{name}: median {:.1} ms, 95 % within {:.1} ms, of {} changes",
+            share(0.5),
+            share(0.95),
+            list.len()
+        );
+    }
+}
