@@ -19,6 +19,8 @@ pub struct State {
     pub output: Option<String>,
     /// The surface that is shaded: a name, or `patch` for the grid.
     pub on: Option<String>,
+    /// Whether the surface is shown with light, on a floor.
+    pub lit: bool,
 }
 
 /// A message from the page.

@@ -51,10 +51,15 @@ fn pictures_have_the_bits_of_the_command_line() {
             json!({ "output": "resultRGB", "on": "sphere", "params": [["jitter", "0.9"]] }),
             vec!["--outputs", "resultRGB", "--on", "sphere", "-p", "jitter=0.9"],
         ),
+        (
+            json!({ "output": "resultRGB", "on": "torus", "lit": true, "params": [["radius", "0.3"]] }),
+            vec!["--preview", "--base", "resultRGB", "--on", "torus", "-p", "radius=0.3"],
+        ),
+        (json!({ "output": "resultMask", "on": "patch", "lit": true }), vec!["--preview"]),
     ] {
         let (header, samples) = picture(&mut page, state.clone());
         assert_eq!((&header["width"], &header["height"]), (&json!(48), &json!(32)));
-        let expected = samples_of(&[&[cobbled.as_str()], &usual[..], &words].concat());
+        let expected = samples_of(&[&[cobbled.as_str()], &usual[..], &words[..]].concat());
         assert!(samples == expected, "{state}");
         assert!(samples.iter().any(|byte| *byte != samples[0]), "{state}");
     }

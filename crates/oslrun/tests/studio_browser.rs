@@ -244,10 +244,26 @@ fn every_kind_of_parameter_has_a_control() {
     assert_eq!(params, ["amount=1.5", "kind=c", "tint=1,0,0", "way=0.125,0,1", "on=0"]);
     let file = folder.path().join("kinds.osl").display().to_string();
     let usual = [file.as_str(), "-g", "64x64", "--outputs", "result"].map(str::to_string);
-    let words = usual.into_iter().chain(params.into_iter().flat_map(|text| ["-p".to_string(), text]));
+    let values: Vec<String> = params.into_iter().flat_map(|text| ["-p".to_string(), text]).collect();
+    let words = usual.into_iter().chain(values.clone());
     assert!(pixels(&browser) == picture_of(&words.collect::<Vec<_>>()));
+
+    // With light: the patch becomes a sphere.
+    browser.run("document.getElementById('lit').click()");
+    browser.wait(IDLE);
+    let lit =
+        [file.as_str(), "-g", "64x64", "--preview", "--base", "result", "--on", "sphere"].map(str::to_string);
+    assert!(pixels(&browser) == picture_of(&lit.into_iter().chain(values).collect::<Vec<_>>()));
+    assert_eq!(browser.run("return document.getElementById('on').value"), "sphere");
+    screenshot(&browser, "studio.lit.png");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 
+    browser.run(
+        "document.getElementById('lit').click();
+         const on = document.getElementById('on');
+         on.value = 'patch';
+         on.dispatchEvent(new Event('change'))",
+    );
     browser.run("document.getElementById('reset').click()");
     browser.wait("!location.hash.includes('p=')");
     browser.wait(IDLE);

@@ -72,6 +72,7 @@ function showShader(found) {
   at("title").textContent = shader.path;
   source.show(shader);
   fillMenu(at("file"), [...new Set([shader.file, ...shader.files])].map((name) => [name, name]), shader.file);
+  at("lit").checked = Boolean(state.lit);
   fillMenu(at("on"), shader.surfaces.map((name) => [name, name]), state.on ?? shader.on ?? "patch");
   if (isBroken) {
     return;
@@ -122,6 +123,14 @@ function showMessages(messages) {
 at("file").onchange = () => changeState({ file: at("file").value, output: undefined, params: [] });
 at("output").onchange = () => changeState({ output: at("output").value });
 at("on").onchange = () => changeState({ on: at("on").value });
+at("lit").onchange = () => {
+  // The patch has no preview; the surface of a preview is a sphere, unless another one is chosen.
+  const isPatch = at("on").value === "patch";
+  if (at("lit").checked && isPatch) {
+    at("on").value = "sphere";
+  }
+  changeState({ lit: at("lit").checked, on: at("on").value });
+};
 at("reset").onclick = () => parameters.reset();
 at("copy").onclick = async () => {
   const line = commandLine(shader, state);

@@ -10,6 +10,9 @@ export function readFragment() {
       state[name] = found.get(name);
     }
   }
+  if (found.has("lit")) {
+    state.lit = true;
+  }
   if (found.has("p") || found.has("file")) {
     state.params = found.getAll("p").filter((text) => text.includes("=")).map((text) => {
       const at = text.indexOf("=");
@@ -27,6 +30,9 @@ export function writeFragment(state) {
       fragment.set(name, state[name]);
     }
   }
+  if (state.lit) {
+    fragment.set("lit", "1");
+  }
   for (const [name, value] of state.params ?? []) {
     fragment.append("p", `${name}=${value}`);
   }
@@ -43,7 +49,10 @@ export function commandLine(shader, state) {
   const [program, ...options] = shader.command;
   const words = [program, shader.path, ...options];
   const output = state.output ?? shader.output;
-  if (output) {
+  const isColor = shader.outputs.some((one) => one.name === output && one.type === "color");
+  if (state.lit) {
+    words.push("--preview", ...(isColor ? ["--base", output] : []));
+  } else if (output) {
     words.push("--outputs", output);
   }
   const on = state.on ?? shader.on;

@@ -7,7 +7,10 @@ use super::args::heading;
 use super::args::values::{curve, stops};
 use clap::Args;
 use osl_files::Unsaved;
-use osl_image::{ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, SampleType, Transfer};
+use osl_image::{
+    BitDepth, ExrCompression, ExrOptions, ImageFormat, Layer, LayerKind, PngOptions, SampleType, Transfer,
+    png_samples,
+};
 use osl_ir::types::Type;
 use osl_numeric::real::Real;
 use osl_scene::render::{Curve, Picture};
@@ -82,17 +85,29 @@ impl Stored {
 
     /// The light as it is displayed; in a TIFF, the light itself.
     fn flat(self, picture: &Picture, named: &Path) -> Result<Vec<u8>, Failure> {
-        let Some(light) = picture.layers.first() else {
-            return Err(Failure::new("the picture has no light"));
-        };
         let is_shown = matches!(ImageFormat::of(named), Some(ImageFormat::Png | ImageFormat::Jpeg));
-        let factor = Real::exp2(self.exposure);
-        let shown = |x: &f32| if is_shown { self.curve.apply(x * factor) } else { *x };
-        let planes: Vec<Vec<f32>> =
-            light.planes.iter().map(|plane| plane.iter().map(shown).collect()).collect();
+        let planes = self.planes(picture, is_shown)?;
         let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
         let size = (picture.width, picture.height);
         osl_image::channel_bytes(named, size, &planes, None, Transfer::Srgb).map_err(Failure::new)
+    }
+
+    /// The channels of the light, and the samples that a PNG file stores.
+    pub(super) fn samples(self, picture: &Picture) -> Result<(usize, Vec<u8>), Failure> {
+        let planes = self.planes(picture, true)?;
+        let planes: Vec<&[f32]> = planes.iter().map(Vec::as_slice).collect();
+        let options = PngOptions { transfer: Transfer::Srgb, depth: BitDepth::Eight };
+        Ok((planes.len(), png_samples(&planes, picture.width * picture.height, options)))
+    }
+
+    /// The planes of the light, as it is or as it is displayed.
+    fn planes(self, picture: &Picture, is_shown: bool) -> Result<Vec<Vec<f32>>, Failure> {
+        let Some(light) = picture.layers.first() else {
+            return Err(Failure::new("the picture has no light"));
+        };
+        let factor = Real::exp2(self.exposure);
+        let shown = |x: &f32| if is_shown { self.curve.apply(x * factor) } else { *x };
+        Ok(light.planes.iter().map(|plane| plane.iter().map(shown).collect()).collect())
     }
 }
 

@@ -85,10 +85,10 @@ pub(super) fn run(
     about: Option<&mut About>,
     streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
-    let Streams { out, err, picture: piped, .. } = streams;
-    let Some(path) = &args.output else {
+    let Streams { out, err, picture: piped, kept, .. } = streams;
+    if args.output.is_none() && kept.is_none() {
         return Err(Failure::new("a preview is a picture: name one with -o"));
-    };
+    }
     let roles = roles(args, lit, &loaded)?;
     let body = if roles.closure { loaded.body.clone() } else { material(&mut loaded, &roles, args)? };
     let job = Job::new(args, &loaded, roles.displace.clone())?;
@@ -137,6 +137,10 @@ pub(super) fn run(
         half: args.half,
         compression: args.compression,
     };
+    if let Some(kept) = kept {
+        kept.lit = stored.samples(&picture)?;
+    }
+    let Some(path) = &args.output else { return Ok(()) };
     let named = args.display.named(path)?;
     let is_piped = path.as_os_str() == STDOUT;
     let file: Unsaved = stored.file(&picture, &named, (!is_piped).then_some(path))?;

@@ -100,6 +100,8 @@ pub(super) struct Kept {
     pub(super) frame: Frame,
     /// 0 at pixels that show nothing.
     pub(super) covered: Option<Plane>,
+    /// Of a preview: its channels, and the samples that a PNG file stores.
+    pub(super) lit: (usize, Vec<u8>),
 }
 
 /// Runs a shader that writes no picture, and returns its values.
@@ -109,10 +111,21 @@ pub(super) fn values(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<Kept, Failure> {
+    kept(args, &PreviewArgs::default(), reads, out, err)
+}
+
+/// The same for a run that may be a preview.
+pub(super) fn kept(
+    args: &RunArgs,
+    lit: &PreviewArgs,
+    reads: Option<&mut Reads>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<Kept, Failure> {
     let mut kept = Kept::default();
     let mut picture = std::io::sink();
     let streams = &mut Streams { out, err, picture: &mut picture, kept: Some(&mut kept), reads };
-    shaded(args, &PreviewArgs::default(), None, streams)?;
+    shaded(args, lit, None, streams)?;
     Ok(kept)
 }
 

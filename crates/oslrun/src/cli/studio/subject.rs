@@ -10,6 +10,7 @@ use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::levels;
 use crate::cli::load::{self, Request};
+use crate::cli::preview::PreviewArgs;
 use crate::cli::watch::Reads;
 use crate::cli::{Failure, explain, info, input, output, repair, report, run};
 use osl::stages;
@@ -18,7 +19,7 @@ use osl_files::{Roots, stamp};
 use osl_hir::lint::Level;
 use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
 use osl_ir::ir::{Body, Kind};
-use osl_ir::types::StructTable;
+use osl_ir::types::{StructTable, Type};
 use osl_limits::Cancel;
 use osl_scene::shape::Shape;
 use osl_studio::{Files, Layer, Output, Picture, Shader, State, Stop, Subject};
@@ -30,6 +31,8 @@ use std::path::{Component, Path, PathBuf};
 const ENDINGS: [&str; 4] = ["osl", "oso", "group", "oslgroup"];
 /// The surface that is no surface: the grid.
 const PATCH: &str = "patch";
+/// The name of a picture with light.
+const LIGHT: &str = "light";
 /// How much printed text a page shows, in bytes.
 const MAX_TEXT: usize = 64 << 10;
 /// A coarse picture has one pixel for so many columns and rows.
@@ -102,6 +105,31 @@ impl Studio {
         Ok(args)
     }
 
+    /// The picture with light. The chosen output is the base color if it is one.
+    fn lit(
+        &self,
+        args: &RunArgs,
+        state: &State,
+        cancel: &Cancel,
+        files: &mut Files,
+    ) -> Result<Picture, Stop> {
+        let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
+        let answer = told(|err| {
+            let loaded = load::load(&Request::of(args), &mut std::io::sink())?;
+            let colors = || loaded.body.outputs.iter().filter(|output| output.ty == Type::COLOR);
+            let base = state.output.clone().filter(|name| colors().any(|output| *output.name == **name));
+            let lit = PreviewArgs { preview: true, base, ..PreviewArgs::default() };
+            let args = RunArgs { outputs: None, ..args.clone() };
+            let kept = run::kept(&args, &lit, Some(&mut reads), &mut text, err)?;
+            let ((width, height), (channels, samples)) = (args.size(), kept.lit);
+            picture =
+                Picture { output: LIGHT.to_string(), width, height, channels, samples, ..Picture::default() };
+            Ok(())
+        });
+        watch(reads, files);
+        finished(picture, answer, text, cancel)
+    }
+
     /// Files of the folder that can be shown.
     fn files(&self) -> Vec<String> {
         ENDINGS.iter().flat_map(|ending| input::names_in(self.folder(), ending)).collect()
@@ -122,6 +150,24 @@ fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> (Vec<Value>
     drop(lines);
     let text = String::from_utf8_lossy(&bytes);
     (text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect(), failed)
+}
+
+/// A picture with the messages and the text of its run; or why there is none.
+fn finished(
+    mut picture: Picture,
+    (mut messages, failed): (Vec<Value>, bool),
+    mut text: Vec<u8>,
+    cancel: &Cancel,
+) -> Result<Picture, Stop> {
+    if failed || cancel.is_cancelled() {
+        return Err(stop(messages, cancel));
+    }
+    // What `check` says has a code, and is at its line already.
+    messages.retain(|message| message["code"].as_str().unwrap_or_default().is_empty());
+    text.truncate(MAX_TEXT);
+    picture.text = String::from_utf8_lossy(&text).into_owned();
+    picture.messages.extend(messages);
+    Ok(picture)
 }
 
 /// The stop of work that failed with these messages.
@@ -212,6 +258,9 @@ impl Subject for Studio {
         if coarse {
             args.grid = (width.div_ceil(COARSE), height.div_ceil(COARSE));
         }
+        if state.lit {
+            return self.lit(&args, state, cancel, files);
+        }
         let asked = state.output.clone().map(|output| vec![output]);
         args.outputs =
             asked.or_else(|| args.outputs.as_ref().map(|list| list.iter().take(1).cloned().collect()));
@@ -226,20 +275,15 @@ impl Subject for Studio {
             picture = shown(&kept, &args)?;
             Ok(())
         };
-        let (mut messages, failed) = told(work);
+        let answer = told(work);
         watch(reads, files);
-        if failed || cancel.is_cancelled() {
-            return Err(stop(messages, cancel));
-        }
-        // What `check` says has a code, and is at its line already.
-        messages.retain(|message| message["code"].as_str().unwrap_or_default().is_empty());
-        text.truncate(MAX_TEXT);
-        picture.text = String::from_utf8_lossy(&text).into_owned();
-        picture.messages.extend(messages);
-        Ok(picture)
+        finished(picture, answer, text, cancel)
     }
 
     fn explain(&mut self, state: &State, [x, y]: [usize; 2], cancel: &Cancel) -> Result<String, Stop> {
+        if state.lit {
+            return Err(Stop::error("a picture with light has no explanation of its pixels: switch Lit off"));
+        }
         let args = self.args(state, cancel)?;
         let mut text = String::new();
         let (messages, failed) = told(|err| {
