@@ -48,11 +48,16 @@ const IDLE: &str = "document.getElementById('picture').getAttribute('aria-busy')
 
 /// The red, green and blue of the picture on the page.
 fn pixels(browser: &Browser) -> Vec<u8> {
-    let text = browser.run(
-        "const canvas = document.getElementById('picture');
-         const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-         return btoa(Array.from(data, (byte) => String.fromCharCode(byte)).join(''))",
-    );
+    pixels_of(browser, "picture")
+}
+
+/// The red, green and blue of a canvas.
+fn pixels_of(browser: &Browser, canvas: &str) -> Vec<u8> {
+    let text = browser.run(&format!(
+        "const canvas = document.getElementById('{canvas}');
+         const {{ data }} = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+         return btoa(Array.from(data, (byte) => String.fromCharCode(byte)).join(''))"
+    ));
     let bytes = base64::engine::general_purpose::STANDARD.decode(text.as_str().unwrap()).unwrap();
     assert!(bytes.chunks_exact(4).all(|pixel| pixel[3] == 255));
     bytes.chunks_exact(4).flat_map(|pixel| pixel[..3].to_vec()).collect()
@@ -107,7 +112,9 @@ fn a_shader_is_shown_changed_broken_and_mended() {
         let params = params.iter().flat_map(|text| ["-p".to_string(), text.clone()]);
         usual.into_iter().chain(params).collect::<Vec<_>>()
     };
-    assert!(pixels(&browser) == picture_of(&words(&[])), "the picture at the defaults");
+    let usual = picture_of(&words(&[]));
+    assert!(pixels(&browser) == usual, "the picture at the defaults");
+    browser.run("document.getElementById('pin').click()");
 
     // The slider of a parameter.
     browser.mouse("[data-name=radius] input[type=range]", (-30, 0), Some((25, 0)));
@@ -117,7 +124,21 @@ fn a_shader_is_shown_changed_broken_and_mended() {
     assert!(set.len() == 1 && set[0].starts_with("radius="), "{set:?}");
     let shown = pixels(&browser);
     assert!(shown == picture_of(&words(&set)), "the picture at {set:?}");
-    assert!(shown != picture_of(&words(&[])), "{set:?}");
+    assert!(shown != usual, "{set:?}");
+    assert!(pixels_of(&browser, "pinned") == usual, "the pinned picture");
+    browser.run(
+        "const slider = document.getElementById('wipe');
+         slider.value = 30;
+         slider.dispatchEvent(new Event('input'))",
+    );
+    assert_eq!(
+        browser.run("return document.getElementById('pinned').style.clipPath"),
+        "inset(0px 70% 0px 0px)"
+    );
+    browser.wait("document.getElementById('pin').textContent === 'Unpin'");
+    screenshot(&browser, "studio.wipe.png");
+    browser.run("document.getElementById('pin').click()");
+    browser.wait("document.getElementById('pinned').hidden && document.getElementById('wipe').hidden");
 
     // The command line that the page copies.
     browser.run(
@@ -255,7 +276,7 @@ fn every_kind_of_parameter_has_a_control() {
         [file.as_str(), "-g", "64x64", "--preview", "--base", "result", "--on", "sphere"].map(str::to_string);
     assert!(pixels(&browser) == picture_of(&lit.into_iter().chain(values).collect::<Vec<_>>()));
     assert_eq!(browser.run("return document.getElementById('on').value"), "sphere");
-    screenshot(&browser, "studio.lit.png");
+    screenshot(&browser, "studio.kinds.png");
     assert_eq!(browser.complaints(), Vec::<String>::new());
 
     browser.run(
@@ -273,7 +294,7 @@ fn every_kind_of_parameter_has_a_control() {
 #[test]
 #[ignore = "measures: the figures of docs/studio.md"]
 fn figures() {
-    let Some(browser) = browser((1280, 720), false) else { return };
+    let Some(browser) = browser((1280, 720), true) else { return };
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("Cobbled.osl"), cobbled()).unwrap();
     let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", "512x512"]);
@@ -308,4 +329,13 @@ fn figures() {
             list.len()
         );
     }
+    browser.run(
+        "document.getElementById('reset').click();
+         const on = document.getElementById('on');
+         on.value = 'torus';
+         document.getElementById('lit').click()",
+    );
+    browser.wait(IDLE);
+    println!("with light: {}", browser.run("return document.getElementById('status').textContent"));
+    screenshot(&browser, "studio.lit.png");
 }

@@ -6,6 +6,7 @@ import { PicturePane } from "./picture.js";
 import { ParameterPane } from "./parameters.js";
 import { lineTexts, showExplanation } from "./explanation.js";
 import { commandLine, readFragment, writeFragment } from "./state.js";
+import { Wipe } from "./wipe.js";
 import { element, fillMenu } from "./element.js";
 
 const at = (id) => document.getElementById(id);
@@ -16,6 +17,7 @@ let shader = null;
 const source = new SourcePane(at("source"), at("messages"));
 const parameters = new ParameterPane(at("parameters"), () => changeState({ params: parameters.params() }));
 const picture = new PicturePane(at("picture"), at("cross"), (point) => connection.explain(point));
+new Wipe({ canvas: at("picture"), pinned: at("pinned"), button: at("pin"), slider: at("wipe"), word: at("pin-word") });
 const connection = new Connection({ opened, lost, message: receive });
 
 /** Changes a part of the state, and shows it. */

@@ -100,9 +100,9 @@ export class SourcePane {
     const others = messages.length - errors.length;
     const items = errors.map((message) => {
       const place = message.file ? `${message.file}:${message.line}: ` : "";
-      const item = element("li", { class: "error" }, place + messageText(message));
-      item.onclick = () => this.lineOf(message)?.scrollIntoView({ block: "center" });
-      return item;
+      const link = element("button", { type: "button", class: "link" }, place + messageText(message));
+      link.onclick = () => this.lineOf(message)?.scrollIntoView({ block: "center" });
+      return element("li", { class: "error" }, link);
     });
     if (others) {
       items.push(element("li", { class: "warning" }, `${others} ${others === 1 ? "warning" : "warnings"}, at the lines`));

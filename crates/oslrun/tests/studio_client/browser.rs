@@ -82,7 +82,8 @@ impl Browser {
         browser.session = answer["sessionId"].as_str().ok_or("chromium does not start")?.to_string();
         let milliseconds = PATIENCE.as_millis() as u64;
         browser.ask("POST", "/timeouts", &json!({ "script": milliseconds, "pageLoad": milliseconds }))?;
-        let size = browser.run("return [innerWidth, innerHeight]");
+        let script = json!({ "script": "return [innerWidth, innerHeight]", "args": [] });
+        let size = browser.ask("POST", "/execute/sync", &script)?;
         let (outer_width, outer_height) = (
             u64::from(width) * 2 - size[0].as_u64().unwrap_or(u64::from(width)),
             u64::from(height) * 2 - size[1].as_u64().unwrap_or(u64::from(height)),
