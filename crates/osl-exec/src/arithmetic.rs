@@ -3,15 +3,13 @@
 //! A machine is generic code for all of them. This module must not know programs, machines or machine code.
 
 use crate::fields::{self, FieldCall};
-use crate::lanes::{
-    LaneCall, LaneInput, LaneRun, Ready, ReadyArg, ReadyLane, Stamped, StampedFast, StampedRun,
-};
+use crate::lanes::{self, LaneInput, LaneRun, Ready, ReadyArg, ReadyLane};
 use crate::register::Lanes;
 use crate::word::{Element, Word};
 use osl_ir::ir::{LaneOp, MAX_ARGS, Precision};
 use osl_numeric::fast::FastFloat;
 use osl_numeric::{Number, Scalar};
-use osl_simd::{FusedKernel, Isa, Kernel};
+use osl_simd::Isa;
 
 /// The single-precision arithmetic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -64,7 +62,7 @@ impl ArithmeticImpl for Strict {
     const NATIVE: Option<Style> = Some(Style::Strict);
 
     fn lanes(isa: Isa, run: LaneRun<'_, u32>) {
-        isa.dispatch(StampedRun::<u32, f32>::of(run));
+        run.each(|call| lanes::run_strict(isa, call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u32]], outs: &mut [&mut [u32]]) {
@@ -94,7 +92,7 @@ impl ArithmeticImpl for Fast {
             if strict {
                 Strict::lanes(isa, part);
             } else {
-                part.each(|call| isa.dispatch_fused(FastCall(call)));
+                part.each(|call| lanes::run_fast(isa, call));
             }
         });
     }
@@ -108,19 +106,6 @@ impl ArithmeticImpl for Fast {
     }
 }
 
-struct FastCall<'a>(LaneCall<'a, u32>);
-
-impl FusedKernel for FastCall<'_> {
-    #[inline(always)]
-    fn fused(self) {
-        StampedFast::<FastFloat<true>>::of(self.0).run();
-    }
-    #[inline(always)]
-    fn plain(self) {
-        StampedFast::<FastFloat<false>>::of(self.0).run();
-    }
-}
-
 /// Double precision.
 #[derive(Clone, Copy)]
 pub(crate) struct Double;
@@ -130,7 +115,7 @@ impl ArithmeticImpl for Double {
     type Real = f64;
 
     fn lanes(isa: Isa, run: LaneRun<'_, u64>) {
-        run.each(|call| isa.dispatch_widest(Stamped::<u64, f64>::of(call)));
+        run.each(|call| lanes::run_double(isa, call));
     }
 
     fn field(isa: Isa, call: &FieldCall<'_>, inputs: &[&[u64]], outs: &mut [&mut [u64]]) {

@@ -116,7 +116,7 @@ impl Isa {
     #[inline]
     pub fn dispatch<K: Kernel>(self, kernel: K) -> K::Output {
         match self.0 {
-            Level::Baseline => kernel.run(),
+            Level::Baseline => run_baseline(kernel),
             // SAFETY: only `all` makes a value of this level, after it has detected every feature that the
             // function is compiled for.
             #[cfg(target_arch = "x86_64")]
@@ -138,7 +138,7 @@ impl Isa {
             // function is compiled for.
             #[cfg(target_arch = "x86_64")]
             Level::Avx512 => unsafe { run_avx512(kernel) },
-            _ => kernel.run(),
+            _ => run_baseline(kernel),
         }
     }
 
@@ -249,15 +249,24 @@ fn has(feature: &str) -> bool {
     }
 }
 
+// A kernel that dispatches another one stays apart from it: without `never`, a function for an instruction set would
+// also contain what it calls, and compiling a function takes more than twice the time if it is twice as large.
+#[inline(never)]
+fn run_baseline<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run()
+}
+
 // No FMA in these two lists: fusing would change the bits.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2")]
+#[inline(never)]
 fn run_avx2<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
+#[inline(never)]
 fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
@@ -265,12 +274,14 @@ fn run_avx512<K: Kernel>(kernel: K) -> K::Output {
 // For arithmetic whose bits may differ between machines.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,fma")]
+#[inline(never)]
 fn run_avx2_fma<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,bmi1,bmi2,fma,avx512f,avx512bw,avx512dq,avx512vl,avx512cd")]
+#[inline(never)]
 fn run_avx512_fma<K: Kernel>(kernel: K) -> K::Output {
     kernel.run()
 }

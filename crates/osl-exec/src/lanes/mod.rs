@@ -1,7 +1,8 @@
 //! The lane operations as loops, stamped from the one list of [`osl_numeric::for_each_lane_op!`].
 //!
-//! Each body becomes a plain loop over slices, in a function compiled for the instruction set; the compiler
-//! vectorises the loop. Cheap bodies have a loop for each combination of lane arrays and single arguments,
+//! Each body becomes plain loops over slices, in a function for each operation and instruction set; the compiler
+//! vectorises the loops. One function with the loops of all operations would save calls, but takes the compiler more
+//! than twice the time. Cheap bodies have a loop for each combination of lane arrays and single arguments,
 //! all others only one for lane arrays. Loops ignore the mask: inactive lanes compute values that are not
 //! used.
 
@@ -12,8 +13,9 @@ mod run;
 use crate::word::{Element, Word};
 use lane::{Lane, One};
 use osl_ir::ir::{Cost, Kind, LaneOp, MAX_ARGS};
-use osl_simd::Kernel;
-pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane, StampedRun};
+use osl_numeric::fast::FastFloat;
+use osl_simd::{FusedKernel, Isa, Kernel};
+pub(crate) use run::{Gather, LaneInput, LaneRun, PIECE, Ready, ReadyArg, ReadyLane};
 use std::marker::PhantomData;
 
 /// An argument of a lane operation.
@@ -37,23 +39,12 @@ impl<'a, W> Arg<'a, W> {
     }
 }
 
-/// A lane operation for a float type.
-pub(crate) struct Stamped<'a, W, R>(LaneCall<'a, W>, PhantomData<R>);
+/// The loops of one lane operation for a float type. `OP` is its number.
+struct Single<'a, W, R, const OP: u16>(LaneCall<'a, W>, PhantomData<R>);
 
-impl<'a, W, R> Stamped<'a, W, R> {
-    pub(crate) fn of(call: LaneCall<'a, W>) -> Self {
-        Stamped(call, PhantomData)
-    }
-}
-
-/// A lane operation of the fast arithmetic whose precision is not [`Strict`](osl_ir::ir::Precision::Strict).
-pub(crate) struct StampedFast<'a, R>(LaneCall<'a, u32>, PhantomData<R>);
-
-impl<'a, R> StampedFast<'a, R> {
-    pub(crate) fn of(call: LaneCall<'a, u32>) -> Self {
-        StampedFast(call, PhantomData)
-    }
-}
+/// The loops of one lane operation in the fast arithmetic, if its precision is not
+/// [`Strict`](osl_ir::ir::Precision::Strict).
+struct FastSingle<'a, const OP: u16>(LaneCall<'a, u32>);
 
 /// One lane operation over `n` lanes of each component. The components of arguments and of `out` are `stride`
 /// words apart.
@@ -352,48 +343,95 @@ macro_rules! call {
     };
 }
 
-/// A call of an operation that differs in the fast arithmetic; nothing for the others, which use the strict
-/// loops.
-macro_rules! call_in_fast {
-    (strict $($call:tt)*) => {
+/// What concerns an operation that differs in the fast arithmetic; nothing for the others, which use the strict loops.
+macro_rules! if_fast {
+    (strict $($what:tt)*) => {
         ()
     };
-    ($precision:ident $($call:tt)*) => {
-        call!($($call)*)
+    ($precision:ident $what:expr) => {
+        $what
     };
 }
+
+/// The loops of an operation in the fast arithmetic, if they differ.
+macro_rules! fast_single {
+    (strict $($rest:tt)*) => {};
+    ($precision:ident $op:ident $($rest:tt)*) => {
+        impl FusedKernel for FastSingle<'_, { LaneOp::$op as u16 }> {
+            #[inline(always)]
+            fn fused(self) {
+                let call = self.0;
+                call!($op, call, u32, Fused, $($rest)*)
+            }
+            #[inline(always)]
+            fn plain(self) {
+                let call = self.0;
+                call!($op, call, u32, Plain, $($rest)*)
+            }
+        }
+    };
+}
+
+type Fused = FastFloat<true>;
+type Plain = FastFloat<false>;
 
 macro_rules! stamp {
     ($($name:ident $text:literal $class:ident ($($arg:ident),*) -> $ret:ident, $module:ident::$body:ident,
         $cost:ident $continuity:ident $precision:ident $domain:ident, $derivative:ident;)*) => {
-        impl<W: Word, R: Element<W>> Kernel for Stamped<'_, W, R> {
-            type Output = ();
-            #[inline(always)]
-            fn run(self) {
-                let mut call = self.0;
-                if call.op == LaneOp::MSet && call.with_element().is_some() {
-                    return;
+        $(
+            impl<W: Word, R: Element<W>> Kernel for Single<'_, W, R, { LaneOp::$name as u16 }> {
+                type Output = ();
+                #[inline(always)]
+                fn run(self) {
+                    let call = self.0;
+                    // Its body for single precision has a call, which is no vector.
+                    if matches!(LaneOp::$name, LaneOp::FmodExact) && W::narrow(&[]).is_some() {
+                        call.each_part(remainder::part);
+                        return;
+                    }
+                    call!($name, call, W, R, osl_numeric::$module::$body, ($($arg),*) -> $ret)
                 }
-                // Its body for single precision has a call, which is no vector.
-                if call.op == LaneOp::FmodExact && W::narrow(&[]).is_some() {
-                    call.each_part(remainder::part);
-                    return;
-                }
-                match call.op {
-                    $(LaneOp::$name => call!($name, call, W, R, osl_numeric::$module::$body, ($($arg),*) -> $ret)),*
-                }
+            }
+
+            fast_single!($precision $name osl_numeric::$module::$body, ($($arg),*) -> $ret);
+        )*
+
+        /// Runs an operation of the strict arithmetic.
+        pub(crate) fn run_strict(isa: Isa, mut call: LaneCall<'_, u32>) {
+            if call.op == LaneOp::MSet && call.with_element().is_some() {
+                return;
+            }
+            match call.op {
+                $(LaneOp::$name => isa.dispatch(
+                    Single::<u32, f32, { LaneOp::$name as u16 }>(call, PhantomData))),*
             }
         }
 
-        impl<R: Element<u32>> Kernel for StampedFast<'_, R> {
-            type Output = ();
-            #[inline(always)]
-            fn run(self) {
-                let call = self.0;
-                match call.op {
-                    $(LaneOp::$name => call_in_fast!($precision
-                        $name, call, u32, R, osl_numeric::$module::$body, ($($arg),*) -> $ret)),*
-                }
+        /// Runs an operation in double precision.
+        pub(crate) fn run_double(isa: Isa, mut call: LaneCall<'_, u64>) {
+            if call.op == LaneOp::MSet && call.with_element().is_some() {
+                return;
+            }
+            match call.op {
+                $(LaneOp::$name => isa.dispatch_widest(
+                    Single::<u64, f64, { LaneOp::$name as u16 }>(call, PhantomData))),*
+            }
+        }
+
+        /// Runs an operation of the fast arithmetic whose precision is not
+        /// [`Strict`](osl_ir::ir::Precision::Strict).
+        pub(crate) fn run_fast(isa: Isa, call: LaneCall<'_, u32>) {
+            match call.op {
+                $(LaneOp::$name => if_fast!($precision
+                    isa.dispatch_fused(FastSingle::<{ LaneOp::$name as u16 }>(call)))),*
+            }
+        }
+
+        /// The same with fused multiply-add, on any machine.
+        #[cfg(test)]
+        pub(crate) fn run_fused(call: LaneCall<'_, u32>) {
+            match call.op {
+                $(LaneOp::$name => if_fast!($precision FastSingle::<{ LaneOp::$name as u16 }>(call).fused())),*
             }
         }
     };

@@ -1,16 +1,13 @@
 //! Sequences of lane operations with resolved arguments: their data, and the loop over them.
 //!
-//! In the strict arithmetic, the loop is part of the code that is compiled for the instruction set, and there
-//! is no call between operations. In the others, which would double the build time, there is one. The fast
-//! arithmetic uses the loops of the strict one for all operations that have the same bits in both.
+//! The fast arithmetic uses the loops of the strict one for all operations that have the same bits in both.
 
-use super::{Arg, FORMS, LaneCall, Stamped};
+use super::{Arg, FORMS, LaneCall};
 use crate::register::Lanes;
-use crate::word::{Element, Word};
+use crate::word::Word;
 use osl_ir::ir::{LaneOp, MAX_ARGS};
 use osl_noise::cells::MAX_CELLS;
-use osl_simd::{Isa, Kernel};
-use std::marker::PhantomData;
+use osl_simd::Isa;
 use std::ops::Range;
 
 /// Lanes per piece: a few registers of this size fit the L1 cache (measured, docs/performance-log.md).
@@ -98,26 +95,6 @@ pub(crate) enum LaneInput {
     Words(u32),
     /// One value for all lanes, in a register of the cells.
     Cell(u32, u32),
-}
-
-/// A sequence for a float type.
-pub(crate) struct StampedRun<'a, W, R>(LaneRun<'a, W>, PhantomData<R>);
-
-impl<'a, W, R> StampedRun<'a, W, R> {
-    pub(crate) fn of(run: LaneRun<'a, W>) -> Self {
-        StampedRun(run, PhantomData)
-    }
-}
-
-impl<W: Word, R: Element<W>> Kernel for StampedRun<'_, W, R> {
-    type Output = ();
-    #[inline(always)]
-    fn run(self) {
-        self.0.each(
-            #[inline(always)]
-            |call| Stamped::<W, R>::of(call).run(),
-        );
-    }
 }
 
 impl<W: Word> LaneRun<'_, W> {

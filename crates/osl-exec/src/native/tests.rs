@@ -5,12 +5,11 @@
 use super::plan::lend;
 use super::*;
 use crate::arithmetic::{ArithmeticImpl, Fast, Strict};
-use crate::lanes::{LaneInput, LaneRun, ReadyArg, ReadyLane, StampedFast};
+use crate::lanes::{self, LaneInput, LaneRun, ReadyArg, ReadyLane};
 use crate::register::Lanes;
 use osl_ir::ir::{Kind, LaneOp, MAX_ARGS, Precision};
 use osl_native::interpret::interpret;
-use osl_numeric::fast::FastFloat;
-use osl_simd::{Isa, Kernel};
+use osl_simd::Isa;
 
 /// Lanes of a batch.
 const WIDTH: usize = 512;
@@ -135,7 +134,7 @@ fn fused(mut run: LaneRun<'_, u32>) {
         if strict {
             Strict::lanes(Isa::baseline(), part);
         } else {
-            part.each(|call| StampedFast::<FastFloat<true>>::of(call).run());
+            part.each(lanes::run_fused);
         }
     });
 }
