@@ -188,7 +188,7 @@ fn jpeg(
         3 => ColorType::Rgb,
         n => return Err(ImageError::input(path, format!("a JPEG takes 1 or 3 channels, not {n}"))),
     };
-    let stored = pixels(planes, width * height, |x| transfer.quantize(x, 255) as u8);
+    let stored = pixels(planes, width * height, |x| transfer.byte(x));
     let (Ok(width), Ok(height)) = (u16::try_from(width), u16::try_from(height)) else {
         return Err(ImageError::input(path, "a JPEG has at most 65535 pixels a side"));
     };
@@ -207,7 +207,7 @@ fn tiff(
     let n = size.0 * size.1;
     let write = |stored, bytes: &[u8]| tiff_bytes(path, size, planes.len(), stored, bytes);
     match samples {
-        Samples::Byte => write(Stored::Byte, &pixels(planes, n, |x| Transfer::Linear.quantize(x, 255) as u8)),
+        Samples::Byte => write(Stored::Byte, &pixels(planes, n, |x| Transfer::Linear.byte(x))),
         Samples::Short => {
             let short = |x| Transfer::Linear.quantize(x, 65535).to_le_bytes();
             write(Stored::Short, pixels(planes, n, short).as_flattened())

@@ -111,7 +111,7 @@ pub fn png_samples(planes: &[&[f32]], n_pixels: usize, options: PngOptions) -> V
                     options.transfer
                 };
                 match options.depth {
-                    BitDepth::Eight => stored.fill(transfer.quantize(value, 255) as u8),
+                    BitDepth::Eight => stored.fill(transfer.byte(value)),
                     BitDepth::Sixteen => {
                         stored.copy_from_slice(&transfer.quantize(value, 65535).to_be_bytes())
                     }

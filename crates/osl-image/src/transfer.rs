@@ -3,6 +3,8 @@
 //! Only correctly rounded operations are used (no `powf`), so that the same values give the same bytes on
 //! every machine. This module must not know file formats.
 
+use std::sync::LazyLock;
+
 /// How a linear value becomes a fraction of the largest stored integer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Transfer {
@@ -28,6 +30,62 @@ impl Transfer {
         };
         // The cast truncates, which is the floor here, and turns NaN into 0.
         (encoded * f64::from(max) + 0.5) as u16
+    }
+
+    /// The byte that stores `linear`: [`quantize`](Self::quantize) with 255, many times as fast.
+    pub fn byte(self, linear: f32) -> u8 {
+        match self {
+            Self::Srgb => SRGB_BYTES.of(linear),
+            Self::Linear => self.quantize(linear, 255) as u8,
+        }
+    }
+}
+
+/// The bytes of the sRGB curve, as ranges of linear values.
+static SRGB_BYTES: LazyLock<SrgbBytes> = LazyLock::new(SrgbBytes::new);
+
+struct SrgbBytes {
+    /// The smallest value that is stored as each byte.
+    least: [f32; 256],
+    /// The byte of the smallest value of each bucket: values with the same upper half of their bits.
+    first: Vec<u8>,
+}
+
+/// Bits that the values of a bucket do not share. A bucket spans at most two bytes or so.
+const BUCKET_BITS: u32 = 16;
+
+impl SrgbBytes {
+    fn new() -> SrgbBytes {
+        let mut least = [0.0; 256];
+        let end = 1.0_f32.to_bits();
+        // The bits of positive floats are in the order of their values.
+        let mut from = 0;
+        for (byte, least) in (0..).zip(&mut least) {
+            let (mut low, mut high) = (from, end);
+            while low < high {
+                let middle = low.midpoint(high);
+                let is_enough = Transfer::Srgb.quantize(f32::from_bits(middle), 255) >= byte;
+                if is_enough { high = middle } else { low = middle + 1 }
+            }
+            *least = f32::from_bits(low);
+            from = low;
+        }
+        let first = |bucket: u32| {
+            let value = f32::from_bits(bucket << BUCKET_BITS);
+            (least.partition_point(|least| *least <= value).max(1) - 1) as u8
+        };
+        SrgbBytes { least, first: (0..=end >> BUCKET_BITS).map(first).collect() }
+    }
+
+    fn of(&self, linear: f32) -> u8 {
+        // NaN is not above 0.
+        let clamped = if linear > 0.0 { linear.min(1.0) } else { 0.0 };
+        let bucket = (clamped.to_bits() >> BUCKET_BITS) as usize;
+        let mut byte = self.first.get(bucket).copied().unwrap_or(u8::MAX);
+        while byte < u8::MAX && self.least.get(usize::from(byte) + 1).is_some_and(|next| clamped >= *next) {
+            byte += 1;
+        }
+        byte
     }
 }
 
@@ -87,6 +145,33 @@ mod tests {
         assert_eq!(Transfer::Srgb.quantize(0.002, 255), 7);
         assert_eq!(Transfer::Linear.quantize(0.5, 255), 128, "127.5 rounds up");
         assert_eq!(Transfer::Linear.quantize(0.498, 255), 127);
+    }
+
+    /// Compares the table with the curve at these values.
+    fn check_bytes(bits: impl Iterator<Item = u32>) {
+        for value in bits.map(f32::from_bits) {
+            assert_eq!(
+                u16::from(Transfer::Srgb.byte(value)),
+                Transfer::Srgb.quantize(value, 255),
+                "{value:e}"
+            );
+        }
+    }
+
+    #[test]
+    fn bytes_are_those_of_the_curve() {
+        check_bytes((0..=u32::MAX).step_by(9973));
+        // Around each place where the byte changes, and where buckets meet.
+        let places = SRGB_BYTES.least.iter().map(|value| value.to_bits());
+        let places = places.chain((0..=0x3f80).map(|bucket| bucket << BUCKET_BITS));
+        check_bytes(places.flat_map(|at| at.saturating_sub(3)..=at + 3));
+    }
+
+    /// Run it with `cargo test --release -p osl-image all_bytes -- --ignored`.
+    #[test]
+    #[ignore = "takes ten seconds"]
+    fn all_bytes_are_those_of_the_curve() {
+        check_bytes(0..=1.0_f32.to_bits());
     }
 
     #[test]
