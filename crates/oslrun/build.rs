@@ -1,4 +1,6 @@
-//! Records the commit for `oslrun --version`. Sources outside of a repository have none, which is no error.
+//! Records the commit for `oslrun --version`; sources outside of a repository have none, which is no error. And it
+//! strips a binary without debug information: Cargo forgets `strip` of a profile for a package that has its own
+//! `opt-level`.
 
 #![allow(clippy::print_stdout, reason = "this is how a build script answers")]
 
@@ -12,6 +14,10 @@ fn git(args: &[&str]) -> Option<String> {
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    let is = |name: &str, value: &str| std::env::var(name).is_ok_and(|found| found == value);
+    if is("PROFILE", "release") && is("DEBUG", "false") && is("CARGO_CFG_TARGET_OS", "linux") {
+        println!("cargo::rustc-link-arg-bins=-Wl,--strip-all");
+    }
     // The log of HEAD changes with each commit and checkout.
     if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"]) {
         println!("cargo::rerun-if-changed={log}");

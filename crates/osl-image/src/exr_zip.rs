@@ -44,9 +44,10 @@ pub(crate) fn block(rows: &[&[f32]], samples: SampleType) -> Vec<u8> {
         }
     }
     // The first byte is stored unchanged.
-    let before = std::iter::once(&128).chain(&apart);
-    let differences: Vec<u8> =
-        apart.iter().zip(before).map(|(byte, before)| byte.wrapping_sub(*before).wrapping_add(128)).collect();
+    let mut differences = Vec::with_capacity(bytes);
+    differences.extend(apart.first());
+    let pairs = apart.iter().zip(apart.get(1..).unwrap_or_default());
+    differences.extend(pairs.map(|(before, byte)| byte.wrapping_sub(*before).wrapping_add(128)));
     let deflated = miniz_oxide::deflate::compress_to_vec_zlib(&differences, LEVEL);
     if deflated.len() < bytes { deflated } else { together(&apart) }
 }

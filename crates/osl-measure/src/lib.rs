@@ -6,6 +6,7 @@
 
 pub mod explain;
 pub mod markup;
+pub mod range;
 pub mod sample;
 pub mod stability;
 pub mod trace;

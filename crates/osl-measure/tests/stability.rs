@@ -73,3 +73,11 @@ fn parameters_that_make_no_numbers_are_told() {
     let report = examine("s.osl", text, &[Knob { name: "width".to_string(), values }]).report;
     insta::assert_snapshot!(stability::text::text(&report, false));
 }
+
+/// A setting at which the points take too many steps is told as such, and as the end of the right ones.
+#[test]
+fn a_setting_that_stops_the_run_is_told() {
+    let text = "shader s(output float r = 0) { for (float x = 0; x < u; x += 1) r += 1; }";
+    let report = examine("s.osl", text, &[]).report;
+    insta::assert_snapshot!(stability::text::text(&report, false));
+}

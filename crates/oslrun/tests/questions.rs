@@ -122,7 +122,7 @@ const QUESTIONS: [Question; 12] = [
         asks: "Where do I lose digits?",
         how: "`stability` runs the shader in single and in double precision and names the lines to blame.",
         shader: "digits",
-        args: "stability docs/questions/digits.osl --no-params",
+        args: "stability docs/questions/digits.osl --no-params --budget 60",
         shows: Shows::All,
         reads: "A float has about seven digits. 10000.3 spends five of them before the point, and the subtraction shows that \
                 only two or three are left. `explain --f64` shows the same at one pixel.",

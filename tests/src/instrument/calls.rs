@@ -133,6 +133,10 @@ fn repeated(form: &str, args: &[Shown]) -> Option<String> {
     if types.len() != args.len() {
         return None;
     }
+    // From a space to itself, the color is left as it is only where the compiler knows both names.
+    if name == "transformc" && matches!(args, [from, to, _] if from.value() == to.value()) {
+        return None;
+    }
     let args: Option<Vec<String>> = types.iter().zip(args).map(|(ty, arg)| literal(ty, arg)).collect();
     let call = format!("{name}({})", args?.join(", "));
     match ret {

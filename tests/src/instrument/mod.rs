@@ -227,7 +227,8 @@ impl Writer<'_> {
                         None => false,
                     };
                     if written && listed && vars.len() == 1 {
-                        self.print(&own, &var.name.text, &var.name.text, line, &mut prints);
+                        let set = self.set_by(own.clone(), var.init);
+                        self.print(&set, &var.name.text, &var.name.text, line, &mut prints);
                         self.change(&own, (&var.name.text, &var.name.text), line, span);
                     } else {
                         self.done.open.insert((line, var.name.text.to_string()));
@@ -376,13 +377,18 @@ impl Writer<'_> {
     /// The statements that print what an expression statement sets; `None` if nothing is printed.
     fn prints_of(&mut self, id: ExprId, line: u32) -> Option<String> {
         let ast = self.ast;
-        let target = match &ast[id].kind {
-            ExprKind::Assign { target, .. } | ExprKind::Step { target, .. } => *target,
+        let (target, value) = match &ast[id].kind {
+            ExprKind::Assign { target, value, .. } => (*target, Some(*value)),
+            // A step of a string sets nothing.
+            ExprKind::Step { target, .. } if matches!(self.place(*target), Some((Ty::Text, ..))) => {
+                return None;
+            }
+            ExprKind::Step { target, .. } => (*target, None),
             ExprKind::Paren(inner) => return self.prints_of(*inner, line),
             _ => return None,
         };
         let mut out = String::new();
-        if self.print_target(target, line, &mut out).is_none() {
+        if self.print_target((target, value), line, &mut out).is_none() {
             self.open_base(target, line);
             return None;
         }

@@ -6,10 +6,36 @@ use osl_syntax::ast::{self, ExprId, ExprKind};
 use std::fmt::Write;
 
 impl Writer<'_> {
-    pub(super) fn print_target(&self, target: ExprId, line: u32, out: &mut String) -> Option<()> {
+    /// Prints what is set; `value` is what an assignment sets it to.
+    pub(super) fn print_target(
+        &self,
+        (target, value): (ExprId, Option<ExprId>),
+        line: u32,
+        out: &mut String,
+    ) -> Option<()> {
         let (ty, told, path) = self.place(target)?;
-        self.print(&ty, &told, &path, line, out);
+        self.print(&self.set_by(ty, value), &told, &path, line, out);
         Some(())
+    }
+
+    /// What an assignment or an initialiser sets of a variable: of an array only as many elements as the value has.
+    pub(super) fn set_by(&self, ty: Ty, value: Option<ExprId>) -> Ty {
+        let of_value = value.and_then(|value| self.array_length(value));
+        match (ty, of_value) {
+            (Ty::Array(element, len), Some(own)) => Ty::Array(element, len.min(own)),
+            (ty, _) => ty,
+        }
+    }
+
+    fn array_length(&self, id: ExprId) -> Option<u32> {
+        match &self.ast[id].kind {
+            ExprKind::Assign { target: inner, .. } | ExprKind::Paren(inner) => self.array_length(*inner),
+            ExprKind::InitList(list) => u32::try_from(list.len()).ok(),
+            _ => match self.place(id)?.0 {
+                Ty::Array(_, len) => Some(len),
+                _ => None,
+            },
+        }
     }
 
     /// The type of a place, the name that it has in an explanation, and its path in the source; a component

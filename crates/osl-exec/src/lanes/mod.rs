@@ -383,7 +383,11 @@ macro_rules! stamp {
                 type Output = ();
                 #[inline(always)]
                 fn run(self) {
-                    let call = self.0;
+                    #[allow(unused_mut, reason = "one operation changes it")]
+                    let mut call = self.0;
+                    if matches!(LaneOp::$name, LaneOp::MSet) && call.with_element().is_some() {
+                        return;
+                    }
                     // Its body for single precision has a call, which is no vector.
                     if matches!(LaneOp::$name, LaneOp::FmodExact) && W::narrow(&[]).is_some() {
                         call.each_part(remainder::part);
@@ -397,10 +401,7 @@ macro_rules! stamp {
         )*
 
         /// Runs an operation of the strict arithmetic.
-        pub(crate) fn run_strict(isa: Isa, mut call: LaneCall<'_, u32>) {
-            if call.op == LaneOp::MSet && call.with_element().is_some() {
-                return;
-            }
+        pub(crate) fn run_strict(isa: Isa, call: LaneCall<'_, u32>) {
             match call.op {
                 $(LaneOp::$name => isa.dispatch(
                     Single::<u32, f32, { LaneOp::$name as u16 }>(call, PhantomData))),*
@@ -408,10 +409,7 @@ macro_rules! stamp {
         }
 
         /// Runs an operation in double precision.
-        pub(crate) fn run_double(isa: Isa, mut call: LaneCall<'_, u64>) {
-            if call.op == LaneOp::MSet && call.with_element().is_some() {
-                return;
-            }
+        pub(crate) fn run_double(isa: Isa, call: LaneCall<'_, u64>) {
             match call.op {
                 $(LaneOp::$name => isa.dispatch_widest(
                     Single::<u64, f64, { LaneOp::$name as u16 }>(call, PhantomData))),*

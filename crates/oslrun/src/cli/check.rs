@@ -3,21 +3,17 @@
 use super::args::{MessageFormat, ReadArgs};
 use super::input::Input;
 use super::levels::LintArgs;
-use super::{Failure, fix, input, levels, report};
+use super::{Failure, diff, fix, input, levels, report};
 use clap::Args;
 use osl::stages;
 use osl_hir::lint::Level;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::escape::shown;
-use similar::TextDiff;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// The code of brackets that are not closed.
 const UNCLOSED: &str = "E0111";
-
-/// Lines of context around a change in a diff.
-const CONTEXT: usize = 2;
 
 /// Which files to check.
 #[derive(Debug, Args)]
@@ -128,8 +124,6 @@ fn one(
 
 /// Prints the difference between a file and its fixed text.
 fn show(input: &Input, fixed: &str, out: &mut dyn Write) -> Result<(), Failure> {
-    let diff = TextDiff::from_lines(input.text.as_str(), fixed);
-    let after = format!("{} (fixed)", input.name);
-    let diff = diff.unified_diff().context_radius(CONTEXT).header(&input.name, &after).to_string();
+    let diff = diff::unified(&input.name, (&input.text, fixed), "fixed");
     write!(out, "{}", shown(&diff)).map_err(|e| Failure::new(format!("cannot write: {e}")))
 }

@@ -4,13 +4,12 @@
 
 use super::args::ReadArgs;
 use super::input::Input;
-use super::{Failure, input, report};
+use super::{Failure, diff, input, report};
 use clap::Args;
 use osl::stages;
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::escape::shown;
 use osl_syntax::source::SourceMap;
-use similar::TextDiff;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -30,9 +29,6 @@ pub(super) struct FmtArgs {
     #[command(flatten)]
     pub(super) read: ReadArgs,
 }
-
-/// Lines of context around a change in a diff.
-const CONTEXT: usize = 2;
 
 /// Formats each file in place, or lists those that would change. If a file fails, the others are still
 /// formatted.
@@ -65,10 +61,8 @@ fn one(path: &Path, args: &FmtArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     if args.check && changed {
         writeln!(out, "{}", input.name).map_err(unwritten)?;
         if args.diff {
-            let diff = TextDiff::from_lines(input.text.as_str(), formatted.as_str());
-            let after = format!("{} (formatted)", input.name);
-            write!(out, "{}", diff.unified_diff().context_radius(CONTEXT).header(&input.name, &after))
-                .map_err(unwritten)?;
+            let diff = diff::unified(&input.name, (&input.text, &formatted), "formatted");
+            write!(out, "{}", shown(&diff)).map_err(unwritten)?;
         }
     } else if !args.check && stdin {
         out.write_all(formatted.as_bytes()).map_err(unwritten)?;

@@ -19,6 +19,7 @@ mod compile;
 mod console;
 mod data;
 mod data_url;
+mod diff;
 mod display;
 mod doc;
 mod explain;

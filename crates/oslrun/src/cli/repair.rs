@@ -1,11 +1,10 @@
 //! `--repair`: inserts missing brackets, shows the edits, and runs the repaired text.
 
-use super::Failure;
 use super::input::Input;
+use super::{Failure, diff};
 use osl::stages;
 use osl_syntax::escape::shown;
 use osl_syntax::repair::repair;
-use similar::TextDiff;
 use std::io::Write;
 use std::path::Path;
 
@@ -21,9 +20,7 @@ pub(super) fn apply(input: &mut Input, write: Option<&Path>, err: &mut dyn Write
             let _ = writeln!(err, "note: inserting brackets does not make this file whole");
             return Ok(());
         };
-        let repaired = format!("{} (repaired)", input.name);
-        let diff = TextDiff::from_lines(input.text.as_str(), found.text.as_str());
-        let diff = diff.unified_diff().context_radius(2).header(&input.name, &repaired).to_string();
+        let diff = diff::unified(&input.name, (&input.text, &found.text), "repaired");
         let _ = write!(err, "{}", shown(&diff));
         input.text = found.text;
     }

@@ -10,6 +10,7 @@ use osl_exec::{Frame, Isa, Plane};
 use osl_ir::ir::Kind;
 use osl_ir::passes::Report as PassReport;
 use osl_ir::types::{StructTable, Type};
+use osl_measure::range::Range;
 use serde::Serialize;
 use std::io::Write;
 use std::path::PathBuf;
@@ -55,17 +56,9 @@ struct Output {
     components: Vec<Range>,
 }
 
-/// The values of a component. An infinity or NaN is `null` in JSON.
-#[derive(Clone, Copy, Debug, Serialize)]
-struct Range {
-    min: f32,
-    max: f32,
-    mean: f64,
-}
-
 /// The ranges of the planes of a frame, piece by piece.
 #[derive(Debug, Default)]
-pub(super) struct Ranges(Vec<(Arc<str>, Type, usize, Range, usize)>);
+pub(super) struct Ranges(Vec<(Arc<str>, Type, usize, Range)>);
 
 impl Ranges {
     /// Adds the values of these planes.
@@ -73,24 +66,17 @@ impl Ranges {
         let shown: Vec<&Plane> =
             planes.iter().filter(|plane| !matches!(plane.kind, Kind::Str | Kind::Closure)).collect();
         if self.0.is_empty() {
-            let none = Range { min: f32::INFINITY, max: f32::NEG_INFINITY, mean: 0.0 };
-            let start = |plane: &&Plane| (plane.output.clone(), plane.ty, plane.component, none, 0);
+            let start = |plane: &&Plane| (plane.output.clone(), plane.ty, plane.component, Range::default());
             self.0 = shown.iter().map(start).collect();
         }
-        for ((.., range, count), plane) in self.0.iter_mut().zip(shown) {
-            let values = plane.floats();
-            let before = *count as f64;
-            *count += values.len();
-            let sum = values.iter().map(|v| f64::from(*v)).sum::<f64>();
-            range.mean = (range.mean * before + sum) / (*count).max(1) as f64;
-            (range.min, range.max) =
-                values.iter().fold((range.min, range.max), |(l, h), v| (l.min(*v), h.max(*v)));
+        for ((.., range), plane) in self.0.iter_mut().zip(shown) {
+            range.add(&plane.floats());
         }
     }
 
     fn outputs(&self) -> Vec<Output> {
         let mut outputs: Vec<Output> = Vec::new();
-        for (name, ty, component, range, _) in &self.0 {
+        for (name, ty, component, range) in &self.0 {
             match outputs.last_mut() {
                 Some(last) if *component > 0 => last.components.push(*range),
                 _ => outputs.push(Output {
@@ -108,7 +94,7 @@ impl Ranges {
 pub(super) fn summary(frame: &Frame, out: &mut dyn Write) {
     let mut ranges = Ranges::default();
     ranges.add(&frame.planes);
-    for (output, _, component, Range { min, max, mean }, _) in &ranges.0 {
+    for (output, _, component, Range { min, max, mean, .. }) in &ranges.0 {
         let _ = writeln!(out, "{output}[{component}]: {min} to {max}, mean {mean:.6}");
     }
     let _ = writeln!(out, "(no image written: name one with -o)");

@@ -178,7 +178,7 @@ impl Browser {
         self.command("/actions", &json!({ "actions": [mouse] }));
     }
 
-    /// Presses a key, of which the code point is that of WebDriver, in the element that has the focus.
+    /// Presses a key in the element that has the focus. WebDriver has a code point for each key.
     pub(crate) fn key(&self, key: char) {
         let actions = json!([{ "type": "keyDown", "value": key.to_string() }, { "type": "keyUp", "value": key.to_string() }]);
         self.command(

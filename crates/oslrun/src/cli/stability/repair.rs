@@ -4,18 +4,14 @@
 
 use super::super::args::RunArgs;
 use super::super::load::{self, Request};
-use super::super::{Failure, input, repair as brackets};
+use super::super::{Failure, diff, input, repair as brackets};
 use osl::stages;
 use osl_measure::stability::fix::{self, Built, Repair};
 use osl_measure::stability::{Examined, Subject};
 use osl_scene::Grid;
 use osl_syntax::escape::shown;
-use similar::TextDiff;
 use std::io::Write;
 use std::path::Path;
-
-/// Lines of context around a change in the diff.
-const CONTEXT: usize = 2;
 
 /// Refuses what is not the source of a single shader.
 pub(super) fn suits(run: &RunArgs) -> Result<(), Failure> {
@@ -50,9 +46,7 @@ pub(super) fn find(
     let program = check(&input.text).program.ok_or_else(Failure::said)?;
     let mut found = fix::repair(subject, grid, examined, (&input.text, &program), &build);
     if let Some(text) = &found.text {
-        let diff = TextDiff::from_lines(input.text.as_str(), text.as_str());
-        let after = format!("{} (repaired)", input.name);
-        found.diff = diff.unified_diff().context_radius(CONTEXT).header(&input.name, &after).to_string();
+        found.diff = diff::unified(&input.name, (&input.text, text), "repaired");
     }
     Ok(found)
 }
