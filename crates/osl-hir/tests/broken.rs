@@ -114,6 +114,12 @@ const SOURCES: &[(&str, usize, &str)] = &[
         "float f(float x) {\n    retrun x;\n}\nshader s(output float r = 0) { r = f(u); }",
     ),
     ("misspelt-shader", 1, "shder s(float a = 1, output float r = 0) {\n    r = a;\n}"),
+    // No keyword can stand where these stand.
+    (
+        "no-keywords",
+        3,
+        "float f(foo x) { return 1; }\nshader s(output float r = 0) { fro a = 1; whle b; r = f(u) + a; }",
+    ),
     (
         "missing-brace",
         2,

@@ -1,6 +1,7 @@
 //! Declarations: structs, functions, shaders, parameters.
 
 use super::errors;
+use super::unknown::SHADERS;
 use super::{Contents, Context, FunctionSymbol, Resolver, Symbol};
 use crate::builtins::{self, ParamType, Signature, Tail};
 use crate::hir::{self, Init, VarId, VarKind};
@@ -262,7 +263,9 @@ impl Resolver<'_> {
     /// Resolves a function and adds it to the innermost scope.
     pub(super) fn function(&mut self, decl: &ast::FunctionDecl) {
         let outer_told = std::mem::take(&mut self.told);
+        self.keywords = SHADERS;
         let ret = self.type_spec(&decl.ret);
+        self.keywords = &[];
         if ret.is_error() && self.scopes.len() == 1 {
             self.unknown_declaration();
         }

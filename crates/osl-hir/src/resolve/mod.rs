@@ -213,6 +213,8 @@ struct Resolver<'a> {
     told: FxHashSet<String>,
     /// The variable whose declaration is being resolved.
     declaring: Option<Arc<str>>,
+    /// The keywords that may stand instead of the type that is resolved.
+    keywords: &'static [&'static str],
     /// What errors and gaps so far explain.
     follow: Follow,
     /// Where symbols are recorded.
@@ -242,6 +244,7 @@ impl<'a> Resolver<'a> {
             returns: false,
             told: FxHashSet::default(),
             declaring: None,
+            keywords: &[],
             follow: Follow::default(),
             recorder: None,
             choices: FxHashMap::default(),

@@ -1,6 +1,7 @@
 //! Statements.
 
 use super::errors;
+use super::unknown::{BEFORE_ASSIGNMENT, BEFORE_NAME};
 use super::{Context, Resolver};
 use crate::hir::{Init, Stmt, StmtKind, VarKind};
 use osl_ir::types::{Base, Type};
@@ -87,7 +88,9 @@ impl Resolver<'_> {
     }
 
     fn local(&mut self, ty: &ast::TypeSpec, var: &ast::Declarator, out: &mut Vec<Stmt>) {
+        self.keywords = if var.init.is_some() { BEFORE_ASSIGNMENT } else { BEFORE_NAME };
         let ty = self.declared_type(ty, var.array.as_ref(), false);
+        self.keywords = &[];
         // The initialiser sees the outer variable of this name, so it is resolved first.
         let outer = self.declaring.replace(var.name.text.clone());
         let init = var.init.map(|e| self.local_init(ty, e));

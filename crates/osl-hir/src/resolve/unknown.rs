@@ -18,21 +18,11 @@ use osl_syntax::spelling::closest;
 /// The types of the language.
 const TYPES: [&str; 9] = ["int", "float", "color", "point", "vector", "normal", "matrix", "string", "void"];
 
-/// Keywords that may stand where a type begins a declaration.
-const KEYWORDS: [&str; 12] = [
-    "return",
-    "else",
-    "for",
-    "while",
-    "output",
-    "struct",
-    "closure",
-    "shader",
-    "surface",
-    "displacement",
-    "volume",
-    "continue",
-];
+/// Keywords that a misspelt type of a function may stand for.
+pub(super) const SHADERS: &[&str] = &["shader", "surface", "displacement", "volume"];
+/// Keywords that a misspelt type of a local may stand for: in `retrun x;`, and in `esle x = 1;`.
+pub(super) const BEFORE_NAME: &[&str] = &["return", "else"];
+pub(super) const BEFORE_ASSIGNMENT: &[&str] = &["else"];
 
 /// Keywords that are a statement by themselves.
 const JUMPS: [&str; 3] = ["break", "continue", "return"];
@@ -48,7 +38,8 @@ impl Resolver<'_> {
         let known = vocabulary::word(Wanted::Type, name);
         let close = match known {
             None if self.n_errors < self.max_diagnostics() => {
-                let words = TYPES.into_iter().chain(KEYWORDS).chain(self.structs.names());
+                let words =
+                    TYPES.into_iter().chain(self.keywords.iter().copied()).chain(self.structs.names());
                 closest(name, words).map(str::to_string)
             }
             _ => None,
