@@ -1,4 +1,4 @@
-//! `docs/questions.md`: twelve questions about a shader, each with the command that answers it and its output.
+//! `docs/questions.md`: thirteen questions about a shader, each with the command that answers it and its output.
 //!
 //! `UPDATE_DOCS=1` writes the page and its pictures. Numbers that depend on the machine are not compared.
 
@@ -30,7 +30,7 @@ enum Shows {
     Picture(&'static str),
 }
 
-const QUESTIONS: [Question; 12] = [
+const QUESTIONS: [Question; 13] = [
     Question {
         asks: "Why is this line an error, and how do I fix it?",
         how: "`check` names the place, the reason, and often the repair. `oslrun explain-error E0201` explains the kind of \
@@ -128,6 +128,16 @@ const QUESTIONS: [Question; 12] = [
                 only two or three are left. `explain --f64` shows the same at one pixel.",
     },
     Question {
+        asks: "Does anything divide by zero, overflow, or leave a function's domain?",
+        how: "`sanitize` follows points of the picture and counts such events by line.",
+        shader: "events",
+        args: "sanitize docs/questions/events.osl -g 65x65 --budget 600",
+        shows: Shows::All,
+        reads: "The last line of each event is an example, with the operands at its first pixel. OSL defines a result for \
+                everything, so the picture has no hole; but half of the rays are black, and the numbers of the cells are not \
+                what the formula says. [accuracy.md](accuracy.md#numeric-events-by-line) lists the kinds of events.",
+    },
+    Question {
         asks: "How many samples do I need for an error below 0.01?",
         how: "`tradeoff` tries many settings and compares them with an almost exact picture.",
         shader: "",
@@ -179,7 +189,7 @@ fn answer(question: &Question, pictures: &Path) -> String {
 fn page() -> (String, Vec<(&'static str, Vec<u8>)>) {
     let dir = tempfile::tempdir().unwrap();
     let mut page = String::from(
-        "# Twelve questions about a shader\n\nEach question has one command. The outputs on this page are real: a test compares them with what the \
+        "# Thirteen questions about a shader\n\nEach question has one command. The outputs on this page are real: a test compares them with what the \
          command prints\n(`UPDATE_DOCS=1 cargo test -p oslrun --test questions` writes the page).\n",
     );
     let mut pictures = Vec::new();

@@ -19,8 +19,8 @@ pub use cost::{Cost, cost, table};
 pub use derivatives::{Made, Slope, derivatives};
 pub use lines::explain;
 pub use narrow::Part;
-pub(crate) use value::short;
 pub use value::{Shown, digits};
+pub(crate) use value::{json_of, percent, short};
 
 use crate::trace;
 use needs::Needs;

@@ -73,17 +73,25 @@ fn json_list<T: Copy + Into<f64> + Display + Serialize>(list: &[T]) -> serde_jso
     list.iter().map(|x| json(*x)).collect()
 }
 
+/// A value for tools: a number, an array of numbers, a text, or null.
+pub(crate) fn json_of(value: &Const) -> serde_json::Value {
+    match value {
+        Const::Int(n) => (*n).into(),
+        Const::Float(x) => json(*x),
+        Const::Triple(t) => json_list(t),
+        Const::Matrix(m) => json_list(&m[..]),
+        Const::Str(text) => text.to_string().into(),
+        Const::Null => serde_json::Value::Null,
+    }
+}
+
 impl Serialize for Shown {
     /// `value` and `exact`: a number, an array of numbers, or a text; and `digits`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let value = match (&self.closure, &self.strict) {
             (Some(text), _) => text.as_str().into(),
-            (_, Some(Const::Int(n))) => (*n).into(),
-            (_, Some(Const::Float(x))) => json(*x),
-            (_, Some(Const::Triple(t))) => json_list(t),
-            (_, Some(Const::Matrix(m))) => json_list(&m[..]),
-            (_, Some(Const::Str(text))) => text.to_string().into(),
-            (_, Some(Const::Null) | None) => serde_json::Value::Null,
+            (_, Some(value)) => json_of(value),
+            (_, None) => serde_json::Value::Null,
         };
         let exact = match (&self.closure, &self.exact) {
             (Some(text), _) => text.as_str().into(),
@@ -176,6 +184,12 @@ pub(crate) fn short(x: f64, digits: usize) -> String {
     }
     let places = (digits as f64 - 1.0 - power).clamp(0.0, 17.0) as usize;
     trimmed(&format!("{x:.places$}")).to_string()
+}
+
+/// A share as a percentage.
+pub(crate) fn percent(share: f64) -> String {
+    let percent = share * 100.0;
+    if percent >= 10.0 { format!("{percent:.0} %") } else { format!("{} %", short(percent, 2)) }
 }
 
 fn trimmed(text: &str) -> &str {

@@ -4,6 +4,7 @@ use super::blame::{Blame, Place, ROUNDING, blame};
 use super::jumps::jumps;
 use super::subject::{Planes, Subject};
 use super::sweep::{Setting, errors, percent, range};
+use crate::quote::Quote;
 use osl_ir::Span;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -178,16 +179,13 @@ fn culprit(
     setting: &Setting,
     sources: &SourceMap,
 ) -> Option<Culprit> {
-    let at = sources.place(place.span)?;
-    let file = sources.file_at(place.span.start)?;
-    let text = file.text.lines().nth(at.line.checked_sub(1)? as usize)?;
-    let code = sources.text(place.span).split_whitespace().collect::<Vec<_>>().join(" ");
+    let Quote { file, line, column, text, code } = Quote::of(place.span, sources)?;
     Some(Culprit {
-        file: at.file,
-        line: at.line,
-        column: at.column,
-        text: text.chars().take(200).collect(),
-        code: code.chars().take(80).collect(),
+        file,
+        line,
+        column,
+        text,
+        code,
         what: place.what.clone(),
         setting: setting.text(),
         score,

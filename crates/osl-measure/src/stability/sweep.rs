@@ -1,6 +1,7 @@
 //! Extreme settings, and the outcome at each.
 
 use super::subject::{Base, Planes, Subject, Swept};
+pub(super) use crate::explain::percent;
 use crate::explain::short;
 use osl_exec::RunError;
 use osl_limits::Halt;
@@ -119,12 +120,6 @@ pub struct Finding {
     pub limit: Option<f64>,
     /// The finding in words.
     pub text: String,
-}
-
-/// A share as a percentage.
-pub(super) fn percent(share: f64) -> String {
-    let percent = share * 100.0;
-    if percent >= 10.0 { format!("{percent:.0} %") } else { format!("{} %", short(percent, 2)) }
 }
 
 /// Share of wrong points up to which a setting counts as safe.

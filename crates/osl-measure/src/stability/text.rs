@@ -2,6 +2,7 @@
 
 use super::{Culprit, List, Report, Setting};
 use crate::explain::short;
+use crate::quote::Quote;
 use std::fmt::Write;
 
 /// Lines shown by default.
@@ -55,19 +56,14 @@ pub fn text(report: &Report, all: bool) -> String {
 }
 
 fn line(culprit: &Culprit, out: &mut String) {
-    let text = culprit.text.trim_start();
-    let indent = culprit.text.len() - text.len();
-    let number = culprit.line.to_string();
-    let before = (culprit.column as usize).saturating_sub(1).saturating_sub(indent);
-    let room = text.chars().count().saturating_sub(before).max(1);
-    let carets = "^".repeat(culprit.code.chars().count().clamp(1, room));
+    let Culprit { file, line, column, text, code, .. } = culprit.clone();
+    let quote = Quote { file, line, column, text, code };
     let _ = writeln!(
         out,
         "\n{}:{}: `{}` {} ({})",
-        culprit.file, number, culprit.code, culprit.why, culprit.setting
+        quote.file, quote.line, quote.code, culprit.why, culprit.setting
     );
-    let _ = writeln!(out, "  {number} | {text}");
-    let _ = writeln!(out, "  {} | {}{carets}", " ".repeat(number.len()), " ".repeat(before));
+    quote.write(out);
 }
 
 fn table(report: &Report, out: &mut String) {

@@ -47,6 +47,7 @@ pub fn follow(body: &Body, services: &Services, point: OnePoint<'_>, limits: &Li
         max_nodes: max_nodes.min(NONE as usize - 1),
         spent: 0,
         closures: 0,
+        result: None,
     };
     let cut = follower.block(body.entry, Way::Both).is_err();
     let outputs = if cut { Vec::new() } else { follower.outputs() };
@@ -66,6 +67,8 @@ struct Follower<'a> {
     /// Budget spent on loop iterations and kernels, besides their nodes.
     spent: usize,
     closures: i32,
+    /// The first result of the instruction that makes nodes.
+    result: Option<ValueId>,
 }
 
 /// Cost, in nodes, of running the interpreter for one call: about the time of that many nodes.
@@ -109,6 +112,7 @@ impl Follower<'_> {
         self.nodes.push(Node {
             what: What::Const,
             span: Span::default(),
+            result: None,
             args: Vec::new(),
             strict: Some(value),
             exact: Some(exact),
@@ -125,7 +129,7 @@ impl Follower<'_> {
         exact: Option<Exact>,
     ) -> Result<NodeId, Full> {
         self.spend(0)?;
-        self.nodes.push(Node { what, span, args, strict, exact });
+        self.nodes.push(Node { what, span, result: self.result, args, strict, exact });
         Ok(self.nodes.len() as NodeId - 1)
     }
 
@@ -174,6 +178,7 @@ impl Follower<'_> {
 
     fn inst(&mut self, inst: &Inst, way: Way) -> Result<(), Full> {
         let first = inst.results.first();
+        self.result = first.copied();
         let node = match &inst.op {
             Op::Const(value) => {
                 let exact = Exact::widen(value);
@@ -258,8 +263,8 @@ impl Follower<'_> {
         let body = self.body;
         let nodes: Vec<NodeId> = args.iter().map(|a| self.of(*a)).collect();
         let shared = Arc::new(kernel.clone());
-        if let Kernel::Note { .. } = kernel {
-            // A note has no value; its marks tell which arithmetics come by.
+        if matches!(kernel, Kernel::Note { .. } | Kernel::CheckIndex { .. }) {
+            // Notes and checks have no value; their marks tell which arithmetics come by.
             let strict = way.strict().then_some(Const::Int(1));
             let exact = way.exact().then_some(Exact::Int(1));
             self.push(What::Note(shared), inst.span, nodes, strict, exact)?;
@@ -447,6 +452,8 @@ impl Follower<'_> {
         exact: &[NodeId],
     ) -> Result<(), Full> {
         for ((result, strict), exact) in inst.results.iter().zip(strict).zip(exact) {
+            // The blocks have set other results in between.
+            self.result = Some(*result);
             let node = if strict == exact {
                 *strict
             } else {

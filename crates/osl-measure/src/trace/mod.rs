@@ -18,7 +18,7 @@ pub use point::OnePoint;
 
 use osl_ir::Span;
 use osl_ir::global::Global;
-use osl_ir::ir::{Axis, Body, Const, Kernel, LaneOp};
+use osl_ir::ir::{Axis, Body, Const, Kernel, LaneOp, ValueId};
 use osl_ir::types::Type;
 use osl_limits::Limits;
 use std::sync::Arc;
@@ -44,7 +44,8 @@ pub enum What {
     /// The join of two paths, one for each arithmetic: the condition that separated them if there was one,
     /// the strict value, the exact value.
     Meet,
-    /// A note. Its value is 1 in the arithmetics that come by, and absent in the other one.
+    /// A note, or a check of an index. Its value is 1 in the arithmetics that come by, and absent in the other
+    /// one.
     Note(Arc<Kernel>),
 }
 
@@ -55,6 +56,9 @@ pub struct Node {
     pub what: What,
     /// The source that it comes from.
     pub span: Span,
+    /// The first result of the instruction in the followed body. Values that `prepare` added, such as
+    /// derivatives, have higher numbers than those of the source.
+    pub result: Option<ValueId>,
     /// The nodes whose values it takes.
     pub args: Vec<NodeId>,
     /// Its value in strict arithmetic; none if only the exact one reached it.

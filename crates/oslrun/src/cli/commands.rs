@@ -15,6 +15,7 @@ use super::ir::IrArgs;
 use super::pages::{CompletionArgs, ManArgs};
 use super::preview::PreviewArgs;
 use super::render::RenderArgs;
+use super::sanitize::SanitizeArgs;
 use super::stability::StabilityArgs;
 use super::studio::StudioArgs;
 use super::tradeoff::TradeoffArgs;
@@ -60,6 +61,8 @@ pub(super) enum Command {
     Explain(Box<ExplainArgs>),
     /// Find inputs for which a shader becomes inaccurate, and the lines that cause it.
     Stability(Box<StabilityArgs>),
+    /// Count numeric events by source line: divisions by zero, ints that overflow, NaN, lost digits.
+    Sanitize(Box<SanitizeArgs>),
     /// Compile a shader to the text form that renderers load, .oso.
     Compile(CompileArgs),
     /// Show what a shader is: its kind, its parameters with types, defaults and metadata.

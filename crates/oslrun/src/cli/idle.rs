@@ -4,7 +4,7 @@
 //! This module must not know what the options mean.
 
 use super::commands::Cli;
-use super::{book, compare, stability, studio};
+use super::{book, compare, sanitize, stability, studio};
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory};
 
@@ -30,11 +30,30 @@ const PICTURE: [&str; 17] = [
 ];
 
 /// The options of each command that have no effect in it, besides those for a picture.
-const COMMANDS: [(&str, &[&str]); 4] = [
+const COMMANDS: [(&str, &[&str]); 5] = [
     ("explain", &["stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "max_steps"]),
     (
         "stability",
         &["time", "global", "stats", "histogram", "profile", "threads", "batch", "isa", "without_pass", "on"],
+    ),
+    (
+        sanitize::NAME,
+        &[
+            "stats",
+            "histogram",
+            "profile",
+            "threads",
+            "batch",
+            "isa",
+            "without_pass",
+            "max_steps",
+            "on",
+            "displace",
+            "edge_pixels",
+            "level",
+            "catmull_clark",
+            "eye",
+        ],
     ),
     ("tradeoff", &["stats", "histogram", "profile", "on"]),
     (
@@ -63,7 +82,7 @@ const COMMANDS: [(&str, &[&str]); 4] = [
 /// What to use instead of an option.
 fn instead(command: &str, option: &str) -> &'static str {
     match (command, option) {
-        ("explain", "max_steps") => "; --limit running.trace=N has one",
+        ("explain" | sanitize::NAME, "max_steps") => "; --limit running.trace=N has one",
         (book::NAME, "tap") => ": it has a picture of each variable",
         (book::NAME, "on") => ": it shows the grid",
         (_, "on") => ": it examines the grid",
@@ -134,6 +153,7 @@ pub(super) fn command_line() -> clap::Command {
     let cli = Cli::command()
         .mut_subcommand(book::NAME, book::options_of_a_page)
         .mut_subcommand(compare::NAME, compare::options_of_a_comparison)
+        .mut_subcommand(sanitize::NAME, sanitize::own_options)
         .mut_subcommand(stability::NAME, stability::own_options)
         .mut_subcommand(studio::NAME, studio::options_of_a_page);
     let names = COMMANDS.into_iter().map(|(name, _)| name).chain([compare::NAME, studio::NAME]);

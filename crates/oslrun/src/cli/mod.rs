@@ -11,6 +11,7 @@
 mod args;
 mod book;
 mod check;
+mod clock;
 mod closures;
 mod commands;
 mod compare;
@@ -37,6 +38,7 @@ mod json_lines;
 mod levels;
 mod limits;
 mod load;
+mod map;
 mod misspelt;
 mod on;
 mod output;
@@ -50,6 +52,7 @@ mod report;
 mod roles;
 mod run;
 mod sampling;
+mod sanitize;
 mod session;
 mod shading;
 mod stability;
@@ -156,6 +159,7 @@ fn command(args: Vec<OsString>, out: &mut dyn Write, err: &mut dyn Write) -> u8 
         (Some(Command::ExplainError(args)), _) => explain_error::explain(&args, out),
         (Some(Command::Explain(args)), _) => explain::explain(&args, out, err),
         (Some(Command::Stability(args)), _) => stability::stability(&args, out, err),
+        (Some(Command::Sanitize(args)), _) => sanitize::sanitize(&args, out, err),
         (Some(Command::Compile(args)), _) => compile::compile(&args, out, err),
         (Some(Command::Info(args)), _) => info::info(&args, out, err),
         (Some(Command::Fmt(args)), _) => fmt::fmt(&args, out, err),

@@ -3,24 +3,21 @@
 
 mod repair;
 
-use super::Failure;
 use super::args::values::image_path;
 use super::args::{self, RunArgs};
+use super::clock::Clock;
 use super::explain::json;
 use super::info::{self, Parameter};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, progress, services};
+use super::{Failure, map};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use clap::{Arg, Args};
-use osl_image::{ExrOptions, ImageFormat, Layer, LayerKind, Transfer, channel_bytes, write_exr};
-use osl_limits::Cancel;
 use osl_measure::stability::{self, Base, Examined, Knob, Planes, Subject, digits_lost};
 use osl_scene::Grid;
 use serde_json::Value;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc;
-use std::time::Duration;
 
 /// What to examine.
 #[derive(Debug, Args)]
@@ -142,30 +139,6 @@ pub(super) fn stability(
     files(args, &examined, &grid, out)
 }
 
-/// Cancels the work when a time is over.
-struct Clock {
-    cancel: Cancel,
-    /// Ends the watch when it is dropped.
-    _running: mpsc::Sender<()>,
-}
-
-impl Clock {
-    fn new(seconds: f64) -> Clock {
-        let (_running, ends) = mpsc::channel::<()>();
-        let cancel = Cancel::new();
-        let watched = cancel.clone();
-        let watch = move || {
-            let ended = ends.recv_timeout(Duration::from_secs_f64(seconds));
-            if ended == Err(mpsc::RecvTimeoutError::Timeout) {
-                watched.cancel();
-            }
-        };
-        // A process that cannot create a thread has no time limit.
-        let _ = std::thread::Builder::new().name("clock".to_string()).spawn(watch);
-        Clock { cancel, _running }
-    }
-}
-
 fn files(args: &StabilityArgs, examined: &Examined, grid: &Grid, out: &mut dyn Write) -> Result<(), Failure> {
     if let Some(path) = &args.html {
         let html = stability::html::html(examined, grid.width, grid.height);
@@ -185,20 +158,8 @@ fn map(path: &Path, planes: &Planes, grid: &Grid) -> Result<(), Failure> {
         strict.iter().zip(exact).map(|(s, e)| digits_lost(*s, *e) as f32).collect::<Vec<f32>>()
     };
     let values: Vec<Vec<f32>> = planes.strict.iter().zip(&planes.exact).map(lost).collect();
-    if ImageFormat::of(path) == Some(ImageFormat::Exr) {
-        let layer = |(name, values)| Layer { name, kind: LayerKind::Scalar, planes: vec![values] };
-        let names = planes.names.iter().map(String::as_str);
-        let layers: Vec<Layer<'_>> = names.zip(values.iter().map(Vec::as_slice)).map(layer).collect();
-        return write_exr(path, grid.width, grid.height, &layers, ExrOptions::default())
-            .map_err(Failure::new);
-    }
-    let points = values.iter().map(Vec::len).max().unwrap_or(0);
-    let largest = |at: usize| values.iter().filter_map(|plane| plane.get(at)).fold(0.0_f32, |a, b| a.max(*b));
-    let white = if ImageFormat::of(path) == Some(ImageFormat::Tiff) { 1.0 } else { WHITE };
-    let worst: Vec<f32> = (0..points).map(|at| largest(at) / white).collect();
-    let size = (grid.width, grid.height);
-    let bytes = channel_bytes(path, size, &[&worst], None, Transfer::Linear).map_err(Failure::new)?;
-    osl_files::replace(path, &bytes).map_err(Failure::new)
+    let layers: Vec<(&str, Vec<f32>)> = planes.names.iter().map(String::as_str).zip(values).collect();
+    map::write(path, (grid.width, grid.height), &layers, WHITE)
 }
 
 /// The number of lost digits that a picture shows as white.

@@ -1,0 +1,69 @@
+//! A report as text.
+
+use super::{Event, Kind, Report};
+use crate::explain::percent;
+use std::fmt::Write;
+
+/// The text: each event with its line, how often it happens, and an example.
+pub fn text(report: &Report) -> String {
+    let mut out = String::new();
+    let [width, height] = report.grid;
+    let found = match report.events.len() {
+        0 => "no numeric events".to_string(),
+        1 => "numeric events at 1 place".to_string(),
+        n => format!("numeric events at {n} places"),
+    };
+    let _ = writeln!(out, "{}: {found}, at {} points ({width}x{height})", report.shader, report.points);
+    if report.not_examined > 0 {
+        let _ = writeln!(
+            out,
+            "  the time was over (--budget) before {} more points were examined; which ones depends on the machine",
+            report.not_examined
+        );
+    }
+    if report.cut > 0 {
+        let _ = writeln!(
+            out,
+            "  {} points were too long to be examined to their end (--limit running.trace)",
+            report.cut
+        );
+    }
+    for event in &report.events {
+        one(event, report.points, &mut out);
+    }
+    out
+}
+
+fn one(event: &Event, of: usize, out: &mut String) {
+    let [x, y] = event.first;
+    let share = percent(event.share);
+    let often =
+        if event.times > event.points as u64 { format!(", {} times", event.times) } else { String::new() };
+    let _ = writeln!(
+        out,
+        "\n{}:{}: {} at {} of {of} points ({share}{often}), first at pixel ({x}, {y})",
+        event.quote.file,
+        event.quote.line,
+        title(event.kind),
+        event.points
+    );
+    event.quote.write(out);
+    let margin = " ".repeat(event.quote.line.to_string().len());
+    let _ = writeln!(out, "  {margin} = {}", event.example);
+}
+
+/// The kind in words.
+pub fn title(kind: Kind) -> &'static str {
+    match kind {
+        Kind::IntOverflow => "an int overflows",
+        Kind::IntConversion => "a float does not fit an int",
+        Kind::ZeroDivision => "division by zero",
+        Kind::Domain => "argument outside of the domain",
+        Kind::Edges => "edges out of order",
+        Kind::Index => "index out of range",
+        Kind::Nan => "a NaN appears",
+        Kind::Infinity => "a result is too large",
+        Kind::Cancellation => "digits cancel out",
+        Kind::Denormal => "a result is almost 0 (denormal)",
+    }
+}

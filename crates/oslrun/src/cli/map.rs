@@ -1,0 +1,30 @@
+//! Pictures of a number at each point: EXR with a channel for each layer, TIFF with the largest of all layers,
+//! PNG and JPEG with the largest as grey. This module must not know what the numbers are.
+
+use super::Failure;
+use osl_image::{ExrOptions, ImageFormat, Layer, LayerKind, Transfer, channel_bytes, write_exr};
+use std::path::Path;
+
+/// Writes named layers of a picture of this size. PNG and JPEG show the number `white` as white.
+pub(super) fn write(
+    path: &Path,
+    (width, height): (usize, usize),
+    layers: &[(&str, Vec<f32>)],
+    white: f32,
+) -> Result<(), Failure> {
+    if ImageFormat::of(path) == Some(ImageFormat::Exr) {
+        let layers: Vec<Layer<'_>> = layers
+            .iter()
+            .map(|(name, values)| Layer { name, kind: LayerKind::Scalar, planes: vec![values] })
+            .collect();
+        return write_exr(path, width, height, &layers, ExrOptions::default()).map_err(Failure::new);
+    }
+    let points = layers.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
+    let at = |point: usize| layers.iter().filter_map(move |(_, values)| values.get(point));
+    let white = if ImageFormat::of(path) == Some(ImageFormat::Tiff) { 1.0 } else { white };
+    let worst: Vec<f32> =
+        (0..points).map(|point| at(point).fold(0.0_f32, |a, b| a.max(*b)) / white).collect();
+    let bytes =
+        channel_bytes(path, (width, height), &[&worst], None, Transfer::Linear).map_err(Failure::new)?;
+    osl_files::replace(path, &bytes).map_err(Failure::new)
+}

@@ -1,0 +1,113 @@
+//! `oslrun sanitize FILE`: counts numeric events by source line. This module must not know what an event is.
+
+use super::args::RunArgs;
+use super::args::values::image_path;
+use super::clock::Clock;
+use super::explain::json;
+use super::load::{self, Loaded, Request};
+use super::session::{grid, services};
+use super::tradeoff::seconds;
+use super::{Failure, data, map};
+use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
+use osl_exec::PointSource;
+use osl_ir::passes;
+use osl_measure::sanitize::{self, Kind, Subject};
+use osl_scene::WithData;
+use osl_syntax::escape::shown;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// The name of the command.
+pub(super) const NAME: &str = "sanitize";
+
+/// The default number of points: fewer than in a picture, since following a point takes longer than running it.
+const POINTS: &str = "64x64";
+
+/// The grid has a default of its own.
+pub(super) fn own_options(command: clap::Command) -> clap::Command {
+    command.mut_arg("grid", |arg| arg.default_value(POINTS))
+}
+
+/// What to examine.
+#[derive(Debug, Args)]
+pub(super) struct SanitizeArgs {
+    /// Maximum time in seconds. If it is not enough, the report says how many points were not examined.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0, value_parser = seconds)]
+    budget: f64,
+    /// End with exit code 1 if one of these events happens: int-overflow, int-conversion, zero-division, domain,
+    /// edges, index, nan, infinity, cancellation, denormal; or any.
+    #[arg(long, value_name = "KIND,…", value_delimiter = ',', value_parser = kind)]
+    fail_on: Vec<Wanted>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Image of the points at which something happened: white in PNG and JPEG, 1 in TIFF; EXR has a channel for
+    /// each kind of event.
+    #[arg(long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
+    map: Option<PathBuf>,
+    /// The shader and its points.
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// An event that fails the command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    Any,
+    One(Kind),
+}
+
+fn kind(text: &str) -> Result<Wanted, String> {
+    if text == "any" {
+        return Ok(Wanted::Any);
+    }
+    Kind::from_name(text).map(Wanted::One).ok_or_else(|| {
+        let names: Vec<&str> = Kind::ALL.into_iter().map(Kind::name).collect();
+        format!("the kinds are any, {}", names.join(", "))
+    })
+}
+
+/// Examines a shader.
+pub(super) fn sanitize(args: &SanitizeArgs, out: &mut dyn Write, err: &mut dyn Write) -> Result<(), Failure> {
+    let run = &args.run;
+    let (width, height) = run.grid;
+    let clock = Clock::new(args.budget);
+    let loaded = load::load(&Request::of(run), err)?;
+    let outputs = loaded.outputs(run);
+    let Loaded { sources, body, folder, name, .. } = loaded;
+    let services = services(run, folder, super::session::grid_spaces(run));
+    let points = WithData { data: data::read(run)?, points: grid(run) };
+    let options = passes::Options {
+        outputs,
+        varying: points.varying().to_vec(),
+        derivs: points.varying_derivs().to_vec(),
+        limits: super::session::options(run).limits.until(&clock.cancel),
+        ..passes::Options::default()
+    };
+    let subject = Subject::new(body, &options);
+    let examined = sanitize::sanitize(&subject, &services, &points, (width, height), &sources, &name);
+    let report = &examined.report;
+    let mut text = if args.json { json(report)? } else { sanitize::text::text(report) };
+    if let (Some(file), Some(event), false) = (&run.file, report.events.first(), args.json) {
+        let [x, y] = event.first;
+        let file = file.display();
+        text += &format!(
+            "\n`oslrun explain {file} -g {width}x{height} --at {x},{y}` shows what such a pixel does\n"
+        );
+    }
+    let _ = write!(out, "{}", shown(&text));
+    if let Some(path) = &args.map {
+        let layer = |kind: Kind| {
+            let at = |bits: &u16| f32::from(bits & kind.bit() != 0);
+            (kind.name(), examined.happened.iter().map(at).collect::<Vec<f32>>())
+        };
+        map::write(path, (width, height), &Kind::ALL.map(layer), 1.0)?;
+        let _ = writeln!(err, "wrote {}", shown(&path.display().to_string()));
+    }
+    let fails = |kind: Kind| args.fail_on.iter().any(|w| [Wanted::Any, Wanted::One(kind)].contains(w));
+    match report.events.iter().any(|event| fails(event.kind)) {
+        true => Err(Failure::said()),
+        false => Ok(()),
+    }
+}
