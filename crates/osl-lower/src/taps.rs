@@ -9,7 +9,7 @@ mod sets;
 mod write;
 
 pub use find::{TapError, find, find_in, lines};
-pub use sets::{Branch, Doings, Most, Rounds, Set, doings};
+pub use sets::{Branch, Doings, Most, Rounds, Set, doing_lines, doings};
 pub(crate) use write::Tapping;
 
 use osl_hir::hir::VarId;
@@ -81,6 +81,13 @@ impl Wanted {
         Ok(Wanted { file, calls, line, variable, path, round })
     }
 
+    /// The variable with its fields and elements, as in the source.
+    pub fn variable_path(&self) -> String {
+        let mut text = self.variable.clone();
+        self.path.iter().for_each(|part| text += &part.to_string());
+        text
+    }
+
     /// The name of the output: `line42.dist`, `line42.dist.round3`, `call57.line42.dist`.
     pub fn output(&self) -> String {
         let mut name = String::new();
@@ -105,6 +112,16 @@ impl Wanted {
     /// The name of the output that is 1 where the point got to the line.
     pub fn mask(&self) -> String {
         format!("{}.reached", self.output())
+    }
+}
+
+/// The text that [`Wanted::parse`] reads.
+impl std::fmt::Display for Wanted {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.file.iter().try_for_each(|file| write!(f, "{file}:"))?;
+        self.calls.iter().try_for_each(|line| write!(f, "{line}/"))?;
+        write!(f, "{}:{}", self.line, self.variable_path())?;
+        self.round.iter().try_for_each(|round| write!(f, "@{round}"))
     }
 }
 
@@ -201,6 +218,9 @@ mod tests {
         assert_eq!(name("57/42:a[2].x").unwrap(), "call57.line42.a.2.x");
         assert_eq!(name("lib/noise.h:7:n").unwrap(), "noise_h.line7.n");
         assert_eq!(Wanted::parse("42:dist").unwrap().mask(), "line42.dist.reached");
+        for text in ["42:dist", "42:dist@3", "57/42:a[2].x", "lib/noise.h:1/7:n"] {
+            assert_eq!(Wanted::parse(text).unwrap().to_string(), text);
+        }
         for wrong in [
             "", "dist", "0:a", "a:b", "1:", "1:2", "1:a[", "1:a.", "1:a@0", "1:a@x", "1:a-b", "/1:a",
             "1:a[-1]",

@@ -88,7 +88,7 @@ pub(crate) fn is_origin(origin: &str, port: u16) -> bool {
 pub(crate) fn policy(port: u16) -> String {
     let [address, name] = hosts(port);
     format!(
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self' \
+        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; connect-src 'self' \
          ws://{address} ws://{name}; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
     )
 }

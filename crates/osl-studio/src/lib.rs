@@ -5,8 +5,8 @@
 //! ([`State`], [`Shader`], [`Picture`]), which work is done next and which is outdated, and the page in
 //! `page/`. It does not know how a shader is compiled or run. A [`Subject`] does that, one for each connection.
 //! The command implements it with the functions that also make its own pictures, so a picture on the page and
-//! one from the command line have the same bits by construction. That is why the seam is here: three
-//! questions, and no second way to run a shader.
+//! one from the command line have the same bits by construction. That is why the seam is here: a
+//! few questions, and no second way to run a shader.
 //!
 //! Threads and blocking reads are enough: a connection has one thread that reads and one that computes and
 //! sends. docs/studio.md describes the protocol.
@@ -20,6 +20,6 @@ mod session;
 mod subject;
 
 pub use guard::Token;
-pub use protocol::{Layer, Output, Shader, State};
+pub use protocol::{Layer, Output, Shader, State, Thumbnail};
 pub use server::{Options, Server, StartError};
-pub use subject::{Files, Picture, Stop, Subject};
+pub use subject::{Files, Line, Picture, Stop, Subject};

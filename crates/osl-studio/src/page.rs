@@ -24,6 +24,7 @@ pub(crate) fn file(name: &str) -> Option<File> {
         "picture.js" => (JS, include_str!("page/picture.js")),
         "parameters.js" => (JS, include_str!("page/parameters.js")),
         "explanation.js" => (JS, include_str!("page/explanation.js")),
+        "taps.js" => (JS, include_str!("page/taps.js")),
         "wipe.js" => (JS, include_str!("page/wipe.js")),
         "element.js" => (JS, include_str!("page/element.js")),
         _ => return None,

@@ -3,7 +3,7 @@
 //! The page sends JSON. The server sends JSON too, except for pictures: the length of a JSON header in four
 //! bytes, the lowest first, the header, and the samples. This module must not know what a message causes.
 
-use crate::subject::Picture;
+use crate::subject::{Line, Picture};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -15,7 +15,7 @@ pub struct State {
     pub file: Option<String>,
     /// The values of parameters, as after `-p`. An empty list sets none, not even those of the command line.
     pub params: Option<Vec<(String, String)>>,
-    /// The output to show.
+    /// The output to show, or a tap: `42:dist` is the variable `dist` after line 42.
     pub output: Option<String>,
     /// The surface that is shaded: a name, or `patch` for the grid.
     pub on: Option<String>,
@@ -35,6 +35,8 @@ pub(crate) enum Request {
     },
     /// Explain a point of the present state.
     Point { id: u64, at: [usize; 2] },
+    /// Show what a line of the present state does.
+    Line { id: u64, line: u32 },
 }
 
 /// A shader as the page shows it.
@@ -64,6 +66,8 @@ pub struct Shader {
     pub layers: Vec<Layer>,
     /// The outputs that can be shown.
     pub outputs: Vec<Output>,
+    /// The lines that set variables, or have a condition or a loop.
+    pub lines: Vec<u32>,
     /// Errors and warnings, as `--message-format json` prints them.
     pub diagnostics: Vec<Value>,
 }
@@ -87,6 +91,24 @@ pub struct Output {
     pub ty: String,
 }
 
+/// A variable that a line sets, a condition or a loop, with a small picture.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Thumbnail {
+    /// The tap that makes the picture, for the output of a state; a condition and a loop have none.
+    pub tap: Option<String>,
+    /// Its name.
+    pub name: String,
+    /// Its type; empty for a condition and a loop.
+    #[serde(rename = "type")]
+    pub ty: String,
+    /// Its range, and how to read the colors.
+    pub words: String,
+    /// The picture as the address of a PNG (`data:`); none if all values are the same.
+    pub picture: Option<String>,
+    /// In a loop, the pictures of the first rounds.
+    pub rounds: Vec<String>,
+}
+
 /// The message with a shader.
 pub(crate) fn shader(shader: &Shader) -> String {
     let mut value = serde_json::to_value(shader).unwrap_or_default();
@@ -108,6 +130,17 @@ pub(crate) fn explanation(id: u64, [x, y]: [usize; 2], explanation: &str) -> Str
 /// The message that a point has no explanation.
 pub(crate) fn unexplained(id: u64, at: [usize; 2], messages: &[Value]) -> String {
     json!({ "type": "explanation", "id": id, "at": at, "messages": messages }).to_string()
+}
+
+/// The message with what a line does.
+pub(crate) fn line(id: u64, number: u32, line: &Line) -> String {
+    let Line { pictures, more } = line;
+    json!({ "type": "line", "id": id, "line": number, "pictures": pictures, "more": more }).to_string()
+}
+
+/// The message that a line cannot be shown.
+pub(crate) fn unshown(id: u64, number: u32, messages: &[Value]) -> String {
+    json!({ "type": "line", "id": id, "line": number, "messages": messages }).to_string()
 }
 
 /// The message with a picture. `seconds` is the time that it took.

@@ -2,7 +2,7 @@
 //!
 //! Two threads share an [`Inbox`]. The reader puts the newest request there, cancels the work that it makes
 //! outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
-//! state and the newest point are kept, so a fast page and a slow shader need no queue; and a page that does
+//! state, the newest point and the newest line are kept, so a fast page and a slow shader need no queue; and a page that does
 //! not read its answers stops only its own worker. This module must not know how a connection is made.
 
 use crate::protocol::{self, Request, State};
@@ -27,6 +27,7 @@ const COARSE_ABOVE: Duration = Duration::from_millis(60);
 struct Inbox {
     state: Option<(u64, State)>,
     point: Option<(u64, [usize; 2])>,
+    line: Option<(u64, u32)>,
     /// The payload of a ping.
     ping: Option<tungstenite::Bytes>,
     /// A file has changed.
@@ -40,13 +41,22 @@ struct Inbox {
 
 struct Running {
     cancel: Cancel,
-    is_point: bool,
+    kind: Work,
+}
+
+/// What a newer request of the same kind makes outdated.
+#[derive(Clone, Copy, PartialEq)]
+enum Work {
+    Picture,
+    Point,
+    Line,
 }
 
 /// Work that was taken from the inbox.
 enum Task {
     Picture { state: Option<(u64, State)>, changed: bool },
     Point(u64, [usize; 2]),
+    Line(u64, u32),
     Pong(tungstenite::Bytes),
 }
 
@@ -81,13 +91,19 @@ impl Shared {
             } else if inbox.state.is_some() || inbox.changed {
                 let changed = std::mem::take(&mut inbox.changed);
                 Some(Task::Picture { state: inbox.state.take(), changed })
+            } else if let Some((id, at)) = inbox.point.take() {
+                Some(Task::Point(id, at))
             } else {
-                inbox.point.take().map(|(id, at)| Task::Point(id, at))
+                inbox.line.take().map(|(id, line)| Task::Line(id, line))
             };
             if let Some(task) = task {
                 let cancel = Cancel::new();
-                let is_point = matches!(task, Task::Point(..));
-                inbox.running = Some(Running { cancel: cancel.clone(), is_point });
+                let kind = match task {
+                    Task::Point(..) => Work::Point,
+                    Task::Line(..) => Work::Line,
+                    Task::Picture { .. } | Task::Pong(_) => Work::Picture,
+                };
+                inbox.running = Some(Running { cancel: cancel.clone(), kind });
                 return Some((task, cancel));
             }
             inbox = self.wake.wait(inbox).unwrap_or_else(PoisonError::into_inner);
@@ -96,22 +112,31 @@ impl Shared {
 }
 
 impl Inbox {
-    /// Cancels the work that is being done; with `only_point`, only the explanation of a point.
-    fn cancel(&self, only_point: bool) {
-        if let Some(running) = self.running.as_ref().filter(|running| running.is_point || !only_point) {
-            running.cancel.cancel();
+    /// Cancels the work that is being done, if it is of this kind.
+    fn cancel(&self, kind: Work) {
+        if self.running.as_ref().is_some_and(|running| running.kind == kind) {
+            self.cancel_all();
         }
+    }
+
+    /// Cancels the work that is being done.
+    fn cancel_all(&self) {
+        self.running.iter().for_each(|running| running.cancel.cancel());
     }
 
     fn request(&mut self, request: Request) {
         match request {
             Request::State { id, state } => {
-                self.cancel(false);
+                self.cancel_all();
                 self.state = Some((id, state));
             }
             Request::Point { id, at } => {
-                self.cancel(true);
+                self.cancel(Work::Point);
                 self.point = Some((id, at));
+            }
+            Request::Line { id, line } => {
+                self.cancel(Work::Line);
+                self.line = Some((id, line));
             }
         }
     }
@@ -157,7 +182,7 @@ pub(crate) fn run(stream: TcpStream, rest: Vec<u8>, subject: Box<dyn Subject>, t
         read(stream, rest, &shared);
     }
     shared.put(|inbox| {
-        inbox.cancel(false);
+        inbox.cancel_all();
         inbox.closed = true;
     });
     if let Ok(worker) = worker {
@@ -218,7 +243,7 @@ fn look(shared: &Shared) {
             for (path, stamp) in files {
                 inbox.files.entry(path).and_modify(|known| *known = stamp);
             }
-            inbox.cancel(false);
+            inbox.cancel_all();
             inbox.changed = true;
         });
     }
@@ -245,6 +270,7 @@ impl Worker {
             let done = match task {
                 Task::Pong(payload) => self.send(Message::Pong(payload)),
                 Task::Point(id, at) => self.point(id, at, &cancel),
+                Task::Line(id, line) => self.line(id, line, &cancel),
                 Task::Picture { state, changed } => self.show(state, changed, &cancel),
             };
             if done.is_err() {
@@ -321,6 +347,21 @@ impl Worker {
             // Every point has an answer, so that the page can ask for one after another.
             Err(Stop::Cancelled) => protocol::unexplained(id, at, &[]),
             Err(Stop::Failed(messages)) => protocol::unexplained(id, at, &messages),
+        };
+        self.send(Message::text(text))
+    }
+
+    /// Shows what a line of the present state does.
+    fn line(&mut self, id: u64, line: u32, cancel: &Cancel) -> Result<(), Gone> {
+        let Some((_, state)) = self.state.clone() else { return Ok(()) };
+        let asked = self.in_turn(|subject| match cancel.is_cancelled() {
+            true => Err(Stop::Cancelled),
+            false => subject.line(&state, line, cancel),
+        });
+        let text = match asked {
+            Ok(found) => protocol::line(id, line, &found),
+            Err(Stop::Cancelled) => protocol::unshown(id, line, &[]),
+            Err(Stop::Failed(messages)) => protocol::unshown(id, line, &messages),
         };
         self.send(Message::text(text))
     }

@@ -1,6 +1,6 @@
-//! What is shown: the three questions that the server asks about a shader.
+//! What is shown: the questions that the server asks about a shader.
 
-use crate::protocol::{Shader, State};
+use crate::protocol::{Shader, State, Thumbnail};
 use osl_files::Stamp;
 use osl_limits::Cancel;
 use serde_json::Value;
@@ -38,6 +38,21 @@ pub trait Subject: Send {
     /// # Errors
     /// There is no such point, the run fails, or the work was cancelled.
     fn explain(&mut self, state: &State, at: [usize; 2], cancel: &Cancel) -> Result<String, Stop>;
+
+    /// Shows what a line of the source does; lines are counted from 1.
+    ///
+    /// # Errors
+    /// The shader has errors, its lines have no pictures, the run fails, or the work was cancelled.
+    fn line(&mut self, state: &State, line: u32, cancel: &Cancel) -> Result<Line, Stop>;
+}
+
+/// What a line of the source does.
+#[derive(Clone, Debug, Default)]
+pub struct Line {
+    /// The variables that it sets, its conditions and its loops.
+    pub pictures: Vec<Thumbnail>,
+    /// How many of these are left out.
+    pub more: usize,
 }
 
 /// A picture.

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
 use osl_limits::Cancel;
-use osl_studio::{Files, Layer, Options, Picture, Server, Shader, State, Stop, Subject};
+use osl_studio::{Files, Layer, Line, Options, Picture, Server, Shader, State, Stop, Subject, Thumbnail};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -17,12 +17,24 @@ use tungstenite::{Message, WebSocket};
 /// A failing test is better than one that waits for ever.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// A picture of two pixels that shows how many runs were cancelled. The output `slow` is done only when it is
-/// cancelled.
+/// A picture of two pixels that shows how many runs were cancelled. The output `slow` and the line 7 are done only
+/// when they are cancelled.
 struct Fake {
     file: PathBuf,
     cancelled: Arc<AtomicUsize>,
     started: Arc<AtomicUsize>,
+}
+
+impl Fake {
+    /// Work that ends when it is cancelled.
+    fn slow<T>(&self, cancel: &Cancel) -> Result<T, Stop> {
+        self.started.fetch_add(1, Ordering::SeqCst);
+        while !cancel.is_cancelled() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.cancelled.fetch_add(1, Ordering::SeqCst);
+        Err(Stop::Cancelled)
+    }
 }
 
 impl Subject for Fake {
@@ -39,12 +51,7 @@ impl Subject for Fake {
 
     fn picture(&mut self, state: &State, _: bool, cancel: &Cancel, _: &mut Files) -> Result<Picture, Stop> {
         if state.output.as_deref() == Some("slow") {
-            self.started.fetch_add(1, Ordering::SeqCst);
-            while !cancel.is_cancelled() {
-                std::thread::sleep(Duration::from_millis(1));
-            }
-            self.cancelled.fetch_add(1, Ordering::SeqCst);
-            return Err(Stop::Cancelled);
+            return self.slow(cancel);
         }
         let output = state.output.clone().unwrap_or_default();
         Ok(Picture { output, width: 2, height: 1, channels: 1, samples: vec![7, 8], ..Picture::default() })
@@ -54,6 +61,17 @@ impl Subject for Fake {
         match at {
             [0, 0] => Ok("{\n  \"x\": 0.1\n}\n".to_string()),
             _ => Err(Stop::error("outside")),
+        }
+    }
+
+    fn line(&mut self, _: &State, line: u32, cancel: &Cancel) -> Result<Line, Stop> {
+        match line {
+            7 => self.slow(cancel),
+            8 => Err(Stop::error("no such line")),
+            _ => {
+                let name = format!("line {line}");
+                Ok(Line { pictures: vec![Thumbnail { name, ..Thumbnail::default() }], more: 2 })
+            }
         }
     }
 }
@@ -274,6 +292,46 @@ fn outdated_work_is_cancelled() {
     while server.cancelled.load(Ordering::SeqCst) == 1 {
         std::thread::sleep(Duration::from_millis(1));
     }
+}
+
+#[test]
+fn lines_are_shown_and_outdated_ones_are_cancelled() {
+    let server = start();
+    let mut page = server.page();
+    page.state(1, "a");
+    page.until("picture");
+    let line = |id: u64, line: u32| json!({ "type": "line", "id": id, "line": line });
+    page.send(line(2, 3));
+    let (found, _) = page.until("line");
+    assert_eq!((&found["id"], &found["line"], &found["more"]), (&json!(2), &json!(3), &json!(2)));
+    assert_eq!(found["pictures"][0]["name"], "line 3");
+    page.send(line(3, 8));
+    assert_eq!(page.until("line").0["messages"][0]["message"], "no such line");
+    // A newer line, and a newer state.
+    let wait = |n: usize| {
+        while server.started.load(Ordering::SeqCst) < n {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    };
+    page.send(line(4, 7));
+    wait(1);
+    page.send(line(5, 4));
+    let given_up = page.until("line").0;
+    assert_eq!((&given_up["id"], &given_up["messages"]), (&json!(4), &json!([])));
+    assert_eq!(page.until("line").0["id"], 5);
+    page.send(line(6, 7));
+    wait(2);
+    page.state(7, "b");
+    assert_eq!(page.until("line").0["messages"], json!([]));
+    assert_eq!(page.until("picture").0["id"], 7);
+    // A point is explained without an end of the line.
+    page.send(line(8, 7));
+    wait(3);
+    page.send(json!({ "type": "point", "id": 9, "at": [0, 0] }));
+    page.send(line(10, 5));
+    assert_eq!(page.until("line").0["id"], 8);
+    assert_eq!(page.until("line").0["id"], 10);
+    assert_eq!(server.cancelled.load(Ordering::SeqCst), 3);
 }
 
 /// Waits until the server closes the connection; how many bytes it accepted before.

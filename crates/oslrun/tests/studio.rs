@@ -65,6 +65,114 @@ fn pictures_have_the_bits_of_the_command_line() {
     }
 }
 
+/// The samples of the PNG file that a command line with a tap makes. There is a second file if some points do not
+/// get to the line.
+fn samples_of_a_tap(args: &[&str], output: &str) -> Vec<u8> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("{output}.png").display().to_string();
+    let (code, _, err) = oslrun(&[args, &["-o", &file]].concat());
+    assert_eq!(code, 0, "{args:?}: {err}");
+    let image = read_image(&dir.path().join(format!("{output}.png"))).unwrap();
+    image.samples.iter().map(|x| (x * 255.0).round() as u8).collect()
+}
+
+#[test]
+fn taps_have_the_bits_of_the_command_line() {
+    let cobbled = osl("Cobbled.osl");
+    let usual = ["-g", "48x32", "--uv-scale", "2,2"];
+    let studio = Studio::start(Path::new("."), &[&[cobbled.as_str()], &usual[..]].concat());
+    let mut page = studio.page();
+    let mut seen = Vec::new();
+    for (tap, output, state, words) in [
+        ("34:dist", "line34.dist", json!({}), vec![]),
+        ("34:dist@2", "line34.dist.round2", json!({}), vec![]),
+        ("22:pp", "line22.pp", json!({ "params": [["radius", "0.3"]] }), vec!["-p", "radius=0.3"]),
+        ("34:dist", "line34.dist", json!({ "on": "sphere" }), vec!["--on", "sphere"]),
+    ] {
+        let mut state = state;
+        state["output"] = json!(tap);
+        let (header, samples) = picture(&mut page, state);
+        assert_eq!(header["output"], output);
+        let words = [&[cobbled.as_str()], &usual[..], &words[..], &["--tap", tap]].concat();
+        assert!(samples == samples_of_a_tap(&words, output), "{tap}");
+        assert!(samples.iter().any(|byte| *byte != samples[0]), "{tap}");
+        seen.push(samples);
+    }
+    assert!(seen[0] != seen[1] && seen[0] != seen[3]);
+    for (tap, why) in
+        [("1:nothing", "no statement on line 1"), ("34:dst", "did you mean `dist`?"), ("34:", "a tap is")]
+    {
+        page.state(json!({ "output": tap }));
+        let (failed, _) = page.until("failed");
+        assert!(failed["messages"].to_string().contains(why), "{failed}");
+    }
+}
+
+#[test]
+fn lines_have_the_pictures_of_a_picture_book() {
+    let cobbled = osl("Cobbled.osl");
+    let usual = ["-g", "48x32", "-p", "radius=0.3"];
+    let studio = Studio::start(Path::new("."), &[&[cobbled.as_str()], &usual[..]].concat());
+    let mut page = studio.page();
+    page.state(json!({}));
+    let (shader, _) = page.until("shader");
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("book.html").display().to_string();
+    let (code, _, err) = oslrun(&[&["picture-book", &cobbled], &usual[..], &["-o", &file]].concat());
+    assert_eq!(code, 0, "{err}");
+    let book = std::fs::read_to_string(file).unwrap();
+    let lines = shader["lines"].as_array().unwrap();
+    assert!(lines.len() > 20 && lines.contains(&json!(34)) && !lines.contains(&json!(1)), "{lines:?}");
+    let (mut pictures, mut taps, mut rounds) = (0, 0, 0);
+    for line in lines {
+        page.line(u32::try_from(line.as_u64().unwrap()).unwrap());
+        let (found, _) = page.until("line");
+        assert_eq!((&found["line"], &found["more"]), (line, &json!(0)));
+        let (_, row) = book.split_once(&format!(" id=L{line}>")).unwrap();
+        let (row, _) = row.split_once("</tr>").unwrap();
+        for shown in found["pictures"].as_array().unwrap() {
+            let [name, words] = ["name", "words"].map(|part| shown[part].as_str().unwrap());
+            let caption = format!("<b>{name}</b> <span class=dim>{words}</span>");
+            assert!(row.contains(&caption), "{shown} in {row}");
+            if let Some(url) = shown["picture"].as_str() {
+                pictures += 1;
+                assert!(row.contains(url), "line {line}: {name}");
+            }
+            if let Some(tap) = shown["tap"].as_str() {
+                taps += 1;
+                assert_eq!(tap, format!("{line}:{name}"));
+                assert!(row.contains(&format!("--tap {tap}")) || shown["picture"].is_null());
+            }
+            for url in shown["rounds"].as_array().unwrap() {
+                rounds += 1;
+                assert!(row.contains(url.as_str().unwrap()), "line {line}: {name}");
+            }
+        }
+    }
+    assert!(pictures > 20 && taps > 20 && rounds > 5, "{pictures} {taps} {rounds}");
+    // Large pictures have small ones, and lines that do nothing have none.
+    page.line(1);
+    assert_eq!(page.until("line").0["pictures"], json!([]));
+    page.state(json!({ "on": "torus" }));
+    page.until("picture");
+    page.line(34);
+    let words = page.until("line").0.to_string();
+    assert!(words.contains(" of the points"), "the background is left out: {words}");
+}
+
+#[test]
+fn lines_of_other_files_have_no_pictures() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("g.group"), "shader fractal noise;").unwrap();
+    let studio = Studio::start(folder.path(), &["g.group", "-g", "4x4"]);
+    let mut page = studio.page();
+    page.state(json!({}));
+    assert_eq!(page.until("shader").0["lines"], json!([]));
+    page.line(1);
+    let (found, _) = page.until("line");
+    assert!(found["messages"].to_string().contains("only the lines of a source"), "{found}");
+}
+
 #[test]
 fn groups_have_the_parameters_of_all_layers() {
     let folder = tempfile::tempdir().unwrap();
@@ -196,6 +304,8 @@ fn limits_hold_for_every_picture() {
     let mut page = studio.page();
     page.state(json!({ "params": [["n", "1000000000"]] }));
     assert!(page.until("failed").0["messages"].to_string().contains("takes more than"));
+    page.line(1);
+    assert!(page.until("line").0["messages"].to_string().contains("takes more than"));
     picture(&mut page, json!({ "params": [["n", "2"]] }));
     page.state(json!({ "params": [["n", "many"]] }));
     assert!(!page.until("failed").0["messages"].as_array().unwrap().is_empty());

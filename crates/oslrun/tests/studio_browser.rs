@@ -25,6 +25,8 @@ use studio_client::browser::Browser;
 const TOKEN: &str = "a-token-that-both-servers-have";
 /// The arrow to the right, as WebDriver names it.
 const RIGHT: char = '\u{E014}';
+/// The arrow down.
+const DOWN: char = '\u{E015}';
 
 /// A browser, or a word why there is none.
 fn browser(size: (u32, u32), dark: bool) -> Option<Browser> {
@@ -289,6 +291,101 @@ fn every_kind_of_parameter_has_a_control() {
     browser.wait("!location.hash.includes('p=')");
     browser.wait(IDLE);
     assert!(pixels(&browser) == picture_of(&[file.as_str(), "-g", "64x64"].map(str::to_string)));
+}
+
+/// A shader whose lines are known.
+const LINES: &str = "shader lines(float k = 3, output color result = 0)
+{
+    float wave = 0.5 + 0.5 * sin(k * 10 * u);
+    float signed = noise(P * 8);
+    // Nothing is set here.
+    result = color(wave, v, signed);
+    for (int i = 0; i < 3; i++) {
+        result *= 0.9 + 0.1 * i * wave;
+    }
+}
+";
+
+#[test]
+fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
+    let Some(browser) = browser((1280, 720), false) else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("lines.osl");
+    std::fs::write(&file, LINES).unwrap();
+    let path = file.display().to_string();
+    let studio = Studio::start(folder.path(), &["lines.osl", "-g", "96x64"]);
+    browser.open(&studio.url);
+    browser.wait(IDLE);
+    assert_eq!(browser.run("return document.getElementById('taps').hidden"), true);
+    // The mouse rests on a line.
+    browser.mouse(".line-box:nth-child(3) .code", (0, 0), None);
+    browser.wait("document.querySelector('#taps [data-tap=\"3:wave\"] img')");
+    let words = browser.run("return document.querySelector('[data-tap=\"3:wave\"]').innerText");
+    assert!(words.as_str().unwrap().contains("black is 0, white is 1"), "{words}");
+    // A line that does nothing changes nothing; the next one does.
+    browser.mouse(".line-box:nth-child(5) .code", (0, 0), None);
+    browser.mouse(".line-box:nth-child(8) .code", (0, 0), None);
+    browser.wait("document.querySelector('[data-tap=\"8:result\"] .rounds img')");
+    screenshot(&browser, "studio.taps.png");
+    // The keys: the lines that do something, one after another.
+    browser.run("document.querySelector('.line-box:nth-child(3) button.number').focus()");
+    browser.key(DOWN);
+    browser.wait("document.querySelector('[data-tap=\"4:signed\"] img')");
+    let place = "return document.activeElement.textContent";
+    assert_eq!(browser.run(place), "4");
+    browser.key(DOWN);
+    browser.wait("document.querySelector('[data-tap=\"6:result\"]')");
+    assert_eq!(browser.run(place), "6");
+
+    // A click shows the tap in the picture, and in the address.
+    let whole = pixels(&browser);
+    browser.run("document.querySelector('.line-box:nth-child(3) button.number').focus()");
+    browser.wait("document.querySelector('[data-tap=\"3:wave\"]')");
+    browser.run("document.querySelector('[data-tap=\"3:wave\"]').click()");
+    browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === '3:wave'");
+    browser.wait(IDLE);
+    let tapped = |tap: &str| -> Vec<u8> {
+        let grey = picture_of(&[&path, "-g", "96x64", "--tap", tap].map(str::to_string));
+        grey.iter().flat_map(|x| [*x; 3]).collect()
+    };
+    assert!(pixels(&browser) == tapped("3:wave"));
+    assert_eq!(browser.run("return document.getElementById('output').value"), "3:wave");
+    browser.wait("document.querySelector('[data-tap=\"3:wave\"]').getAttribute('aria-pressed') === 'true'");
+    screenshot(&browser, "studio.tap.png");
+    browser.run(
+        "navigator.clipboard.writeText = async (text) => { window.copied = text; };
+         document.getElementById('copy').click()",
+    );
+    browser.wait("window.copied");
+    let line = browser.run("return window.copied");
+    assert!(line.as_str().unwrap().contains(" --tap 3:wave "), "{line}");
+    studio.run_beside(
+        folder.path(),
+        &line.as_str().unwrap().split(' ').skip(1).map(str::to_string).collect::<Vec<_>>(),
+    );
+    let image = read_image(&folder.path().join("lines.png")).unwrap();
+    let copied = image.samples.iter().flat_map(|x| [(x * 255.0).round() as u8; 3]).collect::<Vec<_>>();
+    assert!(pixels(&browser) == copied, "{line}");
+
+    // The same line after a change above it, and the same address after a reload.
+    std::fs::write(&file, format!("// A new line.\n{}", LINES.replace("10 * u", "20 * u"))).unwrap();
+    browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === '4:wave'");
+    browser.wait(IDLE);
+    assert!(pixels(&browser) == tapped("4:wave"));
+    browser.reload();
+    browser.wait(IDLE);
+    browser.wait("document.getElementById('output').value === '4:wave'");
+    assert!(pixels(&browser) == tapped("4:wave"));
+    // A second click gives the output back.
+    std::fs::write(&file, LINES).unwrap();
+    browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === '3:wave'");
+    browser.run("document.querySelector('.line-box:nth-child(3) button.number').focus()");
+    browser.wait("document.querySelector('[data-tap=\"3:wave\"]')");
+    browser.run("document.querySelector('[data-tap=\"3:wave\"]').click()");
+    browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === 'result'");
+    browser.wait(IDLE);
+    assert!(pixels(&browser) == whole);
+    assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
 #[test]

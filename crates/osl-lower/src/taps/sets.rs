@@ -64,6 +64,8 @@ pub struct Most {
     pub taps: usize,
     /// Visits of a line inside of a loop.
     pub rounds: u32,
+    /// Only what this line does.
+    pub line: Option<u32>,
 }
 
 /// Maximum number of elements of an array that are listed.
@@ -72,33 +74,24 @@ const ELEMENTS: u32 = 4;
 const DEPTH: usize = 8;
 
 /// What the lines of the main file of a program do; its files are in `sources` from `base` on. What exceeds
-/// `most` is left out, from the last line up.
+/// `most` is left out, from the last line up; of a single line, the last of its doings.
 pub fn doings(program: &Program, (sources, base): (&SourceMap, u32), layer: usize, most: Most) -> Doings {
-    let file = sources.file_at(base).map(|file| file.name.clone()).unwrap_or_default();
-    let done = Doings::default();
-    let mut walk = Walk {
-        program,
-        sources,
-        base,
-        layer,
-        file,
-        loops: 0,
-        line: 0,
-        places: Vec::new(),
-        known: FxHashMap::default(),
-        done,
-    };
-    program.functions.iter().for_each(|function| walk.list(&function.body));
-    walk.list(&program.shader.body);
-    let Walk { mut places, mut done, .. } = walk;
+    let Walk { mut places, mut done, .. } = walk(program, (sources, base), layer);
+    if let Some(line) = most.line {
+        places.retain(|place| place.wanted.line == line);
+        done.branches.retain(|branch| branch.line == line);
+        done.loops.retain(|rounds| rounds.line == line);
+    }
     places.sort_by_key(|place| place.wanted.line);
     done.branches.sort_by_key(|branch| branch.line);
     done.loops.sort_by_key(|rounds| rounds.line);
-    let lines = places.iter().map(|place| place.wanted.line);
-    let mut lines: Vec<u32> =
-        lines.chain(done.branches.iter().map(|b| b.line)).chain(done.loops.iter().map(|l| l.line)).collect();
-    lines.sort_unstable();
-    if let Some(line) = lines.get(most.taps).copied() {
+    let lines = lines_of(&places, &done);
+    if most.line.is_some() {
+        done.more = lines.len().saturating_sub(most.taps);
+        done.loops.truncate(most.taps);
+        done.branches.truncate(most.taps - done.loops.len());
+        places.truncate(most.taps - done.loops.len() - done.branches.len());
+    } else if let Some(line) = lines.get(most.taps).copied() {
         done.more = lines.iter().filter(|at| **at >= line).count();
         places.retain(|place| place.wanted.line < line);
         done.branches.retain(|branch| branch.line < line);
@@ -115,6 +108,43 @@ pub fn doings(program: &Program, (sources, base): (&SourceMap, u32), layer: usiz
         }
     }
     done
+}
+
+/// The lines of the main file of a program that set a variable, or have a condition or a loop, in order.
+pub fn doing_lines(program: &Program, files: (&SourceMap, u32)) -> Vec<u32> {
+    let Walk { places, done, .. } = walk(program, files, 0);
+    let mut lines = lines_of(&places, &done);
+    lines.dedup();
+    lines
+}
+
+/// A line for each variable, condition and loop, in order.
+fn lines_of(places: &[Place], done: &Doings) -> Vec<u32> {
+    let sets = places.iter().map(|place| place.wanted.line);
+    let branches = done.branches.iter().map(|branch| branch.line);
+    let mut lines: Vec<u32> = sets.chain(branches).chain(done.loops.iter().map(|l| l.line)).collect();
+    lines.sort_unstable();
+    lines
+}
+
+/// All that the main file of a program does.
+fn walk<'p>(program: &'p Program, (sources, base): (&'p SourceMap, u32), layer: usize) -> Walk<'p> {
+    let file = sources.file_at(base).map(|file| file.name.clone()).unwrap_or_default();
+    let mut walk = Walk {
+        program,
+        sources,
+        base,
+        layer,
+        file,
+        loops: 0,
+        line: 0,
+        places: Vec::new(),
+        known: FxHashMap::default(),
+        done: Doings::default(),
+    };
+    program.functions.iter().for_each(|function| walk.list(&function.body));
+    walk.list(&program.shader.body);
+    walk
 }
 
 /// A variable, or a part of one, that a line sets.

@@ -6,6 +6,7 @@ import { PicturePane } from "./picture.js";
 import { ParameterPane } from "./parameters.js";
 import { lineTexts, showExplanation } from "./explanation.js";
 import { commandLine, readFragment, writeFragment } from "./state.js";
+import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { element, fillMenu } from "./element.js";
 
@@ -14,7 +15,8 @@ const at = (id) => document.getElementById(id);
 let state = readFragment();
 let shader = null;
 
-const source = new SourcePane(at("source"), at("messages"));
+const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line));
+const taps = new TapPane(at("taps"), { ask: (line) => connection.line(line), choose: chooseTap });
 const parameters = new ParameterPane(at("parameters"), () => changeState({ params: parameters.params() }));
 const picture = new PicturePane(at("picture"), at("cross"), (point) => connection.explain(point));
 new Wipe({ canvas: at("picture"), pinned: at("pinned"), button: at("pin"), slider: at("wipe"), word: at("pin-word") });
@@ -25,6 +27,24 @@ function changeState(part) {
   state = { ...state, ...part };
   writeFragment(state);
   show();
+}
+
+/** A tap becomes the output; a second click gives the output from before back. */
+function chooseTap(tap) {
+  const isChosen = state.output === tap;
+  if (!isTap(state.output)) {
+    chooseTap.before = state.output;
+  }
+  changeState({ output: isChosen ? chooseTap.before ?? usualOutput(shader.outputs) : tap });
+  showOutputs();
+}
+
+/** The outputs of the shader, and the tap that is shown. */
+function showOutputs() {
+  const names = shader.outputs.map(({ name, type }) => [name, `${name} (${type})`]);
+  const tap = isTap(state.output) ? [[state.output, `${state.output} (tap)`]] : [];
+  fillMenu(at("output"), [...names, ...tap], state.output);
+  taps.chosen(state.output);
 }
 
 function show() {
@@ -59,6 +79,9 @@ function answer(message, samples) {
       showMessages(message.messages);
       at("status").textContent = "errors; the last picture stays";
       break;
+    case "line":
+      taps.answer(message);
+      break;
     case "explanation":
       showExplanation(at("explanation"), message);
       source.values(message.explanation && shader ? lineTexts(message.explanation, shader.path) : []);
@@ -68,11 +91,13 @@ function answer(message, samples) {
 }
 
 function showShader(found) {
+  const before = shader?.file === found.file ? shader.text : null;
   shader = found;
   const isBroken = shader.layers.length === 0;
   document.title = `${shader.file} – oslrun studio`;
   at("title").textContent = shader.path;
   source.show(shader);
+  showFile(before);
   fillMenu(at("file"), [...new Set([shader.file, ...shader.files])].map((name) => [name, name]), shader.file);
   at("lit").checked = Boolean(state.lit);
   fillMenu(at("on"), shader.surfaces.map((name) => [name, name]), state.on ?? shader.on ?? "patch");
@@ -81,14 +106,27 @@ function showShader(found) {
   }
   parameters.show(shader, state.params ?? shader.given);
   const names = shader.outputs.map((output) => output.name);
-  const wanted = state.output ?? shader.output;
-  const output = names.includes(wanted) ? wanted : usualOutput(shader.outputs);
-  fillMenu(at("output"), shader.outputs.map(({ name, type }) => [name, `${name} (${type})`]), output);
+  let wanted = state.output ?? shader.output;
+  if (isTap(wanted) && before !== null) {
+    wanted = movedTap(wanted, before, shader.text);
+  }
+  const output = names.includes(wanted) || isTap(wanted) ? wanted : usualOutput(shader.outputs);
   const params = parameters.params();
   // What the page shows and what the server was told may differ now: an output or a parameter is gone, or the
   // page was opened without a state.
   if (output !== state.output || JSON.stringify(params) !== JSON.stringify(state.params ?? null)) {
     changeState({ output, params });
+  }
+  showOutputs();
+}
+
+/** The line that is shown stays the same one after a change of the file; another file has none. */
+function showFile(before) {
+  if (before === null) {
+    source.release();
+    taps.close();
+  } else if (taps.line) {
+    taps.line = movedLine(taps.line, before, shader.text);
   }
 }
 
@@ -110,6 +148,7 @@ function showPicture(message, samples) {
   if (picture.at) {
     connection.explain(picture.at);
   }
+  taps.again();
   document.dispatchEvent(new CustomEvent("studio-picture", { detail: message }));
 }
 
@@ -123,7 +162,10 @@ function showMessages(messages) {
 }
 
 at("file").onchange = () => changeState({ file: at("file").value, output: undefined, params: [] });
-at("output").onchange = () => changeState({ output: at("output").value });
+at("output").onchange = () => {
+  changeState({ output: at("output").value });
+  showOutputs();
+};
 at("on").onchange = () => changeState({ on: at("on").value });
 at("lit").onchange = () => {
   // The patch has no preview; the surface of a preview is a sphere, unless another one is chosen.
@@ -133,6 +175,12 @@ at("lit").onchange = () => {
   }
   changeState({ lit: at("lit").checked, on: at("on").value });
 };
+addEventListener("keydown", (event) => {
+  if (event.key === "Escape") {
+    source.release();
+    taps.close();
+  }
+});
 at("reset").onclick = () => parameters.reset();
 at("copy").onclick = async () => {
   const line = commandLine(shader, state);
@@ -148,6 +196,7 @@ addEventListener("hashchange", () => {
   state = readFragment();
   if (shader) {
     parameters.show(shader, state.params ?? shader.given);
+    showOutputs();
   }
   show();
 });

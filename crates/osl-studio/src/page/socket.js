@@ -79,6 +79,13 @@ export class Connection {
     }
   }
 
+  /** Asks what a line does. The server gives up an earlier line. */
+  line(line) {
+    if (this.isOpen) {
+      this.socket.send(JSON.stringify({ type: "line", id: this.nextId++, line }));
+    }
+  }
+
   receive(data) {
     if (typeof data === "string") {
       const message = JSON.parse(data);

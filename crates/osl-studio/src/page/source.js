@@ -1,10 +1,13 @@
 // The source of the shader, with its messages at their lines, and with the values of the pixel that is explained.
+// Lines that set variables can be pointed at, with the mouse or the keys.
 
 import { element } from "./element.js";
 
 // The words that stand out, so that the structure of a shader is seen at a glance.
 const WORDS = new Set(("shader surface displacement volume float int color point vector normal matrix string void closure "
   + "struct output public if else for while do break continue return").split(" "));
+// How long the mouse is to rest on a line, in milliseconds, so that it can cross others.
+const REST = 150;
 const TOKEN = /(\/\/.*$|"(?:[^"\\]|\\.)*"?|[A-Za-z_]\w*|[^A-Za-z_"/]+|\/)/g;
 
 /** The parts of a line, with comments, strings and words marked. `inside` says whether it begins in a comment. */
@@ -50,27 +53,108 @@ export function severityClass(message) {
 
 /** The pane with the source. */
 export class SourcePane {
-  constructor(pane, list) {
+  /** `pointed(line)` is called when another line is chosen that does something. */
+  constructor(pane, list, pointed) {
     this.pane = pane;
     this.list = list;
+    this.pointed = pointed;
     this.lines = [];
+    this.held = null;
+    pane.addEventListener("pointerover", (event) => this.pointAt(event));
+    pane.addEventListener("pointerleave", () => clearTimeout(this.timer));
+    pane.addEventListener("focusin", (event) => this.focused(event.target));
+    pane.addEventListener("click", (event) => this.hold(event.target));
+    pane.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** The number of the line of an element, if the line does something. */
+  numberOf(part) {
+    const button = part.closest(".line-box")?.querySelector("button.number");
+    return button ? Number(button.textContent) : null;
+  }
+
+  pointAt(event) {
+    clearTimeout(this.timer);
+    const line = this.numberOf(event.target);
+    if (line && !this.held) {
+      this.timer = setTimeout(() => this.pointed(line), REST);
+    }
+  }
+
+  /** A line that gets the focus by the keys is shown at once. */
+  focused(part) {
+    if (part.matches("button.number")) {
+      this.pane.querySelector("button.number[tabindex='0']")?.setAttribute("tabindex", "-1");
+      part.setAttribute("tabindex", "0");
+      if (!this.held) {
+        clearTimeout(this.timer);
+        this.pointed(this.numberOf(part));
+      }
+    }
+  }
+
+  /** A click on the number of a line holds it: the mouse can move without a change. */
+  hold(part) {
+    if (part.matches("button.number")) {
+      const line = this.numberOf(part);
+      this.held = this.held === line ? null : line;
+      this.markHeld();
+      this.pointed(line);
+    }
+  }
+
+  /** Holds no line. */
+  release() {
+    this.held = null;
+    this.markHeld();
+  }
+
+  markHeld() {
+    for (const button of this.pane.querySelectorAll("button.number")) {
+      button.setAttribute("aria-pressed", String(Number(button.textContent) === this.held));
+    }
+  }
+
+  /** The arrow keys go from one line that does something to the next. */
+  key(event) {
+    const step = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+    if (step && event.target.matches("button.number")) {
+      event.preventDefault();
+      const all = [...this.pane.querySelectorAll("button.number")];
+      all[all.indexOf(event.target) + step]?.focus();
+    }
+  }
+
+  /** The number of a line; a button if the line does something. */
+  number(line, does) {
+    if (!does.has(line)) {
+      return element("span", { class: "number" }, String(line));
+    }
+    const label = `Line ${line}: show what it sets`;
+    const attributes = { type: "button", class: "number", tabindex: "-1", "aria-label": label, title: "Hold this line" };
+    return element("button", attributes, String(line));
   }
 
   /** Shows the text of a shader with its messages. */
   show(shader) {
     const top = this.pane.scrollTop;
+    const focused = this.numberOf(document.activeElement);
     this.path = shader.path;
+    const does = new Set(shader.lines);
     let inside = false;
     this.lines = shader.text.split(/\r?\n/).map((text, at) => {
       let parts;
       [parts, inside] = marked(text, inside);
       return element("div", { class: "line-box" },
         element("div", { class: "line" },
-          element("span", { class: "number" }, String(at + 1)),
+          this.number(at + 1, does),
           element("span", { class: "code" }, ...parts)));
     });
     this.pane.replaceChildren(...this.lines);
     this.pane.scrollTop = top;
+    this.pane.querySelector("button.number")?.setAttribute("tabindex", "0");
+    this.markHeld();
+    this.lines[focused - 1]?.querySelector("button.number")?.focus({ preventScroll: true });
     this.listMessages(shader.diagnostics);
     this.annotate(shader.diagnostics, "checked");
     const first = shader.diagnostics.find((message) => message.severity === "error" && this.lineOf(message));

@@ -1,6 +1,8 @@
 // What is shown: the file, the output, the surface and the values of parameters, kept in the fragment of the
 // address, so that a reload or a copied address shows the same.
 
+import { isTap } from "./taps.js";
+
 /** The state in the fragment; what it does not name is left to the server. */
 export function readFragment() {
   const found = new URLSearchParams(location.hash.slice(1));
@@ -53,7 +55,7 @@ export function commandLine(shader, state) {
   if (state.lit) {
     words.push("--preview", ...(isColor ? ["--base", output] : []));
   } else if (output) {
-    words.push("--outputs", output);
+    words.push(isTap(output) ? "--tap" : "--outputs", output);
   }
   const on = state.on ?? shader.on;
   if (on && on !== "patch") {

@@ -195,6 +195,7 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
         CompileError::Program(list) => told(&list, &checked.sources, request.read, err),
     };
     let mut taps = taps(request.taps, &[(&program, 0)], &checked.sources)?;
+    let wanted = taps.len();
     taps.extend(request.more_taps.map(|more| more(&program, &checked.sources)).unwrap_or_default());
     let requests = Requests { taps, ..requests(Vec::new(), request) };
     let lower = |requests: &Requests| stages::lower_for(&program, request.params, requests);
@@ -212,7 +213,11 @@ fn shader(path: &Path, request: &Request<'_>, notes: bool, err: &mut dyn Write) 
     let folder = TextureFiles { folder, typed: strings(&program, &given).collect() };
     let name = program.shader.name.clone();
     let sources = checked.sources;
-    let tapped = names_of(&requests.taps, &body);
+    let (wanted, more) = requests.taps.split_at(wanted);
+    let mut tapped = names_of(wanted, &body);
+    // A function that is not called has none of the taps that were found in it.
+    let exists = |name: &Arc<str>| body.outputs.iter().any(|output| output.name == *name);
+    tapped.extend(names_of(more, &body).into_iter().filter(exists));
     Ok(Loaded { sources, body, name, folder, program, texts, tapped, noted, layers: None, given })
 }
 

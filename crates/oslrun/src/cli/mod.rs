@@ -25,6 +25,7 @@ mod display;
 mod doc;
 mod explain;
 mod explain_error;
+mod figures;
 mod fix;
 mod fmt;
 mod frames;

@@ -2,7 +2,7 @@
 
 use super::args::RunArgs;
 use super::args::values::STDOUT;
-use super::load::{self, Loaded, Request};
+use super::load::{self, Loaded, MoreTaps, Request};
 use super::output::{Broken, Rows, Tallied};
 use super::preview::{self, PreviewArgs};
 use super::sampling::{self, Plan, Sampled};
@@ -50,10 +50,17 @@ pub(super) fn run(
             args,
             lit,
             None,
-            &mut Streams { out, err, picture: &mut picture, kept: None, reads },
+            &mut Streams { out, err, picture: &mut picture, kept: None, reads, more_taps: None },
         );
     }
-    let streams = &mut Streams { out: &mut text, err: &mut *err, picture: &mut picture, kept: None, reads };
+    let streams = &mut Streams {
+        out: &mut text,
+        err: &mut *err,
+        picture: &mut picture,
+        kept: None,
+        reads,
+        more_taps: None,
+    };
     let result = pictures(args, lit, json.then_some(&mut about), streams);
     if json {
         about.printed = String::from_utf8_lossy(&text).into_owned();
@@ -92,6 +99,8 @@ pub(super) struct Streams<'a> {
     pub(super) kept: Option<&'a mut Kept>,
     /// Gets the files that the run reads.
     pub(super) reads: Option<&'a mut Reads>,
+    /// Makes taps of the shader, besides those of the command line.
+    pub(super) more_taps: Option<&'a MoreTaps<'a>>,
 }
 
 /// The values of a run.
@@ -122,9 +131,29 @@ pub(super) fn kept(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<Kept, Failure> {
+    kept_with(args, lit, reads, None, (out, err))
+}
+
+/// Runs a shader that writes no picture with the taps that a function makes, and returns its values.
+pub(super) fn tapped(
+    args: &RunArgs,
+    more_taps: &MoreTaps<'_>,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<Kept, Failure> {
+    kept_with(args, &PreviewArgs::default(), None, Some(more_taps), (out, err))
+}
+
+fn kept_with(
+    args: &RunArgs,
+    lit: &PreviewArgs,
+    reads: Option<&mut Reads>,
+    more_taps: Option<&MoreTaps<'_>>,
+    (out, err): (&mut dyn Write, &mut dyn Write),
+) -> Result<Kept, Failure> {
     let mut kept = Kept::default();
     let mut picture = std::io::sink();
-    let streams = &mut Streams { out, err, picture: &mut picture, kept: Some(&mut kept), reads };
+    let streams = &mut Streams { out, err, picture: &mut picture, kept: Some(&mut kept), reads, more_taps };
     shaded(args, lit, None, streams)?;
     Ok(kept)
 }
@@ -135,14 +164,14 @@ fn shaded(
     mut about: Option<&mut About>,
     streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
-    let Streams { out, err, picture, kept, reads } = streams;
+    let Streams { out, err, picture, kept, reads, more_taps } = streams;
     let started = Instant::now();
     let plan = args.sampling.plan()?;
     if args.closures && plan != Plan::Plain {
         return Err(Failure::usage("--closures wants one sample for each pixel"));
     }
     cropped(args, plan)?;
-    let request = Request::of(args);
+    let request = Request { more_taps: *more_taps, ..Request::of(args) };
     let loaded = load::load(&request, err)?;
     if let Some(reads) = reads {
         let services = services(args, loaded.folder.clone(), grid_spaces(args));

@@ -138,6 +138,11 @@ impl Browser {
         self.command("/url", &json!({ "url": url }));
     }
 
+    /// Loads the page again.
+    pub(crate) fn reload(&self) {
+        self.command("/refresh", &json!({}));
+    }
+
     /// Runs a function body in the page.
     pub(crate) fn run(&self, script: &str) -> Value {
         self.command("/execute/sync", &json!({ "script": script, "args": [] }))

@@ -114,6 +114,12 @@ impl Page {
         self.send(json!({ "type": "point", "id": self.id, "at": [x, y] }));
     }
 
+    /// Asks what a line does.
+    pub(crate) fn line(&mut self, line: u32) {
+        self.id += 1;
+        self.send(json!({ "type": "line", "id": self.id, "line": line }));
+    }
+
     fn send(&mut self, message: Value) {
         self.socket.send(Message::text(message.to_string())).unwrap();
     }

@@ -1,18 +1,17 @@
 //! `oslrun picture-book FILE.osl -o BOOK.html`: a page that shows the source of a shader, and beside each line
 //! a picture of each variable that the line sets.
 //!
-//! The pictures are taps, all of one run. `plan` makes them from the results, `show` chooses how values are
-//! shown, `highlight` colors the source, and `page` writes the page. A run in double precision tells which
-//! digits are lost, and one without taps how long each line takes. This module must not know how taps are
-//! computed.
+//! The pictures are taps, all of one run, which `figures` makes from the results. `highlight` colors the source,
+//! and `page` writes the page. A run in double precision tells which digits are lost (`lost`), and one without
+//! taps how long each line takes. This module must not know how taps are computed.
 
 mod highlight;
+mod lost;
 mod page;
-mod plan;
-mod show;
 
 use super::args::RunArgs;
 use super::args::values::Pair;
+use super::figures::{self, Pictures, Results};
 use super::load::{self, Loaded, Request};
 use super::session::{grid, grid_spaces, on_threads, options, progress, services, stopped};
 use super::shading::{self, Report};
@@ -30,7 +29,6 @@ use osl_scene::{Grid, WithData};
 use osl_syntax::diagnostic::Diagnostic;
 use osl_syntax::source::SourceMap;
 use page::{Book, Line, Warning};
-use plan::{Pictures, Results};
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -40,8 +38,6 @@ pub(super) const NAME: &str = "picture-book";
 /// The size of the pictures, and the largest one.
 const SIZE: &str = "64x64";
 const MAX_SIZE: usize = 128;
-/// Visits of a line in a loop that are shown besides the last.
-const ROUNDS: u32 = 3;
 
 /// What to show.
 #[derive(Debug, Args)]
@@ -94,9 +90,9 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     }
     let limits = run.read.limits.limits();
     let taps = usize::try_from(limits.running.book_pictures).unwrap_or(usize::MAX);
-    let most = Most { taps, rounds: ROUNDS };
+    let most = Most { taps, rounds: figures::ROUNDS, line: None };
     let doings = |program: &Program, sources: &SourceMap| taps::doings(program, (sources, 0), 0, most);
-    let all = |program: &Program, sources: &SourceMap| plan::taps(&doings(program, sources));
+    let all = |program: &Program, sources: &SourceMap| figures::taps(&doings(program, sources));
     let loaded = load::load(&Request { more_taps: Some(&all), ..Request::of(run) }, err)?;
     let doings = doings(&loaded.program, &loaded.sources);
     let main = loaded.sources.files().first();
@@ -119,10 +115,14 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
     shading.judge(run.lints.denies_errors())?;
     let double = frame(&loaded, Arithmetic::Double, (run, &services, &points))?;
 
-    let command = format!("oslrun {}{}", word(&file.display().to_string()), values(run));
-    let (in_single, in_double) = (Results::of(&single), Results::of(&double));
-    let pictures = Pictures { single: &in_single, double: &in_double, size: run.grid, command };
-    let mut lines = pictures.lines(&doings);
+    let (in_single, in_double) = (Results::of(&single, None), Results::of(&double, None));
+    let pictures = Pictures { results: &in_single, size: run.grid };
+    let figures = pictures.lines(&doings).into_iter();
+    let mut lines: BTreeMap<u32, Line> =
+        figures.map(|(line, figures)| (line, Line { figures, ..Line::default() })).collect();
+    for (line, digits) in lost::lines(&doings, &in_single, &in_double) {
+        lines.entry(line).or_default().lost = digits;
+    }
     for (line, text, is_error) in report.at_lines(&single.messages, &name) {
         lines.entry(line).or_default().warnings.push(Warning { text, is_error });
     }
@@ -142,7 +142,8 @@ pub(super) fn book(args: &BookArgs, out: &mut dyn Write, err: &mut dyn Write) ->
         text: &text,
         lines,
         size: run.grid,
-        outputs: pictures.outputs(&single, &plan::taps(&doings)),
+        outputs: pictures.outputs(&single, &figures::taps(&doings)),
+        tapping: format!("oslrun {}{}", word(&file.display().to_string()), values(run)),
         command: format!(
             "oslrun {NAME} {}{} -o {}",
             word(&file.display().to_string()),

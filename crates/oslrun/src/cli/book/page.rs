@@ -4,27 +4,13 @@
 //! must not know how values are computed.
 
 use super::highlight;
+use super::word;
+use crate::cli::figures::Figure;
 use crate::cli::info::{Metadatum, Shader};
 use osl_measure::markup::escape;
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::fmt::Write;
-
-/// A picture with its words.
-pub(super) struct Figure {
-    /// The name of the variable, or of the branch.
-    pub(super) name: String,
-    /// The type; empty for what is not a variable.
-    pub(super) ty: String,
-    /// The picture as a data URL; `None` if all values are the same.
-    pub(super) url: Option<String>,
-    /// How to read it.
-    pub(super) words: String,
-    /// The first rounds of the loop, as data URLs.
-    pub(super) rounds: Vec<String>,
-    /// The command that makes the picture; empty if there is none.
-    pub(super) command: String,
-}
 
 /// A message at a line.
 pub(super) struct Warning {
@@ -55,6 +41,8 @@ pub(super) struct Book<'a> {
     pub(super) size: (usize, usize),
     /// Pictures of the outputs.
     pub(super) outputs: Vec<Figure>,
+    /// The start of the command that makes one of its pictures.
+    pub(super) tapping: String,
     /// How the page was made.
     pub(super) command: String,
     /// What the page leaves out.
@@ -113,7 +101,7 @@ pub(super) fn html(book: &Book<'_>) -> String {
     }
     if !book.outputs.is_empty() {
         page.push_str("<h2>Outputs</h2>");
-        book.outputs.iter().for_each(|one| figure(one, book.size, &mut page));
+        book.outputs.iter().for_each(|one| figure(one, book, &mut page));
     }
     parameters(book, &mut page);
     page.push_str(
@@ -128,7 +116,7 @@ pub(super) fn html(book: &Book<'_>) -> String {
     for (at, text) in book.text.lines().take(LINES).enumerate() {
         let number = at as u32 + 1;
         let line = book.lines.get(&number).unwrap_or(&none);
-        row(number, &highlight::line(text, &mut state), line, book.size, &mut page);
+        row(number, &highlight::line(text, &mut state), line, book, &mut page);
     }
     page.push_str("</table>");
     let more = book.text.lines().count().saturating_sub(LINES);
@@ -142,7 +130,7 @@ pub(super) fn html(book: &Book<'_>) -> String {
     page
 }
 
-fn row(number: u32, code: &str, line: &Line, size: (usize, usize), page: &mut String) {
+fn row(number: u32, code: &str, line: &Line, book: &Book<'_>, page: &mut String) {
     let has = if line.figures.is_empty() { "" } else { " class=has" };
     let _ = write!(page, "<tr{has} id=L{number}>");
     margin([200, 40, 20], line.cost, &format!("{:.0} % of the time", 100.0 * line.cost), page);
@@ -155,7 +143,7 @@ fn row(number: u32, code: &str, line: &Line, size: (usize, usize), page: &mut St
         let _ = write!(page, "<span class=\"{class}\">⚠ {}</span>", escape(&warning.text));
     }
     page.push_str("</td><td>");
-    line.figures.iter().for_each(|one| figure(one, size, page));
+    line.figures.iter().for_each(|one| figure(one, book, page));
     page.push_str("</td></tr>\n");
 }
 
@@ -170,9 +158,20 @@ fn margin([r, g, b]: [u8; 3], share: f64, title: &str, page: &mut String) {
         write!(page, "<td class=m style=\"background:rgba({r},{g},{b},{alpha:.2})\" title=\"{title}\"></td>");
 }
 
-fn figure(figure: &Figure, (columns, rows): (usize, usize), page: &mut String) {
-    let Figure { name, ty, url, words, rounds, command } = figure;
-    let (name, ty, words, command) = (escape(name), escape(ty), escape(words), escape(command));
+/// The command that makes a picture; empty if there is none.
+fn command(figure: &Figure, book: &Book<'_>) -> String {
+    let range = figure.range.map_or_else(String::new, |(low, high)| format!(" --range {low},{high}"));
+    match figure.tap.as_str() {
+        "" => String::new(),
+        tap => format!("{} --tap {}{range} -o picture.png", book.tapping, word(tap)),
+    }
+}
+
+fn figure(figure: &Figure, book: &Book<'_>, page: &mut String) {
+    let (columns, rows) = book.size;
+    let Figure { name, ty, url, words, rounds, .. } = figure;
+    let command = escape(&command(figure, book));
+    let (name, ty, words) = (escape(name), escape(ty), escape(words));
     let size = |width: usize| format!("width={width} height={}", (width * rows / columns.max(1)).max(1));
     page.push_str("<figure>");
     if let Some(url) = url {

@@ -6,6 +6,7 @@
 //! outside of the permitted folders, and a run for a page appends to no files. This module must not know
 //! connections.
 
+use super::line;
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::levels;
@@ -22,7 +23,7 @@ use osl_ir::ir::{Body, Kind};
 use osl_ir::types::{StructTable, Type};
 use osl_limits::Cancel;
 use osl_scene::shape::Shape;
-use osl_studio::{Files, Layer, Output, Picture, Shader, State, Stop, Subject};
+use osl_studio::{Files, Layer, Line, Output, Picture, Shader, State, Stop, Subject};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
@@ -219,6 +220,9 @@ impl Subject for Studio {
                 let list = levels::judge(&checked, Level::Check, &args.lints, args.read.limits.limits());
                 report::diagnostics(&list, &checked.sources, &args.read, err)?;
                 if let Some(program) = &checked.program {
+                    if has_lines(&path) {
+                        shader.lines = line::lines(program, &checked.sources);
+                    }
                     let description = serde_json::to_value(info::describe(program)).unwrap_or_default();
                     found.push(Layer { name: String::new(), description });
                 }
@@ -261,12 +265,20 @@ impl Subject for Studio {
         if state.lit {
             return self.lit(&args, state, cancel, files);
         }
-        let asked = state.output.clone().map(|output| vec![output]);
-        args.outputs =
-            asked.or_else(|| args.outputs.as_ref().map(|list| list.iter().take(1).cloned().collect()));
+        match state.output.as_deref().and_then(line::tap) {
+            Some(tap) => {
+                args.tap = vec![tap.map_err(Stop::error)?];
+                args.outputs = None;
+            }
+            None => {
+                let asked = state.output.clone().map(|output| vec![output]);
+                let given = || args.outputs.as_ref().map(|list| list.iter().take(1).cloned().collect());
+                args.outputs = asked.or_else(given);
+            }
+        }
         let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
         let work = |err: &mut dyn Write| {
-            if args.outputs.is_none() {
+            if args.outputs.is_none() && args.tap.is_empty() {
                 // Only one output is computed.
                 let loaded = load::load(&Request::of(&args), &mut std::io::sink())?;
                 args.outputs = outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]);
@@ -292,6 +304,24 @@ impl Subject for Studio {
         });
         if failed || cancel.is_cancelled() { Err(stop(messages, cancel)) } else { Ok(text) }
     }
+
+    fn line(&mut self, state: &State, line: u32, cancel: &Cancel) -> Result<Line, Stop> {
+        let args = self.args(state, cancel)?;
+        if !args.file.as_deref().is_some_and(has_lines) || !args.network.is_empty() {
+            return Err(Stop::error("only the lines of a source have pictures: open the .osl file"));
+        }
+        let mut found = Line::default();
+        let (messages, failed) = told(|err| {
+            (found.pictures, found.more) = line::pictures(args, line, err)?;
+            Ok(())
+        });
+        if failed || cancel.is_cancelled() { Err(stop(messages, cancel)) } else { Ok(found) }
+    }
+}
+
+/// Whether the lines of a file have pictures: whether it is the source of a single shader.
+fn has_lines(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "osl")
 }
 
 /// Checks a shader that was read.

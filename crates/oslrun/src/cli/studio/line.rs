@@ -1,0 +1,84 @@
+//! What a line of the source does, as small pictures for the page: those of a picture book, of the present state.
+//!
+//! Also the tap as the output of the whole picture. This module must not know connections.
+
+use crate::cli::args::{RunArgs, SampleArgs};
+use crate::cli::figures::{self, Figure, Pictures, Results};
+
+use crate::cli::{Failure, run};
+use osl_hir::hir::Program;
+use osl_lower::taps::{self, Doings, Most, Wanted};
+use osl_studio::Thumbnail;
+use osl_syntax::source::SourceMap;
+use std::cell::RefCell;
+use std::io::Write;
+
+/// The larger side of a picture in pixels.
+const SIDE: usize = 80;
+/// How many variables, conditions and loops of a line are shown.
+const MOST: usize = 24;
+
+/// The lines that do something.
+pub(super) fn lines(program: &Program, sources: &SourceMap) -> Vec<u32> {
+    taps::doing_lines(program, (sources, 0))
+}
+
+/// The tap that an output of a state names, if it is one: no output has a colon in its name.
+pub(super) fn tap(output: &str) -> Option<Result<Wanted, String>> {
+    output.contains(':').then(|| Wanted::parse(output))
+}
+
+/// Pictures of what a line does, and how many are left out.
+pub(super) fn pictures(
+    mut args: RunArgs,
+    line: u32,
+    err: &mut dyn Write,
+) -> Result<(Vec<Thumbnail>, usize), Failure> {
+    args.grid = small(args.grid);
+    args.sampling = SampleArgs::default();
+    // Only the taps are computed.
+    args.outputs = Some(Vec::new());
+    let most = Most { taps: MOST, rounds: figures::ROUNDS, line: Some(line) };
+    let found = RefCell::new(Doings::default());
+    let more_taps = |program: &Program, sources: &SourceMap| {
+        let doings = taps::doings(program, (sources, 0), 0, most);
+        let taps = figures::taps(&doings);
+        *found.borrow_mut() = doings;
+        taps
+    };
+    let kept = run::tapped(&args, &more_taps, &mut std::io::sink(), err)?;
+    let results = Results::of(&kept.frame, kept.covered.as_ref());
+    let doings = found.into_inner();
+    let mut lines = Pictures { results: &results, size: args.grid }.lines(&doings);
+    let figures = lines.remove(&line).unwrap_or_default();
+    Ok((figures.into_iter().map(thumbnail).collect(), doings.more))
+}
+
+/// A smaller size of the same form.
+fn small((width, height): (usize, usize)) -> (usize, usize) {
+    let larger = width.max(height);
+    if larger <= SIDE {
+        return (width, height);
+    }
+    let scaled = |side: usize| ((side * SIDE + larger / 2) / larger).max(1);
+    (scaled(width), scaled(height))
+}
+
+fn thumbnail(figure: Figure) -> Thumbnail {
+    let Figure { name, ty, url, words, rounds, tap, range: _ } = figure;
+    Thumbnail { tap: Some(tap).filter(|tap| !tap.is_empty()), name, ty, words, picture: url, rounds }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_pictures_have_the_form_of_the_large_one() {
+        assert_eq!(small((512, 512)), (80, 80));
+        assert_eq!(small((1000, 500)), (80, 40));
+        assert_eq!(small((3, 4000)), (1, 80));
+        assert_eq!(small((64, 48)), (64, 48));
+        assert_eq!(small((0, 0)), (0, 0));
+    }
+}
