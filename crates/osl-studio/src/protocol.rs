@@ -21,6 +21,10 @@ pub struct State {
     pub on: Option<String>,
     /// Whether the surface is shown with light, on a floor.
     pub lit: bool,
+    /// The values that become black and white, as after `--range`; a picture with light has none.
+    pub range: Option<String>,
+    /// What covers the picture: `outside` marks the values that it does not show.
+    pub layer: Option<String>,
 }
 
 /// A message from the page.
@@ -103,6 +107,8 @@ pub struct Thumbnail {
     pub ty: String,
     /// Its range, and how to read the colors.
     pub words: String,
+    /// The values that are black and white, if these are not 0 and 1.
+    pub range: Option<[f32; 2]>,
     /// The picture as the address of a PNG (`data:`); none if all values are the same.
     pub picture: Option<String>,
     /// In a loop, the pictures of the first rounds.

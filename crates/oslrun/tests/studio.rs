@@ -84,10 +84,10 @@ fn taps_have_the_bits_of_the_command_line() {
     let mut page = studio.page();
     let mut seen = Vec::new();
     for (tap, output, state, words) in [
-        ("34:dist", "line34.dist", json!({}), vec![]),
-        ("34:dist@2", "line34.dist.round2", json!({}), vec![]),
+        ("34:dist", "line34.dist", json!({ "range": "auto" }), vec!["--range", "auto"]),
+        ("34:dist@2", "line34.dist.round2", json!({ "range": "1,2.5" }), vec!["--range", "1,2.5"]),
         ("22:pp", "line22.pp", json!({ "params": [["radius", "0.3"]] }), vec!["-p", "radius=0.3"]),
-        ("34:dist", "line34.dist", json!({ "on": "sphere" }), vec!["--on", "sphere"]),
+        ("47:intHSV3", "line47.intHSV3", json!({ "on": "sphere" }), vec!["--on", "sphere"]),
     ] {
         let mut state = state;
         state["output"] = json!(tap);
@@ -98,7 +98,9 @@ fn taps_have_the_bits_of_the_command_line() {
         assert!(samples.iter().any(|byte| *byte != samples[0]), "{tap}");
         seen.push(samples);
     }
-    assert!(seen[0] != seen[1] && seen[0] != seen[3]);
+    assert!(seen[0] != seen[1]);
+    page.state(json!({ "range": "much" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("auto"));
     for (tap, why) in
         [("1:nothing", "no statement on line 1"), ("34:dst", "did you mean `dist`?"), ("34:", "a tap is")]
     {
@@ -106,6 +108,49 @@ fn taps_have_the_bits_of_the_command_line() {
         let (failed, _) = page.until("failed");
         assert!(failed["messages"].to_string().contains(why), "{failed}");
     }
+}
+
+#[test]
+fn a_layer_marks_values_that_the_picture_does_not_show() {
+    let folder = tempfile::tempdir().unwrap();
+    // Four columns: below, in the range, above, and NaN.
+    let text = "shader s(output color c = 0, output float f = 0, output normal n = 0) {
+        float x = floor(u * 3 + 0.5);
+        f = x == 3 ? 1e38 * (x * 1e38) : x - 0.5;
+        c = color(x < 2 ? 0.5 : 1.25, x == 2 ? -0.001 : 0.25, 1);
+        n = vector(x - 1.5, 0, 0);
+    }";
+    std::fs::write(folder.path().join("s.osl"), text).unwrap();
+    let studio = Studio::start(folder.path(), &["s.osl", "-g", "4x2"]);
+    let mut page = studio.page();
+    let mut show = |state: Value| {
+        let (header, samples) = picture(&mut page, state);
+        let said = header["messages"][0]["message"].as_str().unwrap_or_default().to_string();
+        (said, header["channels"].as_u64().unwrap(), samples)
+    };
+    let [grey, blue, orange, pink, violet] =
+        [[128_u8; 3], [33, 84, 191], [217, 97, 15], [255, 0, 204], [128, 60, 170]];
+    let (said, channels, samples) = show(json!({ "output": "f", "layer": "outside" }));
+    assert_eq!(
+        said,
+        "of 8 pixels: 2 NaN or infinite (pink), 2 below 0 (blue), 2 above 1 (orange); 2 from 0 to 1 (grey)"
+    );
+    assert_eq!((channels, samples), (3, [[blue, grey, orange, pink]; 2].concat().concat()));
+    let (said, _, samples) = show(json!({ "output": "c", "layer": "outside" }));
+    assert!(said.contains("2 above 1 (orange), 2 below 0 and above 1"), "{said}");
+    assert_eq!(samples[6..12], [violet, orange].concat());
+    // Black and white of a normal are -1 and 1, so nothing is outside there but the ends.
+    let (said, ..) = show(json!({ "output": "n", "layer": "outside" }));
+    assert_eq!(said, "of 8 pixels: 2 below -1 (blue), 2 above 1 (orange); 4 from -1 to 1 (grey)");
+    // Pixels that show nothing do not count.
+    let (said, channels, _) = show(json!({ "output": "n", "on": "sphere", "layer": "outside" }));
+    assert!(!said.contains("of 8 pixels") && channels == 4, "{said}");
+    let (said, ..) = show(json!({ "output": "f" }));
+    assert!(said.contains("become black"), "without a layer: {said}");
+    page.state(json!({ "layer": "gold" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("no layer gold"));
+    page.state(json!({ "on": "sphere", "lit": true, "layer": "outside" }));
+    assert!(page.until("failed").0["messages"].to_string().contains("has no layers"));
 }
 
 #[test]

@@ -297,9 +297,9 @@ fn every_kind_of_parameter_has_a_control() {
 const LINES: &str = "shader lines(float k = 3, output color result = 0)
 {
     float wave = 0.5 + 0.5 * sin(k * 10 * u);
-    float signed = noise(P * 8);
+    float swing = snoise(P * 8);
     // Nothing is set here.
-    result = color(wave, v, signed);
+    result = color(wave, v, swing);
     for (int i = 0; i < 3; i++) {
         result *= 0.9 + 0.1 * i * wave;
     }
@@ -330,7 +330,7 @@ fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
     // The keys: the lines that do something, one after another.
     browser.run("document.querySelector('.line-box:nth-child(3) button.number').focus()");
     browser.key(DOWN);
-    browser.wait("document.querySelector('[data-tap=\"4:signed\"] img')");
+    browser.wait("document.querySelector('[data-tap=\"4:swing\"] img')");
     let place = "return document.activeElement.textContent";
     assert_eq!(browser.run(place), "4");
     browser.key(DOWN);
@@ -344,10 +344,8 @@ fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
     browser.run("document.querySelector('[data-tap=\"3:wave\"]').click()");
     browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === '3:wave'");
     browser.wait(IDLE);
-    let tapped = |tap: &str| -> Vec<u8> {
-        let grey = picture_of(&[&path, "-g", "96x64", "--tap", tap].map(str::to_string));
-        grey.iter().flat_map(|x| [*x; 3]).collect()
-    };
+    let grey = |samples: Vec<u8>| -> Vec<u8> { samples.iter().flat_map(|x| [*x; 3]).collect() };
+    let tapped = |tap: &str| grey(picture_of(&[&path, "-g", "96x64", "--tap", tap].map(str::to_string)));
     assert!(pixels(&browser) == tapped("3:wave"));
     assert_eq!(browser.run("return document.getElementById('output').value"), "3:wave");
     browser.wait("document.querySelector('[data-tap=\"3:wave\"]').getAttribute('aria-pressed') === 'true'");
@@ -367,8 +365,48 @@ fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
     let copied = image.samples.iter().flat_map(|x| [(x * 255.0).round() as u8; 3]).collect::<Vec<_>>();
     assert!(pixels(&browser) == copied, "{line}");
 
+    // A variable with other values than 0 to 1 is shown with all of them.
+    browser.run("document.querySelector('.line-box:nth-child(4) button.number').focus()");
+    browser.wait("document.querySelector('[data-tap=\"4:swing\"]')");
+    browser.run("document.querySelector('[data-tap=\"4:swing\"]').click()");
+    browser.wait(IDLE);
+    let signed = [&path, "-g", "96x64", "--tap", "4:swing"].map(str::to_string);
+    assert!(pixels(&browser) == grey(picture_of(&signed)), "a range with both signs is as usual");
+    browser.run(
+        "const range = document.getElementById('range');
+         range.value = 'auto';
+         range.dispatchEvent(new Event('change'))",
+    );
+    browser.wait("location.hash.includes('range=auto')");
+    browser.wait(IDLE);
+    let auto = [&path, "-g", "96x64", "--tap", "4:swing", "--range", "auto"].map(str::to_string);
+    assert!(pixels(&browser) == grey(picture_of(&auto)));
+    // The layer with marks.
+    browser.run(
+        "const range = document.getElementById('range');
+         range.value = '';
+         range.dispatchEvent(new Event('change'));
+         const layer = document.getElementById('layer');
+         layer.value = 'outside';
+         layer.dispatchEvent(new Event('change'))",
+    );
+    browser.wait("/of 6144 pixels: \\d+ below 0/.test(document.getElementById('run-messages').textContent)");
+    browser.wait(IDLE);
+    assert!(pixels(&browser).chunks(3).any(|pixel| pixel == [33, 84, 191]));
+    screenshot(&browser, "studio.outside.png");
+    browser.run(
+        "const layer = document.getElementById('layer');
+         layer.value = '';
+         layer.dispatchEvent(new Event('change'));
+         document.querySelector('.line-box:nth-child(3) button.number').focus()",
+    );
+    browser.wait("document.querySelector('[data-tap=\"3:wave\"]')");
+    browser.run("document.querySelector('[data-tap=\"3:wave\"]').click()");
+    browser.wait(IDLE);
+    assert!(pixels(&browser) == tapped("3:wave"));
+
     // The same line after a change above it, and the same address after a reload.
-    std::fs::write(&file, format!("// A new line.\n{}", LINES.replace("10 * u", "20 * u"))).unwrap();
+    std::fs::write(&file, format!("// A new line.\n{}", LINES.replace("0.9 + 0.1", "0.8 + 0.2"))).unwrap();
     browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === '4:wave'");
     browser.wait(IDLE);
     assert!(pixels(&browser) == tapped("4:wave"));
@@ -379,7 +417,8 @@ fn a_line_shows_what_it_sets_and_a_click_makes_it_the_picture() {
     // A second click gives the output back.
     std::fs::write(&file, LINES).unwrap();
     browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === '3:wave'");
-    browser.run("document.querySelector('.line-box:nth-child(3) button.number').focus()");
+    // A page that was loaded again has no focus in this browser, but the mouse points.
+    browser.mouse(".line-box:nth-child(3) .code", (0, 0), None);
     browser.wait("document.querySelector('[data-tap=\"3:wave\"]')");
     browser.run("document.querySelector('[data-tap=\"3:wave\"]').click()");
     browser.wait("new URLSearchParams(location.hash.slice(1)).get('output') === 'result'");

@@ -29,14 +29,19 @@ function changeState(part) {
   show();
 }
 
-/** A tap becomes the output; a second click gives the output from before back. */
-function chooseTap(tap) {
-  const isChosen = state.output === tap;
-  if (!isTap(state.output)) {
-    chooseTap.before = state.output;
+/** What a tap replaces. */
+let before = {};
+
+/** A tap becomes the output, with all its values visible; a second click gives the output from before back. */
+function chooseTap(tap, range) {
+  if (state.output === tap) {
+    changeState({ output: before.output ?? usualOutput(shader.outputs), range: before.range });
+  } else {
+    before = isTap(state.output) ? before : { output: state.output, range: state.range };
+    changeState({ output: tap, range: range ? "auto" : before.range });
   }
-  changeState({ output: isChosen ? chooseTap.before ?? usualOutput(shader.outputs) : tap });
   showOutputs();
+  showOptions();
 }
 
 /** The outputs of the shader, and the tap that is shown. */
@@ -91,15 +96,15 @@ function answer(message, samples) {
 }
 
 function showShader(found) {
-  const before = shader?.file === found.file ? shader.text : null;
+  const text = shader?.file === found.file ? shader.text : null;
   shader = found;
   const isBroken = shader.layers.length === 0;
   document.title = `${shader.file} – oslrun studio`;
   at("title").textContent = shader.path;
   source.show(shader);
-  showFile(before);
+  showFile(text);
   fillMenu(at("file"), [...new Set([shader.file, ...shader.files])].map((name) => [name, name]), shader.file);
-  at("lit").checked = Boolean(state.lit);
+  showOptions();
   fillMenu(at("on"), shader.surfaces.map((name) => [name, name]), state.on ?? shader.on ?? "patch");
   if (isBroken) {
     return;
@@ -107,8 +112,8 @@ function showShader(found) {
   parameters.show(shader, state.params ?? shader.given);
   const names = shader.outputs.map((output) => output.name);
   let wanted = state.output ?? shader.output;
-  if (isTap(wanted) && before !== null) {
-    wanted = movedTap(wanted, before, shader.text);
+  if (isTap(wanted) && text !== null) {
+    wanted = movedTap(wanted, text, shader.text);
   }
   const output = names.includes(wanted) || isTap(wanted) ? wanted : usualOutput(shader.outputs);
   const params = parameters.params();
@@ -120,13 +125,24 @@ function showShader(found) {
   showOutputs();
 }
 
+/** How the picture is shown; one with light has no range and no layer. */
+function showOptions() {
+  at("lit").checked = Boolean(state.lit);
+  const ranges = [["", "usual"], ["auto", "auto"]];
+  const own = state.range && state.range !== "auto" ? [[state.range, state.range]] : [];
+  fillMenu(at("range"), [...ranges, ...own], state.range ?? "");
+  at("range").disabled = Boolean(state.lit);
+  at("layer").value = state.layer ?? "";
+  at("layer").disabled = Boolean(state.lit);
+}
+
 /** The line that is shown stays the same one after a change of the file; another file has none. */
-function showFile(before) {
-  if (before === null) {
+function showFile(text) {
+  if (text === null) {
     source.release();
     taps.close();
   } else if (taps.line) {
-    taps.line = movedLine(taps.line, before, shader.text);
+    taps.line = movedLine(taps.line, text, shader.text);
   }
 }
 
@@ -173,8 +189,11 @@ at("lit").onchange = () => {
   if (at("lit").checked && isPatch) {
     at("on").value = "sphere";
   }
-  changeState({ lit: at("lit").checked, on: at("on").value });
+  changeState({ lit: at("lit").checked, on: at("on").value, layer: undefined });
+  showOptions();
 };
+at("range").onchange = () => changeState({ range: at("range").value || undefined });
+at("layer").onchange = () => changeState({ layer: at("layer").value || undefined });
 addEventListener("keydown", (event) => {
   if (event.key === "Escape") {
     source.release();
@@ -197,6 +216,7 @@ addEventListener("hashchange", () => {
   if (shader) {
     parameters.show(shader, state.params ?? shader.given);
     showOutputs();
+    showOptions();
   }
   show();
 });

@@ -74,6 +74,12 @@ export class SourcePane {
   }
 
   pointAt(event) {
+    // Lines that move under a mouse at rest, after a change of the file, are not pointed at.
+    const place = `${event.clientX} ${event.clientY}`;
+    if (place === this.place) {
+      return;
+    }
+    this.place = place;
     clearTimeout(this.timer);
     const line = this.numberOf(event.target);
     if (line && !this.held) {

@@ -1,4 +1,4 @@
-// What is shown: the file, the output, the surface and the values of parameters, kept in the fragment of the
+// What is shown: the file, the output, the surface, the range, the layer and the values of parameters, kept in the fragment of the
 // address, so that a reload or a copied address shows the same.
 
 import { isTap } from "./taps.js";
@@ -7,7 +7,7 @@ import { isTap } from "./taps.js";
 export function readFragment() {
   const found = new URLSearchParams(location.hash.slice(1));
   const state = {};
-  for (const name of ["file", "output", "on"]) {
+  for (const name of ["file", "output", "on", "range", "layer"]) {
     if (found.has(name)) {
       state[name] = found.get(name);
     }
@@ -27,7 +27,7 @@ export function readFragment() {
 /** Writes the state to the fragment, without an entry in the history. */
 export function writeFragment(state) {
   const fragment = new URLSearchParams();
-  for (const name of ["file", "output", "on"]) {
+  for (const name of ["file", "output", "on", "range", "layer"]) {
     if (state[name]) {
       fragment.set(name, state[name]);
     }
@@ -46,10 +46,17 @@ function word(text) {
   return /^[\w@%+=:,./-]+$/.test(text) ? text : `'${text.replaceAll("'", "'\\''")}'`;
 }
 
+/** The options without those that the range of a state replaces. */
+function withoutRange(options) {
+  const isAfter = (at) => ["--range", "--exposure"].includes(options[at - 1]);
+  return options.filter((option, at) => !isAfter(at) && !/^--(range|exposure|signed)(=|$)/.test(option));
+}
+
 /** The command line that makes the picture of a state. */
 export function commandLine(shader, state) {
   const [program, ...options] = shader.command;
-  const words = [program, shader.path, ...options];
+  const range = state.lit ? undefined : state.range;
+  const words = [program, shader.path, ...(range ? [...withoutRange(options), "--range", range] : options)];
   const output = state.output ?? shader.output;
   const isColor = shader.outputs.some((one) => one.name === output && one.type === "color");
   if (state.lit) {

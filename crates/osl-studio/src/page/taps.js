@@ -8,18 +8,20 @@ export function isTap(output) {
   return Boolean(output?.includes(":"));
 }
 
-/** Where a line is after a change of the text; a line that was changed itself stays. */
+/** Where a line is after a change of the text: the closest line with its text, or the one in its place. */
 export function movedLine(line, before, after) {
   const [from, to] = [before.split("\n"), after.split("\n")];
-  const most = Math.min(from.length, to.length);
-  let [first, last] = [0, 0];
-  while (first < most && from[first] === to[first]) {
-    first += 1;
-  }
-  while (last < most - first && from[from.length - 1 - last] === to[to.length - 1 - last]) {
+  let last = 0;
+  while (last < Math.min(from.length, to.length) && from[from.length - 1 - last] === to[to.length - 1 - last]) {
     last += 1;
   }
-  return line > from.length - last ? line + to.length - from.length : line;
+  // All lines from this one on are as they were.
+  if (line > from.length - last) {
+    return line + to.length - from.length;
+  }
+  const same = to.flatMap((text, at) => (text === from[line - 1] ? [at + 1] : []));
+  const distance = (at) => Math.abs(at - line);
+  return same.reduce((best, at) => (distance(at) < distance(best) ? at : best), same[0] ?? line);
 }
 
 /** The same tap after a change of the text. */
@@ -29,7 +31,7 @@ export function movedTap(tap, before, after) {
 
 /** The pane with the pictures of a line. */
 export class TapPane {
-  /** `ask(line)` asks for the pictures of a line, `choose(tap)` makes one of them the output. */
+  /** `ask(line)` asks for the pictures of a line, `choose(tap, range)` makes one of them the output. */
   constructor(pane, { ask, choose }) {
     Object.assign(this, { pane, ask, choose, line: null, output: null });
   }
@@ -84,10 +86,11 @@ export class TapPane {
     return element("ul", {}, ...pictures.map((picture) => element("li", {}, this.thumbnail(picture))));
   }
 
-  thumbnail({ tap, name, type, words, picture, rounds }) {
+  thumbnail({ tap, name, type, words, range, picture, rounds }) {
     const image = (src, alt) => element("img", { src, alt });
     const shown = picture ? image(picture, "") : element("span", { class: "even" }, "=");
-    const parts = [shown, element("span", { class: "name" }, name), element("span", { class: "dim" }, `${type} ${words}`)];
+    const title = element("span", {}, element("span", { class: "dim" }, type), " ", element("span", { class: "name" }, name));
+    const parts = [shown, title, element("span", { class: "dim" }, words)];
     if (rounds.length) {
       parts.push(element("span", { class: "rounds" }, "first: ", ...rounds.map((src, at) => image(src, `round ${at + 1}`))));
     }
@@ -96,7 +99,7 @@ export class TapPane {
     }
     const attributes = { type: "button", class: "thumbnail", "data-tap": tap, title: `Show in the picture: --tap ${tap}` };
     const button = element("button", attributes, ...parts);
-    button.onclick = () => this.choose(tap);
+    button.onclick = () => this.choose(tap, range);
     return button;
   }
 

@@ -38,6 +38,8 @@ pub(super) struct Shown {
     pub(super) planes: Vec<Vec<f32>>,
     /// The curve from values to integers.
     pub(super) transfer: Transfer,
+    /// The values of black and white.
+    pub(super) range: (f32, f32),
     /// What the picture does not show.
     pub(super) note: Option<String>,
 }
@@ -54,6 +56,12 @@ impl DisplayArgs {
             }
             None => Ok(path.to_owned()),
         }
+    }
+
+    /// The options with another range, given as text.
+    pub(super) fn with_range(&self, text: &str) -> Result<DisplayArgs, String> {
+        let range = Some(value_range(text)?);
+        Ok(DisplayArgs { range, signed: false, exposure: None, ..self.clone() })
     }
 
     /// The exposure in stops.
@@ -93,7 +101,7 @@ impl DisplayArgs {
     ) -> Shown {
         let transfer = if ty == Type::COLOR { Transfer::Srgb } else { Transfer::Linear };
         if !matches!(format, Some(ImageFormat::Png | ImageFormat::Jpeg)) {
-            return Shown { planes, transfer, note: None };
+            return Shown { planes, transfer, range: (0.0, 1.0), note: None };
         }
         let found = Found::of(&planes, covered);
         let (low, high) = match (self.range, self.exposure) {
@@ -113,7 +121,7 @@ impl DisplayArgs {
         let chosen = self.range.is_some() || self.exposure.is_some();
         let note =
             if chosen { None } else { found.note(name, &Found::outside(&planes, covered), (low, high)) };
-        Shown { planes, transfer, note }
+        Shown { planes, transfer, range: (low, high), note }
     }
 }
 

@@ -5,6 +5,7 @@
 //! the server and opens the browser. It must not know messages.
 
 mod line;
+mod outside;
 mod subject;
 
 use super::Failure;

@@ -6,7 +6,7 @@
 //! outside of the permitted folders, and a run for a page appends to no files. This module must not know
 //! connections.
 
-use super::line;
+use super::{line, outside};
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::levels;
@@ -34,6 +34,8 @@ const ENDINGS: [&str; 4] = ["osl", "oso", "group", "oslgroup"];
 const PATCH: &str = "patch";
 /// The name of a picture with light.
 const LIGHT: &str = "light";
+/// The layer over a picture that marks values that it does not show.
+const OUTSIDE: &str = "outside";
 /// How much printed text a page shows, in bytes.
 const MAX_TEXT: usize = 64 << 10;
 /// A coarse picture has one pixel for so many columns and rows.
@@ -262,8 +264,12 @@ impl Subject for Studio {
         if coarse {
             args.grid = (width.div_ceil(COARSE), height.div_ceil(COARSE));
         }
+        let marks = marks(state)?;
         if state.lit {
             return self.lit(&args, state, cancel, files);
+        }
+        if let Some(range) = &state.range {
+            args.display = args.display.with_range(range).map_err(Stop::error)?;
         }
         match state.output.as_deref().and_then(line::tap) {
             Some(tap) => {
@@ -284,7 +290,7 @@ impl Subject for Studio {
                 args.outputs = outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]);
             }
             let kept = run::values(&args, Some(&mut reads), &mut text, err)?;
-            picture = shown(&kept, &args)?;
+            picture = shown(&kept, &args, marks)?;
             Ok(())
         };
         let answer = told(work);
@@ -342,8 +348,18 @@ fn watch(reads: Reads, files: &mut Files) {
     }
 }
 
-/// The picture of the first output, with the samples that its PNG file would have.
-fn shown(kept: &run::Kept, args: &RunArgs) -> Result<Picture, Failure> {
+/// Whether a state marks values that the picture does not show.
+fn marks(state: &State) -> Result<bool, Stop> {
+    match state.layer.as_deref() {
+        None => Ok(false),
+        Some(_) if state.lit => Err(Stop::error("a picture with light has no layers: switch Lit off")),
+        Some(OUTSIDE) => Ok(true),
+        Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
+    }
+}
+
+/// The picture of the first output, with the samples that its PNG file would have; or with marks.
+fn shown(kept: &run::Kept, args: &RunArgs, marks: bool) -> Result<Picture, Failure> {
     let is_shown = |plane: &&Plane| !matches!(plane.kind, Kind::Str | Kind::Closure);
     let planes: Vec<&Plane> = kept.frame.planes.iter().filter(is_shown).collect();
     let group = output::groups(&planes).into_iter().find(|group| matches!(group.values.len(), 1 | 3));
@@ -355,14 +371,21 @@ fn shown(kept: &run::Kept, args: &RunArgs) -> Result<Picture, Failure> {
     planes.extend(covered.as_deref());
     let (width, height) = args.size();
     let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight };
-    let note = shown.note.map(|note| json!({ "severity": "note", "message": note }));
-    Ok(Picture {
-        messages: note.into_iter().collect(),
+    let samples = png_samples(&planes, width * height, options);
+    let mut picture = Picture {
         output: name.to_string(),
         width,
         height,
         channels: planes.len(),
-        samples: png_samples(&planes, width * height, options),
+        samples,
         ..Picture::default()
-    })
+    };
+    let mut note = shown.note;
+    if marks {
+        let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
+        (picture.samples, picture.channels) = (marked.samples, marked.channels);
+        note = Some(marked.words);
+    }
+    picture.messages = note.map(|note| json!({ "severity": "note", "message": note })).into_iter().collect();
+    Ok(picture)
 }
