@@ -114,6 +114,11 @@ const SOURCES: &[(&str, usize, &str)] = &[
         "float f(float x) {\n    retrun x;\n}\nshader s(output float r = 0) { r = f(u); }",
     ),
     ("misspelt-shader", 1, "shder s(float a = 1, output float r = 0) {\n    r = a;\n}"),
+    (
+        "name-file",
+        1,
+        "shader s(output float r = 0) {\n    color c = texture(filename, u, v);\n    r = c[0];\n}",
+    ),
     // No keyword can stand where these stand.
     (
         "no-keywords",

@@ -77,9 +77,15 @@ impl Resolver<'_> {
         let d = errors::unknown_name(span, what, name, close.as_deref());
         let d = match (functions, &close) {
             (false, None) => {
-                let ty =
-                    if matches!(name, "i" | "j" | "k" | "n" | "count" | "index") { "int" } else { "float" };
-                d.help(format!("declare it with its type before it is used, as in `{ty} {name} = 0`"))
+                let lower = name.to_lowercase();
+                let example = match name {
+                    "i" | "j" | "k" | "n" | "count" | "index" => format!("int {name} = 0"),
+                    _ if ["file", "name", "path", "space"].iter().any(|word| lower.contains(word)) => {
+                        format!("string {name} = \"\"")
+                    }
+                    _ => format!("float {name} = 0"),
+                };
+                d.help(format!("declare it with its type before it is used, as in `{example}`"))
             }
             _ => d,
         };
