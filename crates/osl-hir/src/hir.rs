@@ -343,6 +343,8 @@ pub struct BuiltinCall {
     pub args: Vec<Expr>,
     /// For each argument, the place where an output is stored.
     pub outputs: Vec<Option<Lvalue>>,
+    /// The arguments that had another type than the parameter, by their indices.
+    pub converted: Vec<usize>,
 }
 
 /// A call of an operation that is not in the table of built-ins. If it returns a closure, it makes a

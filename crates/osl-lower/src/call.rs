@@ -325,9 +325,7 @@ fn literals(args: &[Expr]) -> Vec<Option<Arc<str>>> {
 /// Why an overload of a built-in was chosen, as text: the types of its arguments, and the conversions of
 /// those that differ from its parameters.
 fn why(call: &BuiltinCall, forms: usize, chosen: &str) -> String {
-    let converted = |e: &Expr| matches!(e.kind, ExprKind::Convert(_));
-    let changed: Vec<String> =
-        (1..).zip(&call.args).filter(|(_, e)| converted(e)).map(|(n, _)| n.to_string()).collect();
+    let changed: Vec<String> = call.converted.iter().map(|index| (index + 1).to_string()).collect();
     let fit = match &changed[..] {
         [] => "the arguments have exactly these types".to_string(),
         [one] => format!("argument {one} is converted"),

@@ -187,6 +187,25 @@ fn calls_are_told_apart() {
     );
 }
 
+/// An int literal is converted too; a value that the source converts itself is not.
+#[test]
+fn converted_arguments_are_named() {
+    let call = |call: &str, said: &str| {
+        let text = format!("shader s(output float r = 0) {{\n    r = {call};\n}}");
+        let lines = below(&explained(&text, None, (1, 1), false), 2);
+        assert!(
+            lines.iter().any(|line| line.contains("calls ") && line.contains(said)),
+            "{call}: {lines:#?}"
+        );
+    };
+    call("pow(u, 2)", "(one of 9 forms; argument 2 is converted)");
+    call("mix(0, 1, u)", "(one of 11 forms; arguments 1, 2 are converted)");
+    call("length(P)", "(argument 1 is converted)");
+    for exact in ["pow(u, 2.0)", "pow(u, float(2))", "length(vector(P))", "distance(P, (point) N)"] {
+        call(exact, "exactly these types)");
+    }
+}
+
 #[test]
 fn transformations_say_what_they_do() {
     let text = explained(

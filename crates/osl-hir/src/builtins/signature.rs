@@ -34,6 +34,13 @@ pub struct Param {
     pub output: bool,
 }
 
+impl Param {
+    /// Whether an argument of this type becomes another one. Arrays stay as they are.
+    pub(crate) fn converts(&self, given: Type) -> bool {
+        matches!(self.ty, ParamType::Of(ty) if ty != given && !self.output && !ty.is_array() && !given.is_error())
+    }
+}
+
 /// The type that a parameter accepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ParamType {

@@ -358,7 +358,8 @@ impl Resolver<'_> {
         let kind = match builtins::find(row) {
             Some(row) => {
                 let outputs = vec![None; args.len()];
-                ExprKind::Builtin(crate::hir::BuiltinCall { row, overload: 0, args, outputs })
+                let converted = Vec::new();
+                ExprKind::Builtin(crate::hir::BuiltinCall { row, overload: 0, args, outputs, converted })
             }
             None => ExprKind::Error,
         };

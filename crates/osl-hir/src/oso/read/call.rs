@@ -87,8 +87,12 @@ impl Builder<'_, '_> {
     ) -> BuiltinCall {
         let mut args: Vec<Expr> = Vec::new();
         let mut outputs = Vec::new();
+        let mut converted = Vec::new();
         for (index, value) in given.into_iter().enumerate() {
             let param = signature.params.get(index);
+            if param.is_some_and(|param| param.converts(value.ty)) {
+                converted.push(index);
+            }
             let wanted = match param {
                 Some(Param { ty, output, .. }) => output.then_some(*ty),
                 None => {
@@ -104,7 +108,7 @@ impl Builder<'_, '_> {
                 _ => value,
             });
         }
-        BuiltinCall { row, overload, args, outputs }
+        BuiltinCall { row, overload, args, outputs, converted }
     }
 
     /// The place of an output; `None` if it is not a variable of the type.

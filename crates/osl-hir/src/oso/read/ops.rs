@@ -200,6 +200,6 @@ fn matrix(args: &[Expr], span: Span) -> Option<Expr> {
 
 fn constructor(row: &str, ty: Type, args: Vec<Expr>, span: Span) -> Option<Expr> {
     let outputs = vec![None; args.len()];
-    let call = BuiltinCall { row: builtins::find(row)?, overload: 0, args, outputs };
+    let call = BuiltinCall { row: builtins::find(row)?, overload: 0, args, outputs, converted: Vec::new() };
     Some(Expr { ty, kind: ExprKind::Builtin(call), span })
 }
