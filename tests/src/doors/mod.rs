@@ -99,7 +99,7 @@ pub const ALL: &[Door] = &[
     },
     Door {
         name: "told",
-        what: "the same choices: what `explain` and `stability` say of the program",
+        what: "the same choices: what `explain`, `sanitize` and `stability` say of the program",
         enter: told,
         seeds: Vec::new,
         words: &[],

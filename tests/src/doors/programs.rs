@@ -9,6 +9,7 @@ use osl_ir::passes;
 use osl_limits::Limits;
 use osl_lower::params::ParamValues;
 use osl_measure::explain::{self, text as words};
+use osl_measure::sanitize;
 use osl_measure::stability::{self, Base, Knob, Subject, fix};
 use osl_measure::trace::{self, OnePoint};
 use osl_scene::Grid;
@@ -81,7 +82,7 @@ fn comparable(shown: &Shown) -> Vec<String> {
 /// The number of values below which a program's lines to blame are repaired too.
 const REPAIRED: usize = 2000;
 
-/// `explain` at one point and `stability` at a few points, with pages for both, and repairs of small programs: within
+/// `explain` at one point, `sanitize` and `stability` at a few points, with pages, and repairs of small programs: within
 /// their limits, without a panic.
 pub fn told(bytes: &[u8]) -> u64 {
     let text = generator::program(bytes);
@@ -112,6 +113,11 @@ pub fn told(bytes: &[u8]) -> u64 {
     if once.is_err() || !hash(bytes).is_multiple_of(4) {
         return kind(&body);
     }
+    let shorter = passes::Options { limits: limits.clone(), ..options.clone() };
+    let subject = sanitize::Subject::new(body.clone(), &shorter);
+    let examined =
+        sanitize::sanitize(&subject, laws::services(), &points, (4, 4), &checked.sources, "<svg onload=x>");
+    sanitize::text::text(&examined.report);
     let base = Base::new(body.clone(), noted.clone(), None, &options.limits);
     let subject = Subject::new(laws::services(), base, &limits);
     let knob = Knob { name: "none".to_string(), values: vec!["nan".to_string()] };
