@@ -81,3 +81,13 @@ fn a_setting_that_stops_the_run_is_told() {
     let report = examine("s.osl", text, &[]).report;
     insta::assert_snapshot!(stability::text::text(&report, false));
 }
+
+#[test]
+fn numeric_events_are_noticed() {
+    let text = "shader s(output float r = 0)\n{\n    int n = (int)(u * 1000) * 3000000;\n    \
+                float list[2] = {1, 2};\n    r = list[(int)(u * 2.5)] + n * 1e-9 + filterwidth(sqrt(u));\n}\n";
+    let report = examine("s.osl", text, &[]).report;
+    let noticed: Vec<(u32, &str)> = report.noticed.iter().map(|c| (c.line, c.what.as_str())).collect();
+    assert_eq!(noticed, [(3, "int-overflow"), (5, "index")]);
+    assert!(report.noticed[0].why.starts_with("overflows an int at "), "{}", report.noticed[0].why);
+}

@@ -11,6 +11,7 @@ mod watch;
 mod words;
 
 pub use detect::{DIGITS_LOST, LOST_AT};
+pub(crate) use watch::events_at;
 pub use watch::{Examined, Subject, sanitize};
 
 use crate::quote::Quote;

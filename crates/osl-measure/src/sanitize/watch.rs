@@ -17,7 +17,7 @@ use osl_ir::passes::{self, Pass};
 use osl_limits::Limits;
 use osl_syntax::source::SourceMap;
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A shader whose points are examined.
 pub struct Subject {
@@ -43,11 +43,30 @@ impl Subject {
     pub fn follow(&self, services: &Services, point: OnePoint<'_>) -> Trace {
         trace::follow(&self.body, services, point, &self.limits)
     }
+}
 
-    /// Whether the source has the instruction of a node, rather than the compiler.
-    fn has(&self, node: &Node) -> bool {
-        node.span != Span::default() && node.result.is_none_or(|value| value.index() < self.written)
+/// Whether the source has the instruction of a node, rather than the compiler. `written` is the number of values
+/// before derivatives were written.
+fn is_of_source(node: &Node, written: usize) -> bool {
+    node.span != Span::default() && node.result.is_none_or(|value| value.index() < written)
+}
+
+/// The events of a point, except cancellations, which only the other points can judge. `written` is the number
+/// of values of the body before derivatives were written.
+pub(crate) fn events_at(trace: &Trace, written: usize, sources: &SourceMap) -> BTreeSet<(Span, Kind)> {
+    let mut all = BTreeSet::new();
+    for node in trace.nodes.iter().filter(|node| is_of_source(node, written)) {
+        for found in events(trace, node).into_iter().filter(|found| found.kind != Kind::Cancellation) {
+            let is_own = match node.what {
+                What::Lane(op) => is_written(op, sources.text(node.span)),
+                _ => true,
+            };
+            if is_own {
+                all.insert((node.span, found.kind));
+            }
+        }
     }
+    all
 }
 
 /// The report, and what happened at each point.
@@ -189,7 +208,8 @@ impl<'a> Watch<'a> {
     /// Counts the events of a point.
     fn point(&mut self, trace: &Trace, pixel: usize) {
         let mut here: BTreeMap<(Span, Kind), (u64, &Node, Found)> = BTreeMap::new();
-        for node in trace.nodes.iter().filter(|node| self.subject.has(node)) {
+        let written = self.subject.written;
+        for node in trace.nodes.iter().filter(|node| is_of_source(node, written)) {
             if can_cancel(node) {
                 let reached = self.reached.entry(node.span).or_default();
                 if reached.last.replace(pixel) != Some(pixel) {

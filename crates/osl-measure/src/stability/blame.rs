@@ -24,8 +24,6 @@ pub struct Blame {
     pub rounded: f64,
     /// How often a comparison, a floor or the like has a different result in double precision.
     pub flips: u32,
-    /// How often its arguments were outside of its domain.
-    pub outside: u32,
     /// How often it ran.
     pub runs: u32,
     /// The largest factor by which the relative error of its result exceeds that of its arguments; 0 if the
@@ -51,7 +49,6 @@ impl Blame {
         self.amplified += other.amplified;
         self.rounded += other.rounded;
         self.flips += other.flips;
-        self.outside += other.outside;
         self.runs += other.runs;
         self.factor = self.factor.max(other.factor);
     }
@@ -143,7 +140,6 @@ fn one(trace: &Trace, id: NodeId, flow: &[f64], flows: &mut [Vec<f64>]) -> Blame
         What::Lane(_) | What::Kernel(..) => {}
         What::Const | What::Global(_) | What::GlobalDeriv(..) | What::Note(_) => return blame,
     }
-    blame.outside = u32::from(is_outside(trace, id));
     blame.runs = 1;
     let error = differences(&Exact::widen(strict).numbers(), &exact.numbers());
     if error.iter().all(|e| *e == 0.0) {
@@ -304,15 +300,6 @@ fn relative(strict: &Const, exact: &Exact) -> f64 {
     let size = exact.iter().map(|x| x.abs()).fold(0.0, f64::max);
     let error = differences(&strict, &exact).iter().map(|e| e.abs()).fold(0.0, f64::max);
     if size > 0.0 { error / size } else { 0.0 }
-}
-
-/// Whether an operation gets arguments outside of its domain, where the language defines the result.
-fn is_outside(trace: &Trace, id: NodeId) -> bool {
-    let node = trace.node(id);
-    let What::Lane(op) = &node.what else { return false };
-    let numbers = |id: &NodeId| trace.node(*id).strict.as_ref().map(|v| Exact::widen(v).numbers());
-    let args: Vec<Vec<f64>> = node.args.iter().map(|id| numbers(id).unwrap_or_default()).collect();
-    op.domain().excludes(&args)
 }
 
 fn name(what: &What) -> String {

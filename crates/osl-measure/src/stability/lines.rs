@@ -5,6 +5,7 @@ use super::jumps::jumps;
 use super::subject::{Planes, Subject};
 use super::sweep::{Setting, errors, percent, range};
 use crate::quote::Quote;
+use crate::sanitize::{Kind, events_at};
 use osl_ir::Span;
 use osl_scene::Grid;
 use osl_syntax::source::SourceMap;
@@ -24,7 +25,7 @@ pub struct Culprit {
     pub text: String,
     /// The text of that instruction.
     pub code: String,
-    /// Its operation, in the words of the IR.
+    /// Its operation, in the words of the IR; or the kind of the numeric event.
     pub what: String,
     /// The setting at which it happens.
     pub setting: String,
@@ -32,7 +33,7 @@ pub struct Culprit {
     /// its rounding.
     pub score: f64,
     /// The larger of these two errors, as a share of the outputs' range, averaged over the examined points. For
-    /// arguments outside of the domain, the share of the points.
+    /// numeric events, the share of the points.
     pub error: f64,
     /// The explanation, in words.
     pub why: String,
@@ -51,8 +52,7 @@ const ALONG: usize = 64;
 pub struct Found {
     /// Lines that make the error.
     pub blamed: Vec<Culprit>,
-    /// Lines with calls outside of their domain, and derivatives of what jumps: they are the same in every
-    /// precision.
+    /// Lines with numeric events, and derivatives of what jumps: they are no loss of digits.
     pub noticed: Vec<Culprit>,
     /// The number of points that were not followed, since the budget for following was used up.
     pub skipped: usize,
@@ -72,7 +72,7 @@ pub fn culprits(
     let worst = if blames { worst(planes, grid) } else { Vec::new() };
     let spread = spread(grid);
     let mut found: BTreeMap<Place, Blame> = BTreeMap::default();
-    let mut outside: BTreeMap<Place, u32> = BTreeMap::default();
+    let mut events: BTreeMap<(Span, Kind), u32> = BTreeMap::default();
     let (mut followed, mut skipped) = ((0, 0), 0);
     for (list, is_worst) in [(&worst, true), (&spread, false)] {
         for (x, y) in list {
@@ -80,12 +80,13 @@ pub fn culprits(
                 skipped += 1;
                 continue;
             };
-            let ranges = output_ranges(&trace, planes);
-            for (place, blame) in blame(&trace, &ranges) {
-                if is_worst {
+            if is_worst {
+                for (place, blame) in blame(&trace, &output_ranges(&trace, planes)) {
                     found.entry(place).or_default().add(&blame);
-                } else if blame.outside > 0 {
-                    *outside.entry(place).or_default() += 1;
+                }
+            } else {
+                for event in events_at(&trace, subject.base.written, sources) {
+                    *events.entry(event).or_default() += 1;
                 }
             }
             if is_worst { followed.0 += 1 } else { followed.1 += 1 }
@@ -101,10 +102,11 @@ pub fn culprits(
             blamed.put(place, [score, error], why, sources);
         }
     }
-    for (place, count) in outside {
+    for ((span, kind), count) in events {
         let share = f64::from(count) / f64::from(followed.1.max(1));
-        let why = format!("is given what it is not defined for at {} of the points", percent(share));
-        noticed.put(place, [share; 2], why, sources);
+        let Some(does) = does(kind) else { continue };
+        let why = format!("{does} at {} of the points", percent(share));
+        noticed.put(Place { span, what: kind.name().to_string() }, [share; 2], why, sources);
     }
     if subject.base.differentiates {
         for (span, function, share) in seen_jumps(subject, grid, setting) {
@@ -117,6 +119,20 @@ pub fn culprits(
         }
     }
     Found { blamed: blamed.culprits(setting, sources), noticed: noticed.culprits(setting, sources), skipped }
+}
+
+/// What an instruction does at a numeric event; `None` for events of precision, for which lines are blamed.
+fn does(kind: Kind) -> Option<&'static str> {
+    match kind {
+        Kind::Domain | Kind::ZeroDivision => Some("is given what it is not defined for"),
+        Kind::IntOverflow => Some("overflows an int"),
+        Kind::IntConversion => Some("makes an int of a float that does not fit"),
+        Kind::Edges => Some("has edges out of order"),
+        Kind::Index => Some("is an index out of range"),
+        Kind::Nan => Some("makes a NaN"),
+        Kind::Infinity => Some("makes a number that is too large for a float"),
+        Kind::Cancellation | Kind::Denormal => None,
+    }
 }
 
 /// Charges by line.

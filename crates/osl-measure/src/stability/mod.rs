@@ -39,7 +39,8 @@ pub struct Report {
     /// The lines to blame for the error at the given setting, the worst first. Empty if there is nothing to
     /// blame: the largest error is below 1e-4 of the range.
     pub culprits: Vec<Culprit>,
-    /// Lines with calls outside of their domain, and derivatives of what jumps, at the given setting.
+    /// Lines with numeric events, such as arguments outside of a domain, and derivatives of what jumps, at the
+    /// given setting.
     pub noticed: Vec<Culprit>,
     /// The lines that fail first beyond the ranges in which the points are right.
     pub beyond: Vec<Culprit>,
@@ -64,7 +65,7 @@ impl Report {
         let lists = [
             List { title: "Lines to blame, the worst first", lines: &self.culprits, are_errors: true },
             List {
-                title: "Arguments outside of the domain, in every precision",
+                title: "Numeric events, such as arguments outside of a domain",
                 lines: &self.noticed,
                 are_errors: false,
             },

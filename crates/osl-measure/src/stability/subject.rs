@@ -49,6 +49,8 @@ pub struct Base {
     /// The programs.
     pub(super) programs: Programs,
     noted: Body,
+    /// The number of values of the noted body before derivatives were written.
+    pub(super) written: usize,
     /// Whether the shader uses derivatives.
     pub differentiates: bool,
     outputs: Option<Vec<Arc<str>>>,
@@ -56,14 +58,16 @@ pub struct Base {
 
 impl Base {
     /// A lowered body, without notes and with them.
-    pub fn new(plain: Body, noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
+    pub fn new(plain: Body, mut noted: Body, outputs: Option<Vec<Arc<str>>>, limits: &Limits) -> Base {
         let (programs, differentiates) = Programs::new(plain, outputs.as_deref(), limits);
         let options = options(outputs.as_deref(), limits);
+        passes::apply(&mut noted, passes::Pass::Ssa, &options);
+        let written = noted.values.len();
         let mut noted = trace::prepare(noted, &options.varying, &options.derivs, limits);
         if let Some(wanted) = &outputs {
             noted.outputs.retain(|o| wanted.contains(&o.name));
         }
-        Base { programs, noted, differentiates, outputs }
+        Base { programs, noted, written, differentiates, outputs }
     }
 
     /// The programs of another body with the same outputs.
