@@ -152,7 +152,7 @@ limits! {
     }
     /// What a program does.
     running: Running {
-        /// Instructions of one point that `explain` and `stability` follow.
+        /// Instructions of one point that `explain`, `sanitize` and `stability` follow.
         trace = 500_000, "instructions", "too long to be followed to its end";
         /// Steps of a point, see below; `--max-steps` sets it as well.
         point_steps = 1 << 23, "steps", "takes more than";

@@ -67,8 +67,13 @@ impl Lowerer<'_> {
                     spot.part = Part::Component(self.within(index, 3, &name));
                 }
                 Step::Cell(row, column) => {
-                    let (row, column) = (self.value(row), self.value(column));
-                    spot.part = Part::Cell(self.within(row, 4, &name), self.within(column, 4, &name));
+                    let row = self.value(row);
+                    let row_span = self.b.span;
+                    let column = self.value(column);
+                    let column_span = std::mem::replace(&mut self.b.span, row_span);
+                    let row = self.within(row, 4, &name);
+                    self.b.span = column_span;
+                    spot.part = Part::Cell(row, self.within(column, 4, &name));
                 }
             }
         }

@@ -322,3 +322,15 @@ fn a_cut_is_told() {
     assert_eq!((report.points, report.not_examined), (0, 153));
     assert!(sanitize::text::text(&report).contains("153 more points"));
 }
+
+/// Each index is quoted where it stands.
+#[test]
+fn each_index_of_a_matrix_has_its_place() {
+    for (cell, code) in [("[4 + row][0]", "4 + row"), ("[0][5 + row]", "5 + row")] {
+        let text =
+            format!("shader s(output float r = 0) {{ int row = int(u * 0.5); matrix m = u; r = m{cell}; }}");
+        let events = examine(&text).report.events;
+        let codes: Vec<&str> = events.iter().map(|event| event.quote.code.as_str()).collect();
+        assert_eq!(codes, [code], "{text}");
+    }
+}
