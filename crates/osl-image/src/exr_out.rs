@@ -126,6 +126,8 @@ pub struct ExrOptions {
     pub compression: ExrCompression,
     /// The larger image that the pixels are a part of; `None` if they are the whole image.
     pub part: Option<Part>,
+    /// The program that made the image: the attribute `software`. It is to have ASCII characters only.
+    pub software: Option<&'static str>,
 }
 
 /// A place in a larger image: the data window of a file whose display window is the larger image.
@@ -286,8 +288,9 @@ fn header(
     let channels =
         order.iter().map(|i| ChannelDescription::new(names[*i].clone(), sample_type, false)).collect();
     // A fixed order of lines, so that the same values give the same bytes.
+    let software_name = options.software.map(|name| checked_text(path, name)).transpose()?;
     let header = Header::new(Text::from(""), size, channels)
-        .with_attributes(LayerAttributes::default())
+        .with_attributes(LayerAttributes { software_name, ..LayerAttributes::default() })
         .with_encoding(options.compression.method(), BlockDescription::ScanLines, LineOrder::Increasing);
     match options.part {
         Some(part) => Ok((placed(path, header, size, part)?, order)),

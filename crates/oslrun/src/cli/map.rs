@@ -2,6 +2,7 @@
 //! PNG and JPEG with the largest as grey. This module must not know what the numbers are.
 
 use super::Failure;
+use super::software::{self, SOFTWARE};
 use osl_image::{ExrOptions, ImageFormat, Layer, LayerKind, Transfer, channel_bytes, write_exr};
 use std::path::Path;
 
@@ -17,7 +18,8 @@ pub(super) fn write(
             .iter()
             .map(|(name, values)| Layer { name, kind: LayerKind::Scalar, planes: vec![values] })
             .collect();
-        return write_exr(path, width, height, &layers, ExrOptions::default()).map_err(Failure::new);
+        let options = ExrOptions { software: Some(SOFTWARE), ..ExrOptions::default() };
+        return write_exr(path, width, height, &layers, options).map_err(Failure::new);
     }
     let points = layers.iter().map(|(_, values)| values.len()).max().unwrap_or(0);
     let at = |point: usize| layers.iter().filter_map(move |(_, values)| values.get(point));
@@ -26,5 +28,5 @@ pub(super) fn write(
         (0..points).map(|point| at(point).fold(0.0_f32, |a, b| a.max(*b)) / white).collect();
     let bytes =
         channel_bytes(path, (width, height), &[&worst], None, Transfer::Linear).map_err(Failure::new)?;
-    osl_files::replace(path, &bytes).map_err(Failure::new)
+    osl_files::replace(path, &software::named(&bytes)).map_err(Failure::new)
 }

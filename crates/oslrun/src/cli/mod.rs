@@ -56,6 +56,7 @@ mod sampling;
 mod sanitize;
 mod session;
 mod shading;
+mod software;
 mod stability;
 mod studio;
 mod summary;

@@ -4,6 +4,7 @@
 use super::Failure;
 use super::args::RunArgs;
 use super::args::values::STDOUT;
+use super::software::{self, SOFTWARE};
 use super::summary::Ranges;
 use osl_exec::{Frame, Plane, Printed, Run, RunError};
 use osl_files::{FileError, Roots, Unsaved, save_all};
@@ -199,7 +200,7 @@ pub(super) fn layer_kind(plane: &Plane) -> LayerKind {
 
 fn exr_options(args: &RunArgs) -> ExrOptions {
     let samples = if args.half { SampleType::Half } else { SampleType::Float };
-    ExrOptions { samples, compression: args.compression, part: args.part() }
+    ExrOptions { samples, compression: args.compression, part: args.part(), software: Some(SOFTWARE) }
 }
 
 fn exr(planes: &[&Plane], path: &Path, args: &RunArgs) -> Result<Written, Failure> {
@@ -440,7 +441,7 @@ impl ImageSet<'_> {
             }
             None => Unsaved::new(self.path),
         };
-        let file = unsaved.and_then(|file| file.with(bytes)).map_err(Failure::new)?;
+        let file = unsaved.and_then(|file| file.with(&software::named(bytes))).map_err(Failure::new)?;
         self.files.push(file);
         Ok(())
     }

@@ -5,6 +5,7 @@
 use super::Failure;
 use super::args::heading;
 use super::args::values::{curve, stops};
+use super::software::{self, SOFTWARE};
 use clap::Args;
 use osl_files::Unsaved;
 use osl_image::{
@@ -60,7 +61,7 @@ impl Stored {
         }
         let bytes = self.flat(picture, named)?;
         let file = path.map_or_else(|| Ok(Unsaved::in_memory()), Unsaved::new);
-        file.and_then(|file| file.with(&bytes)).map_err(Failure::new)
+        file.and_then(|file| file.with(&software::named(&bytes))).map_err(Failure::new)
     }
 
     fn exr(self, picture: &Picture, path: Option<&Path>) -> Result<Unsaved, Failure> {
@@ -74,7 +75,8 @@ impl Stored {
             })
             .collect();
         let samples = if self.half { SampleType::Half } else { SampleType::Float };
-        let options = ExrOptions { samples, compression: self.compression, part: None };
+        let options =
+            ExrOptions { samples, compression: self.compression, part: None, software: Some(SOFTWARE) };
         let (width, height) = (picture.width, picture.height);
         let file = match path {
             None => osl_image::exr_in_memory(width, height, &layers, options),

@@ -5,6 +5,7 @@
 use super::differ::{At, Difference, Measured, Value};
 use super::side::Side;
 use crate::cli::Failure;
+use crate::cli::software::{self, SOFTWARE};
 use osl_files::Unsaved;
 use osl_image::{ExrOptions, ImageFormat, Layer, LayerKind, Transfer, channel_bytes, exr_file};
 use osl_syntax::escape::shown;
@@ -194,7 +195,8 @@ fn signed(report: &Report<'_>, path: &Path) -> Result<Picture, Failure> {
         .iter()
         .map(|(name, plane)| Layer { name, kind: LayerKind::Scalar, planes: vec![plane.as_slice()] })
         .collect();
-    let file = exr_file(path, width, height, &layers, ExrOptions::default()).map_err(Failure::new)?;
+    let options = ExrOptions { software: Some(SOFTWARE), ..ExrOptions::default() };
+    let file = exr_file(path, width, height, &layers, options).map_err(Failure::new)?;
     Ok(Picture { file, legend: "the second picture minus the first, for each channel".to_string() })
 }
 
@@ -213,7 +215,8 @@ fn heat(report: &Report<'_>, path: &Path) -> Result<Picture, Failure> {
     // These are colors of the display already.
     let bytes =
         channel_bytes(path, report.left.size, &planes, None, Transfer::Linear).map_err(Failure::new)?;
-    let file = Unsaved::new(path).and_then(|file| file.with(&bytes)).map_err(Failure::new)?;
+    let file =
+        Unsaved::new(path).and_then(|file| file.with(&software::named(&bytes))).map_err(Failure::new)?;
     let unlike = report.measured.channels.iter().any(|channel| channel.unlike > 0);
     let unlike = if unlike { "; cyan where one value is NaN or infinite" } else { "" };
     let legend = match largest {
