@@ -2,8 +2,8 @@
 //!
 //! Two threads share an [`Inbox`]. The reader puts the newest request there, cancels the work that it makes
 //! outdated, and looks at the files. The worker takes requests, asks the subject, and sends. Only the newest
-//! state, the newest point and the newest line are kept, so a fast page and a slow shader need no queue; and a page that does
-//! not read its answers stops only its own worker. This module must not know how a connection is made.
+//! state, the newest point and the newest line are kept, so a fast page and a slow shader need no queue. A page
+//! that does not read its answers stops only its own worker. This module must not know how a connection is made.
 
 use crate::protocol::{self, Request, State};
 use crate::subject::{Files, Stop, Subject};

@@ -1,10 +1,9 @@
-//! What a line of the source does, as small pictures for the page: those of a picture book, of the present state.
+//! Small pictures of what a line of the source does, as in a picture book, for the state that the page shows.
 //!
 //! Also the tap as the output of the whole picture. This module must not know connections.
 
 use crate::cli::args::{RunArgs, SampleArgs};
 use crate::cli::figures::{self, Figure, Pictures, Results};
-
 use crate::cli::{Failure, run};
 use osl_hir::hir::Program;
 use osl_lower::taps::{self, Doings, Most, Wanted};

@@ -1,7 +1,6 @@
-//! The layer over a picture that marks the pixels whose values the picture does not show: those that are NaN or
-//! infinite, and those below black or above white.
+//! The layer that marks pixels out of range: with values that are NaN or infinite, below black, or above white.
 //!
-//! It is computed from the values, not from the samples of the picture, in which all of these are black or white.
+//! It is computed from the values, because the samples of the picture are black or white there.
 //! This module must not know where the values come from.
 
 /// The colors of the marks.
