@@ -22,4 +22,4 @@ mod subject;
 pub use guard::Token;
 pub use protocol::{Layer, Output, Shader, State, Thumbnail};
 pub use server::{Options, Server, StartError};
-pub use subject::{Files, Line, Picture, Stop, Subject};
+pub use subject::{Files, First, Line, Picture, Stop, Subject};

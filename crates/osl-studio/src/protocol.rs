@@ -151,6 +151,8 @@ pub(crate) fn unshown(id: u64, number: u32, messages: &[Value]) -> String {
 
 /// The message with a picture. `seconds` is the time that it took.
 pub(crate) fn picture(id: u64, coarse: bool, seconds: f64, picture: &Picture) -> Vec<u8> {
+    let phases: serde_json::Map<String, Value> =
+        picture.phases.iter().map(|(name, seconds)| ((*name).to_string(), json!(seconds))).collect();
     let header = json!({
         "type": "picture",
         "id": id,
@@ -160,6 +162,7 @@ pub(crate) fn picture(id: u64, coarse: bool, seconds: f64, picture: &Picture) ->
         "height": picture.height,
         "channels": picture.channels,
         "seconds": seconds,
+        "phases": phases,
         "messages": picture.messages,
         "text": picture.text,
     })

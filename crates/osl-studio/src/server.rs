@@ -16,7 +16,7 @@ use std::time::Duration;
 /// Maximum number of connections at a time.
 const MAX_CONNECTIONS: usize = 160;
 /// How long a client may take to receive a message.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
 /// How the server is started.
 #[derive(Clone, Debug, Default)]

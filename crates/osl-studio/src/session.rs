@@ -6,7 +6,8 @@
 //! that does not read its answers stops only its own worker. This module must not know how a connection is made.
 
 use crate::protocol::{self, Request, State};
-use crate::subject::{Files, Stop, Subject};
+use crate::server::PATIENCE;
+use crate::subject::{Files, First, Picture, Stop, Subject};
 use osl_limits::Cancel;
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -19,8 +20,12 @@ use tungstenite::{Message, WebSocket};
 const MAX_MESSAGE: usize = 256 << 10;
 /// The interval between looks at the files.
 const EVERY: Duration = Duration::from_millis(150);
-/// A coarse picture comes first if the whole one takes longer than this.
-const COARSE_ABOVE: Duration = Duration::from_millis(60);
+/// How long a small picture may wait for a page that does not read.
+const SOON: Duration = Duration::from_millis(20);
+/// A small picture comes first if the whole one takes longer than the first of these times; after each further
+/// one its pixels are twice as wide.
+const SMALL_ABOVE: [Duration; 3] =
+    [Duration::from_millis(25), Duration::from_millis(600), Duration::from_millis(2400)];
 
 /// What the worker has to do.
 #[derive(Default)]
@@ -264,6 +269,26 @@ struct Worker {
 /// The page cannot be reached any more.
 struct Gone;
 
+/// How many columns and rows of the picture a pixel of a small one stands for; none if no small picture is worth
+/// its time. `whole` is the time of the last whole picture.
+fn step(whole: Option<Duration>) -> Option<usize> {
+    let Some(whole) = whole else { return Some(4) };
+    let times = SMALL_ABOVE.iter().filter(|time| whole > **time).count();
+    (times > 0).then(|| 2 << times)
+}
+
+/// Sends a small picture. If the page does not read, the rest of it goes before the next message, so that a
+/// page that is slow does not keep others waiting.
+fn send_soon(socket: &mut WebSocket<TcpStream>, message: Message) -> Result<(), Gone> {
+    let _ = socket.get_ref().set_write_timeout(Some(SOON));
+    let sent = socket.send(message);
+    let _ = socket.get_ref().set_write_timeout(Some(PATIENCE));
+    match sent {
+        Err(tungstenite::Error::Io(error)) if is_waiting(error.kind()) => Ok(()),
+        sent => sent.map_err(|_| Gone),
+    }
+}
+
 impl Worker {
     fn work(&mut self) {
         while let Some((task, cancel)) = self.shared.take() {
@@ -308,34 +333,39 @@ impl Worker {
                 }
             }
         }
-        if self.whole.is_none_or(|time| time > COARSE_ABOVE) && !self.picture(id, &state, true, cancel)? {
-            return Ok(());
-        }
-        self.picture(id, &state, false, cancel).map(|_| ())
+        self.picture(id, &state, cancel)
     }
 
-    /// Makes and sends a picture; false if there is none, so that a better one is not worth a try.
-    fn picture(&mut self, id: u64, state: &State, coarse: bool, cancel: &Cancel) -> Result<bool, Gone> {
-        let mut files = Files::new();
+    /// Makes and sends a picture, and a small one before it if it takes long.
+    fn picture(&mut self, id: u64, state: &State, cancel: &Cancel) -> Result<(), Gone> {
+        let Worker { subject, socket, turn, whole, .. } = self;
+        let (mut files, mut sent) = (Files::new(), Ok(()));
         let started = Instant::now();
-        let result = self.in_turn(|subject| match cancel.is_cancelled() {
-            true => Err(Stop::Cancelled),
-            false => subject.picture(state, coarse, cancel, &mut files),
-        });
+        let mut show = |picture: Picture| {
+            if !cancel.is_cancelled() {
+                let message = protocol::picture(id, true, started.elapsed().as_secs_f64(), &picture);
+                sent = send_soon(socket, Message::binary(message));
+            }
+        };
+        let first = step(*whole).map(|step| First { step, show: &mut show });
+        let result = {
+            let _turn = turn.lock().unwrap_or_else(PoisonError::into_inner);
+            match cancel.is_cancelled() {
+                true => Err(Stop::Cancelled),
+                false => subject.picture(state, first, cancel, &mut files),
+            }
+        };
+        sent?;
         self.watch(files, false);
         match result {
             Ok(picture) => {
                 let time = started.elapsed();
-                if !coarse {
-                    self.whole = Some(time);
-                }
-                let message = protocol::picture(id, coarse, time.as_secs_f64(), &picture);
-                self.send(Message::binary(message)).map(|()| true)
+                self.whole = Some(time);
+                let message = protocol::picture(id, false, time.as_secs_f64(), &picture);
+                self.send(Message::binary(message))
             }
-            Err(Stop::Cancelled) => Ok(false),
-            Err(Stop::Failed(messages)) => {
-                self.send(Message::text(protocol::failed(id, &messages))).map(|()| false)
-            }
+            Err(Stop::Cancelled) => Ok(()),
+            Err(Stop::Failed(messages)) => self.send(Message::text(protocol::failed(id, &messages))),
         }
     }
 

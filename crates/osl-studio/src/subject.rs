@@ -21,14 +21,14 @@ pub trait Subject: Send {
     /// The file cannot be read, or may not be.
     fn shader(&mut self, state: &State, files: &mut Files) -> Result<Shader, Stop>;
 
-    /// Makes the picture. `coarse` asks for one with a sixteenth of the pixels. Adds the files that it reads.
+    /// Makes the picture; with `first`, a smaller one before it. Adds the files that it reads.
     ///
     /// # Errors
     /// The shader has errors, the run fails, or the work was cancelled.
     fn picture(
         &mut self,
         state: &State,
-        coarse: bool,
+        first: Option<First<'_>>,
         cancel: &Cancel,
         files: &mut Files,
     ) -> Result<Picture, Stop>;
@@ -55,6 +55,14 @@ pub struct Line {
     pub more: usize,
 }
 
+/// A small picture that is shown until the whole one is ready.
+pub struct First<'a> {
+    /// Columns and rows of the whole picture for each pixel of the small one.
+    pub step: usize,
+    /// Shows the small picture. It is called once, or not at all if there is no small picture.
+    pub show: &'a mut dyn FnMut(Picture),
+}
+
 /// A picture.
 #[derive(Clone, Debug, Default)]
 pub struct Picture {
@@ -72,6 +80,8 @@ pub struct Picture {
     pub messages: Vec<Value>,
     /// Text that the shader printed.
     pub text: String,
+    /// The seconds that parts of the work took, each with its name.
+    pub phases: Vec<(&'static str, f64)>,
 }
 
 /// Why there is no answer.

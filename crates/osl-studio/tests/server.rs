@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test says what must hold")]
 
 use osl_limits::Cancel;
-use osl_studio::{Files, Layer, Line, Options, Picture, Server, Shader, State, Stop, Subject, Thumbnail};
+use osl_studio::{
+    Files, First, Layer, Line, Options, Picture, Server, Shader, State, Stop, Subject, Thumbnail,
+};
 use serde_json::{Value, json};
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -24,6 +26,9 @@ struct Fake {
     cancelled: Arc<AtomicUsize>,
     started: Arc<AtomicUsize>,
 }
+
+/// Samples of a picture that does not fit in the buffers of a connection.
+const LARGE: usize = 15 << 20;
 
 impl Fake {
     /// Work that ends when it is cancelled.
@@ -49,12 +54,34 @@ impl Subject for Fake {
         Ok(Shader { text, layers, ..Shader::default() })
     }
 
-    fn picture(&mut self, state: &State, _: bool, cancel: &Cancel, _: &mut Files) -> Result<Picture, Stop> {
+    fn picture(
+        &mut self,
+        state: &State,
+        first: Option<First<'_>>,
+        cancel: &Cancel,
+        _: &mut Files,
+    ) -> Result<Picture, Stop> {
         if state.output.as_deref() == Some("slow") {
             return self.slow(cancel);
         }
         let output = state.output.clone().unwrap_or_default();
-        Ok(Picture { output, width: 2, height: 1, channels: 1, samples: vec![7, 8], ..Picture::default() })
+        let picture = |samples: Vec<u8>| Picture {
+            output: output.clone(),
+            width: samples.len(),
+            height: 1,
+            channels: 1,
+            samples,
+            phases: vec![("run", 0.5)],
+            ..Picture::default()
+        };
+        if let Some(First { step, show }) = first {
+            match output.as_str() {
+                "small" => show(picture(vec![step as u8])),
+                "large" => show(picture(vec![9; LARGE])),
+                _ => {}
+            }
+        }
+        Ok(picture(vec![7, 8]))
     }
 
     fn explain(&mut self, _: &State, at: [usize; 2], _: &Cancel) -> Result<String, Stop> {
@@ -255,6 +282,35 @@ fn a_state_has_a_shader_and_a_picture_and_points_have_explanations() {
     assert_eq!(page.next().0["messages"][0]["message"], "outside");
     page.send(json!({ "type": "state", "id": 4, "state": { "file": "missing" } }));
     assert_eq!(page.until("failed").0["messages"][0]["message"], "no such file");
+}
+
+#[test]
+fn a_small_picture_comes_before_the_whole_one() {
+    let server = start();
+    let mut page = server.page();
+    page.state(1, "small");
+    assert_eq!(page.next().0["type"], "shader");
+    let (picture, samples) = page.next();
+    assert_eq!((&picture["id"], &picture["coarse"], samples), (&json!(1), &json!(true), vec![4]));
+    let (picture, samples) = page.next();
+    assert_eq!((&picture["id"], &picture["coarse"], samples), (&json!(1), &json!(false), vec![7, 8]));
+    assert_eq!(picture["phases"], json!({ "run": 0.5 }));
+}
+
+#[test]
+fn a_page_that_does_not_read_its_small_picture_keeps_no_other_waiting() {
+    let server = start();
+    let (mut slow, mut other) = (server.page(), server.page());
+    slow.state(1, "large");
+    other.state(2, "small");
+    assert_eq!(other.until("picture").0["id"], 2);
+    // What was left of it comes before the whole one.
+    assert_eq!(slow.next().0["type"], "shader");
+    let (picture, samples) = slow.next();
+    assert_eq!(picture["coarse"], true);
+    assert!(samples == vec![9; LARGE]);
+    let (picture, samples) = slow.next();
+    assert_eq!((&picture["coarse"], samples), (&json!(false), vec![7, 8]));
 }
 
 #[test]

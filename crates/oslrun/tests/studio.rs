@@ -65,6 +65,38 @@ fn pictures_have_the_bits_of_the_command_line() {
     }
 }
 
+#[test]
+fn a_small_picture_comes_first() {
+    let cobbled = osl("Cobbled.osl");
+    let studio = Studio::start(Path::new("."), &[&cobbled, "-g", "48x32"]);
+    for (state, words) in [
+        (json!({ "output": "resultRGB" }), vec!["--outputs", "resultRGB"]),
+        (json!({ "output": "34:dist" }), vec![]),
+        (json!({ "output": "resultRGB", "on": "sphere" }), vec!["--outputs", "resultRGB", "--on", "sphere"]),
+        (json!({ "on": "sphere", "lit": true }), vec!["--preview", "--on", "sphere"]),
+    ] {
+        let mut page = studio.page();
+        page.state(state.clone());
+        assert_eq!(page.next().0["type"], "shader");
+        let (header, samples) = page.next();
+        assert_eq!(
+            (&header["coarse"], &header["width"], &header["height"]),
+            (&true.into(), &12.into(), &8.into())
+        );
+        if !words.is_empty() {
+            let usual = [cobbled.as_str(), "-g", "12x8"];
+            assert!(samples == samples_of(&[&usual[..], &words[..]].concat()), "{state}");
+        }
+        let (header, _) = page.next();
+        assert_eq!(
+            (&header["coarse"], &header["width"], &header["height"]),
+            (&false.into(), &48.into(), &32.into())
+        );
+        let phases = header["phases"].as_object().unwrap();
+        assert_eq!(phases.is_empty(), state["lit"] == true, "{header}");
+    }
+}
+
 /// The samples of the PNG file that a command line with a tap makes. There is a second file if some points do not
 /// get to the line.
 fn samples_of_a_tap(args: &[&str], output: &str) -> Vec<u8> {

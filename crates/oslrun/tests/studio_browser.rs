@@ -436,26 +436,53 @@ fn figures() {
     let studio = Studio::start(folder.path(), &["Cobbled.osl", "-g", "512x512"]);
     browser.open(&studio.url);
     browser.wait(IDLE);
-    // From the event of the slider until the changed picture was drawn on the canvas, one after another.
+    // From the event of the slider until a changed picture was drawn on the canvas, the small one and the whole one,
+    // one change after another; and the parts of the time.
     let times = browser.run_until(
         "const done = arguments[arguments.length - 1];
          const slider = document.querySelector('[data-name=radius] input[type=range]');
          const times = [];
-         let started = 0;
+         let row = null;
+         const since = () => performance.now() - row.started;
+         const { send } = WebSocket.prototype;
+         WebSocket.prototype.send = function (text) {
+           row.sent = since();
+           // The page's own handler comes after this one.
+           if (!this.isMeasured) {
+             this.isMeasured = true;
+             const { onmessage } = this;
+             this.onmessage = (event) => { row.arrived = since(); onmessage.call(this, event); };
+           }
+           return send.call(this, text);
+         };
          const step = () => {
            slider.value = 0.05 + 0.002 * times.length;
-           started = performance.now();
+           row = { started: performance.now() };
            slider.dispatchEvent(new Event('input'));
          };
-         document.addEventListener('studio-picture', (event) => {
-           times.push([performance.now() - started, event.detail.seconds * 1000]);
+         document.addEventListener('studio-coarse', () => { row.first = since(); });
+         document.addEventListener('studio-picture', ({ detail: { seconds, phases } }) => {
+           const whole = since();
+           const { compile, run, samples } = phases;
+           const server = [seconds, compile, run, samples].map((time) => time * 1000);
+           times.push([row.first ?? whole, whole, row.sent, ...server, whole - row.arrived]);
            times.length < 220 ? setTimeout(step, 30) : done(times);
          });
          step();",
     );
-    for (at, name) in ["from the slider to the picture", "of these in the server"].iter().enumerate() {
+    let names = [
+        "from the slider to the first changed picture",
+        "from the slider to the whole picture",
+        "of these: until the state is sent",
+        "  in the server",
+        "    compiling",
+        "    running the shader",
+        "    samples of the picture",
+        "  drawing in the page",
+    ];
+    for (at, name) in names.iter().enumerate() {
         let list = times.as_array().unwrap().iter().skip(20);
-        let mut list: Vec<f64> = list.map(|pair| pair[at].as_f64().unwrap()).collect();
+        let mut list: Vec<f64> = list.map(|row| row[at].as_f64().unwrap()).collect();
         list.sort_by(f64::total_cmp);
         let share = |part: f64| list[(part * (list.len() - 1) as f64) as usize];
         println!(

@@ -5,7 +5,7 @@ import { SourcePane, messageText, severityClass } from "./source.js";
 import { PicturePane } from "./picture.js";
 import { ParameterPane } from "./parameters.js";
 import { lineTexts, showExplanation } from "./explanation.js";
-import { commandLine, readFragment, writeFragment } from "./state.js";
+import { commandLine, flushFragment, readFragment, writeFragmentSoon } from "./state.js";
 import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
 import { element, fillMenu } from "./element.js";
@@ -25,8 +25,8 @@ const connection = new Connection({ opened, lost, message: receive });
 /** Changes a part of the state, and shows it. */
 function changeState(part) {
   state = { ...state, ...part };
-  writeFragment(state);
   show();
+  writeFragmentSoon(state);
 }
 
 /** What a tap replaces. */
@@ -69,6 +69,9 @@ function lost() {
 
 function receive(message, samples) {
   answer(message, samples);
+  if (!connection.isBusy) {
+    flushFragment();
+  }
   at("picture").setAttribute("aria-busy", String(connection.isBusy));
 }
 
@@ -155,9 +158,12 @@ function showPicture(message, samples) {
   picture.show(message, samples, shader ? shader.size : [message.width, message.height]);
   if (message.coarse) {
     at("status").textContent = "coarse…";
+    document.dispatchEvent(new CustomEvent("studio-coarse", { detail: message }));
     return;
   }
-  at("status").textContent = `${(message.seconds * 1000).toFixed(0)} ms`;
+  const milliseconds = (seconds) => `${(seconds * 1000).toFixed(0)} ms`;
+  at("status").textContent = milliseconds(message.seconds);
+  at("status").title = Object.entries(message.phases).map(([name, time]) => `${name} ${milliseconds(time)}`).join(", ");
   showMessages(message.messages);
   at("printed").textContent = message.text;
   at("printed").hidden = message.text === "";
@@ -213,6 +219,7 @@ at("copy").onclick = async () => {
 };
 addEventListener("hashchange", () => {
   state = readFragment();
+  writeFragmentSoon(state);
   if (shader) {
     parameters.show(shader, state.params ?? shader.given);
     showOutputs();

@@ -24,8 +24,32 @@ export function readFragment() {
   return state;
 }
 
+/** How long the fragment may be out of date, in milliseconds. */
+const DELAY = 300;
+let waiting = null;
+let timer = null;
+
+/** Writes the state to the fragment soon. Not at once: it takes some milliseconds, in which a picture can be made,
+ * and browsers refuse it if it comes too often. */
+export function writeFragmentSoon(state) {
+  waiting = state;
+  timer ??= setTimeout(flushFragment, DELAY);
+}
+
+/** Writes the state that waits. */
+export function flushFragment() {
+  clearTimeout(timer);
+  timer = null;
+  if (waiting) {
+    writeFragment(waiting);
+    waiting = null;
+  }
+}
+
+addEventListener("pagehide", flushFragment);
+
 /** Writes the state to the fragment, without an entry in the history. */
-export function writeFragment(state) {
+function writeFragment(state) {
   const fragment = new URLSearchParams();
   for (const name of ["file", "output", "on", "range", "layer"]) {
     if (state[name]) {

@@ -12,6 +12,7 @@ use clap::Args;
 use osl_image::{ImageFormat, Transfer};
 use osl_ir::types::Type;
 use osl_numeric::real::Real;
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// The options for the picture.
@@ -103,24 +104,34 @@ impl DisplayArgs {
         if !matches!(format, Some(ImageFormat::Png | ImageFormat::Jpeg)) {
             return Shown { planes, transfer, range: (0.0, 1.0), note: None };
         }
-        let found = Found::of(&planes, covered);
-        let (low, high) = match (self.range, self.exposure) {
-            (Some(ValueRange::From(low, high)), _) => (low, high),
-            (Some(ValueRange::Auto), _) if found.low < found.high => (found.low, found.high),
+        let is_auto = matches!(self.range, Some(ValueRange::Auto));
+        let is_chosen = self.range.is_some() || self.exposure.is_some();
+        let is_signed = self.signed || ty == Type::NORMAL;
+        // The values of a picture from 0 to 1 are counted only if there is a note about them.
+        let found = (is_auto || (is_signed && !is_chosen)).then(|| Found::of(&planes, covered));
+        let (low, high) = match (self.range, self.exposure, &found) {
+            (Some(ValueRange::From(low, high)), ..) => (low, high),
+            (Some(ValueRange::Auto), _, Some(found)) if found.low < found.high => (found.low, found.high),
             // A constant stays visible.
-            (Some(ValueRange::Auto), _) => (0.0_f32.min(found.low), 1.0_f32.max(found.high)),
-            (None, Some(stops)) => (0.0, Real::exp2(-stops)),
-            (None, None) if self.signed || ty == Type::NORMAL => (-1.0, 1.0),
-            (None, None) => (0.0, 1.0),
+            (Some(ValueRange::Auto), _, Some(found)) => (0.0_f32.min(found.low), 1.0_f32.max(found.high)),
+            (_, Some(stops), _) => (0.0, Real::exp2(-stops)),
+            _ if is_signed => (-1.0, 1.0),
+            _ => (0.0, 1.0),
         };
         if (low, high) != (0.0, 1.0) {
             let scale = f64::from(high) - f64::from(low);
             let map = |x: &mut f32| *x = ((f64::from(*x) - f64::from(low)) / scale) as f32;
-            planes.iter_mut().flatten().for_each(map);
+            planes.par_iter_mut().for_each(|plane| plane.iter_mut().for_each(map));
         }
-        let chosen = self.range.is_some() || self.exposure.is_some();
-        let note =
-            if chosen { None } else { found.note(name, &Found::outside(&planes, covered), (low, high)) };
+        let note = match is_chosen {
+            true => None,
+            false => match Found::outside(&planes, covered) {
+                [0, 0, 0] => None,
+                outside => {
+                    found.unwrap_or_else(|| Found::of(&planes, covered)).note(name, outside, (low, high))
+                }
+            },
+        };
         Shown { planes, transfer, range: (low, high), note }
     }
 }
@@ -146,13 +157,23 @@ impl Found {
 
     /// The numbers of values below 0 and above 1, and of NaN.
     fn outside(planes: &[Vec<f32>], covered: Option<&[f32]>) -> [usize; 3] {
-        counted(planes, covered).fold([0; 3], |[below, above, nan], x| {
-            [below + usize::from(x < 0.0), above + usize::from(x > 1.0), nan + usize::from(x.is_nan())]
-        })
+        let piece = |(at, values): (usize, &[f32])| {
+            let covered = covered.map(|covered| covered.get(at * PIECE..).unwrap_or_default());
+            let mut found = [0; 3];
+            for (at, x) in values.iter().enumerate() {
+                if counts(covered, at) {
+                    found[0] += usize::from(*x < 0.0);
+                    found[1] += usize::from(*x > 1.0);
+                    found[2] += usize::from(x.is_nan());
+                }
+            }
+            found
+        };
+        let pieces = planes.par_iter().flat_map(|plane| plane.par_chunks(PIECE).enumerate());
+        pieces.map(piece).reduce(|| [0; 3], |[a, b, c], [x, y, z]| [a + x, b + y, c + z])
     }
 
-    fn note(&self, name: &str, outside: &[usize; 3], (low, high): (f32, f32)) -> Option<String> {
-        let [below, above, nan] = *outside;
+    fn note(&self, name: &str, [below, above, nan]: [usize; 3], (low, high): (f32, f32)) -> Option<String> {
         let values = self.values.max(1) as f64;
         let share = |n: usize| {
             let percent = 100.0 * n as f64 / values;
@@ -181,12 +202,19 @@ impl Found {
     }
 }
 
+/// Values of a plane that one thread counts.
+const PIECE: usize = 1 << 14;
+
+/// Whether a pixel counts.
+fn counts(covered: Option<&[f32]>, at: usize) -> bool {
+    covered.is_none_or(|c| c.get(at).is_some_and(|c| *c > 0.0))
+}
+
 /// The values at the pixels that count.
 fn counted<'a>(planes: &'a [Vec<f32>], covered: Option<&'a [f32]>) -> impl Iterator<Item = f32> + 'a {
-    let counts = move |at: usize| covered.is_none_or(|c| c.get(at).is_some_and(|c| *c > 0.0));
-    planes
-        .iter()
-        .flat_map(move |plane| plane.iter().enumerate().filter(move |(at, _)| counts(*at)).map(|(_, x)| *x))
+    planes.iter().flat_map(move |plane| {
+        plane.iter().enumerate().filter(move |(at, _)| counts(covered, *at)).map(|(_, x)| *x)
+    })
 }
 
 #[cfg(test)]

@@ -108,6 +108,7 @@ pub(super) fn run(
     if let Some(kept) = kept {
         kept.covered = Some(alpha);
         kept.frame = frame;
+        kept.times = [compile, time];
     }
     Ok(())
 }

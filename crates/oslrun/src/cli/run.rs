@@ -10,7 +10,7 @@ use super::session::{grid_spaces, on_threads, options, points, progress, service
 use super::shading::{self, Report};
 use super::summary::{About, Stats, summary};
 use super::watch::Reads;
-use super::{Failure, closures, console, data, histogram, on, output, profile, sweep};
+use super::{Failure, closures, console, data, histogram, on, output, profile, session, sweep};
 use osl::stages;
 use osl_exec::{Frame, Plane, PointSource, Program, Run, RunOptions, Services};
 use osl_files::Unsaved;
@@ -50,7 +50,7 @@ pub(super) fn run(
             args,
             lit,
             None,
-            &mut Streams { out, err, picture: &mut picture, kept: None, reads, more_taps: None },
+            &mut Streams { out, err, picture: &mut picture, kept: None, first: None, reads, more_taps: None },
         );
     }
     let streams = &mut Streams {
@@ -58,6 +58,7 @@ pub(super) fn run(
         err: &mut *err,
         picture: &mut picture,
         kept: None,
+        first: None,
         reads,
         more_taps: None,
     };
@@ -97,6 +98,8 @@ pub(super) struct Streams<'a> {
     pub(super) picture: &'a mut dyn Write,
     /// Gets the values of a run, for a command that does more with them than write them.
     pub(super) kept: Option<&'a mut Kept>,
+    /// Gets the values of a smaller grid before those of the whole one.
+    pub(super) first: Option<First<'a>>,
     /// Gets the files that the run reads.
     pub(super) reads: Option<&'a mut Reads>,
     /// Makes taps of the shader, besides those of the command line.
@@ -111,6 +114,16 @@ pub(super) struct Kept {
     pub(super) covered: Option<Plane>,
     /// Of a preview: its channels, and the samples that a PNG file stores.
     pub(super) lit: (usize, Vec<u8>),
+    /// The time until the program was ready, and the time that it ran.
+    pub(super) times: [Duration; 2],
+}
+
+/// A smaller grid that the compiled program runs before the whole one.
+pub(super) struct First<'a> {
+    /// Columns and rows.
+    pub(super) grid: (usize, usize),
+    /// Gets the values; not called for a surface or a preview.
+    pub(super) show: &'a dyn Fn(Kept),
 }
 
 /// Runs a shader that writes no picture, and returns its values.
@@ -131,7 +144,18 @@ pub(super) fn kept(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<Kept, Failure> {
-    kept_with(args, lit, reads, None, (out, err))
+    kept_with(args, lit, reads, (None, None), (out, err))
+}
+
+/// Runs a shader that writes no picture on a smaller grid first, and returns the values of the whole one.
+pub(super) fn values_after(
+    first: Option<First<'_>>,
+    args: &RunArgs,
+    reads: &mut Reads,
+    out: &mut dyn Write,
+    err: &mut dyn Write,
+) -> Result<Kept, Failure> {
+    kept_with(args, &PreviewArgs::default(), Some(reads), (None, first), (out, err))
 }
 
 /// Runs a shader that writes no picture with the taps that a function makes, and returns its values.
@@ -141,19 +165,20 @@ pub(super) fn tapped(
     out: &mut dyn Write,
     err: &mut dyn Write,
 ) -> Result<Kept, Failure> {
-    kept_with(args, &PreviewArgs::default(), None, Some(more_taps), (out, err))
+    kept_with(args, &PreviewArgs::default(), None, (Some(more_taps), None), (out, err))
 }
 
 fn kept_with(
     args: &RunArgs,
     lit: &PreviewArgs,
     reads: Option<&mut Reads>,
-    more_taps: Option<&MoreTaps<'_>>,
+    (more_taps, first): (Option<&MoreTaps<'_>>, Option<First<'_>>),
     (out, err): (&mut dyn Write, &mut dyn Write),
 ) -> Result<Kept, Failure> {
     let mut kept = Kept::default();
     let mut picture = std::io::sink();
-    let streams = &mut Streams { out, err, picture: &mut picture, kept: Some(&mut kept), reads, more_taps };
+    let picture = &mut picture;
+    let streams = &mut Streams { out, err, picture, kept: Some(&mut kept), first, reads, more_taps };
     shaded(args, lit, None, streams)?;
     Ok(kept)
 }
@@ -164,7 +189,7 @@ fn shaded(
     mut about: Option<&mut About>,
     streams: &mut Streams<'_>,
 ) -> Result<(), Failure> {
-    let Streams { out, err, picture, kept, reads, more_taps } = streams;
+    let Streams { out, err, picture, kept, first, reads, more_taps } = streams;
     let started = Instant::now();
     let plan = args.sampling.plan()?;
     if args.closures && plan != Plan::Plain {
@@ -217,11 +242,25 @@ fn shaded(
     });
     let compile_time = started.elapsed();
 
-    let services = services(args, folder, grid_spaces(args));
+    let services = services(args, folder.clone(), grid_spaces(args));
     // A material without other outputs writes its closures to the image.
     let alone = plan == Plan::Plain && !args.closures && output::only_closures(&compiled.body);
     let closures = args.closures || alone || tapped;
     let programs = Programs { usual: &compiled.program, cheaper: cheaper.as_ref() };
+    if let Some(First { grid, show }) = first {
+        let args = RunArgs { grid: *grid, ..args.clone() };
+        let textures = services.textures.clone();
+        let services = Services { textures, ..session::services(&args, folder, grid_spaces(&args)) };
+        let points = WithData { data: points.data.clone(), points: session::points(&args) };
+        // If it fails, the whole grid says why.
+        if let Ok(shaded) = shade(programs, &services, &points, (plan, closures), &args, &sources) {
+            let mut frame = shaded.frame;
+            if closures {
+                closures::layers(&mut frame);
+            }
+            show(Kept { frame, times: [compile_time, shaded.run], ..Kept::default() });
+        }
+    }
     let shaded = shade(programs, &services, &points, (plan, closures), args, &sources)?;
     let Shaded { mut frame, run, write, file, tallied, said } = shaded;
     if let Some(reads) = reads {
@@ -308,6 +347,7 @@ fn shaded(
     }
     if let Some(kept) = kept {
         kept.frame = frame;
+        kept.times = [compile_time, run];
     }
     Ok(())
 }
@@ -399,16 +439,13 @@ fn computed(image: &mut (dyn Rows + Send), closures: bool, args: &RunArgs) -> Re
         }
         _ => {
             let frame = output::whole(image, args)?;
+            let run = started.elapsed();
             let mut tallied = Tallied::default();
-            tallied.count(&frame.planes, args);
-            Ok(Shaded {
-                frame,
-                run: started.elapsed(),
-                write: Duration::ZERO,
-                file: None,
-                tallied,
-                said: None,
-            })
+            // A page counts what it shows itself.
+            if args.live.is_none() {
+                tallied.count(&frame.planes, args);
+            }
+            Ok(Shaded { frame, run, write: Duration::ZERO, file: None, tallied, said: None })
         }
     }
 }

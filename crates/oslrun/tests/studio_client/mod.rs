@@ -136,18 +136,23 @@ impl Page {
         assert!(sent < 1 << 11, "the message was received");
     }
 
+    /// The next answer, with the samples of a picture.
+    pub(crate) fn next(&mut self) -> (Value, Vec<u8>) {
+        match self.socket.read().unwrap() {
+            Message::Text(text) => (serde_json::from_str::<Value>(&text).unwrap(), Vec::new()),
+            Message::Binary(bytes) => {
+                let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
+                (serde_json::from_slice(&bytes[4..4 + length]).unwrap(), bytes[4 + length..].to_vec())
+            }
+            other => panic!("{other:?}"),
+        }
+    }
+
     /// The next answer of a kind to the last request, or to a change on disk, with the samples of a picture. Coarse
     /// pictures are not counted.
     pub(crate) fn until(&mut self, kind: &str) -> (Value, Vec<u8>) {
         loop {
-            let (header, samples) = match self.socket.read().unwrap() {
-                Message::Text(text) => (serde_json::from_str::<Value>(&text).unwrap(), Vec::new()),
-                Message::Binary(bytes) => {
-                    let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
-                    (serde_json::from_slice(&bytes[4..4 + length]).unwrap(), bytes[4 + length..].to_vec())
-                }
-                other => panic!("{other:?}"),
-            };
+            let (header, samples) = self.next();
             let is_current = header["id"].as_u64().is_none_or(|id| id == self.id);
             if is_current && header["coarse"] != true {
                 assert!(header["type"] == kind || header["type"] == "shader", "no {kind} but {header}");

@@ -1,11 +1,13 @@
 //! `oslrun studio FILE`: a live page about a shader.
 //!
 //! The crate osl-studio has the server and the page; [`subject`] answers its questions with the functions that
-//! also make the pictures and explanations of the other commands, [`line`] those about a line. This module reads the command line, starts
-//! the server and opens the browser. It must not know messages.
+//! also make the pictures and explanations of the other commands, [`picture`] those about a picture and [`line`]
+//! those about a line. This module reads the command line, starts the server and opens the browser. It must not know
+//! messages.
 
 mod line;
 mod outside;
+mod picture;
 mod subject;
 
 use super::Failure;

@@ -1,30 +1,27 @@
-//! The shader of a page: describes it, makes its picture and explains its pixels, each as the command of that
-//! name does.
+//! The shader of a page: describes it and explains its pixels, each as the command of that name does. [`picture`]
+//! makes its pictures.
 //!
 //! Every answer starts from the options of the command line with the values of the page in place of theirs, and
 //! has the limits of a command of its own. Values from a page are not typed by the user: they open no files
 //! outside of the permitted folders, and a run for a page appends to no files. This module must not know
 //! connections.
 
-use super::{line, outside};
+use super::{line, picture};
 use crate::cli::args::{Live, MessageFormat, RunArgs};
 use crate::cli::json_lines::JsonLines;
 use crate::cli::levels;
 use crate::cli::load::{self, Request};
-use crate::cli::preview::PreviewArgs;
 use crate::cli::watch::Reads;
-use crate::cli::{Failure, explain, info, input, output, repair, report, run};
+use crate::cli::{Failure, explain, info, input, repair, report};
 use osl::stages;
-use osl_exec::Plane;
 use osl_files::{Roots, stamp};
 use osl_hir::lint::Level;
-use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
-use osl_ir::ir::{Body, Kind};
-use osl_ir::types::{StructTable, Type};
+use osl_ir::ir::Body;
+use osl_ir::types::StructTable;
 use osl_limits::Cancel;
 use osl_scene::shape::Shape;
-use osl_studio::{Files, Layer, Line, Output, Picture, Shader, State, Stop, Subject};
-use serde_json::{Value, json};
+use osl_studio::{Files, First, Layer, Line, Output, Picture, Shader, State, Stop, Subject};
+use serde_json::Value;
 use std::io::Write;
 use std::path::{Component, Path, PathBuf};
 
@@ -32,14 +29,6 @@ use std::path::{Component, Path, PathBuf};
 const ENDINGS: [&str; 4] = ["osl", "oso", "group", "oslgroup"];
 /// The surface that is no surface: the grid.
 const PATCH: &str = "patch";
-/// The name of a picture with light.
-const LIGHT: &str = "light";
-/// The layer over a picture that marks values that it does not show.
-const OUTSIDE: &str = "outside";
-/// How much printed text a page shows, in bytes.
-const MAX_TEXT: usize = 64 << 10;
-/// A coarse picture has one pixel for so many columns and rows.
-const COARSE: usize = 4;
 
 /// The shader of a page.
 pub(super) struct Studio {
@@ -108,31 +97,6 @@ impl Studio {
         Ok(args)
     }
 
-    /// The picture with light. The chosen output is the base color if it is one.
-    fn lit(
-        &self,
-        args: &RunArgs,
-        state: &State,
-        cancel: &Cancel,
-        files: &mut Files,
-    ) -> Result<Picture, Stop> {
-        let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
-        let answer = told(|err| {
-            let loaded = load::load(&Request::of(args), &mut std::io::sink())?;
-            let colors = || loaded.body.outputs.iter().filter(|output| output.ty == Type::COLOR);
-            let base = state.output.clone().filter(|name| colors().any(|output| *output.name == **name));
-            let lit = PreviewArgs { preview: true, base, ..PreviewArgs::default() };
-            let args = RunArgs { outputs: None, ..args.clone() };
-            let kept = run::kept(&args, &lit, Some(&mut reads), &mut text, err)?;
-            let ((width, height), (channels, samples)) = (args.size(), kept.lit);
-            picture =
-                Picture { output: LIGHT.to_string(), width, height, channels, samples, ..Picture::default() };
-            Ok(())
-        });
-        watch(reads, files);
-        finished(picture, answer, text, cancel)
-    }
-
     /// Files of the folder that can be shown.
     fn files(&self) -> Vec<String> {
         ENDINGS.iter().flat_map(|ending| input::names_in(self.folder(), ending)).collect()
@@ -140,7 +104,7 @@ impl Studio {
 }
 
 /// The error output of a command, as the objects of its lines.
-fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> (Vec<Value>, bool) {
+pub(super) fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> (Vec<Value>, bool) {
     let mut bytes = Vec::new();
     let mut lines = JsonLines::new(&mut bytes);
     let result = work(&mut lines);
@@ -155,32 +119,14 @@ fn told(work: impl FnOnce(&mut dyn Write) -> Result<(), Failure>) -> (Vec<Value>
     (text.lines().filter_map(|line| serde_json::from_str(line).ok()).collect(), failed)
 }
 
-/// A picture with the messages and the text of its run; or why there is none.
-fn finished(
-    mut picture: Picture,
-    (mut messages, failed): (Vec<Value>, bool),
-    mut text: Vec<u8>,
-    cancel: &Cancel,
-) -> Result<Picture, Stop> {
-    if failed || cancel.is_cancelled() {
-        return Err(stop(messages, cancel));
-    }
-    // What `check` says has a code, and is at its line already.
-    messages.retain(|message| message["code"].as_str().unwrap_or_default().is_empty());
-    text.truncate(MAX_TEXT);
-    picture.text = String::from_utf8_lossy(&text).into_owned();
-    picture.messages.extend(messages);
-    Ok(picture)
-}
-
 /// The stop of work that failed with these messages.
-fn stop(messages: Vec<Value>, cancel: &Cancel) -> Stop {
+pub(super) fn stop(messages: Vec<Value>, cancel: &Cancel) -> Stop {
     if cancel.is_cancelled() { Stop::Cancelled } else { Stop::Failed(messages) }
 }
 
 /// Outputs that a picture can show. Closures are shown only if there is nothing else, as the weights that a
 /// picture of the command has.
-fn outputs(body: &Body) -> Vec<Output> {
+pub(super) fn outputs(body: &Body) -> Vec<Output> {
     let shown = body.outputs.iter().filter(|output| output.ty.is_number() || output.ty.is_triple());
     // None of these types is a struct.
     let types = StructTable::default();
@@ -255,47 +201,11 @@ impl Subject for Studio {
     fn picture(
         &mut self,
         state: &State,
-        coarse: bool,
+        first: Option<First<'_>>,
         cancel: &Cancel,
         files: &mut Files,
     ) -> Result<Picture, Stop> {
-        let mut args = self.args(state, cancel)?;
-        let (width, height) = args.grid;
-        if coarse {
-            args.grid = (width.div_ceil(COARSE), height.div_ceil(COARSE));
-        }
-        let marks = marks(state)?;
-        if state.lit {
-            return self.lit(&args, state, cancel, files);
-        }
-        if let Some(range) = &state.range {
-            args.display = args.display.with_range(range).map_err(Stop::error)?;
-        }
-        match state.output.as_deref().and_then(line::tap) {
-            Some(tap) => {
-                args.tap = vec![tap.map_err(Stop::error)?];
-                args.outputs = None;
-            }
-            None => {
-                let asked = state.output.clone().map(|output| vec![output]);
-                let given = || args.outputs.as_ref().map(|list| list.iter().take(1).cloned().collect());
-                args.outputs = asked.or_else(given);
-            }
-        }
-        let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
-        let work = |err: &mut dyn Write| {
-            if args.outputs.is_none() && args.tap.is_empty() {
-                // Only one output is computed.
-                let loaded = load::load(&Request::of(&args), &mut std::io::sink())?;
-                args.outputs = outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]);
-            }
-            let kept = run::values(&args, Some(&mut reads), &mut text, err)?;
-            picture = shown(&kept, &args, marks)?;
-            Ok(())
-        };
-        let answer = told(work);
-        watch(reads, files);
-        finished(picture, answer, text, cancel)
+        picture::picture(self.args(state, cancel)?, state, first, cancel, files)
     }
 
     fn explain(&mut self, state: &State, [x, y]: [usize; 2], cancel: &Cancel) -> Result<String, Stop> {
@@ -342,50 +252,8 @@ fn check(path: &Path, text: &str, args: &RunArgs) -> Result<stages::Checked, Fai
 }
 
 /// Adds files that were read to those that a page watches.
-fn watch(reads: Reads, files: &mut Files) {
+pub(super) fn watch(reads: Reads, files: &mut Files) {
     for path in reads.0 {
         files.entry(path).or_insert_with_key(|path| stamp(path));
     }
-}
-
-/// Whether a state marks values that the picture does not show.
-fn marks(state: &State) -> Result<bool, Stop> {
-    match state.layer.as_deref() {
-        None => Ok(false),
-        Some(_) if state.lit => Err(Stop::error("a picture with light has no layers: switch Lit off")),
-        Some(OUTSIDE) => Ok(true),
-        Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
-    }
-}
-
-/// The picture of the first output, with the samples that its PNG file would have; or with marks.
-fn shown(kept: &run::Kept, args: &RunArgs, marks: bool) -> Result<Picture, Failure> {
-    let is_shown = |plane: &&Plane| !matches!(plane.kind, Kind::Str | Kind::Closure);
-    let planes: Vec<&Plane> = kept.frame.planes.iter().filter(is_shown).collect();
-    let group = output::groups(&planes).into_iter().find(|group| matches!(group.values.len(), 1 | 3));
-    let group = group.ok_or_else(|| Failure::new(output::EMPTY))?;
-    let covered = kept.covered.as_ref().map(Plane::floats);
-    let (name, ty) = (&*group.first.output, group.first.ty);
-    let shown = args.display.shown(Some(ImageFormat::Png), (name, ty), group.values, covered.as_deref());
-    let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
-    planes.extend(covered.as_deref());
-    let (width, height) = args.size();
-    let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight };
-    let samples = png_samples(&planes, width * height, options);
-    let mut picture = Picture {
-        output: name.to_string(),
-        width,
-        height,
-        channels: planes.len(),
-        samples,
-        ..Picture::default()
-    };
-    let mut note = shown.note;
-    if marks {
-        let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
-        (picture.samples, picture.channels) = (marked.samples, marked.channels);
-        note = Some(marked.words);
-    }
-    picture.messages = note.map(|note| json!({ "severity": "note", "message": note })).into_iter().collect();
-    Ok(picture)
 }

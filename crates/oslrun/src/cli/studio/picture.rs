@@ -1,0 +1,211 @@
+//! The pictures of a page: of an output, a tap or a surface, with light, or with a layer of marks.
+//!
+//! They have the samples of the PNG file that the command line writes, because the same functions make them. If a
+//! picture takes long, a small one comes first. This module must not know connections, nor which files a page may
+//! read.
+
+use super::subject::{outputs, stop, told, watch};
+use super::{line, outside};
+use crate::cli::args::RunArgs;
+use crate::cli::load::{self, Request};
+use crate::cli::preview::PreviewArgs;
+use crate::cli::watch::Reads;
+use crate::cli::{Failure, output, run};
+use osl_exec::Plane;
+use osl_image::{BitDepth, ImageFormat, PngOptions, png_samples};
+use osl_ir::ir::Kind;
+use osl_ir::types::Type;
+use osl_limits::Cancel;
+use osl_studio::{Files, First, Picture, State, Stop};
+use serde_json::{Value, json};
+use std::cell::RefCell;
+use std::io::Write;
+use std::time::Instant;
+
+/// The name of a picture with light.
+const LIGHT: &str = "light";
+/// The layer over a picture that marks values that it does not show.
+const OUTSIDE: &str = "outside";
+/// How much printed text a page shows, in bytes.
+const MAX_TEXT: usize = 64 << 10;
+
+/// Makes the picture of a state; with `first`, a small one before it.
+pub(super) fn picture(
+    args: RunArgs,
+    state: &State,
+    first: Option<First<'_>>,
+    cancel: &Cancel,
+    files: &mut Files,
+) -> Result<Picture, Stop> {
+    let job = Job { marks: marks(state)?, args: chosen(args, state)?, state, cancel };
+    // The program of a grid runs both pictures; that of a surface is compiled for each.
+    let is_grid = !state.lit && job.args.on.on.is_none();
+    match first {
+        Some(first) if is_grid => job.flat(Some(first), files),
+        Some(First { step, show }) => {
+            let small = Job { args: smaller(&job.args, step), ..job };
+            show(small.made(files)?);
+            job.made(files)
+        }
+        None => job.made(files),
+    }
+}
+
+/// A picture to make.
+struct Job<'a> {
+    args: RunArgs,
+    state: &'a State,
+    /// Whether values are marked that the picture does not show.
+    marks: bool,
+    cancel: &'a Cancel,
+}
+
+impl Job<'_> {
+    fn made(&self, files: &mut Files) -> Result<Picture, Stop> {
+        if self.state.lit { self.lit(files) } else { self.flat(None, files) }
+    }
+
+    /// The picture of an output or a tap.
+    fn flat(&self, first: Option<First<'_>>, files: &mut Files) -> Result<Picture, Stop> {
+        let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
+        let work = |err: &mut dyn Write| {
+            let mut args = self.args.clone();
+            if args.outputs.is_none() && args.tap.is_empty() {
+                // Only one output is computed.
+                let loaded = load::load(&Request::of(&args), &mut std::io::sink())?;
+                args.outputs = outputs(&loaded.body).into_iter().next().map(|output| vec![output.name]);
+            }
+            let Some(First { step, show }) = first else {
+                picture = shown(&run::values(&args, Some(&mut reads), &mut text, err)?, &args, self.marks)?;
+                return Ok(());
+            };
+            let small = smaller(&args, step);
+            let show = RefCell::new(show);
+            let show = |kept: run::Kept| {
+                if let Ok(picture) = shown(&kept, &small, self.marks) {
+                    (show.borrow_mut())(picture);
+                }
+            };
+            let first = run::First { grid: small.grid, show: &show };
+            let kept = run::values_after(Some(first), &args, &mut reads, &mut text, err)?;
+            picture = shown(&kept, &args, self.marks)?;
+            Ok(())
+        };
+        let answer = told(work);
+        watch(reads, files);
+        finished(picture, answer, text, self.cancel)
+    }
+
+    /// The picture with light. The chosen output is the base color if it is one.
+    fn lit(&self, files: &mut Files) -> Result<Picture, Stop> {
+        let (mut reads, mut text, mut picture) = (Reads::default(), Vec::new(), Picture::default());
+        let args = &self.args;
+        let answer = told(|err| {
+            let loaded = load::load(&Request::of(args), &mut std::io::sink())?;
+            let colors = || loaded.body.outputs.iter().filter(|output| output.ty == Type::COLOR);
+            let base = self.state.output.clone();
+            let base = base.filter(|name| colors().any(|output| *output.name == **name));
+            let lit = PreviewArgs { preview: true, base, ..PreviewArgs::default() };
+            let args = RunArgs { outputs: None, ..args.clone() };
+            let kept = run::kept(&args, &lit, Some(&mut reads), &mut text, err)?;
+            let ((width, height), (channels, samples)) = (args.size(), kept.lit);
+            picture =
+                Picture { output: LIGHT.to_string(), width, height, channels, samples, ..Picture::default() };
+            Ok(())
+        });
+        watch(reads, files);
+        finished(picture, answer, text, self.cancel)
+    }
+}
+
+/// The options with the output and the range of a state. A picture with light has all outputs and no range.
+fn chosen(mut args: RunArgs, state: &State) -> Result<RunArgs, Stop> {
+    if state.lit {
+        return Ok(args);
+    }
+    if let Some(range) = &state.range {
+        args.display = args.display.with_range(range).map_err(Stop::error)?;
+    }
+    match state.output.as_deref().and_then(line::tap) {
+        Some(tap) => {
+            args.tap = vec![tap.map_err(Stop::error)?];
+            args.outputs = None;
+        }
+        None => {
+            let asked = state.output.clone().map(|output| vec![output]);
+            let given = || args.outputs.as_ref().map(|list| list.iter().take(1).cloned().collect());
+            args.outputs = asked.or_else(given);
+        }
+    }
+    Ok(args)
+}
+
+/// The options of a picture that has a pixel for so many columns and rows of the whole one.
+fn smaller(args: &RunArgs, step: usize) -> RunArgs {
+    let (width, height) = args.grid;
+    RunArgs { grid: (width.div_ceil(step.max(1)), height.div_ceil(step.max(1))), ..args.clone() }
+}
+
+/// A picture with the messages and the text of its run; or why there is none.
+fn finished(
+    mut picture: Picture,
+    (mut messages, failed): (Vec<Value>, bool),
+    mut text: Vec<u8>,
+    cancel: &Cancel,
+) -> Result<Picture, Stop> {
+    if failed || cancel.is_cancelled() {
+        return Err(stop(messages, cancel));
+    }
+    // What `check` says has a code, and is at its line already.
+    messages.retain(|message| message["code"].as_str().unwrap_or_default().is_empty());
+    text.truncate(MAX_TEXT);
+    picture.text = String::from_utf8_lossy(&text).into_owned();
+    picture.messages.extend(messages);
+    Ok(picture)
+}
+
+/// Whether a state marks values that the picture does not show.
+fn marks(state: &State) -> Result<bool, Stop> {
+    match state.layer.as_deref() {
+        None => Ok(false),
+        Some(_) if state.lit => Err(Stop::error("a picture with light has no layers: switch Lit off")),
+        Some(OUTSIDE) => Ok(true),
+        Some(layer) => Err(Stop::error(format!("a page has no layer {layer}"))),
+    }
+}
+
+/// The picture of the first output, with the samples that its PNG file would have; or with marks.
+fn shown(kept: &run::Kept, args: &RunArgs, marks: bool) -> Result<Picture, Failure> {
+    let started = Instant::now();
+    let is_shown = |plane: &&Plane| !matches!(plane.kind, Kind::Str | Kind::Closure);
+    let planes: Vec<&Plane> = kept.frame.planes.iter().filter(is_shown).collect();
+    let group = output::groups(&planes).into_iter().find(|group| matches!(group.values.len(), 1 | 3));
+    let group = group.ok_or_else(|| Failure::new(output::EMPTY))?;
+    let covered = kept.covered.as_ref().map(Plane::floats);
+    let (name, ty) = (&*group.first.output, group.first.ty);
+    let shown = args.display.shown(Some(ImageFormat::Png), (name, ty), group.values, covered.as_deref());
+    let mut planes: Vec<&[f32]> = shown.planes.iter().map(Vec::as_slice).collect();
+    planes.extend(covered.as_deref());
+    let (width, height) = args.size();
+    let options = PngOptions { transfer: shown.transfer, depth: BitDepth::Eight };
+    let samples = png_samples(&planes, width * height, options);
+    let mut picture = Picture {
+        output: name.to_string(),
+        width,
+        height,
+        channels: planes.len(),
+        samples,
+        ..Picture::default()
+    };
+    let mut note = shown.note;
+    if marks {
+        let marked = outside::marked(&shown.planes, covered.as_deref(), &picture.samples, shown.range);
+        (picture.samples, picture.channels) = (marked.samples, marked.channels);
+        note = Some(marked.words);
+    }
+    picture.messages = note.map(|note| json!({ "severity": "note", "message": note })).into_iter().collect();
+    let [compile, run] = kept.times;
+    let phases = [("compile", compile), ("run", run), ("samples", started.elapsed())];
+    picture.phases = phases.map(|(name, time)| (name, time.as_secs_f64())).into();
+    Ok(picture)
+}
