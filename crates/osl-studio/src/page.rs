@@ -26,6 +26,7 @@ pub(crate) fn file(name: &str) -> Option<File> {
         "explanation.js" => (JS, include_str!("page/explanation.js")),
         "taps.js" => (JS, include_str!("page/taps.js")),
         "wipe.js" => (JS, include_str!("page/wipe.js")),
+        "zoom.js" => (JS, include_str!("page/zoom.js")),
         "element.js" => (JS, include_str!("page/element.js")),
         _ => return None,
     };

@@ -8,6 +8,7 @@ import { lineTexts, showExplanation } from "./explanation.js";
 import { commandLine, flushFragment, readFragment, writeFragmentSoon } from "./state.js";
 import { TapPane, isTap, movedLine, movedTap } from "./taps.js";
 import { Wipe } from "./wipe.js";
+import { Zoom } from "./zoom.js";
 import { element, fillMenu } from "./element.js";
 
 const at = (id) => document.getElementById(id);
@@ -18,8 +19,20 @@ let shader = null;
 const source = new SourcePane(at("source"), at("messages"), (line) => taps.point(line));
 const taps = new TapPane(at("taps"), { ask: (line) => connection.line(line), choose: chooseTap });
 const parameters = new ParameterPane(at("parameters"), () => changeState({ params: parameters.params() }));
-const picture = new PicturePane(at("picture"), at("cross"), (point) => connection.explain(point));
-new Wipe({ canvas: at("picture"), pinned: at("pinned"), button: at("pin"), slider: at("wipe"), word: at("pin-word") });
+const zoom = new Zoom({
+  frame: at("frame"),
+  canvas: at("picture"),
+  pinned: at("pinned"),
+  grid: at("grid"),
+  buttons: { in: at("zoom-in"), out: at("zoom-out"), fit: at("zoom-fit") },
+  changed: (view) => {
+    state = { ...state, view };
+    writeFragmentSoon(state);
+  },
+});
+const picture = new PicturePane(at("picture"), at("cross"), zoom, (point) => connection.explain(point));
+new Wipe({ canvas: at("picture"), pinned: at("pinned"), zoom, button: at("pin"), slider: at("wipe"), word: at("pin-word") });
+zoom.read(state.view);
 const connection = new Connection({ opened, lost, message: receive });
 
 /** Changes a part of the state, and shows it. */
@@ -54,7 +67,9 @@ function showOutputs() {
 
 function show() {
   at("picture").setAttribute("aria-busy", "true");
-  connection.show(state);
+  // The part that is seen is the business of the page alone.
+  const { view, ...shown } = state;
+  connection.show(shown);
 }
 
 function opened() {
@@ -220,6 +235,7 @@ at("copy").onclick = async () => {
 addEventListener("hashchange", () => {
   state = readFragment();
   writeFragmentSoon(state);
+  zoom.read(state.view);
   if (shader) {
     parameters.show(shader, state.params ?? shader.given);
     showOutputs();

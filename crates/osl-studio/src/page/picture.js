@@ -23,16 +23,14 @@ function spread(samples, channels, words) {
 
 /** The pane with the picture. */
 export class PicturePane {
-  /** `pointed([x, y])` is called when another pixel is chosen. */
-  constructor(canvas, cross, pointed) {
-    this.canvas = canvas;
-    this.cross = cross;
-    this.pointed = pointed;
+  /** `zoom` says where the picture is; `pointed([x, y])` is called when another pixel is chosen. */
+  constructor(canvas, cross, zoom, pointed) {
+    Object.assign(this, { canvas, cross, zoom, pointed });
     this.size = [0, 0];
-    canvas.addEventListener("pointermove", (event) => this.pointAt(event));
+    canvas.addEventListener("pointermove", (event) => zoom.isDragging || this.pointAt(event));
     canvas.addEventListener("pointerdown", (event) => this.pointAt(event));
     canvas.addEventListener("keydown", (event) => this.key(event));
-    addEventListener("resize", () => this.placeCross());
+    zoom.frame.addEventListener("placed", () => this.placeCross());
   }
 
   /** Shows a picture. `size` is that of the whole picture, also for a coarse one. */
@@ -47,11 +45,9 @@ export class PicturePane {
       this.canvas.width = width;
       this.canvas.height = height;
     }
-    this.canvas.style.width = `${size[0]}px`;
-    this.canvas.style.aspectRatio = `${size[0]} / ${size[1]}`;
     this.canvas.getContext("2d").putImageData(this.image, 0, 0);
     this.size = size;
-    this.placeCross();
+    this.zoom.resize(size);
   }
 
   pointAt(event) {
@@ -69,6 +65,7 @@ export class PicturePane {
       const by = event.shiftKey ? 16 : 1;
       const [x, y] = this.at ?? this.size.map((n) => n >> 1);
       this.point(x + step[0] * by, y + step[1] * by);
+      this.zoom.reveal(this.at);
     }
   }
 
@@ -85,9 +82,15 @@ export class PicturePane {
   placeCross() {
     this.cross.hidden = !this.at;
     if (this.at) {
-      const box = this.canvas.getBoundingClientRect();
-      this.cross.style.left = `${((this.at[0] + 0.5) / this.size[0]) * box.width}px`;
-      this.cross.style.top = `${((this.at[1] + 0.5) / this.size[1]) * box.height}px`;
+      const [box, frame] = [this.canvas.getBoundingClientRect(), this.zoom.frame.getBoundingClientRect()];
+      // A large pixel is framed.
+      const side = Math.max(9, box.width / this.size[0] + 1);
+      Object.assign(this.cross.style, {
+        left: `${box.left - frame.left + ((this.at[0] + 0.5) / this.size[0]) * box.width}px`,
+        top: `${box.top - frame.top + ((this.at[1] + 0.5) / this.size[1]) * box.height}px`,
+        width: `${side}px`,
+        height: `${side}px`,
+      });
     }
   }
 }

@@ -1,13 +1,16 @@
-// What is shown: the file, the output, the surface, the range, the layer and the values of parameters, kept in the fragment of the
-// address, so that a reload or a copied address shows the same.
+// What is shown: the file, the output, the surface, the range, the layer, the values of parameters, and the part of
+// the picture that is seen, kept in the fragment of the address, so that a reload or a copied address shows the same.
 
 import { isTap } from "./taps.js";
+
+/** The parts of a state that are texts. */
+const NAMES = ["file", "output", "on", "range", "layer", "view"];
 
 /** The state in the fragment; what it does not name is left to the server. */
 export function readFragment() {
   const found = new URLSearchParams(location.hash.slice(1));
   const state = {};
-  for (const name of ["file", "output", "on", "range", "layer"]) {
+  for (const name of NAMES) {
     if (found.has(name)) {
       state[name] = found.get(name);
     }
@@ -51,7 +54,7 @@ addEventListener("pagehide", flushFragment);
 /** Writes the state to the fragment, without an entry in the history. */
 function writeFragment(state) {
   const fragment = new URLSearchParams();
-  for (const name of ["file", "output", "on", "range", "layer"]) {
+  for (const name of NAMES) {
     if (state[name]) {
       fragment.set(name, state[name]);
     }

@@ -2,10 +2,11 @@
 
 /** Lets a button pin the picture of a canvas. */
 export class Wipe {
-  constructor({ canvas, pinned, button, slider, word }) {
-    Object.assign(this, { canvas, pinned, button, slider, word });
+  constructor({ canvas, pinned, zoom, button, slider, word }) {
+    Object.assign(this, { canvas, pinned, zoom, button, slider, word });
     button.onclick = () => (pinned.hidden ? this.pin() : this.unpin());
     slider.oninput = () => this.place();
+    zoom.frame.addEventListener("placed", () => this.place());
   }
 
   pin() {
@@ -29,6 +30,9 @@ export class Wipe {
   }
 
   place() {
-    this.pinned.style.clipPath = `inset(0 ${100 - this.slider.value}% 0 0)`;
+    // The border stays at its place in the frame when the picture is moved or enlarged.
+    const share = this.zoom.columnsBefore(this.slider.value / 100);
+    const right = 100 * (1 - Math.min(1, Math.max(0, share)));
+    this.pinned.style.clipPath = `inset(0 ${Number(right.toFixed(3))}% 0 0)`;
   }
 }

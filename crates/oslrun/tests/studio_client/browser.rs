@@ -183,6 +183,36 @@ impl Browser {
         self.command("/actions", &json!({ "actions": [mouse] }));
     }
 
+    /// Turns the wheel over an element, at a place relative to its middle.
+    pub(crate) fn wheel(&self, selector: &str, (x, y): (i64, i64), down: i64) {
+        let found = self.command("/element", &json!({ "using": "css selector", "value": selector }));
+        let origin = json!({ ELEMENT: found[ELEMENT] });
+        let actions = json!([{
+            "type": "scroll", "duration": 0, "origin": origin, "x": x, "y": y, "deltaX": 0, "deltaY": down
+        }]);
+        self.command(
+            "/actions",
+            &json!({ "actions": [{ "type": "wheel", "id": "wheel", "actions": actions }] }),
+        );
+    }
+
+    /// Two fingers on an element, to the left and to the right of its middle, move from one distance to another.
+    pub(crate) fn pinch(&self, selector: &str, from: i64, to: i64) {
+        let found = self.command("/element", &json!({ "using": "css selector", "value": selector }));
+        let origin = json!({ ELEMENT: found[ELEMENT] });
+        let finger = |name: &str, side: i64| {
+            let place = |x: i64, duration: u64| json!({ "type": "pointerMove", "duration": duration, "origin": origin, "x": x * side, "y": 0 });
+            let actions = json!([
+                place(from, 0),
+                { "type": "pointerDown", "button": 0 },
+                place(to, 300),
+                { "type": "pointerUp", "button": 0 }
+            ]);
+            json!({ "type": "pointer", "id": name, "parameters": { "pointerType": "touch" }, "actions": actions })
+        };
+        self.command("/actions", &json!({ "actions": [finger("left", -1), finger("right", 1)] }));
+    }
+
     /// Presses a key in the element that has the focus. WebDriver has a code point for each key.
     pub(crate) fn key(&self, key: char) {
         let actions = json!([{ "type": "keyDown", "value": key.to_string() }, { "type": "keyUp", "value": key.to_string() }]);
